@@ -1,0 +1,1 @@
+//! Etendue: a Monte Carlo renderer on Intel Embree 4.

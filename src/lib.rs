@@ -1,1 +1,11 @@
 //! Etendue: a Monte Carlo renderer on Intel Embree 4.
+
+pub mod bsdf;
+pub mod error;
+pub mod geometry;
+pub mod image;
+pub mod math;
+pub mod sampling;
+pub mod scene;
+
+pub use error::{Error, ErrorKind, Result};

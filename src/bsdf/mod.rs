@@ -1,0 +1,3 @@
+//! Scattering at a surface.
+
+pub mod types;

@@ -1,0 +1,60 @@
+//! What every scattering model answers, and the conventions they all keep.
+//!
+//! - Directions are local and of unit length: z is the shading normal. `wo` points to where the path came from, `wi`
+//!   to where light comes from; both point away from the surface.
+//! - `f` does not contain the cosine. A sample's weight is f |cos(wi)| / pdf.
+//! - `eta` is a ratio of refractive indices, inside over outside; inside is where z is negative.
+//! - f is radiance transport: refraction carries the factor (n_o / n_i)^2 of radiance. Importance transport (for light
+//!   paths) is this f with both directions exchanged.
+//! - A delta lobe cannot be evaluated: `eval` leaves it out, `sample` returns it without a density.
+//!
+//! Measure: f per steradian, densities per steradian.
+//! Range: both directions anywhere on the sphere; exactly tangential ones scatter nothing.
+//! Source: Veach 1997, chapter 5. Tested in `tests/bsdf.rs`.
+
+use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec3};
+
+/// The value of a BSDF for one pair of directions, and how likely `sample` is to find it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BsdfValue {
+    /// f(wo, wi), without the cosine and without delta lobes.
+    pub f: Rgb,
+    /// The density of `sample` at wi, given wo; delta lobes take their share of the probability, not of the density.
+    pub pdf: PdfSolidAngle,
+}
+
+/// A sampled direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BsdfSample {
+    /// The direction that light comes from, local.
+    pub wi: Vec3,
+    /// f |cos(wi)| / pdf, over all lobes that could have produced `wi`.
+    pub weight: Rgb,
+    /// The density of `wi`; `None` for a delta lobe.
+    pub pdf: Option<PdfSolidAngle>,
+    /// What happened.
+    pub lobe: Lobe,
+}
+
+/// The kind of scattering that a sample stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lobe {
+    /// Cosine-like reflection.
+    Diffuse,
+    /// Reflection about a rough surface.
+    GlossyReflection,
+    /// Refraction through a rough surface.
+    GlossyTransmission,
+    /// Mirror reflection: a delta.
+    SpecularReflection,
+    /// Refraction through a smooth surface: a delta.
+    SpecularTransmission,
+}
+
+impl Lobe {
+    /// Whether the path goes through the surface.
+    #[inline]
+    pub fn is_transmission(self) -> bool {
+        matches!(self, Self::GlossyTransmission | Self::SpecularTransmission)
+    }
+}

@@ -1,0 +1,174 @@
+//! The one error type of the library: a kind, what happened, and where.
+//!
+//! Measure: none; `line` counts from 1.
+//! Range: every failure that input, files or Embree can cause is an `Error`; only broken invariants of our own panic.
+//! Source: one opaque error with a kind and a cause, so that callers match on few things and messages can improve.
+//! Tested below and, through the command, in `tests/bad_input.rs`.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// `Result` with our [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// What sort of failure this is; the command maps it to its exit code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// The request itself makes no sense: a wrong flag, a setting out of its range.
+    Usage,
+    /// A scene, or a file that it names, is not valid.
+    Scene,
+    /// A file could not be read or written.
+    Io,
+    /// Embree, or the rendering itself, failed.
+    Render,
+}
+
+/// A failure: its kind, a message, the place in a file where there is one, and the cause below it.
+#[derive(Debug)]
+pub struct Error(Box<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    kind: ErrorKind,
+    message: String,
+    file: Option<PathBuf>,
+    line: Option<usize>,
+    field: Option<String>,
+    source: Option<Box<dyn std::error::Error + Send + Sync>>,
+}
+
+impl Error {
+    /// A failure of the given kind. `message` says what was found and what was expected.
+    #[cold]
+    pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
+        Self(Box::new(Inner {
+            kind,
+            message: message.into(),
+            file: None,
+            line: None,
+            field: None,
+            source: None,
+        }))
+    }
+
+    /// An invalid setting or flag.
+    #[cold]
+    pub fn usage(message: impl Into<String>) -> Self {
+        Self::new(ErrorKind::Usage, message)
+    }
+
+    /// An invalid scene or an invalid file that it names.
+    #[cold]
+    pub fn scene(message: impl Into<String>) -> Self {
+        Self::new(ErrorKind::Scene, message)
+    }
+
+    /// A failure of Embree or of the rendering.
+    #[cold]
+    pub fn render(message: impl Into<String>) -> Self {
+        Self::new(ErrorKind::Render, message)
+    }
+
+    /// A file that could not be read or written; `action` is what was tried, such as "cannot read".
+    #[cold]
+    pub fn io(action: &str, path: &Path, source: std::io::Error) -> Self {
+        Self::new(ErrorKind::Io, format!("{action}: {source}"))
+            .in_file(path)
+            .because(source)
+    }
+
+    /// Names the file, unless an inner place is already known.
+    pub fn in_file(mut self, file: impl AsRef<Path>) -> Self {
+        self.0
+            .file
+            .get_or_insert_with(|| file.as_ref().to_path_buf());
+        self
+    }
+
+    /// Names the line, counted from 1, unless one is already known.
+    pub fn at_line(mut self, line: usize) -> Self {
+        self.0.line.get_or_insert(line);
+        self
+    }
+
+    /// Names the field or flag, such as `shape[2].radius`, unless one is already known.
+    pub fn in_field(mut self, field: impl Into<String>) -> Self {
+        self.0.field.get_or_insert_with(|| field.into());
+        self
+    }
+
+    /// Keeps the cause, for callers that walk the chain of sources.
+    pub fn because(mut self, source: impl std::error::Error + Send + Sync + 'static) -> Self {
+        self.0.source = Some(Box::new(source));
+        self
+    }
+
+    /// The kind of failure.
+    pub fn kind(&self) -> ErrorKind {
+        self.0.kind
+    }
+
+    /// The file concerned, if the failure is about one.
+    pub fn file(&self) -> Option<&Path> {
+        self.0.file.as_deref()
+    }
+
+    /// The line concerned, counted from 1.
+    pub fn line(&self) -> Option<usize> {
+        self.0.line
+    }
+}
+
+/// `file:line: field: message`, leaving out what is not known.
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let inner = &self.0;
+        if let Some(file) = &inner.file {
+            write!(f, "{}:", file.display())?;
+            if let Some(line) = inner.line {
+                write!(f, "{line}:")?;
+            }
+            f.write_str(" ")?;
+        }
+        if let Some(field) = &inner.field {
+            write!(f, "{field}: ")?;
+        }
+        f.write_str(&inner.message)
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.0.source.as_deref().map(|source| source as _)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_printed_before_the_message_and_the_innermost_one_stays() {
+        let error = Error::scene("expected a number")
+            .in_field("shape[2].radius")
+            .at_line(7)
+            .in_file("a.toml")
+            .at_line(1)
+            .in_file("b.toml");
+        assert_eq!(
+            error.to_string(),
+            "a.toml:7: shape[2].radius: expected a number"
+        );
+        assert_eq!(error.kind(), ErrorKind::Scene);
+    }
+
+    #[test]
+    fn the_cause_is_kept() {
+        let cause = std::io::Error::other("disk on fire");
+        let error = Error::io("cannot write", Path::new("out.exr"), cause);
+        assert!(std::error::Error::source(&error).is_some());
+        assert_eq!(error.to_string(), "out.exr: cannot write: disk on fire");
+    }
+}

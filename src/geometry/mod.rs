@@ -1,0 +1,3 @@
+//! Shapes and textures.
+
+pub mod texture;

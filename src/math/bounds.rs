@@ -1,0 +1,77 @@
+//! An axis-aligned box in double precision, for the way from what was written to what is rendered.
+//!
+//! Measure: the units of the points put in.
+//! Range: empty until the first point; an empty box has no centre and no extent.
+//! Source: none needed. Tested below.
+
+use super::vec::DVec3;
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Lowest corner; above `max` while empty.
+    pub min: DVec3,
+    /// Highest corner.
+    pub max: DVec3,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self {
+            min: DVec3::INFINITY,
+            max: DVec3::NEG_INFINITY,
+        }
+    }
+}
+
+impl Bounds {
+    /// The box around all points.
+    pub fn around(points: impl IntoIterator<Item = DVec3>) -> Self {
+        points.into_iter().fold(Self::default(), Self::with)
+    }
+
+    /// The box grown to hold `p`.
+    pub fn with(self, p: DVec3) -> Self {
+        Self {
+            min: self.min.min(p),
+            max: self.max.max(p),
+        }
+    }
+
+    /// The box around both.
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
+    }
+
+    /// Whether no point has been put in.
+    pub fn is_empty(&self) -> bool {
+        !self.min.cmple(self.max).all()
+    }
+
+    /// The middle, for a box that is not empty.
+    pub fn centre(&self) -> DVec3 {
+        0.5 * (self.min + self.max)
+    }
+
+    /// The lengths of the sides, for a box that is not empty.
+    pub fn extent(&self) -> DVec3 {
+        self.max - self.min
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_grows_from_nothing() {
+        assert!(Bounds::default().is_empty());
+        let bounds = Bounds::around([DVec3::ZERO, DVec3::new(2.0, 4.0, 6.0)]);
+        assert!(!bounds.is_empty());
+        assert_eq!(bounds.centre(), DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(bounds.extent(), DVec3::new(2.0, 4.0, 6.0));
+    }
+}

@@ -1,0 +1,66 @@
+//! An orthonormal frame around a normal, and the way into and out of it.
+//!
+//! Measure: unit vectors; local z is the normal.
+//! Range: any unit normal, also (0, 0, -1).
+//! Source: Duff et al. 2017, "Building an Orthonormal Basis, Revisited" (JCGT 6-1), listing 3. Tested below.
+
+use super::vec::Vec3;
+
+/// A right-handed orthonormal frame (s, t, n).
+#[derive(Debug, Clone, Copy)]
+pub struct Frame {
+    /// First tangent: local x.
+    pub s: Vec3,
+    /// Second tangent: local y.
+    pub t: Vec3,
+    /// Normal: local z.
+    pub n: Vec3,
+}
+
+impl Frame {
+    /// The frame whose z axis is the unit vector `n`.
+    #[inline]
+    pub fn from_normal(n: Vec3) -> Self {
+        let sign = 1.0_f32.copysign(n.z);
+        let a = -1.0 / (sign + n.z);
+        let b = n.x * n.y * a;
+        Self {
+            s: Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
+            t: Vec3::new(b, sign + n.y * n.y * a, -n.y),
+            n,
+        }
+    }
+
+    /// World to local.
+    #[inline]
+    pub fn to_local(&self, v: Vec3) -> Vec3 {
+        Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
+    }
+
+    /// Local to world.
+    #[inline]
+    pub fn to_world(&self, v: Vec3) -> Vec3 {
+        v.x * self.s + v.y * self.t + v.z * self.n
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_are_orthonormal_and_right_handed_also_at_the_poles() {
+        let mut normals = vec![Vec3::Z, Vec3::NEG_Z, Vec3::X, Vec3::new(1e-20, 0.0, -1.0)];
+        for i in 0..100 {
+            let (a, b) = (i as f32 * 0.7, i as f32 * 1.3);
+            normals.push(Vec3::new(a.cos() * b.sin(), a.sin() * b.sin(), b.cos()).normalize());
+        }
+        for n in normals {
+            let frame = Frame::from_normal(n);
+            assert!((frame.s.cross(frame.t) - frame.n).length() < 2e-6, "{n}");
+            assert!(frame.s.dot(frame.t).abs() < 1e-6, "{n}");
+            let v = Vec3::new(0.3, -0.5, 0.8);
+            assert!((frame.to_world(frame.to_local(v)) - v).length() < 2e-6);
+        }
+    }
+}

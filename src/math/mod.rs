@@ -1,0 +1,10 @@
+//! Vectors, frames, colours, densities with their measure, statistics and rounding-error bounds.
+
+pub mod bounds;
+pub mod frame;
+pub mod measure;
+pub mod ray;
+pub mod rgb;
+pub mod robust;
+pub mod stats;
+pub mod vec;

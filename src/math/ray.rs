@@ -1,0 +1,50 @@
+//! A ray: an origin, a direction and how far it may go.
+//!
+//! Measure: origin in normalised scene units; `t` in multiples of the direction's length, which need not be one.
+//! Range: hits are searched in (t_min, t_max]; both are at least 0.
+//! Source: pbrt, "Rays". Tested through every tracing test.
+
+use super::vec::Vec3;
+
+/// A ray through the scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ray {
+    /// Where the ray starts.
+    pub origin: Vec3,
+    /// Where it goes. Need not have unit length: a shadow ray spans its whole segment.
+    pub dir: Vec3,
+    /// Hits at or before this parameter do not count.
+    pub t_min: f32,
+    /// Hits beyond this parameter do not count.
+    pub t_max: f32,
+}
+
+impl Ray {
+    /// A ray without an end.
+    #[inline]
+    pub fn new(origin: Vec3, dir: Vec3) -> Self {
+        Self {
+            origin,
+            dir,
+            t_min: 0.0,
+            t_max: f32::INFINITY,
+        }
+    }
+
+    /// The open segment from `a` to `b`: what lies exactly at `b` does not count.
+    #[inline]
+    pub fn between(a: Vec3, b: Vec3) -> Self {
+        Self {
+            origin: a,
+            dir: b - a,
+            t_min: 0.0,
+            t_max: super::vec::ONE_MINUS_EPSILON,
+        }
+    }
+
+    /// The point at parameter `t`.
+    #[inline]
+    pub fn at(&self, t: f32) -> Vec3 {
+        self.origin + t * self.dir
+    }
+}

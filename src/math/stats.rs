@@ -1,0 +1,99 @@
+//! Mean and variance of a stream of numbers, and what they say about the mean.
+//!
+//! Measure: the unit of the numbers, squared for the variance.
+//! Range: variance needs two numbers, before that it is `None`.
+//! Source: Welford 1962; merging by Chan, Golub and LeVeque 1983. Tested below.
+
+/// Count, mean and sum of squared deviations.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Moments {
+    count: u64,
+    mean: f64,
+    m2: f64,
+}
+
+impl Moments {
+    /// The moments of all the numbers.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let mut moments = Self::default();
+        for value in values {
+            moments.push(value);
+        }
+        moments
+    }
+
+    /// Takes one number in.
+    pub fn push(&mut self, x: f64) {
+        self.count += 1;
+        let delta = x - self.mean;
+        self.mean += delta / self.count as f64;
+        self.m2 += delta * (x - self.mean);
+    }
+
+    /// The moments of both streams together.
+    pub fn merge(self, other: Self) -> Self {
+        if self.count == 0 {
+            return other;
+        }
+        if other.count == 0 {
+            return self;
+        }
+        let count = self.count + other.count;
+        let delta = other.mean - self.mean;
+        let weight = other.count as f64 / count as f64;
+        Self {
+            count,
+            mean: self.mean + delta * weight,
+            m2: self.m2 + other.m2 + delta * delta * self.count as f64 * weight,
+        }
+    }
+
+    /// How many numbers.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Their mean, 0 for none.
+    pub fn mean(&self) -> f64 {
+        self.mean
+    }
+
+    /// The unbiased sample variance.
+    pub fn variance(&self) -> Option<f64> {
+        (self.count > 1).then(|| self.m2 / (self.count - 1) as f64)
+    }
+
+    /// The standard error of the mean of independent numbers.
+    pub fn standard_error(&self) -> Option<f64> {
+        self.variance().map(|v| (v / self.count as f64).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_die_has_its_mean_and_variance() {
+        let die = Moments::of((1..=6).map(f64::from));
+        assert_eq!(die.mean(), 3.5);
+        assert!((die.variance().expect("six numbers") - 3.5).abs() < 1e-12);
+        assert_eq!(Moments::of([1.0]).variance(), None);
+    }
+
+    #[test]
+    fn merging_is_as_good_as_one_stream() {
+        let numbers: Vec<f64> = (0..100).map(|i| f64::from(i).sin() + 1e6).collect();
+        let whole = Moments::of(numbers.iter().copied());
+        let parts = Moments::of(numbers[..37].iter().copied())
+            .merge(Moments::of(numbers[37..].iter().copied()))
+            .merge(Moments::default());
+        assert_eq!(whole.count(), parts.count());
+        assert!((whole.mean() - parts.mean()).abs() < 1e-8);
+        let (a, b) = (
+            whole.variance().expect("100"),
+            parts.variance().expect("100"),
+        );
+        assert!((a - b).abs() < 1e-8);
+    }
+}

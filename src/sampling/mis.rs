@@ -1,0 +1,34 @@
+//! Weights that combine two sampling techniques.
+//!
+//! Measure: both densities in the same measure; the weight has none.
+//! Range: any densities from 0 to the largest `f32`; ratios are formed in double precision and never squared apart, so
+//! that neither overflow nor 0/0 can arise.
+//! Source: Veach and Guibas 1995, the power heuristic with exponent 2. Tested below.
+
+use crate::math::measure::PdfSolidAngle;
+
+/// The power heuristic's weight of a sample drawn with density `p`, where `other` could have drawn it too:
+/// p^2 / (p^2 + q^2) = 1 / (1 + (q / p)^2).
+#[inline]
+pub fn power_heuristic(p: PdfSolidAngle, other: PdfSolidAngle) -> f32 {
+    let ratio = f64::from(other.0) / f64::from(p.0);
+    (1.0 / (1.0 + ratio * ratio)) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_of_both_techniques_sum_to_one_over_the_whole_range() {
+        for i in -37..38 {
+            for j in -37..38 {
+                let p = PdfSolidAngle(10.0_f32.powi(i));
+                let q = PdfSolidAngle(3.0 * 10.0_f32.powi(j));
+                let sum = power_heuristic(p, q) + power_heuristic(q, p);
+                assert!((sum - 1.0).abs() < 1e-6, "{p:?} {q:?} {sum}");
+            }
+        }
+        assert_eq!(power_heuristic(PdfSolidAngle(1.0), PdfSolidAngle(0.0)), 1.0);
+    }
+}

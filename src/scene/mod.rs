@@ -1,0 +1,3 @@
+//! Scenes: as written, and as rendered.
+
+pub mod description;

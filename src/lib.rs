@@ -4,7 +4,9 @@ pub mod bsdf;
 pub mod error;
 pub mod geometry;
 pub mod image;
+pub mod light;
 pub mod math;
+pub mod sampler;
 pub mod sampling;
 pub mod scene;
 

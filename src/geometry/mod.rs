@@ -1,3 +1,67 @@
 //! Shapes and textures.
 
+pub mod disk;
+pub mod mesh;
+pub mod sphere;
+pub mod surface;
 pub mod texture;
+
+use crate::math::bounds::Bounds;
+use crate::math::ray::Ray;
+use crate::math::vec::Vec3;
+use disk::Disk;
+use mesh::Mesh;
+use sphere::Sphere;
+use surface::SurfacePoint;
+
+/// One shape, ready to be traced: single precision, in normalised scene units.
+#[derive(Debug, Clone)]
+pub enum Geometry {
+    /// Triangles.
+    Mesh(Mesh),
+    /// An exact sphere.
+    Sphere(Sphere),
+    /// An exact flat disk.
+    Disk(Disk),
+}
+
+impl Geometry {
+    /// How many primitives the shape consists of.
+    pub fn primitive_count(&self) -> usize {
+        match self {
+            Self::Mesh(mesh) => mesh.indices().len(),
+            Self::Sphere(_) | Self::Disk(_) => 1,
+        }
+    }
+
+    /// The box around one primitive.
+    pub fn primitive_bounds(&self, primitive: u32) -> Bounds {
+        match self {
+            Self::Mesh(mesh) => {
+                Bounds::around(mesh.triangle(primitive).map(|vertex| vertex.as_dvec3()))
+            }
+            Self::Sphere(sphere) => sphere.bounds(),
+            Self::Disk(disk) => disk.bounds(),
+        }
+    }
+
+    /// What the surface is like where `ray` meets `primitive` at parameter `t`, barycentric coordinates (u, v).
+    #[inline]
+    pub fn surface_at(&self, primitive: u32, ray: &Ray, t: f32, uv: [f32; 2]) -> SurfacePoint {
+        match self {
+            Self::Mesh(mesh) => mesh.surface_at(primitive, uv),
+            Self::Sphere(sphere) => sphere.surface_near(ray.at(t)),
+            Self::Disk(disk) => disk.surface_near(ray.at(t)),
+        }
+    }
+
+    /// Up to which parameter a ray that leaves the shape's primitive at `from` along the unit vector `w` cannot truly
+    /// meet that primitive again.
+    #[inline]
+    pub fn free_distance(&self, from: Vec3, w: Vec3) -> f32 {
+        match self {
+            Self::Mesh(_) | Self::Disk(_) => f32::INFINITY,
+            Self::Sphere(sphere) => sphere.free_distance(from, w),
+        }
+    }
+}

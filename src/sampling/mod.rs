@@ -1,4 +1,7 @@
 //! Sampling: warps of uniform numbers, discrete choices, and the weights of combined techniques.
 
+pub mod distribution;
 pub mod mis;
+pub mod spherical_rectangle;
+pub mod spherical_triangle;
 pub mod warp;

@@ -1,0 +1,102 @@
+//! Triangles with shared vertices.
+//!
+//! Measure: normalised scene units.
+//! Range: at least one triangle; indices in range and triangles not degenerate, which `prepare` sees to.
+//! Source: error bounds by Pharr, Jakob, Humphreys, section 6.8.2. Tested in `tests/tracing.rs`.
+
+use super::surface::SurfacePoint;
+use crate::math::robust::gamma;
+use crate::math::vec::{Vec2, Vec3};
+
+/// A triangle mesh.
+#[derive(Debug, Clone)]
+pub struct Mesh {
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    uvs: Vec<Vec2>,
+    indices: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// A mesh. `normals` (of unit length) and `uvs` have one entry a vertex, or none.
+    ///
+    /// # Panics
+    /// If an index or the length of a list does not fit the positions.
+    pub fn new(
+        positions: Vec<Vec3>,
+        normals: Vec<Vec3>,
+        uvs: Vec<Vec2>,
+        indices: Vec<[u32; 3]>,
+    ) -> Self {
+        let count = positions.len();
+        assert!(normals.is_empty() || normals.len() == count);
+        assert!(uvs.is_empty() || uvs.len() == count);
+        assert!(indices.iter().flatten().all(|&i| (i as usize) < count));
+        Self {
+            positions,
+            normals,
+            uvs,
+            indices,
+        }
+    }
+
+    /// The vertices.
+    pub fn positions(&self) -> &[Vec3] {
+        &self.positions
+    }
+
+    /// Three vertices a triangle.
+    pub fn indices(&self) -> &[[u32; 3]] {
+        &self.indices
+    }
+
+    /// The vertices of one triangle.
+    #[inline]
+    pub fn triangle(&self, primitive: u32) -> [Vec3; 3] {
+        self.indices[primitive as usize].map(|i| self.positions[i as usize])
+    }
+
+    /// The point of a triangle with barycentric coordinates (u, v) of its second and third vertex.
+    #[inline]
+    pub fn surface_at(&self, primitive: u32, [u, v]: [f32; 2]) -> SurfacePoint {
+        let indices = self.indices[primitive as usize].map(|i| i as usize);
+        let [a, b, c] = indices.map(|i| self.positions[i]);
+        let w = 1.0 - u - v;
+        let point = triangle_point([a, b, c], [u, v]);
+        let ng = point.ng;
+        let ns = if self.normals.is_empty() {
+            ng
+        } else {
+            let [na, nb, nc] = indices.map(|i| self.normals[i]);
+            let ns = (w * na + u * nb + v * nc).normalize_or(ng);
+            if ns.dot(ng) < 0.0 { -ns } else { ns }
+        };
+        let uv = if self.uvs.is_empty() {
+            Vec2::new(u, v)
+        } else {
+            let [ta, tb, tc] = indices.map(|i| self.uvs[i]);
+            w * ta + u * tb + v * tc
+        };
+        SurfacePoint { ns, uv, ..point }
+    }
+}
+
+/// A point of a flat triangle with its error bound; the shading normal is the geometric one.
+#[inline]
+pub fn triangle_point([a, b, c]: [Vec3; 3], [u, v]: [f32; 2]) -> SurfacePoint {
+    let (e1, e2) = (b - a, c - a);
+    let (wa, ub, vc) = ((1.0 - u - v) * a, u * b, v * c);
+    let p = wa + ub + vc;
+    // gamma_7 bounds the interpolation. A ray query forms the distance from the plane as (a - origin) . ng, whose
+    // rounding errors grow with the edges: gamma_6 of them, in robust and in fast mode.
+    let interpolation = gamma(7) * (wa.abs() + ub.abs() + vc.abs());
+    let query = gamma(6) * (e1.abs() + e2.abs());
+    let ng = e1.cross(e2).normalize();
+    SurfacePoint {
+        p,
+        error: interpolation + query,
+        ng,
+        ns: ng,
+        uv: Vec2::new(u, v),
+    }
+}

@@ -1,0 +1,66 @@
+//! An exact sphere.
+//!
+//! Measure: normalised scene units.
+//! Range: radius above 0.
+//! Source: Pharr, Jakob, Humphreys, section 6.8.4 for the refined point. Tested in `tests/tracing.rs`.
+
+use super::surface::SurfacePoint;
+use crate::math::bounds::Bounds;
+use crate::math::robust::gamma;
+use crate::math::vec::{DVec3, Vec2, Vec3};
+use std::f32::consts::{FRAC_1_PI, TAU};
+
+/// A sphere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sphere {
+    /// Centre.
+    pub center: Vec3,
+    /// Radius.
+    pub radius: f32,
+}
+
+impl Sphere {
+    /// The box around it.
+    pub fn bounds(&self) -> Bounds {
+        let (center, radius) = (self.center.as_dvec3(), f64::from(self.radius));
+        Bounds {
+            min: center - DVec3::splat(radius),
+            max: center + DVec3::splat(radius),
+        }
+    }
+
+    /// The point of the sphere in the direction of `near` from its centre.
+    #[inline]
+    pub fn surface_near(&self, near: Vec3) -> SurfacePoint {
+        // In double precision: a sphere far from the origin has a centre that is exact and a point that is not.
+        let n = (near.as_dvec3() - self.center.as_dvec3()).normalize_or(DVec3::Z);
+        self.surface_along(n.as_vec3())
+    }
+
+    /// The point of the sphere along the unit vector `n` from its centre.
+    #[inline]
+    pub fn surface_along(&self, n: Vec3) -> SurfacePoint {
+        let p = self.center + self.radius * n;
+        SurfacePoint {
+            p,
+            error: gamma(8) * (self.center.abs() + Vec3::splat(self.radius)),
+            ng: n,
+            ns: n,
+            uv: Vec2::new(
+                (n.z.atan2(n.x) / TAU).rem_euclid(1.0),
+                (-n.y.clamp(-1.0, 1.0)).acos() * FRAC_1_PI,
+            ),
+        }
+    }
+
+    /// A ray leaving outwards never comes back; one going inwards meets the far side at the end of its chord.
+    #[inline]
+    pub fn free_distance(&self, from: Vec3, w: Vec3) -> f32 {
+        let half_chord = -w.dot(from - self.center);
+        if half_chord <= 0.0 {
+            f32::INFINITY
+        } else {
+            half_chord
+        }
+    }
+}

@@ -1,0 +1,22 @@
+//! A point on a surface, with all that the shape itself knows of it.
+//!
+//! Measure: normalised scene units.
+//! Range: `error` bounds the distance of `p` from the true surface in each coordinate, and what tracing adds to it.
+//! Source: Pharr, Jakob, Humphreys, "Physically Based Rendering", section 6.8. Tested in `tests/tracing.rs`.
+
+use crate::math::vec::{Vec2, Vec3};
+
+/// A point on a surface.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfacePoint {
+    /// The point.
+    pub p: Vec3,
+    /// Bound of the rounding error of each coordinate, including that of a ray query against the same primitive.
+    pub error: Vec3,
+    /// Geometric normal, of unit length.
+    pub ng: Vec3,
+    /// Shading normal, of unit length, on the side of `ng`.
+    pub ns: Vec3,
+    /// Texture coordinate.
+    pub uv: Vec2,
+}

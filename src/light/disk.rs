@@ -1,0 +1,59 @@
+//! A flat disk that emits, sampled by area: its solid angle has no elementary inverse.
+//!
+//! Measure: densities per steradian.
+//! Range: any receiver off the disk's plane.
+//! Source: Shirley and Chiu 1997 for the map. Tested in `tests/light.rs`.
+
+use super::types::{Emission, LightSample};
+use crate::geometry::disk::Disk;
+use crate::math::measure::{PdfArea, PdfSolidAngle};
+use crate::math::vec::{Vec2, Vec3};
+use crate::sampling::warp;
+use std::f64::consts::PI;
+
+/// An emitting disk.
+#[derive(Debug, Clone, Copy)]
+pub struct DiskLight {
+    disk: Disk,
+    emission: Emission,
+}
+
+impl DiskLight {
+    /// A light of the given disk.
+    pub fn new(disk: Disk, emission: Emission) -> Self {
+        Self { disk, emission }
+    }
+
+    /// Radiant power in normalised units.
+    pub fn power(&self) -> f64 {
+        self.emission.power(self.area())
+    }
+
+    /// A point that lights `p`.
+    #[inline]
+    pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let d = self.disk.radius * warp::sample_disk_concentric(u);
+        let point = self.disk.surface_at(d);
+        let towards = point.p - p;
+        let wi = towards.normalize();
+        let cos = -wi.dot(point.ng);
+        Some(LightSample {
+            point,
+            wi,
+            radiance: self.emission.towards(cos),
+            pdf: self.pdf(towards.length_squared(), cos)?,
+        })
+    }
+
+    /// The density with which [`sample`](Self::sample) finds the point at squared distance `distance2` whose normal
+    /// has cosine `cos` with the direction back.
+    #[inline]
+    pub fn pdf(&self, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        PdfArea((1.0 / self.area()) as f32).to_solid_angle(distance2, cos)
+    }
+
+    fn area(&self) -> f64 {
+        let radius = f64::from(self.disk.radius);
+        PI * radius * radius
+    }
+}

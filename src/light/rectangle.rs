@@ -1,0 +1,100 @@
+//! A rectangle that emits, sampled by solid angle.
+//!
+//! Measure: densities per steradian.
+//! Range: edges at right angles (others are two triangles); any receiver off the plane; below
+//! [`spherical_rectangle::SMALLEST`] the point is chosen by area.
+//! Source: `sampling/spherical_rectangle.rs`. Tested in `tests/light.rs`.
+
+use super::types::{Emission, LightSample};
+use crate::geometry::surface::SurfacePoint;
+use crate::math::measure::{PdfArea, PdfSolidAngle};
+use crate::math::robust::gamma;
+use crate::math::vec::{DVec3, Vec2, Vec3};
+use crate::sampling::spherical_rectangle::{self, SphericalRectangle};
+
+/// An emitting rectangle.
+#[derive(Debug, Clone, Copy)]
+pub struct RectangleLight {
+    corner: Vec3,
+    edges: [Vec3; 2],
+    /// Unit vectors along the edges.
+    axes: [DVec3; 2],
+    lengths: [f64; 2],
+    normal: Vec3,
+    emission: Emission,
+}
+
+impl RectangleLight {
+    /// A light at `corner` along two edges at right angles; its normal is edge_u x edge_v.
+    pub fn new(corner: Vec3, edges: [Vec3; 2], emission: Emission) -> Self {
+        let [u, v] = edges.map(|e| e.as_dvec3());
+        // Rounded vertices are not quite at right angles; the frame of the sampling is.
+        let x = u.normalize();
+        let normal = u.cross(v).normalize();
+        let y = normal.cross(x);
+        Self {
+            corner,
+            edges,
+            axes: [x, y],
+            lengths: [u.length(), v.length()],
+            normal: normal.as_vec3(),
+            emission,
+        }
+    }
+
+    /// Radiant power in normalised units.
+    pub fn power(&self) -> f64 {
+        self.emission.power(self.lengths[0] * self.lengths[1])
+    }
+
+    /// A point that lights `p`.
+    #[inline]
+    pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let seen = self.seen_from(p)?;
+        let s = if seen.solid_angle() >= spherical_rectangle::SMALLEST {
+            seen.sample(u).map(|s| s as f32)
+        } else {
+            u.to_array()
+        };
+        let (along_u, along_v) = (s[0] * self.edges[0], s[1] * self.edges[1]);
+        let position = self.corner + along_u + along_v;
+        let towards = position - p;
+        let wi = towards.normalize();
+        let cos = -wi.dot(self.normal);
+        Some(LightSample {
+            point: SurfacePoint {
+                p: position,
+                error: gamma(9) * (self.corner.abs() + self.edges[0].abs() + self.edges[1].abs()),
+                ng: self.normal,
+                ns: self.normal,
+                uv: Vec2::from_array(s),
+            },
+            wi,
+            radiance: self.emission.towards(cos),
+            pdf: self.density(seen.solid_angle(), towards.length_squared(), cos)?,
+        })
+    }
+
+    /// The density with which [`sample`](Self::sample) finds, from `p`, the point at squared distance `distance2`
+    /// whose normal has cosine `cos` with the direction back.
+    #[inline]
+    pub fn pdf(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        self.density(self.seen_from(p)?.solid_angle(), distance2, cos)
+    }
+
+    #[inline]
+    fn seen_from(&self, p: Vec3) -> Option<SphericalRectangle> {
+        let corner = self.corner.as_dvec3() - p.as_dvec3();
+        SphericalRectangle::new(corner, self.axes, self.lengths)
+    }
+
+    #[inline]
+    fn density(&self, omega: f64, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        if omega >= spherical_rectangle::SMALLEST {
+            Some(PdfSolidAngle((1.0 / omega) as f32))
+        } else {
+            let area = self.lengths[0] * self.lengths[1];
+            PdfArea((1.0 / area) as f32).to_solid_angle(distance2, cos)
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! A sphere that emits, sampled by the cone under which it is seen.
+//!
+//! Measure: densities per steradian.
+//! Range: receivers outside at any distance; from the inside the whole sphere of directions is sampled.
+//! Source: Pharr, Jakob, Humphreys, "Sampling Spheres"; 1 - cos = s^2 / (1 + sqrt(1 - s^2)) does not cancel for small
+//! cones. Tested in `tests/light.rs`.
+
+use super::types::{Emission, LightSample};
+use crate::geometry::sphere::Sphere;
+use crate::math::frame::Frame;
+use crate::math::measure::PdfSolidAngle;
+use crate::math::vec::{Vec2, Vec3};
+use crate::sampling::warp;
+use std::f64::consts::PI;
+
+/// An emitting sphere.
+#[derive(Debug, Clone, Copy)]
+pub struct SphereLight {
+    sphere: Sphere,
+    emission: Emission,
+}
+
+/// The sphere as a receiver sees it.
+enum View {
+    /// From outside: unit vector to the centre, sine squared of the cone's half angle, one minus its cosine.
+    Cone {
+        axis: Vec3,
+        sin2: f32,
+        one_minus_cos: f32,
+    },
+    /// From within.
+    Inside,
+}
+
+impl SphereLight {
+    /// A light of the given sphere.
+    pub fn new(sphere: Sphere, emission: Emission) -> Self {
+        Self { sphere, emission }
+    }
+
+    /// Radiant power in normalised units.
+    pub fn power(&self) -> f64 {
+        let radius = f64::from(self.sphere.radius);
+        self.emission.power(4.0 * PI * radius * radius)
+    }
+
+    /// A point that lights `p`.
+    #[inline]
+    pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let view = self.view(p);
+        let normal = match view {
+            View::Cone {
+                axis,
+                sin2,
+                one_minus_cos,
+            } => {
+                let w = warp::sample_cone_uniform(u, one_minus_cos);
+                // The normal where the sampled direction meets the near side, seen from the centre.
+                let sin2_theta = (w.x * w.x + w.y * w.y).min(sin2);
+                let root = w.z * (1.0 - sin2_theta / sin2).max(0.0).sqrt();
+                let cos_alpha = (sin2_theta / sin2.sqrt() + root).clamp(-1.0, 1.0);
+                let sin_alpha = (1.0 - cos_alpha * cos_alpha).sqrt();
+                let around = Vec2::new(w.x, w.y).normalize_or_zero();
+                let local = Vec3::new(sin_alpha * around.x, sin_alpha * around.y, -cos_alpha);
+                Frame::from_normal(axis).to_world(local)
+            }
+            View::Inside => {
+                let w = warp::sample_sphere_uniform(u);
+                let from_center = p - self.sphere.center;
+                let b = w.dot(from_center);
+                let r2 = self.sphere.radius * self.sphere.radius;
+                let t = -b + (b * b + r2 - from_center.length_squared()).max(0.0).sqrt();
+                (from_center + t * w).normalize()
+            }
+        };
+        let point = self.sphere.surface_along(normal);
+        let wi = (point.p - p).normalize();
+        Some(LightSample {
+            point,
+            wi,
+            radiance: self.emission.towards(-wi.dot(normal)),
+            pdf: view.density(),
+        })
+    }
+
+    /// The density with which [`sample`](Self::sample) finds any visible point from `p`.
+    #[inline]
+    pub fn pdf(&self, p: Vec3) -> PdfSolidAngle {
+        self.view(p).density()
+    }
+
+    #[inline]
+    fn view(&self, p: Vec3) -> View {
+        let to_center = self.sphere.center.as_dvec3() - p.as_dvec3();
+        let radius = f64::from(self.sphere.radius);
+        let sin2 = radius * radius / to_center.length_squared();
+        if sin2 < 1.0 {
+            View::Cone {
+                axis: to_center.normalize().as_vec3(),
+                sin2: sin2 as f32,
+                one_minus_cos: (sin2 / (1.0 + (1.0 - sin2).sqrt())) as f32,
+            }
+        } else {
+            View::Inside
+        }
+    }
+}
+
+impl View {
+    #[inline]
+    fn density(&self) -> PdfSolidAngle {
+        PdfSolidAngle(match self {
+            Self::Cone { one_minus_cos, .. } => warp::pdf_cone_uniform(*one_minus_cos),
+            Self::Inside => warp::PDF_SPHERE_UNIFORM,
+        })
+    }
+}

@@ -1,0 +1,88 @@
+//! Where the random numbers of a sample come from.
+//!
+//! A sample is a pure function of (seed, pixel, sample index), and each of its numbers is addressed by what it is for,
+//! its [`Decision`], never by how many were drawn before. So no image depends on threads or tile order, and a decision
+//! that is not taken shifts no other.
+//!
+//! Measure: uniform in [0, 1 - 2^-24], a multiple of 2^-24.
+//! Range: any seed and pixel, any sample index below 2^48, any bounce; no number repeats within these.
+//! Source: pbrt, "Sampling Interface", for the division of labour. Tested in `tests/sampler.rs`.
+
+mod hash;
+pub mod independent;
+pub mod sobol;
+
+pub use independent::Independent;
+pub use sobol::Sobol;
+
+/// What random numbers are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Decision {
+    /// The camera ray: two numbers for the film, two for the lens.
+    Camera,
+    /// Next event estimation at a scattering event: two for which light, two for the point on it.
+    Light(u32),
+    /// The direction after a scattering event: one number for the lobe, two for the direction.
+    Bsdf(u32),
+    /// Whether the path goes on after a scattering event: one number.
+    Roulette(u32),
+}
+
+/// Numbers reserved for the camera, and for each bounce.
+const BLOCK: u64 = 8;
+
+impl Decision {
+    /// The decision's first number in the sample's own sequence of numbers.
+    #[inline]
+    fn slot(self) -> u64 {
+        let bounce = |bounce: u32, offset: u64| BLOCK * (1 + u64::from(bounce)) + offset;
+        match self {
+            Self::Camera => 0,
+            Self::Light(b) => bounce(b, 0),
+            Self::Bsdf(b) => bounce(b, 4),
+            Self::Roulette(b) => bounce(b, 7),
+        }
+    }
+}
+
+/// A source of random numbers.
+pub trait Sampler: Clone + Send + Sync {
+    /// Turns to the given sample of the given pixel.
+    fn start(&mut self, pixel: [u32; 2], sample: u64);
+
+    /// The first `N` numbers, at most four, of a decision of the current sample.
+    fn draw<const N: usize>(&mut self, decision: Decision) -> [f32; N];
+}
+
+/// The 24 high bits as a number in [0, 1).
+#[inline]
+fn to_unit(bits: u32) -> f32 {
+    (bits >> 8) as f32 * (1.0 / 16_777_216.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decisions_never_share_a_number() {
+        let mut taken = std::collections::HashSet::new();
+        let mut take = |decision: Decision, count: u64| {
+            for i in 0..count {
+                assert!(taken.insert(decision.slot() + i), "{decision:?}");
+            }
+        };
+        take(Decision::Camera, 4);
+        for bounce in [0, 1, 2, u32::MAX - 1, u32::MAX] {
+            take(Decision::Light(bounce), 4);
+            take(Decision::Bsdf(bounce), 3);
+            take(Decision::Roulette(bounce), 1);
+        }
+    }
+
+    #[test]
+    fn the_largest_number_is_below_one() {
+        assert_eq!(to_unit(u32::MAX), crate::math::vec::ONE_MINUS_EPSILON);
+        assert_eq!(to_unit(0), 0.0);
+    }
+}

@@ -1,0 +1,144 @@
+//! A choice among finitely many, each with its probability, in constant time.
+//!
+//! Measure: probabilities.
+//! Range: weights at least 0 and finite, with a positive sum; an item of weight 0 is never chosen.
+//! Source: Walker 1977; Vose 1991, "A Linear Algorithm for Generating Random Numbers with a Given Distribution".
+//! Tested below.
+
+use crate::math::measure::Pmf;
+
+/// An alias table.
+#[derive(Debug, Clone)]
+pub struct AliasTable {
+    slots: Vec<Slot>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Slot {
+    /// Below this remainder the slot's own item is chosen, else its alias.
+    threshold: f64,
+    alias: u32,
+    pmf: f32,
+}
+
+impl AliasTable {
+    /// A table for these weights; `None` if there are none, if their sum is not positive and finite, or if one of
+    /// them is negative.
+    pub fn new(weights: &[f64]) -> Option<Self> {
+        let sum: f64 = weights.iter().sum();
+        let valid = sum.is_finite() && sum > 0.0 && weights.iter().all(|&w| w >= 0.0);
+        if !valid || u32::try_from(weights.len()).is_err() {
+            return None;
+        }
+        let count = weights.len() as f64;
+        let mut slots: Vec<Slot> = weights
+            .iter()
+            .enumerate()
+            .map(|(i, &w)| Slot {
+                threshold: w / sum * count,
+                alias: i as u32,
+                pmf: (w / sum) as f32,
+            })
+            .collect();
+        let (mut small, mut large): (Vec<usize>, Vec<usize>) =
+            (0..slots.len()).partition(|&i| slots[i].threshold < 1.0);
+        while let (Some(&poor), Some(&rich)) = (small.last(), large.last()) {
+            small.pop();
+            slots[poor].alias = rich as u32;
+            slots[rich].threshold -= 1.0 - slots[poor].threshold;
+            if slots[rich].threshold < 1.0 {
+                large.pop();
+                small.push(rich);
+            }
+        }
+        // What is left over is 1 up to rounding; an item of weight 0 is not, and gives its slot to the heaviest.
+        let heaviest = (0..slots.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b]))?;
+        for i in small.into_iter().chain(large) {
+            if weights[i] > 0.0 {
+                slots[i].threshold = 1.0;
+            } else {
+                slots[i].alias = heaviest as u32;
+            }
+        }
+        Some(Self { slots })
+    }
+
+    /// The item for two uniform numbers, and its probability. Two, so that a million items still have their digits.
+    #[inline]
+    pub fn sample(&self, u: [f32; 2]) -> (usize, Pmf) {
+        let x = f64::from(u[0]) + f64::from(u[1]) * (1.0 / 16_777_216.0);
+        let scaled = x * self.slots.len() as f64;
+        let index = (scaled as usize).min(self.slots.len() - 1);
+        let slot = &self.slots[index];
+        let chosen = if scaled - (index as f64) < slot.threshold {
+            index
+        } else {
+            slot.alias as usize
+        };
+        (chosen, self.pmf(chosen))
+    }
+
+    /// The probability of an item.
+    #[inline]
+    pub fn pmf(&self, item: usize) -> Pmf {
+        Pmf(self.slots[item].pmf)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::vec::ONE_MINUS_EPSILON;
+
+    /// The exact probability of each item: the share of [0, 1) that maps to it.
+    fn shares(table: &AliasTable) -> Vec<f64> {
+        let count = table.slots.len();
+        let mut shares = vec![0.0; count];
+        for (i, slot) in table.slots.iter().enumerate() {
+            shares[i] += slot.threshold.min(1.0) / count as f64;
+            shares[slot.alias as usize] += (1.0 - slot.threshold.min(1.0)) / count as f64;
+        }
+        shares
+    }
+
+    #[test]
+    fn items_are_chosen_in_proportion_to_their_weights() {
+        let weights = [0.0, 3.0, 1e-30, 0.5, 0.0, 7.25, 0.0];
+        let table = AliasTable::new(&weights).expect("valid weights");
+        let sum: f64 = weights.iter().sum();
+        for (i, share) in shares(&table).into_iter().enumerate() {
+            assert!((share - weights[i] / sum).abs() < 1e-15, "item {i}");
+            assert!((f64::from(table.pmf(i).0) - weights[i] / sum).abs() < 1e-7);
+        }
+    }
+
+    #[test]
+    fn an_item_of_weight_zero_is_never_chosen() {
+        for weights in [
+            vec![0.0, 1.0, 0.0],
+            vec![0.0, 1e-300, 0.0, 0.3, 0.3, 0.3, 0.0],
+        ] {
+            let table = AliasTable::new(&weights).expect("valid weights");
+            for i in 0..=1000 {
+                let u = (i as f32 / 1000.0).min(ONE_MINUS_EPSILON);
+                for second in [0.0, ONE_MINUS_EPSILON] {
+                    let (item, pmf) = table.sample([u, second]);
+                    assert!(weights[item] > 0.0 && pmf.0 > 0.0 || weights[item] < 1e-38);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn weights_that_are_no_weights_are_refused() {
+        for weights in [
+            vec![],
+            vec![0.0],
+            vec![1.0, -1.0, 3.0],
+            vec![f64::NAN],
+            vec![f64::INFINITY],
+        ] {
+            assert!(AliasTable::new(&weights).is_none(), "{weights:?}");
+        }
+    }
+}

@@ -1,5 +1,6 @@
 //! Etendue: a Monte Carlo renderer on Intel Embree 4.
 
+pub mod accel;
 pub mod bsdf;
 pub mod error;
 pub mod geometry;

@@ -7,4 +7,5 @@ pub mod ray;
 pub mod rgb;
 pub mod robust;
 pub mod stats;
+pub mod triangle;
 pub mod vec;

@@ -8,6 +8,7 @@
 //! Source: Van Oosterom and Strackee 1983 with the triple product taken over edges; Arvo 1995, "Stratified Sampling of
 //! Spherical Triangles". Tested in `tests/sampling.rs`.
 
+use crate::math::triangle::{clamp_to_triangle, meet_plane};
 use crate::math::vec::{DVec3, Vec2};
 
 /// Solid angles below this, in steradians, are better sampled by area: the difference between the two is smaller than
@@ -31,7 +32,10 @@ pub fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
 #[inline]
 pub fn sample(vertices: [DVec3; 3], omega: f64, u: Vec2) -> Option<[f64; 2]> {
     let w = sample_direction(vertices.map(DVec3::normalize), omega, u);
-    barycentric(vertices, w)
+    let (_, uv) = meet_plane(vertices, DVec3::ZERO, w)?;
+    uv.iter()
+        .all(|x| x.is_finite())
+        .then(|| clamp_to_triangle(uv))
 }
 
 /// Arvo's construction on the unit sphere: a point C' on the arc AC cuts off the area u_x omega; the result lies on BC'.
@@ -62,19 +66,4 @@ fn sample_direction([a, b, c]: [DVec3; 3], omega: f64, u: Vec2) -> DVec3 {
 #[inline]
 fn orthogonal_part(v: DVec3, axis: DVec3) -> DVec3 {
     (v - v.dot(axis) * axis).normalize_or_zero()
-}
-
-/// Where the ray from the origin along `w` meets the triangle, clamped into it.
-fn barycentric([a, b, c]: [DVec3; 3], w: DVec3) -> Option<[f64; 2]> {
-    let (e1, e2) = (b - a, c - a);
-    let p = w.cross(e2);
-    let determinant = e1.dot(p);
-    let b1 = (-a).dot(p) / determinant;
-    let b2 = w.dot((-a).cross(e1)) / determinant;
-    if !(b1.is_finite() && b2.is_finite()) {
-        return None;
-    }
-    let (b1, b2) = (b1.clamp(0.0, 1.0), b2.clamp(0.0, 1.0));
-    let excess = (b1 + b2).max(1.0);
-    Some([b1 / excess, b2 / excess])
 }

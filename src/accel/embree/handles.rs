@@ -1,0 +1,291 @@
+//! Embree's objects with owners: a device, a scene under construction, and a scene that is committed.
+//!
+//! Each handle owns one reference and releases it when dropped. A device outlives its scenes because they hold it; the
+//! buffers that Embree shares with us outlive the scene because it holds them. Errors are collected by a callback and
+//! asked for after building, never for a ray.
+//!
+//! Measure: normalised scene units, bytes.
+//! Range: Embree 4 with the layout of hits that its headers say, which `layout.rs` makes sure of.
+//! Source: Embree's manual; embree4 headers. Tested in `tests/tracing.rs`.
+
+use crate::error::{Error, Result};
+use crate::geometry::mesh::Mesh;
+use crate::math::vec::Vec3;
+use embree4_sys::*;
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::ptr;
+use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What Embree's callbacks write to, from any of its threads.
+#[derive(Debug, Default)]
+struct Monitor {
+    first_error: Mutex<Option<String>>,
+    bytes: AtomicI64,
+}
+
+/// An Embree device.
+#[derive(Debug)]
+pub struct Device {
+    handle: RTCDevice,
+    monitor: Box<Monitor>,
+}
+
+// SAFETY: Embree's devices may be used from any thread (manual, "Thread safety"); the monitor is synchronised.
+unsafe impl Send for Device {}
+// SAFETY: as above; we change a device only before it is shared.
+unsafe impl Sync for Device {}
+
+impl Device {
+    /// A device that builds with `threads` threads.
+    ///
+    /// # Errors
+    /// Embree's own words, or that its library does not fit its headers.
+    pub fn new(threads: usize) -> Result<Arc<Self>> {
+        let config =
+            CString::new(format!("threads={threads}")).expect("a formatted number has no NUL byte");
+        // SAFETY: `config` is a NUL-terminated string that lives through the call.
+        let handle = unsafe { rtcNewDevice(config.as_ptr()) };
+        if handle.is_null() {
+            // SAFETY: a null device asks for the error of the last failed creation on this thread.
+            let code = unsafe { rtcGetDeviceError(ptr::null_mut()) };
+            return Err(Error::render(format!(
+                "Embree found no device: error {code}"
+            )));
+        }
+        let device = Self {
+            handle,
+            monitor: Box::default(),
+        };
+        let user: *const Monitor = &*device.monitor;
+        // SAFETY: the monitor is boxed and dropped after the device is released, so `user` stays valid for as long as
+        // Embree can call back; both callbacks take it as a shared reference and never unwind.
+        unsafe {
+            rtcSetDeviceErrorFunction(handle, Some(on_error), user.cast_mut().cast());
+            rtcSetDeviceMemoryMonitorFunction(handle, Some(on_memory), user.cast_mut().cast());
+        }
+        Ok(Arc::new(device))
+    }
+
+    /// A property of the device, such as its version.
+    pub fn property(&self, property: RTCDeviceProperty) -> isize {
+        // SAFETY: the handle is valid while `self` is; an unknown property is reported as an error, not undefined.
+        unsafe { rtcGetDeviceProperty(self.handle, property) as isize }
+    }
+
+    /// Bytes that Embree holds for this device.
+    pub fn memory(&self) -> usize {
+        usize::try_from(self.monitor.bytes.load(Ordering::Relaxed)).unwrap_or(0)
+    }
+
+    /// The first error since the last call, in Embree's words.
+    fn take_error(&self) -> Result<()> {
+        let mut first = self
+            .monitor
+            .first_error
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        first.take().map_or(Ok(()), |words| {
+            Err(Error::render(format!("Embree: {words}")))
+        })
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        // SAFETY: this is the one reference that `new` got.
+        unsafe { rtcReleaseDevice(self.handle) };
+    }
+}
+
+/// Keeps the first error: those after it are its consequences.
+unsafe extern "C" fn on_error(user: *mut c_void, code: RTCError, text: *const c_char) {
+    // SAFETY: `user` is the monitor of a living device, see `Device::new`.
+    let monitor = unsafe { &*user.cast::<Monitor>() };
+    let words = if text.is_null() {
+        format!("error {code}")
+    } else {
+        // SAFETY: Embree passes a NUL-terminated text that lives through the callback.
+        unsafe { CStr::from_ptr(text) }
+            .to_string_lossy()
+            .into_owned()
+    };
+    let mut first = monitor
+        .first_error
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
+    first.get_or_insert(words);
+}
+
+/// Counts bytes as they come and go; allows everything.
+unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, _post: bool) -> bool {
+    // SAFETY: `user` is the monitor of a living device, see `Device::new`.
+    let monitor = unsafe { &*user.cast::<Monitor>() };
+    monitor.bytes.fetch_add(bytes as i64, Ordering::Relaxed);
+    true
+}
+
+/// A scene that shapes are attached to.
+#[derive(Debug)]
+pub struct Scene {
+    handle: RTCScene,
+    device: Arc<Device>,
+}
+
+impl Scene {
+    /// An empty scene of the best build quality; `robust` makes it watertight along edges.
+    pub fn new(device: Arc<Device>, robust: bool) -> Result<Self> {
+        // SAFETY: the device is valid, and kept alive by the scene.
+        let handle = unsafe { rtcNewScene(device.handle) };
+        device.take_error()?;
+        let flags = if robust {
+            RTC_SCENE_FLAG_ROBUST
+        } else {
+            RTC_SCENE_FLAG_NONE
+        };
+        // SAFETY: the handle is valid, as no error was reported.
+        unsafe {
+            rtcSetSceneBuildQuality(handle, RTC_BUILD_QUALITY_HIGH);
+            rtcSetSceneFlags(handle, flags);
+        }
+        Ok(Self { handle, device })
+    }
+
+    /// Attaches a mesh by reference under the given id.
+    ///
+    /// # Safety
+    /// The mesh must stay where it is, unchanged, until the scene is dropped.
+    pub unsafe fn attach_mesh(&mut self, id: u32, mesh: &Mesh) {
+        // SAFETY: lengths and strides are those of the slices; the caller keeps them alive; the padded positions hold
+        // the bytes that Embree's 16-byte loads read past the last vertex.
+        unsafe {
+            let geometry = rtcNewGeometry(self.device.handle, RTC_GEOMETRY_TYPE_TRIANGLE);
+            rtcSetSharedGeometryBuffer(
+                geometry,
+                RTC_BUFFER_TYPE_VERTEX,
+                0,
+                RTC_FORMAT_FLOAT3,
+                mesh.padded_positions().as_ptr().cast(),
+                0,
+                size_of::<Vec3>(),
+                mesh.positions().len(),
+            );
+            rtcSetSharedGeometryBuffer(
+                geometry,
+                RTC_BUFFER_TYPE_INDEX,
+                0,
+                RTC_FORMAT_UINT3,
+                mesh.indices().as_ptr().cast(),
+                0,
+                size_of::<[u32; 3]>(),
+                mesh.indices().len(),
+            );
+            self.attach(geometry, id);
+        }
+    }
+
+    /// Attaches one sphere, `[x, y, z, radius]`, under the given id. Embree keeps a copy.
+    pub fn attach_sphere(&mut self, id: u32, sphere: [f32; 4]) {
+        // SAFETY: the new geometry is valid; `attach` takes it over.
+        unsafe {
+            let geometry = rtcNewGeometry(self.device.handle, RTC_GEOMETRY_TYPE_SPHERE_POINT);
+            copy_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, sphere);
+            self.attach(geometry, id);
+        }
+    }
+
+    /// Attaches one flat disk, `[x, y, z, radius]` and its normal, under the given id. Embree keeps a copy.
+    pub fn attach_disk(&mut self, id: u32, disk: [f32; 4], normal: [f32; 3]) {
+        // SAFETY: the new geometry is valid; `attach` takes it over.
+        unsafe {
+            let kind = RTC_GEOMETRY_TYPE_ORIENTED_DISC_POINT;
+            let geometry = rtcNewGeometry(self.device.handle, kind);
+            copy_buffer(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT4, disk);
+            copy_buffer(geometry, RTC_BUFFER_TYPE_NORMAL, RTC_FORMAT_FLOAT3, normal);
+            self.attach(geometry, id);
+        }
+    }
+
+    /// Commits a geometry and hands it to the scene.
+    ///
+    /// # Safety
+    /// `geometry` must be a new geometry of this device, or null after an error.
+    unsafe fn attach(&mut self, geometry: RTCGeometry, id: u32) {
+        if geometry.is_null() {
+            return; // The error is collected and reported by `commit`.
+        }
+        // SAFETY: the geometry is valid; the scene takes a reference of its own, so ours is released.
+        unsafe {
+            rtcCommitGeometry(geometry);
+            rtcAttachGeometryByID(self.handle, geometry, id);
+            rtcReleaseGeometry(geometry);
+        }
+    }
+
+    /// Builds the BVH.
+    ///
+    /// # Errors
+    /// The first thing that Embree complained about since the scene was made.
+    pub fn commit(self) -> Result<CommittedScene> {
+        // SAFETY: the handle is valid and nobody else has it.
+        unsafe { rtcCommitScene(self.handle) };
+        self.device.take_error()?;
+        Ok(CommittedScene(self))
+    }
+}
+
+impl Drop for Scene {
+    fn drop(&mut self) {
+        // SAFETY: this is the one reference that `new` got; rays need a borrow, so none is under way.
+        unsafe { rtcReleaseScene(self.handle) };
+    }
+}
+
+/// Gives a geometry a buffer of its own with one item in it.
+///
+/// # Safety
+/// `geometry` must be valid or null; `T` must be the plain floats that `format` names.
+unsafe fn copy_buffer<T>(geometry: RTCGeometry, kind: RTCBufferType, format: RTCFormat, item: T) {
+    if geometry.is_null() {
+        return;
+    }
+    // SAFETY: Embree returns room for one aligned item, or null after an error that it has reported.
+    unsafe {
+        let buffer = rtcSetNewGeometryBuffer(geometry, kind, 0, format, size_of::<T>(), 1);
+        if !buffer.is_null() {
+            buffer.cast::<T>().write(item);
+        }
+    }
+}
+
+/// A scene that is built: rays may be traced from any thread.
+#[derive(Debug)]
+pub struct CommittedScene(Scene);
+
+// SAFETY: queries on a committed scene are safe from any thread (manual, "Thread safety"), and a committed scene can no
+// longer be changed.
+unsafe impl Send for CommittedScene {}
+// SAFETY: as above.
+unsafe impl Sync for CommittedScene {}
+
+impl CommittedScene {
+    /// Bytes that Embree holds for the scene's device.
+    pub fn memory(&self) -> usize {
+        self.0.device.memory()
+    }
+
+    /// Fills in the hit of one ray.
+    #[inline]
+    pub fn intersect(&self, ray_hit: &mut RTCRayHit) {
+        // SAFETY: the scene is committed; `ray_hit` has Embree's alignment by its type; null arguments are the
+        // defaults.
+        unsafe { rtcIntersect1(self.0.handle, ray_hit, ptr::null_mut()) };
+    }
+
+    /// Sets `tfar` of one ray to minus infinity if anything lies on it.
+    #[inline]
+    pub fn occluded(&self, ray: &mut RTCRay) {
+        // SAFETY: as in `intersect`.
+        unsafe { rtcOccluded1(self.0.handle, ray, ptr::null_mut()) };
+    }
+}

@@ -1,0 +1,81 @@
+//! Facts about the Embree that runs, for `etendue info`.
+//!
+//! Measure: none.
+//! Range: Linux tells where the library was loaded from; elsewhere the place stays unknown.
+//! Source: Embree's device properties; proc(5). Tested in `tests/command.rs`.
+
+use super::handles::Device;
+use crate::error::Result;
+use embree4_sys::{
+    RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED,
+    RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED, RTC_DEVICE_PROPERTY_VERSION_MAJOR,
+    RTC_DEVICE_PROPERTY_VERSION_MINOR, RTC_DEVICE_PROPERTY_VERSION_PATCH,
+};
+use std::path::PathBuf;
+
+/// What is known of Embree.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EmbreeInfo {
+    /// Version of the headers that the program was built with.
+    pub header_version: String,
+    /// Version of the library that runs.
+    pub library_version: String,
+    /// The file that the library was loaded from.
+    pub library: Option<PathBuf>,
+    /// Packet widths that the library traces natively on this machine.
+    pub native_widths: Vec<u32>,
+}
+
+impl EmbreeInfo {
+    /// Whether library and headers go together: the same major version, and a library that is not older in what the
+    /// headers promise. Embree keeps its interface within a major version.
+    pub fn fits(&self) -> bool {
+        let major = |version: &str| version.split('.').next().map(str::to_owned);
+        major(&self.header_version) == major(&self.library_version)
+    }
+}
+
+/// Asks the library.
+///
+/// # Errors
+/// If Embree finds no device, or one that does not fit its headers.
+pub fn info() -> Result<EmbreeInfo> {
+    let device = Device::new(1)?;
+    super::layout::check(&device)?;
+    let version = [
+        RTC_DEVICE_PROPERTY_VERSION_MAJOR,
+        RTC_DEVICE_PROPERTY_VERSION_MINOR,
+        RTC_DEVICE_PROPERTY_VERSION_PATCH,
+    ]
+    .map(|property| device.property(property).to_string());
+    let widths = [
+        (4, RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED),
+        (8, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED),
+        (16, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED),
+    ];
+    Ok(EmbreeInfo {
+        header_version: env!("EMBREE_HEADER_VERSION").to_owned(),
+        library_version: version.join("."),
+        library: loaded_library(),
+        native_widths: std::iter::once(1)
+            .chain(
+                widths
+                    .into_iter()
+                    .filter(|&(_, p)| device.property(p) != 0)
+                    .map(|(w, _)| w),
+            )
+            .collect(),
+    })
+}
+
+/// The mapped file whose name starts with `libembree4`.
+fn loaded_library() -> Option<PathBuf> {
+    let maps = std::fs::read_to_string("/proc/self/maps").ok()?;
+    let mut paths = maps
+        .lines()
+        .filter_map(|line| line.find('/').map(|at| PathBuf::from(&line[at..])));
+    paths.find(|path| {
+        path.file_name()
+            .is_some_and(|name| name.to_string_lossy().starts_with("libembree4"))
+    })
+}

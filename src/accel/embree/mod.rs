@@ -1,0 +1,187 @@
+//! The Embree backend.
+//!
+//! Single rays through `rtcIntersect1` and `rtcOccluded1`. In robust precision every hit on a triangle is checked: where
+//! the point along the ray and the point by barycentric coordinates disagree, double precision decides, because Embree's
+//! robust mode is known to report hits far off the triangle (Embree issue 387).
+//!
+//! Measure: normalised scene units.
+//! Range: coordinates up to 1e18 in magnitude, Embree's own limit; finite rays.
+//! Source: Embree's manual; Woop, Benthin and Wald 2013 for its robust mode. Tested in `tests/tracing.rs`.
+#![allow(unsafe_code)]
+
+mod handles;
+mod info;
+mod layout;
+
+pub use info::{EmbreeInfo, info};
+
+use super::{AccelOptions, Hit, Precision, PrimitiveId};
+use crate::error::Result;
+use crate::geometry::Geometry;
+use crate::geometry::mesh::{Mesh, triangle_point};
+use crate::math::ray::Ray;
+use crate::math::robust::gamma;
+use crate::math::triangle::{clamp_to_triangle, meet_plane};
+use crate::math::vec::Vec3;
+use embree4_sys::{RTC_INVALID_GEOMETRY_ID, RTCRay, RTCRayHit};
+use handles::{CommittedScene, Device, Scene};
+use std::sync::Arc;
+
+/// A committed Embree scene and the shapes it refers to.
+#[derive(Debug)]
+pub struct EmbreeAccel {
+    // Dropped before the geometries that it shares buffers with.
+    scene: CommittedScene,
+    geometries: Arc<[Geometry]>,
+    precision: Precision,
+}
+
+impl EmbreeAccel {
+    /// Builds a BVH of the best quality.
+    ///
+    /// # Errors
+    /// Embree's own words.
+    pub fn build(geometries: Arc<[Geometry]>, options: AccelOptions) -> Result<Self> {
+        let device = Device::new(options.threads)?;
+        layout::check(&device)?;
+        let mut scene = Scene::new(device, options.precision == Precision::Robust)?;
+        for (id, geometry) in (0..).zip(geometries.iter()) {
+            match geometry {
+                // SAFETY: the geometries are immutable behind their `Arc`, which outlives the scene in `Self`.
+                Geometry::Mesh(mesh) => unsafe { scene.attach_mesh(id, mesh) },
+                Geometry::Sphere(sphere) => {
+                    scene.attach_sphere(id, sphere.center.extend(sphere.radius).to_array());
+                }
+                Geometry::Disk(disk) => {
+                    let center_radius = disk.center.extend(disk.radius).to_array();
+                    scene.attach_disk(id, center_radius, disk.normal.to_array());
+                }
+            }
+        }
+        Ok(Self {
+            scene: scene.commit()?,
+            geometries,
+            precision: options.precision,
+        })
+    }
+
+    /// The closest hit.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let mut ray = *ray;
+        loop {
+            let hit = self.query(&ray)?;
+            if self.precision == Precision::Fast {
+                return Some(hit);
+            }
+            match self.check(&ray, hit) {
+                Some(checked) => return Some(checked),
+                None => ray.t_min = hit.t.max(ray.t_min).next_up(),
+            }
+        }
+    }
+
+    /// Whether anything lies on the ray.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        if !is_finite(ray) {
+            return false;
+        }
+        let mut query = new_ray(ray);
+        self.scene.occluded(&mut query);
+        query.tfar < 0.0
+    }
+
+    /// Bytes that Embree holds.
+    pub fn memory(&self) -> usize {
+        self.scene.memory()
+    }
+
+    #[inline]
+    fn query(&self, ray: &Ray) -> Option<Hit> {
+        if !is_finite(ray) {
+            return None;
+        }
+        let mut query = new_ray_hit(ray);
+        self.scene.intersect(&mut query);
+        (query.hit.geomID != RTC_INVALID_GEOMETRY_ID).then_some(Hit {
+            id: PrimitiveId {
+                geometry: query.hit.geomID,
+                primitive: query.hit.primID,
+            },
+            t: query.ray.tfar,
+            uv: [query.hit.u, query.hit.v],
+        })
+    }
+
+    /// The hit itself, or what double precision makes of it; `None` if it is nowhere near its triangle.
+    #[inline]
+    fn check(&self, ray: &Ray, hit: Hit) -> Option<Hit> {
+        let Geometry::Mesh(mesh) = &self.geometries[hit.id.geometry as usize] else {
+            return Some(hit);
+        };
+        let point = triangle_point(mesh.triangle(hit.id.primitive), hit.uv);
+        let along = hit.t * ray.dir;
+        let bound = point.error + gamma(4) * (ray.origin.abs() + along.abs());
+        let apart = (ray.origin + along - point.p).abs();
+        if apart.cmple(bound).all() {
+            Some(hit)
+        } else {
+            recheck(mesh, ray, hit, bound)
+        }
+    }
+}
+
+/// Double precision's answer. A hit outside the triangle by no more than rounding stays a hit, on the triangle's edge,
+/// or else what is watertight would leak again.
+#[cold]
+fn recheck(mesh: &Mesh, ray: &Ray, hit: Hit, bound: Vec3) -> Option<Hit> {
+    let vertices = mesh.triangle(hit.id.primitive).map(|v| v.as_dvec3());
+    let (origin, dir) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
+    let (t, uv) = meet_plane(vertices, origin, dir)?;
+    let [a, b, c] = vertices;
+    let [u, v] = clamp_to_triangle(uv);
+    let nearest = (1.0 - u - v) * a + u * b + v * c;
+    let apart = (origin + t * dir - nearest).abs();
+    let t = t as f32;
+    let near = apart.cmple(4.0 * bound.as_dvec3()).all() && t > ray.t_min && t <= ray.t_max;
+    near.then_some(Hit {
+        t,
+        uv: [u as f32, v as f32],
+        ..hit
+    })
+}
+
+#[inline]
+fn is_finite(ray: &Ray) -> bool {
+    ray.origin.is_finite() && ray.dir.is_finite()
+}
+
+#[inline]
+fn new_ray(ray: &Ray) -> RTCRay {
+    RTCRay {
+        org_x: ray.origin.x,
+        org_y: ray.origin.y,
+        org_z: ray.origin.z,
+        tnear: ray.t_min,
+        dir_x: ray.dir.x,
+        dir_y: ray.dir.y,
+        dir_z: ray.dir.z,
+        time: 0.0,
+        tfar: ray.t_max,
+        mask: u32::MAX,
+        id: 0,
+        flags: 0,
+    }
+}
+
+#[inline]
+fn new_ray_hit(ray: &Ray) -> RTCRayHit {
+    let mut query = RTCRayHit {
+        ray: new_ray(ray),
+        ..Default::default()
+    };
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID = [RTC_INVALID_GEOMETRY_ID];
+    query
+}

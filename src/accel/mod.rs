@@ -1,0 +1,176 @@
+//! Ray queries against all shapes of a scene: which primitive, how far, where on it. Nothing of lights or materials.
+//!
+//! The backends are a closed set and share one contract. A hit lies in (t_min, t_max] of the ray. On a triangle, (u, v)
+//! are the barycentric coordinates of its second and third vertex. Which of two primitives at exactly the same distance
+//! is reported is left open.
+//!
+//! Measure: normalised scene units; `t` in multiples of the direction's length.
+//! Range: finite rays; a ray that is not finite hits nothing.
+//! Source: the hit contract is Embree's. Tested in `tests/tracing.rs` against the brute-force oracle.
+
+pub mod brute;
+#[cfg(feature = "embree")]
+pub mod embree;
+pub mod obvhs;
+mod primitive;
+
+use crate::error::{Error, Result};
+use crate::geometry::Geometry;
+use crate::math::ray::Ray;
+use std::sync::Arc;
+
+/// One primitive of one shape.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct PrimitiveId {
+    /// Index of the shape's geometry.
+    pub geometry: u32,
+    /// Index of the primitive within it.
+    pub primitive: u32,
+}
+
+/// Where a ray meets a primitive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// The primitive.
+    pub id: PrimitiveId,
+    /// How far along the ray.
+    pub t: f32,
+    /// Barycentric coordinates on a triangle, unspecified elsewhere.
+    pub uv: [f32; 2],
+}
+
+/// The primitive that a ray has just left, and how far along the ray a hit on it must be an error of rounding.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Departure {
+    /// The primitive.
+    pub id: PrimitiveId,
+    /// Hits on it nearer than this do not count.
+    pub free_distance: f32,
+}
+
+/// The library that answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Backend {
+    /// Intel Embree, through the system's library.
+    #[cfg(feature = "embree")]
+    Embree,
+    /// obvhs, in Rust, with a binary BVH.
+    ObvhsBvh2,
+}
+
+impl Backend {
+    /// Every backend of this build, the preferred one first.
+    pub const ALL: &'static [Self] = &[
+        #[cfg(feature = "embree")]
+        Self::Embree,
+        Self::ObvhsBvh2,
+    ];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree => "embree",
+            Self::ObvhsBvh2 => "obvhs-bvh2",
+        }
+    }
+}
+
+/// How carefully rays are intersected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Precision {
+    /// Watertight at edges, and every hit on a triangle checked: no leaks, at about a third more time in traversal.
+    #[default]
+    Robust,
+    /// As fast as the backend can; a ray in very many slips through an edge.
+    Fast,
+}
+
+impl Precision {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Robust => "robust",
+            Self::Fast => "fast",
+        }
+    }
+}
+
+/// How an acceleration structure is built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AccelOptions {
+    /// The library.
+    pub backend: Backend,
+    /// How carefully it intersects.
+    pub precision: Precision,
+    /// Threads to build with, at least 1.
+    pub threads: usize,
+}
+
+/// The shapes of a scene, ready for ray queries from any number of threads.
+#[derive(Debug)]
+pub enum Accel {
+    /// Embree's.
+    #[cfg(feature = "embree")]
+    Embree(embree::EmbreeAccel),
+    /// obvhs's; boxed because it is held by value.
+    ObvhsBvh2(Box<obvhs::ObvhsAccel>),
+}
+
+impl Accel {
+    /// Builds the structure over all primitives.
+    ///
+    /// # Errors
+    /// What the backend says, most likely that memory ran out.
+    pub fn build(geometries: Arc<[Geometry]>, options: AccelOptions) -> Result<Self> {
+        let fits = |count: usize| u32::try_from(count).is_ok();
+        if !fits(geometries.len()) || !geometries.iter().all(|g| fits(g.primitive_count())) {
+            return Err(Error::render(
+                "more than 2^32 shapes, or triangles in one shape",
+            ));
+        }
+        Ok(match options.backend {
+            #[cfg(feature = "embree")]
+            Backend::Embree => Self::Embree(embree::EmbreeAccel::build(geometries, options)?),
+            Backend::ObvhsBvh2 => Self::ObvhsBvh2(Box::new(obvhs::ObvhsAccel::build(geometries))),
+        })
+    }
+
+    /// The closest hit, other than a false one on the primitive just left.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray, departure: Option<Departure>) -> Option<Hit> {
+        let mut ray = *ray;
+        loop {
+            let hit = match self {
+                #[cfg(feature = "embree")]
+                Self::Embree(accel) => accel.intersect(&ray)?,
+                Self::ObvhsBvh2(accel) => accel.intersect(&ray)?,
+            };
+            match departure {
+                Some(d) if d.id == hit.id && hit.t < d.free_distance => {
+                    ray.t_min = hit.t.max(ray.t_min).next_up();
+                }
+                _ => return Some(hit),
+            }
+        }
+    }
+
+    /// Whether anything lies on the ray.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(accel) => accel.occluded(ray),
+            Self::ObvhsBvh2(accel) => accel.occluded(ray),
+        }
+    }
+
+    /// Bytes that the structure occupies beside the shapes.
+    pub fn memory(&self) -> usize {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(accel) => accel.memory(),
+            Self::ObvhsBvh2(accel) => accel.memory(),
+        }
+    }
+}

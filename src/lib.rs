@@ -2,11 +2,15 @@
 
 pub mod accel;
 pub mod bsdf;
+pub mod camera;
 pub mod error;
+pub mod film;
 pub mod geometry;
 pub mod image;
+pub mod integrator;
 pub mod light;
 pub mod math;
+pub mod render;
 pub mod sampler;
 pub mod sampling;
 pub mod scene;

@@ -1,3 +1,7 @@
 //! The `etendue` command.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    etendue::cli::run()
+}

@@ -4,6 +4,7 @@
 //! Range: what `load` lets through: every number finite, every index in range, every reflectance in [0, 1].
 //! Source: docs/scene-format.md. Tested through `load` and in `tests/bad_input.rs`.
 
+pub use crate::film::filter::{FilterDescription, FilterKind};
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec2, DVec3};
@@ -60,30 +61,6 @@ pub struct FilmDescription {
     pub size: (u32, u32),
     /// The reconstruction filter.
     pub filter: FilterDescription,
-}
-
-/// A reconstruction filter: a kind and its radius in pixels.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FilterDescription {
-    /// The shape.
-    pub kind: FilterKind,
-    /// Half the width of the support, in pixels, above 0.
-    pub radius: f64,
-}
-
-/// The shapes of reconstruction filters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FilterKind {
-    /// Constant.
-    Box,
-    /// Linear to zero.
-    Tent,
-    /// A Gaussian lowered to reach zero at the radius.
-    Gaussian,
-    /// Mitchell and Netravali with B = C = 1/3: has negative lobes.
-    Mitchell,
-    /// The four-term Blackman-Harris window.
-    BlackmanHarris,
 }
 
 /// The `[render]` table: every entry absent unless written.

@@ -47,6 +47,7 @@ impl EmbreeAccel {
         let mut scene = Scene::new(device, options.precision == Precision::Robust)?;
         for (id, geometry) in (0..).zip(geometries.iter()) {
             match geometry {
+                Geometry::Mesh(mesh) if mesh.indices().is_empty() => {}
                 // SAFETY: the geometries are immutable behind their `Arc`, which outlives the scene in `Self`.
                 Geometry::Mesh(mesh) => unsafe { scene.attach_mesh(id, mesh) },
                 Geometry::Sphere(sphere) => {

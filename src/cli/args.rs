@@ -1,0 +1,187 @@
+//! The arguments of every verb, typed.
+//!
+//! Measure: said at each flag.
+//! Range: said at each flag; what is out of it is a usage error that names the flag.
+//! Source: the conventions of `etendue help`. Tested in `tests/command.rs`.
+
+use super::durations::parse_duration;
+use crate::accel::{Backend, Precision};
+use crate::render::settings::{IntegratorKind, SamplerKind};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// A Monte Carlo renderer that states how wrong its picture is.
+#[derive(Debug, Parser)]
+#[command(name = "etendue", version, propagate_version = true)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+/// The verbs.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Render a scene to one or more image files.
+    Render(Box<RenderArguments>),
+    /// Print versions, features and what this machine and its Embree can do.
+    Info(InfoArguments),
+    /// Print a completion script for a shell.
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, as roff: `etendue man | man -l -`.
+    Man {
+        /// Of this verb only.
+        verb: Option<String>,
+    },
+}
+
+/// Arguments of `info`.
+#[derive(Debug, Args)]
+pub struct InfoArguments {
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// When to show progress.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum ProgressMode {
+    /// A bar on a terminal, else a line every 30 seconds.
+    Auto,
+    /// A line every 30 seconds.
+    Plain,
+    /// Nothing.
+    None,
+}
+
+/// Arguments of `render`.
+#[derive(Debug, Args)]
+pub struct RenderArguments {
+    /// The scene: a .toml file, or a bare .obj model.
+    pub scene: PathBuf,
+    /// Image to write: .exr, .png, .hdr or .pfm; may be repeated. Default: the scene's name with .png.
+    #[arg(short, long = "out", value_name = "FILE")]
+    pub out: Vec<PathBuf>,
+    /// Samples per pixel, at least 1. Default: the scene's, or 64.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    pub spp: Option<u64>,
+    /// Time to render, such as 30s, 5m or 1h30m. With --spp, whichever comes first.
+    #[arg(long, value_name = "DURATION", value_parser = parse_duration)]
+    pub time: Option<Duration>,
+    /// The estimator. Default: the scene's, or path.
+    #[arg(long, value_parser = named(IntegratorKind::ALL, IntegratorKind::name))]
+    pub integrator: Option<IntegratorKind>,
+    /// Where random numbers come from. Default: the scene's, or sobol.
+    #[arg(long, value_parser = named(SamplerKind::ALL, SamplerKind::name))]
+    pub sampler: Option<SamplerKind>,
+    /// The library that traces rays.
+    #[arg(long, value_parser = named(Backend::ALL, Backend::name),
+          default_value = Backend::ALL[0].name())]
+    pub backend: Backend,
+    /// robust has no leaks; fast saves about a third of the tracing and now and then misses an edge.
+    #[arg(long, value_parser = named(&[Precision::Robust, Precision::Fast], Precision::name),
+          default_value = Precision::Robust.name())]
+    pub precision: Precision,
+    /// Scattering events at most: 0 shows emitters only, 1 is direct light. Biases. Default: the scene's, or no limit.
+    #[arg(long, value_name = "N")]
+    pub max_bounces: Option<u32>,
+    /// Picks one of 2^64 sets of random numbers. Default: the scene's, or 0.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Threads. Default: all that this process may use.
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Size of the picture in pixels. Default: the scene's.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Render only the pixels from (x0, y0) up to but not including (x1, y1); the origin is the upper left corner.
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_numbers::<4>)]
+    pub crop: Option<[u32; 4]>,
+    /// Exposure of PNG files in stops: pixel values times 2^EV.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true,
+          value_parser = parse_exposure)]
+    pub exposure: f32,
+    /// Write the statistics of the render to a JSON file.
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+    /// Print the statistics of the render as one JSON object.
+    #[arg(long)]
+    pub json: bool,
+    /// When to show progress.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub progress: ProgressMode,
+    /// Print nothing but errors.
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Print what the scene consists of and where the time goes.
+    #[arg(short, long)]
+    pub verbose: bool,
+    /// Replay one sample of this pixel instead of rendering, and print the vertices of its path.
+    #[arg(long, value_name = "X,Y", value_parser = parse_numbers::<2>, requires = "sample")]
+    pub pixel: Option<[u32; 2]>,
+    /// The sample to replay, counted from 0.
+    #[arg(long, value_name = "N", requires = "pixel")]
+    pub sample: Option<u64>,
+}
+
+/// Parses one of `values` by its name; clap lists the names and suggests the nearest.
+fn named<T: Copy + Send + Sync + 'static>(
+    values: &'static [T],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(values.iter().map(|&value| name(value))).map(move |chosen| {
+        let found = values.iter().find(|&&value| name(value) == chosen);
+        *found.expect("clap lets only these names through")
+    })
+}
+
+fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let expected = || "expected WIDTHxHEIGHT in pixels, each from 1 to 65536, such as 768x512".to_owned();
+    let (width, height) = text.split_once('x').ok_or_else(expected)?;
+    let side = |text: &str| {
+        text.parse().ok().filter(|side| (1..=65536).contains(side)).ok_or_else(expected)
+    };
+    Ok((side(width)?, side(height)?))
+}
+
+fn parse_numbers<const N: usize>(text: &str) -> Result<[u32; N], String> {
+    let numbers: Result<Vec<u32>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    numbers
+        .ok()
+        .and_then(|numbers| numbers.try_into().ok())
+        .ok_or_else(|| format!("expected {N} whole numbers of pixels, separated by commas"))
+}
+
+fn parse_exposure(text: &str) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|stops: &f32| stops.abs() <= 100.0)
+        .ok_or_else(|| "expected a number of stops from -100 to 100".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        use clap::CommandFactory;
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_and_crops_are_parsed_strictly() {
+        assert_eq!(parse_size("768x512"), Ok((768, 512)));
+        for wrong in ["0x5", "768", "x", "70000x1", "-1x2", "1x2x3"] {
+            assert!(parse_size(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(parse_numbers::<2>("3, 4"), Ok([3, 4]));
+        assert!(parse_numbers::<2>("3,4,5").is_err());
+        assert!(parse_numbers::<2>("3,-4").is_err());
+    }
+}

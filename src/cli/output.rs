@@ -1,0 +1,129 @@
+//! Progress while a render goes on, and its end by Ctrl-C.
+//!
+//! Measure: samples per pixel, seconds.
+//! Range: a bar on a terminal; elsewhere a line every 30 seconds; nothing with `--quiet` or `--progress none`.
+//! Source: none needed. Tested in `tests/command.rs`.
+
+use super::args::ProgressMode;
+use super::durations::format_duration;
+use crate::error::{Error, Result};
+use crate::render::{Progress, RenderObserver};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::IsTerminal;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Time between two plain lines.
+const LINE_INTERVAL: Duration = Duration::from_secs(30);
+
+/// Parts of the bar.
+const BAR_LENGTH: u64 = 1000;
+
+/// Shows progress and passes Ctrl-C on.
+pub struct Watcher {
+    display: Display,
+    interrupted: Arc<AtomicBool>,
+}
+
+enum Display {
+    Bar(ProgressBar),
+    Lines(Mutex<Instant>),
+    Nothing,
+}
+
+impl Watcher {
+    /// A watcher that catches Ctrl-C. A second one ends the process at once.
+    ///
+    /// # Errors
+    /// If the handler cannot be installed.
+    pub fn new(mode: ProgressMode) -> Result<Self> {
+        let interrupted = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&interrupted);
+        ctrlc::set_handler(move || {
+            if flag.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+        })
+        .map_err(|error| Error::render("cannot watch for Ctrl-C").because(error))?;
+        Ok(Self { display: Display::new(mode), interrupted })
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&self) {
+        if let Display::Bar(bar) = &self.display {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Display {
+    fn new(mode: ProgressMode) -> Self {
+        match mode {
+            ProgressMode::None => Self::Nothing,
+            ProgressMode::Auto if std::io::stderr().is_terminal() => {
+                let target = ProgressDrawTarget::stderr_with_hz(5);
+                let bar = ProgressBar::with_draw_target(Some(BAR_LENGTH), target);
+                let style = ProgressStyle::with_template("{bar:40.cyan} {percent:>3} %  {msg}");
+                bar.set_style(style.expect("the template is well formed"));
+                Self::Bar(bar)
+            }
+            _ => Self::Lines(Mutex::new(Instant::now())),
+        }
+    }
+}
+
+impl RenderObserver for Watcher {
+    fn progress(&self, progress: &Progress) {
+        match &self.display {
+            Display::Nothing => {}
+            Display::Bar(bar) => {
+                bar.set_position((progress.fraction * BAR_LENGTH as f64) as u64);
+                bar.set_message(describe(progress));
+            }
+            Display::Lines(last) => {
+                let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+                if last.elapsed() >= LINE_INTERVAL {
+                    *last = Instant::now();
+                    // Rounded down: 100 % means done.
+                    let percent = (100.0 * progress.fraction).floor();
+                    eprintln!("{percent:>3} %  {}", describe(progress));
+                }
+            }
+        }
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
+    }
+}
+
+/// Samples, error so far, time left.
+fn describe(progress: &Progress) -> String {
+    let error = progress
+        .rel_rmse
+        .map_or(String::new(), |error| format!(", error {}", format_percent(error)));
+    let left = if progress.fraction > 0.0 {
+        let total = progress.elapsed.as_secs_f64() / progress.fraction;
+        let left = (total - progress.elapsed.as_secs_f64()).clamp(0.0, 3.6e9);
+        format!(", {} left", format_duration(Duration::from_secs_f64(left)))
+    } else {
+        String::new()
+    };
+    format!("{} spp{error}{left}", progress.spp)
+}
+
+/// A fraction as a percentage with three digits.
+pub fn format_percent(fraction: f64) -> String {
+    let percent = 100.0 * fraction;
+    let decimals = if percent >= 100.0 {
+        0
+    } else if percent >= 10.0 {
+        1
+    } else if percent >= 1.0 {
+        2
+    } else {
+        3
+    };
+    format!("{percent:.decimals$} %")
+}

@@ -1,0 +1,181 @@
+//! Rendering: passes over tiles on all threads, until the budget is used up.
+//!
+//! Every pass takes each pixel from one sample index to the next. Since a sample is a pure function of seed, pixel and
+//! index, and each pixel's samples are added in order, the picture is the same for any number of threads, size of tiles
+//! and division into passes.
+//!
+//! Measure: samples per pixel, seconds.
+//! Range: settings that [`RenderSettings::validate`] lets through.
+//! Source: docs/architecture.md. Tested in `tests/determinism.rs` and `tests/budget.rs`.
+
+pub mod budget;
+mod dispatch;
+pub mod replay;
+pub mod settings;
+mod tile;
+
+use crate::error::{Error, Result};
+use crate::film::Film;
+use crate::film::filter::Filter;
+use crate::integrator::RayCounts;
+use crate::scene::Scene;
+use budget::PassPlanner;
+use rayon::prelude::*;
+use settings::RenderSettings;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+pub use tile::{NonFiniteSample, Rejected};
+
+/// How far a render has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Samples taken, over all pixels.
+    pub samples: u64,
+    /// Samples per pixel that are complete.
+    pub spp: u64,
+    /// Time since the rendering began.
+    pub elapsed: Duration,
+    /// The share of the budget that is used up, in [0, 1].
+    pub fraction: f64,
+    /// Estimated root of relMSE, once it can be told.
+    pub rel_rmse: Option<f64>,
+}
+
+/// Is told how a render goes on, from any of its threads, and can end it.
+pub trait RenderObserver: Sync {
+    /// After every tile.
+    fn progress(&self, _progress: &Progress) {}
+    /// Whether the render should stop as soon as it can; the samples so far are kept.
+    fn is_cancelled(&self) -> bool {
+        false
+    }
+}
+
+/// Nobody watches.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Unwatched;
+
+impl RenderObserver for Unwatched {}
+
+/// A finished render.
+#[derive(Debug)]
+pub struct Rendered {
+    /// The sums of all pixels.
+    pub film: Film,
+    /// Complete samples per pixel; some tiles have more after an interruption.
+    pub spp: u64,
+    /// Time that the rendering took.
+    pub elapsed: Duration,
+    /// Rays traced.
+    pub rays: RayCounts,
+    /// Samples that were not finite.
+    pub rejected: Rejected,
+    /// Whether the observer ended it.
+    pub cancelled: bool,
+}
+
+/// Renders a scene.
+///
+/// # Errors
+/// Settings out of their range, or threads that cannot be started.
+pub fn render(
+    scene: &Scene,
+    filter: &Filter,
+    size: (u32, u32),
+    settings: &RenderSettings,
+    observer: &dyn RenderObserver,
+) -> Result<Rendered> {
+    settings.validate(size)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(settings.threads)
+        .build()
+        .map_err(|error| Error::render("cannot start the threads").because(error))?;
+    let run = Run {
+        scene,
+        filter,
+        settings,
+        observer,
+        start: Instant::now(),
+        samples: AtomicU64::new(0),
+        cancelled: AtomicBool::new(false),
+        totals: Mutex::default(),
+    };
+    Ok(pool.install(|| run.all_passes()))
+}
+
+/// What a render holds while it goes on.
+struct Run<'a> {
+    scene: &'a Scene,
+    filter: &'a Filter,
+    settings: &'a RenderSettings,
+    observer: &'a dyn RenderObserver,
+    start: Instant,
+    samples: AtomicU64,
+    cancelled: AtomicBool,
+    totals: Mutex<Totals>,
+}
+
+#[derive(Default)]
+struct Totals {
+    rays: RayCounts,
+    rejected: Rejected,
+}
+
+impl Run<'_> {
+    fn all_passes(self) -> Rendered {
+        let mut film = Film::new(self.settings.window, self.settings.tile_size);
+        let mut planner = PassPlanner::new(self.settings.budget);
+        let mut error = None;
+        while let Some(samples) = planner.next_pass(self.start.elapsed()) {
+            film.tiles_mut().par_iter_mut().for_each(|tile| {
+                if self.is_cancelled() {
+                    return;
+                }
+                let range = planner.spp()..planner.spp() + samples;
+                let outcome =
+                    dispatch::sample_tile(self.scene, self.filter, self.settings, tile, range);
+                let mut totals = self.totals.lock().expect("no thread panics while it holds this");
+                totals.rays += outcome.rays;
+                totals.rejected.merge(outcome.rejected);
+                drop(totals);
+                self.report(&planner, tile.window.pixel_count() * samples, error);
+            });
+            if self.is_cancelled() {
+                break;
+            }
+            planner.pass_done(samples);
+            error = film.error().map(|error| error.rel_rmse);
+        }
+        let totals = self.totals.into_inner().expect("no thread panics while it holds this");
+        Rendered {
+            spp: planner.spp(),
+            elapsed: self.start.elapsed(),
+            rays: totals.rays,
+            rejected: totals.rejected,
+            cancelled: self.cancelled.into_inner(),
+            film,
+        }
+    }
+
+    /// Asks the observer once and for all.
+    fn is_cancelled(&self) -> bool {
+        if !self.cancelled.load(Ordering::Relaxed) && self.observer.is_cancelled() {
+            self.cancelled.store(true, Ordering::Relaxed);
+        }
+        self.cancelled.load(Ordering::Relaxed)
+    }
+
+    fn report(&self, planner: &PassPlanner, new_samples: u64, rel_rmse: Option<f64>) {
+        let samples = self.samples.fetch_add(new_samples, Ordering::Relaxed) + new_samples;
+        let elapsed = self.start.elapsed();
+        let per_pixel = samples as f64 / self.settings.window.pixel_count() as f64;
+        self.observer.progress(&Progress {
+            samples,
+            spp: planner.spp(),
+            elapsed,
+            fraction: planner.fraction(per_pixel, elapsed),
+            rel_rmse,
+        });
+    }
+}

@@ -1,0 +1,138 @@
+//! What a render is asked to do.
+//!
+//! Measure: pixels, samples per pixel, seconds.
+//! Range: said at each field; [`RenderSettings::validate`] names what is out of it.
+//! Source: design of the command line. Tested in `tests/render_settings.rs` and `tests/command.rs`.
+
+use crate::error::{Error, Result};
+use crate::film::Window;
+use crate::integrator::Roulette;
+use std::time::Duration;
+
+/// Where random numbers come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SamplerKind {
+    /// Independent numbers.
+    Independent,
+    /// Owen-scrambled Sobol' points.
+    #[default]
+    Sobol,
+}
+
+impl SamplerKind {
+    /// Every sampler.
+    pub const ALL: &'static [Self] = &[Self::Sobol, Self::Independent];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Independent => "independent",
+            Self::Sobol => "sobol",
+        }
+    }
+}
+
+/// The estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum IntegratorKind {
+    /// Path tracing with next event estimation and multiple importance sampling.
+    #[default]
+    Path,
+}
+
+impl IntegratorKind {
+    /// Every integrator.
+    pub const ALL: &'static [Self] = &[Self::Path];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Path => "path",
+        }
+    }
+}
+
+/// When to stop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Budget {
+    /// Samples per pixel at most, at least 1.
+    pub spp: Option<u64>,
+    /// Time at most, for the rendering alone. The last pass ends as near to it as passes allow.
+    pub time: Option<Duration>,
+}
+
+/// The settings of a render.
+#[derive(Debug, Clone)]
+pub struct RenderSettings {
+    /// The estimator.
+    pub integrator: IntegratorKind,
+    /// Where random numbers come from.
+    pub sampler: SamplerKind,
+    /// Picks one of 2^64 sets of random numbers.
+    pub seed: u64,
+    /// When to stop; at least one of its two has to be given.
+    pub budget: Budget,
+    /// Scattering events at most; `None` does not limit them.
+    pub max_bounces: Option<u32>,
+    /// When paths end by chance.
+    pub roulette: Roulette,
+    /// Threads, at least 1.
+    pub threads: usize,
+    /// The part of the picture to render.
+    pub window: Window,
+    /// Edge of a tile in pixels, at least 1. It changes nothing but the speed.
+    pub tile_size: u32,
+}
+
+impl RenderSettings {
+    /// The default settings for a whole picture of this size and this many samples per pixel.
+    pub fn new(size: (u32, u32), spp: u64) -> Self {
+        Self {
+            integrator: IntegratorKind::default(),
+            sampler: SamplerKind::default(),
+            seed: 0,
+            budget: Budget { spp: Some(spp), time: None },
+            max_bounces: None,
+            roulette: Roulette::default(),
+            threads: available_threads(),
+            window: Window { x: 0, y: 0, width: size.0, height: size.1 },
+            tile_size: 32,
+        }
+    }
+
+    /// Whether the settings make sense for a picture of this size.
+    ///
+    /// # Errors
+    /// A usage error that names the setting.
+    pub fn validate(&self, (width, height): (u32, u32)) -> Result<()> {
+        let Window { x, y, width: w, height: h } = self.window;
+        let fits = |start: u32, length: u32, size: u32| {
+            length > 0 && start.checked_add(length).is_some_and(|end| end <= size)
+        };
+        if !(fits(x, w, width) && fits(y, h, height)) {
+            return Err(Error::usage(format!(
+                "the window from ({x}, {y}) of {w} x {h} pixels is not within the picture of {width} x {height}"
+            )));
+        }
+        match self.budget {
+            Budget { spp: None, time: None } => {
+                Err(Error::usage("neither samples per pixel nor a time to stop at was given"))
+            }
+            Budget { spp: Some(0), .. } => Err(Error::usage("samples per pixel must be at least 1")),
+            _ if self.threads == 0 => Err(Error::usage("threads must be at least 1")),
+            _ if self.tile_size == 0 => Err(Error::usage("the tile size must be at least 1")),
+            _ => Ok(()),
+        }
+    }
+
+    /// What biases the picture, in words; empty for an unbiased one.
+    pub fn bias(&self) -> Vec<String> {
+        let limit = self.max_bounces.map(|n| format!("max_bounces {n}: light that scatters more often is missing"));
+        limit.into_iter().collect()
+    }
+}
+
+/// The threads that this process may use.
+pub fn available_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}

@@ -1,0 +1,109 @@
+//! One tile's samples of one pass.
+//!
+//! Measure: samples; radiance.
+//! Range: samples that are not finite are counted and located, and left out of the sums.
+//! Source: none needed. Tested in `tests/determinism.rs`.
+
+use crate::film::Tile;
+use crate::film::filter::Filter;
+use crate::integrator::RayCounts;
+use crate::integrator::observer::{PathObserver, Unobserved};
+use crate::integrator::path::PathIntegrator;
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec2;
+use crate::sampler::{Decision, Sampler};
+use crate::scene::Scene;
+use std::ops::Range;
+
+/// A sample that was not a finite number: enough to replay it with the render's seed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct NonFiniteSample {
+    /// Row of its pixel.
+    pub y: u32,
+    /// Column of its pixel.
+    pub x: u32,
+    /// Its index.
+    pub sample: u64,
+}
+
+/// Samples that were not finite.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Rejected {
+    /// How many.
+    pub count: u64,
+    /// The first one in reading order.
+    pub first: Option<NonFiniteSample>,
+}
+
+impl Rejected {
+    /// Takes others in; in whatever order, the result is the same.
+    pub fn merge(&mut self, other: Self) {
+        self.count += other.count;
+        self.first = self.first.into_iter().chain(other.first).min();
+    }
+}
+
+/// What a tile's pass tells beside its sums.
+#[derive(Debug, Default)]
+pub struct Outcome {
+    pub rays: RayCounts,
+    pub rejected: Rejected,
+}
+
+/// Adds the samples of `range` to every pixel of a tile.
+pub fn sample_tile<S: Sampler>(
+    scene: &Scene,
+    filter: &Filter,
+    integrator: PathIntegrator,
+    mut sampler: S,
+    tile: &mut Tile,
+    range: Range<u64>,
+) -> Outcome {
+    let mut outcome = Outcome::default();
+    for ([x, y], sums) in tile.window.pixels().zip(&mut tile.pixels) {
+        for sample in range.clone() {
+            sampler.start([x, y], sample);
+            let camera_sample = CameraSample { scene, filter, pixel: [x, y] };
+            let radiance = camera_sample.radiance(
+                integrator,
+                &mut sampler,
+                &mut outcome.rays,
+                &mut Unobserved,
+            );
+            if radiance.is_finite() {
+                sums.add(radiance);
+            } else {
+                let first = Some(NonFiniteSample { y, x, sample });
+                outcome.rejected.merge(Rejected { count: 1, first });
+            }
+        }
+    }
+    tile.samples += range.end - range.start;
+    outcome
+}
+
+/// A sample on its way from the film into the scene.
+pub struct CameraSample<'a> {
+    pub scene: &'a Scene,
+    pub filter: &'a Filter,
+    pub pixel: [u32; 2],
+}
+
+impl CameraSample<'_> {
+    /// The sample's value: radiance along the camera ray, times the filter's weight.
+    #[inline]
+    pub fn radiance<S: Sampler, O: PathObserver>(
+        &self,
+        integrator: PathIntegrator,
+        sampler: &mut S,
+        rays: &mut RayCounts,
+        observer: &mut O,
+    ) -> Rgb {
+        let [film_x, film_y, lens_x, lens_y] = sampler.draw(Decision::Camera);
+        let filtered = self.filter.sample(Vec2::new(film_x, film_y));
+        let [x, y] = self.pixel.map(|i| i as f32 + 0.5);
+        let film = Vec2::new(x, y) + filtered.offset;
+        let ray = self.scene.camera.ray(film, Vec2::new(lens_x, lens_y));
+        filtered.weight * integrator.radiance(self.scene, sampler, ray, rays, observer)
+    }
+}

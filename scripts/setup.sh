@@ -120,10 +120,12 @@ install_packages() {
 
 # --- The private copy. --------------------------------------------------------------------
 
-# The Debian mirror that this machine's apt takes its own suite from.
+# The Debian mirror that this machine's apt takes its own suite from, even if it has no package
+# lists yet.
 debian_mirror() {
     # shellcheck disable=SC2016 # apt's own variables.
-    apt-get indextargets --format '$(RELEASE) $(COMPONENT) $(REPO_URI)' 'Created-By: Packages' |
+    apt-get indextargets --no-release-info --format '$(RELEASE) $(COMPONENT) $(REPO_URI)' \
+        'Created-By: Packages' |
         awk -v own="$release" \
             '($1 == own || $1 ~ /^(old)*stable$/) && $2 == "main" { print $3; exit }'
 }

@@ -1,0 +1,42 @@
+# What a newcomer types. Each target sets the machine up first where that is needed; all the
+# work is cargo's. Variables: CARGO (default: cargo), OUT (where pictures go, default: out).
+
+CARGO ?= cargo
+OUT ?= out
+
+.PHONY: help setup demo test bench check clean
+.DEFAULT_GOAL := help
+
+help: ## Lists these targets.
+	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 16
+
+setup: ## Finds or fetches Embree 4 and what a build needs.
+	@scripts/setup.sh
+
+# `.exr` is the picture itself, `.png` is for the eye. Samples a pixel are chosen so that both
+# renders together take less than two minutes on two cores.
+demo: setup ## Renders the scenes cornell-box and suzanne-room to out/.
+	@mkdir -p $(OUT)
+	$(CARGO) build --release
+	$(CARGO) run --release --quiet -- render scenes/cornell-box/cornell-box.toml \
+		--spp 256 -o $(OUT)/cornell-box.exr -o $(OUT)/cornell-box.png
+	$(CARGO) run --release --quiet -- render scenes/suzanne-room/suzanne-room.toml \
+		--spp 64 -o $(OUT)/suzanne-room.exr -o $(OUT)/suzanne-room.png
+
+# Optimised by the profile `test` of Cargo.toml, as most tests are statistics over many samples.
+test: setup ## Runs all tests.
+	$(CARGO) test --workspace
+
+bench: setup ## Runs the benchmarks.
+	$(CARGO) bench
+
+check: setup ## Runs the gates: format, lints, documentation, without a warning.
+	$(CARGO) fmt --all --check
+	$(CARGO) clippy --workspace --all-targets -- -D warnings
+	$(CARGO) clippy --all-targets --no-default-features --features cli -- -D warnings
+	$(CARGO) clippy --all-targets --no-default-features -- -D warnings
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --workspace --no-deps
+
+clean: ## Removes what was built and rendered; keeps the private Embree.
+	$(CARGO) clean
+	rm -rf $(OUT)

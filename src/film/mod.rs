@@ -127,6 +127,17 @@ impl Film {
         Image::new(width, height, image)
     }
 
+    /// The mean of each channel over the whole picture.
+    pub fn mean(&self) -> [f64; 3] {
+        let mut channels = [Moments::default(); 3];
+        for (_, _, mean, _) in self.means() {
+            for (moments, x) in channels.iter_mut().zip(mean) {
+                moments.push(x);
+            }
+        }
+        channels.map(|moments| moments.mean())
+    }
+
     /// The estimated error of the picture; `None` before every pixel has two samples, or for a black picture.
     ///
     /// It takes samples as independent. Those of a low-discrepancy sampler err less: for them it is an upper bound.
@@ -134,7 +145,7 @@ impl Film {
         if self.tiles.iter().any(|tile| tile.samples < 2) {
             return None;
         }
-        let mean = Moments::of(self.means().flat_map(|(_, _, mean, _)| mean)).mean();
+        let mean = self.mean().iter().sum::<f64>() / 3.0;
         let epsilon = 0.01 * mean * mean;
         if epsilon == 0.0 {
             return None;

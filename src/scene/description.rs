@@ -41,6 +41,15 @@ pub struct Place {
     pub line: Option<usize>,
 }
 
+/// A value with its place in the scene's file, for errors that only a later floor can find.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written<T> {
+    /// The value.
+    pub value: T,
+    /// The line, counted from 1.
+    pub line: usize,
+}
+
 /// A perspective camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraDescription {
@@ -67,11 +76,11 @@ pub struct FilmDescription {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderDescription {
     /// The integrator's name.
-    pub integrator: Option<String>,
+    pub integrator: Option<Written<String>>,
     /// Samples per pixel, at least 1.
     pub spp: Option<u64>,
     /// The sampler's name.
-    pub sampler: Option<String>,
+    pub sampler: Option<Written<String>>,
     /// Scattering events at most.
     pub max_bounces: Option<u32>,
     /// The seed.

@@ -25,6 +25,7 @@ use crate::light::{
 use crate::math::bounds::Bounds;
 use crate::math::vec::{DAffine3, DVec3, Vec3};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 /// A scene ready to be rendered, and what had to be left out of it.
 #[derive(Debug)]
@@ -33,6 +34,8 @@ pub struct Prepared {
     pub scene: Scene,
     /// Sentences for the user, such as how many triangles were dropped.
     pub notes: Vec<String>,
+    /// What building the acceleration structure took of the time.
+    pub build_time: Duration,
 }
 
 /// Makes a scene ready.
@@ -49,7 +52,9 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         build.add(placed, shape);
     }
     let geometries: Arc<[Geometry]> = build.geometries.into();
+    let building = Instant::now();
     let accel = Accel::build(Arc::clone(&geometries), options)?;
+    let build_time = building.elapsed();
     let scene = Scene {
         camera: camera(&description.camera, description.film.size, &normalisation),
         lights: Lights::new(build.lights),
@@ -62,7 +67,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     };
     let dropped = (build.dropped > 0)
         .then(|| format!("{} triangles without an area were left out", build.dropped));
-    Ok(Prepared { scene, notes: dropped.into_iter().collect() })
+    Ok(Prepared { scene, notes: dropped.into_iter().collect(), build_time })
 }
 
 /// A shape in world space, in double precision.

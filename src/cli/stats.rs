@@ -1,0 +1,132 @@
+//! The statistics of a render, with names that stay.
+//!
+//! Measure: seconds, bytes, counts; said by each name.
+//! Range: what is not known is null.
+//! Source: docs/accuracy.md for the error. Tested in `tests/command.rs`.
+
+use crate::film::{ErrorEstimate, Film};
+use crate::integrator::RayCounts;
+use crate::render::Rejected;
+use serde::Serialize;
+
+/// All of it.
+#[derive(Debug, Clone, Serialize)]
+pub struct Stats {
+    pub version: &'static str,
+    pub scene: String,
+    pub width: u32,
+    pub height: u32,
+    pub spp: u64,
+    pub integrator: &'static str,
+    pub sampler: &'static str,
+    pub backend: &'static str,
+    pub precision: &'static str,
+    pub seed: u64,
+    pub threads: usize,
+    pub time: Times,
+    pub samples: u64,
+    pub rays: Rays,
+    pub samples_per_second: f64,
+    pub rays_per_second: f64,
+    pub memory: Memory,
+    pub error: Option<ErrorStats>,
+    pub rejected: RejectedStats,
+    pub image: ImageStats,
+    pub bias: Vec<String>,
+    pub interrupted: bool,
+}
+
+/// Seconds.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub struct Times {
+    pub load: f64,
+    pub build: f64,
+    pub render: f64,
+    pub write: f64,
+    pub total: f64,
+}
+
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Rays {
+    pub camera: u64,
+    pub closest: u64,
+    pub shadow: u64,
+}
+
+/// Bytes.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Memory {
+    pub peak_rss: Option<u64>,
+    pub accel: u64,
+}
+
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct ErrorStats {
+    pub rel_rmse: f64,
+    pub rel_rmse_upper: f64,
+    pub confidence: f64,
+    pub uncalibrated_fraction: f64,
+}
+
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct RejectedStats {
+    pub count: u64,
+    pub first: Option<RejectedSample>,
+}
+
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct RejectedSample {
+    pub x: u32,
+    pub y: u32,
+    pub sample: u64,
+}
+
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct ImageStats {
+    pub mean: [f64; 3],
+}
+
+impl From<RayCounts> for Rays {
+    fn from(rays: RayCounts) -> Self {
+        Self { camera: rays.camera, closest: rays.closest, shadow: rays.shadow }
+    }
+}
+
+impl From<ErrorEstimate> for ErrorStats {
+    fn from(error: ErrorEstimate) -> Self {
+        Self {
+            rel_rmse: error.rel_rmse,
+            rel_rmse_upper: error.upper_bound,
+            confidence: error.confidence,
+            uncalibrated_fraction: error.uncalibrated_fraction,
+        }
+    }
+}
+
+impl From<Rejected> for RejectedStats {
+    fn from(rejected: Rejected) -> Self {
+        let first = rejected.first.map(|s| RejectedSample { x: s.x, y: s.y, sample: s.sample });
+        Self { count: rejected.count, first }
+    }
+}
+
+impl ImageStats {
+    pub fn of(film: &Film) -> Self {
+        Self { mean: film.mean() }
+    }
+}
+
+impl Stats {
+    /// One JSON object, over several lines.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("plain data always serialises") + "\n"
+    }
+}
+
+/// The largest amount of memory that the process has had so far, in bytes, where the system tells (Linux, proc(5)).
+pub fn peak_rss() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kibibytes)
+}

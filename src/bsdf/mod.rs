@@ -1,3 +1,63 @@
-//! Scattering at a surface.
+//! Scattering at a surface: one file a model, and the enum of them all.
+//!
+//! Measure: as in [`types`], which also holds the conventions.
+//! Range: local unit directions anywhere on the sphere; opaque models scatter alike from both sides, so that one-sided
+//! surfaces are the caller's affair.
+//! Source: named in each model's file. Tested in `tests/bsdf.rs`.
 
+pub mod dielectric;
+pub mod diffuse;
+pub mod fresnel;
+pub mod microfacet;
+pub mod mirror;
 pub mod types;
+
+use crate::math::vec::{Vec2, Vec3};
+pub use dielectric::Dielectric;
+pub use diffuse::Diffuse;
+pub use mirror::Mirror;
+pub use types::{BsdfSample, BsdfValue, Lobe};
+
+/// How one point of a surface scatters.
+#[derive(Debug, Clone, Copy)]
+pub enum Bsdf {
+    /// Lambert.
+    Diffuse(Diffuse),
+    /// A perfect mirror.
+    Mirror(Mirror),
+    /// Glass, smooth or rough.
+    Dielectric(Dielectric),
+}
+
+impl Bsdf {
+    /// f(wo, wi) without the cosine, and the density with which [`Bsdf::sample`] finds `wi`; without delta lobes.
+    #[inline]
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
+        match self {
+            Self::Diffuse(model) => model.eval(wo, wi),
+            Self::Mirror(model) => model.eval(),
+            Self::Dielectric(model) => model.eval(wo, wi),
+        }
+    }
+
+    /// A direction for light to come from, given where it goes. `u_lobe` chooses among lobes and is spent by that; `u`
+    /// chooses the direction. `None`: nothing is scattered this time, which is part of the estimate.
+    #[inline]
+    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        match self {
+            Self::Diffuse(model) => model.sample(wo, u),
+            Self::Mirror(model) => model.sample(wo),
+            Self::Dielectric(model) => model.sample(wo, u_lobe, u),
+        }
+    }
+
+    /// Whether all lobes are deltas, so that [`Bsdf::eval`] is zero everywhere and sampling lights is in vain.
+    #[inline]
+    pub fn is_delta(&self) -> bool {
+        match self {
+            Self::Diffuse(_) => false,
+            Self::Mirror(_) => true,
+            Self::Dielectric(model) => model.is_delta(),
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! Lambert's surface: the same radiance in all directions.
+//!
+//! Measure: f per steradian; the albedo is `reflectance`.
+//! Range: `reflectance` in [0, 1]; scatters on the side that `wo` is on, from both sides alike.
+//! Source: f = rho / pi, sampled by the cosine (Malley). Tested in `tests/bsdf.rs`.
+
+use super::types::{BsdfSample, BsdfValue, Lobe};
+use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec2, vec::Vec3};
+use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
+use std::f32::consts::FRAC_1_PI;
+
+/// A matte surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Diffuse {
+    reflectance: Rgb,
+}
+
+impl Diffuse {
+    /// A matte surface that reflects the share `reflectance` of what arrives.
+    #[inline]
+    pub fn new(reflectance: Rgb) -> Self {
+        Self { reflectance }
+    }
+
+    /// f = rho / pi on the side of `wo`.
+    #[inline]
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
+        if wo.z * wi.z <= 0.0 {
+            return BsdfValue::default();
+        }
+        BsdfValue {
+            f: FRAC_1_PI * self.reflectance,
+            pdf: PdfSolidAngle(pdf_hemisphere_cosine(wi.z.abs())),
+        }
+    }
+
+    /// A direction by the cosine; the weight is the albedo.
+    #[inline]
+    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<BsdfSample> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let mut wi = sample_hemisphere_cosine(u);
+        let pdf = pdf_hemisphere_cosine(wi.z);
+        wi.z = wi.z.copysign(wo.z);
+        Some(BsdfSample {
+            wi,
+            weight: self.reflectance,
+            pdf: Some(PdfSolidAngle(pdf)),
+            lobe: Lobe::Diffuse,
+        })
+    }
+}

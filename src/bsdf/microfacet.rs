@@ -1,0 +1,115 @@
+//! The isotropic GGX distribution of microfacets with Smith's shadowing.
+//!
+//! Measure: densities per steradian, of the microfacet normal `m` or of the mirrored direction as said at each.
+//! Range: alpha in [[`SMOOTH_ALPHA`], 1]; below, the surface counts as smooth and its models use delta lobes. Directions
+//! and `m` are on the upper side (z > 0); callers mirror what is below.
+//! Source: Walter et al. 2007; Heitz 2014 (JCGT 3-2), "Understanding the Masking-Shadowing Function"; Dupuy and Benyoub
+//! 2023, "Sampling Visible GGX Normals with Spherical Caps". Tested in `tests/bsdf.rs`.
+
+use crate::math::vec::{Vec2, Vec3};
+use std::f32::consts::{FRAC_1_PI, PI};
+
+/// Below this alpha a surface counts as smooth: its lobe, 1e-4 rad wide, is at the resolution of `f32` directions.
+pub const SMOOTH_ALPHA: f32 = 1e-4;
+
+/// The GGX distribution of one roughness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ggx {
+    alpha: f32,
+    alpha2: f32,
+}
+
+impl Ggx {
+    /// The distribution of slopes of scale `alpha`.
+    #[inline]
+    pub fn new(alpha: f32) -> Self {
+        Self {
+            alpha,
+            alpha2: alpha * alpha,
+        }
+    }
+
+    /// The distribution of a perceptual roughness in [0, 1], alpha = roughness^2; `None` where it counts as smooth.
+    #[inline]
+    pub fn from_roughness(roughness: f32) -> Option<Self> {
+        let alpha = roughness * roughness;
+        (alpha >= SMOOTH_ALPHA).then(|| Self::new(alpha.min(1.0)))
+    }
+
+    /// The scale of the slopes.
+    #[inline]
+    pub fn alpha(&self) -> f32 {
+        self.alpha
+    }
+
+    /// D(m), the area of microfacets per area and steradian. Walter et al. eq. 33.
+    ///
+    /// cos^2 alpha^2 + sin^2 from the components does not cancel, unlike cos^2 (alpha^2 - 1) + 1.
+    #[inline]
+    pub fn d(&self, m: Vec3) -> f32 {
+        let sin2 = m.x * m.x + m.y * m.y;
+        let t = m.z * m.z * self.alpha2 + sin2;
+        FRAC_1_PI * self.alpha2 / (t * t)
+    }
+
+    /// cos sqrt(1 + alpha^2 tan^2) = cos (1 + 2 Lambda(w)), Heitz 2014 eq. 72: all that Smith's functions need of a direction.
+    #[inline]
+    fn stretched_cos(&self, w: Vec3) -> f32 {
+        (w.z * w.z + self.alpha2 * (w.x * w.x + w.y * w.y)).sqrt()
+    }
+
+    /// G1(w) = 1 / (1 + Lambda(w)), the share of facets that `w` sees. Heitz 2014 eq. 43.
+    #[inline]
+    pub fn g1(&self, w: Vec3) -> f32 {
+        w.z * self.g1_over_cos(w)
+    }
+
+    /// G1(w) / cos, finite also where `w` is tangential.
+    #[inline]
+    pub fn g1_over_cos(&self, w: Vec3) -> f32 {
+        2.0 / (w.z + self.stretched_cos(w))
+    }
+
+    /// V = G2(wo, wi) / (4 cos_o cos_i) with G2 = 1 / (1 + Lambda_o + Lambda_i), correlated in height. Heitz 2014 eq. 99.
+    #[inline]
+    pub fn visibility(&self, wo: Vec3, wi: Vec3) -> f32 {
+        0.5 / (wi.z * self.stretched_cos(wo) + wo.z * self.stretched_cos(wi))
+    }
+
+    /// G2(wo, wi) / G1(wo): the weight of a mirrored visible normal.
+    #[inline]
+    pub fn g2_over_g1(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let so = self.stretched_cos(wo);
+        wi.z * (wo.z + so) / (wi.z * so + wo.z * self.stretched_cos(wi))
+    }
+
+    /// A microfacet normal that `wo` sees, with density [`Ggx::pdf_visible`]. Dupuy and Benyoub 2023, listing 3.
+    #[inline]
+    pub fn sample_visible(&self, wo: Vec3, u: Vec2) -> Vec3 {
+        let w = Vec3::new(self.alpha * wo.x, self.alpha * wo.y, wo.z).normalize();
+        // A point on the cap of the sphere above -w.z; `t` is its depth below the pole, which keeps 1 - z^2 exact.
+        let t = u.y * (1.0 + w.z);
+        let sin = (t * (2.0 - t)).max(0.0).sqrt();
+        let (sin_phi, cos_phi) = (2.0 * PI * u.x).sin_cos();
+        // z + w.z in the form that stays positive.
+        let h_z = (1.0 - u.y) * (1.0 + w.z);
+        Vec3::new(
+            self.alpha * (sin * cos_phi + w.x),
+            self.alpha * (sin * sin_phi + w.y),
+            h_z,
+        )
+        .normalize()
+    }
+
+    /// The density of [`Ggx::sample_visible`] per steradian of `m`: G1(wo) max(0, wo.m) D(m) / cos_o. Heitz 2014 eq. 16.
+    #[inline]
+    pub fn pdf_visible(&self, wo: Vec3, m: Vec3) -> f32 {
+        4.0 * wo.dot(m).max(0.0) * self.pdf_mirrored(wo, m)
+    }
+
+    /// The density per steradian of wi = `wo` mirrored about a visible normal: pdf_visible / (4 wo.m).
+    #[inline]
+    pub fn pdf_mirrored(&self, wo: Vec3, m: Vec3) -> f32 {
+        0.25 * self.d(m) * self.g1_over_cos(wo)
+    }
+}

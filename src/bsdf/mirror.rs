@@ -1,0 +1,39 @@
+//! A perfect mirror.
+//!
+//! Measure: a delta lobe, which has no density.
+//! Range: `reflectance` in [0, 1]; reflects from both sides alike.
+//! Source: the law of reflection. Tested in `tests/bsdf.rs`.
+
+use super::types::{BsdfSample, BsdfValue, Lobe};
+use crate::math::{rgb::Rgb, vec::Vec3};
+
+/// A mirror without Fresnel's law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mirror {
+    reflectance: Rgb,
+}
+
+impl Mirror {
+    /// A mirror that reflects the share `reflectance` of what arrives, at every angle.
+    #[inline]
+    pub fn new(reflectance: Rgb) -> Self {
+        Self { reflectance }
+    }
+
+    /// Nothing: a delta cannot be evaluated.
+    #[inline]
+    pub fn eval(&self) -> BsdfValue {
+        BsdfValue::default()
+    }
+
+    /// The mirror direction.
+    #[inline]
+    pub fn sample(&self, wo: Vec3) -> Option<BsdfSample> {
+        (wo.z != 0.0).then(|| BsdfSample {
+            wi: Vec3::new(-wo.x, -wo.y, wo.z),
+            weight: self.reflectance,
+            pdf: None,
+            lobe: Lobe::SpecularReflection,
+        })
+    }
+}

@@ -34,8 +34,6 @@ pub struct BsdfSample {
     pub pdf: Option<PdfSolidAngle>,
     /// What happened.
     pub lobe: Lobe,
-    /// Refractive index on the side of `wi` over that on the side of `wo`; 1 for reflection.
-    pub eta: f32,
 }
 
 /// The kind of scattering that a sample stands for.

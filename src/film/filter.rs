@@ -142,14 +142,21 @@ impl Filter {
     pub fn sample(&self, u: Vec2) -> FilterSample {
         let (x, weight_x) = self.sample_1d(u.x);
         let (y, weight_y) = self.sample_1d(u.y);
-        FilterSample { offset: self.radius as f32 * Vec2::new(x, y), weight: weight_x * weight_y }
+        FilterSample {
+            offset: self.radius as f32 * Vec2::new(x, y),
+            weight: weight_x * weight_y,
+        }
     }
 
     /// The filter's value at an offset in pixels; its integral is 1.
     pub fn evaluate(&self, offset: Vec2) -> f64 {
         let value = |x: f32| {
             let x = f64::from(x) / self.radius;
-            if x.abs() > 1.0 { 0.0 } else { self.kind.profile(x) / (self.integral * self.radius) }
+            if x.abs() > 1.0 {
+                0.0
+            } else {
+                self.kind.profile(x) / (self.integral * self.radius)
+            }
         };
         value(offset.x) * value(offset.y)
     }
@@ -176,7 +183,10 @@ mod tests {
 
     fn filters() -> impl Iterator<Item = Filter> {
         FilterKind::ALL.iter().map(|&(_, kind)| {
-            Filter::new(&FilterDescription { kind, radius: kind.default_radius() })
+            Filter::new(&FilterDescription {
+                kind,
+                radius: kind.default_radius(),
+            })
         })
     }
 
@@ -197,7 +207,12 @@ mod tests {
                 / f64::from(n);
             assert!((mean - 1.0).abs() < 1e-3, "{:?} {mean}", filter.kind);
             if filter.kind != FilterKind::Mitchell {
-                assert_eq!(filter.sample(Vec2::new(0.3, 0.9)).weight, 1.0, "{:?}", filter.kind);
+                assert_eq!(
+                    filter.sample(Vec2::new(0.3, 0.9)).weight,
+                    1.0,
+                    "{:?}",
+                    filter.kind
+                );
             }
         }
     }
@@ -224,7 +239,11 @@ mod tests {
                     .sum::<f64>()
                     * 2.0
                     / f64::from(n);
-                assert!((sampled - exact).abs() < 1e-3, "{:?}: {sampled} {exact}", filter.kind);
+                assert!(
+                    (sampled - exact).abs() < 1e-3,
+                    "{:?}: {sampled} {exact}",
+                    filter.kind
+                );
             }
         }
     }
@@ -233,7 +252,9 @@ mod tests {
     fn places_stay_within_the_radius_and_the_integral_is_one() {
         for filter in filters() {
             for u in [0.0, 0.5, ONE_MINUS_EPSILON] {
-                let offset = filter.sample(Vec2::new(u, 1.0 - u.max(f32::EPSILON))).offset;
+                let offset = filter
+                    .sample(Vec2::new(u, 1.0 - u.max(f32::EPSILON)))
+                    .offset;
                 assert!(offset.abs().max_element() <= filter.radius as f32);
             }
             let n = 200;
@@ -243,7 +264,11 @@ mod tests {
                 .flat_map(|i| (0..n).map(move |j| (i, j)))
                 .map(|(i, j)| filter.evaluate(Vec2::new(at(i), at(j))) * step * step)
                 .sum();
-            assert!((integral - 1.0).abs() < 1e-3, "{:?} {integral}", filter.kind);
+            assert!(
+                (integral - 1.0).abs() < 1e-3,
+                "{:?} {integral}",
+                filter.kind
+            );
         }
     }
 }

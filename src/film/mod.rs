@@ -114,7 +114,10 @@ impl Film {
 
     /// Samples in all pixels together.
     pub fn sample_count(&self) -> u64 {
-        self.tiles.iter().map(|tile| tile.samples * tile.window.pixel_count()).sum()
+        self.tiles
+            .iter()
+            .map(|tile| tile.samples * tile.window.pixel_count())
+            .sum()
     }
 
     /// The picture so far: the mean of each pixel.
@@ -169,11 +172,14 @@ impl Film {
     /// Each pixel's index in the window, sums, mean and sample count.
     fn means(&self) -> impl Iterator<Item = (usize, &PixelSums, [f64; 3], u64)> {
         self.tiles.iter().flat_map(move |tile| {
-            tile.window.pixels().zip(&tile.pixels).map(move |([x, y], sums)| {
-                let row = (y - self.window.y) as usize;
-                let index = row * self.window.width as usize + (x - self.window.x) as usize;
-                (index, sums, sums.mean(tile.samples), tile.samples)
-            })
+            tile.window
+                .pixels()
+                .zip(&tile.pixels)
+                .map(move |([x, y], sums)| {
+                    let row = (y - self.window.y) as usize;
+                    let index = row * self.window.width as usize + (x - self.window.x) as usize;
+                    (index, sums, sums.mean(tile.samples), tile.samples)
+                })
         })
     }
 
@@ -188,7 +194,11 @@ impl Film {
         let mut near = lit.clone();
         spread(&mut near, width, 1, REACH);
         spread(&mut near, height, width, REACH);
-        let doubtful = lit.iter().zip(&near).filter(|(lit, near)| !**lit && **near).count();
+        let doubtful = lit
+            .iter()
+            .zip(&near)
+            .filter(|(lit, near)| !**lit && **near)
+            .count();
         doubtful as f64 / lit.len() as f64
     }
 }
@@ -210,13 +220,22 @@ fn spread(mask: &mut [bool], length: usize, stride: usize, reach: usize) {
 mod tests {
     use super::*;
 
-    const WINDOW: Window = Window { x: 3, y: 5, width: 10, height: 7 };
+    const WINDOW: Window = Window {
+        x: 3,
+        y: 5,
+        width: 10,
+        height: 7,
+    };
 
     #[test]
     fn tiles_cover_the_window_once() {
         for tile_size in [1, 3, 4, 100] {
             let film = Film::new(WINDOW, tile_size);
-            let mut pixels: Vec<_> = film.tiles().iter().flat_map(|t| t.window.pixels()).collect();
+            let mut pixels: Vec<_> = film
+                .tiles()
+                .iter()
+                .flat_map(|t| t.window.pixels())
+                .collect();
             pixels.sort_by_key(|&[x, y]| (y, x));
             assert_eq!(pixels, WINDOW.pixels().collect::<Vec<_>>());
         }
@@ -237,14 +256,25 @@ mod tests {
     #[test]
     fn the_picture_and_its_error_do_not_depend_on_the_tiles() {
         assert_eq!(filled(1).develop(), filled(4).develop());
-        let (a, b) = (filled(2).error().expect("two samples"), filled(64).error().expect("two"));
+        let (a, b) = (
+            filled(2).error().expect("two samples"),
+            filled(64).error().expect("two"),
+        );
         assert!((a.rel_rmse - b.rel_rmse).abs() < 1e-12);
         assert!(a.upper_bound > a.rel_rmse);
     }
 
     #[test]
     fn a_dark_pixel_beside_a_lit_one_is_not_trusted() {
-        let mut film = Film::new(Window { x: 0, y: 0, width: 20, height: 1 }, 32);
+        let mut film = Film::new(
+            Window {
+                x: 0,
+                y: 0,
+                width: 20,
+                height: 1,
+            },
+            32,
+        );
         for tile in film.tiles_mut() {
             tile.samples = 2;
             tile.pixels[0].add(Rgb::WHITE);

@@ -18,7 +18,12 @@ impl PixelSums {
     #[inline]
     pub fn add(&mut self, sample: Rgb) {
         let channels = sample.to_array().map(f64::from);
-        for ((sum, squares), x) in self.sum.iter_mut().zip(&mut self.sum_of_squares).zip(channels) {
+        for ((sum, squares), x) in self
+            .sum
+            .iter_mut()
+            .zip(&mut self.sum_of_squares)
+            .zip(channels)
+        {
             *sum += x;
             *squares += x * x;
         }

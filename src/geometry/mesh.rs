@@ -5,7 +5,7 @@
 //! Source: error bounds by Pharr, Jakob, Humphreys, section 6.8.2. Tested in `tests/tracing.rs`.
 
 use super::surface::SurfacePoint;
-use crate::math::robust::gamma;
+use crate::math::robust::{gamma, never_zero};
 use crate::math::vec::{Vec2, Vec3};
 
 /// A triangle mesh.
@@ -105,7 +105,7 @@ pub fn triangle_point([a, b, c]: [Vec3; 3], [u, v]: [f32; 2]) -> SurfacePoint {
     let ng = e1.cross(e2).normalize();
     SurfacePoint {
         p,
-        error: interpolation + query,
+        error: never_zero(interpolation + query, e1.abs().max(e2.abs()).max_element()),
         ng,
         ns: ng,
         uv: Vec2::new(u, v),

@@ -47,8 +47,6 @@ impl PathIntegrator {
     ) -> Rgb {
         let mut radiance = Rgb::BLACK;
         let mut beta = Rgb::WHITE;
-        // Radiance is squeezed by eta^2 inside glass and comes back when it leaves: no reason to end a path.
-        let mut eta_scale = 1.0;
         // Where the path scattered last, and with which density; `None` from the camera and from delta lobes.
         let mut scattered_from: Option<(Interaction, PdfSolidAngle)> = None;
         let mut departure = None;
@@ -64,9 +62,7 @@ impl PathIntegrator {
             // Emission, in the light of how else it could have been found.
             if let Some(emitted) = scene.emitted(&at) {
                 let weight = match &scattered_from {
-                    Some((from, p_bsdf)) => {
-                        power_heuristic(*p_bsdf, scene.light_pdf(from.p, &at))
-                    }
+                    Some((from, p_bsdf)) => power_heuristic(*p_bsdf, scene.light_pdf(from.p, &at)),
                     None => 1.0,
                 };
                 observer.emission(beta * emitted * weight, weight);
@@ -101,10 +97,9 @@ impl PathIntegrator {
                 break;
             }
             beta *= sample.weight;
-            eta_scale *= sample.eta * sample.eta;
             observer.scattered(wi, sample.lobe, beta);
 
-            let survival = self.roulette.survival(bounce, beta * eta_scale);
+            let survival = self.roulette.survival(bounce, beta);
             if survival < 1.0 {
                 let [u] = sampler.draw(Decision::Roulette(bounce));
                 if u >= survival {

@@ -8,7 +8,7 @@
 use super::types::{Emission, LightSample};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::measure::{PdfArea, PdfSolidAngle};
-use crate::math::robust::gamma;
+use crate::math::robust::{gamma, never_zero};
 use crate::math::vec::{DVec3, Vec2, Vec3};
 use crate::sampling::spherical_rectangle::{self, SphericalRectangle};
 
@@ -61,10 +61,11 @@ impl RectangleLight {
         let towards = position - p;
         let wi = towards.normalize();
         let cos = -wi.dot(self.normal);
+        let rounding = gamma(9) * (self.corner.abs() + self.edges[0].abs() + self.edges[1].abs());
         Some(LightSample {
             point: SurfacePoint {
                 p: position,
-                error: gamma(9) * (self.corner.abs() + self.edges[0].abs() + self.edges[1].abs()),
+                error: never_zero(rounding, self.lengths[0].max(self.lengths[1]) as f32),
                 ng: self.normal,
                 ns: self.normal,
                 uv: Vec2::from_array(s),

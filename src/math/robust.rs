@@ -17,6 +17,13 @@ pub const fn gamma(n: u32) -> f32 {
     nu / (1.0 - nu)
 }
 
+/// An error bound that is nowhere zero, for a primitive of this size. A point in an axis-aligned plane may be exact, but a
+/// ray from exactly there meets the plane at exactly 0, which a watertight kernel counts as a hit.
+#[inline]
+pub fn never_zero(error: Vec3, size: f32) -> Vec3 {
+    error + Vec3::splat(UNIT_ROUNDOFF * UNIT_ROUNDOFF * size)
+}
+
 /// The point `p`, known to within `error` in each coordinate, moved along the unit normal `n` to the side that `w`
 /// points to, until it surely lies on that side of the surface.
 #[inline]

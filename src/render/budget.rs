@@ -49,7 +49,11 @@ impl PassPlanner {
             // Rounded: ending half a sample late is as good as half a sample early.
             let affordable = (left / per_sample).round().max(0.0) as u64;
             // The time of a sample is known better after half of what is left.
-            let careful = if affordable > 2 { affordable.div_ceil(2) } else { affordable };
+            let careful = if affordable > 2 {
+                affordable.div_ceil(2)
+            } else {
+                affordable
+            };
             pass = pass.min(careful);
         }
         (pass > 0).then_some(pass)
@@ -58,8 +62,10 @@ impl PassPlanner {
     /// The share of the budget used up after `per_pixel` samples per pixel and `elapsed`.
     pub fn fraction(&self, per_pixel: f64, elapsed: Duration) -> f64 {
         let by_samples = self.budget.spp.map_or(0.0, |spp| per_pixel / spp as f64);
-        let by_time =
-            self.budget.time.map_or(0.0, |time| elapsed.as_secs_f64() / time.as_secs_f64());
+        let by_time = self
+            .budget
+            .time
+            .map_or(0.0, |time| elapsed.as_secs_f64() / time.as_secs_f64());
         by_samples.max(by_time).clamp(0.0, 1.0)
     }
 }
@@ -82,30 +88,55 @@ mod tests {
     #[test]
     fn samples_are_met_exactly() {
         for spp in [1, 2, 3, 63, 64, 65, 1000] {
-            assert_eq!(run(Budget { spp: Some(spp), time: None }, 1.0).0, spp);
+            assert_eq!(
+                run(
+                    Budget {
+                        spp: Some(spp),
+                        time: None
+                    },
+                    1.0
+                )
+                .0,
+                spp
+            );
         }
     }
 
     #[test]
     fn a_time_is_met_within_half_a_sample() {
         for cost in [0.001, 0.013, 0.3, 1.9] {
-            let budget = Budget { spp: None, time: Some(Duration::from_secs(10)) };
+            let budget = Budget {
+                spp: None,
+                time: Some(Duration::from_secs(10)),
+            };
             let (_, now) = run(budget, cost);
-            assert!((now - 10.0).abs() <= 0.5 * cost + 1e-9, "cost {cost}: {now}");
+            assert!(
+                (now - 10.0).abs() <= 0.5 * cost + 1e-9,
+                "cost {cost}: {now}"
+            );
         }
     }
 
     #[test]
     fn the_tighter_of_two_limits_holds() {
-        let budget = Budget { spp: Some(5), time: Some(Duration::from_secs(100)) };
+        let budget = Budget {
+            spp: Some(5),
+            time: Some(Duration::from_secs(100)),
+        };
         assert_eq!(run(budget, 1.0).0, 5);
-        let budget = Budget { spp: Some(500), time: Some(Duration::from_secs(10)) };
+        let budget = Budget {
+            spp: Some(500),
+            time: Some(Duration::from_secs(10)),
+        };
         assert_eq!(run(budget, 1.0).0, 10);
     }
 
     #[test]
     fn there_is_always_a_first_sample() {
-        let budget = Budget { spp: None, time: Some(Duration::ZERO) };
+        let budget = Budget {
+            spp: None,
+            time: Some(Duration::ZERO),
+        };
         assert_eq!(PassPlanner::new(budget).next_pass(Duration::ZERO), Some(1));
     }
 }

@@ -16,9 +16,10 @@ use std::ops::Range;
 /// The integrator that the settings ask for.
 pub fn integrator(settings: &RenderSettings) -> PathIntegrator {
     match settings.integrator {
-        IntegratorKind::Path => {
-            PathIntegrator { max_bounces: settings.max_bounces, roulette: settings.roulette }
-        }
+        IntegratorKind::Path => PathIntegrator {
+            max_bounces: settings.max_bounces,
+            roulette: settings.roulette,
+        },
     }
 }
 
@@ -33,9 +34,14 @@ pub fn sample_tile(
     let integrator = integrator(settings);
     let seed = settings.seed;
     match settings.sampler {
-        SamplerKind::Independent => {
-            tile::sample_tile(scene, filter, integrator, Independent::new(seed), tile, range)
-        }
+        SamplerKind::Independent => tile::sample_tile(
+            scene,
+            filter,
+            integrator,
+            Independent::new(seed),
+            tile,
+            range,
+        ),
         SamplerKind::Sobol => {
             tile::sample_tile(scene, filter, integrator, Sobol::new(seed), tile, range)
         }

@@ -135,7 +135,10 @@ impl Run<'_> {
                 let range = planner.spp()..planner.spp() + samples;
                 let outcome =
                     dispatch::sample_tile(self.scene, self.filter, self.settings, tile, range);
-                let mut totals = self.totals.lock().expect("no thread panics while it holds this");
+                let mut totals = self
+                    .totals
+                    .lock()
+                    .expect("no thread panics while it holds this");
                 totals.rays += outcome.rays;
                 totals.rejected.merge(outcome.rejected);
                 drop(totals);
@@ -147,7 +150,10 @@ impl Run<'_> {
             planner.pass_done(samples);
             error = film.error().map(|error| error.rel_rmse);
         }
-        let totals = self.totals.into_inner().expect("no thread panics while it holds this");
+        let totals = self
+            .totals
+            .into_inner()
+            .expect("no thread panics while it holds this");
         Rendered {
             spp: planner.spp(),
             elapsed: self.start.elapsed(),

@@ -87,17 +87,30 @@ pub fn replay(
     pixel: [u32; 2],
     sample: u64,
 ) -> Replay {
-    let camera_sample = CameraSample { scene, filter, pixel };
-    let mut recorder = Recorder { scene, events: Vec::new() };
+    let camera_sample = CameraSample {
+        scene,
+        filter,
+        pixel,
+    };
+    let mut recorder = Recorder {
+        scene,
+        events: Vec::new(),
+    };
     let radiance = match settings.sampler {
-        SamplerKind::Independent => {
-            recorder.record(&camera_sample, settings, Independent::new(settings.seed), sample)
-        }
+        SamplerKind::Independent => recorder.record(
+            &camera_sample,
+            settings,
+            Independent::new(settings.seed),
+            sample,
+        ),
         SamplerKind::Sobol => {
             recorder.record(&camera_sample, settings, Sobol::new(settings.seed), sample)
         }
     };
-    Replay { radiance, events: recorder.events }
+    Replay {
+        radiance,
+        events: recorder.events,
+    }
 }
 
 struct Recorder<'a> {
@@ -135,15 +148,26 @@ impl PathObserver for Recorder<'_> {
     }
 
     fn emission(&mut self, contribution: Rgb, weight: f32) {
-        self.events.push(PathEvent::Emission { contribution, weight });
+        self.events.push(PathEvent::Emission {
+            contribution,
+            weight,
+        });
     }
 
     fn light(&mut self, contribution: Rgb, weight: f32, visible: bool) {
-        self.events.push(PathEvent::Light { contribution, weight, visible });
+        self.events.push(PathEvent::Light {
+            contribution,
+            weight,
+            visible,
+        });
     }
 
     fn scattered(&mut self, direction: Vec3, lobe: Lobe, beta: Rgb) {
-        self.events.push(PathEvent::Scattered { direction, lobe, beta });
+        self.events.push(PathEvent::Scattered {
+            direction,
+            lobe,
+            beta,
+        });
     }
 
     fn terminated(&mut self, survival: f32) {

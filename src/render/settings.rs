@@ -91,11 +91,19 @@ impl RenderSettings {
             integrator: IntegratorKind::default(),
             sampler: SamplerKind::default(),
             seed: 0,
-            budget: Budget { spp: Some(spp), time: None },
+            budget: Budget {
+                spp: Some(spp),
+                time: None,
+            },
             max_bounces: None,
             roulette: Roulette::default(),
             threads: available_threads(),
-            window: Window { x: 0, y: 0, width: size.0, height: size.1 },
+            window: Window {
+                x: 0,
+                y: 0,
+                width: size.0,
+                height: size.1,
+            },
             tile_size: 32,
         }
     }
@@ -105,7 +113,12 @@ impl RenderSettings {
     /// # Errors
     /// A usage error that names the setting.
     pub fn validate(&self, (width, height): (u32, u32)) -> Result<()> {
-        let Window { x, y, width: w, height: h } = self.window;
+        let Window {
+            x,
+            y,
+            width: w,
+            height: h,
+        } = self.window;
         let fits = |start: u32, length: u32, size: u32| {
             length > 0 && start.checked_add(length).is_some_and(|end| end <= size)
         };
@@ -115,10 +128,15 @@ impl RenderSettings {
             )));
         }
         match self.budget {
-            Budget { spp: None, time: None } => {
-                Err(Error::usage("neither samples per pixel nor a time to stop at was given"))
+            Budget {
+                spp: None,
+                time: None,
+            } => Err(Error::usage(
+                "neither samples per pixel nor a time to stop at was given",
+            )),
+            Budget { spp: Some(0), .. } => {
+                Err(Error::usage("samples per pixel must be at least 1"))
             }
-            Budget { spp: Some(0), .. } => Err(Error::usage("samples per pixel must be at least 1")),
             _ if self.threads == 0 => Err(Error::usage("threads must be at least 1")),
             _ if self.tile_size == 0 => Err(Error::usage("the tile size must be at least 1")),
             _ => Ok(()),
@@ -127,7 +145,9 @@ impl RenderSettings {
 
     /// What biases the picture, in words; empty for an unbiased one.
     pub fn bias(&self) -> Vec<String> {
-        let limit = self.max_bounces.map(|n| format!("max_bounces {n}: light that scatters more often is missing"));
+        let limit = self
+            .max_bounces
+            .map(|n| format!("max_bounces {n}: light that scatters more often is missing"));
         limit.into_iter().collect()
     }
 }

@@ -63,7 +63,11 @@ pub fn sample_tile<S: Sampler>(
     for ([x, y], sums) in tile.window.pixels().zip(&mut tile.pixels) {
         for sample in range.clone() {
             sampler.start([x, y], sample);
-            let camera_sample = CameraSample { scene, filter, pixel: [x, y] };
+            let camera_sample = CameraSample {
+                scene,
+                filter,
+                pixel: [x, y],
+            };
             let radiance = camera_sample.radiance(
                 integrator,
                 &mut sampler,

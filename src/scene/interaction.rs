@@ -62,7 +62,13 @@ impl Interaction {
     #[inline]
     pub fn spawn(&self, w: Vec3, free_distance: f32) -> (Ray, Departure) {
         let origin = offset_point(self.p, self.error, self.ng, w);
-        (Ray::new(origin, w), Departure { id: self.id, free_distance })
+        (
+            Ray::new(origin, w),
+            Departure {
+                id: self.id,
+                free_distance,
+            },
+        )
     }
 
     /// The segment to a point of another surface, in direction `w`, open at both ends.

@@ -37,3 +37,30 @@ impl Colour {
         }
     }
 }
+
+/// A material, ready to be looked up.
+#[derive(Debug, Clone)]
+pub struct Material {
+    reflectance: Colour,
+}
+impl Material {
+    /// x
+    pub fn new(model: &MaterialModel) -> Self {
+        match model {
+            MaterialModel::Diffuse { reflectance } => Self {
+                reflectance: Colour::new(reflectance),
+            },
+            _ => panic!(),
+        }
+    }
+    /// x
+    #[inline]
+    pub fn bsdf(&self, uv: Vec2) -> Bsdf {
+        Bsdf::Diffuse(crate::bsdf::Diffuse::new(self.reflectance.at(uv)))
+    }
+    /// x
+    #[inline]
+    pub fn transmits(&self) -> bool {
+        false
+    }
+}

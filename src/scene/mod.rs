@@ -93,8 +93,13 @@ impl Scene {
         let Some(shape) = self.shapes[at.id.geometry as usize].emission else {
             return PdfSolidAngle(0.0);
         };
-        let offset = if shape.per_primitive { at.id.primitive } else { 0 };
-        self.lights.pdf(shape.first_light + offset, from, at.p - from, at.ng)
+        let offset = if shape.per_primitive {
+            at.id.primitive
+        } else {
+            0
+        };
+        self.lights
+            .pdf(shape.first_light + offset, from, at.p - from, at.ng)
     }
 
     /// The ray that leaves an interaction along the unit vector `w`.

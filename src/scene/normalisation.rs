@@ -23,14 +23,25 @@ impl Normalisation {
     /// The map for primitives with these boxes, in world units.
     pub fn of(boxes: &[Bounds]) -> Self {
         if boxes.is_empty() {
-            return Self { centre: DVec3::ZERO, scale: 1.0 };
+            return Self {
+                centre: DVec3::ZERO,
+                scale: 1.0,
+            };
         }
         let centre = DVec3::from_array(std::array::from_fn(|axis| {
             median(boxes.iter().map(|b| b.centre()[axis]))
         }));
-        let reach = |b: &Bounds| (b.max - centre).abs().max((b.min - centre).abs()).max_element();
+        let reach = |b: &Bounds| {
+            (b.max - centre)
+                .abs()
+                .max((b.min - centre).abs())
+                .max_element()
+        };
         let unit = power_of_two_above(median(boxes.iter().map(reach)));
-        Self { centre, scale: 1.0 / unit }
+        Self {
+            centre,
+            scale: 1.0 / unit,
+        }
     }
 
     /// A point, rounded to single precision last.
@@ -80,7 +91,10 @@ mod tests {
         (0..9)
             .map(|i| {
                 let at = DVec3::new(f64::from(i), 1.0, -2.5) * scale + DVec3::splat(offset);
-                Bounds { min: at, max: at + DVec3::splat(scale) }
+                Bounds {
+                    min: at,
+                    max: at + DVec3::splat(scale),
+                }
             })
             .collect()
     }
@@ -91,7 +105,10 @@ mod tests {
         let reference = Normalisation::of(&scene(1.0, 0.0)).point(p);
         for k in -40..=40 {
             let scale = 2.0_f64.powi(k);
-            assert_eq!(Normalisation::of(&scene(scale, 0.0)).point(p * scale), reference);
+            assert_eq!(
+                Normalisation::of(&scene(scale, 0.0)).point(p * scale),
+                reference
+            );
         }
     }
 
@@ -107,7 +124,10 @@ mod tests {
     fn one_far_object_moves_nothing() {
         let mut boxes = scene(1.0, 0.0);
         let before = Normalisation::of(&boxes);
-        boxes.push(Bounds { min: DVec3::splat(1e10), max: DVec3::splat(2e10) });
+        boxes.push(Bounds {
+            min: DVec3::splat(1e10),
+            max: DVec3::splat(2e10),
+        });
         assert_eq!(Normalisation::of(&boxes), before);
         let p = before.point(DVec3::ONE);
         assert!((before.world_point(p) - DVec3::ONE).length() < 1e-6);

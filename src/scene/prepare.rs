@@ -43,7 +43,11 @@ pub struct Prepared {
 /// # Errors
 /// A shape that cannot be transformed as written, or what the acceleration structure's backend says.
 pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<Prepared> {
-    let placed = description.shapes.iter().map(place).collect::<Result<Vec<_>>>()?;
+    let placed = description
+        .shapes
+        .iter()
+        .map(place)
+        .collect::<Result<Vec<_>>>()?;
     let boxes: Vec<Bounds> = placed.iter().flat_map(Placed::boxes).collect();
     let normalisation = Normalisation::of(&boxes);
 
@@ -63,19 +67,34 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         geometries,
         accel,
         shapes: build.shapes,
-        materials: description.materials.iter().map(|m| Material::new(&m.model)).collect(),
+        materials: description
+            .materials
+            .iter()
+            .map(|m| Material::new(&m.model))
+            .collect(),
     };
     let dropped = (build.dropped > 0)
         .then(|| format!("{} triangles without an area were left out", build.dropped));
-    Ok(Prepared { scene, notes: dropped.into_iter().collect(), build_time })
+    Ok(Prepared {
+        scene,
+        notes: dropped.into_iter().collect(),
+        build_time,
+    })
 }
 
 /// A shape in world space, in double precision.
 enum Placed {
     Mesh(PlacedMesh),
     Rectangle(PlacedMesh, [DVec3; 3]),
-    Sphere { center: DVec3, radius: f64 },
-    Disk { center: DVec3, normal: DVec3, radius: f64 },
+    Sphere {
+        center: DVec3,
+        radius: f64,
+    },
+    Disk {
+        center: DVec3,
+        normal: DVec3,
+        radius: f64,
+    },
 }
 
 struct PlacedMesh {
@@ -85,7 +104,8 @@ struct PlacedMesh {
 
 impl PlacedMesh {
     fn position(&self, index: u32) -> DVec3 {
-        self.transform.transform_point3(self.mesh.positions[index as usize])
+        self.transform
+            .transform_point3(self.mesh.positions[index as usize])
     }
 }
 
@@ -95,11 +115,16 @@ impl Placed {
         match self {
             Self::Mesh(placed) | Self::Rectangle(placed, _) => {
                 let triangles = placed.mesh.indices.iter();
-                triangles.map(|t| Bounds::around(t.map(|i| placed.position(i)))).collect()
+                triangles
+                    .map(|t| Bounds::around(t.map(|i| placed.position(i))))
+                    .collect()
             }
             Self::Sphere { center, radius } | Self::Disk { center, radius, .. } => {
                 let radius = DVec3::splat(*radius);
-                vec![Bounds { min: *center - radius, max: *center + radius }]
+                vec![Bounds {
+                    min: *center - radius,
+                    max: *center + radius,
+                }]
             }
         }
     }
@@ -112,19 +137,31 @@ fn place(shape: &ShapeDescription) -> Result<Placed> {
     Ok(match &shape.geometry {
         GeometryDescription::Mesh(description) => Placed::Mesh(mesh(Arc::clone(description))),
         GeometryDescription::Box { min, max } => Placed::Mesh(mesh(Arc::new(box_mesh(*min, *max)))),
-        GeometryDescription::Rectangle { corner, edge_u, edge_v } => {
+        GeometryDescription::Rectangle {
+            corner,
+            edge_u,
+            edge_v,
+        } => {
             let description = rectangle_mesh(*corner, *edge_u, *edge_v);
             let edges = [*edge_u, *edge_v].map(|edge| transform.transform_vector3(edge));
             let frame = [transform.transform_point3(*corner), edges[0], edges[1]];
             let right_angle = edges[0].normalize().dot(edges[1].normalize()).abs() < 1e-9;
             let placed = mesh(Arc::new(description));
-            if right_angle { Placed::Rectangle(placed, frame) } else { Placed::Mesh(placed) }
+            if right_angle {
+                Placed::Rectangle(placed, frame)
+            } else {
+                Placed::Mesh(placed)
+            }
         }
         GeometryDescription::Sphere { center, radius } => Placed::Sphere {
             center: transform.transform_point3(*center),
             radius: radius * even_scale(shape)?,
         },
-        GeometryDescription::Disk { center, normal, radius } => Placed::Disk {
+        GeometryDescription::Disk {
+            center,
+            normal,
+            radius,
+        } => Placed::Disk {
             center: transform.transform_point3(*center),
             normal: normal_matrix(&transform) * normal.normalize(),
             radius: radius * even_scale(shape)?,
@@ -137,7 +174,9 @@ fn even_scale(shape: &ShapeDescription) -> Result<f64> {
     let matrix = shape.transform.matrix3;
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
     let scale = axes[0].length();
-    let even = axes.iter().all(|axis| (axis.length() / scale - 1.0).abs() < 1e-9)
+    let even = axes
+        .iter()
+        .all(|axis| (axis.length() / scale - 1.0).abs() < 1e-9)
         && (0..3).all(|i| axes[i].dot(axes[(i + 1) % 3]).abs() < 1e-9 * scale * scale);
     if even {
         return Ok(scale);
@@ -196,7 +235,8 @@ fn box_mesh(min: DVec3, max: DVec3) -> MeshDescription {
             let first = mesh.positions.len() as u32;
             mesh.positions.extend(face.positions);
             mesh.uvs.extend(face.uvs);
-            mesh.indices.extend(face.indices.iter().map(|t| t.map(|i| i + first)));
+            mesh.indices
+                .extend(face.indices.iter().map(|t| t.map(|i| i + first)));
         }
     }
     mesh
@@ -229,14 +269,23 @@ struct Build {
 
 impl Build {
     fn new(normalisation: Normalisation) -> Self {
-        Self { normalisation, geometries: vec![], shapes: vec![], lights: vec![], dropped: 0 }
+        Self {
+            normalisation,
+            geometries: vec![],
+            shapes: vec![],
+            lights: vec![],
+            dropped: 0,
+        }
     }
 
     fn add(&mut self, placed: Placed, description: &ShapeDescription) {
         let emission = description
             .emission
             .filter(|radiance| !radiance.is_black())
-            .map(|radiance| Emission { radiance, two_sided: description.two_sided_emission });
+            .map(|radiance| Emission {
+                radiance,
+                two_sided: description.two_sided_emission,
+            });
         let first_light = self.lights.len() as u32;
         let mut per_primitive = false;
         let geometry = match placed {
@@ -245,7 +294,8 @@ impl Build {
                 if let Some(emission) = emission {
                     per_primitive = true;
                     let triangles = (0..mesh.indices().len() as u32).map(|i| mesh.triangle(i));
-                    let lights = triangles.map(|t| Light::Triangle(TriangleLight::new(t, emission)));
+                    let lights =
+                        triangles.map(|t| Light::Triangle(TriangleLight::new(t, emission)));
                     self.lights.extend(lights);
                 }
                 Geometry::Mesh(mesh)
@@ -260,14 +310,20 @@ impl Build {
                 Geometry::Mesh(self.mesh(&placed))
             }
             Placed::Sphere { center, radius } => {
-                let (center, radius) =
-                    (self.normalisation.point(center), self.normalisation.length(radius));
+                let (center, radius) = (
+                    self.normalisation.point(center),
+                    self.normalisation.length(radius),
+                );
                 let sphere = Sphere { center, radius };
                 let light = |emission| Light::Sphere(SphereLight::new(sphere, emission));
                 self.lights.extend(emission.map(light));
                 Geometry::Sphere(sphere)
             }
-            Placed::Disk { center, normal, radius } => {
+            Placed::Disk {
+                center,
+                normal,
+                radius,
+            } => {
                 let disk = Disk {
                     center: self.normalisation.point(center),
                     normal: normal.normalize().as_vec3(),
@@ -293,7 +349,8 @@ impl Build {
     fn mesh(&mut self, placed: &PlacedMesh) -> Mesh {
         let description = &placed.mesh;
         let to_normalised = |p: &DVec3| {
-            self.normalisation.point(placed.transform.transform_point3(*p))
+            self.normalisation
+                .point(placed.transform.transform_point3(*p))
         };
         let positions: Vec<Vec3> = description.positions.iter().map(to_normalised).collect();
         let normal_matrix = normal_matrix(&placed.transform);

@@ -4,7 +4,7 @@
 //! Range: `reflectance` in [0, 1]; scatters on the side that `wo` is on, from both sides alike.
 //! Source: f = rho / pi, sampled by the cosine (Malley). Tested in `tests/bsdf.rs`.
 
-use super::types::{BsdfSample, BsdfValue, Lobe};
+use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
 use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec2, vec::Vec3};
 use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
 use std::f32::consts::FRAC_1_PI;
@@ -25,13 +25,10 @@ impl Diffuse {
     /// f = rho / pi on the side of `wo`.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
-        if wo.z * wi.z <= 0.0 {
-            return BsdfValue::default();
-        }
-        BsdfValue {
+        facing_up(wo, wi).map_or_else(BsdfValue::default, |(_, wi)| BsdfValue {
             f: FRAC_1_PI * self.reflectance,
-            pdf: PdfSolidAngle(pdf_hemisphere_cosine(wi.z.abs())),
-        }
+            pdf: PdfSolidAngle(pdf_hemisphere_cosine(wi.z)),
+        })
     }
 
     /// A direction by the cosine; the weight is the albedo.

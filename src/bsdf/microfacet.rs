@@ -76,11 +76,13 @@ impl Ggx {
         0.5 / (wi.z * self.stretched_cos(wo) + wo.z * self.stretched_cos(wi))
     }
 
-    /// G2(wo, wi) / G1(wo): the weight of a mirrored visible normal.
+    /// 1 - G2(wo, wi) / G1(wo): the share of what `wo`'s visible facets mirror that others shadow, exact also where small.
     #[inline]
-    pub fn g2_over_g1(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let so = self.stretched_cos(wo);
-        wi.z * (wo.z + so) / (wi.z * so + wo.z * self.stretched_cos(wi))
+    pub fn shadowed(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let (so, si) = (self.stretched_cos(wo), self.stretched_cos(wi));
+        // s - cos = (s^2 - cos^2) / (s + cos).
+        let excess = self.alpha2 * (wi.x * wi.x + wi.y * wi.y) / (si + wi.z);
+        wo.z * excess / (wi.z * so + wo.z * si)
     }
 
     /// A microfacet normal that `wo` sees, with density [`Ggx::pdf_visible`]. Dupuy and Benyoub 2023, listing 3.

@@ -5,17 +5,22 @@
 //! surfaces are the caller's affair.
 //! Source: named in each model's file. Tested in `tests/bsdf.rs`.
 
+pub mod albedo;
+pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
 pub mod fresnel;
 pub mod microfacet;
 pub mod mirror;
+pub mod principled;
 pub mod types;
 
 use crate::math::vec::{Vec2, Vec3};
+pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use mirror::Mirror;
+pub use principled::{Principled, PrincipledParameters};
 pub use types::{BsdfSample, BsdfValue, Lobe};
 
 /// How one point of a surface scatters.
@@ -25,8 +30,12 @@ pub enum Bsdf {
     Diffuse(Diffuse),
     /// A perfect mirror.
     Mirror(Mirror),
+    /// Metal, smooth or rough.
+    Conductor(Conductor),
     /// Glass, smooth or rough.
     Dielectric(Dielectric),
+    /// The metallic-roughness model.
+    Principled(Principled),
 }
 
 impl Bsdf {
@@ -36,7 +45,9 @@ impl Bsdf {
         match self {
             Self::Diffuse(model) => model.eval(wo, wi),
             Self::Mirror(model) => model.eval(),
+            Self::Conductor(model) => model.eval(wo, wi),
             Self::Dielectric(model) => model.eval(wo, wi),
+            Self::Principled(model) => model.eval(wo, wi),
         }
     }
 
@@ -47,7 +58,9 @@ impl Bsdf {
         match self {
             Self::Diffuse(model) => model.sample(wo, u),
             Self::Mirror(model) => model.sample(wo),
+            Self::Conductor(model) => model.sample(wo, u_lobe, u),
             Self::Dielectric(model) => model.sample(wo, u_lobe, u),
+            Self::Principled(model) => model.sample(wo, u_lobe, u),
         }
     }
 
@@ -57,7 +70,9 @@ impl Bsdf {
         match self {
             Self::Diffuse(_) => false,
             Self::Mirror(_) => true,
+            Self::Conductor(model) => model.is_delta(),
             Self::Dielectric(model) => model.is_delta(),
+            Self::Principled(model) => model.is_delta(),
         }
     }
 }

@@ -23,6 +23,16 @@ pub struct BsdfValue {
     pub pdf: PdfSolidAngle,
 }
 
+/// Both directions mirrored to the upper side, for models that scatter alike from both; `None` if they are on different
+/// sides or one is tangential.
+#[inline]
+pub fn facing_up(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3)> {
+    let up = |w: Vec3| Vec3::new(w.x, w.y, w.z.abs());
+    // Signs, not the product, which underflows for two grazing directions.
+    let same_side = (wo.z > 0.0 && wi.z > 0.0) || (wo.z < 0.0 && wi.z < 0.0);
+    same_side.then(|| (up(wo), up(wi)))
+}
+
 /// A sampled direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BsdfSample {

@@ -1,0 +1,241 @@
+//! The metallic-roughness model of glTF, with refraction: metal, or a coat over a matte base, or glass, mixed.
+//!
+//! ```text
+//! f = D V (F0 + (F90 - F0) (1 - wo.m)^5)                   facets of metal and coat in one
+//!   + metal F_ms (1 - E_o) (1 - E_i) / (pi (1 - E_mean))   light between the metal's facets
+//!   + base / pi (1 - S_o) (1 - S_i) / (1 - S_mean)         what the coat lets through; S is its albedo
+//!   + glass                                                as [`Dielectric`]
+//! ```
+//!
+//! The matte base takes all that the coat does not reflect, so that a white base reflects everything and nothing ever
+//! reflects more; every term is reciprocal.
+//!
+//! Measure: f per steradian.
+//! Range: `base_color`, `metallic`, `roughness`, `transmission` in [0, 1]; `ior` at least 1. Facets are deltas below
+//! roughness 0.01. The coat follows Schlick's law, which reflects at grazing angles also at `ior` 1, as glTF has it; glass
+//! follows Fresnel's. Opaque parts scatter from both sides alike.
+//! Source: glTF 2.0, appendix B, with the couplings of Kulla and Conty 2017. Tested in `tests/bsdf.rs`.
+
+use super::albedo::{AlbedoRow, SingleScatter};
+use super::conductor::multiple_scattering_colour;
+use super::dielectric::Dielectric;
+use super::fresnel::{normal_reflectance, schlick_mean, schlick_weight};
+use super::microfacet::Ggx;
+use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
+use crate::math::{
+    measure::PdfSolidAngle,
+    rgb::Rgb,
+    vec::{Vec2, Vec3, reflect},
+};
+use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
+use std::f32::consts::FRAC_1_PI;
+
+/// What a principled material is made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PrincipledParameters {
+    /// Albedo of the base, reflectance of the metal, tint of the glass.
+    pub base_color: Rgb,
+    /// 0 is dielectric, 1 is metal.
+    pub metallic: f32,
+    /// Roughness; 0 is smooth.
+    pub roughness: f32,
+    /// Refractive index of coat and glass, inside over outside.
+    pub ior: f32,
+    /// The share of the dielectric that is glass instead of coat and base.
+    pub transmission: f32,
+}
+
+/// A principled surface at one point; cheap to make.
+#[derive(Debug, Clone, Copy)]
+pub struct Principled {
+    facets: Option<Ggx>,
+    albedo: AlbedoRow,
+    /// The facets' reflectance at normal incidence, of metal and coat together.
+    f0: Rgb,
+    /// The same at grazing angles: the share of the surface that is not glass.
+    f90: f32,
+    /// Colour of the light between the metal's facets.
+    metal_ms: Rgb,
+    /// Colour of the matte base.
+    base: Rgb,
+    /// Reflectance of the coat alone at normal incidence.
+    coat_f0: f32,
+    /// 1 / (1 - S_mean).
+    base_scale: f32,
+    glass: Dielectric,
+    glass_share: f32,
+}
+
+/// The probabilities of the lobes towards one `wo`, which sum to one.
+struct Choice {
+    facets: f32,
+    cosine: f32,
+    glass: f32,
+    /// The single scattering towards `wo`, looked up on the way.
+    o: SingleScatter,
+}
+
+impl Principled {
+    /// The surface of these parameters.
+    #[inline]
+    pub fn new(parameters: &PrincipledParameters) -> Self {
+        let &PrincipledParameters {
+            base_color,
+            metallic,
+            roughness,
+            ior,
+            transmission,
+        } = parameters;
+        let facets = Ggx::from_roughness(roughness);
+        let albedo = AlbedoRow::of(facets);
+        let mean = albedo.mean();
+        let coat_f0 = normal_reflectance(ior);
+        let coat_share = (1.0 - metallic) * (1.0 - transmission);
+        let metal_ms = multiple_scattering_colour(schlick_mean(base_color), mean);
+        Self {
+            facets,
+            albedo,
+            f0: metallic * base_color + Rgb::grey(coat_share * coat_f0),
+            f90: metallic + coat_share,
+            metal_ms: metallic * metal_ms,
+            base: coat_share * base_color,
+            coat_f0,
+            base_scale: 1.0 / (1.0 - mean.reflected(coat_f0, 1.0)),
+            glass: Dielectric::new(ior, roughness, base_color),
+            glass_share: (1.0 - metallic) * transmission,
+        }
+    }
+
+    /// Whether all lobes are deltas.
+    #[inline]
+    pub fn is_delta(&self) -> bool {
+        let opaque_is_delta = self.facets.is_none() && self.base.is_black();
+        let glass_is_delta = self.glass_share == 0.0 || self.glass.is_delta();
+        glass_is_delta && (opaque_is_delta || self.f90 == 0.0)
+    }
+
+    /// All lobes but deltas.
+    #[inline]
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
+        if wo.z == 0.0 || wi.z == 0.0 {
+            return BsdfValue::default();
+        }
+        self.eval_chosen(wo, wi, &self.choice(wo.z.abs()))
+    }
+
+    /// A lobe by its share of the albedo, then its direction.
+    #[inline]
+    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let choice = self.choice(wo.z.abs());
+        if u_lobe < choice.glass {
+            return self.sample_glass(wo, u_lobe / choice.glass, u, &choice);
+        }
+        let up = Vec3::new(wo.x, wo.y, wo.z.abs());
+        let (mut wi, lobe) = if u_lobe < choice.glass + choice.cosine {
+            (sample_hemisphere_cosine(u), Lobe::Diffuse)
+        } else if let Some(ggx) = self.facets {
+            let wi = reflect(up, ggx.sample_visible(up, u));
+            (wi, Lobe::GlossyReflection)
+        } else {
+            return self.sample_smooth(wo, &choice);
+        };
+        if wi.z <= 0.0 {
+            return None;
+        }
+        wi.z = wi.z.copysign(wo.z);
+        self.weigh(wo, wi, lobe, &choice)
+    }
+
+    /// Each lobe's share of the albedo towards a direction of cosine `mu`, by the brightest channel.
+    #[inline]
+    fn choice(&self, mu: f32) -> Choice {
+        let o = self.albedo.at(mu);
+        let facets = o.reflected(self.f0.max_channel(), self.f90);
+        let through = 1.0 - o.reflected(self.coat_f0, 1.0);
+        let cosine = self.base.max_channel() * through + self.metal_ms.max_channel() * o.loss;
+        let scale = 1.0 / (facets + cosine + self.glass_share).max(f32::MIN_POSITIVE);
+        Choice {
+            facets: facets * scale,
+            cosine: cosine * scale,
+            glass: self.glass_share * scale,
+            o,
+        }
+    }
+
+    #[inline]
+    fn eval_chosen(&self, wo: Vec3, wi: Vec3, choice: &Choice) -> BsdfValue {
+        let mut value = BsdfValue::default();
+        if let Some((wo, wi)) = facing_up(wo, wi) {
+            value = self.eval_opaque(wo, wi, choice);
+        }
+        if self.glass_share > 0.0 {
+            let glass = self.glass.eval(wo, wi);
+            value.f += self.glass_share * glass.f;
+            value.pdf.0 += choice.glass * glass.pdf.0;
+        }
+        value
+    }
+
+    /// Facets and both cosine lobes, both directions above.
+    #[inline]
+    fn eval_opaque(&self, wo: Vec3, wi: Vec3, choice: &Choice) -> BsdfValue {
+        let (o, i) = (choice.o, self.albedo.at(wi.z));
+        let through = |s: SingleScatter| 1.0 - s.reflected(self.coat_f0, 1.0);
+        let base = FRAC_1_PI * self.base_scale * through(o) * through(i);
+        let ms = self.albedo.multiple_scattering(o, i);
+        let mut f = base * self.base + ms * self.metal_ms;
+        let mut pdf = choice.cosine * pdf_hemisphere_cosine(wi.z);
+        if let Some(ggx) = self.facets {
+            let m = (wo + wi).normalize();
+            f += (ggx.d(m) * ggx.visibility(wo, wi)) * self.schlick(wo.dot(m).min(1.0));
+            pdf += choice.facets * ggx.pdf_mirrored(wo, m);
+        }
+        BsdfValue {
+            f,
+            pdf: PdfSolidAngle(pdf),
+        }
+    }
+
+    /// The facets' reflectance.
+    #[inline]
+    fn schlick(&self, cos: f32) -> Rgb {
+        self.f0.lerp(Rgb::grey(self.f90), schlick_weight(cos))
+    }
+
+    #[inline]
+    fn sample_smooth(&self, wo: Vec3, choice: &Choice) -> Option<BsdfSample> {
+        (choice.facets > 0.0).then(|| BsdfSample {
+            wi: Vec3::new(-wo.x, -wo.y, wo.z),
+            weight: self.schlick(wo.z.abs()) / choice.facets,
+            pdf: None,
+            lobe: Lobe::SpecularReflection,
+        })
+    }
+
+    #[inline]
+    fn sample_glass(&self, wo: Vec3, u_lobe: f32, u: Vec2, choice: &Choice) -> Option<BsdfSample> {
+        let sample = self.glass.sample(wo, u_lobe, u)?;
+        if sample.pdf.is_some() {
+            return self.weigh(wo, sample.wi, sample.lobe, choice);
+        }
+        Some(BsdfSample {
+            weight: (self.glass_share / choice.glass) * sample.weight,
+            ..sample
+        })
+    }
+
+    /// The sample `wi` with its weight over all lobes.
+    #[inline]
+    fn weigh(&self, wo: Vec3, wi: Vec3, lobe: Lobe, choice: &Choice) -> Option<BsdfSample> {
+        let value = self.eval_chosen(wo, wi, choice);
+        (value.pdf.0 > 0.0).then(|| BsdfSample {
+            wi,
+            weight: (wi.z.abs() / value.pdf.0) * value.f,
+            pdf: Some(value.pdf),
+            lobe,
+        })
+    }
+}

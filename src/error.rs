@@ -105,6 +105,12 @@ impl Error {
         self
     }
 
+    /// The same failure as another kind: that of its cause, where a file is to blame for what it names.
+    pub fn of_kind(mut self, kind: ErrorKind) -> Self {
+        self.0.kind = kind;
+        self
+    }
+
     /// The kind of failure.
     pub fn kind(&self) -> ErrorKind {
         self.0.kind

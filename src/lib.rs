@@ -3,8 +3,8 @@
 pub mod accel;
 pub mod bsdf;
 pub mod camera;
-//cfgcli
-//pub mod cli;
+#[cfg(feature = "cli")]
+pub mod cli;
 pub mod error;
 pub mod film;
 pub mod geometry;

@@ -141,16 +141,23 @@ fn named<T: Copy + Send + Sync + 'static>(
 }
 
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let expected = || "expected WIDTHxHEIGHT in pixels, each from 1 to 65536, such as 768x512".to_owned();
+    let expected =
+        || "expected WIDTHxHEIGHT in pixels, each from 1 to 65536, such as 768x512".to_owned();
     let (width, height) = text.split_once('x').ok_or_else(expected)?;
     let side = |text: &str| {
-        text.parse().ok().filter(|side| (1..=65536).contains(side)).ok_or_else(expected)
+        text.parse()
+            .ok()
+            .filter(|side| (1..=65536).contains(side))
+            .ok_or_else(expected)
     };
     Ok((side(width)?, side(height)?))
 }
 
 fn parse_numbers<const N: usize>(text: &str) -> Result<[u32; N], String> {
-    let numbers: Result<Vec<u32>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    let numbers: Result<Vec<u32>, _> = text
+        .split(',')
+        .map(|number| number.trim().parse())
+        .collect();
     numbers
         .ok()
         .and_then(|numbers| numbers.try_into().ok())

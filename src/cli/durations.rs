@@ -13,7 +13,9 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
     let mut rest = text.trim();
     let mut unit_above = f64::INFINITY;
     while !rest.is_empty() {
-        let digits = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
+        let digits = rest
+            .find(|c: char| !c.is_ascii_digit() && c != '.')
+            .unwrap_or(rest.len());
         let (number, tail) = rest.split_at(digits);
         let number: f64 = number.parse().map_err(|_| expected())?;
         let unit = match tail.chars().next() {
@@ -31,7 +33,11 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
         seconds += number * unit;
         rest = tail.get(1..).unwrap_or("");
     }
-    if seconds > 0.0 && seconds <= 3.6e6 { Ok(Duration::from_secs_f64(seconds)) } else { Err(expected()) }
+    if seconds > 0.0 && seconds <= 3.6e6 {
+        Ok(Duration::from_secs_f64(seconds))
+    } else {
+        Err(expected())
+    }
 }
 
 /// A duration in the unit that suits it.
@@ -42,9 +48,17 @@ pub fn format_duration(duration: Duration) -> String {
     } else if seconds < 100.0 {
         format!("{seconds:.1} s")
     } else if seconds < 6000.0 {
-        format!("{}m{:02}s", duration.as_secs() / 60, duration.as_secs() % 60)
+        format!(
+            "{}m{:02}s",
+            duration.as_secs() / 60,
+            duration.as_secs() % 60
+        )
     } else {
-        format!("{}h{:02}m", duration.as_secs() / 3600, duration.as_secs() / 60 % 60)
+        format!(
+            "{}h{:02}m",
+            duration.as_secs() / 3600,
+            duration.as_secs() / 60 % 60
+        )
     }
 }
 
@@ -54,20 +68,34 @@ mod tests {
 
     #[test]
     fn durations_are_read_as_written() {
-        for (text, seconds) in
-            [("90s", 90.0), ("5m", 300.0), ("1h30m", 5400.0), ("0.5s", 0.5), ("7", 7.0)]
-        {
-            assert_eq!(parse_duration(text), Ok(Duration::from_secs_f64(seconds)), "{text}");
+        for (text, seconds) in [
+            ("90s", 90.0),
+            ("5m", 300.0),
+            ("1h30m", 5400.0),
+            ("0.5s", 0.5),
+            ("7", 7.0),
+        ] {
+            assert_eq!(
+                parse_duration(text),
+                Ok(Duration::from_secs_f64(seconds)),
+                "{text}"
+            );
         }
-        for wrong in ["", "0s", "-3s", "s", "5x", "30m1h", "1h1h", "nan", "inf", "1e3s", "9999h"] {
+        for wrong in [
+            "", "0s", "-3s", "s", "5x", "30m1h", "1h1h", "nan", "inf", "1e3s", "9999h",
+        ] {
             assert!(parse_duration(wrong).is_err(), "{wrong}");
         }
     }
 
     #[test]
     fn durations_are_printed_shortly() {
-        for (seconds, text) in [(0.25, "250 ms"), (12.34, "12.3 s"), (125.0, "2m05s"), (7260.0, "2h01m")]
-        {
+        for (seconds, text) in [
+            (0.25, "250 ms"),
+            (12.34, "12.3 s"),
+            (125.0, "2m05s"),
+            (7260.0, "2h01m"),
+        ] {
             assert_eq!(format_duration(Duration::from_secs_f64(seconds)), text);
         }
     }

@@ -59,9 +59,16 @@ fn table(info: &Info) -> String {
     ];
     match &info.embree {
         Some(embree) => {
-            let widths: Vec<String> =
-                embree.native_packet_widths.iter().map(u32::to_string).collect();
-            let fits = if embree.fits { "they fit" } else { "they do NOT fit: rebuild" };
+            let widths: Vec<String> = embree
+                .native_packet_widths
+                .iter()
+                .map(u32::to_string)
+                .collect();
+            let fits = if embree.fits {
+                "they fit"
+            } else {
+                "they do NOT fit: rebuild"
+            };
             rows.push((
                 "embree",
                 format!(
@@ -69,19 +76,30 @@ fn table(info: &Info) -> String {
                     embree.library_version, embree.header_version
                 ),
             ));
-            rows.push(("loaded from", embree.library.clone().unwrap_or("unknown".to_owned())));
+            rows.push((
+                "loaded from",
+                embree.library.clone().unwrap_or("unknown".to_owned()),
+            ));
             rows.push(("packet widths", widths.join(", ")));
         }
         None => rows.push(("embree", "not in this build".to_owned())),
     }
     rows.push(("instruction set", info.instruction_set.join(", ")));
     rows.push(("threads", info.threads.to_string()));
-    rows.iter().map(|(name, value)| format!("{name:<16} {value}\n")).collect()
+    rows.iter()
+        .map(|(name, value)| format!("{name:<16} {value}\n"))
+        .collect()
 }
 
 fn features() -> Vec<&'static str> {
-    let all = [("embree", cfg!(feature = "embree")), ("cli", cfg!(feature = "cli"))];
-    all.into_iter().filter(|&(_, on)| on).map(|(name, _)| name).collect()
+    let all = [
+        ("embree", cfg!(feature = "embree")),
+        ("cli", cfg!(feature = "cli")),
+    ];
+    all.into_iter()
+        .filter(|&(_, on)| on)
+        .map(|(name, _)| name)
+        .collect()
 }
 
 /// What this processor has of what Embree and we can use.
@@ -95,7 +113,10 @@ fn instruction_set() -> Vec<&'static str> {
             ("fma", is_x86_feature_detected!("fma")),
             ("avx512f", is_x86_feature_detected!("avx512f")),
         ];
-        all.into_iter().filter(|&(_, on)| on).map(|(name, _)| name).collect()
+        all.into_iter()
+            .filter(|&(_, on)| on)
+            .map(|(name, _)| name)
+            .collect()
     }
     #[cfg(not(target_arch = "x86_64"))]
     {

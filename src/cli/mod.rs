@@ -76,9 +76,11 @@ fn manual(verb: Option<&str>) -> crate::Result<Outcome> {
 fn print(text: &[u8]) -> crate::Result<Outcome> {
     let mut stdout = std::io::stdout().lock();
     match stdout.write_all(text).and_then(|()| stdout.flush()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::io("cannot write", std::path::Path::new("standard output"), error))
-        }
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io(
+            "cannot write",
+            std::path::Path::new("standard output"),
+            error,
+        )),
         _ => Ok(Outcome::Done),
     }
 }

@@ -46,7 +46,10 @@ impl Watcher {
             }
         })
         .map_err(|error| Error::render("cannot watch for Ctrl-C").because(error))?;
-        Ok(Self { display: Display::new(mode), interrupted })
+        Ok(Self {
+            display: Display::new(mode),
+            interrupted,
+        })
     }
 
     /// Takes the bar away.
@@ -100,9 +103,9 @@ impl RenderObserver for Watcher {
 
 /// Samples, error so far, time left.
 fn describe(progress: &Progress) -> String {
-    let error = progress
-        .rel_rmse
-        .map_or(String::new(), |error| format!(", error {}", format_percent(error)));
+    let error = progress.rel_rmse.map_or(String::new(), |error| {
+        format!(", error {}", format_percent(error))
+    });
     let left = if progress.fraction > 0.0 {
         let total = progress.elapsed.as_secs_f64() / progress.fraction;
         let left = (total - progress.elapsed.as_secs_f64()).clamp(0.0, 3.6e9);

@@ -50,9 +50,18 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         precision: arguments.precision,
         threads: settings.threads,
     };
-    let Prepared { scene, notes, build_time } = prepare(&description, options)?;
+    let Prepared {
+        scene,
+        notes,
+        build_time,
+    } = prepare(&description, options)?;
     let loaded = start.elapsed().saturating_sub(build_time);
-    let job = Job { arguments, description: &description, scene: &scene, settings: &settings };
+    let job = Job {
+        arguments,
+        description: &description,
+        scene: &scene,
+        settings: &settings,
+    };
     if !arguments.quiet {
         for note in description.notes.iter().chain(&notes) {
             eprintln!("note: {note}");
@@ -66,7 +75,11 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         return replay::run(&job, &filter, pixel, sample);
     }
 
-    let mode = if arguments.quiet { ProgressMode::None } else { arguments.progress };
+    let mode = if arguments.quiet {
+        ProgressMode::None
+    } else {
+        arguments.progress
+    };
     let watcher = Watcher::new(mode)?;
     let rendered =
         crate::render::render(&scene, &filter, description.film.size, &settings, &watcher);
@@ -100,14 +113,27 @@ fn outputs(arguments: &RenderArguments) -> Vec<PathBuf> {
 /// The command line over the scene over the defaults.
 fn settings(arguments: &RenderArguments, description: &SceneDescription) -> Result<RenderSettings> {
     let render = &description.render;
-    let integrator = from_scene(description, "integrator", &render.integrator, IntegratorKind::ALL)?;
+    let integrator = from_scene(
+        description,
+        "integrator",
+        &render.integrator,
+        IntegratorKind::ALL,
+    )?;
     let sampler = from_scene(description, "sampler", &render.sampler, SamplerKind::ALL)?;
     let (width, height) = description.film.size;
     let window = match arguments.crop {
-        None => Window { x: 0, y: 0, width, height },
-        Some([x0, y0, x1, y1]) if x0 < x1 && y0 < y1 && x1 <= width && y1 <= height => {
-            Window { x: x0, y: y0, width: x1 - x0, height: y1 - y0 }
-        }
+        None => Window {
+            x: 0,
+            y: 0,
+            width,
+            height,
+        },
+        Some([x0, y0, x1, y1]) if x0 < x1 && y0 < y1 && x1 <= width && y1 <= height => Window {
+            x: x0,
+            y: y0,
+            width: x1 - x0,
+            height: y1 - y0,
+        },
         Some([x0, y0, x1, y1]) => {
             return Err(Error::usage(format!(
                 "--crop {x0},{y0},{x1},{y1} is not a part of the picture of {width}x{height} pixels"
@@ -129,7 +155,9 @@ fn settings(arguments: &RenderArguments, description: &SceneDescription) -> Resu
         },
         max_bounces: arguments.max_bounces.or(render.max_bounces),
         roulette: Roulette::default(),
-        threads: arguments.threads.map_or_else(available_threads, usize::from),
+        threads: arguments
+            .threads
+            .map_or_else(available_threads, usize::from),
         window,
         tile_size: 32,
     })
@@ -142,12 +170,18 @@ fn from_scene<T: Copy + Named>(
     wanted: &Option<crate::scene::description::Written<String>>,
     all: &[T],
 ) -> Result<Option<T>> {
-    let Some(wanted) = wanted else { return Ok(None) };
+    let Some(wanted) = wanted else {
+        return Ok(None);
+    };
     if let Some(found) = all.iter().find(|choice| choice.name() == wanted.value) {
         return Ok(Some(*found));
     }
     let names: Vec<&str> = all.iter().map(|choice| choice.name()).collect();
-    let message = format!("unknown name `{}`; expected {}", wanted.value, names.join(" or "));
+    let message = format!(
+        "unknown name `{}`; expected {}",
+        wanted.value,
+        names.join(" or ")
+    );
     Err(Error::scene(message)
         .in_file(&description.file)
         .at_line(wanted.line)
@@ -182,7 +216,12 @@ pub struct Job<'a> {
 impl Job<'_> {
     /// What the scene consists of.
     fn summary(&self) -> String {
-        let primitives: usize = self.scene.geometries.iter().map(|g| g.primitive_count()).sum();
+        let primitives: usize = self
+            .scene
+            .geometries
+            .iter()
+            .map(|g| g.primitive_count())
+            .sum();
         let (width, height) = self.description.film.size;
         format!(
             "scene: {} shapes, {primitives} primitives, {} materials, {} lights; {width} x {height} pixels\n\
@@ -208,7 +247,9 @@ impl Job<'_> {
             layers: Vec::new(),
         };
         let picture = rendered.film.develop();
-        outputs.iter().try_for_each(|output| image::write(output, &picture, &options))
+        outputs
+            .iter()
+            .try_for_each(|output| image::write(output, &picture, &options))
     }
 
     /// What an EXR says of itself.
@@ -221,20 +262,28 @@ impl Job<'_> {
         let command: Vec<String> = std::env::args().collect();
         let bias = self.settings.bias();
         let mut entries = vec![
-            ("version", text(concat!("etendue ", env!("CARGO_PKG_VERSION")))),
+            (
+                "version",
+                text(concat!("etendue ", env!("CARGO_PKG_VERSION"))),
+            ),
             ("scene", text(&self.description.file.display().to_string())),
             ("seed", text(&self.settings.seed.to_string())),
             ("integrator", text(self.settings.integrator.name())),
             ("sampler", text(self.settings.sampler.name())),
             ("spp", MetadataValue::Number(rendered.spp as f64)),
-            ("seconds", MetadataValue::Number(rendered.elapsed.as_secs_f64())),
+            (
+                "seconds",
+                MetadataValue::Number(rendered.elapsed.as_secs_f64()),
+            ),
             ("bias", text(if bias.is_empty() { "none" } else { "yes: " })),
             ("command", text(&command.join(" "))),
         ];
         if let Some(error) = error {
             entries.push(("relRmse", MetadataValue::Number(error.rel_rmse)));
         }
-        let named = entries.into_iter().map(|(name, value)| (format!("etendue.{name}"), value));
+        let named = entries
+            .into_iter()
+            .map(|(name, value)| (format!("etendue.{name}"), value));
         let mut metadata: Vec<_> = named.collect();
         if !bias.is_empty() {
             let all = MetadataValue::Text(bias.join("; "));
@@ -326,14 +375,24 @@ impl Job<'_> {
                 first.sample
             )
         });
-        format!("warning: {} samples were not finite and are left out{replay}", rejected.count)
+        format!(
+            "warning: {} samples were not finite and are left out{replay}",
+            rejected.count
+        )
     }
 }
 
 /// Where the image is, how long it took, how many samples, how wrong it is.
 fn last_line(outputs: &[PathBuf], rendered: &Rendered, stats: &Stats) -> String {
-    let files: Vec<String> = outputs.iter().map(|path| path.display().to_string()).collect();
-    let interrupted = if rendered.cancelled { "interrupted; " } else { "" };
+    let files: Vec<String> = outputs
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    let interrupted = if rendered.cancelled {
+        "interrupted; "
+    } else {
+        ""
+    };
     let error = match &stats.error {
         Some(error) => format!(
             "error {} (below {} at {:.0} % confidence)",

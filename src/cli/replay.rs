@@ -33,7 +33,13 @@ pub fn run(job: &Job<'_>, filter: &Filter, pixel: [u32; 2], sample: u64) -> Resu
 
 fn describe(job: &Job<'_>, event: &PathEvent, vertex: &mut u32) -> String {
     match event {
-        PathEvent::Arrived { position, shape, primitive, normal, beta } => {
+        PathEvent::Arrived {
+            position,
+            shape,
+            primitive,
+            normal,
+            beta,
+        } => {
             let index = *vertex;
             *vertex += 1;
             let name = &job.description.shapes[*shape as usize].name;
@@ -43,15 +49,32 @@ fn describe(job: &Job<'_>, event: &PathEvent, vertex: &mut u32) -> String {
             )
         }
         PathEvent::Escaped { direction } => format!("  left the scene along {direction:.4}"),
-        PathEvent::Emission { contribution, weight } => {
+        PathEvent::Emission {
+            contribution,
+            weight,
+        } => {
             format!("  emission {} (weight {weight:.4})", rgb(*contribution))
         }
-        PathEvent::Light { contribution, weight, visible } => {
+        PathEvent::Light {
+            contribution,
+            weight,
+            visible,
+        } => {
             let seen = if *visible { "visible" } else { "hidden" };
-            format!("  light sample {}, {seen} (weight {weight:.4})", rgb(*contribution))
+            format!(
+                "  light sample {}, {seen} (weight {weight:.4})",
+                rgb(*contribution)
+            )
         }
-        PathEvent::Scattered { direction, lobe, beta } => {
-            format!("  scattered along {direction:.4} ({lobe:?}), throughput {}", rgb(*beta))
+        PathEvent::Scattered {
+            direction,
+            lobe,
+            beta,
+        } => {
+            format!(
+                "  scattered along {direction:.4} ({lobe:?}), throughput {}",
+                rgb(*beta)
+            )
         }
         PathEvent::Terminated { survival } => {
             format!("  ended by roulette (survival {survival:.4})")

@@ -88,7 +88,11 @@ pub struct ImageStats {
 
 impl From<RayCounts> for Rays {
     fn from(rays: RayCounts) -> Self {
-        Self { camera: rays.camera, closest: rays.closest, shadow: rays.shadow }
+        Self {
+            camera: rays.camera,
+            closest: rays.closest,
+            shadow: rays.shadow,
+        }
     }
 }
 
@@ -105,8 +109,15 @@ impl From<ErrorEstimate> for ErrorStats {
 
 impl From<Rejected> for RejectedStats {
     fn from(rejected: Rejected) -> Self {
-        let first = rejected.first.map(|s| RejectedSample { x: s.x, y: s.y, sample: s.sample });
-        Self { count: rejected.count, first }
+        let first = rejected.first.map(|s| RejectedSample {
+            x: s.x,
+            y: s.y,
+            sample: s.sample,
+        });
+        Self {
+            count: rejected.count,
+            first,
+        }
     }
 }
 
@@ -126,7 +137,9 @@ impl Stats {
 /// The largest amount of memory that the process has had so far, in bytes, where the system tells (Linux, proc(5)).
 pub fn peak_rss() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024 * kibibytes)
 }

@@ -7,14 +7,15 @@
 use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
+use std::sync::Arc;
 
 /// A texture.
 #[derive(Debug, Clone)]
 pub enum Texture {
     /// A picture.
     Image {
-        /// Linear values.
-        image: Image,
+        /// Linear values; shared by all textures of one file.
+        image: Arc<Image>,
         /// Multiplies every value.
         scale: f32,
     },
@@ -126,7 +127,7 @@ mod tests {
     #[test]
     fn one_colour_everywhere_is_a_constant() {
         assert_eq!(gradient().constant(), None);
-        let image = Image::new(2, 1, vec![Rgb::grey(0.5); 2]);
+        let image = Arc::new(Image::new(2, 1, vec![Rgb::grey(0.5); 2]));
         assert_eq!(
             Texture::Image { image, scale: 2.0 }.constant(),
             Some(Rgb::WHITE)

@@ -29,7 +29,7 @@ pub struct Image {
 }
 
 /// How the values of an 8-bit or 16-bit file are meant.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ColourSpace {
     /// Encoded with the sRGB transfer function.
     #[default]

@@ -2,6 +2,7 @@
 
 pub mod description;
 pub mod interaction;
+pub mod load;
 pub mod material;
 pub mod normalisation;
 pub mod prepare;

@@ -1,0 +1,151 @@
+//! Colours: numbers, sRGB codes, textures and checkers.
+//!
+//! Measure: linear Rec. 709.
+//! Range: at least 0; a reflectance at most 1.
+//! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
+
+use super::reader::Value;
+use crate::error::Result;
+use crate::geometry::texture::Texture;
+use crate::image::{ColourSpace, Image, srgb};
+use crate::math::rgb::Rgb;
+use crate::scene::description::ColourDescription;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The largest value that a colour may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bound {
+    /// A share of light: at most 1.
+    Reflectance,
+    /// Any value of at least 0.
+    NonNegative,
+}
+
+/// Textures that were read, so that each file is read once.
+#[derive(Debug, Default)]
+pub struct Textures {
+    images: HashMap<(PathBuf, ColourSpace), Arc<Image>>,
+}
+
+impl Textures {
+    /// The texture in a file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no picture.
+    pub fn read(&mut self, path: &Path, space: ColourSpace, scale: f32) -> Result<Texture> {
+        let key = (path.to_path_buf(), space);
+        let image = match self.images.entry(key) {
+            Entry::Occupied(known) => Arc::clone(known.get()),
+            Entry::Vacant(place) => Arc::clone(place.insert(Arc::new(Image::read(path, space)?))),
+        };
+        Ok(Texture::Image { image, scale })
+    }
+}
+
+/// A colour that may be a texture.
+///
+/// # Errors
+/// Anything that is no colour, or is out of its bound.
+pub fn colour(
+    value: &Value<'_>,
+    bound: Bound,
+    folder: &Path,
+    textures: &mut Textures,
+) -> Result<ColourDescription> {
+    if value.is_list() || value.is_number() || value.is_text() {
+        return constant(value, bound).map(ColourDescription::Constant);
+    }
+    let table = value.table().map_err(|_| value.expected("a colour"))?;
+    let texture = match table.optional("texture") {
+        Some(file) => {
+            let space = table
+                .optional("space")
+                .map_or(Ok(ColourSpace::Srgb), |space| {
+                    space.one_of(&[("srgb", ColourSpace::Srgb), ("linear", ColourSpace::Linear)])
+                })?;
+            let scale = table.optional("scale").map_or(Ok(1.0), |scale| {
+                scale.number_where("a number of at least 0", |x| x >= 0.0)
+            })?;
+            textures
+                .read(&folder.join(file.text()?), space, scale as f32)
+                .map_err(|error| file.error(error.to_string()).of_kind(error.kind()))?
+        }
+        None => {
+            let checker = table.required("checker").map_err(|_| {
+                table.error("expected a colour: a list of three numbers, a number, \"#rrggbb\", a texture or a checker")
+            })?;
+            let colours = checker.list()?;
+            let [first, second] = colours.as_slice() else {
+                return Err(checker.expected("a list of two colours"));
+            };
+            let colours = [constant(first, bound)?, constant(second, bound)?];
+            let repeat = match table.optional("repeat") {
+                Some(repeat) => repeat.vec2()?.as_vec2(),
+                None => crate::math::vec::Vec2::ONE,
+            };
+            Texture::Checker { colours, repeat }
+        }
+    };
+    table.finish()?;
+    if bound == Bound::Reflectance && brightest(&texture) > 1.0 {
+        return Err(value.error("expected a reflectance, but the texture has values above 1"));
+    }
+    Ok(ColourDescription::Texture(Arc::new(texture)))
+}
+
+/// A colour that is the same everywhere.
+///
+/// # Errors
+/// Anything that is no colour, or is out of its bound.
+pub fn constant(value: &Value<'_>, bound: Bound) -> Result<Rgb> {
+    let colour = if value.is_text() {
+        hexadecimal(value.text()?).ok_or_else(|| value.expected("a colour such as \"#ff8000\""))?
+    } else if value.is_number() {
+        Rgb::grey(value.number()? as f32)
+    } else if value.is_list() {
+        Rgb::from(value.numbers::<3>()?.map(|x| x as f32))
+    } else {
+        return Err(value.expected("a colour"));
+    };
+    let most = if bound == Bound::Reflectance {
+        1.0
+    } else {
+        f32::MAX
+    };
+    if colour.to_array().iter().all(|x| (0.0..=most).contains(x)) {
+        Ok(colour)
+    } else if bound == Bound::Reflectance {
+        Err(value.error("expected a reflectance: every channel from 0 to 1"))
+    } else {
+        Err(value.error("expected a colour of at least 0 in every channel"))
+    }
+}
+
+/// `#rrggbb`, in sRGB codes.
+fn hexadecimal(text: &str) -> Option<Rgb> {
+    let digits = text
+        .strip_prefix('#')
+        .filter(|digits| digits.len() == 6 && digits.is_ascii())?;
+    let channel = |i: usize| {
+        let code = u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).ok()?;
+        Some(srgb::decode(f32::from(code) / 255.0))
+    };
+    Some(Rgb::new(channel(0)?, channel(1)?, channel(2)?))
+}
+
+fn brightest(texture: &Texture) -> f32 {
+    match texture {
+        Texture::Image { image, scale } => {
+            scale
+                * image
+                    .pixels()
+                    .iter()
+                    .map(|pixel| pixel.max_channel())
+                    .fold(0.0, f32::max)
+        }
+        Texture::Checker { colours, .. } => colours[0].max_channel().max(colours[1].max_channel()),
+    }
+}

@@ -1,0 +1,59 @@
+//! From files to a [`SceneDescription`]: a TOML scene, or a bare OBJ model.
+//!
+//! Measure: as written: world units, degrees, sRGB or linear values.
+//! Range: every error names file, line, field and what was expected.
+//! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs` and `tests/bad_input.rs`.
+
+mod colour;
+mod material;
+mod model;
+mod mtl;
+mod obj;
+mod obj_check;
+mod reader;
+mod shape;
+mod toml;
+mod transform;
+
+use super::description::SceneDescription;
+use crate::error::{Error, Result};
+use std::path::Path;
+
+/// Loads a scene: a `.toml` file, or a bare `.obj` model, which is framed and, if nothing in it emits, lit.
+///
+/// # Errors
+/// Whatever is wrong with the file, or with one that it names.
+pub fn load(path: &Path) -> Result<SceneDescription> {
+    let extension = path
+        .extension()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .to_lowercase();
+    match extension.as_str() {
+        "toml" => toml::load(path),
+        "obj" => model::load(path),
+        _ => Err(
+            Error::usage("expected a scene that ends in .toml, or a model that ends in .obj")
+                .in_file(path),
+        ),
+    }
+}
+
+/// Reads a text file; a byte order mark is dropped.
+fn read_text(path: &Path) -> Result<String> {
+    let bytes = std::fs::read(path).map_err(|error| Error::io("cannot read", path, error))?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let valid = error.utf8_error().valid_up_to();
+        let line = 1 + error.as_bytes()[..valid]
+            .iter()
+            .filter(|&&byte| byte == b'\n')
+            .count();
+        Error::scene("expected UTF-8 text, found other bytes")
+            .in_file(path)
+            .at_line(line)
+    })?;
+    Ok(match text.strip_prefix('\u{feff}') {
+        Some(rest) => rest.to_owned(),
+        None => text,
+    })
+}

@@ -1,0 +1,84 @@
+//! A bare model: framed by a camera and, if nothing in it emits, lit by a constant sky.
+//!
+//! Measure: the model's own units.
+//! Range: any model with faces.
+//! Source: none needed. Tested in `tests/scene_loading.rs`.
+
+use super::obj;
+use super::toml::{Contents, look_at};
+use crate::error::Result;
+use crate::math::bounds::Bounds;
+use crate::math::rgb::Rgb;
+use crate::math::vec::DVec3;
+use crate::scene::description::{
+    CameraDescription, FilmDescription, FilterDescription, FilterKind, GeometryDescription,
+    RenderDescription, SceneDescription, ShapeDescription,
+};
+use std::path::Path;
+
+/// Vertical field of view, in degrees.
+const FOV: f64 = 35.0;
+
+/// From where a model is looked at: from the front, a little from the right and from above.
+const VIEW: DVec3 = DVec3::new(0.45, 0.35, 1.0);
+
+/// Reads a model as a scene.
+///
+/// # Errors
+/// Whatever is wrong with the file.
+pub fn load(path: &Path) -> Result<SceneDescription> {
+    let mut contents = Contents::default();
+    contents.shapes = obj::load(path, &mut contents)?;
+    let bounds = contents
+        .shapes
+        .iter()
+        .fold(Bounds::default(), |b, s| b.union(bounds_of(s)));
+    let camera = frame(&bounds);
+    contents.note("a bare model: the camera was placed to show all of it".to_owned());
+    let mut environment = Rgb::BLACK;
+    if contents.shapes.iter().all(|shape| shape.emission.is_none()) {
+        environment = Rgb::WHITE;
+        contents
+            .note("nothing in the model emits light: a constant white sky was added".to_owned());
+    }
+    Ok(SceneDescription {
+        file: path.to_path_buf(),
+        camera,
+        film: FilmDescription {
+            size: (768, 512),
+            filter: FilterDescription {
+                kind: FilterKind::Gaussian,
+                radius: FilterKind::Gaussian.default_radius(),
+            },
+        },
+        render: RenderDescription::default(),
+        materials: contents.materials,
+        shapes: contents.shapes,
+        environment,
+        notes: contents.notes,
+    })
+}
+
+fn bounds_of(shape: &ShapeDescription) -> Bounds {
+    match &shape.geometry {
+        GeometryDescription::Mesh(mesh) => {
+            let used = mesh.indices.iter().flatten();
+            Bounds::around(used.map(|&i| mesh.positions[i as usize]))
+        }
+        _ => Bounds::default(),
+    }
+}
+
+/// A camera that sees the sphere around a box.
+fn frame(bounds: &Bounds) -> CameraDescription {
+    let centre = bounds.centre();
+    let radius = (0.5 * bounds.extent().length()).max(f64::MIN_POSITIVE);
+    let distance = 1.05 * radius / (0.5 * FOV.to_radians()).sin();
+    let eye = centre + distance * VIEW.normalize();
+    CameraDescription {
+        to_world: look_at(eye, centre, DVec3::Y).expect("the view is not along y"),
+        fov: FOV.to_radians(),
+        lens_radius: 0.0,
+        focus_distance: distance,
+    }
+}

@@ -1,0 +1,453 @@
+//! A typed reader of TOML that knows where every value stands, and which keys a table may have.
+//!
+//! Measure: none.
+//! Range: every value is asked for by type and range; whatever does not fit becomes an error with file, line and field.
+//! Source: TOML 1.0, through the toml crate. Tested below and in `tests/bad_input.rs`.
+
+use crate::error::{Error, Result};
+use crate::math::vec::{DVec2, DVec3};
+use std::cell::RefCell;
+use std::ops::Range;
+use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// What later versions bring: said instead of "unknown".
+const LATER: &[&str] = &[
+    "alpha",
+    "cone",
+    "distant",
+    "instance",
+    "intensity",
+    "irradiance",
+    "motion",
+    "normal_map",
+    "penumbra",
+    "phong",
+    "plastic",
+    "point",
+    "spot",
+    "stratified",
+    "two_sided",
+];
+
+/// A scene file as text, to tell lines in it.
+#[derive(Debug, Clone, Copy)]
+pub struct Document<'a> {
+    /// Its path.
+    pub file: &'a Path,
+    /// Its content.
+    pub text: &'a str,
+}
+
+impl<'a> Document<'a> {
+    /// Parses the text as TOML.
+    ///
+    /// # Errors
+    /// The parser's own words, with the line.
+    pub fn parse(&self) -> Result<Spanned<DeTable<'a>>> {
+        DeTable::parse(self.text).map_err(|error| {
+            let line = self.line(error.span().map_or(0, |span| span.start));
+            Error::scene(error.message())
+                .in_file(self.file)
+                .at_line(line)
+        })
+    }
+
+    /// The line, counted from 1, of a byte.
+    pub fn line(&self, offset: usize) -> usize {
+        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
+        1 + before.iter().filter(|&&byte| byte == b'\n').count()
+    }
+
+    fn error(&self, field: &str, span: &Range<usize>, message: impl Into<String>) -> Error {
+        let error = Error::scene(message)
+            .in_file(self.file)
+            .at_line(self.line(span.start));
+        if field.is_empty() {
+            error
+        } else {
+            error.in_field(field)
+        }
+    }
+}
+
+/// A table that remembers which keys it was asked for.
+pub struct Table<'a> {
+    document: Document<'a>,
+    /// Its place in the document, such as `shape[2]`; empty at the top.
+    path: String,
+    table: &'a DeTable<'a>,
+    span: Range<usize>,
+    asked: RefCell<Vec<&'static str>>,
+}
+
+/// A value with its place.
+#[derive(Clone)]
+pub struct Value<'a> {
+    document: Document<'a>,
+    path: String,
+    value: &'a DeValue<'a>,
+    span: Range<usize>,
+}
+
+impl<'a> Table<'a> {
+    /// The document's own table.
+    pub fn root(document: Document<'a>, parsed: &'a Spanned<DeTable<'a>>) -> Self {
+        Self {
+            document,
+            path: String::new(),
+            table: parsed.get_ref(),
+            span: 0..0,
+            asked: RefCell::default(),
+        }
+    }
+
+    /// The value of a key, if it is there.
+    pub fn optional(&self, key: &'static str) -> Option<Value<'a>> {
+        self.asked.borrow_mut().push(key);
+        let (_, value) = self.table.iter().find(|(name, _)| name.get_ref() == key)?;
+        Some(Value {
+            document: self.document,
+            path: self.field(key),
+            value: value.get_ref(),
+            span: value.span(),
+        })
+    }
+
+    /// The value of a key that has to be there.
+    ///
+    /// # Errors
+    /// If it is not.
+    pub fn required(&self, key: &'static str) -> Result<Value<'a>> {
+        self.optional(key)
+            .ok_or_else(|| self.error(format!("`{key}` is missing")))
+    }
+
+    /// Whether a key is there.
+    pub fn has(&self, key: &'static str) -> bool {
+        self.optional(key).is_some()
+    }
+
+    /// An error about the table as a whole.
+    pub fn error(&self, message: impl Into<String>) -> Error {
+        self.document.error(&self.path, &self.span, message)
+    }
+
+    /// Makes sure that no key is there that nobody asked for.
+    ///
+    /// # Errors
+    /// The first such key, with the nearest name among those asked for.
+    pub fn finish(&self) -> Result<()> {
+        let asked = self.asked.borrow();
+        let unknown = self
+            .table
+            .iter()
+            .filter(|(key, _)| !asked.iter().any(|known| known == key.get_ref()));
+        let Some((key, _)) = unknown.min_by_key(|(key, _)| key.span().start) else {
+            return Ok(());
+        };
+        let message = unknown_name("key", key.get_ref(), &asked);
+        Err(self.document.error(&self.path, &key.span(), message))
+    }
+
+    fn field(&self, key: &str) -> String {
+        if self.path.is_empty() {
+            key.to_owned()
+        } else {
+            format!("{}.{key}", self.path)
+        }
+    }
+}
+
+impl<'a> Value<'a> {
+    /// The line where it stands.
+    pub fn line(&self) -> usize {
+        self.document.line(self.span.start)
+    }
+
+    /// An error about the value.
+    pub fn error(&self, message: impl Into<String>) -> Error {
+        self.document.error(&self.path, &self.span, message)
+    }
+
+    /// An error about what was found in place of what was expected.
+    pub fn expected(&self, what: &str) -> Error {
+        let found = match self.value {
+            DeValue::Table(_) => "a table".to_owned(),
+            DeValue::Array(array) => format!("a list of {}", array.len()),
+            _ => self
+                .document
+                .text
+                .get(self.span.clone())
+                .unwrap_or("something else")
+                .to_owned(),
+        };
+        self.error(format!("expected {what}, found {found}"))
+    }
+
+    /// Whether it is a list.
+    pub fn is_list(&self) -> bool {
+        self.value.is_array()
+    }
+
+    /// Whether it is a number.
+    pub fn is_number(&self) -> bool {
+        self.value.is_integer() || self.value.is_float()
+    }
+
+    /// Whether it is a text.
+    pub fn is_text(&self) -> bool {
+        self.value.is_str()
+    }
+
+    /// A finite number.
+    ///
+    /// # Errors
+    /// If it is something else.
+    pub fn number(&self) -> Result<f64> {
+        let number = match self.value {
+            DeValue::Float(float) => float.as_str().parse().ok(),
+            DeValue::Integer(_) => self.integer().map(|integer| integer as f64),
+            _ => None,
+        };
+        number
+            .filter(|n: &f64| n.is_finite())
+            .ok_or_else(|| self.expected("a finite number"))
+    }
+
+    /// A number that passes `test`; `what` says what that is.
+    ///
+    /// # Errors
+    /// If it does not.
+    pub fn number_where(&self, what: &str, test: impl Fn(f64) -> bool) -> Result<f64> {
+        let number = self.number().map_err(|_| self.expected(what))?;
+        if test(number) {
+            Ok(number)
+        } else {
+            Err(self.expected(what))
+        }
+    }
+
+    /// A whole number from `least` to `most`.
+    ///
+    /// # Errors
+    /// If it is something else.
+    pub fn whole(&self, least: u64, most: u64) -> Result<u64> {
+        let found = self
+            .integer()
+            .and_then(|integer| u64::try_from(integer).ok());
+        let inside = found.filter(|integer| (least..=most).contains(integer));
+        inside.ok_or_else(|| {
+            if most == u64::MAX {
+                self.expected(&format!("a whole number of at least {least}"))
+            } else {
+                self.expected(&format!("a whole number from {least} to {most}"))
+            }
+        })
+    }
+
+    fn integer(&self) -> Option<i128> {
+        let integer = self.value.as_integer()?;
+        i128::from_str_radix(integer.as_str(), integer.radix()).ok()
+    }
+
+    /// A text.
+    ///
+    /// # Errors
+    /// If it is something else.
+    pub fn text(&self) -> Result<&'a str> {
+        self.value
+            .as_str()
+            .ok_or_else(|| self.expected("a text in quotes"))
+    }
+
+    /// True or false.
+    ///
+    /// # Errors
+    /// If it is something else.
+    pub fn truth(&self) -> Result<bool> {
+        self.value
+            .as_bool()
+            .ok_or_else(|| self.expected("true or false"))
+    }
+
+    /// One of several names.
+    ///
+    /// # Errors
+    /// If it is none of them, with the nearest.
+    pub fn one_of<T: Copy>(&self, names: &[(&str, T)]) -> Result<T> {
+        let text = self.text()?;
+        let known: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
+        let found = names.iter().find(|(name, _)| *name == text);
+        found
+            .map(|(_, value)| *value)
+            .ok_or_else(|| self.error(unknown_name("name", text, &known)))
+    }
+
+    /// A list.
+    ///
+    /// # Errors
+    /// If it is something else.
+    pub fn list(&self) -> Result<Vec<Self>> {
+        let array = self
+            .value
+            .as_array()
+            .ok_or_else(|| self.expected("a list"))?;
+        let entries = array.iter().enumerate().map(|(index, entry)| Self {
+            document: self.document,
+            path: format!("{}[{index}]", self.path),
+            value: entry.get_ref(),
+            span: entry.span(),
+        });
+        Ok(entries.collect())
+    }
+
+    /// A list of exactly `N` finite numbers.
+    ///
+    /// # Errors
+    /// If it is something else.
+    pub fn numbers<const N: usize>(&self) -> Result<[f64; N]> {
+        let expected = || self.expected(&format!("a list of {N} numbers"));
+        let entries = self.list().map_err(|_| expected())?;
+        let numbers = entries
+            .iter()
+            .map(Self::number)
+            .collect::<Result<Vec<_>>>()?;
+        numbers.try_into().map_err(|_| expected())
+    }
+
+    /// A point or a direction.
+    ///
+    /// # Errors
+    /// If it is not a list of three numbers.
+    pub fn vec3(&self) -> Result<DVec3> {
+        self.numbers().map(DVec3::from_array)
+    }
+
+    /// A texture coordinate.
+    ///
+    /// # Errors
+    /// If it is not a list of two numbers.
+    pub fn vec2(&self) -> Result<DVec2> {
+        self.numbers().map(DVec2::from_array)
+    }
+
+    /// A table.
+    ///
+    /// # Errors
+    /// If it is something else.
+    pub fn table(&self) -> Result<Table<'a>> {
+        let table = self
+            .value
+            .as_table()
+            .ok_or_else(|| self.expected("a table"))?;
+        Ok(Table {
+            document: self.document,
+            path: self.path.clone(),
+            table,
+            span: self.span.clone(),
+            asked: RefCell::default(),
+        })
+    }
+}
+
+/// What to say of a name that is not among `known`: the nearest of them, or that a later version has it.
+pub fn unknown_name(what: &str, name: &str, known: &[&str]) -> String {
+    if LATER.contains(&name) {
+        return format!("`{name}` is not supported by this version");
+    }
+    let nearest = known
+        .iter()
+        .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
+        .min()
+        .filter(|(distance, candidate)| *distance <= 1 + candidate.len() / 3);
+    match nearest {
+        Some((_, candidate)) => format!("unknown {what} `{name}`; did you mean `{candidate}`?"),
+        None => format!(
+            "unknown {what} `{name}`; expected one of: {}",
+            known.join(", ")
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(text: &str, read: impl Fn(&Table<'_>) -> Result<()>) -> String {
+        let document = Document {
+            file: Path::new("a.toml"),
+            text,
+        };
+        let result = document.parse().and_then(|parsed| {
+            let table = Table::root(document, &parsed);
+            read(&table).and_then(|()| table.finish())
+        });
+        result
+            .err()
+            .map_or(String::new(), |error| error.to_string())
+    }
+
+    #[test]
+    fn errors_name_file_line_field_and_what_was_expected() {
+        let radius = |table: &Table<'_>| {
+            table
+                .required("radius")?
+                .number_where("a number above 0", |x| x > 0.0)
+                .map(|_| ())
+        };
+        assert_eq!(check("radius = 1", radius), "");
+        assert_eq!(
+            check("\nradius = -1", radius),
+            "a.toml:2: radius: expected a number above 0, found -1"
+        );
+        for (text, found) in [
+            ("'x'", "'x'"),
+            ("nan", "nan"),
+            ("inf", "inf"),
+            ("[1]", "a list of 1"),
+        ] {
+            let message = check(&format!("radius = {text}"), radius);
+            assert_eq!(
+                message,
+                format!("a.toml:1: radius: expected a number above 0, found {found}")
+            );
+        }
+        assert_eq!(check("", radius), "a.toml:1: `radius` is missing");
+    }
+
+    #[test]
+    fn unknown_keys_are_answered_with_the_nearest() {
+        let radius = |table: &Table<'_>| table.optional("radius").map_or(Ok(()), |_| Ok(()));
+        assert_eq!(
+            check("a = 1\nradius = 1", radius),
+            "a.toml:1: unknown key `a`; expected one of: radius"
+        );
+        assert_eq!(
+            check("radius = 1\nraduis = 2", radius),
+            "a.toml:2: unknown key `raduis`; did you mean `radius`?"
+        );
+        assert_eq!(
+            check("motion = 1", radius),
+            "a.toml:1: `motion` is not supported by this version"
+        );
+    }
+
+    #[test]
+    fn whole_numbers_keep_all_their_digits() {
+        let seed = |table: &Table<'_>| {
+            let seed = table.required("seed")?.whole(0, u64::MAX)?;
+            assert_eq!(seed, u64::MAX);
+            Ok(())
+        };
+        assert_eq!(check("seed = 18446744073709551615", seed), "");
+        assert!(check("seed = -1", seed).contains("a whole number of at least 0"));
+        assert!(check("seed = 1.5", seed).contains("a whole number of at least 0"));
+    }
+
+    #[test]
+    fn what_is_no_toml_is_an_error_with_its_line() {
+        assert!(check("a = 1\nb = = 2", |_| Ok(())).starts_with("a.toml:2: "));
+    }
+}

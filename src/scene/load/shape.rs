@@ -1,0 +1,210 @@
+//! Shapes as tables of a scene file.
+//!
+//! Measure: world units, radiance.
+//! Range: as docs/scene-format.md says for each key.
+//! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
+
+use super::colour::{Bound, constant};
+use super::obj;
+use super::reader::{Table, Value, unknown_name};
+use super::toml::Contents;
+use super::transform::transform;
+use crate::error::Result;
+use crate::math::vec::{DAffine3, DVec3};
+use crate::scene::description::{GeometryDescription, MeshDescription, Place, ShapeDescription};
+use std::path::Path;
+use std::sync::Arc;
+
+/// The types of shapes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Type {
+    Obj,
+    Mesh,
+    Sphere,
+    Rectangle,
+    Disk,
+    Box,
+}
+
+const TYPES: &[(&str, Type)] = &[
+    ("obj", Type::Obj),
+    ("mesh", Type::Mesh),
+    ("sphere", Type::Sphere),
+    ("rectangle", Type::Rectangle),
+    ("disk", Type::Disk),
+    ("box", Type::Box),
+];
+
+/// Reads one `[[shape]]` into `contents`; an OBJ file becomes several.
+///
+/// # Errors
+/// Whatever in it is not as the format says, or is wrong with the file that it names.
+pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Contents) -> Result<()> {
+    let table = value.table()?;
+    let kind = table.required("type")?;
+    let shape_type = kind.one_of(TYPES)?;
+    let name = match table.optional("name") {
+        Some(name) => name.text()?.to_owned(),
+        None => format!("{} {}", kind.text()?, index + 1),
+    };
+    let material = match table.optional("material") {
+        Some(material) => Some(find_material(&material, contents)?),
+        None => None,
+    };
+    let emission = table
+        .optional("emission")
+        .map(|emission| constant(&emission, Bound::NonNegative))
+        .transpose()?;
+    let two_sided_emission = table
+        .optional("two_sided_emission")
+        .map_or(Ok(false), |value| value.truth())?;
+    let transform = table
+        .optional("transform")
+        .map_or(Ok(DAffine3::IDENTITY), |value| transform(&value, &name))?;
+    let place = Place {
+        file: file.to_path_buf(),
+        line: Some(value.line()),
+    };
+
+    if shape_type == Type::Obj {
+        let model = table.required("file")?;
+        let path = file.parent().unwrap_or(Path::new("")).join(model.text()?);
+        table.finish()?;
+        let mut shapes =
+            obj::load(&path, contents).map_err(|error| obj::named_by(error, &model))?;
+        for shape in &mut shapes {
+            shape.transform = transform;
+            shape.two_sided_emission = two_sided_emission;
+            shape.material = material.unwrap_or(shape.material);
+            shape.emission = emission.or(if material.is_some() {
+                None
+            } else {
+                shape.emission
+            });
+        }
+        contents.shapes.append(&mut shapes);
+        return Ok(());
+    }
+    let geometry = geometry(shape_type, &table)?;
+    table.finish()?;
+    let material = material.unwrap_or_else(|| contents.default_material());
+    contents.shapes.push(ShapeDescription {
+        name,
+        place,
+        geometry,
+        transform,
+        material,
+        emission,
+        two_sided_emission,
+    });
+    Ok(())
+}
+
+fn find_material(value: &Value<'_>, contents: &Contents) -> Result<usize> {
+    let wanted = value.text()?;
+    let names: Vec<&str> = contents.materials.iter().map(|m| m.name.as_str()).collect();
+    let found = names.iter().position(|name| *name == wanted);
+    found.ok_or_else(|| value.error(unknown_name("material", wanted, &names)))
+}
+
+fn geometry(shape_type: Type, table: &Table<'_>) -> Result<GeometryDescription> {
+    let point = |key| table.required(key).and_then(|value| value.vec3());
+    let length = |key| {
+        table
+            .required(key)
+            .and_then(|value| value.number_where("a number above 0", |x| x > 0.0))
+    };
+    let direction = |key| {
+        let value = table.required(key)?;
+        let direction = value.vec3()?;
+        if direction == DVec3::ZERO {
+            return Err(value.expected("a direction that is not zero"));
+        }
+        Ok(direction)
+    };
+    Ok(match shape_type {
+        Type::Sphere => GeometryDescription::Sphere {
+            center: point("center")?,
+            radius: length("radius")?,
+        },
+        Type::Disk => GeometryDescription::Disk {
+            center: point("center")?,
+            normal: direction("normal")?,
+            radius: length("radius")?,
+        },
+        Type::Rectangle => {
+            let corner = point("corner")?;
+            let (edge_u, edge_v) = (direction("edge_u")?, direction("edge_v")?);
+            if edge_u.cross(edge_v) == DVec3::ZERO {
+                return Err(
+                    table.error("edge_u and edge_v are parallel: the rectangle has no area")
+                );
+            }
+            GeometryDescription::Rectangle {
+                corner,
+                edge_u,
+                edge_v,
+            }
+        }
+        Type::Box => {
+            let (min, max) = (point("min")?, point("max")?);
+            if !min.cmplt(max).all() {
+                return Err(table.error("expected every coordinate of min below that of max"));
+            }
+            GeometryDescription::Box { min, max }
+        }
+        Type::Mesh => GeometryDescription::Mesh(Arc::new(mesh(table)?)),
+        Type::Obj => unreachable!("read by its caller"),
+    })
+}
+
+/// A mesh written out in the scene.
+fn mesh(table: &Table<'_>) -> Result<MeshDescription> {
+    let positions = table.required("positions")?;
+    let positions: Vec<DVec3> = vectors(&positions, |entry| entry.vec3())?;
+    let per_vertex = |value: &Value<'_>, length: usize| {
+        let what = format!("one entry for each of the {} positions", positions.len());
+        if length == positions.len() {
+            Ok(())
+        } else {
+            Err(value.expected(&what))
+        }
+    };
+    let normals = match table.optional("normals") {
+        Some(value) => {
+            let normals = vectors(&value, |entry| entry.vec3())?;
+            per_vertex(&value, normals.len())?;
+            normals
+        }
+        None => Vec::new(),
+    };
+    let uvs = match table.optional("uvs") {
+        Some(value) => {
+            let uvs = vectors(&value, |entry| entry.vec2())?;
+            per_vertex(&value, uvs.len())?;
+            uvs
+        }
+        None => Vec::new(),
+    };
+    let indices = table.required("indices")?;
+    let most = (positions.len() as u64).checked_sub(1);
+    let indices = vectors(&indices, |entry| {
+        let corners = entry.list()?;
+        let [a, b, c] = corners.as_slice() else {
+            return Err(entry.expected("a list of three vertices"));
+        };
+        let most = most.ok_or_else(|| entry.error("there are no positions to refer to"))?;
+        let index = |value: &Value<'_>| value.whole(0, most).map(|index| index as u32);
+        Ok([index(a)?, index(b)?, index(c)?])
+    })?;
+    Ok(MeshDescription {
+        positions,
+        normals,
+        uvs,
+        indices,
+    })
+}
+
+fn vectors<'a, T>(value: &Value<'a>, read: impl Fn(&Value<'a>) -> Result<T>) -> Result<Vec<T>> {
+    value.list()?.iter().map(read).collect()
+}

@@ -1,0 +1,82 @@
+//! Transforms: a list of steps, applied in the order in which they are written.
+//!
+//! Measure: world units, degrees.
+//! Range: the whole has an inverse; a matrix is affine.
+//! Source: docs/scene-format.md; Rodrigues' rotation, through glam. Tested in `tests/scene_loading.rs`.
+
+use super::reader::Value;
+use crate::error::Result;
+use crate::math::vec::{DAffine3, DMat3, DVec3};
+
+/// Reads a transform. `object` names its owner in errors.
+///
+/// # Errors
+/// A step that is none, or a whole that flattens space.
+pub fn transform(value: &Value<'_>, object: &str) -> Result<DAffine3> {
+    let mut whole = DAffine3::IDENTITY;
+    for entry in value.list()? {
+        whole = step(&entry)? * whole;
+    }
+    if is_invertible(&whole.matrix3) && whole.is_finite() {
+        Ok(whole)
+    } else {
+        Err(value.error(format!(
+            "the transform of {object} is singular: it flattens space"
+        )))
+    }
+}
+
+/// Whether a matrix keeps volume, whatever its scale: its determinant against the product of its axes' lengths.
+fn is_invertible(matrix: &DMat3) -> bool {
+    let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
+    let lengths: f64 = axes.iter().map(|axis| axis.length()).product();
+    lengths > 0.0 && matrix.determinant().abs() > 1e-12 * lengths
+}
+
+fn step(entry: &Value<'_>) -> Result<DAffine3> {
+    let table = entry.table()?;
+    let mut steps = Vec::new();
+    if let Some(scale) = table.optional("scale") {
+        let factors = if scale.is_list() {
+            scale.vec3()?
+        } else {
+            DVec3::splat(scale.number()?)
+        };
+        steps.push(DAffine3::from_scale(factors));
+    }
+    if let Some(rotate) = table.optional("rotate") {
+        let rotation = rotate.table()?;
+        let axis = rotation.required("axis")?;
+        let direction = axis
+            .vec3()?
+            .try_normalize()
+            .ok_or_else(|| axis.expected("an axis"))?;
+        let angle = rotation.required("angle")?.number()?.to_radians();
+        rotation.finish()?;
+        steps.push(DAffine3::from_axis_angle(direction, angle));
+    }
+    if let Some(translate) = table.optional("translate") {
+        steps.push(DAffine3::from_translation(translate.vec3()?));
+    }
+    if let Some(matrix) = table.optional("matrix") {
+        steps.push(affine(&matrix)?);
+    }
+    table.finish()?;
+    match steps.as_slice() {
+        [only] => Ok(*only),
+        _ => Err(entry.error("expected one of scale, rotate, translate or matrix in each step")),
+    }
+}
+
+/// Sixteen numbers, row by row, of which the last row is 0 0 0 1.
+fn affine(value: &Value<'_>) -> Result<DAffine3> {
+    let m = value.numbers::<16>()?;
+    if m[12..] != [0.0, 0.0, 0.0, 1.0] {
+        return Err(value.error("expected a last row of 0, 0, 0, 1: the matrix is read row by row"));
+    }
+    let column = |c: usize| DVec3::new(m[c], m[4 + c], m[8 + c]);
+    Ok(DAffine3 {
+        matrix3: DMat3::from_cols(column(0), column(1), column(2)),
+        translation: column(3),
+    })
+}

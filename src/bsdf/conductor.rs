@@ -6,18 +6,17 @@
 //! Range: `eta` above 0 and `k` at least 0, relative to the medium outside; roughness in [0, 1], a delta below 0.01.
 //! Scatters from both sides alike.
 //! Source: Heitz 2014 for single scattering; Kulla and Conty 2017 for the compensation, with F_ms of Jakob et al. 2014.
-//! Tested in `tests/bsdf.rs`.
+//! Tested in `tests/bsdf.rs` and `tests/furnace.rs`.
 
 use super::albedo::{AlbedoRow, SingleScatter};
 use super::fresnel;
-use super::microfacet::Ggx;
+use super::microfacet::{Ggx, mirror_normal};
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
 use crate::math::{
     measure::PdfSolidAngle,
     rgb::Rgb,
     vec::{Vec2, Vec3, reflect},
 };
-use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
 
 /// A metal surface.
 #[derive(Debug, Clone, Copy)]
@@ -30,9 +29,57 @@ pub struct Conductor {
     f_ms: Rgb,
 }
 
-/// Indices of metals, eta and k, at about 630, 532 and 465 nm: Johnson and Christy 1972 and 1974, Rakic 1995 and 1998,
-/// Palik 1985, rounded.
-pub const PRESETS: &[(&str, Rgb, Rgb)] = &[];
+/// Indices of metals, eta and k, at 630, 532 and 465 nm, interpolated in measured data.
+///
+/// Johnson and Christy 1972 (noble metals) and 1974 (transition metals), Hagemann, Gudat and Kunz 1974 (aluminium),
+/// Weaver, Olson and Lynch 1975 (tungsten), as collected by refractiveindex.info in the public domain.
+pub const PRESETS: &[(&str, Rgb, Rgb)] = &[
+    (
+        "gold",
+        Rgb::new(0.19, 0.54, 1.33),
+        Rgb::new(3.40, 2.23, 1.87),
+    ),
+    (
+        "silver",
+        Rgb::new(0.06, 0.05, 0.05),
+        Rgb::new(4.25, 3.43, 2.80),
+    ),
+    (
+        "copper",
+        Rgb::new(0.28, 1.12, 1.25),
+        Rgb::new(3.37, 2.60, 2.46),
+    ),
+    (
+        "aluminium",
+        Rgb::new(1.36, 0.92, 0.69),
+        Rgb::new(7.38, 6.31, 5.57),
+    ),
+    (
+        "iron",
+        Rgb::new(2.89, 2.90, 2.65),
+        Rgb::new(3.06, 2.92, 2.81),
+    ),
+    (
+        "chromium",
+        Rgb::new(3.15, 3.03, 2.46),
+        Rgb::new(3.31, 3.33, 3.21),
+    ),
+    (
+        "nickel",
+        Rgb::new(1.99, 1.88, 1.76),
+        Rgb::new(4.09, 3.50, 3.05),
+    ),
+    (
+        "titanium",
+        Rgb::new(2.70, 2.48, 2.31),
+        Rgb::new(3.76, 3.35, 3.08),
+    ),
+    (
+        "tungsten",
+        Rgb::new(3.62, 3.50, 3.33),
+        Rgb::new(2.91, 2.72, 2.57),
+    ),
+];
 
 /// The indices (eta, k) of a metal by its name.
 pub fn preset(name: &str) -> Option<(Rgb, Rgb)> {
@@ -70,7 +117,7 @@ impl Conductor {
         }
     }
 
-    /// Mirrors about a visible normal, or by the cosine with the probability of scattering more than once.
+    /// Mirrors about a visible normal, or with the probability of scattering more than once by the lobe for that.
     #[inline]
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         if wo.z == 0.0 {
@@ -87,7 +134,7 @@ impl Conductor {
         };
         let o = self.albedo.at(up.z);
         let mut wi = if u_lobe < o.loss {
-            sample_hemisphere_cosine(u)
+            self.albedo.sample_multiple(u)
         } else {
             reflect(up, ggx.sample_visible(up, u))
         };
@@ -108,10 +155,11 @@ impl Conductor {
     /// Both directions above; `o` is the single scattering towards `wo`.
     #[inline]
     fn eval_rough(&self, ggx: &Ggx, wo: Vec3, wi: Vec3, o: SingleScatter) -> BsdfValue {
-        let m = (wo + wi).normalize();
-        let fresnel = fresnel::conductor_rgb(wo.dot(m).min(1.0), self.eta, self.k);
+        let (m, cos_m) = mirror_normal(wo, wi);
+        let fresnel = fresnel::conductor_rgb(cos_m, self.eta, self.k);
         let ms = self.albedo.multiple_scattering(o, self.albedo.at(wi.z));
-        let pdf = (1.0 - o.loss) * ggx.pdf_mirrored(wo, m) + o.loss * pdf_hemisphere_cosine(wi.z);
+        let pdf =
+            (1.0 - o.loss) * ggx.pdf_mirrored(wo, m) + o.loss * self.albedo.pdf_multiple(wi.z);
         BsdfValue {
             f: (ggx.d(m) * ggx.visibility(wo, wi)) * fresnel + ms * self.f_ms,
             pdf: PdfSolidAngle(pdf),

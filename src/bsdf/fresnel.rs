@@ -4,7 +4,7 @@
 //! Range: cosines in [0, 1]; refractive indices above 0, equal ones reflect nothing; total internal reflection is 1
 //! exactly. The result is in [0, 1].
 //! Source: Born and Wolf, "Principles of Optics", sections 1.5.2 and 14.2; Schlick 1994. Tested below and in
-//! `tests/bsdf.rs`.
+//! `tests/furnace.rs`.
 
 use crate::math::rgb::Rgb;
 
@@ -24,12 +24,18 @@ pub struct Interface {
 #[inline]
 pub fn dielectric(cos_i: f32, n_i: f32, n_t: f32) -> Interface {
     let contrast = (n_t - n_i) * (n_t + n_i);
+    if contrast == 0.0 {
+        // No surface at all, also where the square of a grazing cosine underflows.
+        return Interface {
+            reflectance: 0.0,
+            cos_t: cos_i,
+        };
+    }
     let a = n_i * cos_i;
     let g2 = a * a + contrast;
     if g2 <= 0.0 {
         return Interface {
-            // Grazing light on no surface at all lands here too, with nothing to reflect it.
-            reflectance: if contrast == 0.0 { 0.0 } else { 1.0 },
+            reflectance: 1.0,
             cos_t: 0.0,
         };
     }

@@ -4,13 +4,24 @@
 //! Range: alpha in [[`SMOOTH_ALPHA`], 1]; below, the surface counts as smooth and its models use delta lobes. Directions
 //! and `m` are on the upper side (z > 0); callers mirror what is below.
 //! Source: Walter et al. 2007; Heitz 2014 (JCGT 3-2), "Understanding the Masking-Shadowing Function"; Dupuy and Benyoub
-//! 2023, "Sampling Visible GGX Normals with Spherical Caps". Tested in `tests/bsdf.rs`.
+//! 2023, "Sampling Visible GGX Normals with Spherical Caps". Tested in `tests/bsdf.rs` and `tests/furnace.rs`.
 
 use crate::math::vec::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// Below this alpha a surface counts as smooth: its lobe, 1e-4 rad wide, is at the resolution of `f32` directions.
 pub const SMOOTH_ALPHA: f32 = 1e-4;
+
+/// The normal that mirrors `wo` into `wi`, and the cosine of both to it.
+///
+/// The cosine is half the length of wo + wi: exactly the same both ways, and good also at grazing angles, where wo.m
+/// cancels.
+#[inline]
+pub fn mirror_normal(wo: Vec3, wi: Vec3) -> (Vec3, f32) {
+    let h = wo + wi;
+    let length = h.length();
+    (h / length, (0.5 * length).min(1.0))
+}
 
 /// The GGX distribution of one roughness.
 #[derive(Debug, Clone, Copy, PartialEq)]

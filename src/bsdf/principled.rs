@@ -14,13 +14,13 @@
 //! Range: `base_color`, `metallic`, `roughness`, `transmission` in [0, 1]; `ior` at least 1. Facets are deltas below
 //! roughness 0.01. The coat follows Schlick's law, which reflects at grazing angles also at `ior` 1, as glTF has it; glass
 //! follows Fresnel's. Opaque parts scatter from both sides alike.
-//! Source: glTF 2.0, appendix B, with the couplings of Kulla and Conty 2017. Tested in `tests/bsdf.rs`.
+//! Source: glTF 2.0, appendix B, with the couplings of Kulla and Conty 2017. Tested in `tests/bsdf.rs` and `tests/furnace.rs`.
 
 use super::albedo::{AlbedoRow, SingleScatter};
 use super::conductor::multiple_scattering_colour;
 use super::dielectric::Dielectric;
 use super::fresnel::{normal_reflectance, schlick_mean, schlick_weight};
-use super::microfacet::Ggx;
+use super::microfacet::{Ggx, mirror_normal};
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
 use crate::math::{
     measure::PdfSolidAngle,
@@ -69,7 +69,9 @@ pub struct Principled {
 /// The probabilities of the lobes towards one `wo`, which sum to one.
 struct Choice {
     facets: f32,
-    cosine: f32,
+    /// Light between the metal's facets.
+    metal_ms: f32,
+    base: f32,
     glass: f32,
     /// The single scattering towards `wo`, looked up on the way.
     o: SingleScatter,
@@ -134,8 +136,10 @@ impl Principled {
             return self.sample_glass(wo, u_lobe / choice.glass, u, &choice);
         }
         let up = Vec3::new(wo.x, wo.y, wo.z.abs());
-        let (mut wi, lobe) = if u_lobe < choice.glass + choice.cosine {
+        let (mut wi, lobe) = if u_lobe < choice.glass + choice.base {
             (sample_hemisphere_cosine(u), Lobe::Diffuse)
+        } else if u_lobe < choice.glass + choice.base + choice.metal_ms {
+            (self.albedo.sample_multiple(u), Lobe::GlossyReflection)
         } else if let Some(ggx) = self.facets {
             let wi = reflect(up, ggx.sample_visible(up, u));
             (wi, Lobe::GlossyReflection)
@@ -155,11 +159,14 @@ impl Principled {
         let o = self.albedo.at(mu);
         let facets = o.reflected(self.f0.max_channel(), self.f90);
         let through = 1.0 - o.reflected(self.coat_f0, 1.0);
-        let cosine = self.base.max_channel() * through + self.metal_ms.max_channel() * o.loss;
-        let scale = 1.0 / (facets + cosine + self.glass_share).max(f32::MIN_POSITIVE);
+        let base = self.base.max_channel() * through;
+        let metal_ms = self.metal_ms.max_channel() * o.loss;
+        let sum = facets + base + metal_ms + self.glass_share;
+        let scale = 1.0 / sum.max(f32::MIN_POSITIVE);
         Choice {
             facets: facets * scale,
-            cosine: cosine * scale,
+            metal_ms: metal_ms * scale,
+            base: base * scale,
             glass: self.glass_share * scale,
             o,
         }
@@ -179,7 +186,7 @@ impl Principled {
         value
     }
 
-    /// Facets and both cosine lobes, both directions above.
+    /// All but glass, both directions above.
     #[inline]
     fn eval_opaque(&self, wo: Vec3, wi: Vec3, choice: &Choice) -> BsdfValue {
         let (o, i) = (choice.o, self.albedo.at(wi.z));
@@ -187,11 +194,12 @@ impl Principled {
         let base = FRAC_1_PI * self.base_scale * through(o) * through(i);
         let ms = self.albedo.multiple_scattering(o, i);
         let mut f = base * self.base + ms * self.metal_ms;
-        let mut pdf = choice.cosine * pdf_hemisphere_cosine(wi.z);
+        let mut pdf = choice.base * pdf_hemisphere_cosine(wi.z);
         if let Some(ggx) = self.facets {
-            let m = (wo + wi).normalize();
-            f += (ggx.d(m) * ggx.visibility(wo, wi)) * self.schlick(wo.dot(m).min(1.0));
-            pdf += choice.facets * ggx.pdf_mirrored(wo, m);
+            let (m, cos_m) = mirror_normal(wo, wi);
+            f += (ggx.d(m) * ggx.visibility(wo, wi)) * self.schlick(cos_m);
+            pdf += choice.facets * ggx.pdf_mirrored(wo, m)
+                + choice.metal_ms * self.albedo.pdf_multiple(wi.z);
         }
         BsdfValue {
             f,

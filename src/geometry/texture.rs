@@ -82,7 +82,7 @@ mod tests {
     fn gradient() -> Texture {
         let pixels = (0..4).map(|i| Rgb::grey(i as f32)).collect();
         Texture::Image {
-            image: Image::new(2, 2, pixels),
+            image: Arc::new(Image::new(2, 2, pixels)),
             scale: 2.0,
         }
     }

@@ -31,23 +31,8 @@ pub fn offset_point(p: Vec3, error: Vec3, n: Vec3, w: Vec3) -> Vec3 {
     let distance = n.abs().dot(error);
     let offset = if n.dot(w) < 0.0 { -distance } else { distance } * n;
     let moved = p + offset;
-    // Adding may round back towards the surface: round away instead.
-    Vec3::new(
-        round_away(moved.x, offset.x),
-        round_away(moved.y, offset.y),
-        round_away(moved.z, offset.z),
-    )
-}
-
-#[inline]
-fn round_away(x: f32, offset: f32) -> f32 {
-    if offset > 0.0 {
-        x.next_up()
-    } else if offset < 0.0 {
-        x.next_down()
-    } else {
-        x
-    }
+    // Adding may round back towards the surface: one more unit in the last place away from it.
+    moved + offset.signum() * (f32::EPSILON * moved.abs())
 }
 
 #[cfg(test)]

@@ -102,7 +102,11 @@ impl PathIntegrator {
             observer.scattered(wi, sample.lobe, beta);
 
             if sample.lobe.is_transmission() {
-                let eta = if wo.z > 0.0 { bsdf.ior() } else { 1.0 / bsdf.ior() };
+                let eta = if wo.z > 0.0 {
+                    bsdf.ior()
+                } else {
+                    1.0 / bsdf.ior()
+                };
                 eta_scale *= eta * eta;
             }
             let survival = self.roulette.survival(bounce, eta_scale * beta);

@@ -15,8 +15,10 @@ use std::path::Path;
 /// A scene, the size of its picture, and its bounce limit.
 type Case = (&'static str, (u32, u32), Option<u32>);
 
-const CASES: &[Case] =
-    &[("cornell-box", (512, 512), Some(8)), ("suzanne-room", (384, 256), None)];
+const CASES: &[Case] = &[
+    ("cornell-box", (512, 512), Some(8)),
+    ("suzanne-room", (384, 256), None),
+];
 
 /// Samples per pixel.
 const SPP: u64 = 2;

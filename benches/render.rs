@@ -32,7 +32,7 @@ fn renders(c: &mut Criterion) {
         let mut group = c.benchmark_group(name);
         group.sample_size(10);
         group.throughput(Throughput::Elements(
-            u64::from(size.0) * u64::from(size.1) * spp,
+            u64::from(size.0) * u64::from(size.1) * SPP,
         ));
         for &backend in Backend::ALL {
             for precision in [Precision::Fast, Precision::Robust] {

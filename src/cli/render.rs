@@ -170,16 +170,16 @@ impl Job<'_> {
             ("seed", text(&self.settings.seed.to_string())),
             ("integrator", text(self.settings.integrator.name())),
             ("sampler", text(self.settings.sampler.name())),
-            ("spp", MetadataValue::Number(rendered.spp as f64)),
+            ("spp", MetadataValue::Real(rendered.spp as f64)),
             (
                 "seconds",
-                MetadataValue::Number(rendered.elapsed.as_secs_f64()),
+                MetadataValue::Real(rendered.elapsed.as_secs_f64()),
             ),
             ("bias", text(&bias)),
             ("command", text(&command.join(" "))),
         ];
         if let Some(error) = error {
-            metadata.push(("relRmse", MetadataValue::Number(error.rel_rmse)));
+            metadata.push(("relRmse", MetadataValue::Real(error.rel_rmse)));
         }
         metadata
             .into_iter()

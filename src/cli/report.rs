@@ -11,7 +11,7 @@ use super::stats::{self, ImageStats, Memory, Stats, Times};
 use super::{Outcome, print};
 use crate::error::Result;
 use crate::film::ErrorEstimate;
-use crate::image;
+use crate::image::atomic::write_atomically;
 use crate::render::{Rejected, Rendered};
 use std::io::Write;
 use std::path::PathBuf;
@@ -31,7 +31,7 @@ impl Job<'_> {
     ) -> Result<Outcome> {
         let stats = self.stats(rendered, error, times);
         if let Some(path) = &self.arguments.stats {
-            image::write_atomically(path, |file| file.write_all(stats.to_json().as_bytes()))?;
+            write_atomically(path, |file| file.write_all(stats.to_json().as_bytes()))?;
         }
         if self.arguments.json {
             print(stats.to_json().as_bytes())?;

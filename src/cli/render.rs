@@ -19,9 +19,10 @@ use crate::render::settings::{
     Budget, IntegratorKind, RenderSettings, SamplerKind, available_threads,
 };
 use crate::render::{Rejected, Rendered};
+use crate::scene::Scene;
 use crate::scene::description::SceneDescription;
+use crate::scene::load::{self, unknown_name};
 use crate::scene::prepare::{Prepared, prepare};
-use crate::scene::{Scene, load};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -37,6 +38,9 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     if arguments.pixel.is_none() {
         for output in &outputs {
             image::check_writable(output)?;
+        }
+        if let Some(stats) = &arguments.stats {
+            image::check_place(stats)?;
         }
     }
     let mut description = load::load(&arguments.scene)?;
@@ -177,12 +181,7 @@ fn from_scene<T: Copy + Named>(
         return Ok(Some(*found));
     }
     let names: Vec<&str> = all.iter().map(|choice| choice.name()).collect();
-    let message = format!(
-        "unknown name `{}`; expected {}",
-        wanted.value,
-        names.join(" or ")
-    );
-    Err(Error::scene(message)
+    Err(Error::scene(unknown_name("name", &wanted.value, &names))
         .in_file(&description.file)
         .at_line(wanted.line)
         .in_field(format!("render.{key}")))

@@ -33,7 +33,7 @@ pub fn write_atomically(
 ///
 /// # Errors
 /// If not; nothing is left behind either way.
-pub fn check_writable(path: &Path) -> Result<()> {
+pub fn check_place(path: &Path) -> Result<()> {
     let failed = |error| Error::io("cannot write", path, error);
     if path.is_dir() {
         return Err(failed(io::Error::from(io::ErrorKind::IsADirectory)));
@@ -86,9 +86,9 @@ mod tests {
     #[test]
     fn a_place_where_nothing_can_be_written_is_found_out_early() {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        assert!(check_writable(&folder.path().join("a.png")).is_ok());
-        assert!(check_writable(&folder.path().join("none/a.png")).is_err());
-        assert!(check_writable(folder.path()).is_err());
+        assert!(check_place(&folder.path().join("a.png")).is_ok());
+        assert!(check_place(&folder.path().join("none/a.png")).is_err());
+        assert!(check_place(folder.path()).is_err());
         assert_eq!(
             std::fs::read_dir(folder.path()).expect("it exists").count(),
             0

@@ -11,7 +11,7 @@ mod pfm;
 mod raster;
 pub mod srgb;
 
-pub use atomic::write_atomically;
+pub use atomic::{check_place, write_atomically};
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::math::rgb::Rgb;
@@ -155,7 +155,7 @@ pub fn write(path: &Path, image: &Image, options: &WriteOptions) -> Result<()> {
 /// An extension that is not known, or a folder that nothing can be written to.
 pub fn check_writable(path: &Path) -> Result<()> {
     Format::of(path)?;
-    atomic::check_writable(path)
+    check_place(path)
 }
 
 impl Format {

@@ -2,16 +2,13 @@
 
 mod common;
 
-use common::scenes::{HEAD, SceneFolder, in_repository, load_text};
-use etendue::geometry::texture::Texture;
-use etendue::image::srgb;
+use common::scenes::{HEAD, load_text};
 use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DVec2, DVec3, Vec2};
+use etendue::math::vec::{DVec2, DVec3};
 use etendue::scene::description::{
     CameraDescription, ColourDescription, FilterDescription, FilterKind, GeometryDescription,
-    MaterialModel, MeshDescription, RenderDescription, SceneDescription, ShapeDescription,
+    MaterialModel, MeshDescription, RenderDescription, ShapeDescription,
 };
-use etendue::scene::load::load;
 
 /// The only material of a scene.
 fn material(body: &str) -> MaterialModel {
@@ -37,13 +34,6 @@ fn constant(colour: &ColourDescription) -> Rgb {
     match colour {
         ColourDescription::Constant(rgb) => *rgb,
         ColourDescription::Texture(_) => panic!("a texture instead of a constant"),
-    }
-}
-
-fn texture(colour: &ColourDescription) -> &Texture {
-    match colour {
-        ColourDescription::Texture(texture) => texture,
-        ColourDescription::Constant(rgb) => panic!("the constant {rgb:?} instead of a texture"),
     }
 }
 
@@ -232,71 +222,6 @@ fn materials_of_every_type_are_read() {
 }
 
 #[test]
-fn colours_are_read_in_every_spelling() {
-    let colour = |text: &str| match material(&format!("type = \"mirror\"\nreflectance = {text}")) {
-        MaterialModel::Mirror { reflectance } => reflectance,
-        other => panic!("{other:?}"),
-    };
-    assert_eq!(
-        constant(&colour("[0.25, 0.5, 1]")),
-        Rgb::new(0.25, 0.5, 1.0)
-    );
-    assert_eq!(constant(&colour("0.25")), Rgb::grey(0.25));
-    let code = |code: u8| srgb::decode(f32::from(code) / 255.0);
-    let hexadecimal = constant(&colour("\"#00fF80\""));
-    assert_eq!(hexadecimal, Rgb::new(0.0, 1.0, code(0x80)));
-
-    let checker = colour("{ checker = [\"#000000\", 0.5], repeat = [2, 4] }");
-    let Texture::Checker { colours, repeat } = texture(&checker) else {
-        panic!()
-    };
-    assert_eq!(
-        (*colours, *repeat),
-        ([Rgb::BLACK, Rgb::grey(0.5)], Vec2::new(2.0, 4.0))
-    );
-    let plain = colour("{ checker = [0, 1] }");
-    let Texture::Checker { repeat, .. } = texture(&plain) else {
-        panic!()
-    };
-    assert_eq!(*repeat, Vec2::ONE);
-}
-
-#[test]
-fn textures_are_read_once_and_in_their_colour_space() {
-    let material = |name: &str, rest: &str| {
-        let table = "[[material]]\ntype = \"diffuse\"\n";
-        format!("{table}name = \"{name}\"\nreflectance = {{ texture = \"t.png\"{rest} }}\n")
-    };
-    let text = [
-        HEAD.to_owned(),
-        material("a", ""),
-        material("b", ", scale = 0.5, space = \"srgb\""),
-        material("c", ", space = \"linear\""),
-    ]
-    .concat();
-    let folder = SceneFolder::new([("a.toml", text)]);
-    let grey = image::RgbImage::from_pixel(2, 1, image::Rgb([128; 3]));
-    grey.save(folder.path("t.png"))
-        .expect("the folder is writable");
-    let scene = folder.load("a.toml");
-    let values = scene
-        .materials
-        .iter()
-        .map(|material| match &material.model {
-            MaterialModel::Diffuse { reflectance } => texture(reflectance).lookup(Vec2::ZERO),
-            other => panic!("{other:?}"),
-        });
-    let code = 128.0 / 255.0;
-    let wanted = [srgb::decode(code), 0.5 * srgb::decode(code), code].map(Rgb::grey);
-    for (got, want) in values.zip(wanted) {
-        assert!(
-            (got - want).max_channel().abs() < 1e-6,
-            "{got:?} instead of {want:?}"
-        );
-    }
-}
-
-#[test]
 fn shapes_of_every_type_are_read() {
     let sphere = shape(
         "name = \"ball\"\ntype = \"sphere\"\ncenter = [1, 2, 3]\nradius = 4\nemission = [1, 2, 3]\ntwo_sided_emission = true",
@@ -392,78 +317,4 @@ fn environments_add_up() {
     let light = "[[light]]\ntype = \"environment\"\nradiance = ";
     let scene = load_text(&format!("{HEAD}{light}[0, 1, 2]\n{light}0.5\n"));
     assert_eq!(scene.environment, Rgb::new(0.5, 1.5, 2.5));
-}
-
-/// The triangles of a mesh, as vertices in world space.
-fn triangles(shape: &ShapeDescription) -> Vec<[DVec3; 3]> {
-    let GeometryDescription::Mesh(mesh) = &shape.geometry else {
-        panic!("{} is no mesh", shape.name)
-    };
-    let position = |i: u32| shape.transform.transform_point3(mesh.positions[i as usize]);
-    mesh.indices
-        .iter()
-        .map(|corners| corners.map(position))
-        .collect()
-}
-
-fn model<'a>(scene: &'a SceneDescription, name: &str) -> &'a MaterialModel {
-    let found = scene
-        .materials
-        .iter()
-        .find(|material| material.name == name);
-    &found.unwrap_or_else(|| panic!("no material {name}")).model
-}
-
-#[test]
-fn the_suzanne_room_is_complete() {
-    let scene = load(&in_repository("scenes/suzanne-room/suzanne-room.toml")).expect("it is valid");
-    assert_eq!(scene.materials.len(), 10);
-    let count: usize = scene
-        .shapes
-        .iter()
-        .map(|shape| triangles(shape).len())
-        .sum();
-    assert_eq!(count, 73_840);
-    let lamps: Vec<_> = scene
-        .shapes
-        .iter()
-        .filter(|shape| shape.emission.is_some())
-        .collect();
-    assert_eq!(lamps.len(), 1);
-    assert_eq!(lamps[0].emission, Some(Rgb::new(12.0, 11.16, 9.96)));
-    assert!(!lamps[0].two_sided_emission);
-    for [a, b, c] in triangles(lamps[0]) {
-        assert_near((b - a).cross(c - a).normalize(), [0.0, -1.0, 0.0]);
-    }
-    let MaterialModel::Dielectric {
-        ior,
-        roughness,
-        tint,
-    } = model(&scene, "glass")
-    else {
-        panic!()
-    };
-    assert_eq!((*ior, *roughness, constant(tint)), (1.5, 0.0, Rgb::WHITE));
-    let MaterialModel::Principled {
-        metallic,
-        roughness,
-        base_color,
-        ..
-    } = model(&scene, "gold")
-    else {
-        panic!()
-    };
-    assert_eq!((*metallic, *roughness), (1.0, 0.2));
-    assert_eq!(constant(base_color), Rgb::new(1.0, 0.77, 0.34));
-    let walls = scene
-        .materials
-        .iter()
-        .filter(|material| material.name.contains("wall"));
-    assert!(walls.clone().count() > 0);
-    for wall in walls {
-        assert!(
-            matches!(wall.model, MaterialModel::Diffuse { .. }),
-            "{wall:?}"
-        );
-    }
 }

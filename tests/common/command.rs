@@ -7,6 +7,13 @@
 use super::scenes::SceneFolder;
 use std::process::{Command, Output, Stdio};
 
+/// The exit code of a request that makes no sense.
+pub const USAGE: i32 = 2;
+/// The exit code of an invalid scene.
+pub const SCENE: i32 = 3;
+/// The exit code of a file that cannot be read or written.
+pub const INPUT_OUTPUT: i32 = 4;
+
 /// What the command left behind.
 #[derive(Debug)]
 pub struct Finished {
@@ -41,6 +48,24 @@ pub fn succeed(folder: &SceneFolder, arguments: &str) -> Finished {
     let finished = run(folder, arguments);
     assert_eq!(finished.code, 0, "{arguments}: {}", finished.stderr);
     finished
+}
+
+/// Runs the command, and makes sure that it fails with this code, says all of `words`, and leaves nothing behind.
+#[track_caller]
+pub fn fails(folder: &SceneFolder, arguments: &str, code: i32, words: &[&str]) {
+    let before = folder.listing();
+    let finished = run(folder, arguments);
+    let message = &finished.stderr;
+    assert_eq!(finished.code, code, "{arguments}: {message}");
+    for word in words {
+        assert!(
+            message.contains(word),
+            "{arguments}: no `{word}` in: {message}"
+        );
+    }
+    assert!(!message.contains("panicked"), "{arguments}: {message}");
+    assert_eq!(finished.stdout, "", "{arguments}");
+    assert_eq!(folder.listing(), before, "{arguments}");
 }
 
 impl From<Output> for Finished {

@@ -13,6 +13,7 @@ use crate::accel::AccelOptions;
 use crate::error::Result;
 use crate::film::ErrorEstimate;
 use crate::film::filter::Filter;
+use crate::image::atomic::check_creatable;
 use crate::image::{self, MetadataValue, WriteOptions};
 use crate::render::Rendered;
 use crate::render::settings::RenderSettings;
@@ -29,6 +30,9 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     if arguments.pixel.is_none() {
         for output in &outputs {
             image::check_writable(output)?;
+        }
+        if let Some(stats) = &arguments.stats {
+            check_creatable(stats)?;
         }
     }
     let mut description = load::load(&arguments.scene)?;

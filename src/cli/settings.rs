@@ -12,6 +12,7 @@ use crate::render::settings::{
     Budget, IntegratorKind, RenderSettings, SamplerKind, available_threads,
 };
 use crate::scene::description::{SceneDescription, Written};
+use crate::scene::load::unknown_name;
 
 /// Samples per pixel where neither scene nor command says.
 const DEFAULT_SPP: u64 = 64;
@@ -86,12 +87,7 @@ fn from_scene<T: Copy + Named>(
         return Ok(Some(*found));
     }
     let names: Vec<&str> = all.iter().map(|choice| choice.name()).collect();
-    let message = format!(
-        "unknown name `{}`; expected {}",
-        wanted.value,
-        names.join(" or ")
-    );
-    Err(Error::scene(message)
+    Err(Error::scene(unknown_name("name", &wanted.value, &names))
         .in_file(&description.file)
         .at_line(wanted.line)
         .in_field(format!("render.{key}")))

@@ -67,10 +67,10 @@ pub fn colour(
                     space.one_of(&[("srgb", ColourSpace::Srgb), ("linear", ColourSpace::Linear)])
                 })?;
             let scale = table.optional("scale").map_or(Ok(1.0), |scale| {
-                scale.number_where("a number of at least 0", |x| x >= 0.0)
+                scale.single_where("a number of at least 0", |x| x >= 0.0)
             })?;
             textures
-                .read(&folder.join(file.text()?), space, scale as f32)
+                .read(&folder.join(file.text()?), space, scale)
                 .map_err(|error| file.error(error.to_string()).of_kind(error.kind()))?
         }
         None => {

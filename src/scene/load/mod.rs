@@ -15,6 +15,8 @@ mod shape;
 mod toml;
 mod transform;
 
+pub(crate) use reader::unknown_name;
+
 use super::description::SceneDescription;
 use crate::error::{Error, Result};
 use std::path::Path;

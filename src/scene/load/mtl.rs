@@ -60,12 +60,12 @@ struct Entry {
     diffuse: Rgb,
     texture: Option<ColourDescription>,
     emission: Rgb,
-    ior: f64,
-    transmission: f64,
-    metallic: f64,
-    roughness: Option<f64>,
-    shininess: f64,
-    opacity: f64,
+    ior: f32,
+    transmission: f32,
+    metallic: f32,
+    roughness: Option<f32>,
+    shininess: f32,
+    opacity: f32,
 }
 
 /// Reads a library into `contents`.
@@ -159,7 +159,7 @@ impl Entry {
             "Ni" => self.ior = number(rest, "a number of at least 1", |x| x >= 1.0)?,
             "Ns" => self.shininess = number(rest, "a number of at least 0", |x| x >= 0.0)?,
             "d" => self.opacity = share()?,
-            "Tf" => self.transmission = f64::from(colour(rest, 1.0)?.max_channel()),
+            "Tf" => self.transmission = colour(rest, 1.0)?.max_channel(),
             "Pr" => self.roughness = Some(share()?),
             "Pm" => self.metallic = share()?,
             "map_Kd" => {
@@ -187,7 +187,7 @@ impl Entry {
         let base_color = self
             .texture
             .unwrap_or(ColourDescription::Constant(self.diffuse));
-        let (ior, roughness) = (self.ior as f32, roughness as f32);
+        let ior = self.ior;
         if self.metallic == 0.0 && self.transmission == 1.0 {
             MaterialModel::Dielectric {
                 ior,
@@ -201,22 +201,22 @@ impl Entry {
         } else {
             MaterialModel::Principled {
                 base_color,
-                metallic: self.metallic as f32,
+                metallic: self.metallic,
                 roughness,
                 ior,
-                transmission: self.transmission as f32,
+                transmission: self.transmission,
             }
         }
     }
 }
 
 /// One finite number that passes `test`.
-fn number(text: &str, what: &str, test: impl Fn(f64) -> bool) -> Result<f64> {
+fn number(text: &str, what: &str, test: impl Fn(f32) -> bool) -> Result<f32> {
     let found = text.split_whitespace().next().unwrap_or("nothing");
     let number = found
         .parse()
         .ok()
-        .filter(|&x: &f64| x.is_finite() && test(x));
+        .filter(|&x: &f32| x.is_finite() && test(x));
     number.ok_or_else(|| Error::scene(format!("expected {what}, found {found}")))
 }
 

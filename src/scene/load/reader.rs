@@ -229,6 +229,16 @@ impl<'a> Value<'a> {
         }
     }
 
+    /// A number that is finite and passes `test` in single precision, in which shading is done.
+    ///
+    /// # Errors
+    /// If it does not.
+    pub fn single_where(&self, what: &str, test: impl Fn(f32) -> bool) -> Result<f32> {
+        let single = |x: f64| x as f32;
+        self.number_where(what, |x| single(x).is_finite() && test(single(x)))
+            .map(single)
+    }
+
     /// A whole number from `least` to `most`.
     ///
     /// # Errors

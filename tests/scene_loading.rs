@@ -1,0 +1,320 @@
+//! Scene files: every key becomes what docs/scene-format.md says it does.
+
+mod common;
+
+use common::scenes::{HEAD, load_text};
+use etendue::math::rgb::Rgb;
+use etendue::math::vec::{DVec2, DVec3};
+use etendue::scene::description::{
+    CameraDescription, ColourDescription, FilterDescription, FilterKind, GeometryDescription,
+    MaterialModel, MeshDescription, RenderDescription, ShapeDescription,
+};
+
+/// The only material of a scene.
+fn material(body: &str) -> MaterialModel {
+    let text = format!("{HEAD}[[material]]\nname = \"it\"\n{body}");
+    let mut scene = load_text(&text);
+    assert_eq!(scene.materials.len(), 1);
+    let material = scene.materials.remove(0);
+    assert_eq!(
+        (material.name.as_str(), material.place.line),
+        ("it", Some(5))
+    );
+    material.model
+}
+
+/// The only shape of a scene, of the default material.
+fn shape(body: &str) -> ShapeDescription {
+    let mut scene = load_text(&format!("{HEAD}[[shape]]\n{body}"));
+    assert_eq!((scene.shapes.len(), scene.materials.len()), (1, 1));
+    scene.shapes.remove(0)
+}
+
+fn constant(colour: &ColourDescription) -> Rgb {
+    match colour {
+        ColourDescription::Constant(rgb) => *rgb,
+        ColourDescription::Texture(_) => panic!("a texture instead of a constant"),
+    }
+}
+
+#[track_caller]
+fn assert_near(got: DVec3, want: [f64; 3]) {
+    let want = DVec3::from_array(want);
+    assert!((got - want).length() < 1e-12, "{got} instead of {want}");
+}
+
+#[test]
+fn what_is_not_written_has_its_default() {
+    let scene = load_text(HEAD);
+    let CameraDescription {
+        to_world,
+        fov,
+        lens_radius,
+        focus_distance,
+    } = scene.camera;
+    assert_near(to_world.translation, [0.0, 0.0, 5.0]);
+    assert_near(to_world.transform_vector3(DVec3::Y), [0.0, 1.0, 0.0]);
+    assert_eq!(
+        (fov, lens_radius, focus_distance),
+        (40_f64.to_radians(), 0.0, 5.0)
+    );
+    assert_eq!(scene.film.size, (768, 512));
+    let gaussian = FilterDescription {
+        kind: FilterKind::Gaussian,
+        radius: 1.5,
+    };
+    assert_eq!(scene.film.filter, gaussian);
+    assert_eq!(scene.render, RenderDescription::default());
+    assert_eq!(scene.environment, Rgb::BLACK);
+    assert!(scene.materials.is_empty() && scene.shapes.is_empty() && scene.notes.is_empty());
+
+    let MaterialModel::Diffuse { reflectance } = material("type = \"diffuse\"") else {
+        panic!()
+    };
+    assert_eq!(constant(&reflectance), Rgb::grey(0.5));
+    let MaterialModel::Mirror { reflectance } = material("type = \"mirror\"") else {
+        panic!()
+    };
+    assert_eq!(constant(&reflectance), Rgb::WHITE);
+    let model = material("type = \"dielectric\"");
+    let MaterialModel::Dielectric {
+        ior,
+        roughness,
+        tint,
+    } = model
+    else {
+        panic!()
+    };
+    assert_eq!((ior, roughness, constant(&tint)), (1.5, 0.0, Rgb::WHITE));
+    let model = material("type = \"principled\"");
+    let MaterialModel::Principled {
+        base_color,
+        metallic,
+        roughness,
+        ior,
+        transmission,
+    } = model
+    else {
+        panic!()
+    };
+    assert_eq!(constant(&base_color), Rgb::grey(0.8));
+    assert_eq!(
+        (metallic, roughness, ior, transmission),
+        (0.0, 0.5, 1.5, 0.0)
+    );
+
+    let sphere = shape("type = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1");
+    assert_eq!((sphere.name.as_str(), sphere.emission), ("sphere 1", None));
+    assert!(!sphere.two_sided_emission);
+    assert_eq!(sphere.transform, etendue::math::vec::DAffine3::IDENTITY);
+}
+
+#[test]
+fn the_camera_and_the_picture_are_read() {
+    let scene = load_text(
+        "version = 1\n[camera]\neye = [1, 2, 3]\ntarget = [1, 2, -1]\nup = [1, 0, 0]\nfov = 60\n\
+         lens_radius = 0.25\nfocus_distance = 7\nshutter = [0.5, 0.5]\n\
+         [film]\nsize = [12, 34]\nfilter = { type = \"mitchell\", radius = 3 }",
+    );
+    let camera = &scene.camera;
+    assert_near(camera.to_world.translation, [1.0, 2.0, 3.0]);
+    assert_near(
+        camera.to_world.transform_vector3(DVec3::NEG_Z),
+        [0.0, 0.0, -1.0],
+    );
+    assert_near(camera.to_world.transform_vector3(DVec3::Y), [1.0, 0.0, 0.0]);
+    assert_eq!(camera.fov, 60_f64.to_radians());
+    assert_eq!((camera.lens_radius, camera.focus_distance), (0.25, 7.0));
+    assert_eq!(scene.film.size, (12, 34));
+    let mitchell = FilterDescription {
+        kind: FilterKind::Mitchell,
+        radius: 3.0,
+    };
+    assert_eq!(scene.film.filter, mitchell);
+
+    let turn = "[{ rotate = { axis = [0, 2, 0], angle = 90 } }, { translate = [1, 2, 3] }]";
+    let placed = load_text(&format!("version = 1\n[camera]\ntransform = {turn}")).camera;
+    assert_near(
+        placed.to_world.transform_vector3(DVec3::NEG_Z),
+        [-1.0, 0.0, 0.0],
+    );
+    assert_near(placed.to_world.translation, [1.0, 2.0, 3.0]);
+    assert_eq!(placed.focus_distance, 1.0);
+
+    for (name, kind) in FilterKind::ALL {
+        let filter = load_text(&format!("{HEAD}[film]\nfilter = \"{name}\""))
+            .film
+            .filter;
+        assert_eq!(
+            filter,
+            FilterDescription {
+                kind: *kind,
+                radius: kind.default_radius()
+            }
+        );
+    }
+}
+
+#[test]
+fn the_render_table_is_kept_as_it_is_written() {
+    let render = load_text(&format!(
+        "{HEAD}[render]\nintegrator = \"path\"\nspp = 17\nsampler = \"independent\"\nmax_bounces = 0\n\
+         seed = 18446744073709551615"
+    ))
+    .render;
+    let names = [render.integrator, render.sampler].map(|name| name.expect("it is written"));
+    assert_eq!((names[0].value.as_str(), names[0].line), ("path", 6));
+    assert_eq!((names[1].value.as_str(), names[1].line), ("independent", 8));
+    assert_eq!(
+        (render.spp, render.max_bounces, render.seed),
+        (Some(17), Some(0), Some(u64::MAX))
+    );
+}
+
+#[test]
+fn materials_of_every_type_are_read() {
+    let model = material("type = \"conductor\"\npreset = \"gold\"\nroughness = 0.25");
+    let MaterialModel::Conductor { eta, k, roughness } = model else {
+        panic!()
+    };
+    assert!(eta.to_array()[0] < eta.to_array()[2] && k.to_array()[0] > k.to_array()[2]);
+    assert_eq!(roughness, 0.25);
+    let model = material("type = \"conductor\"\neta = [1, 2, 3]\nk = 4");
+    let MaterialModel::Conductor { eta, k, roughness } = model else {
+        panic!()
+    };
+    assert_eq!(
+        (eta, k, roughness),
+        (Rgb::new(1.0, 2.0, 3.0), Rgb::grey(4.0), 0.0)
+    );
+    let model = material("type = \"dielectric\"\nior = 1.33\nroughness = 0.5\ntint = 0.25");
+    let MaterialModel::Dielectric {
+        ior,
+        roughness,
+        tint,
+    } = model
+    else {
+        panic!()
+    };
+    assert_eq!(
+        (ior, roughness, constant(&tint)),
+        (1.33, 0.5, Rgb::grey(0.25))
+    );
+    let model = material(
+        "type = \"principled\"\nbase_color = [0, 0.5, 1]\nmetallic = 0.25\nroughness = 1\nior = 2\n\
+         transmission = 0.75",
+    );
+    let MaterialModel::Principled {
+        base_color,
+        metallic,
+        roughness,
+        ior,
+        transmission,
+    } = model
+    else {
+        panic!()
+    };
+    assert_eq!(constant(&base_color), Rgb::new(0.0, 0.5, 1.0));
+    assert_eq!(
+        (metallic, roughness, ior, transmission),
+        (0.25, 1.0, 2.0, 0.75)
+    );
+}
+
+#[test]
+fn shapes_of_every_type_are_read() {
+    let sphere = shape(
+        "name = \"ball\"\ntype = \"sphere\"\ncenter = [1, 2, 3]\nradius = 4\nemission = [1, 2, 3]\ntwo_sided_emission = true",
+    );
+    let GeometryDescription::Sphere { center, radius } = sphere.geometry else {
+        panic!()
+    };
+    assert_eq!((center, radius), (DVec3::new(1.0, 2.0, 3.0), 4.0));
+    assert_eq!((sphere.name.as_str(), sphere.place.line), ("ball", Some(5)));
+    assert_eq!(sphere.emission, Some(Rgb::new(1.0, 2.0, 3.0)));
+    assert!(sphere.two_sided_emission);
+
+    let it =
+        shape("type = \"rectangle\"\ncorner = [1, 2, 3]\nedge_u = [1, 0, 0]\nedge_v = [0, 2, 0]");
+    let GeometryDescription::Rectangle {
+        corner,
+        edge_u,
+        edge_v,
+    } = it.geometry
+    else {
+        panic!()
+    };
+    assert_eq!(
+        (corner, edge_u, edge_v),
+        (DVec3::new(1.0, 2.0, 3.0), DVec3::X, 2.0 * DVec3::Y)
+    );
+
+    let it = shape("type = \"disk\"\ncenter = [1, 2, 3]\nnormal = [0, 0, 2]\nradius = 0.5");
+    let GeometryDescription::Disk {
+        center,
+        normal,
+        radius,
+    } = it.geometry
+    else {
+        panic!()
+    };
+    assert_eq!(
+        (center, normal, radius),
+        (DVec3::new(1.0, 2.0, 3.0), 2.0 * DVec3::Z, 0.5)
+    );
+
+    let it = shape("type = \"box\"\nmin = [0, 1, 2]\nmax = [3, 4, 5]");
+    let GeometryDescription::Box { min, max } = it.geometry else {
+        panic!()
+    };
+    assert_eq!(
+        (min, max),
+        (DVec3::new(0.0, 1.0, 2.0), DVec3::new(3.0, 4.0, 5.0))
+    );
+
+    let it = shape(
+        "type = \"mesh\"\npositions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\nnormals = [[0, 0, 1], [0, 0, 1], [0, 0, 2]]\n\
+         uvs = [[0, 0], [1, 0], [0, 1]]\nindices = [[2, 0, 1]]",
+    );
+    let GeometryDescription::Mesh(mesh) = it.geometry else {
+        panic!()
+    };
+    let wanted = MeshDescription {
+        positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
+        normals: vec![DVec3::Z, DVec3::Z, 2.0 * DVec3::Z],
+        uvs: vec![DVec2::ZERO, DVec2::X, DVec2::Y],
+        indices: vec![[2, 0, 1]],
+    };
+    assert_eq!(*mesh, wanted);
+}
+
+#[test]
+fn the_steps_of_a_transform_are_applied_in_their_order() {
+    let moved = |steps: &str, point: [f64; 3]| {
+        let body = "type = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\ntransform = ";
+        let transform = shape(&format!("{body}[{steps}]")).transform;
+        transform.transform_point3(DVec3::from_array(point))
+    };
+    let (scale, translate) = ("{ scale = 2 }", "{ translate = [1, 2, 3] }");
+    let turn = "{ rotate = { axis = [0, 0, 5], angle = 90 } }";
+    let matrix = "{ matrix = [1, 2, 3, 4,  0, 1, 0, 5,  0, 0, 1, 6,  0, 0, 0, 1] }";
+    for (steps, wanted) in [
+        (String::new(), [1.0, 2.0, 3.0]),
+        (format!("{scale}, {translate}"), [3.0, 6.0, 9.0]),
+        (format!("{translate}, {scale}"), [4.0, 8.0, 12.0]),
+        ("{ scale = [1, 2, -1] }".to_owned(), [1.0, 4.0, -3.0]),
+        (turn.to_owned(), [-2.0, 1.0, 3.0]),
+        (format!("{turn}, {translate}"), [-1.0, 3.0, 6.0]),
+        (matrix.to_owned(), [18.0, 7.0, 9.0]),
+        (format!("{scale}, {matrix}, {turn}"), [-9.0, 32.0, 12.0]),
+    ] {
+        assert_near(moved(&steps, [1.0, 2.0, 3.0]), wanted);
+    }
+}
+
+#[test]
+fn environments_add_up() {
+    let light = "[[light]]\ntype = \"environment\"\nradiance = ";
+    let scene = load_text(&format!("{HEAD}{light}[0, 1, 2]\n{light}0.5\n"));
+    assert_eq!(scene.environment, Rgb::new(0.5, 1.5, 2.5));
+}

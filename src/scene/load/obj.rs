@@ -20,7 +20,8 @@ use std::sync::Arc;
 /// # Errors
 /// Whatever is wrong with the file or its material libraries, with its line.
 pub fn load(path: &Path, contents: &mut Contents) -> Result<Vec<ShapeDescription>> {
-    let text = read_text(path)?;
+    // The parser takes tabs for a part of names.
+    let text = read_text(path)?.replace('\t', " ");
     let at = |(line, why): Complaint| Error::scene(why).in_file(path).at_line(line);
     let facts = obj_check::check(&text).map_err(at)?;
     if facts.faces == 0 {

@@ -10,6 +10,7 @@
 pub mod chi_square;
 pub mod closed_forms;
 pub mod quadrature;
+pub mod scene;
 pub mod verdict;
 
 use etendue::math::vec::{Vec2, Vec3};

@@ -7,9 +7,10 @@ use common::closed_forms::{
 };
 use common::scene::{diffuse, looking, polygon, ready, rectangle, see, shape};
 use common::verdict::{Verdict, assert_mean, judge};
-use etendue::accel::{Backend, PrimitiveId};
+use etendue::accel::{Backend, Hit, PrimitiveId};
+use etendue::geometry::surface::SurfacePoint;
 use etendue::integrator::Roulette;
-use etendue::math::frame::Frame;
+use etendue::math::ray::Ray;
 use etendue::math::stats::Moments;
 use etendue::math::vec::{DAffine3, DVec3, Vec2, Vec3};
 use etendue::sampler::{Decision, Sampler, Sobol};
@@ -254,23 +255,31 @@ fn form_factor(
             sampler.start([0, 0], sample);
             let [u, v] = sampler.draw(Decision::Camera);
             let p = scene.normalisation.point(point(f64::from(u), f64::from(v)));
-            let at = Interaction {
-                id: PrimitiveId {
-                    geometry: 0,
-                    primitive: 0,
-                },
+            let id = PrimitiveId {
+                geometry: 0,
+                primitive: 0,
+            };
+            let surface = SurfacePoint {
                 p,
                 error: Vec3::splat(1e-7),
                 ng: normal,
-                frame: Frame::from_normal(normal),
+                ns: normal,
                 uv: Vec2::ZERO,
-                wo: normal,
             };
+            let from_above = Ray::new(p + normal, -normal);
+            let hit = Hit {
+                id,
+                t: 1.0,
+                uv: [0.0; 2],
+            };
+            let at = Interaction::new(&from_above, &hit, &surface, false);
             let Some(s) = scene.lights.sample(p, sampler.draw(Decision::Light(0))) else {
                 continue;
             };
             let cos = f64::from(s.wi.dot(normal)).max(0.0);
-            if !s.radiance.is_black() && !scene.accel.occluded(&at.segment_to(&s.point, s.wi)) {
+            if !s.radiance.is_black()
+                && !scene.accel.occluded(&at.segment_to(&s.point, s.wi, false))
+            {
                 sum += cos / (f64::from(s.pdf.0) * std::f64::consts::PI);
             }
         }

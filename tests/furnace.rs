@@ -330,7 +330,7 @@ fn white_spheres_vanish_in_a_constant_environment() {
     };
     for (name, model) in [("diffuse", diffuse(1.0)), ("glass", glass)] {
         // The middle, halfway, and towards the limb.
-        for x in [0.0, 0.5, 0.99] {
+        for x in [0.0, 0.5, 0.99, 0.999, 0.9999, 0.99999] {
             let target = DVec3::new(x, 0.0, f64::sqrt(1.0 - x * x));
             let mut scene = looking(DVec3::new(x, 0.0, 5.0), target, model.clone());
             scene.environment = Rgb::WHITE;

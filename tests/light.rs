@@ -149,7 +149,7 @@ fn samples_know_their_density_and_lie_on_their_light() {
                 .flat_map(|x| extremes.map(|y| Vec2::new(x, y)));
             let us: Vec<Vec2> = corners.chain((0..2000).map(|_| rng.uniform_2d())).collect();
             for u in us {
-                let Some(s) = lights.sample(p, [0.5, 0.5, u.x, u.y]) else {
+                let Some(s) = lights.sample(p, [u.x, u.y, 0.5, 0.5]) else {
                     continue;
                 };
                 let what = format!("{name} from {p} {u}: {s:?}");

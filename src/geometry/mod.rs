@@ -50,18 +50,18 @@ impl Geometry {
     pub fn surface_at(&self, primitive: u32, ray: &Ray, t: f32, uv: [f32; 2]) -> SurfacePoint {
         match self {
             Self::Mesh(mesh) => mesh.surface_at(primitive, uv),
-            Self::Sphere(sphere) => sphere.surface_near(ray.at(t)),
+            Self::Sphere(sphere) => sphere.surface_at(ray, t),
             Self::Disk(disk) => disk.surface_near(ray.at(t)),
         }
     }
 
-    /// Up to which parameter a ray that leaves the shape's primitive at `from` along the unit vector `w` cannot truly
-    /// meet that primitive again.
+    /// Up to which parameter a ray that leaves the shape's primitive at `from` along the unit vector `w`, to its outside
+    /// or not, cannot truly meet that primitive again.
     #[inline]
-    pub fn free_distance(&self, from: Vec3, w: Vec3) -> f32 {
+    pub fn free_distance(&self, from: Vec3, w: Vec3, to_outside: bool) -> f32 {
         match self {
             Self::Mesh(_) | Self::Disk(_) => f32::INFINITY,
-            Self::Sphere(sphere) => sphere.free_distance(from, w),
+            Self::Sphere(sphere) => sphere.free_distance(from, w, to_outside),
         }
     }
 }

@@ -6,8 +6,9 @@
 
 use super::surface::SurfacePoint;
 use crate::math::bounds::Bounds;
+use crate::math::ray::Ray;
 use crate::math::robust::gamma;
-use crate::math::vec::{DVec3, Vec2, Vec3};
+use crate::math::vec::{DVec3, Vec2, Vec3, reflect};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 /// A sphere.
@@ -29,12 +30,22 @@ impl Sphere {
         }
     }
 
-    /// The point of the sphere in the direction of `near` from its centre.
+    /// The point where a ray meets the sphere. Its normal faces a ray from outside and turns away from one from inside,
+    /// also at a grazing hit, where rounding could have it the other way.
     #[inline]
-    pub fn surface_near(&self, near: Vec3) -> SurfacePoint {
+    pub fn surface_at(&self, ray: &Ray, t: f32) -> SurfacePoint {
         // In double precision: a sphere far from the origin has a centre that is exact and a point that is not.
-        let n = (near.as_dvec3() - self.center.as_dvec3()).normalize_or(DVec3::Z);
-        self.surface_along(n.as_vec3())
+        let from_center = |p: Vec3| p.as_dvec3() - self.center.as_dvec3();
+        let n = from_center(ray.at(t)).normalize_or(DVec3::Z).as_vec3();
+        let radius = f64::from(self.radius);
+        let outside = from_center(ray.origin).length_squared() > radius * radius;
+        let d = ray.dir.normalize();
+        let faces_ray = n.dot(d) < 0.0;
+        self.surface_along(if outside == faces_ray {
+            n
+        } else {
+            -reflect(n, d)
+        })
     }
 
     /// The point of the sphere along the unit vector `n` from its centre.
@@ -53,14 +64,14 @@ impl Sphere {
         }
     }
 
-    /// A ray leaving outwards never comes back; one going inwards meets the far side at the end of its chord.
+    /// A ray leaving outwards never comes back; one going inwards meets the far side at the end of its chord, and half of
+    /// that tells the end from the beginning.
     #[inline]
-    pub fn free_distance(&self, from: Vec3, w: Vec3) -> f32 {
-        let half_chord = -w.dot(from - self.center);
-        if half_chord <= 0.0 {
+    pub fn free_distance(&self, from: Vec3, w: Vec3, to_outside: bool) -> f32 {
+        if to_outside {
             f32::INFINITY
         } else {
-            half_chord
+            -w.dot(from - self.center)
         }
     }
 }

@@ -89,19 +89,20 @@ impl PathIntegrator {
 
             // Onward by the BSDF.
             let wo = at.frame.to_local(at.wo);
-            let [u_lobe, u, v] = sampler.draw(Decision::Bsdf(bounce));
+            let [u, v, u_lobe] = sampler.draw(Decision::Bsdf(bounce));
             let Some(sample) = bsdf.sample(wo, u_lobe, Vec2::new(u, v)) else {
                 break;
             };
             let wi = at.frame.to_world(sample.wi);
             // A shading normal can promise what the surface cannot keep: light leaking through it.
-            if at.is_reflection(wi) == sample.lobe.is_transmission() {
+            let goes_through = sample.lobe.is_transmission();
+            if !at.agrees(wi, goes_through) {
                 break;
             }
             beta *= sample.weight;
             observer.scattered(wi, sample.lobe, beta);
 
-            if sample.lobe.is_transmission() {
+            if goes_through {
                 let eta = if wo.z > 0.0 {
                     bsdf.ior()
                 } else {
@@ -119,7 +120,7 @@ impl PathIntegrator {
                 beta *= 1.0 / survival;
             }
             scattered_from = sample.pdf.map(|p_bsdf| (at, p_bsdf));
-            let (next, left) = scene.spawn(&at, wi);
+            let (next, left) = scene.spawn(&at, wi, goes_through);
             (ray, departure) = (next, Some(left));
             rays.closest += 1;
         }
@@ -145,7 +146,8 @@ fn sample_light(scene: &Scene, at: &Interaction, bsdf: &Bsdf, u: [f32; 4]) -> Op
     let wi = at.frame.to_local(light.wi);
     let wo = at.frame.to_local(at.wo);
     // Reflection in the shading frame has to be reflection at the true surface.
-    if at.is_reflection(light.wi) != (wi.z * wo.z > 0.0) {
+    let goes_through = wi.z * wo.z < 0.0;
+    if !at.agrees(light.wi, goes_through) {
         return None;
     }
     let value = bsdf.eval(wo, wi);
@@ -156,6 +158,6 @@ fn sample_light(scene: &Scene, at: &Interaction, bsdf: &Bsdf, u: [f32; 4]) -> Op
     Some(DirectLight {
         contribution: value.f * light.radiance * (wi.z.abs() * weight / light.pdf.0),
         weight,
-        segment: at.segment_to(&light.point, light.wi),
+        segment: at.segment_to(&light.point, light.wi, goes_through),
     })
 }

@@ -37,11 +37,11 @@ impl Lights {
     }
 
     /// A point on some light that lights `p`. The sample's density includes the choice of the light. The first two
-    /// numbers choose the light, the others the point.
+    /// numbers, which low-discrepancy points place best, choose the point, the others the light.
     #[inline]
     pub fn sample(&self, p: Vec3, u: [f32; 4]) -> Option<LightSample> {
-        let (chosen, pmf) = self.choice.as_ref()?.sample([u[0], u[1]]);
-        let sample = self.lights[chosen].sample(p, Vec2::new(u[2], u[3]))?;
+        let (chosen, pmf) = self.choice.as_ref()?.sample([u[2], u[3]]);
+        let sample = self.lights[chosen].sample(p, Vec2::new(u[0], u[1]))?;
         Some(LightSample {
             pdf: pmf * sample.pdf,
             ..sample

@@ -24,12 +24,11 @@ pub fn never_zero(error: Vec3, size: f32) -> Vec3 {
     error + Vec3::splat(UNIT_ROUNDOFF * UNIT_ROUNDOFF * size)
 }
 
-/// The point `p`, known to within `error` in each coordinate, moved along the unit normal `n` to the side that `w`
-/// points to, until it surely lies on that side of the surface.
+/// The point `p`, known to within `error` in each coordinate, moved along the unit normal `n` until it surely lies on
+/// that side of the surface.
 #[inline]
-pub fn offset_point(p: Vec3, error: Vec3, n: Vec3, w: Vec3) -> Vec3 {
-    let distance = n.abs().dot(error);
-    let offset = if n.dot(w) < 0.0 { -distance } else { distance } * n;
+pub fn offset_point(p: Vec3, error: Vec3, n: Vec3) -> Vec3 {
+    let offset = n.abs().dot(error) * n;
     let moved = p + offset;
     // Adding may round back towards the surface: one more unit in the last place away from it.
     moved + offset.signum() * (f32::EPSILON * moved.abs())
@@ -45,9 +44,9 @@ mod tests {
         for exponent in -30..30 {
             let p = Vec3::new(0.7, -1.3, 2.1) * 2.0_f32.powi(exponent);
             let error = gamma(7) * p.abs();
-            for w in [n, -n] {
-                let q = offset_point(p, error, n, w);
-                let moved = (q - p).as_dvec3().dot(w.as_dvec3());
+            for side in [n, -n] {
+                let q = offset_point(p, error, side);
+                let moved = (q - p).as_dvec3().dot(side.as_dvec3());
                 assert!(moved >= f64::from(error.dot(n.abs())) * (1.0 - 1e-6));
             }
         }

@@ -20,9 +20,9 @@ pub use sobol::Sobol;
 pub enum Decision {
     /// The camera ray: two numbers for the film, two for the lens.
     Camera,
-    /// Next event estimation at a scattering event: two for which light, two for the point on it.
+    /// Next event estimation at a scattering event: two for the point on a light, two for which light.
     Light(u32),
-    /// The direction after a scattering event: one number for the lobe, two for the direction.
+    /// The direction after a scattering event: two numbers for the direction, one for the lobe.
     Bsdf(u32),
     /// Whether the path goes on after a scattering event: one number.
     Roulette(u32),

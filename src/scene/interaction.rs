@@ -5,7 +5,7 @@
 //! Source: shading normals after Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System",
 //! appendix A.3. Tested below and in `tests/tracing.rs`.
 
-use crate::accel::{Departure, Hit, PrimitiveId};
+use crate::accel::{Hit, PrimitiveId};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
@@ -21,8 +21,12 @@ pub struct Interaction {
     pub p: Vec3,
     /// Bound of the rounding error of `p`.
     pub error: Vec3,
-    /// Geometric normal.
+    /// Geometric normal, as the shape has it.
     pub ng: Vec3,
+    /// +1 where the viewer is on the side of `ng`, -1 behind.
+    side: f32,
+    /// Whether the shading normal is the geometric one, so that the two cannot disagree on sides.
+    is_flat: bool,
     /// Shading frame.
     pub frame: Frame,
     /// Texture coordinate.
@@ -39,46 +43,55 @@ impl Interaction {
         let wo = -ray.dir;
         // Seen from behind, both normals are turned to the viewer while the shading normal is mended.
         let side = if wo.dot(surface.ng) < 0.0 { -1.0 } else { 1.0 };
-        let ns = mend_shading_normal(wo, side * surface.ng, side * surface.ns);
+        let is_flat = surface.ns == surface.ng;
+        let ns = if is_flat {
+            side * surface.ng
+        } else {
+            mend_shading_normal(wo, side * surface.ng, side * surface.ns)
+        };
         let ns = if transmits { side * ns } else { ns };
         Self {
             id: hit.id,
             p: surface.p,
             error: surface.error,
             ng: surface.ng,
+            side,
+            is_flat,
             frame: Frame::from_normal(ns),
             uv: surface.uv,
             wo,
         }
     }
 
-    /// Whether a direction is on the same side of the true surface as the viewer.
+    /// Whether `w`, which the shading frame has reflected or let through, does the same at the true surface. Where both
+    /// are one, a grazing direction may differ in its last digit, which means nothing.
     #[inline]
-    pub fn is_reflection(&self, w: Vec3) -> bool {
-        w.dot(self.ng) * self.wo.dot(self.ng) > 0.0
+    pub fn agrees(&self, w: Vec3, goes_through: bool) -> bool {
+        self.is_flat || (w.dot(self.ng) * self.side < 0.0) == goes_through
     }
 
-    /// The ray that leaves along the unit vector `w`, and what it leaves.
+    /// The normal on the side to which a direction leaves that is reflected, or goes through.
     #[inline]
-    pub fn spawn(&self, w: Vec3, free_distance: f32) -> (Ray, Departure) {
-        let origin = offset_point(self.p, self.error, self.ng, w);
-        (
-            Ray::new(origin, w),
-            Departure {
-                id: self.id,
-                free_distance,
-            },
-        )
+    pub fn exit_normal(&self, goes_through: bool) -> Vec3 {
+        if goes_through {
+            -self.side * self.ng
+        } else {
+            self.side * self.ng
+        }
     }
 
     /// The segment to a point of another surface, in direction `w`, open at both ends.
     #[inline]
-    pub fn segment_to(&self, other: &SurfacePoint, w: Vec3) -> Ray {
-        let from = offset_point(self.p, self.error, self.ng, w);
+    pub fn segment_to(&self, other: &SurfacePoint, w: Vec3, goes_through: bool) -> Ray {
+        let from = offset_point(self.p, self.error, self.exit_normal(goes_through));
         // A ray's rounding grows with its length: at its end it adds to that of the surface.
-        let rounding = gamma(8) * (other.p - self.p).abs();
-        let to = offset_point(other.p, other.error + rounding, other.ng, -w);
-        Ray::between(from, to)
+        let error = other.error + gamma(8) * (other.p - self.p).abs();
+        let facing = if other.ng.dot(w) < 0.0 {
+            other.ng
+        } else {
+            -other.ng
+        };
+        Ray::between(from, offset_point(other.p, error, facing))
     }
 }
 

@@ -16,6 +16,7 @@ use crate::light::types::Emission;
 use crate::math::measure::PdfSolidAngle;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
+use crate::math::robust::offset_point;
 use crate::math::vec::Vec3;
 use interaction::Interaction;
 use material::Material;
@@ -103,10 +104,20 @@ impl Scene {
             .pdf(shape.first_light + offset, from, at.p - from, at.ng)
     }
 
-    /// The ray that leaves an interaction along the unit vector `w`.
+    /// The ray that leaves an interaction along the unit vector `w`, reflected or through the surface, and what it
+    /// leaves.
     #[inline]
-    pub fn spawn(&self, at: &Interaction, w: Vec3) -> (Ray, Departure) {
+    pub fn spawn(&self, at: &Interaction, w: Vec3, goes_through: bool) -> (Ray, Departure) {
+        let normal = at.exit_normal(goes_through);
         let geometry = &self.geometries[at.id.geometry as usize];
-        at.spawn(w, geometry.free_distance(at.p, w))
+        let free_distance = geometry.free_distance(at.p, w, normal == at.ng);
+        let origin = offset_point(at.p, at.error, normal);
+        (
+            Ray::new(origin, w),
+            Departure {
+                id: at.id,
+                free_distance,
+            },
+        )
     }
 }

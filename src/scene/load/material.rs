@@ -107,7 +107,7 @@ fn index_of_metal(table: &Table<'_>) -> Result<(Rgb, Rgb)> {
     }
 }
 
-fn share(table: &Table<'_>, key: &'static str, default: f64) -> Result<f32> {
+fn share(table: &Table<'_>, key: &'static str, default: f32) -> Result<f32> {
     number(table, key, default, "a number from 0 to 1", |x| {
         (0.0..=1.0).contains(&x)
     })
@@ -116,12 +116,10 @@ fn share(table: &Table<'_>, key: &'static str, default: f64) -> Result<f32> {
 fn number(
     table: &Table<'_>,
     key: &'static str,
-    default: f64,
+    default: f32,
     what: &str,
     test: impl Fn(f64) -> bool,
 ) -> Result<f32> {
-    let value = table
-        .optional(key)
-        .map_or(Ok(default), |value| value.number_where(what, test))?;
-    Ok(value as f32)
+    let value = table.optional(key);
+    value.map_or(Ok(default), |value| value.single_where(what, test))
 }

@@ -11,6 +11,9 @@ use crate::scene::description::{
 };
 use std::collections::HashMap;
 
+/// Notes that are kept: a file may give cause for one in every line.
+const MOST_NOTES: usize = 20;
+
 /// Materials, shapes and notes so far.
 #[derive(Debug, Default)]
 pub struct Contents {
@@ -65,8 +68,12 @@ impl Contents {
         index
     }
 
-    /// Keeps a sentence for the user.
+    /// Keeps a sentence for the user, unless there are many already.
     pub fn note(&mut self, note: impl Into<String>) {
-        self.notes.push(note.into());
+        if self.notes.len() < MOST_NOTES {
+            self.notes.push(note.into());
+        } else if self.notes.len() == MOST_NOTES {
+            self.notes.push("further notes were left out".to_owned());
+        }
     }
 }

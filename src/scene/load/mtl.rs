@@ -103,7 +103,8 @@ pub fn read(
             return Err(at(Error::scene("expected newmtl first")));
         };
         if let Some(note) = entry.set(key, rest, line).map_err(at)? {
-            contents.note(format!("{}:{line}: {}: {note}", path.display(), entry.name));
+            let name = shown(&entry.name);
+            contents.note(format!("{}:{line}: {name}: {note}", path.display()));
         }
     }
     known.extend(current.map(|entry| (entry.name.clone(), entry)));

@@ -8,7 +8,7 @@ use super::contents::Contents;
 use super::mtl::{self, Entry};
 use super::obj_text::{Complaint, ObjText};
 use super::read_text;
-use super::reader::unknown_name;
+use super::reader::{shown, unknown_name};
 use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec2, DVec3};
@@ -47,25 +47,19 @@ pub fn load(
 
     let models = parse(&obj.for_parser())
         .map_err(|error| Error::scene(format!("expected a model: {error}")).in_file(path))?;
+    let unnamed = path.file_stem().unwrap_or_default().to_string_lossy();
     let mut shapes = Vec::with_capacity(models.len());
-    for (part, model) in obj.parts.into_iter().zip(models) {
+    for (part, model) in obj.parts.iter().zip(models) {
         let (material, emission) = match (part.material, material) {
             (Some(name), _) => surfaces[name],
             (None, Some(index)) => (index, None),
             (None, None) => (contents.default_material(), None),
         };
-        let unnamed = || {
-            path.file_stem()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned()
-        };
+        let group = part.group.map(|group| obj.groups[group].as_str());
+        let name = group.filter(|name| !name.is_empty()).unwrap_or(&unnamed);
         shapes.push(ShapeDescription {
-            name: if part.group.is_empty() {
-                unnamed()
-            } else {
-                part.group
-            },
+            // Many shapes may share a name of any length: messages need no more than its beginning.
+            name: shown(name),
             place: Place {
                 file: path.to_path_buf(),
                 line: Some(part.line),

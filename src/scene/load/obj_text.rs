@@ -25,9 +25,11 @@ pub struct ObjText {
     vertices: String,
     /// All faces, by what they have in common.
     pub parts: Vec<Part>,
+    /// The names that `o` and `g` give.
+    pub groups: Vec<String>,
     /// What `mtllib` names, with its lines.
     pub libraries: Vec<(usize, String)>,
-    /// Materials of faces, each with the line of its first `usemtl`.
+    /// What `usemtl` names, each with its first line.
     pub materials: Vec<(usize, String)>,
     /// How many points and lines were left out.
     pub left_out: usize,
@@ -36,8 +38,8 @@ pub struct ObjText {
 /// The faces of one group and one material, with texture coordinates and normals for all corners or for none.
 #[derive(Debug)]
 pub struct Part {
-    /// The name that `o` or `g` gave last; empty without one.
-    pub group: String,
+    /// Index into [`ObjText::groups`]; none before the first.
+    pub group: Option<usize>,
     /// Index into [`ObjText::materials`].
     pub material: Option<usize>,
     /// The line of its first face.
@@ -77,17 +79,20 @@ const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 /// Indices of a vertex, texture coordinate and normal, counted from 1; 0 is none.
 type Corner = [usize; 3];
 
+/// Group, material, and whether all corners have texture coordinates and normals.
+type PartKey = (Option<usize>, Option<usize>, [bool; 2]);
+
 /// The state between lines.
 #[derive(Default)]
 struct Reader {
     obj: ObjText,
     /// How many of each of [`KINDS`] there are so far.
     counts: [usize; 3],
-    group: String,
-    /// The index and the line of the current material, which is kept once a face has it.
-    material: Option<(usize, String)>,
+    group: Option<usize>,
+    groups: HashMap<String, usize>,
+    material: Option<usize>,
     materials: HashMap<String, usize>,
-    parts: HashMap<(String, Option<usize>, [bool; 2]), usize>,
+    parts: HashMap<PartKey, usize>,
     /// The part of the current group and material for faces with or without texture coordinates and normals.
     current: [[Option<usize>; 2]; 2],
     corners: Vec<Corner>,
@@ -107,12 +112,22 @@ impl Reader {
             "f" => self.face(line, words)?,
             "p" | "l" => self.obj.left_out += 1,
             "o" | "g" => {
-                rest.clone_into(&mut self.group);
+                let next = self.groups.len();
+                let name = rest.to_owned();
+                self.group = Some(*self.groups.entry(name).or_insert(next));
+                if self.group == Some(next) {
+                    self.obj.groups.push(rest.to_owned());
+                }
                 self.current = Default::default();
             }
             "usemtl" if rest.is_empty() => return Err("usemtl without a name".to_owned()),
             "usemtl" => {
-                self.material = Some((line, rest.to_owned()));
+                let next = self.materials.len();
+                let name = rest.to_owned();
+                self.material = Some(*self.materials.entry(name).or_insert(next));
+                if self.material == Some(next) {
+                    self.obj.materials.push((line, rest.to_owned()));
+                }
                 self.current = Default::default();
             }
             "mtllib" if rest.is_empty() => return Err("mtllib without a file".to_owned()),
@@ -194,18 +209,11 @@ impl Reader {
         if let Some(part) = *current {
             return part;
         }
-        let material = self.material.as_ref().map(|(line, name)| {
-            let next = self.obj.materials.len();
-            *self.materials.entry(name.clone()).or_insert_with(|| {
-                self.obj.materials.push((*line, name.clone()));
-                next
-            })
-        });
-        let key = (self.group.clone(), material, complete);
+        let key = (self.group, self.material, complete);
         let part = *self.parts.entry(key).or_insert_with(|| {
             self.obj.parts.push(Part {
-                group: self.group.clone(),
-                material,
+                group: self.group,
+                material: self.material,
                 line,
                 faces: String::new(),
             });
@@ -286,16 +294,17 @@ mod tests {
         let parts: Vec<_> = obj
             .parts
             .iter()
-            .map(|p| (p.group.as_str(), p.material, p.line))
+            .map(|p| (p.group, p.material, p.line))
             .collect();
         let expected = [
-            ("a", None, 7),
-            ("a", None, 8),
-            ("a", Some(0), 10),
-            ("b", Some(0), 12),
-            ("a", Some(0), 18),
+            (Some(0), None, 7),
+            (Some(0), None, 8),
+            (Some(0), Some(0), 10),
+            (Some(1), Some(0), 12),
+            (Some(0), Some(0), 18),
         ];
         assert_eq!(parts, expected);
+        assert_eq!(obj.groups, ["a", "b"]);
         assert_eq!(obj.left_out, 2);
         assert_eq!(obj.materials, [(9, "m".to_owned())]);
         assert_eq!(

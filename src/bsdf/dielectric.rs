@@ -43,6 +43,12 @@ impl Dielectric {
         Self { ior, tint, facets }
     }
 
+    /// Refractive index, inside over outside.
+    #[inline]
+    pub fn ior(&self) -> f32 {
+        self.ior
+    }
+
     /// Whether both lobes are deltas.
     #[inline]
     pub fn is_delta(&self) -> bool {

@@ -64,6 +64,16 @@ impl Bsdf {
         }
     }
 
+    /// Refractive index inside over outside; 1 for what lets no light through.
+    #[inline]
+    pub fn ior(&self) -> f32 {
+        match self {
+            Self::Dielectric(model) => model.ior(),
+            Self::Principled(model) => model.ior(),
+            Self::Diffuse(_) | Self::Mirror(_) | Self::Conductor(_) => 1.0,
+        }
+    }
+
     /// Whether all lobes are deltas, so that [`Bsdf::eval`] is zero everywhere and sampling lights is in vain.
     #[inline]
     pub fn is_delta(&self) -> bool {

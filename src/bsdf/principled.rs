@@ -108,6 +108,12 @@ impl Principled {
         }
     }
 
+    /// Refractive index of the glass, inside over outside.
+    #[inline]
+    pub fn ior(&self) -> f32 {
+        self.glass.ior()
+    }
+
     /// Whether all lobes are deltas.
     #[inline]
     pub fn is_delta(&self) -> bool {

@@ -9,6 +9,8 @@ mod info;
 mod output;
 mod render;
 mod replay;
+mod report;
+mod settings;
 mod stats;
 
 use crate::error::{Error, ErrorKind};

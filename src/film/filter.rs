@@ -1,13 +1,20 @@
-//! Reconstruction filters, by importance sampling: a sample's place is drawn from the filter around its pixel, so that
-//! it belongs to that pixel alone.
+//! Reconstruction filters, importance sampled: a sample belongs to one pixel and is taken where the filter is large.
 //!
-//! Measure: pixels from the pixel's centre.
-//! Range: a radius above 0; u in [0, 1 - 2^-24].
-//! Source: Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling"; Mitchell and Netravali 1988; Harris 1978
-//! for the window. Tested below and in `tests/sampling.rs`.
+//! Measure: pixels, from the centre of the pixel; f has unit integral over the plane.
+//! Range: u in [0, 1 - 2^-24]; offsets in [-radius, radius]. A radius that is not a positive number panics.
+//! Source: Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling"; the shapes are named at each. Tested below.
 
 use crate::math::vec::Vec2;
 use std::f64::consts::PI;
+
+/// A reconstruction filter: a kind and its radius in pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilterDescription {
+    /// The shape.
+    pub kind: FilterKind,
+    /// Half the width of the support, in pixels, above 0.
+    pub radius: f64,
+}
 
 /// The shapes of reconstruction filters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,7 +23,7 @@ pub enum FilterKind {
     Box,
     /// Linear to zero.
     Tent,
-    /// A Gaussian of standard deviation radius / 3, lowered to reach zero at the radius.
+    /// A Gaussian lowered to reach zero at the radius.
     Gaussian,
     /// Mitchell and Netravali with B = C = 1/3: has negative lobes.
     Mitchell,
@@ -43,232 +50,321 @@ impl FilterKind {
             Self::Mitchell => 2.0,
         }
     }
-
-    /// The filter's value at `x` in [-1, 1] of its radius, up to a factor.
-    fn profile(self, x: f64) -> f64 {
-        let x = x.abs();
-        match self {
-            Self::Box => 1.0,
-            Self::Tent => 1.0 - x,
-            Self::Gaussian => {
-                let gaussian = |x: f64| (-4.5 * x * x).exp();
-                gaussian(x) - gaussian(1.0)
-            }
-            Self::Mitchell => mitchell(2.0 * x),
-            Self::BlackmanHarris => {
-                let phase = PI * (1.0 + x);
-                let cosine = |k: f64| (k * phase).cos();
-                0.35875 - 0.48829 * cosine(1.0) + 0.14128 * cosine(2.0) - 0.01168 * cosine(3.0)
-            }
-        }
-    }
 }
 
-/// Mitchell and Netravali's eq. 8 for B = C = 1/3, on [0, 2].
-fn mitchell(x: f64) -> f64 {
-    if x < 1.0 {
-        (7.0 * x - 12.0) * x * x + 16.0 / 3.0
-    } else {
-        ((-7.0 / 3.0 * x + 12.0) * x - 20.0) * x + 32.0 / 3.0
-    }
-}
+/// Cells over [0, radius]. A multiple of 14, so that Mitchell's filter has its knot (at 1/2) and its change of sign (at
+/// 4/7) between two cells: within a cell, no filter changes its sign.
+const CELLS: usize = 448;
 
-/// A reconstruction filter: a kind and its radius in pixels.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FilterDescription {
-    /// The shape.
-    pub kind: FilterKind,
-    /// Half the width of the support, in pixels, above 0.
-    pub radius: f64,
-}
-
-/// A place on the film for one sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FilterSample {
-    /// From the pixel's centre, in pixels.
-    pub offset: Vec2,
-    /// The filter over the density of the place: exactly 1 for filters without negative lobes, 1 on average for others.
-    pub weight: f32,
-}
-
-/// A filter, ready to be sampled: the product of the same function of x and of y.
+/// A filter f(x) f(y), ready to be sampled.
+///
+/// The profile f is linear between tabulated values, which differ from the named shape by less than 10^-4 of its peak;
+/// sampling and evaluation use the same table, so that their ratio is exact.
 #[derive(Debug, Clone)]
 pub struct Filter {
     radius: f64,
-    kind: FilterKind,
-    /// The integral of the profile over [-1, 1].
-    integral: f64,
-    /// Equal shares of the integral of |profile|: entry i is where i / CELLS of it lie to the left.
-    quantiles: Vec<f32>,
-    /// What a sample weighs, but for its sign: the integral of |profile| over that of the profile.
-    scale: f32,
+    /// f at the ends of the cells, with unit integral over [-radius, radius].
+    values: Vec<f64>,
+    /// The share of the integral of |f| from 0 to each end of a cell; the last one is 1.
+    cumulative: Vec<f64>,
+    /// For each of `CELLS` equal steps of the cumulative share, the cell that it begins in.
+    guide: Vec<u16>,
+    /// The integral of |f| over that of f, in one dimension: 1 without negative lobes.
+    excess: f64,
 }
 
-/// Cells of the table of quantiles, and steps of the integration.
-const CELLS: usize = 1024;
-const STEPS: usize = 64 * CELLS;
+/// Where to take a sample, and what it counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilterSample {
+    /// From the centre of the pixel, in pixels.
+    pub offset: Vec2,
+    /// f over the density of the offset: 1 without negative lobes, else of either sign with mean 1.
+    pub weight: f32,
+}
 
 impl Filter {
-    /// Tabulates a filter.
+    /// The filter of a description.
+    ///
+    /// # Panics
+    ///
+    /// If the radius is not a positive number.
     pub fn new(description: &FilterDescription) -> Self {
-        let kind = description.kind;
-        let at = |step: usize| (step as f64 + 0.5) / STEPS as f64 * 2.0 - 1.0;
-        let width = 2.0 / STEPS as f64;
-        let integral = (0..STEPS).map(|i| kind.profile(at(i))).sum::<f64>() * width;
-        let absolute = (0..STEPS).map(|i| kind.profile(at(i)).abs()).sum::<f64>() * width;
-        let mut quantiles = vec![-1.0; CELLS + 1];
-        let (mut cell, mut so_far) = (1, 0.0);
-        for step in 0..STEPS {
-            let share = kind.profile(at(step)).abs() * width / absolute;
-            while cell < CELLS && so_far + share >= cell as f64 / CELLS as f64 {
-                let within = (cell as f64 / CELLS as f64 - so_far) / share;
-                quantiles[cell] = ((step as f64 + within) / STEPS as f64 * 2.0 - 1.0) as f32;
-                cell += 1;
-            }
-            so_far += share;
+        let FilterDescription { kind, radius } = *description;
+        assert!(
+            radius > 0.0 && radius.is_finite(),
+            "the radius of a filter is a positive number"
+        );
+        let mut values: Vec<f64> = (0..=CELLS)
+            .map(|i| profile(kind, i as f64 / CELLS as f64))
+            .collect();
+
+        // Trapezoids are exact for a function that is linear in each cell.
+        let areas: Vec<f64> = values
+            .windows(2)
+            .map(|ends| 0.5 * (ends[0] + ends[1]))
+            .collect();
+        let integral: f64 = areas.iter().sum();
+        let total: f64 = areas.iter().map(|area| area.abs()).sum();
+        let mut cumulative = vec![0.0];
+        let mut sum = 0.0;
+        for area in areas {
+            sum += area.abs();
+            cumulative.push(sum / total);
         }
-        quantiles[CELLS] = 1.0;
+
+        let cell_of = |share: f64| cumulative[1..CELLS].partition_point(|&end| end <= share);
+        let guide = (0..CELLS)
+            .map(|step| cell_of(step as f64 / CELLS as f64) as u16)
+            .collect();
+        let unit = 2.0 * integral * radius / CELLS as f64;
+        values.iter_mut().for_each(|value| *value /= unit);
         Self {
-            radius: description.radius,
-            kind,
-            integral,
-            quantiles,
-            scale: (absolute / integral) as f32,
+            radius,
+            values,
+            cumulative,
+            guide,
+            excess: total / integral,
         }
     }
 
-    /// A place for a sample.
+    /// Half the width of the support, in pixels.
+    pub fn radius(&self) -> f64 {
+        self.radius
+    }
+
+    /// An offset with density |f| over its integral.
     #[inline]
     pub fn sample(&self, u: Vec2) -> FilterSample {
-        let (x, weight_x) = self.sample_1d(u.x);
-        let (y, weight_y) = self.sample_1d(u.y);
+        let (x, x_weight) = self.sample_axis(u.x);
+        let (y, y_weight) = self.sample_axis(u.y);
         FilterSample {
-            offset: self.radius as f32 * Vec2::new(x, y),
-            weight: weight_x * weight_y,
+            offset: Vec2::new(x, y),
+            weight: (x_weight * y_weight) as f32,
         }
     }
 
-    /// The filter's value at an offset in pixels; its integral is 1.
-    pub fn evaluate(&self, offset: Vec2) -> f64 {
-        let value = |x: f32| {
-            let x = f64::from(x) / self.radius;
-            if x.abs() > 1.0 {
-                0.0
-            } else {
-                self.kind.profile(x) / (self.integral * self.radius)
-            }
-        };
-        value(offset.x) * value(offset.y)
+    /// f at an offset; 0 outside of the support.
+    pub fn evaluate(&self, offset: Vec2) -> f32 {
+        (self.evaluate_axis(offset.x.into()) * self.evaluate_axis(offset.y.into())) as f32
     }
 
+    /// One coordinate and its factor of the weight. The map from `u` rises, so that strata stay strata.
     #[inline]
-    fn sample_1d(&self, u: f32) -> (f32, f32) {
-        let scaled = u * CELLS as f32;
-        let cell = (scaled as usize).min(CELLS - 1);
-        let (from, to) = (self.quantiles[cell], self.quantiles[cell + 1]);
-        let x = from + (scaled - cell as f32) * (to - from);
-        let negative = self.kind == FilterKind::Mitchell && x.abs() > MITCHELL_ZERO;
-        (x, if negative { -self.scale } else { self.scale })
+    fn sample_axis(&self, u: f32) -> (f32, f64) {
+        let signed = 2.0 * f64::from(u) - 1.0;
+        let share = signed.abs();
+        // A share of 1 belongs to the last cell.
+        let step = ((share * CELLS as f64) as usize).min(CELLS - 1);
+        let mut cell = usize::from(self.guide[step]);
+        while cell + 1 < CELLS && self.cumulative[cell + 1] <= share {
+            cell += 1;
+        }
+        let (from, to) = (self.cumulative[cell], self.cumulative[cell + 1]);
+        let (a, b) = (self.values[cell], self.values[cell + 1]);
+        let within = invert_linear((share - from) / (to - from), a.abs(), b.abs());
+        let distance = self.radius * (cell as f64 + within) / CELLS as f64;
+        (
+            distance.copysign(signed) as f32,
+            self.excess.copysign(a + b),
+        )
+    }
+
+    fn evaluate_axis(&self, x: f64) -> f64 {
+        let position = x.abs() / self.radius * CELLS as f64;
+        if position > CELLS as f64 {
+            return 0.0;
+        }
+        let cell = (position as usize).min(CELLS - 1);
+        let within = position - cell as f64;
+        self.values[cell] * (1.0 - within) + self.values[cell + 1] * within
     }
 }
 
-/// Where Mitchell's filter changes its sign, as a share of the radius: the root of its outer cubic in (1, 2), which is
-/// 8 / 7, halved.
-const MITCHELL_ZERO: f32 = 4.0 / 7.0;
+/// The place in [0, 1] that has the share `u` before it, where the density goes from `a` to `b`, not both 0.
+#[inline]
+fn invert_linear(u: f64, a: f64, b: f64) -> f64 {
+    // The root of a x + (b - a) x^2 / 2 = u (a + b) / 2, in the form that does not cancel.
+    let root = (a * a + u * (b * b - a * a)).max(0.0).sqrt();
+    if a + root > 0.0 {
+        (u * (a + b) / (a + root)).min(1.0)
+    } else {
+        0.0
+    }
+}
+
+/// The shape of a filter at the distance `t` from its centre, in radii; t in [0, 1]. Any scale.
+fn profile(kind: FilterKind, t: f64) -> f64 {
+    match kind {
+        FilterKind::Box => 1.0,
+        FilterKind::Tent => 1.0 - t,
+        // The radius is three standard deviations.
+        FilterKind::Gaussian => (-4.5 * t * t).exp() - (-4.5_f64).exp(),
+        FilterKind::Mitchell => mitchell(2.0 * t),
+        FilterKind::BlackmanHarris => blackman_harris(t),
+    }
+}
+
+/// Mitchell and Netravali 1988, "Reconstruction Filters in Computer Graphics", eq. 8 with B = C = 1/3, times 18; x in
+/// [0, 2]. The outer piece is factored, so that its zeros, 8/7 and 2, are exact.
+fn mitchell(x: f64) -> f64 {
+    if x < 1.0 {
+        21.0 * x * x * x - 36.0 * x * x + 16.0
+    } else {
+        (x - 2.0) * (x - 2.0) * (8.0 - 7.0 * x)
+    }
+}
+
+/// Harris 1978, "On the Use of Windows for Harmonic Analysis", the minimum four-term window; t in [0, 1] from its
+/// centre, where it reaches 6e-5.
+fn blackman_harris(t: f64) -> f64 {
+    let angle = PI * t;
+    0.35875 + 0.48829 * angle.cos() + 0.14128 * (2.0 * angle).cos() + 0.01168 * (3.0 * angle).cos()
+}
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::vec::ONE_MINUS_EPSILON;
 
-    fn filters() -> impl Iterator<Item = Filter> {
-        FilterKind::ALL.iter().map(|&(_, kind)| {
-            Filter::new(&FilterDescription {
-                kind,
-                radius: kind.default_radius(),
-            })
+    const KINDS: [(FilterKind, f64); 6] = [
+        (FilterKind::Box, 0.5),
+        (FilterKind::Box, 1.3),
+        (FilterKind::Tent, 1.0),
+        (FilterKind::Gaussian, 1.5),
+        (FilterKind::Mitchell, 2.0),
+        (FilterKind::BlackmanHarris, 2.0),
+    ];
+
+    fn filters() -> impl Iterator<Item = (FilterKind, Filter)> {
+        KINDS.into_iter().map(|(kind, radius)| {
+            let filter = Filter::new(&FilterDescription { kind, radius });
+            (kind, filter)
         })
     }
 
-    #[test]
-    fn mitchell_changes_its_sign_where_it_says() {
-        let zero = f64::from(MITCHELL_ZERO);
-        assert!(mitchell(2.0 * zero).abs() < 1e-6);
-        assert!(mitchell(2.0 * zero - 1e-3) > 0.0 && mitchell(2.0 * zero + 1e-3) < 0.0);
+    /// The midpoints of `count` equal steps of [0, 1].
+    fn midpoints(count: u32) -> impl Iterator<Item = f64> {
+        (0..count).map(move |i| (f64::from(i) + 0.5) / f64::from(count))
     }
 
     #[test]
-    fn weights_are_one_on_average_and_exactly_one_without_negative_lobes() {
-        for filter in filters() {
-            let n = 1 << 12;
-            let mean = (0..n)
-                .map(|i| f64::from(filter.sample_1d((i as f32 + 0.5) / n as f32).1))
+    fn mitchells_pieces_are_the_published_cubic() {
+        let (b, c) = (1.0 / 3.0, 1.0 / 3.0);
+        for x in midpoints(100).map(|t| 2.0 * t) {
+            let published = if x < 1.0 {
+                (12.0 - 9.0 * b - 6.0 * c) * x.powi(3)
+                    + (-18.0 + 12.0 * b + 6.0 * c) * x.powi(2)
+                    + (6.0 - 2.0 * b)
+            } else {
+                (-b - 6.0 * c) * x.powi(3)
+                    + (6.0 * b + 30.0 * c) * x.powi(2)
+                    + (-12.0 * b - 48.0 * c) * x
+                    + (8.0 * b + 24.0 * c)
+            };
+            assert!((mitchell(x) - 3.0 * published).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_table_is_the_shape_with_unit_integral() {
+        for (kind, filter) in filters() {
+            let radius = filter.radius();
+            let integral: f64 = midpoints(10_000)
+                .map(|t| 2.0 * radius * profile(kind, t))
                 .sum::<f64>()
-                / f64::from(n);
-            assert!((mean - 1.0).abs() < 1e-3, "{:?} {mean}", filter.kind);
-            if filter.kind != FilterKind::Mitchell {
-                assert_eq!(
-                    filter.sample(Vec2::new(0.3, 0.9)).weight,
-                    1.0,
-                    "{:?}",
-                    filter.kind
-                );
+                / 1e4;
+            let peak = filter.evaluate_axis(0.0);
+            let mut sum = 0.0;
+            for t in midpoints(10_000) {
+                let value = filter.evaluate_axis(radius * t);
+                let exact = profile(kind, t) / integral;
+                assert!((value - exact).abs() < 1e-4 * peak, "{kind:?} at {t}");
+                assert_eq!(value, filter.evaluate_axis(-radius * t));
+                sum += 2.0 * radius * value / 1e4;
             }
+            assert!((sum - 1.0).abs() < 1e-7, "{kind:?}: {sum}");
+            assert_eq!(filter.evaluate_axis(1.001 * radius), 0.0);
         }
     }
 
+    /// Equidistant numbers leave only a rounding: every bin's share of the samples, times the excess and the sign, is the
+    /// integral of f over the bin, to the 2^-16 of one sample at either end of each of its pieces.
     #[test]
-    fn places_follow_the_filter() {
-        // The mean of |x| and of x^2 under the filter, by quadrature and by samples.
-        for filter in filters() {
-            let n = 1 << 16;
-            let grid = |i: i32| (f64::from(i) + 0.5) / f64::from(n);
-            for moment in [1, 2] {
-                let sampled = (0..n)
-                    .map(|i| {
-                        let (x, weight) = filter.sample_1d(grid(i) as f32);
-                        f64::from(x).abs().powi(moment) * f64::from(weight)
-                    })
+    fn samples_are_distributed_as_the_filter_is() {
+        const SAMPLES: u32 = 1 << 16;
+        const BINS: usize = 50;
+        for (kind, filter) in filters() {
+            let width = 2.0 * filter.radius() / BINS as f64;
+            let mut shares = [0.0; BINS];
+            for u in midpoints(SAMPLES) {
+                let (x, weight) = filter.sample_axis(u as f32);
+                let bin = ((f64::from(x) + filter.radius()) / width) as usize;
+                shares[bin.min(BINS - 1)] += weight / f64::from(SAMPLES);
+            }
+            for (bin, share) in shares.into_iter().enumerate() {
+                let integral: f64 = midpoints(1000)
+                    .map(|t| filter.evaluate_axis((bin as f64 + t) * width - filter.radius()))
                     .sum::<f64>()
-                    / f64::from(n);
-                let exact = (0..n)
-                    .map(|i| {
-                        let x = 2.0 * grid(i) - 1.0;
-                        x.abs().powi(moment) * filter.kind.profile(x) / filter.integral
-                    })
-                    .sum::<f64>()
-                    * 2.0
-                    / f64::from(n);
+                    * width
+                    / 1000.0;
+                let bound = 5.0 / f64::from(SAMPLES) + 1e-6;
                 assert!(
-                    (sampled - exact).abs() < 1e-3,
-                    "{:?}: {sampled} {exact}",
-                    filter.kind
+                    (share - integral).abs() < bound,
+                    "{kind:?}, bin {bin}: {share} {integral}"
                 );
             }
         }
     }
 
     #[test]
-    fn places_stay_within_the_radius_and_the_integral_is_one() {
-        for filter in filters() {
-            for u in [0.0, 0.5, ONE_MINUS_EPSILON] {
-                let offset = filter
-                    .sample(Vec2::new(u, 1.0 - u.max(f32::EPSILON)))
-                    .offset;
-                assert!(offset.abs().max_element() <= filter.radius as f32);
+    fn weights_are_one_without_negative_lobes_and_one_on_average_with_them() {
+        for (kind, filter) in filters() {
+            let weights: Vec<f64> = midpoints(1 << 16)
+                .map(|u| filter.sample_axis(u as f32).1)
+                .collect();
+            if kind == FilterKind::Mitchell {
+                let mean = weights.iter().sum::<f64>() / weights.len() as f64;
+                // Two changes of sign on either side, each at one of 65536 samples.
+                assert!(
+                    (mean - 1.0).abs() < 4.0 * 2.0 * filter.excess / 65536.0,
+                    "{mean}"
+                );
+                assert!(filter.excess > 1.0 && weights.iter().all(|w| w.abs() == filter.excess));
+            } else {
+                assert!(weights.iter().all(|&weight| weight == 1.0), "{kind:?}");
             }
-            let n = 200;
-            let step = 2.0 * filter.radius / f64::from(n);
-            let at = |i: i32| (-filter.radius + (f64::from(i) + 0.5) * step) as f32;
-            let integral: f64 = (0..n)
-                .flat_map(|i| (0..n).map(move |j| (i, j)))
-                .map(|(i, j)| filter.evaluate(Vec2::new(at(i), at(j))) * step * step)
-                .sum();
-            assert!(
-                (integral - 1.0).abs() < 1e-3,
-                "{:?} {integral}",
-                filter.kind
-            );
+        }
+    }
+
+    #[test]
+    fn the_ends_are_in_range_the_middle_is_the_centre_and_the_map_rises() {
+        for (_, filter) in filters() {
+            let radius = filter.radius() as f32;
+            let sample = |u| filter.sample(Vec2::splat(u)).offset.x;
+            assert_eq!(sample(0.0), -radius);
+            assert_eq!(sample(0.5), 0.0);
+            let last = sample(ONE_MINUS_EPSILON);
+            assert!(last > 0.9 * radius && last <= radius);
+            let mut before = -radius;
+            for i in 0..=4096_u32 {
+                let u = (i as f32 / 4096.0).min(ONE_MINUS_EPSILON);
+                let x = sample(u);
+                assert!(x >= before && x <= radius);
+                before = x;
+                if i > 0 && i < 4096 {
+                    assert_eq!(x, -sample(1.0 - u));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_plane_is_the_product_of_its_axes() {
+        for (_, filter) in filters() {
+            let sample = filter.sample(Vec2::new(0.02, 0.6));
+            let density = f64::from(filter.evaluate(sample.offset).abs()) / filter.excess.powi(2);
+            let expected = filter.evaluate(sample.offset) / density as f32;
+            assert!((sample.weight - expected).abs() < 1e-5);
         }
     }
 }

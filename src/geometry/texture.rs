@@ -1,7 +1,7 @@
 //! A colour that varies over a surface.
 //!
-//! Measure: linear Rec. 709; uv in [0, 1] over the picture, v up.
-//! Range: any finite uv: the picture repeats.
+//! Measure: linear Rec. 709; uv in [0, 1] over the picture, v up: v = 0 is the lower edge of its last row.
+//! Range: any finite uv: the picture repeats. Another uv gives some colour, which may not be finite.
 //! Source: bilinear interpolation between texel centres. Tested below.
 
 use crate::image::Image;
@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub enum Texture {
     /// A picture.
     Image {
-        /// Linear values; shared by all textures of one file.
+        /// Linear values.
         image: Arc<Image>,
         /// Multiplies every value.
         scale: f32,
@@ -29,61 +29,69 @@ pub enum Texture {
 }
 
 impl Texture {
-    /// The colour at a texture coordinate.
+    /// The colour at `uv`.
     #[inline]
     pub fn lookup(&self, uv: Vec2) -> Rgb {
         match self {
             Self::Image { image, scale } => *scale * bilinear(image, uv),
             Self::Checker { colours, repeat } => {
-                let field = (uv * *repeat).floor();
-                let odd = (field.x + field.y).rem_euclid(2.0) >= 1.0;
-                colours[usize::from(odd)]
+                let field = uv * *repeat;
+                colours[usize::from(is_odd(field.x) != is_odd(field.y))]
             }
         }
     }
 
-    /// The one colour that the texture has everywhere, if that is so.
+    /// The colour, if it is the same everywhere: just what [`Texture::lookup`] gives.
     pub fn constant(&self) -> Option<Rgb> {
         match self {
             Self::Image { image, scale } => {
-                let first = *image.pixels().first()?;
-                let same = image.pixels().iter().all(|pixel| *pixel == first);
-                same.then_some(*scale * first)
+                let (first, others) = image.pixels().split_first()?;
+                let same = others.iter().all(|texel| texel == first);
+                same.then(|| *scale * *first)
             }
             Self::Checker { colours, .. } => (colours[0] == colours[1]).then_some(colours[0]),
         }
     }
 }
 
-/// Interpolates between the four nearest texel centres.
-#[inline]
 fn bilinear(image: &Image, uv: Vec2) -> Rgb {
-    // A texel's centre is half a texel from its corner; rows go down while v goes up.
-    let (x0, x1, fx) = neighbours(uv.x, image.width());
-    let (y0, y1, fy) = neighbours(1.0 - uv.y, image.height());
-    let top = image.get(x0, y0).lerp(image.get(x1, y0), fx);
-    let bottom = image.get(x0, y1).lerp(image.get(x1, y1), fx);
-    top.lerp(bottom, fy)
+    let (left, right, x) = neighbours(uv.x, image.width());
+    // Rows go down, v goes up.
+    let (above, below, y) = neighbours(-uv.y, image.height());
+    let top = image.get(left, above).lerp(image.get(right, above), x);
+    let bottom = image.get(left, below).lerp(image.get(right, below), x);
+    top.lerp(bottom, y)
 }
 
-/// The two texels on either side of a coordinate in [0, 1], repeated, and how far it is from the first to the second.
-#[inline]
-fn neighbours(coordinate: f32, size: u32) -> (u32, u32, f32) {
-    let position = coordinate.rem_euclid(1.0) * size as f32 - 0.5;
-    let first = position.floor();
-    let index = (first + size as f32) as u32 % size;
-    (index, (index + 1) % size, position - first)
+/// The two texels, of `count` that repeat, whose centres enclose `t`, and the way from the first to the second.
+fn neighbours(t: f32, count: u32) -> (u32, u32, f32) {
+    // In [0, count], counted from the centre of the last texel of the period before.
+    let position = (t - t.floor()) * count as f32 + 0.5;
+    let whole = position as u32;
+    let second = if whole >= count { whole - count } else { whole };
+    // Only rounding, or a `t` that is not finite, can leave the range.
+    let second = second.min(count - 1);
+    let first = if second == 0 { count - 1 } else { second - 1 };
+    (first, second, position - whole as f32)
+}
+
+/// Whether the largest whole number not above `x` is odd.
+fn is_odd(x: f32) -> bool {
+    let half = 0.5 * x.floor();
+    half != half.floor()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
-    fn gradient() -> Texture {
-        let pixels = (0..4).map(|i| Rgb::grey(i as f32)).collect();
+    /// Texels 0 1 2 / 3 4 5, the row of 0 on top.
+    fn numbers() -> Texture {
+        let pixels = (0..6_u8).map(|i| Rgb::grey(f32::from(i))).collect();
         Texture::Image {
-            image: Arc::new(Image::new(2, 2, pixels)),
-            scale: 2.0,
+            image: Arc::new(Image::new(3, 2, pixels)),
+            scale: 1.0,
         }
     }
 
@@ -92,45 +100,99 @@ mod tests {
     }
 
     #[test]
-    fn texel_centres_show_their_texels_the_right_way_up() {
-        let texture = gradient();
-        // Row 0 is on top, where v is large.
-        assert_eq!(at(&texture, 0.25, 0.75), 0.0);
-        assert_eq!(at(&texture, 0.75, 0.75), 2.0);
-        assert_eq!(at(&texture, 0.25, 0.25), 4.0);
-        assert_eq!(at(&texture, 0.75, 0.25), 6.0);
-        assert_eq!(at(&texture, 0.5, 0.5), 3.0);
-    }
-
-    #[test]
-    fn the_picture_repeats_for_any_finite_coordinate() {
-        let texture = gradient();
-        assert_eq!(at(&texture, 0.25, 0.75), at(&texture, -6.75, 9.75));
-        for coordinate in [-1e30, -1e-30, 1e9, 1e30, f32::MAX] {
-            assert!(at(&texture, coordinate, -coordinate).is_finite());
+    fn texel_centres_give_the_texels_with_v_up() {
+        let texture = numbers();
+        for (v, first) in [(0.75, 0.0), (0.25, 3.0)] {
+            for (u, column) in [(0.5 / 3.0, 0.0), (0.5, 1.0), (2.5 / 3.0, 2.0)] {
+                assert!((at(&texture, u, v) - (first + column)).abs() < 1e-5);
+            }
         }
     }
 
     #[test]
-    fn checkers_alternate_also_below_zero() {
-        let colours = [Rgb::WHITE, Rgb::BLACK];
-        let texture = Texture::Checker {
-            colours,
-            repeat: Vec2::new(2.0, 2.0),
-        };
-        assert_eq!(at(&texture, 0.1, 0.1), 1.0);
-        assert_eq!(at(&texture, 0.6, 0.1), 0.0);
-        assert_eq!(at(&texture, 0.6, 0.6), 1.0);
-        assert_eq!(at(&texture, -0.1, 0.1), 0.0);
+    fn edges_blend_with_the_opposite_side() {
+        let texture = numbers();
+        // Half way between the last column and the first one.
+        assert!((at(&texture, 0.0, 0.75) - 1.0).abs() < 1e-5);
+        assert!((at(&texture, 1.0, 0.75) - 1.0).abs() < 1e-5);
+        // Half way between the two rows.
+        assert!((at(&texture, 0.5, 0.0) - 2.5).abs() < 1e-5);
+        assert!((at(&texture, 0.5, 0.5) - 2.5).abs() < 1e-5);
+        // A quarter of the way from column 1 to column 2.
+        assert!((at(&texture, 1.75 / 3.0, 0.75) - 1.25).abs() < 1e-5);
     }
 
     #[test]
-    fn one_colour_everywhere_is_a_constant() {
-        assert_eq!(gradient().constant(), None);
-        let image = Arc::new(Image::new(2, 1, vec![Rgb::grey(0.5); 2]));
-        assert_eq!(
-            Texture::Image { image, scale: 2.0 }.constant(),
-            Some(Rgb::WHITE)
-        );
+    fn the_picture_repeats_on_both_sides() {
+        let texture = numbers();
+        for (u, v) in [(0.1, 0.2), (0.6, 0.9), (0.95, 0.4)] {
+            for (du, dv) in [(1.0, 0.0), (-1.0, 3.0), (-7.0, -2.0)] {
+                assert!((at(&texture, u + du, v + dv) - at(&texture, u, v)).abs() < 1e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn a_checker_starts_with_its_first_colour_and_floors_negative_fields() {
+        let checker = Texture::Checker {
+            colours: [Rgb::BLACK, Rgb::WHITE],
+            repeat: Vec2::new(4.0, 2.0),
+        };
+        for (u, v, expected) in [
+            (0.0, 0.0, 0.0),
+            (0.1, 0.1, 0.0),
+            (0.3, 0.1, 1.0),
+            (0.3, 0.6, 0.0),
+            (-0.1, 0.1, 1.0),
+            (-0.1, -0.1, 0.0),
+            (-0.3, 0.1, 0.0),
+        ] {
+            assert_eq!(at(&checker, u, v), expected, "({u}, {v})");
+        }
+    }
+
+    #[test]
+    fn constant_textures_are_known_and_give_just_that_colour() {
+        let colour = Rgb::new(0.1, 0.7, 0.3);
+        let image = Texture::Image {
+            image: Arc::new(Image::filled(5, 3, colour)),
+            scale: 0.3,
+        };
+        let checker = Texture::Checker {
+            colours: [colour; 2],
+            repeat: Vec2::ONE,
+        };
+        for texture in [image, checker] {
+            let constant = texture.constant().expect("one colour");
+            for i in 0..100 {
+                let t = i as f32 * 0.37 - 11.0;
+                assert_eq!(texture.lookup(Vec2::new(t, 0.3 * t)), constant);
+            }
+        }
+        assert_eq!(numbers().constant(), None);
+    }
+
+    fn finite() -> impl Strategy<Value = f32> {
+        use prop::num::f32::{NORMAL, SUBNORMAL, ZERO};
+        NORMAL | SUBNORMAL | ZERO
+    }
+
+    proptest! {
+        #[test]
+        fn any_finite_uv_gives_a_colour_of_the_picture(
+            (u, v) in prop_oneof![
+                (finite(), finite()),
+                (-2.0_f32..2.0, -2.0_f32..2.0),
+            ],
+        ) {
+            let value = at(&numbers(), u, v);
+            prop_assert!((0.0..=5.0).contains(&value), "{value}");
+        }
+
+        #[test]
+        fn no_uv_panics(u: f32, v: f32) {
+            at(&numbers(), u, v);
+            at(&Texture::Checker { colours: [Rgb::BLACK; 2], repeat: Vec2::splat(1e30) }, u, v);
+        }
     }
 }

@@ -1,97 +1,136 @@
-//! Files that appear whole or not at all: written under a temporary name in the same folder, then renamed.
+//! Files that appear whole or not at all: written beside their place, then renamed.
 //!
 //! Measure: none.
-//! Range: any path; an existing file stays as it was until the new one is complete.
-//! Source: rename(2) replaces a file in one step. Tested below.
+//! Range: any path in an existing folder that can be written to. On failure an old file stays as it was, and nothing new
+//! remains.
+//! Source: rename(2) replaces its target in one step. Tested below.
 
 use crate::error::{Error, Result};
-use std::fs::Permissions;
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
+use std::path::Path;
+use tempfile::{Builder, NamedTempFile};
 
-/// Lets `fill` write the file, and puts it in its place if that went well.
-///
-/// # Errors
-/// What `fill` or the file system says; then nothing has changed.
+/// Replaces the file at `path` by what `write` writes.
 pub fn write_atomically(
     path: &Path,
-    fill: impl FnOnce(&mut BufWriter<&mut NamedTempFile>) -> io::Result<()>,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> Result<()> {
-    let failed = |error| Error::io("cannot write", path, error);
-    let mut file = create_beside(path).map_err(failed)?;
-    let mut writer = BufWriter::new(&mut file);
-    fill(&mut writer)
+    let cannot_write = |cause| Error::io("cannot write", path, cause);
+    let mut temporary = create_beside(path).map_err(cannot_write)?;
+    let mut writer = BufWriter::new(temporary.as_file_mut());
+    write(&mut writer)
         .and_then(|()| writer.flush())
-        .map_err(failed)?;
+        .map_err(cannot_write)?;
     drop(writer);
-    file.persist(path).map_err(|error| failed(error.error))?;
+    temporary
+        .persist(path)
+        .map_err(|failure| cannot_write(failure.error))?;
     Ok(())
 }
 
-/// Whether a file could be put there.
-///
-/// # Errors
-/// If not; nothing is left behind either way.
-pub fn check_writable(path: &Path) -> Result<()> {
-    let failed = |error| Error::io("cannot write", path, error);
+/// Whether [`write_atomically`] could write to `path` now.
+pub fn check_creatable(path: &Path) -> Result<()> {
+    let cannot_write = |cause| Error::io("cannot write", path, cause);
     if path.is_dir() {
-        return Err(failed(io::Error::from(io::ErrorKind::IsADirectory)));
+        return Err(cannot_write(io::ErrorKind::IsADirectory.into()));
     }
-    create_beside(path).map_err(failed)?.close().map_err(failed)
+    // Dropped, and with it removed, at once.
+    create_beside(path).map(drop).map_err(cannot_write)
 }
 
-/// A temporary file in the folder of `path`, which vanishes unless it is persisted.
+/// An empty file in the folder of `path`, with the permissions of an ordinary new file.
 fn create_beside(path: &Path) -> io::Result<NamedTempFile> {
     let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder.to_path_buf(),
-        _ => PathBuf::from("."),
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
     };
-    let mut builder = tempfile::Builder::new();
-    // As any other new file: what the process's umask leaves of it.
+    let mut builder = Builder::new();
+    builder.prefix(".etendue-").suffix(".part");
     #[cfg(unix)]
-    builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // The process's mask takes its share off; the default would be for the owner's eyes only.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    // The file's name in the error would be the temporary one: nothing that the user knows.
     builder
-        .prefix(".etendue-")
-        .suffix(".part")
         .tempfile_in(folder)
+        .map_err(|error| io::Error::from(error.kind()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ErrorKind;
 
-    #[test]
-    fn a_failure_leaves_the_old_file_and_nothing_else() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("a.txt");
-        write_atomically(&path, |file| file.write_all(b"old")).expect("the folder is writable");
-        let failure = write_atomically(&path, |file| {
-            file.write_all(b"half of the new")?;
-            Err(io::Error::other("the disk is full"))
-        });
-        assert!(
-            failure
-                .expect_err("it failed")
-                .to_string()
-                .contains("the disk is full")
-        );
-        assert_eq!(std::fs::read(&path).expect("it is still there"), b"old");
-        assert_eq!(
-            std::fs::read_dir(folder.path()).expect("it exists").count(),
-            1
-        );
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = folder.read_dir().expect("a folder");
+        entries
+            .map(|entry| {
+                entry
+                    .expect("an entry")
+                    .file_name()
+                    .to_string_lossy()
+                    .into_owned()
+            })
+            .collect()
     }
 
     #[test]
-    fn a_place_where_nothing_can_be_written_is_found_out_early() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        assert!(check_writable(&folder.path().join("a.png")).is_ok());
-        assert!(check_writable(&folder.path().join("none/a.png")).is_err());
-        assert!(check_writable(folder.path()).is_err());
-        assert_eq!(
-            std::fs::read_dir(folder.path()).expect("it exists").count(),
-            0
-        );
+    fn a_file_is_replaced_and_readable_like_any_other() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.txt");
+        for content in ["old and long", "new"] {
+            write_atomically(&path, |writer| writer.write_all(content.as_bytes()))
+                .expect("written");
+            assert_eq!(std::fs::read_to_string(&path).expect("read"), content);
+        }
+        assert_eq!(names(folder.path()), ["a.txt"]);
+
+        let ordinary = folder.path().join("ordinary");
+        std::fs::write(&ordinary, "").expect("written");
+        let permissions = |path| std::fs::metadata(path).expect("a file").permissions();
+        assert_eq!(permissions(&path), permissions(&ordinary));
+    }
+
+    #[test]
+    fn a_failing_writer_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.txt");
+        std::fs::write(&path, "old").expect("written");
+        let error = write_atomically(&path, |writer| {
+            writer.write_all(b"half of the n")?;
+            Err(io::Error::other("disk on fire"))
+        })
+        .expect_err("failed");
+        assert_eq!(error.kind(), ErrorKind::Io);
+        assert_eq!(error.file(), Some(path.as_path()));
+        assert_eq!(std::fs::read_to_string(&path).expect("read"), "old");
+        assert_eq!(names(folder.path()), ["a.txt"]);
+    }
+
+    #[test]
+    fn a_check_finds_what_would_fail_and_changes_nothing() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.txt");
+        check_creatable(&path).expect("creatable");
+        assert!(names(folder.path()).is_empty());
+        std::fs::write(&path, "old").expect("written");
+        check_creatable(&path).expect("replaceable");
+        assert_eq!(std::fs::read_to_string(&path).expect("read"), "old");
+
+        let missing_folder = folder.path().join("missing").join("a.txt");
+        for bad in [
+            missing_folder,
+            path.join("below a file"),
+            folder.path().into(),
+        ] {
+            let error = check_creatable(&bad).expect_err("not creatable");
+            assert_eq!(error.kind(), ErrorKind::Io);
+            assert_eq!(error.file(), Some(bad.as_path()));
+            assert!(write_atomically(&bad, |_| Ok(())).is_err());
+        }
+        assert_eq!(names(folder.path()), ["a.txt"]);
     }
 }

@@ -1,86 +1,266 @@
-//! OpenEXR: 32-bit float channels, lossless, with layers and facts about the picture.
+//! OpenEXR: floats as they are, with metadata and further layers.
 //!
-//! Measure: linear values; channels `R`, `G`, `B`, or `Y` for grey.
-//! Range: flat files; the first layer with colours is read.
-//! Source: the OpenEXR file layout, through the exr crate. Tested in `image/mod.rs`.
+//! Measure: linear; the data window is the picture.
+//! Range: reads the first part with R, G and B, or with Y alone, of 16 or 32 bits. Deep data and subsampled chroma are
+//! refused. Writes one part of 32-bit floats, losslessly compressed.
+//! Source: the `exr` crate. Tested below and in `mod.rs`.
 
-use super::{Image, MetadataValue, WriteOptions, checked_size};
+use super::write::{MetadataValue, WriteOptions};
+use super::{Image, checked_size};
+use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
-use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Compression, Encoding, FlatSamples, LayerAttributes,
-    LineOrder, ReadChannels, ReadLayers, Text, WritableImage, read,
+use ::exr::image::read::image::ReadLayers;
+use ::exr::meta::MetaData;
+use ::exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Compression, Encoding, FlatSamples, Layer,
+    LayerAttributes, LineOrder, ReadChannels, ReadSpecificChannel, Text, Vec2, WritableImage,
 };
 use std::io::{self, Cursor, Seek, Write};
 
-/// Writes the picture, its layers and its metadata.
-pub fn encode(image: &Image, options: &WriteOptions, file: impl Write + Seek) -> io::Result<()> {
-    let channel = |c: usize| {
-        image
-            .pixels
-            .iter()
-            .map(|pixel| pixel.to_array()[c])
-            .collect()
+/// The width of a row and the pixels while they are read: arrays, because zeroed arrays take no memory before they are
+/// written to, however large a damaged header says that the picture is.
+type Rows = (usize, Vec<[f32; 3]>);
+
+/// A picture from the bytes of an OpenEXR file.
+pub(super) fn decode(bytes: &[u8]) -> Result<Image> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(not_valid)?;
+    for header in &meta.headers {
+        checked_size(header.layer_size.0, header.layer_size.1)?;
+    }
+    let some_part_has = |names: &[&str]| {
+        meta.headers.iter().any(|header| {
+            let has = |name: &&str| header.channels.list.iter().any(|c| c.name.eq(name));
+            names.iter().all(has)
+        })
     };
-    let colours = [("R", 0), ("G", 1), ("B", 2)]
-        .map(|(name, c)| AnyChannel::new(name, FlatSamples::F32(channel(c))));
+    if some_part_has(&["R", "G", "B"]) {
+        decode_colour(bytes)
+    } else if some_part_has(&["Y"]) && !some_part_has(&["RY"]) {
+        decode_grey(bytes)
+    } else {
+        let names: Vec<String> = meta
+            .headers
+            .iter()
+            .flat_map(|header| header.channels.list.iter())
+            .map(|channel| channel.name.to_string())
+            .collect();
+        Err(Error::scene(format!(
+            "an OpenEXR file with the channels {}: expected R, G and B, or Y alone",
+            names.join(", ")
+        )))
+    }
+}
+
+fn decode_colour(bytes: &[u8]) -> Result<Image> {
+    let channels = ::exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| new_rows(size),
+            |rows, at, (r, g, b): (f32, f32, f32)| set_pixel(rows, at, [r, g, b]),
+        );
+    finish(
+        channels
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes)),
+    )
+}
+
+fn decode_grey(bytes: &[u8]) -> Result<Image> {
+    let channels = ::exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .specific_channels()
+        .required("Y")
+        .collect_pixels(
+            |size, _| new_rows(size),
+            |rows, at, (y,): (f32,)| set_pixel(rows, at, [y; 3]),
+        );
+    finish(
+        channels
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes)),
+    )
+}
+
+fn new_rows(size: Vec2<usize>) -> Rows {
+    (size.0, vec![[0.0; 3]; size.0 * size.1])
+}
+
+fn set_pixel((width, pixels): &mut Rows, Vec2(x, y): Vec2<usize>, pixel: [f32; 3]) {
+    pixels[y * *width + x] = pixel;
+}
+
+fn finish<Channels>(
+    read: ::exr::error::Result<
+        ::exr::prelude::Image<Layer<::exr::image::SpecificChannels<Rows, Channels>>>,
+    >,
+) -> Result<Image> {
+    let layer = read.map_err(not_valid)?.layer_data;
+    let (width, height) = checked_size(layer.size.0, layer.size.1)?;
+    let (_, pixels) = layer.channel_data.pixels;
+    let pixels = pixels.into_iter().map(Rgb::from).collect();
+    Ok(Image::new(width, height, pixels))
+}
+
+fn not_valid(cause: ::exr::error::Error) -> Error {
+    Error::scene(format!("not a valid OpenEXR file: {cause}")).because(cause)
+}
+
+/// Writes `image` with its metadata and layers as an OpenEXR file.
+pub(super) fn encode(
+    writer: impl Write + Seek,
+    image: &Image,
+    options: &WriteOptions,
+) -> io::Result<()> {
+    let colours = ["R", "G", "B"].into_iter().enumerate().map(|(i, name)| {
+        let samples = image.pixels().iter().map(|pixel| pixel.to_array()[i]);
+        channel(name, samples.collect())
+    });
     let layers = options
         .layers
         .iter()
-        .map(|layer| AnyChannel::new(layer.name.as_str(), FlatSamples::F32(layer.samples.clone())));
-    let channels = AnyChannels::sort(colours.into_iter().chain(layers).collect());
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        line_order: LineOrder::Increasing,
-        ..Encoding::FAST_LOSSLESS
-    };
-    let size = (image.width as usize, image.height as usize);
-    let layer = exr::prelude::Layer::new(size, LayerAttributes::default(), encoding, channels);
-    let mut picture = exr::prelude::Image::from_layer(layer);
+        .map(|layer| channel(&layer.name, layer.samples.clone()));
+    let part = Layer::new(
+        (image.width() as usize, image.height() as usize),
+        LayerAttributes::default(),
+        Encoding {
+            compression: Compression::ZIP16,
+            line_order: LineOrder::Increasing,
+            ..Encoding::UNCOMPRESSED
+        },
+        AnyChannels::sort(colours.chain(layers).collect()),
+    );
+    let mut file = ::exr::prelude::Image::from_layer(part);
     for (name, value) in &options.metadata {
-        let value = match value {
-            MetadataValue::Text(text) => {
-                AttributeValue::Text(Text::new_or_none(text).unwrap_or_default())
-            }
-            MetadataValue::Number(number) => AttributeValue::F64(*number),
-        };
-        picture
-            .attributes
-            .other
-            .insert(Text::from(name.as_str()), value);
+        file.attributes.other.insert(text(name), attribute(value));
     }
-    picture.write().to_buffered(file).map_err(io::Error::other)
+    file.write()
+        .to_buffered(writer)
+        .map_err(|error| match error {
+            ::exr::error::Error::Io(error) => error,
+            other => io::Error::other(other),
+        })
 }
 
-/// Reads a picture, or says why not.
-pub fn decode(bytes: &[u8]) -> Result<Image, String> {
-    let picture = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|error| format!("not an EXR picture that can be read: {error}"))?;
-    let layer = picture.layer_data;
-    let (width, height) = checked_size(layer.size.0, layer.size.1)?;
-    let find = |name: &str| {
-        layer
-            .channel_data
-            .list
-            .iter()
-            .find(|channel| channel.name.eq(name))
-    };
-    let grey = find("Y");
-    let [red, green, blue] = ["R", "G", "B"].map(|name| find(name).or(grey));
-    let (Some(red), Some(green), Some(blue)) = (red, green, blue) else {
-        return Err("an EXR picture without channels R, G and B, or Y".to_owned());
-    };
-    let values = [red, green, blue].map(|channel| channel.sample_data.values_as_f32());
-    let [red, green, blue] = values;
-    let pixels = red
-        .zip(green)
-        .zip(blue)
-        .map(|((r, g), b)| Rgb::new(r, g, b))
-        .collect();
-    Ok(Image::new(width, height, pixels))
+fn channel(name: &str, samples: Vec<f32>) -> AnyChannel<FlatSamples> {
+    AnyChannel::new(text(name), FlatSamples::F32(samples))
+}
+
+fn attribute(value: &MetadataValue) -> AttributeValue {
+    match value {
+        MetadataValue::Text(value) => AttributeValue::Text(text(value)),
+        MetadataValue::Real(value) => AttributeValue::F64(*value),
+        // OpenEXR has no integers of 64 bits.
+        MetadataValue::Integer(value) => match i32::try_from(*value) {
+            Ok(value) => AttributeValue::I32(value),
+            Err(_) => AttributeValue::Text(text(&value.to_string())),
+        },
+    }
+}
+
+/// OpenEXR's strings are UTF-8; the crate's own conversion panics beyond Latin-1.
+fn text(string: &str) -> Text {
+    Text::from_slice_unchecked(string.as_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::sample_image;
+    use super::super::write::Layer as ExtraLayer;
+    use super::*;
+
+    fn encoded(image: &Image, options: &WriteOptions) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        encode(&mut bytes, image, options).expect("encoded");
+        bytes.into_inner()
+    }
+
+    #[test]
+    fn a_picture_comes_back_bit_for_bit_whatever_its_layers() {
+        let image = sample_image();
+        let albedo = ExtraLayer {
+            name: "albedo.R".into(),
+            samples: (0..13 * 7).map(|i| i as f32).collect(),
+        };
+        let options = WriteOptions {
+            layers: vec![albedo.clone()],
+            ..WriteOptions::default()
+        };
+        let bytes = encoded(&image, &options);
+        assert_eq!(decode(&bytes).expect("a picture"), image);
+
+        let file = ::exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_buffered(Cursor::new(bytes))
+            .expect("an OpenEXR file");
+        let channels = &file.layer_data.channel_data.list;
+        let layer = channels.iter().find(|channel| channel.name.eq("albedo.R"));
+        assert_eq!(
+            layer.expect("the layer").sample_data,
+            FlatSamples::F32(albedo.samples)
+        );
+    }
+
+    #[test]
+    fn the_same_picture_gives_the_same_bytes() {
+        let image = Image::filled(300, 200, Rgb::new(0.1, 0.2, 0.3));
+        let options = WriteOptions::default();
+        assert_eq!(encoded(&image, &options), encoded(&image, &options));
+    }
+
+    #[test]
+    fn metadata_are_attributes_of_their_types() {
+        let scene = "/tmp/sch\u{f6}n/\u{65e5}\u{672c}.toml";
+        let options = WriteOptions {
+            metadata: vec![
+                ("etendue.scene".into(), MetadataValue::Text(scene.into())),
+                ("etendue.seconds".into(), MetadataValue::Real(0.1)),
+                ("etendue.spp".into(), MetadataValue::Integer(64)),
+                ("etendue.samples".into(), MetadataValue::Integer(1 << 40)),
+            ],
+            ..WriteOptions::default()
+        };
+        let bytes = encoded(&sample_image(), &options);
+        let meta = MetaData::read_from_buffered(Cursor::new(&bytes), true).expect("meta data");
+        let header = &meta.headers[0];
+        let find = |name: &str| {
+            let attributes = &header.own_attributes.other;
+            attributes
+                .get(&text(name))
+                .or(header.shared_attributes.other.get(&text(name)))
+        };
+        assert_eq!(
+            find("etendue.scene"),
+            Some(&AttributeValue::Text(text(scene)))
+        );
+        assert_eq!(find("etendue.seconds"), Some(&AttributeValue::F64(0.1)));
+        assert_eq!(find("etendue.spp"), Some(&AttributeValue::I32(64)));
+        let samples = AttributeValue::Text(text("1099511627776"));
+        assert_eq!(find("etendue.samples"), Some(&samples));
+    }
+
+    #[test]
+    fn luminance_alone_is_grey_and_other_channels_are_named() {
+        let single = |name: &str| {
+            let channels =
+                AnyChannels::sort([channel(name, vec![0.25, 4.0])].into_iter().collect());
+            let mut bytes = Cursor::new(Vec::new());
+            ::exr::prelude::Image::from_channels((2, 1), channels)
+                .write()
+                .to_buffered(&mut bytes)
+                .expect("encoded");
+            decode(bytes.get_ref())
+        };
+        let grey = single("Y").expect("a picture");
+        assert_eq!(grey.pixels(), [Rgb::grey(0.25), Rgb::grey(4.0)]);
+        let depth = single("Z").expect_err("no colour");
+        assert!(depth.to_string().contains("channels Z"), "{depth}");
+    }
 }

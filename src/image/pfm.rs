@@ -1,84 +1,130 @@
-//! Portable float map: the plainest file of floats.
+//! PFM: a short text header, then floats.
 //!
-//! Measure: linear values.
-//! Range: `PF` (colour) and `Pf` (grey), either byte order; written little-endian.
-//! Source: Debevec, "PFM Portable FloatMap Image Format": rows from the bottom up, a negative scale means little-endian.
-//! Tested in `image/mod.rs`.
+//! Measure: linear; rows from the bottom to the top.
+//! Range: `PF` (colour) and `Pf` (grey), either byte order; the magnitude of the scale is not applied, as in other
+//! readers. Written little-endian.
+//! Source: Debevec's description of PFM. Tested below.
 
 use super::{Image, checked_size};
+use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
 use std::io::{self, Write};
 
-/// Writes the picture.
-pub fn encode(image: &Image, mut file: impl Write) -> io::Result<()> {
-    write!(file, "PF\n{} {}\n-1.0\n", image.width, image.height)?;
-    for row in image.pixels.chunks(image.width as usize).rev() {
-        for value in row.iter().flat_map(|pixel| pixel.to_array()) {
-            file.write_all(&value.to_le_bytes())?;
+/// A picture from the bytes of a PFM file.
+pub(super) fn decode(bytes: &[u8]) -> Result<Image> {
+    let header = Header::parse(bytes)
+        .ok_or_else(|| Error::scene("not a valid PFM file: expected width, height and scale"))?;
+    let (width, height) = checked_size(header.width, header.height)?;
+    let (samples, _) = bytes[header.length..].as_chunks::<4>();
+    let row_length = header.width * header.channels;
+    let expected = row_length * header.height;
+    if samples.len() < expected {
+        return Err(Error::scene(format!(
+            "not a valid PFM file: {} samples of {expected}",
+            samples.len()
+        )));
+    }
+    let value = |sample| match header.little_endian {
+        true => f32::from_le_bytes(sample),
+        false => f32::from_be_bytes(sample),
+    };
+    let pixels = samples[..expected]
+        .chunks_exact(row_length)
+        .rev()
+        .flat_map(|row| row.chunks_exact(header.channels))
+        .map(|pixel| match *pixel {
+            [r, g, b] => Rgb::new(value(r), value(g), value(b)),
+            _ => Rgb::grey(value(pixel[0])),
+        })
+        .collect();
+    Ok(Image::new(width, height, pixels))
+}
+
+/// Writes `image` as a PFM file.
+pub(super) fn encode(mut writer: impl Write, image: &Image) -> io::Result<()> {
+    // A negative scale says little-endian.
+    write!(writer, "PF\n{} {}\n-1.0\n", image.width(), image.height())?;
+    for row in image.pixels().chunks_exact(image.width() as usize).rev() {
+        for sample in row.iter().flat_map(|pixel| pixel.to_array()) {
+            writer.write_all(&sample.to_le_bytes())?;
         }
     }
     Ok(())
 }
 
-/// Reads a picture, or says why not.
-pub fn decode(bytes: &[u8]) -> Result<Image, String> {
-    let mut rest = bytes;
-    let mut word = || {
-        let start = rest.iter().position(|b| !b.is_ascii_whitespace())?;
-        let length = rest[start..].iter().position(|b| b.is_ascii_whitespace())?;
-        let word = std::str::from_utf8(&rest[start..start + length]).ok()?;
-        // One white space ends the header; values follow at once.
-        rest = &rest[start + length + 1..];
-        Some(word)
-    };
-    let header = (|| {
-        Some((
-            word()?,
-            word()?.parse().ok()?,
-            word()?.parse().ok()?,
-            word()?,
-        ))
-    })();
-    let Some((kind, width, height, scale)) = header else {
-        return Err("not a PFM picture: its header is not three lines of words".to_owned());
-    };
-    let (width, height) = checked_size(width, height)?;
-    let channels = match kind {
-        "PF" => 3,
-        "Pf" => 1,
-        _ => return Err("not a PFM picture: expected PF or Pf".to_owned()),
-    };
-    let little_endian = scale.starts_with('-');
-    let count = width as usize * height as usize * channels;
-    if rest.len() != 4 * count {
-        return Err(format!(
-            "a PFM picture of {} bytes; {width} x {height} pixels take {}",
-            rest.len(),
-            4 * count
-        ));
-    }
-    let values: Vec<f32> = rest
-        .as_chunks()
-        .0
-        .iter()
-        .map(|&b| {
-            if little_endian {
-                f32::from_le_bytes(b)
-            } else {
-                f32::from_be_bytes(b)
-            }
+struct Header {
+    channels: usize,
+    width: usize,
+    height: usize,
+    little_endian: bool,
+    /// In bytes: the samples follow.
+    length: usize,
+}
+
+impl Header {
+    /// Four words, each ended by one byte of white space or more, the last by exactly one.
+    fn parse(bytes: &[u8]) -> Option<Self> {
+        let mut length = 0;
+        let mut word = || {
+            length += bytes[length..]
+                .iter()
+                .position(|b| !b.is_ascii_whitespace())?;
+            let start = length;
+            length += bytes[start..].iter().position(u8::is_ascii_whitespace)?;
+            let word = std::str::from_utf8(&bytes[start..length]).ok();
+            length += 1;
+            word
+        };
+        let channels = match word()? {
+            "PF" => 3,
+            "Pf" => 1,
+            _ => return None,
+        };
+        let width = word()?.parse().ok()?;
+        let height = word()?.parse().ok()?;
+        let scale: f64 = word()?.parse().ok()?;
+        Some(Self {
+            channels,
+            width,
+            height,
+            little_endian: scale < 0.0,
+            length,
         })
-        .collect();
-    let rows = values.chunks(width as usize * channels).rev();
-    let pixel = |p: &[f32]| {
-        if channels == 3 {
-            Rgb::new(p[0], p[1], p[2])
-        } else {
-            Rgb::grey(p[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::sample_image;
+    use super::*;
+
+    #[test]
+    fn a_picture_comes_back_bit_for_bit() {
+        let mut bytes = Vec::new();
+        encode(&mut bytes, &sample_image()).expect("encoded");
+        assert_eq!(decode(&bytes).expect("a picture"), sample_image());
+    }
+
+    #[test]
+    fn grey_and_big_endian_files_are_read_with_their_last_row_on_top() {
+        let mut bytes = b"Pf\n1 2\n1.0\n".to_vec();
+        bytes.extend(1.0_f32.to_be_bytes());
+        bytes.extend(2.0_f32.to_be_bytes());
+        let image = decode(&bytes).expect("a picture");
+        assert_eq!(image.pixels(), [Rgb::grey(2.0), Rgb::grey(1.0)]);
+    }
+
+    #[test]
+    fn bad_headers_and_missing_samples_are_errors() {
+        for text in [
+            "PF\n",
+            "PF\n1 1\n",
+            "PF\n-1 1\n-1.0\n",
+            "PF\n1 1\nx\n",
+            "PF\n99999 99999\n-1.0\n",
+            "PF\n1 1\n-1.0\n12345678",
+        ] {
+            assert!(decode(text.as_bytes()).is_err(), "{text}");
         }
-    };
-    let pixels = rows
-        .flat_map(|row| row.chunks(channels).map(pixel))
-        .collect();
-    Ok(Image::new(width, height, pixels))
+    }
 }

@@ -1,86 +1,178 @@
-//! The formats of the image crate: PNG and JPEG, and Radiance HDR.
+//! Reading PNG, JPEG and Radiance HDR through the `image` crate.
 //!
-//! Measure: PNG and JPEG hold sRGB codes or linear values in 8 or 16 bits; HDR linear values with a shared exponent.
-//! Range: an alpha channel is dropped; PNG is written clamped to [0, 1].
-//! Source: the image crate. Tested in `image/mod.rs`.
+//! Measure: integer samples are codes of the colour space asked for, over their maximum; HDR's floats are linear.
+//! Range: 8 and 16 bits, grey, palette and colour; alpha is dropped, embedded profiles and HDR's EXPOSURE are not applied.
+//! Source: the crate's decoders. Tested below and, with HDR, in `hdr.rs`.
 
-use super::{ColourSpace, Image, LARGEST_SIDE, checked_size, srgb};
+use super::srgb::to_linear;
+use super::{ColourSpace, Image, MAX_PIXELS, MAX_SIDE, checked_size};
+use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
-use ::image::codecs::hdr::HdrEncoder;
-use ::image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use ::image::{ExtendedColorType, ImageEncoder, ImageReader, Limits};
-use std::io::{self, Cursor, Write};
+use ::image::codecs::hdr::HdrDecoder;
+use ::image::codecs::jpeg::JpegDecoder;
+use ::image::codecs::png::PngDecoder;
+use ::image::{ImageDecoder, ImageError, Limits};
+use std::io::Cursor;
 
-/// Memory that decoding one picture may take, in bytes: that of the largest texture one would use.
-const LARGEST_ALLOCATION: u64 = 4 << 30;
+/// A picture from the bytes of a PNG file.
+pub(super) fn decode_png(bytes: &[u8], space: ColourSpace) -> Result<Image> {
+    let no_png = |cause| not_valid("PNG", cause);
+    let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits()).map_err(no_png)?;
+    decode(decoder, space, no_png)
+}
 
-/// Reads a picture, or says why not.
-pub fn decode(bytes: &[u8], space: ColourSpace) -> Result<Image, String> {
-    let mut reader = ImageReader::new(Cursor::new(bytes))
-        .with_guessed_format()
-        .expect("a slice in memory can be read");
-    let Some(format) = reader.format() else {
-        return Err("not a picture: expected PNG, JPEG, HDR, EXR or PFM".to_owned());
-    };
+/// A picture from the bytes of a JPEG file.
+pub(super) fn decode_jpeg(bytes: &[u8], space: ColourSpace) -> Result<Image> {
+    let no_jpeg = |cause| not_valid("JPEG", cause);
+    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(no_jpeg)?;
+    decode(decoder, space, no_jpeg)
+}
+
+/// A picture from the bytes of a Radiance HDR file.
+pub(super) fn decode_hdr(bytes: &[u8]) -> Result<Image> {
+    let no_hdr = |cause| not_valid("HDR", cause);
+    // Strict would refuse the signature #?RGBE, which many programs write.
+    let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes)).map_err(no_hdr)?;
+    decode(decoder, ColourSpace::Linear, no_hdr)
+}
+
+fn limits() -> Limits {
     let mut limits = Limits::default();
-    limits.max_image_width = Some(LARGEST_SIDE);
-    limits.max_image_height = Some(LARGEST_SIDE);
-    limits.max_alloc = Some(LARGEST_ALLOCATION);
-    reader.limits(limits);
-    let picture = reader
-        .decode()
-        .map_err(|error| format!("not a picture that can be read: {error}"))?;
-    let linear = space == ColourSpace::Linear || format == ::image::ImageFormat::Hdr;
-    let (width, height) = checked_size(picture.width() as usize, picture.height() as usize)?;
-    let decode = |code: f32| if linear { code } else { srgb::decode(code) };
-    let pixels = match picture.color() {
-        // 256 codes need no more than a table.
-        ::image::ColorType::L8
-        | ::image::ColorType::La8
-        | ::image::ColorType::Rgb8
-        | ::image::ColorType::Rgba8 => {
-            let table: Vec<f32> = (0..=255_u8)
-                .map(|code| decode(f32::from(code) / 255.0))
-                .collect();
-            let to_linear = |code: u8| table[usize::from(code)];
-            picture
-                .into_rgb8()
-                .pixels()
-                .map(|p| Rgb::from(p.0.map(to_linear)))
-                .collect()
+    limits.max_image_width = Some(MAX_SIDE as u32);
+    limits.max_image_height = Some(MAX_SIDE as u32);
+    // Four channels of 16 bits.
+    limits.max_alloc = Some(8 * MAX_PIXELS as u64);
+    limits
+}
+
+fn not_valid(format: &str, cause: ImageError) -> Error {
+    Error::scene(format!("not a valid {format} file: {cause}")).because(cause)
+}
+
+fn decode(
+    decoder: impl ImageDecoder,
+    space: ColourSpace,
+    not_valid: impl Fn(ImageError) -> Error,
+) -> Result<Image> {
+    let (width, height) = decoder.dimensions();
+    let (width, height) = checked_size(width as usize, height as usize)?;
+    let colour_type = decoder.color_type();
+    let channels = usize::from(colour_type.channel_count());
+    let sample_size = usize::from(colour_type.bytes_per_pixel()) / channels;
+
+    let mut bytes = vec![0; width as usize * height as usize * channels * sample_size];
+    decoder.read_image(&mut bytes).map_err(not_valid)?;
+    let pixels = match sample_size {
+        1 => {
+            let values = code_values(u8::MAX.into(), space);
+            gather(&bytes, channels, |[code]: [u8; 1]| {
+                values[usize::from(code)]
+            })
         }
-        _ => picture
-            .into_rgb32f()
-            .pixels()
-            .map(|p| Rgb::from(p.0.map(decode)))
-            .collect(),
+        2 => {
+            let values = code_values(u16::MAX.into(), space);
+            gather(&bytes, channels, |code| {
+                values[usize::from(u16::from_ne_bytes(code))]
+            })
+        }
+        _ => gather(&bytes, channels, f32::from_ne_bytes),
     };
     Ok(Image::new(width, height, pixels))
 }
 
-/// Writes sRGB codes of 8 bits, of the picture times 2^exposure.
-pub fn encode_png(image: &Image, exposure: f32, file: impl Write) -> io::Result<()> {
-    let gain = exposure.exp2();
-    // What is not a number shows as black.
-    let code = |x: f32| (255.0 * srgb::encode((gain * x).clamp(0.0, 1.0))).round() as u8;
-    let bytes: Vec<u8> = image
-        .pixels
-        .iter()
-        .flat_map(|p| p.to_array().map(code))
-        .collect();
-    PngEncoder::new_with_quality(file, CompressionType::Default, FilterType::Adaptive)
-        .write_image(&bytes, image.width, image.height, ExtendedColorType::Rgb8)
-        .map_err(io::Error::other)
+/// The linear value of every code from 0 to `max`.
+fn code_values(max: u32, space: ColourSpace) -> Vec<f32> {
+    (0..=max)
+        .map(|code| {
+            let value = f64::from(code) / f64::from(max);
+            match space {
+                ColourSpace::Srgb => to_linear(value) as f32,
+                ColourSpace::Linear => value as f32,
+            }
+        })
+        .collect()
 }
 
-/// Writes Radiance's shared exponents.
-pub fn encode_hdr(image: &Image, file: impl Write) -> io::Result<()> {
-    let pixels: Vec<_> = image
-        .pixels
-        .iter()
-        .map(|p| ::image::Rgb(p.to_array()))
-        .collect();
-    HdrEncoder::new(file)
-        .encode(&pixels, image.width as usize, image.height as usize)
-        .map_err(io::Error::other)
+/// Pixels of samples of `SIZE` bytes: grey with one or two channels, colour with three or four; the even ones end in
+/// alpha.
+fn gather<const SIZE: usize>(
+    bytes: &[u8],
+    channels: usize,
+    value: impl Fn([u8; SIZE]) -> f32,
+) -> Vec<Rgb> {
+    let (samples, _) = bytes.as_chunks::<SIZE>();
+    samples
+        .chunks_exact(channels)
+        .map(|pixel| match *pixel {
+            [r, g, b, ..] => Rgb::new(value(r), value(g), value(b)),
+            [grey, ..] => Rgb::grey(value(grey)),
+            [] => Rgb::BLACK,
+        })
+        .collect()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use ::image::codecs::jpeg::JpegEncoder;
+    use ::image::codecs::png::PngEncoder;
+    use ::image::{ExtendedColorType, ImageEncoder};
+
+    fn png(samples: &[u8], width: u32, colour_type: ExtendedColorType) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        PngEncoder::new(&mut bytes)
+            .write_image(samples, width, 1, colour_type)
+            .expect("encoded");
+        bytes
+    }
+
+    #[test]
+    fn eight_bit_colours_go_through_the_transfer_function_only_when_asked() {
+        let bytes = png(&[0, 128, 255, 10, 20, 30], 2, ExtendedColorType::Rgb8);
+        let linear = decode_png(&bytes, ColourSpace::Linear).expect("a picture");
+        assert_eq!(linear.get(0, 0), Rgb::new(0.0, 128.0 / 255.0, 1.0));
+        let srgb = decode_png(&bytes, ColourSpace::Srgb).expect("a picture");
+        let [r, g, b] = srgb.get(0, 0).to_array();
+        assert_eq!((r, b), (0.0, 1.0));
+        assert!((g - 0.215_860_5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn grey_fills_all_channels_and_alpha_is_dropped() {
+        let grey = png(&[51, 0], 1, ExtendedColorType::La8);
+        let grey = decode_png(&grey, ColourSpace::Linear).expect("a picture");
+        assert_eq!(grey.get(0, 0), Rgb::grey(0.2));
+        let rgba = png(&[255, 51, 0, 0], 1, ExtendedColorType::Rgba8);
+        let rgba = decode_png(&rgba, ColourSpace::Linear).expect("a picture");
+        assert_eq!(rgba.get(0, 0), Rgb::new(1.0, 0.2, 0.0));
+    }
+
+    #[test]
+    fn sixteen_bits_keep_their_precision() {
+        let samples: Vec<u8> = [1_u16, 256, 65535]
+            .into_iter()
+            .flat_map(u16::to_ne_bytes)
+            .collect();
+        let bytes = png(&samples, 1, ExtendedColorType::Rgb16);
+        let image = decode_png(&bytes, ColourSpace::Linear).expect("a picture");
+        let expected = Rgb::new(1.0 / 65535.0, 256.0 / 65535.0, 1.0);
+        assert_eq!(image.get(0, 0), expected);
+    }
+
+    /// A grey square of 8 x 8 pixels.
+    pub(in crate::image) fn jpeg() -> Vec<u8> {
+        let mut bytes = Vec::new();
+        JpegEncoder::new_with_quality(&mut bytes, 100)
+            .write_image(&[128; 8 * 8 * 3], 8, 8, ExtendedColorType::Rgb8)
+            .expect("encoded");
+        bytes
+    }
+
+    #[test]
+    fn a_jpeg_is_read() {
+        let image = decode_jpeg(&jpeg(), ColourSpace::Linear).expect("a picture");
+        assert_eq!((image.width(), image.height()), (8, 8));
+        let [r, g, b] = image.get(3, 4).to_array();
+        assert!([r, g, b].iter().all(|c| (c - 128.0 / 255.0).abs() < 0.01));
+    }
 }

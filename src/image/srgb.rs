@@ -1,11 +1,20 @@
-//! The sRGB transfer function, both ways.
+//! The sRGB transfer functions.
 //!
-//! Measure: linear light and codes, both in [0, 1].
-//! Range: outside of [0, 1] the same formulas go on; a negative value stays on the linear part.
-//! Source: IEC 61966-2-1. Tested below.
+//! Measure: both sides relative to white: 0 is black, 1 is white.
+//! Range: any number; outside of [0, 1] the power law goes on, negative values run along the linear part.
+//! Source: IEC 61966-2-1:1999. Tested below over all 256 codes.
 
-/// The code of a linear value.
-pub fn encode(linear: f32) -> f32 {
+/// The linear value that an sRGB value stands for.
+pub fn to_linear(encoded: f64) -> f64 {
+    if encoded <= 0.04045 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+/// The sRGB value that stands for a linear value.
+pub fn from_linear(linear: f64) -> f64 {
     if linear <= 0.003_130_8 {
         12.92 * linear
     } else {
@@ -13,13 +22,10 @@ pub fn encode(linear: f32) -> f32 {
     }
 }
 
-/// The linear value of a code.
-pub fn decode(code: f32) -> f32 {
-    if code <= 0.040_45 {
-        code / 12.92
-    } else {
-        ((code + 0.055) / 1.055).powf(2.4)
-    }
+/// The 8-bit code nearest to a linear value; what lies outside of [0, 1] is clamped, and a NaN is black.
+pub fn to_code(linear: f64) -> u8 {
+    // The conversion saturates.
+    (255.0 * from_linear(linear)).round() as u8
 }
 
 #[cfg(test)]
@@ -27,12 +33,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_code_comes_back() {
-        for code in 0..=255_u16 {
-            let there = decode(f32::from(code) / 255.0);
-            assert_eq!((encode(there) * 255.0).round() as u16, code);
+    fn every_code_comes_back_even_through_single_precision() {
+        for code in 0..=u8::MAX {
+            let linear = to_linear(f64::from(code) / 255.0);
+            assert_eq!(to_code(linear), code);
+            assert_eq!(to_code(f64::from(linear as f32)), code);
         }
-        // The published middle grey.
-        assert!((encode(0.214_041_14) - 0.5).abs() < 1e-5);
+    }
+
+    #[test]
+    fn both_functions_rise_and_undo_each_other() {
+        let mut last = -1.0;
+        for i in 0..=10_000 {
+            let linear = f64::from(i) / 10_000.0;
+            let encoded = from_linear(linear);
+            assert!(encoded > last);
+            // The standard's two pieces miss each other by 1e-8 or so where they meet.
+            assert!((to_linear(encoded) - linear).abs() < 1e-7);
+            last = encoded;
+        }
+    }
+
+    #[test]
+    fn codes_are_clamped() {
+        assert_eq!(to_code(-1.0), 0);
+        assert_eq!(to_code(1e30), 255);
+        assert_eq!(to_code(f64::INFINITY), 255);
+        assert_eq!(to_code(f64::NAN), 0);
     }
 }

@@ -47,6 +47,8 @@ impl PathIntegrator {
     ) -> Rgb {
         let mut radiance = Rgb::BLACK;
         let mut beta = Rgb::WHITE;
+        // Radiance is thinned by eta^2 inside glass and restored on the way out: no reason to end a path.
+        let mut eta_scale = 1.0;
         // Where the path scattered last, and with which density; `None` from the camera and from delta lobes.
         let mut scattered_from: Option<(Interaction, PdfSolidAngle)> = None;
         let mut departure = None;
@@ -99,7 +101,15 @@ impl PathIntegrator {
             beta *= sample.weight;
             observer.scattered(wi, sample.lobe, beta);
 
-            let survival = self.roulette.survival(bounce, beta);
+            if sample.lobe.is_transmission() {
+                let eta = if wo.z > 0.0 {
+                    bsdf.ior()
+                } else {
+                    1.0 / bsdf.ior()
+                };
+                eta_scale *= eta * eta;
+            }
+            let survival = self.roulette.survival(bounce, eta_scale * beta);
             if survival < 1.0 {
                 let [u] = sampler.draw(Decision::Roulette(bounce));
                 if u >= survival {

@@ -1,10 +1,11 @@
 //! Independent uniform numbers: plain Monte Carlo.
 //!
 //! Every pixel has a PCG stream of its own. Each sample owns 2^16 numbers of it, found by jumping; paths of more than
-//! 8190 bounces continue in a further stream.
+//! 8190 bounces continue in a further stream. Samples begin an odd number of steps apart: numbers a high power of two
+//! apart in one stream are correlated.
 //!
 //! Measure: uniform in [0, 1 - 2^-24].
-//! Range: sample indices below 2^48 do not repeat numbers.
+//! Range: sample indices below 2^47 do not repeat numbers.
 //! Source: O'Neill 2014 (PCG), Brown 1994 (jumping), both in rand_pcg. Tested in `tests/sampler.rs`.
 
 use super::{Decision, Sampler, hash, to_unit};
@@ -13,6 +14,9 @@ use rand_pcg::Pcg32;
 
 /// log2 of the numbers that a sample owns in one stream.
 const NUMBERS_PER_SAMPLE_BITS: u32 = 16;
+
+/// From one sample's first number to the next one's.
+const SAMPLE_STRIDE: u64 = (1 << NUMBERS_PER_SAMPLE_BITS) + 1;
 
 /// The independent sampler.
 #[derive(Debug, Clone)]
@@ -56,7 +60,8 @@ impl Independent {
         let stream_seed = hash::combine(self.pixel_seed, stream);
         self.generator = Pcg32::new(self.pixel_seed, stream_seed);
         self.generator.advance(
-            (self.sample << NUMBERS_PER_SAMPLE_BITS)
+            self.sample
+                .wrapping_mul(SAMPLE_STRIDE)
                 .wrapping_add(first - (stream << NUMBERS_PER_SAMPLE_BITS)),
         );
         self.next_slot = first;

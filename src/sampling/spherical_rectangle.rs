@@ -47,7 +47,13 @@ impl SphericalRectangle {
         let sum = sin.atan2(cos);
         // The sum exceeds 2 pi by the solid angle, which is below 2 pi itself.
         let solid_angle = if sum < 0.0 { sum + TAU } else { sum };
-        Some(Self { x, y, z2, far_angles, solid_angle })
+        Some(Self {
+            x,
+            y,
+            z2,
+            far_angles,
+            solid_angle,
+        })
     }
 
     /// The solid angle, in steradians.
@@ -69,14 +75,24 @@ impl SphericalRectangle {
         let length = (far_cos * far_cos + far_sin * far_sin).sqrt();
         let f = (cos_phi * b[0] - length * b[1]) / sin_phi;
         // x = -c z / sqrt(1 - c^2) with c = sign(f) / sqrt(f^2 + b_0^2); past the ends it becomes infinite.
-        let x = (self.z2 / (f * f + b[0] * b[0] - 1.0).max(0.0)).sqrt().copysign(f);
+        let x = (self.z2 / (f * f + b[0] * b[0] - 1.0).max(0.0))
+            .sqrt()
+            .copysign(f);
         // Rounding, and 0/0 at u = 0, end in the range.
-        let x = if x.is_nan() { self.x[0] } else { x.clamp(self.x[0], self.x[1]) };
+        let x = if x.is_nan() {
+            self.x[0]
+        } else {
+            x.clamp(self.x[0], self.x[1])
+        };
         let d2 = x * x + self.z2;
         let h = self.y.map(|y| y / (d2 + y * y).sqrt());
         let h_v = h[0] + f64::from(u.y) * (h[1] - h[0]);
         let y = h_v * (d2 / (1.0 - h_v * h_v)).sqrt();
-        let y = if y.is_nan() { self.y[0] } else { y.clamp(self.y[0], self.y[1]) };
+        let y = if y.is_nan() {
+            self.y[0]
+        } else {
+            y.clamp(self.y[0], self.y[1])
+        };
         [
             (x - self.x[0]) / (self.x[1] - self.x[0]),
             (y - self.y[0]) / (self.y[1] - self.y[0]),

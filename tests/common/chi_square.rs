@@ -220,29 +220,42 @@ impl ChiSquareTest {
             .map(|(&e, &o)| (n * e, f64::from(o)))
             .chain([(n * expected_none, f64::from(none))])
             .collect();
-        cells.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (mut statistic, mut used) = (0.0, 0_u32);
-        let mut pool = (0.0, 0.0);
-        for (e, o) in cells {
-            pool = (pool.0 + e, pool.1 + o);
-            if pool.0 >= 5.0 {
-                statistic += (pool.1 - pool.0).powi(2) / pool.0;
-                used += 1;
-                pool = (0.0, 0.0);
-            }
-        }
-        // What is left expects almost nothing: seeing much there is a failure of its own.
-        let leftover_ok = pool.1 <= 20.0;
-        let p_value = match ChiSquared::new(f64::from(used.max(2) - 1)) {
-            Ok(distribution) if leftover_ok => distribution.sf(statistic),
-            _ => 0.0,
-        };
+        let p_value = pearson(&mut cells);
         ChiSquareResult {
             p_value,
             integral,
             none: f64::from(none) / n,
         }
     }
+}
+
+/// The probability of at least the deviation of `cells`, pairs of expected and observed counts, were what is expected right.
+pub fn pearson(cells: &mut [(f64, f64)]) -> f64 {
+    cells.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (mut statistic, mut used) = (0.0, 0_u32);
+    let mut pool = (0.0, 0.0);
+    for &(e, o) in &*cells {
+        pool = (pool.0 + e, pool.1 + o);
+        if pool.0 >= 5.0 {
+            statistic += (pool.1 - pool.0).powi(2) / pool.0;
+            used += 1;
+            pool = (0.0, 0.0);
+        }
+    }
+    // What is left expects almost nothing: seeing much there is a failure of its own.
+    let leftover_ok = pool.1 <= 20.0;
+    match ChiSquared::new(f64::from(used.max(2) - 1)) {
+        Ok(distribution) if leftover_ok => distribution.sf(statistic),
+        _ => 0.0,
+    }
+}
+
+/// [`pearson`] for counts that should all be alike.
+pub fn uniformity(observed: &[u32]) -> f64 {
+    let total: f64 = observed.iter().map(|&o| f64::from(o)).sum();
+    let expected = total / observed.len() as f64;
+    let mut cells: Vec<_> = observed.iter().map(|&o| (expected, f64::from(o))).collect();
+    pearson(&mut cells)
 }
 
 /// The area of the sphere, for densities that are uniform.

@@ -1,4 +1,5 @@
-//! What integration tests share: random numbers, statistical verdicts, numeric integration, closed forms.
+//! What integration tests share: random numbers, statistical verdicts, numeric integration, closed
+//! forms, scenes, the command.
 //!
 //! Measure: as said in each module.
 //! Range: every check is deterministic: its seed is fixed.
@@ -9,7 +10,10 @@
 
 pub mod chi_square;
 pub mod closed_forms;
+#[cfg(feature = "cli")]
+pub mod command;
 pub mod quadrature;
+pub mod scenes;
 pub mod verdict;
 
 use etendue::math::vec::{Vec2, Vec3};

@@ -158,7 +158,7 @@ fn hexadecimal(text: &str) -> Option<Rgb> {
     }
     let channel = |i: usize| {
         let code = u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).ok()?;
-        Some(srgb::decode(f32::from(code) / 255.0))
+        Some(srgb::to_linear(f64::from(code) / 255.0) as f32)
     };
     Some(Rgb::new(channel(0)?, channel(1)?, channel(2)?))
 }

@@ -118,8 +118,9 @@ fn number(
     key: &'static str,
     default: f32,
     what: &str,
-    test: impl Fn(f64) -> bool,
+    test: impl Fn(f32) -> bool,
 ) -> Result<f32> {
-    let value = table.optional(key);
-    value.map_or(Ok(default), |value| value.single_where(what, test))
+    table
+        .optional(key)
+        .map_or(Ok(default), |value| value.single_where(what, test))
 }

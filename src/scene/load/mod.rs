@@ -17,6 +17,8 @@ mod shape;
 mod toml;
 mod transform;
 
+pub(crate) use reader::unknown_name;
+
 use super::description::SceneDescription;
 use crate::error::{Error, Result};
 use std::path::Path;

@@ -103,8 +103,7 @@ pub fn read(
             return Err(at(Error::scene("expected newmtl first")));
         };
         if let Some(note) = entry.set(key, rest, line).map_err(at)? {
-            let name = shown(&entry.name);
-            contents.note(format!("{}:{line}: {name}: {note}", path.display()));
+            contents.note(format!("{}:{line}: {note}", path.display()));
         }
     }
     known.extend(current.map(|entry| (entry.name.clone(), entry)));

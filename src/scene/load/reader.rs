@@ -235,16 +235,14 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// A number that passes `test` also when rounded to single precision, which may end in 0 or in infinity.
+    /// A number that is finite and passes `test` in single precision, in which shading is done.
     ///
     /// # Errors
     /// If it does not.
-    pub fn single_where(&self, what: &str, test: impl Fn(f64) -> bool) -> Result<f32> {
-        let passes = |x: f64| {
-            let single = x as f32;
-            single.is_finite() && test(f64::from(single))
-        };
-        self.number_where(what, passes).map(|x| x as f32)
+    pub fn single_where(&self, what: &str, test: impl Fn(f32) -> bool) -> Result<f32> {
+        let single = |x: f64| x as f32;
+        self.number_where(what, |x| single(x).is_finite() && test(single(x)))
+            .map(single)
     }
 
     /// A whole number from `least` to `most`.

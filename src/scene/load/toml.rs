@@ -10,7 +10,7 @@ use super::contents::Contents;
 use super::reader::{Document, Table, Value};
 use super::{material, read_text, shape};
 use crate::error::Result;
-use crate::image::LARGEST_SIDE;
+use crate::image::MAX_SIDE;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
     FilmDescription, FilterDescription, FilterKind, RenderDescription, SceneDescription, Written,
@@ -84,11 +84,7 @@ fn film(table: Option<Table<'_>>) -> Result<FilmDescription> {
             let [width, height] = sides.as_slice() else {
                 return Err(size.expected("a list of width and height"));
             };
-            let side = |value: &Value<'_>| {
-                value
-                    .whole(1, u64::from(LARGEST_SIDE))
-                    .map(|side| side as u32)
-            };
+            let side = |value: &Value<'_>| value.whole(1, MAX_SIDE as u64).map(|side| side as u32);
             (side(width)?, side(height)?)
         }
         None => (768, 512),

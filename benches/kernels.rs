@@ -1,0 +1,179 @@
+//! Nanoseconds of the parts that a path is made of: random numbers, warps, scattering, light sampling, single rays.
+//!
+//! Run: `cargo bench --bench kernels`.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use etendue::accel::{Accel, AccelOptions, Backend, Precision};
+use etendue::bsdf::principled::PrincipledParameters;
+use etendue::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Principled, conductor};
+use etendue::math::ray::Ray;
+use etendue::math::rgb::Rgb;
+use etendue::math::vec::{Vec2, Vec3};
+use etendue::sampler::{Decision, Independent, Sampler, Sobol};
+use etendue::sampling::warp;
+use etendue::scene::load::load;
+use etendue::scene::prepare::prepare;
+use std::hint::black_box;
+use std::path::Path;
+
+/// Uniform numbers to draw inputs from, the same in every run.
+fn numbers(count: usize) -> Vec<[f32; 4]> {
+    let mut sampler = Independent::new(1);
+    let draw = |i: usize| {
+        sampler.start([0, 0], i as u64);
+        sampler.draw(Decision::Light(0))
+    };
+    (0..count).map(draw).collect()
+}
+
+fn samplers(c: &mut Criterion) {
+    let mut group = c.benchmark_group("sampler");
+    let mut sample = 0;
+    let mut next = || {
+        sample += 1;
+        sample
+    };
+    let mut independent = Independent::new(0);
+    group.bench_function("independent, camera and one bounce", |b| {
+        b.iter(|| one_bounce(&mut independent, next()));
+    });
+    let mut sobol = Sobol::new(0);
+    group.bench_function("sobol, camera and one bounce", |b| {
+        b.iter(|| one_bounce(&mut sobol, next()));
+    });
+}
+
+fn one_bounce(sampler: &mut impl Sampler, sample: u64) -> f32 {
+    sampler.start([3, 5], sample);
+    let [a, ..] = sampler.draw::<4>(Decision::Camera);
+    let [b, ..] = sampler.draw::<4>(Decision::Light(0));
+    let [c, ..] = sampler.draw::<3>(Decision::Bsdf(0));
+    let [d] = sampler.draw(Decision::Roulette(0));
+    a + b + c + d
+}
+
+fn warps(c: &mut Criterion) {
+    let u = numbers(1024);
+    let mut group = c.benchmark_group("warp");
+    let mut bench = |name: &str, warp: fn(Vec2) -> Vec3| {
+        let mut i = 0;
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                i = (i + 1) % u.len();
+                warp(black_box(Vec2::new(u[i][0], u[i][1])))
+            });
+        });
+    };
+    bench("hemisphere, cosine", warp::sample_hemisphere_cosine);
+    bench("sphere, uniform", warp::sample_sphere_uniform);
+}
+
+fn scattering(c: &mut Criterion) {
+    let u = numbers(1024);
+    let (eta, k) = conductor::preset("gold").expect("gold is a preset");
+    let plastic = PrincipledParameters {
+        base_color: Rgb::grey(0.5),
+        metallic: 0.0,
+        roughness: 0.4,
+        ior: 1.5,
+        transmission: 0.0,
+    };
+    let models = [
+        ("diffuse", Bsdf::Diffuse(Diffuse::new(Rgb::grey(0.5)))),
+        ("conductor", Bsdf::Conductor(Conductor::new(eta, k, 0.3))),
+        (
+            "smooth dielectric",
+            Bsdf::Dielectric(Dielectric::new(1.5, 0.0, Rgb::WHITE)),
+        ),
+        (
+            "rough dielectric",
+            Bsdf::Dielectric(Dielectric::new(1.5, 0.3, Rgb::WHITE)),
+        ),
+        ("principled", Bsdf::Principled(Principled::new(&plastic))),
+    ];
+    let mut group = c.benchmark_group("bsdf");
+    for (name, bsdf) in models {
+        let directions: Vec<(Vec3, Vec3)> = u
+            .iter()
+            .map(|u| {
+                let up = |a, b| warp::sample_hemisphere_cosine(Vec2::new(a, b));
+                (up(u[0], u[1]), up(u[2], u[3]))
+            })
+            .collect();
+        let mut i = 0;
+        group.bench_function(format!("{name}, sample"), |b| {
+            b.iter(|| {
+                i = (i + 1) % u.len();
+                bsdf.sample(
+                    black_box(directions[i].0),
+                    u[i][2],
+                    Vec2::new(u[i][3], u[i][0]),
+                )
+            });
+        });
+        group.bench_function(format!("{name}, eval"), |b| {
+            b.iter(|| {
+                i = (i + 1) % u.len();
+                bsdf.eval(black_box(directions[i].0), directions[i].1)
+            });
+        });
+    }
+}
+
+/// Light sampling and single rays, in the suzanne-room.
+fn room(c: &mut Criterion) {
+    let file = format!(
+        "{}/scenes/suzanne-room/suzanne-room.toml",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let description = load(Path::new(&file)).expect("a scene of our own loads");
+    let u = numbers(4096);
+    for &backend in Backend::ALL {
+        for precision in [Precision::Fast, Precision::Robust] {
+            let options = AccelOptions {
+                backend,
+                precision,
+                threads: 1,
+            };
+            let scene = prepare(&description, options)
+                .expect("it was built before")
+                .scene;
+            let rays: Vec<Ray> = u
+                .iter()
+                .map(|u| {
+                    let film = Vec2::new(768.0 * u[0], 512.0 * u[1]);
+                    scene.camera.ray(film, Vec2::ZERO)
+                })
+                .collect();
+            let mut group =
+                c.benchmark_group(format!("ray/{}/{}", backend.name(), precision.name()));
+            let mut i = 0;
+            let mut next = || {
+                i = (i + 1) % rays.len();
+                &rays[i]
+            };
+            let accel: &Accel = &scene.accel;
+            group.bench_function("camera, closest", |b| {
+                b.iter(|| accel.intersect(next(), None))
+            });
+            group.bench_function("camera, occluded", |b| b.iter(|| accel.occluded(next())));
+            group.finish();
+            if (backend, precision) == (Backend::ALL[0], Precision::Fast) {
+                let hits: Vec<_> = rays
+                    .iter()
+                    .filter_map(|ray| scene.intersect(ray, None))
+                    .collect();
+                let mut i = 0;
+                c.bench_function("light/sample", |b| {
+                    b.iter(|| {
+                        i = (i + 1) % hits.len();
+                        scene.lights.sample(hits[i].p, u[i])
+                    });
+                });
+            }
+        }
+    }
+}
+
+criterion_group!(benches, samplers, warps, scattering, room);
+criterion_main!(benches);

@@ -1,0 +1,146 @@
+//! What is said after a render: statistics, samples that were not finite, the last line.
+//!
+//! Measure: seconds, samples, shares of one.
+//! Range: any render, also one that was interrupted.
+//! Source: none needed. Tested in `tests/command.rs`.
+
+use super::durations::format_duration;
+use super::output::format_percent;
+use super::render::Job;
+use super::stats::{self, ImageStats, Memory, Stats, Times};
+use super::{Outcome, print};
+use crate::error::Result;
+use crate::film::ErrorEstimate;
+use crate::image::atomic::write_atomically;
+use crate::render::{Rejected, Rendered};
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// More non-finite samples than this share make the render fail with exit code 6.
+const NON_FINITE_LIMIT: f64 = 1e-6;
+
+impl Job<'_> {
+    /// Says all of it, and how the command ends.
+    pub fn report(
+        &self,
+        outputs: &[PathBuf],
+        rendered: &Rendered,
+        error: Option<ErrorEstimate>,
+        times: Times,
+    ) -> Result<Outcome> {
+        let stats = self.stats(rendered, error, times);
+        if let Some(path) = &self.arguments.stats {
+            write_atomically(path, |file| file.write_all(stats.to_json().as_bytes()))?;
+        }
+        if self.arguments.json {
+            print(stats.to_json().as_bytes())?;
+        }
+        let rejected = rendered.rejected;
+        if rejected.count > 0 {
+            eprintln!("{}", self.describe_rejected(&rejected));
+        }
+        if !self.arguments.quiet {
+            if self.arguments.verbose {
+                eprintln!(
+                    "time: load {:.3} s, build {:.3} s, render {:.3} s, write {:.3} s",
+                    times.load, times.build, times.render, times.write
+                );
+            }
+            eprintln!("{}", last_line(outputs, rendered, &stats));
+        }
+        Ok(if rendered.cancelled {
+            Outcome::Interrupted
+        } else if rejected.count as f64 > NON_FINITE_LIMIT * stats.samples as f64 {
+            Outcome::TooManyNonFinite
+        } else {
+            Outcome::Done
+        })
+    }
+
+    fn stats(&self, rendered: &Rendered, error: Option<ErrorEstimate>, times: Times) -> Stats {
+        let samples = rendered.film.sample_count();
+        let seconds = rendered.elapsed.as_secs_f64();
+        Stats {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: self.description.file.display().to_string(),
+            width: self.settings.window.width,
+            height: self.settings.window.height,
+            spp: rendered.spp,
+            integrator: self.settings.integrator.name(),
+            sampler: self.settings.sampler.name(),
+            backend: self.arguments.backend.name(),
+            precision: self.arguments.precision.name(),
+            seed: self.settings.seed,
+            threads: self.settings.threads,
+            time: times,
+            samples,
+            rays: rendered.rays.into(),
+            samples_per_second: samples as f64 / seconds,
+            rays_per_second: rendered.rays.total() as f64 / seconds,
+            memory: Memory {
+                peak_rss: stats::peak_rss(),
+                accel: self.scene.accel.memory() as u64,
+            },
+            error: error.map(Into::into),
+            rejected: rendered.rejected.into(),
+            image: ImageStats::of(&rendered.film),
+            bias: self.settings.bias(),
+            interrupted: rendered.cancelled,
+        }
+    }
+
+    /// How many samples were not finite, and the command that replays the first.
+    fn describe_rejected(&self, rejected: &Rejected) -> String {
+        let replay = rejected.first.map_or(String::new(), |first| {
+            format!(
+                "; the first: etendue render {} --seed {} --pixel {},{} --sample {}",
+                self.arguments.scene.display(),
+                self.settings.seed,
+                first.x,
+                first.y,
+                first.sample
+            )
+        });
+        format!(
+            "warning: {} samples were not finite and are left out{replay}",
+            rejected.count
+        )
+    }
+}
+
+/// Where the image is, how long it took, how many samples, how wrong it is.
+fn last_line(outputs: &[PathBuf], rendered: &Rendered, stats: &Stats) -> String {
+    let files: Vec<String> = outputs
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    let interrupted = if rendered.cancelled {
+        "interrupted; "
+    } else {
+        ""
+    };
+    let error = match &stats.error {
+        Some(error) => format!(
+            "error {} (below {} at {:.0} % confidence)",
+            format_percent(error.rel_rmse),
+            format_percent(error.rel_rmse_upper),
+            100.0 * error.confidence
+        ),
+        None => "error unknown".to_owned(),
+    };
+    let bias = if stats.bias.is_empty() {
+        String::new()
+    } else {
+        format!(", biased by {}", stats.bias.join("; "))
+    };
+    format!(
+        "{}: {interrupted}{} x {} pixels, {} spp in {}, {:.2} million samples/s, {error}{bias}",
+        files.join(", "),
+        stats.width,
+        stats.height,
+        stats.spp,
+        format_duration(Duration::from_secs_f64(stats.time.total)),
+        stats.samples_per_second / 1e6,
+    )
+}

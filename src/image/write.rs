@@ -1,0 +1,132 @@
+//! Writing a picture in the format that its file name asks for.
+//!
+//! Measure: pixels are linear; `exposure` is in stops.
+//! Range: `.exr`, `.png`, `.hdr` and `.pfm` in any case; another extension is an error of usage that lists them.
+//! Source: one file a format. Tested below and in each format's file.
+
+use super::atomic::{check_creatable, write_atomically};
+use super::{Image, exr, hdr, pfm, png};
+use crate::error::{Error, Result};
+use std::path::Path;
+
+/// What goes into a file besides the pixels.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct WriteOptions {
+    /// Stops by which a PNG is made brighter; the other formats keep the values as they are.
+    pub exposure: f32,
+    /// Named facts about the picture, for OpenEXR; the names must not be ones that OpenEXR defines.
+    pub metadata: Vec<(String, MetadataValue)>,
+    /// Further channels, for OpenEXR.
+    pub layers: Vec<Layer>,
+}
+
+/// One fact about a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MetadataValue {
+    /// A text.
+    Text(String),
+    /// A number.
+    Real(f64),
+    /// A whole number; beyond 32 bits OpenEXR keeps it as text.
+    Integer(i64),
+}
+
+/// One more channel of a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layer {
+    /// Layer and channel, such as `albedo.R`; not `R`, `G` or `B` alone.
+    pub name: String,
+    /// One number a pixel, row by row from the top.
+    pub samples: Vec<f32>,
+}
+
+/// The formats that are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Exr,
+    Png,
+    Hdr,
+    Pfm,
+}
+
+impl Format {
+    fn of(path: &Path) -> Result<Self> {
+        let extension = path.extension().unwrap_or_default();
+        match extension.to_ascii_lowercase().to_str() {
+            Some("exr") => Ok(Self::Exr),
+            Some("png") => Ok(Self::Png),
+            Some("hdr") => Ok(Self::Hdr),
+            Some("pfm") => Ok(Self::Pfm),
+            _ => Err(Error::usage(format!(
+                "cannot write a picture as \"{}\": expected a name that ends in .exr, .png, .hdr or .pfm",
+                path.display()
+            ))),
+        }
+    }
+}
+
+/// Writes `image` to `path`, whole or not at all, in the format of its extension.
+///
+/// # Panics
+///
+/// If a layer has not one sample a pixel.
+pub fn write(path: &Path, image: &Image, options: &WriteOptions) -> Result<()> {
+    let format = Format::of(path)?;
+    for layer in &options.layers {
+        assert_eq!(
+            layer.samples.len(),
+            image.pixels().len(),
+            "layer {} has one sample a pixel",
+            layer.name
+        );
+    }
+    write_atomically(path, |writer| match format {
+        Format::Exr => exr::encode(writer, image, options),
+        Format::Png => png::encode(writer, image, options.exposure),
+        Format::Hdr => hdr::encode(writer, image),
+        Format::Pfm => pfm::encode(writer, image),
+    })
+}
+
+/// Whether [`write()`] could write to `path` now: known before a render spends its hours. Leaves nothing behind and an
+/// existing file as it is.
+pub fn check_writable(path: &Path) -> Result<()> {
+    Format::of(path)?;
+    check_creatable(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ColourSpace;
+    use super::super::tests::sample_image;
+    use super::*;
+    use crate::ErrorKind;
+
+    #[test]
+    fn every_extension_writes_what_is_read_again() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for name in ["a.exr", "a.EXR", "a.png", "a.hdr", "a.pfm"] {
+            let path = folder.path().join(name);
+            write(&path, &sample_image(), &WriteOptions::default()).expect("written");
+            let read = Image::read(&path, ColourSpace::Srgb).expect("read");
+            assert_eq!((read.width(), read.height()), (13, 7), "{name}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_extension_is_refused_before_anything_is_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for name in ["a.tiff", "a", "exr"] {
+            let path = folder.path().join(name);
+            for result in [
+                write(&path, &sample_image(), &WriteOptions::default()),
+                check_writable(&path),
+            ] {
+                let error = result.expect_err("unknown");
+                assert_eq!(error.kind(), ErrorKind::Usage);
+                assert!(error.to_string().contains(".exr, .png, .hdr or .pfm"));
+            }
+        }
+        assert_eq!(folder.path().read_dir().expect("a folder").count(), 0);
+    }
+}

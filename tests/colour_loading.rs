@@ -37,7 +37,7 @@ fn texture(colour: &ColourDescription) -> &Texture {
 fn colours_are_read_in_every_spelling() {
     assert_eq!(constant(&read("[0.25, 0.5, 1]")), Rgb::new(0.25, 0.5, 1.0));
     assert_eq!(constant(&read("0.25")), Rgb::grey(0.25));
-    let code = |code: u8| srgb::decode(f32::from(code) / 255.0);
+    let code = |code: u8| srgb::to_linear(f64::from(code) / 255.0) as f32;
     let hexadecimal = constant(&read("\"#00fF80\""));
     assert_eq!(hexadecimal, Rgb::new(0.0, 1.0, code(0x80)));
 
@@ -81,8 +81,9 @@ fn textures_are_read_once_and_in_their_colour_space() {
             MaterialModel::Diffuse { reflectance } => texture(reflectance).lookup(Vec2::ZERO),
             other => panic!("{other:?}"),
         });
-    let code = 128.0 / 255.0;
-    let wanted = [srgb::decode(code), 0.5 * srgb::decode(code), code].map(Rgb::grey);
+    let code: f32 = 128.0 / 255.0;
+    let linear = srgb::to_linear(f64::from(code)) as f32;
+    let wanted = [linear, 0.5 * linear, code].map(Rgb::grey);
     for (got, want) in values.zip(wanted) {
         assert!(
             (got - want).max_channel().abs() < 1e-6,

@@ -5,15 +5,19 @@ mod common;
 use common::TestRng;
 use common::closed_forms::{FRESNEL_MEAN_INSIDE, FRESNEL_MEAN_OUTSIDE, GGX_NORMAL_ALBEDO};
 use common::quadrature::{Adaptive, Rectangle, integrate};
+use common::scene::{diffuse, looking, see, shape};
 use common::verdict::assert_mean;
+use etendue::accel::Backend;
 use etendue::bsdf::albedo::single_scatter;
 use etendue::bsdf::microfacet::Ggx;
 use etendue::bsdf::{
     Bsdf, Conductor, Dielectric, Diffuse, Lobe, Mirror, Principled, PrincipledParameters, fresnel,
 };
+use etendue::integrator::Roulette;
 use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
-use etendue::math::vec::{Vec2, Vec3, reflect};
+use etendue::math::vec::{DVec3, Vec2, Vec3, reflect};
+use etendue::scene::description::{ColourDescription, GeometryDescription, MaterialModel};
 use std::f64::consts::FRAC_PI_2;
 
 /// A metal that reflects everything: in f32, |k| = 1e6 leaves nothing to absorb.
@@ -315,4 +319,71 @@ fn ever_smoother_metal_becomes_a_mirror() {
             .filter(|s| s.0 <= 1.02e-4)
             .all(|s| (s.1 - 1.0).abs() < 2e-3)
     );
+}
+
+#[test]
+fn white_spheres_vanish_in_a_constant_environment() {
+    let glass = MaterialModel::Dielectric {
+        ior: 1.5,
+        roughness: 0.0,
+        tint: ColourDescription::Constant(Rgb::WHITE),
+    };
+    for (name, model) in [("diffuse", diffuse(1.0)), ("glass", glass)] {
+        // The middle, halfway, and towards the limb.
+        for x in [0.0, 0.5, 0.99] {
+            let target = DVec3::new(x, 0.0, f64::sqrt(1.0 - x * x));
+            let mut scene = looking(DVec3::new(x, 0.0, 5.0), target, model.clone());
+            scene.environment = Rgb::WHITE;
+            let center = DVec3::ZERO;
+            let sphere = GeometryDescription::Sphere {
+                center,
+                radius: 1.0,
+            };
+            scene.shapes = vec![shape(sphere, 0.0)];
+            for &backend in Backend::ALL {
+                let seen = see(&scene, backend, 256, None, Roulette::None);
+                let off = (seen.mean() - 1.0).abs();
+                assert!(off < 2e-6, "{name} {x} {}: {off:e}", backend.name());
+                assert!(seen.variance() < Some(1e-12), "{name} {x}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_grey_furnace_glows_by_its_depth() {
+    // A closed box that emits 1 and reflects half: sum of 2^-k over the bounces.
+    let mut scene = looking(
+        DVec3::new(0.1, 0.2, 0.3),
+        DVec3::new(0.3, 1.0, 0.1),
+        diffuse(0.5),
+    );
+    let (min, max) = (DVec3::splat(-1.0), DVec3::ONE);
+    let mut walls = shape(GeometryDescription::Box { min, max }, 1.0);
+    walls.two_sided_emission = true;
+    scene.shapes = vec![walls];
+    for &backend in Backend::ALL {
+        for (depth, roulette) in [
+            (Some(0), Roulette::None),
+            (Some(1), Roulette::None),
+            (Some(8), Roulette::None),
+            (Some(8), Roulette::Throughput),
+            (None, Roulette::Throughput),
+        ] {
+            let exact = depth.map_or(2.0, |d| 2.0 * (1.0 - 0.5_f64.powi(d as i32 + 1)));
+            // The roulette adds noise.
+            let spp = if roulette == Roulette::None {
+                1 << 12
+            } else {
+                1 << 14
+            };
+            let seen = see(&scene, backend, spp, depth, roulette);
+            assert_mean(
+                &format!("{depth:?} {roulette:?} {}", backend.name()),
+                &seen,
+                exact,
+                1e-3,
+            );
+        }
+    }
 }

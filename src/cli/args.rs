@@ -122,7 +122,8 @@ pub struct RenderArguments {
     #[arg(short, long)]
     pub verbose: bool,
     /// Replay one sample of this pixel instead of rendering, and print the vertices of its path.
-    #[arg(long, value_name = "X,Y", value_parser = parse_numbers::<2>, requires = "sample")]
+    #[arg(long, value_name = "X,Y", value_parser = parse_numbers::<2>, requires = "sample",
+          conflicts_with_all = ["out", "json", "stats"])]
     pub pixel: Option<[u32; 2]>,
     /// The sample to replay, counted from 0.
     #[arg(long, value_name = "N", requires = "pixel")]

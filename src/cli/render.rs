@@ -15,8 +15,8 @@ use crate::film::ErrorEstimate;
 use crate::film::filter::Filter;
 use crate::image::atomic::check_creatable;
 use crate::image::{self, MetadataValue, WriteOptions};
-use crate::render::Rendered;
 use crate::render::settings::RenderSettings;
+use crate::render::{RenderObserver, Rendered};
 use crate::scene::description::SceneDescription;
 use crate::scene::prepare::{Prepared, prepare};
 use crate::scene::{Scene, load};
@@ -26,6 +26,12 @@ use std::time::Instant;
 /// Renders as the arguments say.
 pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     let start = Instant::now();
+    let mode = if arguments.quiet {
+        ProgressMode::None
+    } else {
+        arguments.progress
+    };
+    let watcher = Watcher::new(mode)?;
     let outputs = outputs(arguments);
     if arguments.pixel.is_none() {
         for output in &outputs {
@@ -67,16 +73,13 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         eprint!("{}", job.summary());
     }
     let filter = Filter::new(&description.film.filter);
+    if watcher.is_cancelled() {
+        return Ok(Outcome::Interrupted);
+    }
     if let (Some(pixel), Some(sample)) = (arguments.pixel, arguments.sample) {
         return replay::run(&job, &filter, pixel, sample);
     }
 
-    let mode = if arguments.quiet {
-        ProgressMode::None
-    } else {
-        arguments.progress
-    };
-    let watcher = Watcher::new(mode)?;
     let rendered =
         crate::render::render(&scene, &filter, description.film.size, &settings, &watcher);
     watcher.finish();

@@ -56,7 +56,10 @@ fn create_beside(path: &Path) -> io::Result<NamedTempFile> {
     // The file's name in the error would be the temporary one: nothing that the user knows.
     builder
         .tempfile_in(folder)
-        .map_err(|error| io::Error::from(error.kind()))
+        .map_err(|error| match error.kind() {
+            kind @ io::ErrorKind::NotFound => io::Error::new(kind, "there is no such folder"),
+            kind => io::Error::from(kind),
+        })
 }
 
 #[cfg(test)]

@@ -52,12 +52,13 @@ impl RectangleLight {
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let seen = self.seen_from(p)?;
         let s = if seen.solid_angle() >= spherical_rectangle::SMALLEST {
-            seen.sample(u).map(|s| s as f32)
+            seen.sample(u)
         } else {
-            u.to_array()
+            u.to_array().map(f64::from)
         };
-        let (along_u, along_v) = (s[0] * self.edges[0], s[1] * self.edges[1]);
-        let position = self.corner + along_u + along_v;
+        // In double precision: on a huge rectangle, single-precision fractions would jump past a near receiver.
+        let [along_u, along_v] = [0, 1].map(|i| s[i] * self.edges[i].as_dvec3());
+        let position = (self.corner.as_dvec3() + along_u + along_v).as_vec3();
         let towards = position - p;
         let wi = towards.normalize();
         let cos = -wi.dot(self.normal);
@@ -68,7 +69,7 @@ impl RectangleLight {
                 error: never_zero(rounding, self.lengths[0].max(self.lengths[1]) as f32),
                 ng: self.normal,
                 ns: self.normal,
-                uv: Vec2::from_array(s),
+                uv: Vec2::from_array(s.map(|s| s as f32)),
             },
             wi,
             radiance: self.emission.towards(cos),

@@ -9,7 +9,7 @@ use crate::accel::{Departure, Hit, PrimitiveId};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
-use crate::math::robust::offset_point;
+use crate::math::robust::{gamma, offset_point};
 use crate::math::vec::{Vec2, Vec3, reflect};
 
 /// A point of a path.
@@ -75,7 +75,9 @@ impl Interaction {
     #[inline]
     pub fn segment_to(&self, other: &SurfacePoint, w: Vec3) -> Ray {
         let from = offset_point(self.p, self.error, self.ng, w);
-        let to = offset_point(other.p, other.error, other.ng, -w);
+        // A ray's rounding grows with its length: at its end it adds to that of the surface.
+        let rounding = gamma(8) * (other.p - self.p).abs();
+        let to = offset_point(other.p, other.error + rounding, other.ng, -w);
         Ray::between(from, to)
     }
 }

@@ -13,6 +13,7 @@ pub mod closed_forms;
 #[cfg(feature = "cli")]
 pub mod command;
 pub mod quadrature;
+pub mod scene;
 pub mod scenes;
 pub mod verdict;
 

@@ -17,6 +17,8 @@ mod shape;
 mod toml;
 mod transform;
 
+// The names of integrators and samplers are known further up, where the command reads them.
+#[cfg(feature = "cli")]
 pub(crate) use reader::unknown_name;
 
 use super::description::SceneDescription;

@@ -1,0 +1,126 @@
+//! Scenes built in code, and what a tiny patch of one looks like.
+//!
+//! Measure: world units; radiance.
+//! Range: a film of 32 pixels that all look at one point, so that each is an independent replicate.
+//! Source: none needed.
+
+use etendue::accel::{AccelOptions, Backend, Precision};
+use etendue::film::filter::{Filter, FilterDescription, FilterKind};
+use etendue::integrator::Roulette;
+use etendue::math::rgb::Rgb;
+use etendue::math::stats::Moments;
+use etendue::math::vec::{DAffine3, DMat3, DVec3};
+use etendue::render::settings::RenderSettings;
+use etendue::render::{Unwatched, render};
+use etendue::scene::Scene;
+use etendue::scene::description::{
+    CameraDescription, ColourDescription, FilmDescription, GeometryDescription,
+    MaterialDescription, MaterialModel, MeshDescription, Place, RenderDescription,
+    SceneDescription, ShapeDescription,
+};
+use etendue::scene::prepare::prepare;
+use std::sync::Arc;
+
+const SIZE: (u32, u32) = (8, 4);
+
+/// An empty scene of one material, seen from `eye` within 1e-4 radians around `target`.
+pub fn looking(eye: DVec3, target: DVec3, model: MaterialModel) -> SceneDescription {
+    let back = (eye - target).normalize();
+    let (right, up) = back.any_orthonormal_pair();
+    SceneDescription {
+        file: "test".into(),
+        camera: CameraDescription {
+            // (right, up, back) is right-handed as (x, y, z) is.
+            to_world: DAffine3::from_mat3_translation(DMat3::from_cols(right, up, back), eye),
+            fov: 1e-4,
+            lens_radius: 0.0,
+            focus_distance: 1.0,
+        },
+        film: FilmDescription {
+            size: SIZE,
+            filter: FilterDescription {
+                kind: FilterKind::Box,
+                radius: 0.5,
+            },
+        },
+        render: RenderDescription::default(),
+        materials: vec![MaterialDescription {
+            name: "material".into(),
+            place: Place::default(),
+            model,
+        }],
+        shapes: vec![],
+        environment: Rgb::BLACK,
+        notes: vec![],
+    }
+}
+
+/// Lambert's model.
+pub fn diffuse(albedo: f32) -> MaterialModel {
+    MaterialModel::Diffuse {
+        reflectance: ColourDescription::Constant(Rgb::grey(albedo)),
+    }
+}
+
+/// A shape of the scene's material that emits `radiance`, if any, on the side of its normal.
+pub fn shape(geometry: GeometryDescription, radiance: f32) -> ShapeDescription {
+    ShapeDescription {
+        name: "shape".into(),
+        place: Place::default(),
+        geometry,
+        transform: DAffine3::IDENTITY,
+        material: 0,
+        emission: (radiance > 0.0).then(|| Rgb::grey(radiance)),
+        two_sided_emission: false,
+    }
+}
+
+/// The rectangle at `corner`, with the normal u x v.
+pub fn rectangle(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> GeometryDescription {
+    GeometryDescription::Rectangle {
+        corner: corner.into(),
+        edge_u: u.into(),
+        edge_v: v.into(),
+    }
+}
+
+/// A convex polygon as a fan of triangles.
+pub fn polygon(positions: Vec<DVec3>) -> GeometryDescription {
+    let indices = (2..positions.len() as u32).map(|i| [0, i - 1, i]).collect();
+    GeometryDescription::Mesh(Arc::new(MeshDescription {
+        positions,
+        indices,
+        ..Default::default()
+    }))
+}
+
+/// A scene made ready, robustly.
+pub fn ready(description: &SceneDescription, backend: Backend) -> Scene {
+    let options = AccelOptions {
+        backend,
+        precision: Precision::Robust,
+        threads: 1,
+    };
+    prepare(description, options).expect("a valid scene").scene
+}
+
+/// What each pixel of the patch saw, with `spp` samples a pixel.
+pub fn see(
+    description: &SceneDescription,
+    backend: Backend,
+    spp: u64,
+    max_bounces: Option<u32>,
+    roulette: Roulette,
+) -> Moments {
+    let settings = RenderSettings {
+        max_bounces,
+        roulette,
+        tile_size: 1,
+        ..RenderSettings::new(SIZE, spp)
+    };
+    let scene = ready(description, backend);
+    let filter = Filter::new(&description.film.filter);
+    let rendered = render(&scene, &filter, SIZE, &settings, &Unwatched).expect("valid settings");
+    let tiles = rendered.film.tiles();
+    Moments::of(tiles.iter().map(|t| t.pixels[0].mean(t.samples)[1]))
+}

@@ -1,0 +1,295 @@
+//! Every light against its own claims: what it samples, with which density, and how one light is chosen among many.
+
+mod common;
+
+use common::TestRng;
+use common::chi_square::pearson;
+use etendue::geometry::disk::Disk;
+use etendue::geometry::sphere::Sphere;
+use etendue::light::Light;
+use etendue::light::disk::DiskLight;
+use etendue::light::rectangle::RectangleLight;
+use etendue::light::select::Lights;
+use etendue::light::sphere::SphereLight;
+use etendue::light::triangle::TriangleLight;
+use etendue::light::types::Emission;
+use etendue::math::frame::Frame;
+use etendue::math::rgb::Rgb;
+use etendue::math::stats::Moments;
+use etendue::math::vec::{ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::sampling::warp::sample_cone_uniform;
+
+fn emission(two_sided: bool) -> Emission {
+    Emission {
+        radiance: Rgb::WHITE,
+        two_sided,
+    }
+}
+
+const CORNER: Vec3 = Vec3::new(-0.5, -0.4, 1.0);
+const EDGES: [Vec3; 2] = [Vec3::new(0.0, 0.8, 0.0), Vec3::new(1.0, 0.0, 0.0)];
+const RADIUS: f32 = 0.4;
+const CENTER: Vec3 = Vec3::new(0.0, 0.0, 1.0);
+
+/// Whether a ray from `p` along `w` meets a light.
+type Meets = fn(Vec3, Vec3) -> bool;
+
+/// One light of each kind about (0, 0, 1), the flat ones looking down.
+fn lights(two_sided: bool) -> [(&'static str, Light, Meets); 4] {
+    let e = emission(two_sided);
+    let triangle = [CORNER, CORNER + EDGES[0], CORNER + EDGES[1]];
+    let disk = Disk {
+        center: CENTER,
+        normal: -Vec3::Z,
+        radius: RADIUS,
+    };
+    let sphere = Sphere {
+        center: CENTER,
+        radius: RADIUS,
+    };
+    [
+        (
+            "triangle",
+            Light::Triangle(TriangleLight::new(triangle, e)),
+            |p, w| at_height_one(p, w).is_some_and(|[u, v]| u >= 0.0 && v >= 0.0 && u + v <= 1.0),
+        ),
+        (
+            "rectangle",
+            Light::Rectangle(RectangleLight::new(CORNER, EDGES, e)),
+            |p, w| at_height_one(p, w).is_some_and(|uv| uv.iter().all(|x| (0.0..=1.0).contains(x))),
+        ),
+        ("disk", Light::Disk(DiskLight::new(disk, e)), |p, w| {
+            let t = (1.0 - p.z) / w.z;
+            t > 0.0 && (p + t * w - CENTER).length() <= RADIUS
+        }),
+        (
+            "sphere",
+            Light::Sphere(SphereLight::new(sphere, e)),
+            |p, w| {
+                let c = CENTER - p;
+                let inside = c.length() < RADIUS;
+                inside || (c.dot(w) > 0.0 && c.cross(w).length() <= RADIUS)
+            },
+        ),
+    ]
+}
+
+/// Where a ray meets the plane z = 1, in units of the edges.
+fn at_height_one(p: Vec3, w: Vec3) -> Option<[f32; 2]> {
+    let t = (1.0 - p.z) / w.z;
+    let q = p + t * w - CORNER;
+    (t > 0.0).then_some([q.y / EDGES[0].y, q.x / EDGES[1].x])
+}
+
+/// Near, beside, far, grazing, above (behind the flat ones), and inside the sphere.
+const RECEIVERS: [Vec3; 7] = [
+    Vec3::ZERO,
+    Vec3::new(0.1, -0.2, 0.55),
+    Vec3::new(2.0, 1.0, 0.0),
+    Vec3::new(3.0, -5.0, 2.5),
+    Vec3::new(1.5, 0.2, 0.9),
+    Vec3::new(0.1, 0.1, 1.7),
+    Vec3::new(0.1, -0.1, 0.8),
+];
+
+#[test]
+fn samples_cover_the_solid_angle() {
+    // The mean of 1 / pdf over light samples is the solid angle: the share of directions that meet the light.
+    for (name, light, meets) in lights(true) {
+        for p in RECEIVERS {
+            let replicates = |seed: u64, n: u32, f: &dyn Fn(&mut TestRng) -> f64| {
+                Moments::of((0..32).map(|replicate| {
+                    let mut rng = TestRng::new(seed + replicate);
+                    (0..n).map(|_| f(&mut rng)).sum::<f64>() / f64::from(n)
+                }))
+            };
+            let by_light = replicates(0, 1 << 10, &|rng| {
+                let s = light.sample(p, rng.uniform_2d());
+                s.map_or(0.0, |s| 1.0 / f64::from(s.pdf.0))
+            });
+            // All lights are within 0.7 of the centre: chance need not look elsewhere.
+            let to_center = (CENTER - p).length();
+            let sin2 = (0.7 / to_center).powi(2).min(1.0);
+            let cone = if sin2 < 1.0 {
+                1.0 - (1.0 - sin2).sqrt()
+            } else {
+                2.0
+            };
+            let frame = Frame::from_normal((CENTER - p) / to_center);
+            let by_chance = replicates(100, 1 << 16, &|rng| {
+                let w = frame.to_world(sample_cone_uniform(rng.uniform_2d(), cone));
+                let omega = 2.0 * std::f64::consts::PI * f64::from(cone);
+                if meets(p, w) { omega } else { 0.0 }
+            });
+            let [a, b] = [by_light, by_chance].map(|m| m.standard_error().expect("32"));
+            let (mean, error) = (by_light.mean(), a.hypot(b));
+            let what = format!(
+                "{name} from {p}: {mean} and {} +- {error}",
+                by_chance.mean()
+            );
+            assert!(
+                (mean - by_chance.mean()).abs() <= 5.2 * error + 4e-6 * mean,
+                "{what}"
+            );
+            assert!(error <= 0.01 * mean, "{what}");
+        }
+    }
+}
+
+#[test]
+fn samples_know_their_density_and_lie_on_their_light() {
+    for (name, light, meets) in lights(true) {
+        let lights = Lights::new(vec![light]);
+        for p in RECEIVERS {
+            let mut rng = TestRng::new(5);
+            let mut misses = 0;
+            let extremes = [0.0, 0.5, ONE_MINUS_EPSILON];
+            let corners = extremes
+                .into_iter()
+                .flat_map(|x| extremes.map(|y| Vec2::new(x, y)));
+            let us: Vec<Vec2> = corners.chain((0..2000).map(|_| rng.uniform_2d())).collect();
+            for u in us {
+                let Some(s) = lights.sample(p, [0.5, 0.5, u.x, u.y]) else {
+                    continue;
+                };
+                let what = format!("{name} from {p} {u}: {s:?}");
+                assert!((s.wi.length() - 1.0).abs() < 1e-6, "{what}");
+                assert!(s.pdf.0.is_finite() && s.pdf.0 > 0.0, "{what}");
+                assert!((s.point.p - p).normalize().dot(s.wi) > 1.0 - 1e-6, "{what}");
+                let pdf = lights.pdf(0, p, s.point.p - p, s.point.ng);
+                assert!((pdf.0 / s.pdf.0 - 1.0).abs() < 1e-4, "{what} {pdf:?}");
+                misses += u32::from(!meets(p, s.wi));
+            }
+            // Only rounding at the rim misses: a grazing view has much rim.
+            assert!(misses <= 20, "{name} from {p}: {misses}");
+        }
+    }
+}
+
+#[test]
+fn sphere_cones_keep_their_digits() {
+    for ratio in [0.5, 1e-2, 1e-3, 2.4e-4, 1e-4, 1e-6] {
+        let distance = 3.0_f32;
+        let radius = ratio * distance;
+        let light = SphereLight::new(
+            Sphere {
+                center: distance * Vec3::Y,
+                radius,
+            },
+            emission(false),
+        );
+        let s2 = (f64::from(radius) / f64::from(distance)).powi(2);
+        let exact = 2.0 * std::f64::consts::PI * s2 / (1.0 + (1.0 - s2).sqrt());
+        let omega = 1.0 / f64::from(light.pdf(Vec3::ZERO).0);
+        assert!(
+            (omega / exact - 1.0).abs() < 4e-7,
+            "R / d = {ratio}: {omega:e} {exact:e}"
+        );
+        // Sampled points face the receiver.
+        let mut rng = TestRng::new(8);
+        for _ in 0..1000 {
+            let s = light.sample(Vec3::ZERO, rng.uniform_2d()).expect("outside");
+            assert!(s.wi.dot(s.point.ng) <= 1e-3, "{ratio} {s:?}");
+        }
+    }
+}
+
+#[test]
+fn one_sided_lights_are_dark_from_behind() {
+    for (name, light, _) in lights(false) {
+        let mut rng = TestRng::new(9);
+        for (p, lit) in [
+            (Vec3::ZERO, true),
+            (Vec3::new(0.1, 0.2, 3.0), name == "sphere"),
+        ] {
+            for _ in 0..100 {
+                let s = light.sample(p, rng.uniform_2d()).expect("off the plane");
+                assert_eq!(!s.radiance.is_black(), lit, "{name} {p} {s:?}");
+            }
+        }
+        // From inside a sphere only a two-sided one is seen.
+        if name == "sphere" {
+            let s = light.sample(CENTER, Vec2::splat(0.3)).expect("inside");
+            assert!(s.radiance.is_black());
+        }
+    }
+    for (name, light, _) in lights(true) {
+        for p in [
+            Vec3::ZERO,
+            Vec3::new(0.1, 0.2, 3.0),
+            Vec3::new(0.1, 0.0, 0.9),
+        ] {
+            let s = light.sample(p, Vec2::splat(0.3)).expect("off the plane");
+            assert!(!s.radiance.is_black(), "{name} {p}");
+        }
+    }
+}
+
+#[test]
+fn power_is_pi_area_radiance() {
+    let area = f64::from(RADIUS * RADIUS) * std::f64::consts::PI;
+    for ((name, one, _), (_, two, _)) in lights(false).iter().zip(&lights(true)) {
+        let expected = match *name {
+            "triangle" => 0.4,
+            "rectangle" => 0.8,
+            "disk" => area,
+            _ => 4.0 * area,
+        } * std::f64::consts::PI;
+        assert!(
+            (one.power() / expected - 1.0).abs() < 1e-6,
+            "{name} {}",
+            one.power()
+        );
+        assert_eq!(two.power(), 2.0 * one.power(), "{name}");
+    }
+}
+
+#[test]
+fn lights_are_chosen_by_power() {
+    // Spheres far apart tell by direction which was chosen; every third is black.
+    let brightness = |i: usize| if i % 3 == 2 { 0.0 } else { (1 + i) as f32 };
+    let sphere = |i: usize| {
+        let angle = i as f32 * std::f32::consts::TAU / 30.0;
+        let center = 10.0 * Vec3::new(angle.cos(), angle.sin(), 0.0);
+        let radiance = Rgb::grey(brightness(i));
+        let emission = Emission {
+            radiance,
+            two_sided: false,
+        };
+        Light::Sphere(SphereLight::new(
+            Sphere {
+                center,
+                radius: 0.1,
+            },
+            emission,
+        ))
+    };
+    let lights = Lights::new((0..30).map(sphere).collect());
+    let total: f64 = (0..30).map(|i| f64::from(brightness(i))).sum();
+    let n = 1 << 16;
+    let mut cells: Vec<_> = (0..30)
+        .map(|i| (f64::from(n) * f64::from(brightness(i)) / total, 0.0))
+        .collect();
+    let mut rng = TestRng::new(10);
+    for _ in 0..n {
+        let (a, b) = (rng.uniform_2d(), rng.uniform_2d());
+        let s = lights
+            .sample(Vec3::ZERO, [a.x, a.y, b.x, b.y])
+            .expect("outside");
+        let angle = s.wi.y.atan2(s.wi.x) * 30.0 / std::f32::consts::TAU;
+        let chosen = (angle.round() as i32).rem_euclid(30) as usize;
+        assert!(!s.radiance.is_black());
+        cells[chosen].1 += 1.0;
+    }
+    assert!(pearson(&mut cells) > 1e-3);
+    // The density of a light that is never chosen is 0.
+    let towards = 10.0 * Vec3::X;
+    assert_eq!(lights.pdf(2, Vec3::ZERO, towards, -Vec3::X).0, 0.0);
+    // None of them, and black ones only.
+    assert!(Lights::new(vec![]).is_empty() && Lights::new(vec![sphere(2)]).is_empty());
+    assert!(
+        Lights::new(vec![sphere(2)])
+            .sample(Vec3::ZERO, [0.5; 4])
+            .is_none()
+    );
+}

@@ -116,7 +116,16 @@ fn values_of_the_wrong_type() {
         &["material", "expected a list, found a table"],
     );
     let colour = "[[material]]\nname = \"a\"\ntype = \"diffuse\"\nreflectance = ";
-    for wrong in ["\"red\"", "true", "[1]", "{}", "1.5", "-0.1", "\"#12345\""] {
+    for wrong in [
+        "\"red\"",
+        "true",
+        "[1]",
+        "{}",
+        "1.5",
+        "-0.1",
+        "\"#12345\"",
+        "\"#+f+f+f\"",
+    ] {
         scene_fails(
             &format!("{colour}{wrong}"),
             4,
@@ -283,7 +292,7 @@ fn textures_that_are_none() {
         INPUT_OUTPUT,
         &["a.toml:8: ", "t.png: cannot read"],
     );
-    let model = format!("mtllib a.mtl\n{TRIANGLE}");
+    let model = format!("mtllib a.mtl\nusemtl a\n{TRIANGLE}");
     let library = "newmtl a\nmap_Kd t.png\n";
     let files = [("a.obj", model.as_str()), ("a.mtl", library)];
     model_fails(&files, "a.mtl:2: ", INPUT_OUTPUT, &["t.png: cannot read"]);

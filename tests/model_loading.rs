@@ -151,7 +151,7 @@ fn materials_become_what_their_keys_say() {
         panic!()
     };
     assert_eq!((ior, roughness, base(&tint)), (1.25, 0.5, Rgb::WHITE));
-    let (model, ..) = read("Pm 0.5\nTf 0.25 0.5 0.25\nNs 250");
+    let (model, ..) = read("Pm 0.5\nTf 0.25 0.5 0.25\nPr 0.5");
     let MaterialModel::Principled {
         metallic,
         roughness,
@@ -174,7 +174,10 @@ fn materials_become_what_their_keys_say() {
             "{keys}: {notes:?}"
         );
     };
-    noted("d 0.5", "a.mtl:1: it is drawn opaque");
+    noted(
+        "d 0.5",
+        "a.mtl:2: opacity is not supported by this version; drawn opaque",
+    );
     noted(
         "Kdd 1 1 1",
         "a.mtl:2: unknown key `Kdd`; did you mean `Kd`?",

@@ -5,10 +5,11 @@
 //! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
 
 use super::reader::Value;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image, srgb};
 use crate::math::rgb::Rgb;
+use crate::math::vec::Vec2;
 use crate::scene::description::ColourDescription;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -42,6 +43,24 @@ impl Textures {
             Entry::Vacant(place) => Arc::clone(place.insert(Arc::new(Image::read(path, space)?))),
         };
         Ok(Texture::Image { image, scale })
+    }
+
+    /// The texture in a file that has no value above 1.
+    ///
+    /// # Errors
+    /// As [`Self::read`]; or if it has.
+    pub fn read_reflectance(
+        &mut self,
+        path: &Path,
+        space: ColourSpace,
+        scale: f32,
+    ) -> Result<Texture> {
+        let texture = self.read(path, space, scale)?;
+        if brightest(&texture) > 1.0 {
+            let why = "expected a reflectance, but the texture has values above 1";
+            return Err(Error::scene(why).in_file(path));
+        }
+        Ok(texture)
     }
 }
 
@@ -83,8 +102,14 @@ pub fn colour(
             };
             let colours = [constant(first, bound)?, constant(second, bound)?];
             let repeat = match table.optional("repeat") {
-                Some(repeat) => repeat.vec2()?.as_vec2(),
-                None => crate::math::vec::Vec2::ONE,
+                Some(repeat) => {
+                    let repeat_single = repeat.vec2()?.as_vec2();
+                    if !repeat_single.is_finite() {
+                        return Err(repeat.expected("two numbers within single precision"));
+                    }
+                    repeat_single
+                }
+                None => Vec2::ONE,
             };
             Texture::Checker { colours, repeat }
         }
@@ -126,9 +151,11 @@ pub fn constant(value: &Value<'_>, bound: Bound) -> Result<Rgb> {
 
 /// `#rrggbb`, in sRGB codes.
 fn hexadecimal(text: &str) -> Option<Rgb> {
-    let digits = text
-        .strip_prefix('#')
-        .filter(|digits| digits.len() == 6 && digits.is_ascii())?;
+    let digits = text.strip_prefix('#')?;
+    // from_str_radix would take a sign for a digit.
+    if digits.len() != 6 || !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return None;
+    }
     let channel = |i: usize| {
         let code = u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).ok()?;
         Some(srgb::to_linear(f64::from(code) / 255.0) as f32)

@@ -4,17 +4,21 @@
 //! Range: every error names file, line, field and what was expected.
 //! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs` and `tests/bad_input.rs`.
 
+mod camera;
 mod colour;
+mod contents;
 mod material;
 mod model;
 mod mtl;
 mod obj;
-mod obj_check;
+mod obj_text;
 mod reader;
 mod shape;
 mod toml;
 mod transform;
 
+// The names of integrators and samplers are known further up, where the command reads them.
+#[cfg(feature = "cli")]
 pub(crate) use reader::unknown_name;
 
 use super::description::SceneDescription;
@@ -42,8 +46,16 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
 }
 
 /// Reads a text file; a byte order mark is dropped.
+///
+/// # Errors
+/// A file that cannot be read, that has no end, or that is not UTF-8.
 fn read_text(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).map_err(|error| Error::io("cannot read", path, error))?;
+    let cannot_read = |error| Error::io("cannot read", path, error);
+    // A device such as /dev/zero would be read for ever.
+    if !std::fs::metadata(path).map_err(cannot_read)?.is_file() {
+        return Err(cannot_read(std::io::Error::other("it is no regular file")));
+    }
+    let bytes = std::fs::read(path).map_err(cannot_read)?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let line = 1 + error.as_bytes()[..valid]

@@ -1,15 +1,16 @@
 //! A bare model: framed by a camera and, if nothing in it emits, lit by a constant sky.
 //!
 //! Measure: the model's own units.
-//! Range: any model with faces.
+//! Range: any model with faces, up to a size of about 1e150.
 //! Source: none needed. Tested in `tests/scene_loading.rs`.
 
+use super::camera::orientation;
+use super::contents::Contents;
 use super::obj;
-use super::toml::{Contents, look_at};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::math::bounds::Bounds;
 use crate::math::rgb::Rgb;
-use crate::math::vec::DVec3;
+use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{
     CameraDescription, FilmDescription, FilterDescription, FilterKind, GeometryDescription,
     RenderDescription, SceneDescription, ShapeDescription,
@@ -28,12 +29,14 @@ const VIEW: DVec3 = DVec3::new(0.45, 0.35, 1.0);
 /// Whatever is wrong with the file.
 pub fn load(path: &Path) -> Result<SceneDescription> {
     let mut contents = Contents::default();
-    contents.shapes = obj::load(path, &mut contents)?;
+    contents.shapes = obj::load(path, None, &mut contents)?;
     let bounds = contents
         .shapes
         .iter()
         .fold(Bounds::default(), |b, s| b.union(bounds_of(s)));
-    let camera = frame(&bounds);
+    let camera = frame(&bounds).ok_or_else(|| {
+        Error::scene("the model is too large to be framed: use a scene file").in_file(path)
+    })?;
     contents.note("a bare model: the camera was placed to show all of it".to_owned());
     let mut environment = Rgb::BLACK;
     if contents.shapes.iter().all(|shape| shape.emission.is_none()) {
@@ -69,16 +72,21 @@ fn bounds_of(shape: &ShapeDescription) -> Bounds {
     }
 }
 
-/// A camera that sees the sphere around a box.
-fn frame(bounds: &Bounds) -> CameraDescription {
+/// A camera that sees the sphere around a box; `None` where double precision does not reach.
+fn frame(bounds: &Bounds) -> Option<CameraDescription> {
     let centre = bounds.centre();
-    let radius = (0.5 * bounds.extent().length()).max(f64::MIN_POSITIVE);
+    let radius = 0.5 * bounds.extent().length();
+    // A model that is a single point is seen from anywhere.
+    let radius = if radius > 0.0 { radius } else { 1.0 };
     let distance = 1.05 * radius / (0.5 * FOV.to_radians()).sin();
-    let eye = centre + distance * VIEW.normalize();
-    CameraDescription {
-        to_world: look_at(eye, centre, DVec3::Y).expect("the view is not along y"),
+    let to_world = DAffine3 {
+        matrix3: orientation(VIEW, DVec3::Y)?,
+        translation: centre + distance * VIEW.normalize(),
+    };
+    (to_world.is_finite() && distance.is_finite()).then_some(CameraDescription {
+        to_world,
         fov: FOV.to_radians(),
         lens_radius: 0.0,
         focus_distance: distance,
-    }
+    })
 }

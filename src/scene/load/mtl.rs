@@ -1,245 +1,439 @@
 //! Material libraries of OBJ files, with Blender's physically based keys.
 //!
-//! What becomes of a material:
-//! - `Tf` with a transmission of 1 and no metal is glass: a dielectric of index `Ni`, tinted by `Kd`;
-//! - `Pr 1` and no metal is matte: diffuse. Blender writes its principled model, whose faint sheen at roughness 1 that
-//!   loses;
-//! - all else is the principled model of `Kd`, `Pm`, `Pr` and `Ni`.
+//! What becomes of a material, the first that fits:
+//! - `Tf 1` without metal is glass: a dielectric of index `Ni`, tinted by `Kd`, which is what Blender's transmission
+//!   means. Others write `Tf 1 1 1` for what is opaque: without `Pr`, only `illum` 6 or 7 (refraction) makes glass;
+//! - `Pr 1` without metal is matte: diffuse. Blender's model has a faint sheen there, which that leaves out. So is what
+//!   has no `Pr` and an `illum` of 0 or 1 (no highlights);
+//! - all else is the principled model of `Kd`, `Pm`, `Pr`, `Ni` and `Tf`.
 //!
-//! `Ke` makes a light of the shape, on the side of its geometric normal.
+//! `Ke` makes a light of the shape, on the side of its geometric normal. `map_Kd` takes the place of `Kd`.
 //!
 //! Measure: reflectances in [0, 1], radiance for `Ke`.
-//! Range: keys of other renderers (`Ka`, `Ks`, `Tr`, ...) are passed over; unknown ones are noted.
+//! Range: an index below 1 counts as 1 except in glass. Keys without meaning here (`Ka`, `Ks`, ...) are passed over,
+//! pictures and opacity that are not drawn are noted, and so are unknown keys.
 //! Source: Blender's exporter, `export_pbr_extensions`; without `Pr`, roughness = 1 - sqrt(Ns / 1000) as Blender
-//! imports it. Tested in `tests/scene_loading.rs`.
+//! imports it, and 1 without `Ns`. Tested in `tests/scene_loading.rs`.
 
 use super::colour::Textures;
+use super::contents::Contents;
 use super::read_text;
-use super::reader::unknown_name;
-use super::toml::Contents;
+use super::reader::{shown, unknown_name};
 use crate::error::{Error, Result};
 use crate::image::ColourSpace;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel, Place};
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// Keys that are read.
+const READ: &[&str] = &[
+    "newmtl", "Kd", "Ke", "Ni", "Ns", "d", "Tf", "illum", "map_Kd", "Pr", "Pm",
+];
 
 /// Keys that are known but say nothing to us.
 const PASSED_OVER: &[&str] = &[
     "Ka",
     "Ks",
     "Tr",
-    "illum",
     "Ps",
     "Pc",
     "Pcr",
     "aniso",
     "anisor",
     "sharpness",
-    "map_Ka",
-    "map_Ks",
-    "map_Ns",
-    "map_Ke",
-    "map_d",
-    "map_Pr",
-    "map_Pm",
-    "map_Bump",
-    "map_bump",
-    "bump",
-    "norm",
-    "disp",
-    "decal",
-    "refl",
+    "map_aat",
+];
+
+/// Pictures that are known but not drawn.
+const NOT_DRAWN: &[&str] = &[
+    "map_Ka", "map_Ks", "map_Ke", "map_Ns", "map_Pr", "map_Pm", "map_Ps", "map_Tr", "map_d",
+    "map_Bump", "map_bump", "bump", "norm", "disp", "decal", "refl",
 ];
 
 /// A material as its lines say.
 #[derive(Debug)]
-struct Entry {
+pub struct Entry {
     name: String,
-    line: usize,
+    place: Place,
     diffuse: Rgb,
-    texture: Option<ColourDescription>,
+    /// The picture that takes the place of `diffuse`, and its line.
+    texture: Option<(PathBuf, usize)>,
     emission: Rgb,
     ior: f32,
-    transmission: f32,
+    transmission: Option<f32>,
     metallic: f32,
     roughness: Option<f32>,
     shininess: f32,
-    opacity: f32,
+    illumination: Option<u32>,
 }
 
-/// Reads a library into `contents`.
+/// Reads a library; its materials go into `known`, by name.
 ///
 /// # Errors
 /// Whatever is wrong with it, with its line.
-pub fn load(path: &Path, contents: &mut Contents) -> Result<()> {
+pub fn read(
+    path: &Path,
+    known: &mut BTreeMap<String, Entry>,
+    contents: &mut Contents,
+) -> Result<()> {
     let text = read_text(path)?;
-    let mut entries: Vec<Entry> = Vec::new();
+    let mut current: Option<Entry> = None;
     for (line, content) in (1..).zip(text.lines()) {
-        let Some(key) = content
-            .split_whitespace()
-            .next()
-            .filter(|key| !key.starts_with('#'))
-        else {
+        let mut words = content.split_whitespace();
+        let Some(key) = words.next().filter(|key| !key.starts_with('#')) else {
             continue;
         };
         let rest = content.trim_start()[key.len()..].trim();
-        let at = |error: Error| error.in_file(path).at_line(line).in_field(key);
+        let at = |error: Error| error.in_file(path).at_line(line).in_field(shown(key));
         if key == "newmtl" {
             if rest.is_empty() {
                 return Err(at(Error::scene("expected a name")));
             }
-            entries.push(Entry::new(rest, line));
+            let next = Entry::new(rest, path, line);
+            known.extend(
+                current
+                    .replace(next)
+                    .map(|entry| (entry.name.clone(), entry)),
+            );
             continue;
         }
-        let Some(entry) = entries.last_mut() else {
+        let Some(entry) = &mut current else {
             return Err(at(Error::scene("expected newmtl first")));
         };
-        if !entry
-            .set(key, rest, path, &mut contents.textures)
-            .map_err(at)?
-        {
-            let known = [
-                "newmtl", "Kd", "Ke", "Ni", "Ns", "d", "Tf", "map_Kd", "Pr", "Pm",
-            ];
-            let why = unknown_name("key", key, &known);
-            contents.note(format!("{}:{line}: {why}", path.display()));
+        if let Some(note) = entry.set(key, rest, line).map_err(at)? {
+            contents.note(format!("{}:{line}: {note}", path.display()));
         }
     }
-    for entry in entries {
-        if entry.opacity < 1.0 {
-            contents.note(format!(
-                "{}:{}: {} is drawn opaque: `d` is not supported by this version",
-                path.display(),
-                entry.line,
-                entry.name
-            ));
-        }
-        let place = Place {
-            file: path.to_path_buf(),
-            line: Some(entry.line),
-        };
-        let emission = (!entry.emission.is_black()).then_some(entry.emission);
-        let name = entry.name.clone();
-        contents.add_material(
-            MaterialDescription {
-                name,
-                place,
-                model: entry.model(),
-            },
-            emission,
-        );
-    }
+    known.extend(current.map(|entry| (entry.name.clone(), entry)));
     Ok(())
 }
 
 impl Entry {
-    fn new(name: &str, line: usize) -> Self {
+    fn new(name: &str, path: &Path, line: usize) -> Self {
         Self {
             name: name.to_owned(),
-            line,
+            place: Place {
+                file: path.to_path_buf(),
+                line: Some(line),
+            },
             diffuse: Rgb::grey(0.8),
             texture: None,
             emission: Rgb::BLACK,
             ior: 1.5,
-            transmission: 0.0,
+            transmission: None,
             metallic: 0.0,
             roughness: None,
             shininess: 0.0,
-            opacity: 1.0,
+            illumination: None,
         }
     }
 
-    /// Takes one line in; `false` for a key that is not known.
-    fn set(&mut self, key: &str, rest: &str, path: &Path, textures: &mut Textures) -> Result<bool> {
-        let share = || number(rest, "a number from 0 to 1", |x| (0.0..=1.0).contains(&x));
+    /// Takes one line in, and returns what the user should know of it.
+    fn set(&mut self, key: &str, rest: &str, line: usize) -> Result<Option<String>> {
+        let mut note = None;
         match key {
             "Kd" => self.diffuse = colour(rest, 1.0)?,
             "Ke" => self.emission = colour(rest, f32::MAX)?,
-            "Ni" => self.ior = number(rest, "a number of at least 1", |x| x >= 1.0)?,
-            "Ns" => self.shininess = number(rest, "a number of at least 0", |x| x >= 0.0)?,
-            "d" => self.opacity = share()?,
-            "Tf" => self.transmission = colour(rest, 1.0)?.max_channel(),
-            "Pr" => self.roughness = Some(share()?),
-            "Pm" => self.metallic = share()?,
-            "map_Kd" => {
-                if rest.starts_with('-') || rest.is_empty() {
-                    return Err(Error::scene("expected a file; options are not supported"));
-                }
-                let file = path.parent().unwrap_or(Path::new("")).join(rest);
-                let texture = textures
-                    .read(&file, ColourSpace::Srgb, 1.0)
-                    .map_err(|error| {
-                        let kind = error.kind();
-                        Error::scene(error.to_string()).of_kind(kind)
-                    })?;
-                self.texture = Some(ColourDescription::Texture(Arc::new(texture)));
+            "Ni" => self.ior = number(rest, f32::MAX)?,
+            "Ns" => self.shininess = number(rest, f32::MAX)?,
+            "Tf" => self.transmission = Some(colour(rest, 1.0)?.max_channel()),
+            "Pr" => self.roughness = Some(number(rest, 1.0)?),
+            "Pm" => self.metallic = number(rest, 1.0)?,
+            "illum" => {
+                let model = rest.parse();
+                let expected =
+                    |_| Error::scene(format!("expected a whole number, found {}", shown(rest)));
+                self.illumination = Some(model.map_err(expected)?);
             }
-            _ => return Ok(PASSED_OVER.contains(&key)),
+            "d" => {
+                if number(rest, 1.0)? < 1.0 {
+                    note =
+                        Some("opacity is not supported by this version; drawn opaque".to_owned());
+                }
+            }
+            "map_Kd" => {
+                let (options, file) = split_options(rest);
+                if file.is_empty() {
+                    return Err(Error::scene("expected a file"));
+                }
+                if !options.is_empty() {
+                    note = Some(format!(
+                        "the options {} of a picture are not supported",
+                        shown(options)
+                    ));
+                }
+                let folder = self.place.file.parent().unwrap_or(Path::new(""));
+                self.texture = Some((folder.join(file), line));
+            }
+            _ if PASSED_OVER.contains(&key) => {}
+            _ if NOT_DRAWN.contains(&key) => {
+                note = Some(format!("{key} is not supported by this version; left out"));
+            }
+            _ => note = Some(unknown_name("key", key, READ)),
         }
-        Ok(true)
+        Ok(note)
     }
 
-    fn model(self) -> MaterialModel {
-        let roughness = self
-            .roughness
-            .unwrap_or(1.0 - (self.shininess / 1000.0).clamp(0.0, 1.0).sqrt());
-        let base_color = self
-            .texture
-            .unwrap_or(ColourDescription::Constant(self.diffuse));
-        let ior = self.ior;
-        if self.metallic == 0.0 && self.transmission == 1.0 {
+    /// What shapes of this material emit.
+    pub fn emission(&self) -> Option<Rgb> {
+        (!self.emission.is_black()).then_some(self.emission)
+    }
+
+    /// The material, with its picture read.
+    ///
+    /// # Errors
+    /// A picture that cannot be read; glass without an index.
+    pub fn material(&self, textures: &mut Textures) -> Result<MaterialDescription> {
+        Ok(MaterialDescription {
+            name: self.name.clone(),
+            place: self.place.clone(),
+            model: self.model(self.base_color(textures)?)?,
+        })
+    }
+
+    fn base_color(&self, textures: &mut Textures) -> Result<ColourDescription> {
+        let Some((file, line)) = &self.texture else {
+            return Ok(ColourDescription::Constant(self.diffuse));
+        };
+        let texture = textures
+            .read_reflectance(file, ColourSpace::Srgb, 1.0)
+            .map_err(|error| {
+                let kind = error.kind();
+                let error = Error::scene(error.to_string()).of_kind(kind);
+                error
+                    .in_file(&self.place.file)
+                    .at_line(*line)
+                    .in_field("map_Kd")
+            })?;
+        Ok(ColourDescription::Texture(Arc::new(texture)))
+    }
+
+    /// See the head of this file.
+    fn model(&self, base_color: ColourDescription) -> Result<MaterialModel> {
+        let Self {
+            ior,
+            metallic,
+            illumination,
+            ..
+        } = *self;
+        let from_shininess = 1.0 - (self.shininess / 1000.0).min(1.0).sqrt();
+        let roughness = self.roughness.unwrap_or(from_shininess);
+        let refracts = self.roughness.is_some() && self.transmission.is_some();
+        let transmission = if refracts || matches!(illumination, Some(6 | 7)) {
+            self.transmission.unwrap_or(1.0)
+        } else {
+            0.0
+        };
+        let no_highlights = self.roughness.is_none() && matches!(illumination, Some(0 | 1));
+        let matte = no_highlights || roughness == 1.0;
+
+        Ok(if metallic == 0.0 && transmission == 1.0 {
+            if ior == 0.0 {
+                let error = Error::scene("glass needs a refractive index `Ni` above 0");
+                return Err(error
+                    .in_file(&self.place.file)
+                    .at_line(self.place.line.unwrap_or(1)));
+            }
             MaterialModel::Dielectric {
                 ior,
                 roughness,
                 tint: base_color,
             }
-        } else if self.metallic == 0.0 && self.transmission == 0.0 && roughness == 1.0 {
+        } else if metallic == 0.0 && transmission == 0.0 && matte {
             MaterialModel::Diffuse {
                 reflectance: base_color,
             }
         } else {
             MaterialModel::Principled {
                 base_color,
-                metallic: self.metallic,
+                metallic,
                 roughness,
-                ior,
-                transmission: self.transmission,
+                ior: ior.max(1.0),
+                transmission,
             }
-        }
+        })
     }
 }
 
-/// One finite number that passes `test`.
-fn number(text: &str, what: &str, test: impl Fn(f32) -> bool) -> Result<f32> {
-    let found = text.split_whitespace().next().unwrap_or("nothing");
-    let number = found
-        .parse()
-        .ok()
-        .filter(|&x: &f32| x.is_finite() && test(x));
-    number.ok_or_else(|| Error::scene(format!("expected {what}, found {found}")))
+/// What stands before the file of a `map_` line: options, each with its numbers or its one word.
+fn split_options(text: &str) -> (&str, &str) {
+    let mut file = text;
+    while file.starts_with('-') {
+        let vector = ["-o ", "-s ", "-t ", "-mm "]
+            .iter()
+            .any(|option| file.starts_with(option));
+        file = after_word(file);
+        if vector {
+            for _ in 0..3 {
+                let word = file.split_whitespace().next().unwrap_or_default();
+                if word.parse::<f64>().is_ok() {
+                    file = after_word(file);
+                }
+            }
+        } else {
+            file = after_word(file);
+        }
+    }
+    let options = &text[..text.len() - file.len()];
+    (options.trim_end(), file)
+}
+
+fn after_word(text: &str) -> &str {
+    text.split_once(char::is_whitespace)
+        .map_or("", |(_, rest)| rest.trim_start())
+}
+
+/// One number from 0 to `most`.
+fn number(text: &str, most: f32) -> Result<f32> {
+    let first = text.split_whitespace().next().unwrap_or("nothing");
+    let number = first.parse().ok().filter(|x| (0.0..=most).contains(x));
+    number.ok_or_else(|| {
+        Error::scene(format!(
+            "expected a number {}, found {}",
+            range(most),
+            shown(first)
+        ))
+    })
 }
 
 /// Three numbers from 0 to `most`, or one for all of them.
 fn colour(text: &str, most: f32) -> Result<Rgb> {
-    let expected = || {
-        let limit = if most == f32::MAX {
-            "of at least 0".to_owned()
-        } else {
-            format!("from 0 to {most}")
-        };
-        Error::scene(format!("expected three numbers {limit}, found {text}"))
+    let words = text.split_whitespace().map(|word| word.parse().ok());
+    let channels: Option<Vec<f32>> = words.take(4).collect();
+    let colour = match channels.as_deref() {
+        Some([grey]) => Some(Rgb::grey(*grey)),
+        Some([r, g, b]) => Some(Rgb::new(*r, *g, *b)),
+        _ => None,
     };
-    let channels: Vec<f32> = text
-        .split_whitespace()
-        .map(str::parse)
-        .collect::<std::result::Result<_, _>>()
-        .map_err(|_| expected())?;
-    let colour = match channels.as_slice() {
-        [grey] => Rgb::grey(*grey),
-        [r, g, b] => Rgb::new(*r, *g, *b),
-        _ => return Err(expected()),
-    };
-    let valid = colour.to_array().iter().all(|x| (0.0..=most).contains(x));
-    if valid { Ok(colour) } else { Err(expected()) }
+    let valid = colour.filter(|c| c.to_array().iter().all(|x| (0.0..=most).contains(x)));
+    valid.ok_or_else(|| {
+        Error::scene(format!(
+            "expected three numbers {}, found {}",
+            range(most),
+            shown(text)
+        ))
+    })
+}
+
+fn range(most: f32) -> String {
+    if most == f32::MAX {
+        "of at least 0".to_owned()
+    } else {
+        format!("from 0 to {most}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model(lines: &str) -> MaterialModel {
+        let mut entry = Entry::new("m", Path::new("m.mtl"), 1);
+        for line in lines.split(';') {
+            let (key, rest) = line.trim().split_once(' ').expect("a key and its value");
+            entry.set(key, rest, 2).expect(line);
+        }
+        entry
+            .model(ColourDescription::Constant(entry.diffuse))
+            .expect(lines)
+    }
+
+    #[test]
+    fn blenders_transmission_is_glass_but_a_filter_alone_is_not() {
+        for glass in [
+            "Tf 1 1 1;Pr 0;Ni 1.5",
+            "illum 7;Ni 1.5;Ns 1000",
+            "illum 6;Tf 1;Ni 1.5;Ns 1000",
+        ] {
+            assert!(
+                matches!(
+                    model(glass),
+                    MaterialModel::Dielectric {
+                        ior: 1.5,
+                        roughness: 0.0,
+                        ..
+                    }
+                ),
+                "{glass}"
+            );
+        }
+        assert!(matches!(
+            model("Tf 1 1 1;illum 2"),
+            MaterialModel::Diffuse { .. }
+        ));
+        assert!(matches!(
+            model("Tf .25 .25 .25;Pr 0.5;Ni 0"),
+            MaterialModel::Principled {
+                transmission: 0.25,
+                ior: 1.0,
+                ..
+            }
+        ));
+    }
+
+    #[test]
+    fn what_is_rough_or_without_highlights_is_diffuse() {
+        for matte in ["Pr 1", "Kd 1 1 1", "Ns 0", "Ns 900;illum 1"] {
+            assert!(
+                matches!(model(matte), MaterialModel::Diffuse { .. }),
+                "{matte}"
+            );
+        }
+        assert!(matches!(
+            model("Ns 250;illum 2"),
+            MaterialModel::Principled {
+                roughness: 0.5,
+                metallic: 0.0,
+                ..
+            }
+        ));
+        assert!(matches!(
+            model("Pr 1;Pm 1"),
+            MaterialModel::Principled {
+                roughness: 1.0,
+                metallic: 1.0,
+                ..
+            }
+        ));
+    }
+
+    #[test]
+    fn options_stand_before_the_file() {
+        for (text, options, file) in [
+            ("a b.png", "", "a b.png"),
+            (
+                "-s 1 2 3 -clamp on a b.png",
+                "-s 1 2 3 -clamp on",
+                "a b.png",
+            ),
+            ("-o 1 2.png", "-o 1", "2.png"),
+            ("-bm", "-bm", ""),
+        ] {
+            assert_eq!(split_options(text), (options, file), "{text}");
+        }
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_errors() {
+        let mut entry = Entry::new("m", Path::new("m.mtl"), 1);
+        for (key, rest) in [
+            ("Kd", "1 1"),
+            ("Kd", "1 1 1 1"),
+            ("Kd", "2 0 0"),
+            ("Kd", "x 0 0"),
+            ("Kd", ""),
+            ("Ke", "-1 0 0"),
+            ("Ke", "1e39 0 0"),
+            ("Ke", "nan 0 0"),
+            ("Ni", "inf"),
+            ("Pr", "1.5"),
+            ("d", ""),
+            ("illum", "2.5"),
+            ("map_Kd", "-s 1"),
+        ] {
+            assert!(entry.set(key, rest, 2).is_err(), "{key} {rest}");
+        }
+    }
 }

@@ -1,164 +1,157 @@
 //! Wavefront OBJ: one shape for each group and material of the file.
 //!
 //! Measure: the file's own units, in double precision; v of texture coordinates points up.
-//! Range: a file of at least one face; polygons become fans of triangles.
+//! Range: a file of at least one face; polygons become fans of triangles, which suits convex ones.
 //! Source: the OBJ format, through tobj. Tested in `tests/scene_loading.rs` and `tests/bad_input.rs`.
 
-use super::obj_check::{self, Complaint};
-use super::reader::Value;
-use super::toml::Contents;
-use super::{mtl, read_text};
+use super::contents::Contents;
+use super::mtl::{self, Entry};
+use super::obj_text::{Complaint, ObjText};
+use super::read_text;
+use super::reader::{shown, unknown_name};
 use crate::error::{Error, Result};
+use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec2, DVec3};
 use crate::scene::description::{GeometryDescription, MeshDescription, Place, ShapeDescription};
-use std::cell::Cell;
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Reads a model and the materials that it names. Materials go into `contents`; shapes are returned.
+/// A material of a model: its index, and what it emits.
+type Surface = (usize, Option<Rgb>);
+
+/// Reads a model. Its materials go into `contents`, unless all of it is to have `material`; its shapes are returned.
 ///
 /// # Errors
 /// Whatever is wrong with the file or its material libraries, with its line.
-pub fn load(path: &Path, contents: &mut Contents) -> Result<Vec<ShapeDescription>> {
-    // The parser takes tabs for a part of names.
-    let text = read_text(path)?.replace('\t', " ");
-    let at = |(line, why): Complaint| Error::scene(why).in_file(path).at_line(line);
-    let facts = obj_check::check(&text).map_err(at)?;
-    if facts.faces == 0 {
-        return Err(Error::scene("there are no faces in it").in_file(path));
+pub fn load(
+    path: &Path,
+    material: Option<usize>,
+    contents: &mut Contents,
+) -> Result<Vec<ShapeDescription>> {
+    let mut obj = ObjText::read(&read_text(path)?).map_err(at(path))?;
+    if obj.parts.is_empty() {
+        return Err(Error::scene("expected a model, found no faces").in_file(path));
     }
-
-    let first_material = contents.materials.len();
-    let folder = path.parent().unwrap_or(Path::new(""));
-    for (line, library) in &facts.libraries {
-        mtl::load(&folder.join(library), contents).map_err(|error| {
-            let kind = error.kind();
-            Error::scene(error.to_string())
-                .of_kind(kind)
-                .in_file(path)
-                .at_line(*line)
-        })?;
-    }
-    let names: Vec<String> = contents.materials[first_material..]
-        .iter()
-        .map(|m| m.name.clone())
-        .collect();
-    if facts.libraries.is_empty() {
-        if !facts.materials.is_empty() {
-            contents.note(format!(
-                "{}: names materials but no library of them; drawn grey",
-                path.display()
-            ));
-        }
-    } else {
-        let known: Vec<&str> = names.iter().map(String::as_str).collect();
-        obj_check::check_materials(&facts, &known).map_err(at)?;
-    }
-    if facts.degenerate > 0 {
+    if obj.left_out > 0 {
+        let count = obj.left_out;
         contents.note(format!(
-            "{}: {} points and lines were left out",
-            path.display(),
-            facts.degenerate
+            "{}: {count} points and lines were left out",
+            path.display()
         ));
     }
+    let surfaces: Vec<Surface> = match material {
+        Some(index) => vec![(index, None); obj.materials.len()],
+        None => surfaces(path, &obj, contents)?,
+    };
 
-    let models = parse(&text, &names)
-        .map_err(|error| Error::scene(format!("not a model: {error}")).in_file(path))?;
-    let mut shapes = Vec::new();
-    for model in models {
-        let material = match model.mesh.material_id {
-            Some(id) => first_material + id,
-            None => contents.default_material(),
+    let models = parse(&obj.for_parser())
+        .map_err(|error| Error::scene(format!("expected a model: {error}")).in_file(path))?;
+    let unnamed = path.file_stem().unwrap_or_default().to_string_lossy();
+    let mut shapes = Vec::with_capacity(models.len());
+    for (part, model) in obj.parts.iter().zip(models) {
+        let (material, emission) = match (part.material, material) {
+            (Some(name), _) => surfaces[name],
+            (None, Some(index)) => (index, None),
+            (None, None) => (contents.default_material(), None),
         };
+        let group = part.group.map(|group| obj.groups[group].as_str());
+        let name = group.filter(|name| !name.is_empty()).unwrap_or(&unnamed);
         shapes.push(ShapeDescription {
-            name: model.name,
+            // Many shapes may share a name of any length: messages need no more than its beginning.
+            name: shown(name),
             place: Place {
                 file: path.to_path_buf(),
-                line: None,
+                line: Some(part.line),
             },
-            geometry: GeometryDescription::Mesh(Arc::new(to_mesh(model.mesh, path, contents))),
+            geometry: GeometryDescription::Mesh(Arc::new(to_mesh(&model.mesh))),
             transform: DAffine3::IDENTITY,
             material,
-            emission: contents.emission_of(material),
+            emission,
             two_sided_emission: false,
         });
     }
     Ok(shapes)
 }
 
-/// An error about a model, seen from the scene that names it: both places are told.
-pub fn named_by(error: Error, value: &Value<'_>) -> Error {
-    let kind = error.kind();
-    value.error(error.to_string()).of_kind(kind)
+/// A complaint about a line of a file as an error.
+fn at(path: &Path) -> impl Fn(Complaint) -> Error {
+    move |(line, why)| Error::scene(why).in_file(path).at_line(line)
 }
 
-/// Runs the parser; `names` are the materials, in the order of their ids.
-fn parse(text: &str, names: &[String]) -> std::result::Result<Vec<tobj::Model>, tobj::LoadError> {
+/// The materials that the faces name, out of the file's libraries.
+fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<Surface>> {
+    if obj.libraries.is_empty() {
+        let grey = contents.default_material();
+        contents.note(format!(
+            "{}: has no material library; drawn grey",
+            path.display()
+        ));
+        return Ok(vec![(grey, None); obj.materials.len()]);
+    }
+    let mut known = BTreeMap::new();
+    for (line, written) in &obj.libraries {
+        for library in library_files(path, written) {
+            mtl::read(&library, &mut known, contents)
+                .map_err(|error| named_in(error, path, *line))?;
+        }
+    }
+    let mut surface = |(line, name): &(usize, String)| -> Result<Surface> {
+        let entry: &Entry = known.get(name).ok_or_else(|| {
+            let names: Vec<&str> = known.keys().map(String::as_str).collect();
+            at(path)((*line, unknown_name("material", name, &names)))
+        })?;
+        let material = entry
+            .material(&mut contents.textures)
+            .map_err(|error| named_in(error, path, *line))?;
+        Ok((contents.add_material(material), entry.emission()))
+    };
+    obj.materials.iter().map(&mut surface).collect()
+}
+
+/// An error about a file, seen from the model that names it: both places are told.
+fn named_in(error: Error, path: &Path, line: usize) -> Error {
+    let kind = error.kind();
+    at(path)((line, error.to_string())).of_kind(kind)
+}
+
+/// The files of one `mtllib`: a name that may have spaces, or else several names.
+fn library_files(path: &Path, written: &str) -> Vec<PathBuf> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let whole = folder.join(written);
+    if whole.exists() || !written.contains(char::is_whitespace) {
+        vec![whole]
+    } else {
+        written
+            .split_whitespace()
+            .map(|name| folder.join(name))
+            .collect()
+    }
+}
+
+/// Runs the parser.
+fn parse(text: &str) -> std::result::Result<Vec<tobj::Model>, tobj::LoadError> {
     let options = tobj::LoadOptions {
         single_index: true,
         triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
+        ..Default::default()
     };
-    // All libraries are read already: the first one that the parser asks for yields all of them.
-    let given = Cell::new(false);
-    let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, |_| {
-        let first = !given.replace(true);
-        let names = if first { names } else { &[] };
-        let material = |name: &String| tobj::Material {
-            name: name.clone(),
-            ..Default::default()
-        };
-        let ids = names.iter().cloned().zip(0..).collect();
-        Ok((names.iter().map(material).collect(), ids))
-    })?;
-    Ok(models
-        .into_iter()
-        .filter(|model| !model.mesh.indices.is_empty())
-        .collect())
+    let no_libraries = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
+    tobj::load_obj_buf(&mut text.as_bytes(), &options, no_libraries).map(|(models, _)| models)
 }
 
-fn to_mesh(mesh: tobj::Mesh, path: &Path, contents: &mut Contents) -> MeshDescription {
-    let positions: Vec<DVec3> = triples(&mesh.positions);
-    let mut normals = triples(&mesh.normals);
-    let mut uvs: Vec<DVec2> = mesh
-        .texcoords
-        .as_chunks()
-        .0
-        .iter()
-        .map(|&[u, v]| DVec2::new(u, v))
-        .collect();
-    // Where only some corners have one, there is no telling which.
-    for (what, there) in [
-        ("normals", normals.len()),
-        ("texture coordinates", uvs.len()),
-    ] {
-        if there != 0 && there != positions.len() {
-            contents.note(format!(
-                "{}: {what} of some corners only; left out where they are not complete",
-                path.display()
-            ));
-        }
-    }
-    if normals.len() != positions.len() {
-        normals.clear();
-    }
-    if uvs.len() != positions.len() {
-        uvs.clear();
-    }
+fn to_mesh(mesh: &tobj::Mesh) -> MeshDescription {
+    let (uvs, _) = mesh.texcoords.as_chunks();
+    let (indices, _) = mesh.indices.as_chunks();
     MeshDescription {
-        positions,
-        normals,
-        uvs,
-        indices: mesh.indices.as_chunks().0.to_vec(),
+        positions: triples(&mesh.positions),
+        normals: triples(&mesh.normals),
+        uvs: uvs.iter().copied().map(DVec2::from_array).collect(),
+        indices: indices.to_vec(),
     }
 }
 
 fn triples(numbers: &[f64]) -> Vec<DVec3> {
-    numbers
-        .as_chunks()
-        .0
-        .iter()
-        .map(|&xyz| DVec3::from_array(xyz))
-        .collect()
+    let (triples, _) = numbers.as_chunks();
+    triples.iter().copied().map(DVec3::from_array).collect()
 }

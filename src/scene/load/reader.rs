@@ -32,15 +32,22 @@ const LATER: &[&str] = &[
 ];
 
 /// A scene file as text, to tell lines in it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 pub struct Document<'a> {
-    /// Its path.
-    pub file: &'a Path,
-    /// Its content.
-    pub text: &'a str,
+    file: &'a Path,
+    text: &'a str,
+    /// The byte that each line starts with.
+    lines: Vec<usize>,
 }
 
 impl<'a> Document<'a> {
+    /// A file with this content.
+    pub fn new(file: &'a Path, text: &'a str) -> Self {
+        let starts = text.match_indices('\n').map(|(newline, _)| newline + 1);
+        let lines = std::iter::once(0).chain(starts).collect();
+        Self { file, text, lines }
+    }
+
     /// Parses the text as TOML.
     ///
     /// # Errors
@@ -55,9 +62,8 @@ impl<'a> Document<'a> {
     }
 
     /// The line, counted from 1, of a byte.
-    pub fn line(&self, offset: usize) -> usize {
-        let before = &self.text.as_bytes()[..offset.min(self.text.len())];
-        1 + before.iter().filter(|&&byte| byte == b'\n').count()
+    fn line(&self, offset: usize) -> usize {
+        self.lines.partition_point(|&start| start <= offset)
     }
 
     fn error(&self, field: &str, span: &Range<usize>, message: impl Into<String>) -> Error {
@@ -74,7 +80,7 @@ impl<'a> Document<'a> {
 
 /// A table that remembers which keys it was asked for.
 pub struct Table<'a> {
-    document: Document<'a>,
+    document: &'a Document<'a>,
     /// Its place in the document, such as `shape[2]`; empty at the top.
     path: String,
     table: &'a DeTable<'a>,
@@ -85,7 +91,7 @@ pub struct Table<'a> {
 /// A value with its place.
 #[derive(Clone)]
 pub struct Value<'a> {
-    document: Document<'a>,
+    document: &'a Document<'a>,
     path: String,
     value: &'a DeValue<'a>,
     span: Range<usize>,
@@ -93,7 +99,7 @@ pub struct Value<'a> {
 
 impl<'a> Table<'a> {
     /// The document's own table.
-    pub fn root(document: Document<'a>, parsed: &'a Spanned<DeTable<'a>>) -> Self {
+    pub fn root(document: &'a Document<'a>, parsed: &'a Spanned<DeTable<'a>>) -> Self {
         Self {
             document,
             path: String::new(),
@@ -176,12 +182,12 @@ impl<'a> Value<'a> {
         let found = match self.value {
             DeValue::Table(_) => "a table".to_owned(),
             DeValue::Array(array) => format!("a list of {}", array.len()),
-            _ => self
-                .document
-                .text
-                .get(self.span.clone())
-                .unwrap_or("something else")
-                .to_owned(),
+            _ => shown(
+                self.document
+                    .text
+                    .get(self.span.clone())
+                    .unwrap_or_default(),
+            ),
         };
         self.error(format!("expected {what}, found {found}"))
     }
@@ -364,21 +370,45 @@ impl<'a> Value<'a> {
 
 /// What to say of a name that is not among `known`: the nearest of them, or that a later version has it.
 pub fn unknown_name(what: &str, name: &str, known: &[&str]) -> String {
-    if LATER.contains(&name) {
+    let name = shown(name);
+    if LATER.contains(&name.as_str()) {
         return format!("`{name}` is not supported by this version");
     }
     let nearest = known
         .iter()
-        .map(|candidate| (strsim::damerau_levenshtein(name, candidate), candidate))
+        .filter(|candidate| candidate.len() <= LONGEST_SHOWN)
+        .map(|candidate| (strsim::damerau_levenshtein(&name, candidate), candidate))
         .min()
         .filter(|(distance, candidate)| *distance <= 1 + candidate.len() / 3);
-    match nearest {
-        Some((_, candidate)) => format!("unknown {what} `{name}`; did you mean `{candidate}`?"),
-        None => format!(
-            "unknown {what} `{name}`; expected one of: {}",
-            known.join(", ")
-        ),
+    let listed = known.iter().take(MOST_LISTED).map(|name| shown(name));
+    let mut listed = listed.collect::<Vec<_>>().join(", ");
+    if known.len() > MOST_LISTED {
+        listed.push_str(", ...");
     }
+    match nearest {
+        Some((_, nearest)) => {
+            format!("unknown {what} `{name}`; did you mean `{nearest}`? Expected one of: {listed}")
+        }
+        None if known.is_empty() => format!("unknown {what} `{name}`; there are none"),
+        None => format!("unknown {what} `{name}`; expected one of: {listed}"),
+    }
+}
+
+/// Characters of a text from a file that a message repeats.
+const LONGEST_SHOWN: usize = 80;
+
+/// Names that a message lists.
+const MOST_LISTED: usize = 24;
+
+/// A text from a file as a message repeats it: on one line, and not too long.
+pub fn shown(text: &str) -> String {
+    let end = text.char_indices().nth(LONGEST_SHOWN);
+    let end = end.map_or(text.len(), |(index, _)| index);
+    let mut shown = text[..end].replace(|c: char| c.is_control(), " ");
+    if end < text.len() {
+        shown.push_str("...");
+    }
+    shown
 }
 
 #[cfg(test)]
@@ -386,12 +416,9 @@ mod tests {
     use super::*;
 
     fn check(text: &str, read: impl Fn(&Table<'_>) -> Result<()>) -> String {
-        let document = Document {
-            file: Path::new("a.toml"),
-            text,
-        };
+        let document = Document::new(Path::new("a.toml"), text);
         let result = document.parse().and_then(|parsed| {
-            let table = Table::root(document, &parsed);
+            let table = Table::root(&document, &parsed);
             read(&table).and_then(|()| table.finish())
         });
         result
@@ -436,7 +463,7 @@ mod tests {
         );
         assert_eq!(
             check("radius = 1\nraduis = 2", radius),
-            "a.toml:2: unknown key `raduis`; did you mean `radius`?"
+            "a.toml:2: unknown key `raduis`; did you mean `radius`? Expected one of: radius"
         );
         assert_eq!(
             check("motion = 1", radius),

@@ -5,11 +5,11 @@
 //! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
 
 use super::colour::{Bound, constant};
+use super::contents::Contents;
 use super::obj;
 use super::reader::{Table, Value, unknown_name};
-use super::toml::Contents;
 use super::transform::transform;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{GeometryDescription, MeshDescription, Place, ShapeDescription};
 use std::path::Path;
@@ -71,16 +71,11 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
         let path = file.parent().unwrap_or(Path::new("")).join(model.text()?);
         table.finish()?;
         let mut shapes =
-            obj::load(&path, contents).map_err(|error| obj::named_by(error, &model))?;
+            obj::load(&path, material, contents).map_err(|error| named_by(error, &model))?;
         for shape in &mut shapes {
             shape.transform = transform;
             shape.two_sided_emission = two_sided_emission;
-            shape.material = material.unwrap_or(shape.material);
-            shape.emission = emission.or(if material.is_some() {
-                None
-            } else {
-                shape.emission
-            });
+            shape.emission = emission.or(shape.emission);
         }
         contents.shapes.append(&mut shapes);
         return Ok(());
@@ -100,11 +95,17 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
     Ok(())
 }
 
+/// An error about a model, seen from the scene that names it: both places are told.
+fn named_by(error: Error, value: &Value<'_>) -> Error {
+    let kind = error.kind();
+    value.error(error.to_string()).of_kind(kind)
+}
+
 fn find_material(value: &Value<'_>, contents: &Contents) -> Result<usize> {
-    let wanted = value.text()?;
-    let names: Vec<&str> = contents.materials.iter().map(|m| m.name.as_str()).collect();
-    let found = names.iter().position(|name| *name == wanted);
-    found.ok_or_else(|| value.error(unknown_name("material", wanted, &names)))
+    let name = value.text()?;
+    contents
+        .material_named(name)
+        .ok_or_else(|| value.error(unknown_name("material", name, &contents.material_names())))
 }
 
 fn geometry(shape_type: Type, table: &Table<'_>) -> Result<GeometryDescription> {

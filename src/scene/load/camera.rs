@@ -1,0 +1,113 @@
+//! The camera as a table of a scene file, and where cameras stand.
+//!
+//! Measure: world units, degrees.
+//! Range: a field of view above 0 and below 180 degrees; a transform that only rotates and moves.
+//! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
+
+use super::reader::{Table, Value};
+use super::transform::transform;
+use crate::error::Result;
+use crate::math::vec::{DAffine3, DMat3, DVec3};
+use crate::scene::description::CameraDescription;
+
+/// Reads `[camera]`.
+///
+/// # Errors
+/// Whatever in it is not as the format says.
+pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
+    let (to_world, to_target) = placement(table)?;
+    let positive = |key, default| match table.optional(key) {
+        Some(value) => value.number_where("a number above 0", |x: f64| x > 0.0),
+        None => Ok(default),
+    };
+    let fov = match table.optional("fov") {
+        Some(fov) => fov.number_where("an angle in degrees above 0 and below 180", |x| {
+            x > 0.0 && x < 180.0
+        })?,
+        None => 40.0,
+    };
+    let lens_radius = table.optional("lens_radius").map_or(Ok(0.0), |radius| {
+        radius.number_where("a number of at least 0", |x| x >= 0.0)
+    })?;
+    if let Some(shutter) = table.optional("shutter") {
+        let [open, close] = shutter.numbers::<2>()?;
+        if open != close {
+            return Err(
+                shutter.error("motion is not supported by this version: expected equal times")
+            );
+        }
+    }
+    let camera = CameraDescription {
+        to_world,
+        fov: fov.to_radians(),
+        lens_radius,
+        focus_distance: positive("focus_distance", to_target)?,
+    };
+    table.finish()?;
+    Ok(camera)
+}
+
+/// Where the camera stands, and how far from it is what it looks at.
+fn placement(table: &Table<'_>) -> Result<(DAffine3, f64)> {
+    match table.optional("transform") {
+        Some(value) => {
+            if let Some(other) = ["eye", "target", "up"]
+                .into_iter()
+                .find(|key| table.has(key))
+            {
+                let message = format!(
+                    "expected either transform, or eye and target, but `{other}` is there too"
+                );
+                return Err(value.error(message));
+            }
+            Ok((rigid(&value)?, 1.0))
+        }
+        None => {
+            let eye = table.required("eye")?.vec3()?;
+            let target = table.required("target")?;
+            let up = table.optional("up").map_or(Ok(DVec3::Y), |up| up.vec3())?;
+            let towards = target.vec3()?;
+            let placed = look_at(eye, towards, up).ok_or_else(|| {
+                target.error(
+                    "eye and target are the same point, or up is along the line between them",
+                )
+            })?;
+            Ok((placed, eye.distance(towards)))
+        }
+    }
+}
+
+/// A camera at `eye` that looks at `target`; `None` where that leaves a direction open.
+fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
+    Some(DAffine3 {
+        matrix3: orientation(eye - target, up)?,
+        translation: eye,
+    })
+}
+
+/// The axes of a camera that looks against `back`; `None` where that leaves a direction open.
+pub fn orientation(back: DVec3, up: DVec3) -> Option<DMat3> {
+    let back = back.try_normalize()?;
+    let right = up.try_normalize()?.cross(back);
+    // Nearly parallel vectors leave a direction that is mostly rounding.
+    let right = (right.length() > 1e-9).then(|| right.normalize())?;
+    Some(DMat3::from_cols(right, back.cross(right), back))
+}
+
+/// A camera's transform: it may not stretch.
+fn rigid(value: &Value<'_>) -> Result<DAffine3> {
+    let placed = transform(value, "the camera")?;
+    let matrix = placed.matrix3;
+    let error = matrix.transpose() * matrix - DMat3::IDENTITY;
+    let largest = error
+        .to_cols_array()
+        .into_iter()
+        .fold(0.0, |a: f64, b| a.max(b.abs()));
+    if largest < 1e-6 && matrix.determinant() > 0.0 {
+        Ok(placed)
+    } else {
+        Err(value.error(
+            "expected rotations and translations only: a camera cannot be stretched or mirrored",
+        ))
+    }
+}

@@ -1,0 +1,79 @@
+//! What is gathered while a scene is read.
+//!
+//! Measure: as in the description.
+//! Range: material names are unique; indices are those of `materials`.
+//! Source: none needed. Tested in `tests/scene_loading.rs`.
+
+use super::colour::Textures;
+use crate::math::rgb::Rgb;
+use crate::scene::description::{
+    ColourDescription, MaterialDescription, MaterialModel, Place, ShapeDescription,
+};
+use std::collections::HashMap;
+
+/// Notes that are kept: a file may give cause for one in every line.
+const MOST_NOTES: usize = 20;
+
+/// Materials, shapes and notes so far.
+#[derive(Debug, Default)]
+pub struct Contents {
+    pub materials: Vec<MaterialDescription>,
+    pub shapes: Vec<ShapeDescription>,
+    pub textures: Textures,
+    pub notes: Vec<String>,
+    /// The materials that shapes may name: those of the scene file, not those of its models.
+    named: HashMap<String, usize>,
+    default_material: Option<usize>,
+}
+
+impl Contents {
+    /// Adds a material, and returns its index.
+    pub fn add_material(&mut self, material: MaterialDescription) -> usize {
+        self.materials.push(material);
+        self.materials.len() - 1
+    }
+
+    /// Adds a material that shapes may name; `false` if there is one of that name already.
+    pub fn add_named_material(&mut self, material: MaterialDescription) -> bool {
+        let name = material.name.clone();
+        let index = self.add_material(material);
+        self.named.insert(name, index).is_none()
+    }
+
+    /// The material of this name.
+    pub fn material_named(&self, name: &str) -> Option<usize> {
+        self.named.get(name).copied()
+    }
+
+    /// All names of materials, in alphabetical order.
+    pub fn material_names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.named.keys().map(String::as_str).collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// The grey material of shapes that name none.
+    pub fn default_material(&mut self) -> usize {
+        if let Some(index) = self.default_material {
+            return index;
+        }
+        let index = self.add_material(MaterialDescription {
+            name: "default".to_owned(),
+            place: Place::default(),
+            model: MaterialModel::Diffuse {
+                reflectance: ColourDescription::Constant(Rgb::grey(0.5)),
+            },
+        });
+        self.default_material = Some(index);
+        index
+    }
+
+    /// Keeps a sentence for the user, unless there are many already.
+    pub fn note(&mut self, note: impl Into<String>) {
+        if self.notes.len() < MOST_NOTES {
+            self.notes.push(note.into());
+        } else if self.notes.len() == MOST_NOTES {
+            self.notes.push("further notes were left out".to_owned());
+        }
+    }
+}

@@ -1,0 +1,366 @@
+//! The lines of an OBJ file: checked, and sorted into parts that the parser reads safely.
+//!
+//! The parser, tobj, tells no lines, and takes numbers that are not finite as they come. It also loses track where only
+//! some corners of a group have texture coordinates, and repeats a group's name for each change of material. So this
+//! pass checks every line, and writes the file anew: first all vertices, then one group for each [`Part`].
+//!
+//! Measure: lines and indices count from 1, as in the file.
+//! Range: errors have their line. Repaired: points and lines are left out; weights and colours of vertices are dropped;
+//! a missing second texture coordinate is 0; a face of which only some corners have texture coordinates or normals
+//! loses them. Other keywords are passed over.
+//! Source: the OBJ format, appendix B1 of Wavefront's Advanced Visualizer manual. Tested below.
+
+use super::reader::shown;
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::fmt::Write;
+
+/// What is wrong, and in which line.
+pub type Complaint = (usize, String);
+
+/// An OBJ file, checked.
+#[derive(Debug, Default)]
+pub struct ObjText {
+    /// The lines of all vertices, texture coordinates and normals.
+    vertices: String,
+    /// All faces, by what they have in common.
+    pub parts: Vec<Part>,
+    /// The names that `o` and `g` give.
+    pub groups: Vec<String>,
+    /// What `mtllib` names, with its lines.
+    pub libraries: Vec<(usize, String)>,
+    /// What `usemtl` names, each with its first line.
+    pub materials: Vec<(usize, String)>,
+    /// How many points and lines were left out.
+    pub left_out: usize,
+}
+
+/// The faces of one group and one material, with texture coordinates and normals for all corners or for none.
+#[derive(Debug)]
+pub struct Part {
+    /// Index into [`ObjText::groups`]; none before the first.
+    pub group: Option<usize>,
+    /// Index into [`ObjText::materials`].
+    pub material: Option<usize>,
+    /// The line of its first face.
+    pub line: usize,
+    /// Its faces, with indices that count from the file's start.
+    faces: String,
+}
+
+impl ObjText {
+    /// Reads all lines.
+    ///
+    /// # Errors
+    /// The first one that is wrong.
+    pub fn read(text: &str) -> Result<Self, Complaint> {
+        let mut reader = Reader::default();
+        for (line, content) in logical_lines(text) {
+            reader.read(line, &content).map_err(|why| (line, why))?;
+        }
+        Ok(reader.obj)
+    }
+
+    /// The file for the parser, which finds one model for each part, in their order.
+    pub fn for_parser(&mut self) -> String {
+        let mut text = std::mem::take(&mut self.vertices);
+        for (index, part) in self.parts.iter_mut().enumerate() {
+            write!(text, "g {index}\n{}", std::mem::take(&mut part.faces)).expect(INFALLIBLE);
+        }
+        text
+    }
+}
+
+const INFALLIBLE: &str = "writing to a string does not fail";
+
+/// What corners of faces refer to.
+const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+
+/// Indices of a vertex, texture coordinate and normal, counted from 1; 0 is none.
+type Corner = [usize; 3];
+
+/// Group, material, and whether all corners have texture coordinates and normals.
+type PartKey = (Option<usize>, Option<usize>, [bool; 2]);
+
+/// The state between lines.
+#[derive(Default)]
+struct Reader {
+    obj: ObjText,
+    /// How many of each of [`KINDS`] there are so far.
+    counts: [usize; 3],
+    group: Option<usize>,
+    groups: HashMap<String, usize>,
+    material: Option<usize>,
+    materials: HashMap<String, usize>,
+    parts: HashMap<PartKey, usize>,
+    /// The part of the current group and material for faces with or without texture coordinates and normals.
+    current: [[Option<usize>; 2]; 2],
+    corners: Vec<Corner>,
+}
+
+impl Reader {
+    fn read(&mut self, line: usize, content: &str) -> Result<(), String> {
+        let mut words = content.split_whitespace();
+        let Some(keyword) = words.next() else {
+            return Ok(());
+        };
+        let rest = content.trim_start()[keyword.len()..].trim();
+        match keyword {
+            "v" => self.vertex(0, "v", words, 3)?,
+            "vt" => self.vertex(1, "vt", words, 1)?,
+            "vn" => self.vertex(2, "vn", words, 3)?,
+            "f" => self.face(line, words)?,
+            "p" | "l" => self.obj.left_out += 1,
+            "o" | "g" => {
+                let next = self.groups.len();
+                let name = rest.to_owned();
+                self.group = Some(*self.groups.entry(name).or_insert(next));
+                if self.group == Some(next) {
+                    self.obj.groups.push(rest.to_owned());
+                }
+                self.current = Default::default();
+            }
+            "usemtl" if rest.is_empty() => return Err("usemtl without a name".to_owned()),
+            "usemtl" => {
+                let next = self.materials.len();
+                let name = rest.to_owned();
+                self.material = Some(*self.materials.entry(name).or_insert(next));
+                if self.material == Some(next) {
+                    self.obj.materials.push((line, rest.to_owned()));
+                }
+                self.current = Default::default();
+            }
+            "mtllib" if rest.is_empty() => return Err("mtllib without a file".to_owned()),
+            "mtllib" => self.obj.libraries.push((line, rest.to_owned())),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Copies the numbers that count of a vertex, texture coordinate or normal.
+    fn vertex<'a>(
+        &mut self,
+        kind: usize,
+        keyword: &str,
+        words: impl Iterator<Item = &'a str>,
+        least: usize,
+    ) -> Result<(), String> {
+        let most = least.max(2);
+        let mut found = 0;
+        self.obj.vertices.push_str(keyword);
+        for word in words.take(most) {
+            // 1e999 parses as infinity.
+            if !word.parse().is_ok_and(f64::is_finite) {
+                return Err(format!("expected a finite number, found `{}`", shown(word)));
+            }
+            self.obj.vertices.push(' ');
+            self.obj.vertices.push_str(word);
+            found += 1;
+        }
+        if found < least {
+            return Err(format!("`{keyword}` needs {least} numbers, found {found}"));
+        }
+        for _ in found..most {
+            self.obj.vertices.push_str(" 0");
+        }
+        self.obj.vertices.push('\n');
+        self.counts[kind] += 1;
+        Ok(())
+    }
+
+    /// Files a face under its part.
+    fn face<'a>(
+        &mut self,
+        line: usize,
+        words: impl Iterator<Item = &'a str>,
+    ) -> Result<(), String> {
+        self.corners.clear();
+        for word in words {
+            self.corners.push(corner(word, &self.counts)?);
+        }
+        match self.corners.len() {
+            0 => return Err("a face without vertices".to_owned()),
+            1 | 2 => {
+                self.obj.left_out += 1;
+                return Ok(());
+            }
+            _ => {}
+        }
+        let complete = [1, 2].map(|kind| self.corners.iter().all(|corner| corner[kind] != 0));
+        let part = self.part(line, complete);
+        let faces = &mut self.obj.parts[part].faces;
+        faces.push('f');
+        for [v, vt, vn] in &self.corners {
+            match complete {
+                [true, true] => write!(faces, " {v}/{vt}/{vn}"),
+                [true, false] => write!(faces, " {v}/{vt}"),
+                [false, true] => write!(faces, " {v}//{vn}"),
+                [false, false] => write!(faces, " {v}"),
+            }
+            .expect(INFALLIBLE);
+        }
+        faces.push('\n');
+        Ok(())
+    }
+
+    /// The part of the current group and material for faces with these attributes.
+    fn part(&mut self, line: usize, complete: [bool; 2]) -> usize {
+        let current = &mut self.current[usize::from(complete[0])][usize::from(complete[1])];
+        if let Some(part) = *current {
+            return part;
+        }
+        let key = (self.group, self.material, complete);
+        let part = *self.parts.entry(key).or_insert_with(|| {
+            self.obj.parts.push(Part {
+                group: self.group,
+                material: self.material,
+                line,
+                faces: String::new(),
+            });
+            self.obj.parts.len() - 1
+        });
+        *current = Some(part);
+        part
+    }
+}
+
+/// A face's corner: `v`, `v/vt`, `v//vn` or `v/vt/vn`. Negative indices count back from the last vertex so far.
+fn corner(word: &str, counts: &[usize; 3]) -> Result<Corner, String> {
+    let mut corner = [0; 3];
+    for (kind, part) in word.split('/').enumerate() {
+        let Some(what) = KINDS.get(kind) else {
+            return Err(format!("too many slashes in `{}`", shown(word)));
+        };
+        if part.is_empty() && kind > 0 {
+            continue;
+        }
+        let number: i64 = part.parse().map_err(|_| {
+            format!(
+                "expected the number of a {what}, found `{}` in `{}`",
+                shown(part),
+                shown(word)
+            )
+        })?;
+        let count = counts[kind];
+        let distance = usize::try_from(number.unsigned_abs()).unwrap_or(usize::MAX);
+        if !(1..=count).contains(&distance) {
+            return Err(format!(
+                "{what} {number} is out of range: there are {count} up to here, counted from 1"
+            ));
+        }
+        corner[kind] = if number < 0 {
+            count + 1 - distance
+        } else {
+            distance
+        };
+    }
+    Ok(corner)
+}
+
+/// The lines that say something, with their numbers; one that ends in a backslash goes on in the next.
+fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    let mut lines = (1..).zip(text.lines());
+    std::iter::from_fn(move || {
+        let (number, first) = lines
+            .by_ref()
+            .find(|(_, line)| !line.trim_start().starts_with('#'))?;
+        let mut whole = Cow::Borrowed(first);
+        while let Some(part) = whole.trim_end().strip_suffix('\\') {
+            let Some((_, next)) = lines.next() else {
+                return Some((number, Cow::Owned(part.to_owned())));
+            };
+            whole = Cow::Owned(format!("{part} {next}"));
+        }
+        Some((number, whole))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const VERTICES: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+    fn read(end: &str) -> ObjText {
+        ObjText::read(&format!("{VERTICES}{end}")).expect(end)
+    }
+
+    #[test]
+    fn faces_are_sorted_by_group_material_and_what_their_corners_have() {
+        let mut obj = read(
+            "vt 0\nvn 0 0 1\ng a\nf 1 2 3\nf 1/1 2/1 3/1\nusemtl m\nf 1//1 2//1 3//1\n\
+             g b\nf -3/-1/-1 -2/1/1 -1/1/1\nf 1 2\np 1\ng a\nusemtl m\nf 1//1 2//1 3//1\nf 1/1 2 3/1/\n",
+        );
+        let parts: Vec<_> = obj
+            .parts
+            .iter()
+            .map(|p| (p.group, p.material, p.line))
+            .collect();
+        let expected = [
+            (Some(0), None, 7),
+            (Some(0), None, 8),
+            (Some(0), Some(0), 10),
+            (Some(1), Some(0), 12),
+            (Some(0), Some(0), 18),
+        ];
+        assert_eq!(parts, expected);
+        assert_eq!(obj.groups, ["a", "b"]);
+        assert_eq!(obj.left_out, 2);
+        assert_eq!(obj.materials, [(9, "m".to_owned())]);
+        assert_eq!(
+            obj.for_parser(),
+            format!(
+                "{VERTICES}vt 0 0\nvn 0 0 1\ng 0\nf 1 2 3\ng 1\nf 1/1 2/1 3/1\n\
+                 g 2\nf 1//1 2//1 3//1\nf 1//1 2//1 3//1\ng 3\nf 1/1/1 2/1/1 3/1/1\ng 4\nf 1 2 3\n"
+            )
+        );
+    }
+
+    #[test]
+    fn what_follows_a_vertex_is_dropped() {
+        let mut obj = ObjText::read("v 1 2 3 0\nv 1 2 3 .5 .5 .5\nvt 1 2 3\n").expect("valid");
+        assert_eq!(obj.for_parser(), "v 1 2 3\nv 1 2 3\nvt 1 2\n");
+    }
+
+    #[test]
+    fn names_may_have_spaces_and_lines_may_go_on() {
+        let obj = read("  usemtl\ta b \nf 1 \\\r\n2 \\\n3\n# C:\\\nmtllib c d.mtl\nf 1 2 3 \\");
+        assert_eq!(obj.materials, [(4, "a b".to_owned())]);
+        assert_eq!(obj.libraries, [(9, "c d.mtl".to_owned())]);
+        assert_eq!(obj.parts[0].faces, "f 1 2 3\nf 1 2 3\n");
+    }
+
+    #[test]
+    fn every_error_has_its_line() {
+        for (end, words) in [
+            ("f 1 2 4", "vertex 4 is out of range: there are 3"),
+            ("f 0 1 2", "vertex 0 is out of range"),
+            ("f -4 1 2", "vertex -4 is out of range"),
+            ("f 1 2 2147483648", "out of range"),
+            ("f 1 2 -9223372036854775808", "out of range"),
+            (
+                "f 1 2 99999999999999999999",
+                "expected the number of a vertex",
+            ),
+            (
+                "f 1/1 2/1 3/1",
+                "texture coordinate 1 is out of range: there are 0",
+            ),
+            ("f 1//1 2 3", "normal 1 is out of range"),
+            ("f 1/// 2 3", "too many slashes"),
+            ("f /1 2 3", "expected the number of a vertex, found ``"),
+            ("f f", "expected the number of a vertex"),
+            ("f", "a face without vertices"),
+            ("v 1 2", "`v` needs 3 numbers, found 2"),
+            ("vt", "`vt` needs 1 numbers, found 0"),
+            ("v 1 nan 2", "expected a finite number, found `nan`"),
+            ("v 1 1e999 2", "expected a finite number, found `1e999`"),
+            ("usemtl", "usemtl without a name"),
+            ("mtllib ", "mtllib without a file"),
+        ] {
+            let (line, why) = ObjText::read(&format!("{VERTICES}{end}")).expect_err(end);
+            assert_eq!(line, 4, "{end}");
+            assert!(why.contains(words), "{end}: {why}");
+        }
+    }
+}

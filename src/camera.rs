@@ -2,7 +2,7 @@
 //!
 //! Measure: film positions in pixels from the upper left corner of the picture, y down; rays in normalised scene units.
 //! Range: field of view in (0, pi); a lens of radius 0 is a pinhole and draws no lens numbers' worth of difference.
-//! Source: Kolb, Mitchell and Hanrahan 1995 for the thin lens. Tested in `tests/camera.rs`.
+//! Source: Kolb, Mitchell and Hanrahan 1995 for the thin lens. Tested in `tests/determinism.rs`.
 
 use crate::math::ray::Ray;
 use crate::math::vec::{DVec3, Vec2, Vec3};

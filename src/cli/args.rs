@@ -83,7 +83,7 @@ pub struct RenderArguments {
     #[arg(long, value_parser = named(Backend::ALL, Backend::name),
           default_value = Backend::ALL[0].name())]
     pub backend: Backend,
-    /// robust has no leaks; fast saves about a third of the tracing and now and then misses an edge.
+    /// robust is watertight along edges; fast saves about a third of the tracing and may miss an edge.
     #[arg(long, value_parser = named(&[Precision::Robust, Precision::Fast], Precision::name),
           default_value = Precision::Robust.name())]
     pub precision: Precision,

@@ -1,9 +1,9 @@
 //! How many samples the next pass takes, so that a render ends when it should.
 //!
 //! Measure: samples per pixel, seconds.
-//! Range: passes of 1 to [`LARGEST_PASS`] samples per pixel. A time is met to within half a sample per pixel: where one
+//! Range: passes of 1 to `LARGEST_PASS` samples per pixel. A time is met to within half a sample per pixel: where one
 //! sample of every pixel takes long, that is the best that whole passes can do.
-//! Source: none needed. Tested below and in `tests/budget.rs`.
+//! Source: none needed. Tested below and in `tests/command.rs`.
 
 use super::settings::Budget;
 use std::time::Duration;

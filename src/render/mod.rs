@@ -6,7 +6,7 @@
 //!
 //! Measure: samples per pixel, seconds.
 //! Range: settings that [`RenderSettings::validate`] lets through.
-//! Source: docs/architecture.md. Tested in `tests/determinism.rs` and `tests/budget.rs`.
+//! Source: docs/architecture.md. Tested in `tests/determinism.rs` and `tests/command.rs`.
 
 pub mod budget;
 mod dispatch;

@@ -2,7 +2,7 @@
 //!
 //! Measure: pixels, samples per pixel, seconds.
 //! Range: said at each field; [`RenderSettings::validate`] names what is out of it.
-//! Source: design of the command line. Tested in `tests/render_settings.rs` and `tests/command.rs`.
+//! Source: design of the command line. Tested in `tests/bad_flags.rs` and `tests/command.rs`.
 
 use crate::error::{Error, Result};
 use crate::film::Window;

@@ -2,7 +2,7 @@
 //!
 //! Measure: as in `bsdf/types.rs`.
 //! Range: what `load` lets through.
-//! Source: none needed. Tested in `tests/prepare.rs`.
+//! Source: none needed. Tested in `tests/scene_loading.rs`.
 
 use super::description::{ColourDescription, MaterialModel};
 use crate::bsdf::principled::PrincipledParameters;

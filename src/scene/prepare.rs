@@ -5,7 +5,7 @@
 //!
 //! Measure: world units in, normalised units out.
 //! Range: what `load` lets through; a transform that stretches a sphere or disk unevenly is an error.
-//! Source: docs/architecture.md. Tested in `tests/prepare.rs`.
+//! Source: docs/architecture.md. Tested in `tests/scene_loading.rs`.
 
 use super::description::{
     CameraDescription, GeometryDescription, MeshDescription, SceneDescription, ShapeDescription,

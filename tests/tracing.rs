@@ -1,0 +1,353 @@
+//! Ray queries of every backend and precision against the brute-force oracle in double precision, rays that leave a
+//! surface, and rays aimed at the seams of closed meshes.
+
+mod common;
+
+use common::TestRng;
+use etendue::accel::{Accel, AccelOptions, Backend, Departure, Hit, Precision, PrimitiveId, brute};
+use etendue::geometry::surface::SurfacePoint;
+use etendue::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
+use etendue::math::ray::Ray;
+use etendue::math::robust::offset_point;
+use etendue::math::vec::Vec3;
+use etendue::scene::interaction::Interaction;
+use std::sync::Arc;
+
+/// Every way of tracing that this build has.
+fn every_accel(geometries: &Arc<[Geometry]>) -> Vec<(String, Accel)> {
+    let mut all = Vec::new();
+    for &backend in Backend::ALL {
+        for precision in [Precision::Robust, Precision::Fast] {
+            let options = AccelOptions {
+                backend,
+                precision,
+                threads: 2,
+            };
+            let accel = Accel::build(Arc::clone(geometries), options).expect("a small scene");
+            all.push((format!("{} {}", backend.name(), precision.name()), accel));
+        }
+    }
+    all
+}
+
+fn direction(rng: &mut TestRng) -> Vec3 {
+    etendue::sampling::warp::sample_sphere_uniform(rng.uniform_2d())
+}
+
+fn point(rng: &mut TestRng) -> Vec3 {
+    2.0 * Vec3::new(rng.uniform(), rng.uniform(), rng.uniform()) - Vec3::ONE
+}
+
+fn triangle(vertices: [Vec3; 3]) -> Geometry {
+    Geometry::Mesh(Mesh::new(
+        vertices.to_vec(),
+        vec![],
+        vec![],
+        vec![[0, 1, 2]],
+    ))
+}
+
+/// Triangles of all sizes, spheres and disks.
+fn soup(rng: &mut TestRng) -> Arc<[Geometry]> {
+    let mut shapes = Vec::new();
+    for i in 0..60 {
+        let center = point(rng);
+        let size = 10.0_f32.powf(-2.0 * rng.uniform());
+        shapes.push(match i % 3 {
+            0 => triangle([0, 1, 2].map(|_| center + size * point(rng))),
+            1 => Geometry::Sphere(Sphere {
+                center,
+                radius: 0.3 * size,
+            }),
+            _ => Geometry::Disk(Disk {
+                center,
+                normal: direction(rng),
+                radius: 0.5 * size,
+            }),
+        });
+    }
+    shapes.into()
+}
+
+#[test]
+fn every_backend_finds_what_the_oracle_finds() {
+    let mut rng = TestRng::new(1);
+    let mut found = 0;
+    for _ in 0..4 {
+        let shapes = soup(&mut rng);
+        let accels = every_accel(&shapes);
+        for _ in 0..5_000 {
+            let ray = Ray::new(1.5 * point(&mut rng), direction(&mut rng));
+            let expected = brute::intersect(&shapes, &ray);
+            found += usize::from(expected.is_some());
+            for (name, accel) in &accels {
+                let hit = accel.intersect(&ray, None);
+                assert!(
+                    same(expected, hit),
+                    "{name}: {hit:?} instead of {expected:?} on {ray:?}"
+                );
+                // A segment that ends before the first hit is free, one that ends behind it is not.
+                if let Some(expected) = expected {
+                    let until = |t_max| Ray { t_max, ..ray };
+                    assert!(
+                        !accel.occluded(&until(0.999 * expected.t)),
+                        "{name} {ray:?}"
+                    );
+                    assert!(accel.occluded(&until(1.001 * expected.t)), "{name} {ray:?}");
+                } else {
+                    assert!(!accel.occluded(&ray), "{name} {ray:?}");
+                }
+            }
+        }
+    }
+    assert!(
+        found > 2_000,
+        "only {found} rays hit anything: the test has no power"
+    );
+}
+
+/// The same hit up to rounding: another primitive only at the same distance.
+fn same(a: Option<Hit>, b: Option<Hit>) -> bool {
+    match (a, b) {
+        (None, None) => true,
+        (Some(a), Some(b)) => (a.t - b.t).abs() <= 1e-4 * a.t.max(1e-3),
+        _ => false,
+    }
+}
+
+#[test]
+fn rays_that_leave_a_triangle_do_not_meet_it_again() {
+    let mut rng = TestRng::new(2);
+    for _ in 0..400 {
+        // From a thousandth to a million units, near the origin and away from it.
+        let size = 10.0_f32.powf(9.0 * rng.uniform() - 3.0);
+        let away = 10.0 * rng.uniform() * size * point(&mut rng);
+        let shapes: Arc<[Geometry]> =
+            vec![triangle([0, 1, 2].map(|_| away + size * point(&mut rng)))].into();
+        let id = PrimitiveId {
+            geometry: 0,
+            primitive: 0,
+        };
+        for (name, accel) in every_accel(&shapes) {
+            for _ in 0..50 {
+                let u = etendue::sampling::warp::sample_triangle_uniform(rng.uniform_2d());
+                let nowhere = Ray::new(Vec3::ZERO, Vec3::X);
+                let surface = shapes[0].surface_at(0, &nowhere, 0.0, u.to_array());
+                let w = direction(&mut rng);
+                let normal = if w.dot(surface.ng) < 0.0 {
+                    -surface.ng
+                } else {
+                    surface.ng
+                };
+                let ray = Ray::new(offset_point(surface.p, surface.error, normal), w);
+                let left = Departure {
+                    id,
+                    free_distance: f32::INFINITY,
+                };
+                assert_eq!(
+                    accel.intersect(&ray, Some(left)),
+                    None,
+                    "{name} {shapes:?} {ray:?}"
+                );
+                assert!(
+                    !accel.occluded(&ray),
+                    "{name}: shadows itself, {shapes:?} {ray:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
+    let mut rng = TestRng::new(3);
+    for _ in 0..200 {
+        let radius = 10.0_f32.powf(4.0 * rng.uniform() - 2.0);
+        let sphere = Sphere {
+            center: 3.0 * radius * point(&mut rng),
+            radius,
+        };
+        let shapes: Arc<[Geometry]> = vec![Geometry::Sphere(sphere)].into();
+        let id = PrimitiveId {
+            geometry: 0,
+            primitive: 0,
+        };
+        for (name, accel) in every_accel(&shapes) {
+            for _ in 0..50 {
+                let n = direction(&mut rng);
+                let surface = sphere.surface_along(n);
+                let w = direction(&mut rng);
+                let outwards = w.dot(n) > 0.0;
+                let normal = if outwards { n } else { -n };
+                let ray = Ray::new(offset_point(surface.p, surface.error, normal), w);
+                let free_distance = sphere.free_distance(surface.p, w, outwards);
+                let hit = accel.intersect(&ray, Some(Departure { id, free_distance }));
+                if outwards {
+                    assert_eq!(hit, None, "{name} {sphere:?} {ray:?}");
+                } else {
+                    // The far root of the quadratic, from where the ray really starts.
+                    let offset = ray.origin.as_dvec3() - sphere.center.as_dvec3();
+                    let b = offset.dot(w.as_dvec3());
+                    let c = offset.length_squared() - f64::from(radius).powi(2);
+                    let exit = -b + (b * b - c).sqrt();
+                    let t = f64::from(hit.expect("from inside there is no way past").t);
+                    assert!(
+                        (t - exit).abs() < 1e-3 * f64::from(radius),
+                        "{name} {t} {exit}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// A closed mesh: the cube's surface in `n` x `n` squares a face, pushed out onto a sphere or left as it is.
+fn closed_mesh(n: u32, round: bool) -> Mesh {
+    let mut positions: Vec<Vec3> = Vec::new();
+    let mut indices = Vec::new();
+    let mut corner = |p: Vec3| {
+        let p = if round { p.normalize() } else { p };
+        let known = positions.iter().position(|q| *q == p);
+        known.unwrap_or_else(|| {
+            positions.push(p);
+            positions.len() - 1
+        }) as u32
+    };
+    for axis in 0..3 {
+        for side in [-1.0_f32, 1.0] {
+            let mut at = |i: u32, j: u32| {
+                let mut p = Vec3::ZERO;
+                p[axis] = side;
+                p[(axis + 1) % 3] = 2.0 * i as f32 / n as f32 - 1.0;
+                p[(axis + 2) % 3] = 2.0 * j as f32 / n as f32 - 1.0;
+                corner(p)
+            };
+            for i in 0..n {
+                for j in 0..n {
+                    let square = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                    indices.push([square[0], square[1], square[2]]);
+                    indices.push([square[0], square[2], square[3]]);
+                }
+            }
+        }
+    }
+    Mesh::new(positions, vec![], vec![], indices)
+}
+
+/// Escapes from within closed meshes, of 20,000 rays each: aimed at vertices, at points of edges, anywhere.
+///
+/// Embree's robust mode is watertight along edges. At a vertex it is not quite (Embree issue 181): of rays aimed
+/// exactly at one, about one in 10^4 passes. Fast mode is measured and printed, not judged.
+#[test]
+fn robust_tracing_lets_nothing_out_of_a_closed_mesh() {
+    const RAYS: usize = 20_000;
+    let mut rng = TestRng::new(4);
+    for (n, round) in [(1, false), (6, false), (8, true)] {
+        let mesh = closed_mesh(n, round);
+        let vertices = mesh.positions().to_vec();
+        let triangles = mesh.indices().to_vec();
+        let shapes: Arc<[Geometry]> = vec![Geometry::Mesh(mesh)].into();
+        for (name, accel) in every_accel(&shapes) {
+            let mut escaped = [0; 3];
+            for _ in 0..RAYS {
+                let from = 0.5 * point(&mut rng);
+                let corners = triangles[(rng.uniform() * triangles.len() as f32) as usize];
+                let [a, b, _] = corners.map(|i| vertices[i as usize]);
+                let targets = [a, a + rng.uniform() * (b - a), from + direction(&mut rng)];
+                for (escaped, target) in escaped.iter_mut().zip(targets) {
+                    let ray = Ray::new(from, (target - from).normalize());
+                    let closest = accel.intersect(&ray, None);
+                    *escaped += usize::from(closest.is_none() || !accel.occluded(&ray));
+                }
+            }
+            println!("{name}, {n} squares an edge, round {round}: {escaped:?} of {RAYS} escaped");
+            if name.ends_with("robust") {
+                assert_eq!(escaped[1..], [0, 0], "{name}");
+                assert!(
+                    escaped[0] * 1_000 <= RAYS,
+                    "{name}: {} at vertices",
+                    escaped[0]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
+    let square = |y: f32, half: f32| {
+        let corner = |x: f32, z: f32| Vec3::new(half * x, y, half * z);
+        let corners = vec![
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(1.0, 1.0),
+            corner(-1.0, 1.0),
+        ];
+        Geometry::Mesh(Mesh::new(
+            corners,
+            vec![],
+            vec![],
+            vec![[0, 1, 2], [0, 2, 3]],
+        ))
+    };
+    let nowhere = Ray::new(Vec3::ZERO, Vec3::X);
+    for gap in [0.0, 1e-2, 1e-4, 1e-5] {
+        let mut shapes = vec![square(0.0, 1.0), square(1.0, 0.5)];
+        if gap > 0.0 {
+            // A little larger, so that it covers the light from everywhere below.
+            shapes.push(square(1.0 - gap, 0.51));
+        }
+        let shapes: Arc<[Geometry]> = shapes.into();
+        for (name, accel) in every_accel(&shapes) {
+            for i in 0..100 {
+                let at = |k: u32| (i * k % 101) as f32 / 202.0;
+                let floor: SurfacePoint = shapes[0].surface_at(0, &nowhere, 0.0, [at(7), at(13)]);
+                let light: SurfacePoint = shapes[1].surface_at(1, &nowhere, 0.0, [at(31), at(57)]);
+                let w = (light.p - floor.p).normalize();
+                let down = Ray::new(floor.p + Vec3::Y, -Vec3::Y);
+                let id = PrimitiveId {
+                    geometry: 0,
+                    primitive: 0,
+                };
+                let hit = Hit {
+                    id,
+                    t: 1.0,
+                    uv: [0.0; 2],
+                };
+                let segment =
+                    Interaction::new(&down, &hit, &floor, false).segment_to(&light, w, false);
+                assert_eq!(
+                    accel.occluded(&segment),
+                    gap > 0.0,
+                    "{name} {gap} {segment:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn rays_that_are_not_finite_hit_nothing() {
+    let shapes = soup(&mut TestRng::new(5));
+    for (name, accel) in every_accel(&shapes) {
+        for bad in [f32::NAN, f32::INFINITY] {
+            for ray in [
+                Ray::new(Vec3::splat(bad), Vec3::X),
+                Ray::new(Vec3::ZERO, Vec3::new(bad, 0.0, 0.0)),
+            ] {
+                assert_eq!(accel.intersect(&ray, None), None, "{name}");
+                assert!(!accel.occluded(&ray), "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_scene_without_shapes_is_empty_space() {
+    let nothing: Arc<[Geometry]> = Vec::new().into();
+    for (name, accel) in every_accel(&nothing) {
+        let ray = Ray::new(Vec3::ZERO, Vec3::X);
+        assert_eq!(accel.intersect(&ray, None), None, "{name}");
+        assert!(!accel.occluded(&ray), "{name}");
+    }
+}

@@ -1,8 +1,8 @@
 //! A perspective camera: a pinhole, or a thin lens.
 //!
 //! Measure: film positions in pixels from the upper left corner of the picture, y down; rays in normalised scene units.
-//! Range: field of view in (0, pi); a lens of radius 0 is a pinhole and draws no lens numbers' worth of difference.
-//! Source: Kolb, Mitchell and Hanrahan 1995 for the thin lens. Tested in `tests/determinism.rs`.
+//! Range: field of view in (0, pi); a lens of radius 0 is a pinhole, whatever the lens numbers.
+//! Source: Kolb, Mitchell and Hanrahan 1995 for the thin lens. Tested below.
 
 use crate::math::ray::Ray;
 use crate::math::vec::{DVec3, Vec2, Vec3};
@@ -79,5 +79,52 @@ impl Camera {
                 Ray::new(self.eye + offset, (in_focus - offset).normalize())
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera(lens_radius: f32) -> Camera {
+        Camera::new(&CameraParameters {
+            eye: Vec3::new(0.0, 0.0, 5.0),
+            axes: [DVec3::X, DVec3::Y, DVec3::Z],
+            fov: 90.0_f64.to_radians(),
+            size: (200, 100),
+            lens_radius,
+            focus_distance: 3.0,
+        })
+    }
+
+    #[test]
+    fn rays_go_through_the_middle_and_the_corners_of_the_picture() {
+        let towards = |x, y| camera(0.0).ray(Vec2::new(x, y), Vec2::ZERO).dir;
+        assert!((towards(100.0, 50.0) + Vec3::Z).length() < 1e-6);
+        // Half the height is tan 45 degrees, the width twice that; up is up.
+        let corner = Vec3::new(-2.0, 1.0, -1.0).normalize();
+        assert!((towards(0.0, 0.0) - corner).length() < 1e-6);
+        let corner = Vec3::new(2.0, -1.0, -1.0).normalize();
+        assert!((towards(200.0, 100.0) - corner).length() < 1e-6);
+    }
+
+    #[test]
+    fn all_rays_of_a_lens_meet_in_the_plane_in_focus() {
+        let film = Vec2::new(30.0, 80.0);
+        let pinhole = camera(0.0).ray(film, Vec2::ZERO);
+        let meeting = pinhole.at(3.0 / -pinhole.dir.z);
+        for (u, v) in [(0.0, 0.0), (0.9, 0.1), (0.5, 0.99), (0.3, 0.6)] {
+            let ray = camera(0.5).ray(film, Vec2::new(u, v));
+            assert!((ray.origin - pinhole.origin).length() <= 0.5 + 1e-6);
+            let there = ray.at((meeting.z - ray.origin.z) / ray.dir.z);
+            assert!((there - meeting).length() < 1e-5, "{there} {meeting}");
+        }
+    }
+
+    #[test]
+    fn a_lens_of_radius_zero_is_a_pinhole() {
+        let film = Vec2::new(30.0, 80.0);
+        let pinhole = camera(0.0).ray(film, Vec2::ZERO);
+        assert_eq!(camera(0.0).ray(film, Vec2::new(0.7, 0.2)), pinhole);
     }
 }

@@ -76,33 +76,36 @@ fn code(text: &str) -> String {
 
 /// The root modules that a text names by `crate::name`, also in `crate::{a, b}`.
 fn imports(code: &str) -> BTreeSet<String> {
+    let mut names = names_after("crate::", code);
+    names.retain(|name| HOUSE.iter().any(|(known, _)| known == name));
+    names
+}
+
+/// The first names behind a prefix such as `crate::` or `super::`, also where a group in braces follows.
+fn names_after(prefix: &str, code: &str) -> BTreeSet<String> {
+    let is_name = |c: char| c.is_alphanumeric() || c == '_';
     let mut names = BTreeSet::new();
-    for part in code.split("crate::").skip(1) {
-        let is_name = |c: char| c.is_alphanumeric() || c == '_';
-        if let Some(group) = part.strip_prefix('{') {
-            let mut depth = 0;
-            let mut name = String::new();
-            for c in group.chars() {
-                match c {
-                    '{' => depth += 1,
-                    '}' if depth == 0 => break,
-                    '}' => depth -= 1,
-                    _ => {}
-                }
-                if depth == 0 && is_name(c) {
-                    name.push(c);
-                } else if depth == 0 && c == ',' {
-                    names.insert(std::mem::take(&mut name));
-                } else if c == ':' && !name.is_empty() {
-                    names.insert(name.clone());
-                }
-            }
-            names.insert(name);
-        } else {
+    for part in code.split(prefix).skip(1) {
+        let Some(group) = part.strip_prefix('{') else {
             names.insert(part.chars().take_while(|&c| is_name(c)).collect());
+            continue;
+        };
+        // Of `{a::{b, c}, d}` the names a and d: those that begin right inside the braces.
+        let (mut depth, mut begins) = (0, true);
+        for (index, c) in group.char_indices() {
+            match c {
+                '{' => depth += 1,
+                '}' if depth == 0 => break,
+                '}' => depth -= 1,
+                ',' if depth == 0 => begins = true,
+                _ if depth == 0 && begins && is_name(c) => {
+                    names.insert(group[index..].chars().take_while(|&c| is_name(c)).collect());
+                    begins = false;
+                }
+                _ => {}
+            }
         }
     }
-    names.retain(|name| HOUSE.iter().any(|(known, _)| known == name));
     names
 }
 
@@ -176,11 +179,7 @@ fn files_of_one_module_do_not_import_in_a_circle() {
         let text = code(&fs::read_to_string(&file).expect("a source file is text"));
         let module_path = format!("crate::{}::", folder.replace('/', "::"));
         for prefix in ["super::", module_path.as_str()] {
-            for part in text.split(prefix).skip(1) {
-                let name: String = part
-                    .chars()
-                    .take_while(|c| c.is_alphanumeric() || *c == '_')
-                    .collect();
+            for name in names_after(prefix, &text) {
                 if root().join(folder).join(format!("{name}.rs")).is_file() {
                     edges
                         .entry(here.clone())
@@ -238,6 +237,10 @@ fn the_reader_of_imports_sees_what_it_should() {
     );
     assert_eq!(names("let x = crate::render::render();"), ["render"]);
     assert!(names("use std::fmt;").is_empty());
+    let siblings: Vec<_> = names_after("super::", "use super::{a::B, c, d::{e, f}};")
+        .into_iter()
+        .collect();
+    assert_eq!(siblings, ["a", "c", "d"]);
     // And an import upwards is reported.
     assert_eq!(
         upward_imports([("math", "use crate::scene::Scene;")]).len(),

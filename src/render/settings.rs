@@ -2,7 +2,7 @@
 //!
 //! Measure: pixels, samples per pixel, seconds.
 //! Range: said at each field; [`RenderSettings::validate`] names what is out of it.
-//! Source: design of the command line. Tested in `tests/bad_flags.rs` and `tests/command.rs`.
+//! Source: design of the command line. Tested below and in `tests/bad_flags.rs`.
 
 use crate::error::{Error, Result};
 use crate::film::Window;
@@ -155,4 +155,62 @@ impl RenderSettings {
 /// The threads that this process may use.
 pub fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_out_of_their_range_are_usage_errors() {
+        let fine = RenderSettings::new((8, 4), 1);
+        assert!(fine.validate((8, 4)).is_ok());
+        let window = |x, y, width, height| RenderSettings {
+            window: Window {
+                x,
+                y,
+                width,
+                height,
+            },
+            ..fine.clone()
+        };
+        let budget = |spp, time| RenderSettings {
+            budget: Budget { spp, time },
+            ..fine.clone()
+        };
+        for wrong in [
+            window(0, 0, 9, 4),
+            window(8, 0, 1, 1),
+            window(0, 0, 0, 4),
+            window(u32::MAX, 0, 2, 1),
+            budget(None, None),
+            budget(Some(0), None),
+            RenderSettings {
+                threads: 0,
+                ..fine.clone()
+            },
+            RenderSettings {
+                tile_size: 0,
+                ..fine.clone()
+            },
+        ] {
+            let error = wrong
+                .validate((8, 4))
+                .expect_err("something is out of its range");
+            assert_eq!(error.kind(), crate::ErrorKind::Usage, "{wrong:?}");
+        }
+        assert!(
+            budget(None, Some(Duration::from_secs(1)))
+                .validate((8, 4))
+                .is_ok()
+        );
+    }
+
+    #[test]
+    fn a_bounce_limit_is_named_as_bias() {
+        let mut settings = RenderSettings::new((8, 4), 1);
+        assert!(settings.bias().is_empty());
+        settings.max_bounces = Some(3);
+        assert!(settings.bias()[0].contains("max_bounces 3"));
+    }
 }

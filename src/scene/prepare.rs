@@ -5,7 +5,7 @@
 //!
 //! Measure: world units in, normalised units out.
 //! Range: what `load` lets through; a transform that stretches a sphere or disk unevenly is an error.
-//! Source: docs/architecture.md. Tested in `tests/scene_loading.rs`.
+//! Source: docs/architecture.md. Tested below.
 
 use super::description::{
     CameraDescription, GeometryDescription, MeshDescription, SceneDescription, ShapeDescription,
@@ -372,5 +372,154 @@ impl Build {
         let normals = normals.collect();
         let uvs = description.uvs.iter().map(|uv| uv.as_vec2()).collect();
         Mesh::new(positions, normals, uvs, indices)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::{Backend, Precision};
+    use crate::math::ray::Ray;
+    use crate::math::rgb::Rgb;
+    use crate::scene::description::{
+        ColourDescription, FilmDescription, FilterDescription, FilterKind, MaterialDescription,
+        MaterialModel, Place, RenderDescription,
+    };
+
+    fn scene(geometry: GeometryDescription, transform: DAffine3) -> SceneDescription {
+        let reflectance = ColourDescription::Constant(Rgb::grey(0.5));
+        SceneDescription {
+            file: "test".into(),
+            camera: CameraDescription {
+                to_world: DAffine3::from_translation(DVec3::new(0.0, 0.0, 5.0)),
+                fov: 1.0,
+                lens_radius: 0.0,
+                focus_distance: 1.0,
+            },
+            film: FilmDescription {
+                size: (4, 4),
+                filter: FilterDescription {
+                    kind: FilterKind::Box,
+                    radius: 0.5,
+                },
+            },
+            render: RenderDescription::default(),
+            materials: vec![MaterialDescription {
+                name: "grey".to_owned(),
+                place: Place::default(),
+                model: MaterialModel::Diffuse { reflectance },
+            }],
+            shapes: vec![ShapeDescription {
+                name: "shape".to_owned(),
+                place: Place {
+                    file: "test".into(),
+                    line: Some(7),
+                },
+                geometry,
+                transform,
+                material: 0,
+                emission: Some(Rgb::WHITE),
+                two_sided_emission: false,
+            }],
+            environment: Rgb::BLACK,
+            notes: vec![],
+        }
+    }
+
+    fn prepared(geometry: GeometryDescription, transform: DAffine3) -> Result<Prepared> {
+        let options = AccelOptions {
+            backend: Backend::ALL[0],
+            precision: Precision::Robust,
+            threads: 1,
+        };
+        prepare(&scene(geometry, transform), options)
+    }
+
+    fn unit_box() -> GeometryDescription {
+        GeometryDescription::Box {
+            min: -DVec3::ONE,
+            max: DVec3::ONE,
+        }
+    }
+
+    #[test]
+    fn normals_of_a_box_point_outwards_also_when_it_is_mirrored() {
+        let mirror = DAffine3::from_scale(DVec3::new(1.0, -2.0, 0.5));
+        for transform in [
+            DAffine3::IDENTITY,
+            mirror,
+            DAffine3::from_rotation_x(0.3) * mirror,
+        ] {
+            let scene = prepared(unit_box(), transform)
+                .expect("a box can be stretched")
+                .scene;
+            for axis in 0..3 {
+                for sign in [-1.0, 1.0] {
+                    let mut w = Vec3::ZERO;
+                    w[axis] = sign;
+                    let inside = scene.normalisation.point(DVec3::new(0.1, 0.05, -0.02));
+                    let at = scene
+                        .intersect(&Ray::new(inside, w), None)
+                        .expect("a closed box");
+                    assert!(at.ng.dot(w) > 0.0, "{transform:?} {w}");
+                    // So the outside emits, and what is seen from within does not.
+                    assert_eq!(scene.emitted(&at), Some(Rgb::BLACK));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_rectangle_is_one_light_and_a_parallelogram_two() {
+        let rectangle = |edge_v| GeometryDescription::Rectangle {
+            corner: DVec3::ZERO,
+            edge_u: DVec3::X,
+            edge_v,
+        };
+        let lights = |edge_v, transform| {
+            prepared(rectangle(edge_v), transform)
+                .expect("it has an area")
+                .scene
+                .lights
+                .len()
+        };
+        assert_eq!(lights(DVec3::Y, DAffine3::IDENTITY), 1);
+        assert_eq!(
+            lights(DVec3::Y, DAffine3::from_scale(DVec3::new(3.0, 0.1, 1.0))),
+            1
+        );
+        assert_eq!(lights(DVec3::new(0.5, 1.0, 0.0), DAffine3::IDENTITY), 2);
+    }
+
+    #[test]
+    fn triangles_without_an_area_are_dropped_and_counted() {
+        let mesh = MeshDescription {
+            positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y, 2.0 * DVec3::X],
+            indices: vec![[0, 1, 2], [0, 1, 1], [0, 1, 3]],
+            ..MeshDescription::default()
+        };
+        let geometry = GeometryDescription::Mesh(Arc::new(mesh));
+        let prepared = prepared(geometry, DAffine3::IDENTITY).expect("one triangle is left");
+        assert_eq!(
+            prepared.notes,
+            ["2 triangles without an area were left out"]
+        );
+        assert_eq!(prepared.scene.lights.len(), 1);
+    }
+
+    #[test]
+    fn a_sphere_cannot_be_stretched_unevenly() {
+        let sphere = GeometryDescription::Sphere {
+            center: DVec3::ZERO,
+            radius: 1.0,
+        };
+        let even = DAffine3::from_scale(DVec3::splat(3.0)) * DAffine3::from_rotation_x(1.0);
+        assert!(prepared(sphere.clone(), even).is_ok());
+        let uneven = DAffine3::from_scale(DVec3::new(1.0, 2.0, 1.0));
+        let error = prepared(sphere, uneven).expect_err("it is no sphere any more");
+        assert_eq!(
+            (error.kind(), error.line()),
+            (crate::ErrorKind::Scene, Some(7))
+        );
     }
 }

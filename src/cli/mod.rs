@@ -6,6 +6,7 @@
 pub mod args;
 mod durations;
 mod info;
+mod job;
 mod output;
 mod render;
 mod replay;

@@ -5,6 +5,7 @@
 //! Source: none needed. Tested in `tests/command.rs` and `tests/bad_input.rs`.
 
 use super::args::{ProgressMode, RenderArguments};
+use super::job::Job;
 use super::output::Watcher;
 use super::settings::settings;
 use super::stats::Times;
@@ -15,11 +16,9 @@ use crate::film::ErrorEstimate;
 use crate::film::filter::Filter;
 use crate::image::atomic::check_creatable;
 use crate::image::{self, MetadataValue, WriteOptions};
-use crate::render::settings::RenderSettings;
 use crate::render::{RenderObserver, Rendered};
-use crate::scene::description::SceneDescription;
+use crate::scene::load;
 use crate::scene::prepare::{Prepared, prepare};
-use crate::scene::{Scene, load};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -109,36 +108,7 @@ fn outputs(arguments: &RenderArguments) -> Vec<PathBuf> {
     }
 }
 
-/// A render with all that is known before it begins.
-pub struct Job<'a> {
-    pub arguments: &'a RenderArguments,
-    pub description: &'a SceneDescription,
-    pub scene: &'a Scene,
-    pub settings: &'a RenderSettings,
-}
-
 impl Job<'_> {
-    /// What the scene consists of.
-    fn summary(&self) -> String {
-        let primitives: usize = self
-            .scene
-            .geometries
-            .iter()
-            .map(|g| g.primitive_count())
-            .sum();
-        let (width, height) = self.description.film.size;
-        format!(
-            "scene: {} shapes, {primitives} primitives, {} materials, {} lights; {width} x {height} pixels\n\
-             tracing: {}, {}; {:.1} MB\n",
-            self.description.shapes.len(),
-            self.description.materials.len(),
-            self.scene.lights.len(),
-            self.arguments.backend.name(),
-            self.arguments.precision.name(),
-            self.scene.accel.memory() as f64 / 1e6,
-        )
-    }
-
     fn write(
         &self,
         outputs: &[PathBuf],

@@ -4,7 +4,7 @@
 //! Range: pixels of the picture.
 //! Source: none needed. Tested in `tests/command.rs`.
 
-use super::render::Job;
+use super::job::Job;
 use super::{Outcome, print};
 use crate::error::{Error, Result};
 use crate::film::filter::Filter;

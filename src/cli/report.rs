@@ -5,8 +5,8 @@
 //! Source: none needed. Tested in `tests/command.rs`.
 
 use super::durations::format_duration;
+use super::job::Job;
 use super::output::format_percent;
-use super::render::Job;
 use super::stats::{self, ImageStats, Memory, Stats, Times};
 use super::{Outcome, print};
 use crate::error::Result;

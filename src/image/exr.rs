@@ -5,7 +5,7 @@
 //! refused. Writes one part of 32-bit floats, losslessly compressed.
 //! Source: the `exr` crate. Tested below and in `mod.rs`.
 
-use super::write::{MetadataValue, WriteOptions};
+use super::options::{MetadataValue, WriteOptions};
 use super::{Image, checked_size};
 use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
@@ -168,8 +168,8 @@ fn text(string: &str) -> Text {
 
 #[cfg(test)]
 mod tests {
+    use super::super::options::Layer as ExtraLayer;
     use super::super::tests::sample_image;
-    use super::super::write::Layer as ExtraLayer;
     use super::*;
 
     fn encoded(image: &Image, options: &WriteOptions) -> Vec<u8> {

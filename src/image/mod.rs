@@ -9,13 +9,15 @@ pub mod atomic;
 mod exr;
 mod hdr;
 pub mod metrics;
+mod options;
 mod pfm;
 mod png;
 mod raster;
 pub mod srgb;
 mod write;
 
-pub use write::{Layer, MetadataValue, WriteOptions, check_writable, write};
+pub use options::{Layer, MetadataValue, WriteOptions};
+pub use write::{check_writable, write};
 
 use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;

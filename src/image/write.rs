@@ -5,40 +5,10 @@
 //! Source: one file a format. Tested below and in each format's file.
 
 use super::atomic::{check_creatable, write_atomically};
+use super::options::WriteOptions;
 use super::{Image, exr, hdr, pfm, png};
 use crate::error::{Error, Result};
 use std::path::Path;
-
-/// What goes into a file besides the pixels.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct WriteOptions {
-    /// Stops by which a PNG is made brighter; the other formats keep the values as they are.
-    pub exposure: f32,
-    /// Named facts about the picture, for OpenEXR; the names must not be ones that OpenEXR defines.
-    pub metadata: Vec<(String, MetadataValue)>,
-    /// Further channels, for OpenEXR.
-    pub layers: Vec<Layer>,
-}
-
-/// One fact about a picture.
-#[derive(Debug, Clone, PartialEq)]
-pub enum MetadataValue {
-    /// A text.
-    Text(String),
-    /// A number.
-    Real(f64),
-    /// A whole number; beyond 32 bits OpenEXR keeps it as text.
-    Integer(i64),
-}
-
-/// One more channel of a picture.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Layer {
-    /// Layer and channel, such as `albedo.R`; not `R`, `G` or `B` alone.
-    pub name: String,
-    /// One number a pixel, row by row from the top.
-    pub samples: Vec<f32>,
-}
 
 /// The formats that are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,0 +1,41 @@
+//! A render with all that is known before it begins.
+//!
+//! Measure: as in its parts.
+//! Range: any scene that is ready.
+//! Source: none needed. Tested in `tests/command.rs`.
+
+use super::args::RenderArguments;
+use crate::render::settings::RenderSettings;
+use crate::scene::Scene;
+use crate::scene::description::SceneDescription;
+
+/// A render with all that is known before it begins.
+pub struct Job<'a> {
+    pub arguments: &'a RenderArguments,
+    pub description: &'a SceneDescription,
+    pub scene: &'a Scene,
+    pub settings: &'a RenderSettings,
+}
+
+impl Job<'_> {
+    /// What the scene consists of.
+    pub fn summary(&self) -> String {
+        let primitives: usize = self
+            .scene
+            .geometries
+            .iter()
+            .map(|g| g.primitive_count())
+            .sum();
+        let (width, height) = self.description.film.size;
+        format!(
+            "scene: {} shapes, {primitives} primitives, {} materials, {} lights; {width} x {height} pixels\n\
+             tracing: {}, {}; {:.1} MB\n",
+            self.description.shapes.len(),
+            self.description.materials.len(),
+            self.scene.lights.len(),
+            self.arguments.backend.name(),
+            self.arguments.precision.name(),
+            self.scene.accel.memory() as f64 / 1e6,
+        )
+    }
+}

@@ -19,9 +19,9 @@ demo: setup ## Renders the scenes cornell-box and suzanne-room to out/.
 	@mkdir -p $(OUT)
 	$(CARGO) build --release
 	$(CARGO) run --release --quiet -- render scenes/cornell-box/cornell-box.toml \
-		--spp 256 -o $(OUT)/cornell-box.exr -o $(OUT)/cornell-box.png
+		--spp 128 -o $(OUT)/cornell-box.exr -o $(OUT)/cornell-box.png
 	$(CARGO) run --release --quiet -- render scenes/suzanne-room/suzanne-room.toml \
-		--spp 64 -o $(OUT)/suzanne-room.exr -o $(OUT)/suzanne-room.png
+		--spp 80 -o $(OUT)/suzanne-room.exr -o $(OUT)/suzanne-room.png
 
 # Optimised by the profile `test` of Cargo.toml, as most tests are statistics over many samples.
 test: setup ## Runs all tests.

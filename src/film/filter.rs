@@ -65,12 +65,24 @@ pub struct Filter {
     radius: f64,
     /// f at the ends of the cells, with unit integral over [-radius, radius].
     values: Vec<f64>,
-    /// The share of the integral of |f| from 0 to each end of a cell; the last one is 1.
-    cumulative: Vec<f64>,
+    /// What sampling looks up, cell by cell.
+    cells: Vec<Cell>,
     /// For each of `CELLS` equal steps of the cumulative share, the cell that it begins in.
     guide: Vec<u16>,
     /// The integral of |f| over that of f, in one dimension: 1 without negative lobes.
     excess: f64,
+}
+
+/// A cell of the table, as sampling needs it.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    /// The share of the integral of |f| from 0 to the cell's end.
+    to: f64,
+    /// One over the cell's own share.
+    scale: f64,
+    /// f at both ends, up to a factor.
+    a: f64,
+    b: f64,
 }
 
 /// Where to take a sample, and what it counts.
@@ -118,10 +130,18 @@ impl Filter {
             .collect();
         let unit = 2.0 * integral * radius / CELLS as f64;
         values.iter_mut().for_each(|value| *value /= unit);
+        let cells = (0..CELLS)
+            .map(|i| Cell {
+                to: cumulative[i + 1],
+                scale: 1.0 / (cumulative[i + 1] - cumulative[i]),
+                a: values[i],
+                b: values[i + 1],
+            })
+            .collect();
         Self {
             radius,
             values,
-            cumulative,
+            cells,
             guide,
             excess: total / integral,
         }
@@ -156,13 +176,12 @@ impl Filter {
         // A share of 1 belongs to the last cell.
         let step = ((share * CELLS as f64) as usize).min(CELLS - 1);
         let mut cell = usize::from(self.guide[step]);
-        while cell + 1 < CELLS && self.cumulative[cell + 1] <= share {
+        while self.cells[cell].to <= share && cell + 1 < CELLS {
             cell += 1;
         }
-        let (from, to) = (self.cumulative[cell], self.cumulative[cell + 1]);
-        let (a, b) = (self.values[cell], self.values[cell + 1]);
-        let within = invert_linear((share - from) / (to - from), a.abs(), b.abs());
-        let distance = self.radius * (cell as f64 + within) / CELLS as f64;
+        let Cell { to, scale, a, b } = self.cells[cell];
+        let within = invert_linear(1.0 - (to - share) * scale, a.abs(), b.abs());
+        let distance = (cell as f64 + within) * (self.radius / CELLS as f64);
         (
             distance.copysign(signed) as f32,
             self.excess.copysign(a + b),

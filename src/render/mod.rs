@@ -104,6 +104,9 @@ pub fn render(
     Ok(pool.install(|| run.all_passes()))
 }
 
+/// How often the error is estimated while the render goes on.
+const TIME_BETWEEN_LOOKS: Duration = Duration::from_secs(2);
+
 /// What a render holds while it goes on.
 struct Run<'a> {
     scene: &'a Scene,
@@ -127,6 +130,7 @@ impl Run<'_> {
         let mut film = Film::new(self.settings.window, self.settings.tile_size);
         let mut planner = PassPlanner::new(self.settings.budget);
         let mut error = None;
+        let mut last_look = self.start;
         while let Some(samples) = planner.next_pass(self.start.elapsed()) {
             film.tiles_mut().par_iter_mut().for_each(|tile| {
                 if self.is_cancelled() {
@@ -148,7 +152,11 @@ impl Run<'_> {
                 break;
             }
             planner.pass_done(samples);
-            error = film.error().map(|error| error.rel_rmse);
+            // It takes one thread's time, and nobody reads it more often.
+            if last_look.elapsed() > TIME_BETWEEN_LOOKS {
+                error = film.error().map(|error| error.rel_rmse);
+                last_look = Instant::now();
+            }
         }
         let totals = self
             .totals

@@ -1,7 +1,7 @@
 //! Independent uniform numbers: plain Monte Carlo.
 //!
-//! Every pixel has a PCG stream of its own. Each sample owns 2^16 numbers of it, found by jumping; paths of more than
-//! 8190 bounces continue in a further stream. Samples begin an odd number of steps apart: numbers a high power of two
+//! Every pixel has a PCG stream of its own. Each sample owns 2^10 numbers of it, found by jumping; paths of more than
+//! 126 bounces continue in further streams. Samples begin an odd number of steps apart: numbers a high power of two
 //! apart in one stream are correlated.
 //!
 //! Measure: uniform in [0, 1 - 2^-24].
@@ -13,7 +13,7 @@ use rand_core::Rng;
 use rand_pcg::Pcg32;
 
 /// log2 of the numbers that a sample owns in one stream.
-const NUMBERS_PER_SAMPLE_BITS: u32 = 16;
+const NUMBERS_PER_SAMPLE_BITS: u32 = 10;
 
 /// From one sample's first number to the next one's.
 const SAMPLE_STRIDE: u64 = (1 << NUMBERS_PER_SAMPLE_BITS) + 1;

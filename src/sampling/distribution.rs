@@ -66,6 +66,9 @@ impl AliasTable {
     /// The item for two uniform numbers, and its probability. Two, so that a million items still have their digits.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> (usize, Pmf) {
+        if self.slots.len() == 1 {
+            return (0, Pmf(1.0));
+        }
         let x = f64::from(u[0]) + f64::from(u[1]) * (1.0 / 16_777_216.0);
         let scaled = x * self.slots.len() as f64;
         let index = (scaled as usize).min(self.slots.len() - 1);

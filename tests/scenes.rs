@@ -1,0 +1,91 @@
+//! The scenes that come with the program: each one renders, and the furnaces have their exact answers.
+
+use etendue::accel::{AccelOptions, Backend, Precision};
+use etendue::film::Film;
+use etendue::film::filter::Filter;
+use etendue::render::settings::RenderSettings;
+use etendue::render::{Unwatched, render};
+use etendue::scene::load::load;
+use etendue::scene::prepare::prepare;
+use std::path::{Path, PathBuf};
+
+/// Every scene file under `scenes/`.
+fn all_scenes() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let files_of = |folder: &Path| -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(folder).expect("the folder can be read");
+        entries
+            .map(|entry| entry.expect("an entry can be read").path())
+            .collect()
+    };
+    let files = files_of(&root)
+        .into_iter()
+        .filter(|path| path.is_dir())
+        .flat_map(|f| files_of(&f));
+    files
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|extension| extension == "toml")
+        })
+        .collect()
+}
+
+fn rendered(path: &Path, size: (u32, u32), spp: u64) -> Film {
+    let mut description = load(path).unwrap_or_else(|error| panic!("{error}"));
+    description.film.size = size;
+    let options = AccelOptions {
+        backend: Backend::ALL[0],
+        precision: Precision::Robust,
+        threads: 2,
+    };
+    let scene = prepare(&description, options)
+        .expect("a scene of our own is valid")
+        .scene;
+    let filter = Filter::new(&description.film.filter);
+    let settings = RenderSettings::new(size, spp);
+    let rendered = render(&scene, &filter, size, &settings, &Unwatched).expect("valid settings");
+    assert_eq!(rendered.rejected.count, 0, "{}", path.display());
+    rendered.film
+}
+
+#[test]
+fn every_scene_of_ours_renders_without_a_sample_that_is_not_finite() {
+    let scenes = all_scenes();
+    assert!(scenes.len() >= 6, "{scenes:?}");
+    for path in scenes {
+        let film = rendered(&path, (48, 32), 4);
+        assert!(
+            film.mean().iter().all(|&x| x > 0.01),
+            "{}: {:?}",
+            path.display(),
+            film.mean()
+        );
+    }
+}
+
+fn furnace(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/furnace/{name}.toml"))
+}
+
+#[test]
+fn a_sphere_that_absorbs_nothing_cannot_be_told_from_its_sky() {
+    for name in ["white-sphere", "glass-sphere"] {
+        let image = rendered(&furnace(name), (64, 64), 16).develop();
+        for pixel in image.pixels() {
+            let off = pixel.to_array().map(|x| (x - 1.0).abs());
+            assert!(off.iter().all(|&x| x < 1e-5), "{name}: {pixel:?}");
+        }
+    }
+}
+
+#[test]
+fn a_grey_box_that_emits_glows_twice_as_bright() {
+    let film = rendered(&furnace("grey-box"), (64, 64), 64);
+    // The film's own estimate for one pixel, which with epsilon = 0.01 mean^2 is a little too small, over 4096 pixels.
+    let relative = film.error().expect("64 samples a pixel").rel_rmse;
+    let standard_error = 1.01 * 2.0 * relative / 64.0;
+    assert!(standard_error < 0.01, "without power: {standard_error}");
+    for mean in film.mean() {
+        assert!((mean - 2.0).abs() < 5.2 * standard_error, "{mean}");
+    }
+}

@@ -5,7 +5,8 @@
 //! refracted lobe is narrower than f32 directions resolve (alpha or alpha |ior - 1| below 1e-4), both lobes are deltas.
 //! Rough glass is single-scattering and loses what the facets shadow: at index 1.5, from outside along the normal, 0.1 % at
 //! alpha 0.1 and 11 % at alpha 1, up to 58 % at grazing angles; `tests/furnace.rs` prints the losses.
-//! Source: Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces". Tested in `tests/bsdf.rs` and `tests/furnace.rs`.
+//! Source: Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces". Tested in
+//! `tests/bsdf.rs` and `tests/furnace.rs`.
 
 use super::fresnel::{self, Interface};
 use super::microfacet::{Ggx, SMOOTH_ALPHA, mirror_normal};

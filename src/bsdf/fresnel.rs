@@ -1,8 +1,8 @@
 //! Fresnel's law: the share of unpolarised light that a smooth surface reflects.
 //!
 //! Measure: a share, without unit; angles by their cosine to the (micro)normal.
-//! Range: cosines in [0, 1]; refractive indices above 0, equal ones reflect nothing; total internal reflection is 1
-//! exactly. The result is in [0, 1].
+//! Range: cosines in [0, 1]; refractive indices above 0, of magnitude below 1e9; equal ones reflect nothing; total internal
+//! reflection is 1 exactly. The result is in [0, 1].
 //! Source: Born and Wolf, "Principles of Optics", sections 1.5.2 and 14.2; Schlick 1994. Tested below and in
 //! `tests/furnace.rs`.
 
@@ -66,7 +66,7 @@ pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
     let cos2 = cos_i * cos_i;
     let sin2 = 1.0 - cos2;
     let t = eta * eta - k * k - sin2;
-    let modulus = t.hypot(2.0 * eta * k);
+    let modulus = (t * t + 4.0 * eta * eta * k * k).sqrt();
     let two_a_cos = (2.0 * (modulus + t)).max(0.0).sqrt() * cos_i;
     let r_s = (modulus + cos2 - two_a_cos) / (modulus + cos2 + two_a_cos);
     let u = cos2 * modulus + sin2 * sin2;

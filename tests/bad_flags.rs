@@ -4,7 +4,7 @@
 mod common;
 
 use common::command::{INPUT_OUTPUT, USAGE, fails};
-use common::scenes::{SMALL, SceneFolder};
+use common::scene_folder::{SMALL, SceneFolder};
 
 /// Renders the small scene with these flags, and expects a usage error.
 #[track_caller]

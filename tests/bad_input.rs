@@ -4,7 +4,7 @@
 mod common;
 
 use common::command::{INPUT_OUTPUT, SCENE, USAGE, fails};
-use common::scenes::{HEAD, SceneFolder, TRIANGLE};
+use common::scene_folder::{HEAD, SceneFolder, TRIANGLE};
 
 /// Renders a scene that ends in `tail`, and expects an error about its `line`, counted from the tail's first.
 #[track_caller]

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::scenes::{HEAD, SceneFolder, load_text};
+use common::scene_folder::{HEAD, SceneFolder, load_text};
 use etendue::geometry::texture::Texture;
 use etendue::image::srgb;
 use etendue::math::rgb::Rgb;

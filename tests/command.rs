@@ -4,7 +4,7 @@
 mod common;
 
 use common::command::{Finished, command, run, succeed};
-use common::scenes::{SMALL, SceneFolder};
+use common::scene_folder::{SMALL, SceneFolder};
 use etendue::image::{ColourSpace, Image};
 use etendue::math::rgb::Rgb;
 use exr::prelude::{AttributeValue, MetaData};

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::scenes::{SMALL, SceneFolder};
+use common::scene_folder::{SMALL, SceneFolder};
 use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::scene::load::load;
 use etendue::scene::prepare::prepare;

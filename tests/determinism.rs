@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::scenes::{SMALL, in_repository, load_text, picture};
+use common::scene_folder::{SMALL, in_repository, load_text, picture};
 use etendue::image::{Image, metrics};
 use etendue::math::vec::{DAffine3, DVec3};
 use etendue::render::settings::{RenderSettings, SamplerKind};

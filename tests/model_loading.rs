@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::scenes::{HEAD, SceneFolder, TRIANGLE, in_repository};
+use common::scene_folder::{HEAD, SceneFolder, TRIANGLE, in_repository};
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{DVec2, DVec3};
 use etendue::scene::description::{

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::scenes::{HEAD, SceneFolder, TRIANGLE};
+use common::scene_folder::{HEAD, SceneFolder, TRIANGLE};
 use etendue::ErrorKind;
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::DVec3;

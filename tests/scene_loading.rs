@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::scenes::{HEAD, load_text};
+use common::scene_folder::{HEAD, load_text};
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{DVec2, DVec3};
 use etendue::scene::description::{

@@ -4,7 +4,7 @@
 //! Range: arguments are split at spaces: names in tests have none.
 //! Source: none needed.
 
-use super::scenes::SceneFolder;
+use super::scene_folder::SceneFolder;
 use std::process::{Command, Output, Stdio};
 
 /// The exit code of a request that makes no sense.

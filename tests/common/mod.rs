@@ -14,7 +14,7 @@ pub mod closed_forms;
 pub mod command;
 pub mod quadrature;
 pub mod scene;
-pub mod scenes;
+pub mod scene_folder;
 pub mod verdict;
 
 use etendue::math::vec::{Vec2, Vec3};

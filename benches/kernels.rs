@@ -104,7 +104,7 @@ fn scattering(c: &mut Criterion) {
         group.bench_function(format!("{name}, sample"), |b| {
             b.iter(|| {
                 i = (i + 1) % u.len();
-                bsdf.sample(
+                bsdf.sample::<Everything>(
                     black_box(directions[i].0),
                     u[i][2],
                     Vec2::new(u[i][3], u[i][0]),
@@ -114,7 +114,7 @@ fn scattering(c: &mut Criterion) {
         group.bench_function(format!("{name}, eval"), |b| {
             b.iter(|| {
                 i = (i + 1) % u.len();
-                bsdf.eval(black_box(directions[i].0), directions[i].1)
+                bsdf.eval::<Everything>(black_box(directions[i].0), directions[i].1)
             });
         });
     }

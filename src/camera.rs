@@ -4,6 +4,7 @@
 //! Range: field of view in (0, pi); a lens of radius 0 is a pinhole, whatever the lens numbers.
 //! Source: Kolb, Mitchell and Hanrahan 1995 for the thin lens. Tested below.
 
+use crate::effects::{Effects, Switch};
 use crate::math::ray::Ray;
 use crate::math::vec::{DVec3, Vec2, Vec3};
 use crate::sampling::warp;
@@ -68,9 +69,10 @@ impl Camera {
     /// The ray through a point of the film and, given by two uniform numbers, a point of the lens. Its direction has
     /// unit length.
     #[inline]
-    pub fn ray(&self, film: Vec2, u_lens: Vec2) -> Ray {
+    pub fn ray<E: Effects>(&self, film: Vec2, u_lens: Vec2, _time: f32) -> Ray {
         let towards = self.corner + film.x * self.per_x + film.y * self.per_y;
         match &self.lens {
+            _ if !E::Lens::ON => Ray::new(self.eye, towards.normalize()),
             None => Ray::new(self.eye, towards.normalize()),
             Some(lens) => {
                 let d = warp::sample_disk_concentric(u_lens);

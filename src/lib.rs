@@ -5,6 +5,7 @@ pub mod bsdf;
 pub mod camera;
 #[cfg(feature = "cli")]
 pub mod cli;
+pub mod effects;
 pub mod error;
 pub mod film;
 pub mod geometry;

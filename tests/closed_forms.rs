@@ -256,7 +256,7 @@ fn form_factor(
             let [u, v] = sampler.draw(Decision::Camera);
             let p = scene.normalisation.point(point(f64::from(u), f64::from(v)));
             let id = PrimitiveId {
-                geometry: 0,
+                shape: 0,
                 primitive: 0,
             };
             let surface = SurfacePoint {

@@ -53,7 +53,7 @@ fn albedo(bsdf: &Bsdf, ior: f32, wo: Vec3, replicates: u64, grid: u32) -> Moment
             // A golden-ratio walk spreads the choice of lobe over the grid.
             let u_lobe =
                 (f64::from(cell) * 0.618_033_988_749_895 + replicate as f64 / 17.3).fract();
-            if let Some(s) = bsdf.sample(wo, u_lobe as f32, u.min(Vec2::splat(1.0 - 6e-8))) {
+            if let Some(s) = bsdf.sample::<Everything>(wo, u_lobe as f32, u.min(Vec2::splat(1.0 - 6e-8))) {
                 let ratio = f64::from(index(s.wi)) / f64::from(index(wo));
                 sum += f64::from(s.weight.to_array()[1]) * ratio * ratio;
             }
@@ -296,7 +296,7 @@ fn ever_smoother_metal_becomes_a_mirror() {
             let n = 1 << 15;
             let mut sum = 0.0;
             for _ in 0..n {
-                let sample = metal.sample(wo, rng.uniform(), rng.uniform_2d());
+                let sample = metal.sample::<Everything>(wo, rng.uniform(), rng.uniform_2d());
                 let near = sample.filter(|s| (s.wi - mirror).length() < radius);
                 sum += near.map_or(0.0, |s| f64::from(s.weight.to_array()[1]));
             }
@@ -333,7 +333,7 @@ fn white_spheres_vanish_in_a_constant_environment() {
         for x in [0.0, 0.5, 0.99, 0.999, 0.9999, 0.99999] {
             let target = DVec3::new(x, 0.0, f64::sqrt(1.0 - x * x));
             let mut scene = looking(DVec3::new(x, 0.0, 5.0), target, model.clone());
-            scene.environment = Rgb::WHITE;
+            scene.lights = vec![sky(Rgb::WHITE)];
             let center = DVec3::ZERO;
             let sphere = GeometryDescription::Sphere {
                 center,

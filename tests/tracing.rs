@@ -125,7 +125,7 @@ fn rays_that_leave_a_triangle_do_not_meet_it_again() {
         let shapes: Arc<[Geometry]> =
             vec![triangle([0, 1, 2].map(|_| away + size * point(&mut rng)))].into();
         let id = PrimitiveId {
-            geometry: 0,
+            shape: 0,
             primitive: 0,
         };
         for (name, accel) in every_accel(&shapes) {
@@ -169,7 +169,7 @@ fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
         };
         let shapes: Arc<[Geometry]> = vec![Geometry::Sphere(sphere)].into();
         let id = PrimitiveId {
-            geometry: 0,
+            shape: 0,
             primitive: 0,
         };
         for (name, accel) in every_accel(&shapes) {
@@ -306,7 +306,7 @@ fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
                 let w = (light.p - floor.p).normalize();
                 let down = Ray::new(floor.p + Vec3::Y, -Vec3::Y);
                 let id = PrimitiveId {
-                    geometry: 0,
+                    shape: 0,
                     primitive: 0,
                 };
                 let hit = Hit {

@@ -18,7 +18,7 @@ pub fn intersect(geometries: &[Geometry], ray: &Ray) -> Option<Hit> {
             };
             if closest.is_none_or(|(best, _)| t < best) {
                 let id = PrimitiveId {
-                    geometry,
+                    shape: geometry,
                     primitive,
                 };
                 closest = Some((

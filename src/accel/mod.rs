@@ -15,18 +15,10 @@ pub mod obvhs;
 mod primitive;
 
 use crate::error::{Error, Result};
-use crate::geometry::Geometry;
+pub use crate::geometry::world::PrimitiveId;
+use crate::geometry::world::World;
 use crate::math::ray::Ray;
 use std::sync::Arc;
-
-/// One primitive of one shape.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct PrimitiveId {
-    /// Index of the shape's geometry.
-    pub geometry: u32,
-    /// Index of the primitive within it.
-    pub primitive: u32,
-}
 
 /// Where a ray meets a primitive.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -123,8 +115,9 @@ impl Accel {
     ///
     /// # Errors
     /// What the backend says, most likely that memory ran out.
-    pub fn build(geometries: Arc<[Geometry]>, options: AccelOptions) -> Result<Self> {
+    pub fn build(world: Arc<World>, options: AccelOptions) -> Result<Self> {
         let fits = |count: usize| u32::try_from(count).is_ok();
+        let geometries = world.geometries();
         if !fits(geometries.len()) || !geometries.iter().all(|g| fits(g.primitive_count())) {
             return Err(Error::render(
                 "more than 2^32 shapes, or triangles in one shape",
@@ -132,20 +125,20 @@ impl Accel {
         }
         Ok(match options.backend {
             #[cfg(feature = "embree")]
-            Backend::Embree => Self::Embree(embree::EmbreeAccel::build(geometries, options)?),
-            Backend::ObvhsBvh2 => Self::ObvhsBvh2(Box::new(obvhs::ObvhsAccel::build(geometries))),
+            Backend::Embree => Self::Embree(embree::EmbreeAccel::build(world, options)?),
+            Backend::ObvhsBvh2 => Self::ObvhsBvh2(Box::new(obvhs::ObvhsAccel::build(world))),
         })
     }
 
-    /// The closest hit, other than a false one on the primitive just left.
+    /// The closest hit at a time of the shutter, from 0 to 1, other than a false one on the primitive just left.
     #[inline]
-    pub fn intersect(&self, ray: &Ray, departure: Option<Departure>) -> Option<Hit> {
+    pub fn intersect(&self, ray: &Ray, time: f32, departure: Option<Departure>) -> Option<Hit> {
         let mut ray = *ray;
         loop {
             let hit = match self {
                 #[cfg(feature = "embree")]
-                Self::Embree(accel) => accel.intersect(&ray)?,
-                Self::ObvhsBvh2(accel) => accel.intersect(&ray)?,
+                Self::Embree(accel) => accel.intersect(&ray, time)?,
+                Self::ObvhsBvh2(accel) => accel.intersect(&ray, time)?,
             };
             match departure {
                 Some(d) if d.id == hit.id && hit.t < d.free_distance => {
@@ -156,13 +149,13 @@ impl Accel {
         }
     }
 
-    /// Whether anything lies on the ray.
+    /// Whether anything lies on the ray at a time of the shutter.
     #[inline]
-    pub fn occluded(&self, ray: &Ray) -> bool {
+    pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
         match self {
             #[cfg(feature = "embree")]
-            Self::Embree(accel) => accel.occluded(ray),
-            Self::ObvhsBvh2(accel) => accel.occluded(ray),
+            Self::Embree(accel) => accel.occluded(ray, time),
+            Self::ObvhsBvh2(accel) => accel.occluded(ray, time),
         }
     }
 

@@ -6,6 +6,7 @@
 
 use super::{Hit, PrimitiveId, primitive};
 use crate::geometry::Geometry;
+use crate::geometry::world::World;
 use crate::math::ray::Ray;
 use crate::math::robust::gamma;
 use glam::Vec3A;
@@ -18,7 +19,7 @@ use std::time::Duration;
 
 /// A binary BVH and the primitives in the order of its leaves.
 pub struct ObvhsAccel {
-    geometries: Arc<[Geometry]>,
+    world: Arc<World>,
     bvh: Bvh2,
     primitives: Vec<PrimitiveId>,
 }
@@ -31,13 +32,13 @@ impl std::fmt::Debug for ObvhsAccel {
 
 impl ObvhsAccel {
     /// Builds the BVH on rayon's current threads.
-    pub fn build(geometries: Arc<[Geometry]>) -> Self {
+    pub fn build(world: Arc<World>) -> Self {
         let mut primitives = Vec::new();
         let mut boxes = Vec::new();
-        for (geometry, shape) in (0..).zip(geometries.iter()) {
+        for (geometry, shape) in (0..).zip(world.geometries()) {
             for primitive in 0..shape.primitive_count() as u32 {
                 primitives.push(PrimitiveId {
-                    geometry,
+                    shape: geometry,
                     primitive,
                 });
                 boxes.push(padded_box(shape, primitive));
@@ -54,7 +55,7 @@ impl ObvhsAccel {
             .map(|&i| primitives[i as usize]);
         let primitives = in_leaf_order.collect();
         Self {
-            geometries,
+            world,
             bvh,
             primitives,
         }
@@ -62,7 +63,7 @@ impl ObvhsAccel {
 
     /// The closest hit.
     #[inline]
-    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+    pub fn intersect(&self, ray: &Ray, _time: f32) -> Option<Hit> {
         if !is_finite(ray) {
             return None;
         }
@@ -84,7 +85,7 @@ impl ObvhsAccel {
 
     /// Whether anything lies on the ray; stops at the first hit found.
     #[inline]
-    pub fn occluded(&self, ray: &Ray) -> bool {
+    pub fn occluded(&self, ray: &Ray, _time: f32) -> bool {
         is_finite(ray)
             && !self.bvh.ray_traverse_miss(to_obvhs(ray), |_, index| {
                 self.intersect_primitive(self.primitives[index], ray)
@@ -101,7 +102,7 @@ impl ObvhsAccel {
 
     #[inline]
     fn intersect_primitive(&self, id: PrimitiveId, ray: &Ray) -> Option<Hit> {
-        let shape = &self.geometries[id.geometry as usize];
+        let shape = self.world.geometry(id.shape);
         let (t, uv) = primitive::intersect(shape, id.primitive, ray)?;
         Some(Hit {
             id,

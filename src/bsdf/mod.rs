@@ -15,6 +15,7 @@ pub mod mirror;
 pub mod principled;
 pub mod types;
 
+use crate::effects::{Effect, EffectSet, Effects, Switch};
 use crate::math::vec::{Vec2, Vec3};
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
@@ -39,28 +40,31 @@ pub enum Bsdf {
 }
 
 impl Bsdf {
-    /// f(wo, wi) without the cosine, and the density with which [`Bsdf::sample`] finds `wi`; without delta lobes.
+    /// f(wo, wi) without the cosine, and the density with which [`Bsdf::sample`] finds `wi`; without delta lobes. A
+    /// kernel evaluates only the models that its effects let into the scene.
     #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
+    pub fn eval<E: Effects>(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
         match self {
             Self::Diffuse(model) => model.eval(wo, wi),
-            Self::Mirror(model) => model.eval(),
-            Self::Conductor(model) => model.eval(wo, wi),
-            Self::Dielectric(model) => model.eval(wo, wi),
-            Self::Principled(model) => model.eval(wo, wi),
+            Self::Mirror(model) if mirrors::<E>() => model.eval(),
+            Self::Conductor(model) if mirrors::<E>() => model.eval(wo, wi),
+            Self::Dielectric(model) if E::Transmission::ON => model.eval(wo, wi),
+            Self::Principled(model) if mirrors::<E>() => model.eval(wo, wi),
+            _ => beyond_kernel(),
         }
     }
 
     /// A direction for light to come from, given where it goes. `u_lobe` chooses among lobes and is spent by that; `u`
     /// chooses the direction. `None`: nothing is scattered this time, which is part of the estimate.
     #[inline]
-    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+    pub fn sample<E: Effects>(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         match self {
             Self::Diffuse(model) => model.sample(wo, u),
-            Self::Mirror(model) => model.sample(wo),
-            Self::Conductor(model) => model.sample(wo, u_lobe, u),
-            Self::Dielectric(model) => model.sample(wo, u_lobe, u),
-            Self::Principled(model) => model.sample(wo, u_lobe, u),
+            Self::Mirror(model) if mirrors::<E>() => model.sample(wo),
+            Self::Conductor(model) if mirrors::<E>() => model.sample(wo, u_lobe, u),
+            Self::Dielectric(model) if E::Transmission::ON => model.sample(wo, u_lobe, u),
+            Self::Principled(model) if mirrors::<E>() => model.sample(wo, u_lobe, u),
+            _ => beyond_kernel(),
         }
     }
 
@@ -76,7 +80,10 @@ impl Bsdf {
 
     /// Whether all lobes are deltas, so that [`Bsdf::eval`] is zero everywhere and sampling lights is in vain.
     #[inline]
-    pub fn is_delta(&self) -> bool {
+    pub fn is_delta<E: Effects>(&self) -> bool {
+        if !E::Specular::ON {
+            return false;
+        }
         match self {
             Self::Diffuse(_) => false,
             Self::Mirror(_) => true,
@@ -85,4 +92,35 @@ impl Bsdf {
             Self::Principled(model) => model.is_delta(),
         }
     }
+
+    /// The effects that a kernel needs for it.
+    pub fn effects(&self) -> EffectSet {
+        match self {
+            Self::Diffuse(_) => EffectSet::NONE,
+            Self::Mirror(_) => EffectSet::NONE.with(Effect::Specular),
+            Self::Conductor(model) => lobes(model.is_delta()),
+            Self::Dielectric(model) => lobes(model.is_delta()).with(Effect::Transmission),
+            Self::Principled(model) => model.effects(),
+        }
+    }
+}
+
+/// The effect of a lobe that is a delta, or is not.
+fn lobes(is_delta: bool) -> EffectSet {
+    EffectSet::NONE.with(if is_delta {
+        Effect::Specular
+    } else {
+        Effect::Glossy
+    })
+}
+
+/// Whether a kernel knows anything but matte surfaces.
+const fn mirrors<E: Effects>() -> bool {
+    E::Glossy::ON || E::Specular::ON
+}
+
+/// A scene is rendered by a kernel that has all its effects.
+#[cold]
+fn beyond_kernel() -> ! {
+    unreachable!("a kernel was chosen that lacks an effect of the scene")
 }

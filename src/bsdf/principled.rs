@@ -23,6 +23,7 @@ use super::dielectric::Dielectric;
 use super::fresnel::{normal_reflectance, schlick_mean, schlick_weight};
 use super::microfacet::{Ggx, mirror_normal};
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
+use crate::effects::{Effect, EffectSet};
 use crate::math::{
     measure::PdfSolidAngle,
     rgb::Rgb,
@@ -121,6 +122,25 @@ impl Principled {
         let opaque_is_delta = self.facets.is_none() && self.base.is_black();
         let glass_is_delta = self.glass_share == 0.0 || self.glass.is_delta();
         glass_is_delta && (opaque_is_delta || self.f90 == 0.0)
+    }
+
+    /// The effects that a kernel needs for it.
+    pub fn effects(&self) -> EffectSet {
+        let facets = if self.facets.is_some() {
+            Effect::Glossy
+        } else {
+            Effect::Specular
+        };
+        let glass = if self.glass.is_delta() {
+            Effect::Specular
+        } else {
+            Effect::Glossy
+        };
+        let has_glass = self.glass_share > 0.0;
+        EffectSet::NONE
+            .with(facets)
+            .with_if(glass, has_glass)
+            .with_if(Effect::Transmission, has_glass)
     }
 
     /// All lobes but deltas.

@@ -22,7 +22,8 @@ impl Job<'_> {
     pub fn summary(&self) -> String {
         let primitives: usize = self
             .scene
-            .geometries
+            .world
+            .geometries()
             .iter()
             .map(|g| g.primitive_count())
             .sum();

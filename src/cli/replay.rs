@@ -60,7 +60,11 @@ fn describe(job: &Job<'_>, event: &PathEvent, vertex: &mut u32) -> String {
             weight,
             visible,
         } => {
-            let seen = if *visible { "visible" } else { "hidden" };
+            let seen = match *visible {
+                0.0 => "hidden".to_owned(),
+                1.0 => "visible".to_owned(),
+                share => format!("{:.1} % visible", 100.0 * share),
+            };
             format!(
                 "  light sample {}, {seen} (weight {weight:.4})",
                 rgb(*contribution)

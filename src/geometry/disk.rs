@@ -37,9 +37,7 @@ impl Disk {
     /// The point of the disk's plane next to `near`.
     #[inline]
     pub fn surface_near(&self, near: Vec3) -> SurfacePoint {
-        let frame = Frame::from_normal(self.normal);
-        let offset = near - self.center;
-        self.surface_at(Vec2::new(offset.dot(frame.s), offset.dot(frame.t)))
+        self.surface_at(self.in_frame(near))
     }
 
     /// The point at `d` in the frame of the normal, in units of length.
@@ -51,7 +49,26 @@ impl Disk {
             error: gamma(8) * (self.center.abs() + Vec3::splat(self.radius)),
             ng: self.normal,
             ns: self.normal,
-            uv: 0.5 * (d / self.radius + Vec2::ONE),
         }
+    }
+
+    /// The texture coordinate of a point of the disk: the square around it is [0, 1].
+    #[inline]
+    pub fn uv_at(&self, p: Vec3) -> Vec2 {
+        0.5 * (self.in_frame(p) / self.radius + Vec2::ONE)
+    }
+
+    /// The directions in which u and v grow.
+    pub fn tangents(&self) -> [Vec3; 2] {
+        let frame = Frame::from_normal(self.normal);
+        [frame.s, frame.t]
+    }
+
+    /// A point in the frame of the normal, in units of length.
+    #[inline]
+    fn in_frame(&self, p: Vec3) -> Vec2 {
+        let frame = Frame::from_normal(self.normal);
+        let offset = p - self.center;
+        Vec2::new(offset.dot(frame.s), offset.dot(frame.t))
     }
 }

@@ -82,13 +82,36 @@ impl Mesh {
             let ns = (w * na + u * nb + v * nc).normalize_or(ng);
             if ns.dot(ng) < 0.0 { -ns } else { ns }
         };
-        let uv = if self.uvs.is_empty() {
-            Vec2::new(u, v)
-        } else {
-            let [ta, tb, tc] = indices.map(|i| self.uvs[i]);
-            w * ta + u * tb + v * tc
-        };
-        SurfacePoint { ns, uv, ..point }
+        SurfacePoint { ns, ..point }
+    }
+
+    /// The directions in which u and v grow on one triangle, solved from p(u, v) being linear; zero where the texture
+    /// coordinates of its corners are on a line.
+    pub fn tangents_at(&self, primitive: u32) -> [Vec3; 2] {
+        let [a, b, c] = self.triangle(primitive);
+        let [p1, p2] = [b - a, c - a];
+        let corner = |k: f32, l: f32| self.uv_at(primitive, [k, l]);
+        let [t1, t2] = [
+            corner(1.0, 0.0) - corner(0.0, 0.0),
+            corner(0.0, 1.0) - corner(0.0, 0.0),
+        ];
+        let determinant = t1.perp_dot(t2);
+        if determinant == 0.0 {
+            return [Vec3::ZERO; 2];
+        }
+        let along_u = (t2.y * p1 - t1.y * p2) / determinant;
+        let along_v = (t1.x * p2 - t2.x * p1) / determinant;
+        [along_u, along_v]
+    }
+
+    /// The texture coordinate there; without any, the barycentric coordinates.
+    #[inline]
+    pub fn uv_at(&self, primitive: u32, [u, v]: [f32; 2]) -> Vec2 {
+        if self.uvs.is_empty() {
+            return Vec2::new(u, v);
+        }
+        let [a, b, c] = self.indices[primitive as usize].map(|i| self.uvs[i as usize]);
+        (1.0 - u - v) * a + u * b + v * c
     }
 }
 
@@ -108,6 +131,5 @@ pub fn triangle_point([a, b, c]: [Vec3; 3], [u, v]: [f32; 2]) -> SurfacePoint {
         error: never_zero(interpolation + query, e1.abs().max(e2.abs()).max_element()),
         ng,
         ns: ng,
-        uv: Vec2::new(u, v),
     }
 }

@@ -5,10 +5,11 @@ pub mod mesh;
 pub mod sphere;
 pub mod surface;
 pub mod texture;
+pub mod world;
 
 use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
-use crate::math::vec::Vec3;
+use crate::math::vec::{Vec2, Vec3};
 use disk::Disk;
 use mesh::Mesh;
 use sphere::Sphere;
@@ -52,6 +53,25 @@ impl Geometry {
             Self::Mesh(mesh) => mesh.surface_at(primitive, uv),
             Self::Sphere(sphere) => sphere.surface_at(ray, t),
             Self::Disk(disk) => disk.surface_near(ray.at(t)),
+        }
+    }
+
+    /// The texture coordinate of the point `p` of `primitive`, barycentric coordinates `barycentric`.
+    #[inline]
+    pub fn uv_at(&self, primitive: u32, p: Vec3, barycentric: [f32; 2]) -> Vec2 {
+        match self {
+            Self::Mesh(mesh) => mesh.uv_at(primitive, barycentric),
+            Self::Sphere(sphere) => sphere.uv_at(p),
+            Self::Disk(disk) => disk.uv_at(p),
+        }
+    }
+
+    /// The directions in which u and v grow at the point `p` of `primitive`, of any length; zero where there are none.
+    pub fn tangents_at(&self, primitive: u32, p: Vec3) -> [Vec3; 2] {
+        match self {
+            Self::Mesh(mesh) => mesh.tangents_at(primitive),
+            Self::Sphere(sphere) => sphere.tangents_at(p),
+            Self::Disk(disk) => disk.tangents(),
         }
     }
 

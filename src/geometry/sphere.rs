@@ -57,11 +57,24 @@ impl Sphere {
             error: gamma(8) * (self.center.abs() + Vec3::splat(self.radius)),
             ng: n,
             ns: n,
-            uv: Vec2::new(
-                (n.z.atan2(n.x) / TAU).rem_euclid(1.0),
-                (-n.y.clamp(-1.0, 1.0)).acos() * FRAC_1_PI,
-            ),
         }
+    }
+
+    /// The texture coordinate of a point of the sphere: longitude about y, and latitude from below.
+    #[inline]
+    pub fn uv_at(&self, p: Vec3) -> Vec2 {
+        let n = (p - self.center).normalize_or(Vec3::Z);
+        Vec2::new(
+            (n.z.atan2(n.x) / TAU).rem_euclid(1.0),
+            (-n.y.clamp(-1.0, 1.0)).acos() * FRAC_1_PI,
+        )
+    }
+
+    /// The directions in which u and v grow at a point of the sphere; u has none at the poles.
+    pub fn tangents_at(&self, p: Vec3) -> [Vec3; 2] {
+        let n = p - self.center;
+        let along_u = Vec3::new(-n.z, 0.0, n.x);
+        [along_u, along_u.cross(n)]
     }
 
     /// A ray leaving outwards never comes back; one going inwards meets the far side at the end of its chord, and half of

@@ -4,7 +4,7 @@
 //! Range: `error` bounds the distance of `p` from the true surface in each coordinate, and what tracing adds to it.
 //! Source: Pharr, Jakob, Humphreys, "Physically Based Rendering", section 6.8. Tested in `tests/tracing.rs`.
 
-use crate::math::vec::{Vec2, Vec3};
+use crate::math::vec::Vec3;
 
 /// A point on a surface.
 #[derive(Debug, Clone, Copy)]
@@ -17,6 +17,4 @@ pub struct SurfacePoint {
     pub ng: Vec3,
     /// Shading normal, of unit length, on the side of `ng`.
     pub ns: Vec3,
-    /// Texture coordinate.
-    pub uv: Vec2,
 }

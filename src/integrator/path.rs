@@ -7,20 +7,25 @@
 //!
 //! where each way of reaching a light is weighted by the power heuristic of both densities, and q_j is the probability
 //! of surviving the roulette. Delta lobes cannot be found by light sampling, nor can the constant environment, which is
-//! not a light that one samples: there w_bsdf = 1.
+//! not a light that one samples: there w_bsdf = 1. Delta lights cannot be found by scattering: there w_light = 1.
+//!
+//! The integrator is compiled for the effects `E`; with others it gives the same numbers.
 //!
 //! Measure: radiance; densities per steradian.
-//! Range: any scene; without a bounce limit a path ends by absorption, by leaving, or by roulette.
-//! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `tests/closed_forms.rs` and
-//! `tests/furnace.rs`.
+//! Range: any scene that calls for no effect beyond `E`; without a bounce limit a path ends by absorption, by leaving, or
+//! by roulette.
+//! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `tests/closed_forms.rs`,
+//! `tests/furnace.rs` and `tests/effects.rs`.
 
 use super::observer::PathObserver;
 use super::{RayCounts, Roulette};
+use crate::accel::Departure;
 use crate::bsdf::Bsdf;
+use crate::effects::{Effects, Slot, State, Switch};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
-use crate::math::vec::Vec2;
+use crate::math::vec::{Vec2, Vec3};
 use crate::sampler::{Decision, Sampler};
 use crate::sampling::mis::power_heuristic;
 use crate::scene::Scene;
@@ -35,54 +40,107 @@ pub struct PathIntegrator {
     pub roulette: Roulette,
 }
 
+/// A path under construction, with what the effects `E` need of it.
+#[derive(Debug, Clone, Copy)]
+pub struct PathState<E: Effects> {
+    /// The ray onward.
+    pub ray: Ray,
+    /// What the ray leaves.
+    pub departure: Option<Departure>,
+    /// When, from 0 to 1 while the shutter is open.
+    pub time: State<E::Motion, f32>,
+    /// What radiance along the ray counts.
+    pub beta: Rgb,
+    /// What has been found.
+    pub radiance: Rgb,
+    /// Radiance is thinned by eta^2 inside glass and restored on the way out: no reason to end a path.
+    pub eta_scale: State<E::Transmission, f32>,
+    /// Where the path scattered last, and with which density; `None` from the camera and from delta lobes.
+    pub scattered_from: Option<(Vec3, PdfSolidAngle)>,
+}
+
+impl<E: Effects> PathState<E> {
+    /// A path that begins with a camera ray.
+    #[inline]
+    pub fn new(ray: Ray, time: f32) -> Self {
+        Self {
+            ray,
+            departure: None,
+            time: Slot::new(|| time),
+            beta: Rgb::WHITE,
+            radiance: Rgb::BLACK,
+            eta_scale: Slot::new(|| 1.0),
+            scattered_from: None,
+        }
+    }
+
+    /// Multiplies the throughput that roulette goes by, on the way through a surface of index `eta`, inside over outside.
+    #[inline]
+    fn refract(&mut self, eta: f32, enters: bool) {
+        let eta = if enters { eta } else { 1.0 / eta };
+        self.eta_scale.update(|scale| scale * eta * eta);
+    }
+
+    /// The weight of light found by scattering, against sampling it with density `p_light`.
+    #[inline]
+    fn weight_of_scattering(&self, p_light: impl FnOnce(Vec3) -> PdfSolidAngle) -> f32 {
+        match self.scattered_from {
+            Some((from, p_bsdf)) => power_heuristic(p_bsdf, p_light(from)),
+            None => 1.0,
+        }
+    }
+}
+
 impl PathIntegrator {
-    /// One estimate of the radiance that arrives along `ray`.
-    pub fn radiance<S: Sampler, O: PathObserver>(
+    /// One estimate of the radiance that arrives along `ray` at a time of the shutter.
+    pub fn radiance<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         scene: &Scene,
         sampler: &mut S,
-        mut ray: Ray,
+        ray: Ray,
+        time: f32,
         rays: &mut RayCounts,
         observer: &mut O,
     ) -> Rgb {
-        let mut radiance = Rgb::BLACK;
-        let mut beta = Rgb::WHITE;
-        // Radiance is thinned by eta^2 inside glass and restored on the way out: no reason to end a path.
-        let mut eta_scale = 1.0;
-        // Where the path scattered last, and with which density; `None` from the camera and from delta lobes.
-        let mut scattered_from: Option<(Interaction, PdfSolidAngle)> = None;
-        let mut departure = None;
+        let mut path = PathState::<E>::new(ray, time);
         rays.camera += 1;
         for bounce in 0.. {
-            let Some(at) = scene.intersect(&ray, departure) else {
-                radiance += beta * scene.environment;
-                observer.escaped(ray.dir);
+            let time = path.time.or(0.0);
+            let u_alpha = if E::Alpha::ON {
+                let [u] = sampler.draw(Decision::Alpha(bounce));
+                u
+            } else {
+                0.0
+            };
+            let Some(at) = scene.intersect::<E>(&path.ray, time, path.departure, u_alpha) else {
+                path.radiance += path.beta * beyond(scene, &path);
+                observer.escaped(path.ray.dir);
                 break;
             };
-            observer.arrived(&at, beta);
+            observer.arrived(&at, path.beta);
 
             // Emission, in the light of how else it could have been found.
             if let Some(emitted) = scene.emitted(&at) {
-                let weight = match &scattered_from {
-                    Some((from, p_bsdf)) => power_heuristic(*p_bsdf, scene.light_pdf(from.p, &at)),
-                    None => 1.0,
-                };
-                observer.emission(beta * emitted * weight, weight);
-                radiance += beta * emitted * weight;
+                let weight = path.weight_of_scattering(|from| scene.light_pdf(from, time, &at));
+                let contribution = path.beta * emitted * weight;
+                observer.emission(contribution, weight);
+                path.radiance += contribution;
             }
             if self.max_bounces.is_some_and(|limit| bounce >= limit) {
                 break;
             }
 
-            let bsdf = scene.bsdf(&at);
-            if !bsdf.is_delta() && !scene.lights.is_empty() {
+            let Some(bsdf) = scene.bsdf(&at) else {
+                break;
+            };
+            if !bsdf.is_delta::<E>() && !scene.lights.is_empty() {
                 let u = sampler.draw(Decision::Light(bounce));
-                if let Some(light) = sample_light(scene, &at, &bsdf, u) {
+                if let Some(light) = sample_light(scene, &at, time, &bsdf, u) {
                     rays.shadow += 1;
-                    let visible = !scene.accel.occluded(&light.segment);
-                    observer.light(beta * light.contribution, light.weight, visible);
-                    if visible {
-                        radiance += beta * light.contribution;
+                    let visible = scene.visibility::<E>(&light.ray, time);
+                    observer.light(path.beta * light.contribution, light.weight, visible);
+                    if visible > 0.0 {
+                        path.radiance += path.beta * light.contribution * visible;
                     }
                 }
             }
@@ -90,42 +148,54 @@ impl PathIntegrator {
             // Onward by the BSDF.
             let wo = at.frame.to_local(at.wo);
             let [u, v, u_lobe] = sampler.draw(Decision::Bsdf(bounce));
-            let Some(sample) = bsdf.sample(wo, u_lobe, Vec2::new(u, v)) else {
+            let Some(sample) = bsdf.sample::<E>(wo, u_lobe, Vec2::new(u, v)) else {
                 break;
             };
             let wi = at.frame.to_world(sample.wi);
             // A shading normal can promise what the surface cannot keep: light leaking through it.
-            let goes_through = sample.lobe.is_transmission();
+            let goes_through = E::Transmission::ON && sample.lobe.is_transmission();
             if !at.agrees(wi, goes_through) {
                 break;
             }
-            beta *= sample.weight;
-            observer.scattered(wi, sample.lobe, beta);
+            path.beta *= sample.weight;
+            observer.scattered(wi, sample.lobe, path.beta);
 
             if goes_through {
-                let eta = if wo.z > 0.0 {
-                    bsdf.ior()
-                } else {
-                    1.0 / bsdf.ior()
-                };
-                eta_scale *= eta * eta;
+                path.refract(bsdf.ior(), wo.z > 0.0);
             }
-            let survival = self.roulette.survival(bounce, eta_scale * beta);
+            let survival = self
+                .roulette
+                .survival(bounce, path.eta_scale.or(1.0) * path.beta);
             if survival < 1.0 {
                 let [u] = sampler.draw(Decision::Roulette(bounce));
                 if u >= survival {
                     observer.terminated(survival);
                     break;
                 }
-                beta *= 1.0 / survival;
+                path.beta *= 1.0 / survival;
             }
-            scattered_from = sample.pdf.map(|p_bsdf| (at, p_bsdf));
-            let (next, left) = scene.spawn(&at, wi, goes_through);
-            (ray, departure) = (next, Some(left));
+            path.scattered_from = sample.pdf.map(|p_bsdf| (at.p, p_bsdf));
+            let (ray, departure) = scene.spawn(&at, time, wi, goes_through);
+            (path.ray, path.departure) = (ray, Some(departure));
             rays.closest += 1;
         }
-        radiance
+        path.radiance
     }
+}
+
+/// Radiance from beyond the scene along the path's ray.
+#[inline]
+fn beyond<E: Effects>(scene: &Scene, path: &PathState<E>) -> Rgb {
+    if !E::Environment::ON {
+        return Rgb::BLACK;
+    }
+    let mut radiance = scene.environment;
+    if E::EnvironmentMap::ON {
+        if let Some((map, p_light)) = scene.lights.beyond(path.ray.dir) {
+            radiance += map * path.weight_of_scattering(|_| p_light);
+        }
+    }
+    radiance
 }
 
 /// What light sampling found at a surface, if nothing is in the way.
@@ -133,13 +203,20 @@ struct DirectLight {
     /// f |cos| Le / p_light, times the weight.
     contribution: Rgb,
     weight: f32,
-    segment: Ray,
+    /// To the light.
+    ray: Ray,
 }
 
 /// One point on one light, weighted against the chance that the BSDF finds it.
 #[inline]
-fn sample_light(scene: &Scene, at: &Interaction, bsdf: &Bsdf, u: [f32; 4]) -> Option<DirectLight> {
-    let light = scene.lights.sample(at.p, u)?;
+fn sample_light<E: Effects>(
+    scene: &Scene,
+    at: &Interaction<E>,
+    time: f32,
+    bsdf: &Bsdf,
+    u: [f32; 4],
+) -> Option<DirectLight> {
+    let light = scene.sample_light::<E>(at.p, time, u)?;
     if light.radiance.is_black() {
         return None;
     }
@@ -150,14 +227,17 @@ fn sample_light(scene: &Scene, at: &Interaction, bsdf: &Bsdf, u: [f32; 4]) -> Op
     if !at.agrees(light.wi, goes_through) {
         return None;
     }
-    let value = bsdf.eval(wo, wi);
+    let value = bsdf.eval::<E>(wo, wi);
     if value.f.is_black() {
         return None;
     }
-    let weight = power_heuristic(light.pdf, value.pdf);
+    let (weight, over_pdf) = match light.pdf {
+        Some(pdf) => (power_heuristic(pdf, value.pdf), 1.0 / pdf.0),
+        None => (1.0, 1.0),
+    };
     Some(DirectLight {
-        contribution: value.f * light.radiance * (wi.z.abs() * weight / light.pdf.0),
+        contribution: value.f * light.radiance * (wi.z.abs() * weight * over_pdf),
         weight,
-        segment: at.segment_to(&light.point, light.wi, goes_through),
+        ray: at.ray_to(&light.end, light.wi, goes_through),
     })
 }

@@ -4,7 +4,7 @@
 //! Range: any receiver off the disk's plane.
 //! Source: Shirley and Chiu 1997 for the map. Tested in `tests/light.rs`.
 
-use super::types::{Emission, LightSample};
+use super::types::{Emission, LightEnd, LightSample};
 use crate::geometry::disk::Disk;
 use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::vec::{Vec2, Vec3};
@@ -38,10 +38,10 @@ impl DiskLight {
         let wi = towards.normalize();
         let cos = -wi.dot(point.ng);
         Some(LightSample {
-            point,
             wi,
             radiance: self.emission.towards(cos),
-            pdf: self.pdf(towards.length_squared(), cos)?,
+            pdf: Some(self.pdf(towards.length_squared(), cos)?),
+            end: LightEnd::Surface(point, [0.0; 2]),
         })
     }
 

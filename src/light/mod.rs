@@ -10,6 +10,7 @@ pub mod sphere;
 pub mod triangle;
 pub mod types;
 
+use crate::effects::Effects;
 use crate::math::measure::PdfSolidAngle;
 use crate::math::vec::{Vec2, Vec3};
 use disk::DiskLight;
@@ -44,7 +45,7 @@ impl Light {
 
     /// A point of the light that lights `p`; `None` where none can.
     #[inline]
-    pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+    pub fn sample<E: Effects>(&self, p: Vec3, _time: f32, u: Vec2) -> Option<LightSample> {
         match self {
             Self::Triangle(light) => light.sample(p, u),
             Self::Rectangle(light) => light.sample(p, u),
@@ -56,7 +57,13 @@ impl Light {
     /// The density of [`sample`](Self::sample) at `p` for the point of this light that lies at `towards` from it and
     /// has the unit normal `normal`.
     #[inline]
-    pub fn pdf(&self, p: Vec3, towards: Vec3, normal: Vec3) -> Option<PdfSolidAngle> {
+    pub fn pdf<E: Effects>(
+        &self,
+        p: Vec3,
+        _time: f32,
+        towards: Vec3,
+        normal: Vec3,
+    ) -> Option<PdfSolidAngle> {
         let distance2 = towards.length_squared();
         let cos = towards.dot(normal) / distance2.sqrt();
         match self {

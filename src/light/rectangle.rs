@@ -5,7 +5,7 @@
 //! [`spherical_rectangle::SMALLEST`] the point is chosen by area.
 //! Source: `sampling/spherical_rectangle.rs`. Tested in `tests/light.rs`.
 
-use super::types::{Emission, LightSample};
+use super::types::{Emission, LightEnd, LightSample};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::robust::{gamma, never_zero};
@@ -63,17 +63,17 @@ impl RectangleLight {
         let wi = towards.normalize();
         let cos = -wi.dot(self.normal);
         let rounding = gamma(9) * (self.corner.abs() + self.edges[0].abs() + self.edges[1].abs());
+        let point = SurfacePoint {
+            p: position,
+            error: never_zero(rounding, self.lengths[0].max(self.lengths[1]) as f32),
+            ng: self.normal,
+            ns: self.normal,
+        };
         Some(LightSample {
-            point: SurfacePoint {
-                p: position,
-                error: never_zero(rounding, self.lengths[0].max(self.lengths[1]) as f32),
-                ng: self.normal,
-                ns: self.normal,
-                uv: Vec2::from_array(s.map(|s| s as f32)),
-            },
             wi,
             radiance: self.emission.towards(cos),
-            pdf: self.density(seen.solid_angle(), towards.length_squared(), cos)?,
+            pdf: Some(self.density(seen.solid_angle(), towards.length_squared(), cos)?),
+            end: LightEnd::Surface(point, [0.0; 2]),
         })
     }
 

@@ -6,7 +6,9 @@
 
 use super::Light;
 use super::types::LightSample;
-use crate::math::measure::PdfSolidAngle;
+use crate::effects::{Effects, Switch};
+use crate::math::measure::{PdfSolidAngle, Pmf};
+use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
 use crate::sampling::distribution::AliasTable;
 
@@ -19,10 +21,13 @@ pub struct Lights {
 }
 
 impl Lights {
-    /// A choice among these lights in proportion to their power.
-    pub fn new(lights: Vec<Light>) -> Self {
-        let powers: Vec<f64> = lights.iter().map(Light::power).collect();
-        let choice = AliasTable::new(&powers);
+    /// A choice among these lights in proportion to their powers.
+    ///
+    /// # Panics
+    /// If there are not as many powers as lights.
+    pub fn new(lights: Vec<Light>, powers: &[f64]) -> Self {
+        assert_eq!(lights.len(), powers.len());
+        let choice = AliasTable::new(powers);
         Self { lights, choice }
     }
 
@@ -32,34 +37,61 @@ impl Lights {
     }
 
     /// Whether there is nothing to sample.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.choice.is_none()
     }
 
-    /// A point on some light that lights `p`. The sample's density includes the choice of the light. The first two
-    /// numbers, which low-discrepancy points place best, choose the point, the others the light.
+    /// Which light was chosen, and a direction from which it lights `p` at a time of the shutter. The sample's density, or
+    /// the irradiance of a delta light, includes the choice of the light. The first two numbers, which low-discrepancy
+    /// points place best, choose the direction, the others the light.
     #[inline]
-    pub fn sample(&self, p: Vec3, u: [f32; 4]) -> Option<LightSample> {
-        let (chosen, pmf) = self.choice.as_ref()?.sample([u[2], u[3]]);
-        let sample = self.lights[chosen].sample(p, Vec2::new(u[0], u[1]))?;
-        Some(LightSample {
-            pdf: pmf * sample.pdf,
-            ..sample
-        })
+    pub fn sample<E: Effects>(
+        &self,
+        p: Vec3,
+        time: f32,
+        u: [f32; 4],
+    ) -> Option<(u32, LightSample)> {
+        let choice = self.choice.as_ref()?;
+        let (chosen, pmf) = if E::ManyLights::ON {
+            choice.sample([u[2], u[3]])
+        } else {
+            (0, Pmf(1.0))
+        };
+        let mut sample = self.lights[chosen].sample::<E>(p, time, Vec2::new(u[0], u[1]))?;
+        match &mut sample.pdf {
+            Some(pdf) => *pdf = pmf * *pdf,
+            None => sample.radiance *= 1.0 / pmf.0,
+        }
+        Some((chosen as u32, sample))
     }
 
     /// The density of [`sample`](Self::sample) at `p` for the point of light `light` at `towards`, with normal
     /// `normal`: 0 for a light that it never chooses.
     #[inline]
-    pub fn pdf(&self, light: u32, p: Vec3, towards: Vec3, normal: Vec3) -> PdfSolidAngle {
+    pub fn pdf<E: Effects>(
+        &self,
+        light: u32,
+        p: Vec3,
+        time: f32,
+        towards: Vec3,
+        normal: Vec3,
+    ) -> PdfSolidAngle {
         let chosen = self
             .choice
             .as_ref()
             .map(|choice| choice.pmf(light as usize));
-        let pdf = self.lights[light as usize].pdf(p, towards, normal);
+        let pdf = self.lights[light as usize].pdf::<E>(p, time, towards, normal);
         match (chosen, pdf) {
             (Some(pmf), Some(pdf)) => pmf * pdf,
             _ => PdfSolidAngle(0.0),
         }
+    }
+
+    /// What is sampled of the light from beyond the scene: the radiance from a direction, and the density with which
+    /// [`sample`](Self::sample) finds that direction.
+    #[inline]
+    pub fn beyond(&self, _direction: Vec3) -> Option<(Rgb, PdfSolidAngle)> {
+        None
     }
 }

@@ -5,7 +5,7 @@
 //! Source: Pharr, Jakob, Humphreys, "Sampling Spheres"; 1 - cos = s^2 / (1 + sqrt(1 - s^2)) does not cancel for small
 //! cones. Tested in `tests/light.rs`.
 
-use super::types::{Emission, LightSample};
+use super::types::{Emission, LightEnd, LightSample};
 use crate::geometry::sphere::Sphere;
 use crate::math::frame::Frame;
 use crate::math::measure::PdfSolidAngle;
@@ -76,10 +76,10 @@ impl SphereLight {
         let point = self.sphere.surface_along(normal);
         let wi = (point.p - p).normalize();
         Some(LightSample {
-            point,
             wi,
             radiance: self.emission.towards(-wi.dot(normal)),
-            pdf: view.density(),
+            pdf: Some(view.density()),
+            end: LightEnd::Surface(point, [0.0; 2]),
         })
     }
 

@@ -4,7 +4,7 @@
 //! Range: any receiver off the triangle's plane; below [`spherical_triangle::SMALLEST`] the point is chosen by area.
 //! Source: `sampling/spherical_triangle.rs`. Tested in `tests/light.rs`.
 
-use super::types::{Emission, LightSample};
+use super::types::{Emission, LightEnd, LightSample};
 use crate::geometry::mesh::triangle_point;
 use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::vec::{Vec2, Vec3};
@@ -49,10 +49,10 @@ impl TriangleLight {
         let cos = -wi.dot(point.ng);
         let pdf = density(omega, self.area, towards.length_squared(), cos)?;
         Some(LightSample {
-            point,
             wi,
             radiance: self.emission.towards(cos),
-            pdf,
+            pdf: Some(pdf),
+            end: LightEnd::Surface(point, b),
         })
     }
 

@@ -9,17 +9,28 @@ use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
 
-/// A point on a light, chosen to light a given receiver.
+/// A direction from which a light shines on a given receiver.
 #[derive(Debug, Clone, Copy)]
 pub struct LightSample {
-    /// The point on the light.
-    pub point: SurfacePoint,
-    /// Unit vector from the receiver to it.
+    /// Unit vector from the receiver towards the light.
     pub wi: Vec3,
-    /// Radiance that leaves the light towards the receiver.
+    /// Radiance that arrives from there. Of a delta light: irradiance at right angles to `wi`.
     pub radiance: Rgb,
-    /// Density of `wi`, given this light.
-    pub pdf: PdfSolidAngle,
+    /// Density of `wi`; `None` for a delta light, which nothing else finds.
+    pub pdf: Option<PdfSolidAngle>,
+    /// Where a shadow ray has to end.
+    pub end: LightEnd,
+}
+
+/// What is at the light's end of a shadow ray.
+#[derive(Debug, Clone, Copy)]
+pub enum LightEnd {
+    /// A point of a shape, and its barycentric coordinates on a triangle.
+    Surface(SurfacePoint, [f32; 2]),
+    /// A point in free space, in normalised units.
+    Point(Vec3),
+    /// Nothing: the light is beyond the scene.
+    Infinity,
 }
 
 /// What a surface emits, and on which side.

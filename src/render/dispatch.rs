@@ -5,13 +5,11 @@
 //! Source: none needed. Tested in `tests/determinism.rs`.
 
 use super::settings::{IntegratorKind, RenderSettings, SamplerKind};
-use super::tile::{self, Outcome};
-use crate::film::Tile;
-use crate::film::filter::Filter;
+use crate::effects::kernel::KernelJob;
+use crate::effects::{Effects, Kernel};
 use crate::integrator::path::PathIntegrator;
-use crate::sampler::{Independent, Sobol};
+use crate::sampler::{Independent, Sampler, Sobol};
 use crate::scene::Scene;
-use std::ops::Range;
 
 /// The integrator that the settings ask for.
 pub fn integrator(settings: &RenderSettings) -> PathIntegrator {
@@ -23,27 +21,37 @@ pub fn integrator(settings: &RenderSettings) -> PathIntegrator {
     }
 }
 
-/// Takes the samples of `range` in every pixel of a tile.
-pub fn sample_tile(
-    scene: &Scene,
-    filter: &Filter,
-    settings: &RenderSettings,
-    tile: &mut Tile,
-    range: Range<u64>,
-) -> Outcome {
-    let integrator = integrator(settings);
+/// The kernel that renders a scene.
+pub fn kernel(scene: &Scene, settings: &RenderSettings) -> Kernel {
+    settings
+        .kernel
+        .unwrap_or_else(|| Kernel::smallest_for(scene.effects))
+}
+
+/// Something to do with a kernel and a sampler that are known only when running.
+pub trait Dispatched {
+    /// What it yields.
+    type Output;
+    /// Does it for the effects `E`, with the numbers of `sampler`.
+    fn run<E: Effects, S: Sampler>(self, sampler: S) -> Self::Output;
+}
+
+/// Does something with the kernel and the sampler of the settings.
+pub fn dispatch<D: Dispatched>(scene: &Scene, settings: &RenderSettings, job: D) -> D::Output {
+    let kernel = kernel(scene, settings);
     let seed = settings.seed;
     match settings.sampler {
-        SamplerKind::Independent => tile::sample_tile(
-            scene,
-            filter,
-            integrator,
-            Independent::new(seed),
-            tile,
-            range,
-        ),
-        SamplerKind::Sobol => {
-            tile::sample_tile(scene, filter, integrator, Sobol::new(seed), tile, range)
-        }
+        SamplerKind::Independent => kernel.run(With(job, Independent::new(seed))),
+        SamplerKind::Sobol => kernel.run(With(job, Sobol::new(seed))),
+    }
+}
+
+/// A job whose sampler is known and whose kernel is not.
+struct With<D, S>(D, S);
+
+impl<D: Dispatched, S: Sampler> KernelJob for With<D, S> {
+    type Output = D::Output;
+    fn run<E: Effects>(self) -> D::Output {
+        self.0.run::<E, S>(self.1)
     }
 }

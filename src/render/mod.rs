@@ -25,6 +25,7 @@ use settings::RenderSettings;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
+use tile::TileJob;
 pub use tile::{NonFiniteSample, Rejected};
 
 /// How far a render has come.
@@ -78,7 +79,7 @@ pub struct Rendered {
 /// Renders a scene.
 ///
 /// # Errors
-/// Settings out of their range, or threads that cannot be started.
+/// Settings out of their range, a kernel that lacks an effect of the scene, or threads that cannot be started.
 pub fn render(
     scene: &Scene,
     filter: &Filter,
@@ -87,6 +88,15 @@ pub fn render(
     observer: &dyn RenderObserver,
 ) -> Result<Rendered> {
     settings.validate(size)?;
+    let kernel = dispatch::kernel(scene, settings);
+    if !kernel.effects().contains(scene.effects) {
+        let lacking = scene.effects.iter().find(|&e| !kernel.effects().has(e));
+        return Err(Error::usage(format!(
+            "the kernel {} lacks an effect of the scene: {}",
+            kernel.name(),
+            lacking.map_or("", |effect| effect.name())
+        )));
+    }
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(settings.threads)
         .build()
@@ -137,8 +147,15 @@ impl Run<'_> {
                     return;
                 }
                 let range = planner.spp()..planner.spp() + samples;
-                let outcome =
-                    dispatch::sample_tile(self.scene, self.filter, self.settings, tile, range);
+                let (pixels, scene) = (tile.window.pixel_count(), self.scene);
+                let job = TileJob {
+                    scene,
+                    filter: self.filter,
+                    integrator: dispatch::integrator(self.settings),
+                    tile,
+                    range,
+                };
+                let outcome = dispatch::dispatch(scene, self.settings, job);
                 let mut totals = self
                     .totals
                     .lock()
@@ -146,7 +163,7 @@ impl Run<'_> {
                 totals.rays += outcome.rays;
                 totals.rejected.merge(outcome.rejected);
                 drop(totals);
-                self.report(&planner, tile.window.pixel_count() * samples, error);
+                self.report(&planner, pixels * samples, error);
             });
             if self.is_cancelled() {
                 break;

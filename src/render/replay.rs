@@ -4,16 +4,18 @@
 //! Range: any pixel and sample; the value is bit for bit that of the render with the same settings.
 //! Source: pbrt's way of tracking a bad sample down. Tested in `tests/command.rs`.
 
-use super::dispatch;
-use super::settings::{RenderSettings, SamplerKind};
+use super::dispatch::{self, Dispatched};
+use super::settings::RenderSettings;
 use super::tile::CameraSample;
 use crate::bsdf::types::Lobe;
+use crate::effects::Effects;
 use crate::film::filter::Filter;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::PathObserver;
+use crate::integrator::path::PathIntegrator;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec3, Vec3};
-use crate::sampler::{Independent, Sampler, Sobol};
+use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
@@ -51,8 +53,8 @@ pub enum PathEvent {
         contribution: Rgb,
         /// Its weight against scattering.
         weight: f32,
-        /// Whether nothing was in the way.
-        visible: bool,
+        /// The share of it that nothing is in the way of.
+        visible: f32,
     },
     /// It was scattered.
     Scattered {
@@ -96,17 +98,13 @@ pub fn replay(
         scene,
         events: Vec::new(),
     };
-    let radiance = match settings.sampler {
-        SamplerKind::Independent => recorder.record(
-            &camera_sample,
-            settings,
-            Independent::new(settings.seed),
-            sample,
-        ),
-        SamplerKind::Sobol => {
-            recorder.record(&camera_sample, settings, Sobol::new(settings.seed), sample)
-        }
+    let job = ReplayJob {
+        camera_sample: &camera_sample,
+        integrator: dispatch::integrator(settings),
+        sample,
+        recorder: &mut recorder,
     };
+    let radiance = dispatch::dispatch(scene, settings, job);
     Replay {
         radiance,
         events: recorder.events,
@@ -118,25 +116,33 @@ struct Recorder<'a> {
     events: Vec<PathEvent>,
 }
 
-impl Recorder<'_> {
-    fn record<S: Sampler>(
-        &mut self,
-        camera_sample: &CameraSample<'_>,
-        settings: &RenderSettings,
-        mut sampler: S,
-        sample: u64,
-    ) -> Rgb {
-        sampler.start(camera_sample.pixel, sample);
-        let integrator = dispatch::integrator(settings);
-        camera_sample.radiance(integrator, &mut sampler, &mut RayCounts::default(), self)
+struct ReplayJob<'a, 'b> {
+    camera_sample: &'a CameraSample<'a>,
+    integrator: PathIntegrator,
+    sample: u64,
+    recorder: &'a mut Recorder<'b>,
+}
+
+impl Dispatched for ReplayJob<'_, '_> {
+    type Output = Rgb;
+
+    fn run<E: Effects, S: Sampler>(self, mut sampler: S) -> Rgb {
+        sampler.start(self.camera_sample.pixel, self.sample);
+        let mut rays = RayCounts::default();
+        self.camera_sample.radiance::<E, _, _>(
+            self.integrator,
+            &mut sampler,
+            &mut rays,
+            self.recorder,
+        )
     }
 }
 
 impl PathObserver for Recorder<'_> {
-    fn arrived(&mut self, at: &Interaction, beta: Rgb) {
+    fn arrived<E: Effects>(&mut self, at: &Interaction<E>, beta: Rgb) {
         self.events.push(PathEvent::Arrived {
             position: self.scene.normalisation.world_point(at.p),
-            shape: at.id.geometry,
+            shape: at.id.shape,
             primitive: at.id.primitive,
             normal: at.ng,
             beta,
@@ -154,7 +160,7 @@ impl PathObserver for Recorder<'_> {
         });
     }
 
-    fn light(&mut self, contribution: Rgb, weight: f32, visible: bool) {
+    fn light(&mut self, contribution: Rgb, weight: f32, visible: f32) {
         self.events.push(PathEvent::Light {
             contribution,
             weight,

@@ -4,6 +4,7 @@
 //! Range: said at each field; [`RenderSettings::validate`] names what is out of it.
 //! Source: design of the command line. Tested below and in `tests/bad_flags.rs`.
 
+use crate::effects::Kernel;
 use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::integrator::Roulette;
@@ -76,6 +77,8 @@ pub struct RenderSettings {
     pub max_bounces: Option<u32>,
     /// When paths end by chance.
     pub roulette: Roulette,
+    /// The code that runs; `None` takes the smallest that has all effects of the scene. It changes nothing but the speed.
+    pub kernel: Option<Kernel>,
     /// Threads, at least 1.
     pub threads: usize,
     /// The part of the picture to render.
@@ -97,6 +100,7 @@ impl RenderSettings {
             },
             max_bounces: None,
             roulette: Roulette::default(),
+            kernel: None,
             threads: available_threads(),
             window: Window {
                 x: 0,

@@ -4,6 +4,8 @@
 //! Range: samples that are not finite are counted and located, and left out of the sums.
 //! Source: none needed. Tested in `tests/determinism.rs`.
 
+use super::dispatch::Dispatched;
+use crate::effects::{Effects, Switch};
 use crate::film::Tile;
 use crate::film::filter::Filter;
 use crate::integrator::RayCounts;
@@ -50,40 +52,52 @@ pub struct Outcome {
     pub rejected: Rejected,
 }
 
-/// Adds the samples of `range` to every pixel of a tile.
-pub fn sample_tile<S: Sampler>(
-    scene: &Scene,
-    filter: &Filter,
-    integrator: PathIntegrator,
-    mut sampler: S,
-    tile: &mut Tile,
-    range: Range<u64>,
-) -> Outcome {
-    let mut outcome = Outcome::default();
-    for ([x, y], sums) in tile.window.pixels().zip(&mut tile.pixels) {
-        for sample in range.clone() {
-            sampler.start([x, y], sample);
-            let camera_sample = CameraSample {
-                scene,
-                filter,
-                pixel: [x, y],
-            };
-            let radiance = camera_sample.radiance(
-                integrator,
-                &mut sampler,
-                &mut outcome.rays,
-                &mut Unobserved,
-            );
-            if radiance.is_finite() {
-                sums.add(radiance);
-            } else {
-                let first = Some(NonFiniteSample { y, x, sample });
-                outcome.rejected.merge(Rejected { count: 1, first });
+/// The samples of `range` to be taken in every pixel of a tile.
+pub struct TileJob<'a> {
+    pub scene: &'a Scene,
+    pub filter: &'a Filter,
+    pub integrator: PathIntegrator,
+    pub tile: &'a mut Tile,
+    pub range: Range<u64>,
+}
+
+impl Dispatched for TileJob<'_> {
+    type Output = Outcome;
+
+    fn run<E: Effects, S: Sampler>(self, mut sampler: S) -> Outcome {
+        let Self {
+            scene,
+            filter,
+            integrator,
+            tile,
+            range,
+        } = self;
+        let mut outcome = Outcome::default();
+        for ([x, y], sums) in tile.window.pixels().zip(&mut tile.pixels) {
+            for sample in range.clone() {
+                sampler.start([x, y], sample);
+                let camera_sample = CameraSample {
+                    scene,
+                    filter,
+                    pixel: [x, y],
+                };
+                let radiance = camera_sample.radiance::<E, _, _>(
+                    integrator,
+                    &mut sampler,
+                    &mut outcome.rays,
+                    &mut Unobserved,
+                );
+                if radiance.is_finite() {
+                    sums.add(radiance);
+                } else {
+                    let first = Some(NonFiniteSample { y, x, sample });
+                    outcome.rejected.merge(Rejected { count: 1, first });
+                }
             }
         }
+        tile.samples += range.end - range.start;
+        outcome
     }
-    tile.samples += range.end - range.start;
-    outcome
 }
 
 /// A sample on its way from the film into the scene.
@@ -96,7 +110,7 @@ pub struct CameraSample<'a> {
 impl CameraSample<'_> {
     /// The sample's value: radiance along the camera ray, times the filter's weight.
     #[inline]
-    pub fn radiance<S: Sampler, O: PathObserver>(
+    pub fn radiance<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         integrator: PathIntegrator,
         sampler: &mut S,
@@ -105,9 +119,18 @@ impl CameraSample<'_> {
     ) -> Rgb {
         let [film_x, film_y, lens_x, lens_y] = sampler.draw(Decision::Camera);
         let filtered = self.filter.sample(Vec2::new(film_x, film_y));
+        let time = if E::Motion::ON {
+            let [time] = sampler.draw(Decision::Time);
+            time
+        } else {
+            0.0
+        };
         let [x, y] = self.pixel.map(|i| i as f32 + 0.5);
         let film = Vec2::new(x, y) + filtered.offset;
-        let ray = self.scene.camera.ray(film, Vec2::new(lens_x, lens_y));
-        filtered.weight * integrator.radiance(self.scene, sampler, ray, rays, observer)
+        let lens = Vec2::new(lens_x, lens_y);
+        let ray = self.scene.camera.ray::<E>(film, lens, time);
+        let radiance =
+            integrator.radiance::<E, _, _>(self.scene, sampler, ray, time, rays, observer);
+        filtered.weight * radiance
     }
 }

@@ -20,6 +20,10 @@ pub use sobol::Sobol;
 pub enum Decision {
     /// The camera ray: two numbers for the film, two for the lens.
     Camera,
+    /// When the ray is traced: one number.
+    Time,
+    /// Whether a surface that is only partly there is met, after so many scattering events: one number.
+    Alpha(u32),
     /// Next event estimation at a scattering event: two for the point on a light, two for which light.
     Light(u32),
     /// The direction after a scattering event: two numbers for the direction, one for the lobe.
@@ -31,6 +35,9 @@ pub enum Decision {
 /// Numbers reserved for the camera, and for each bounce.
 const BLOCK: u64 = 8;
 
+/// The first of the numbers for partly transparent surfaces, beyond those of any bounce: few scenes need them.
+const ALPHA: u64 = 1 << 40;
+
 impl Decision {
     /// The decision's first number in the sample's own sequence of numbers.
     #[inline]
@@ -38,6 +45,8 @@ impl Decision {
         let bounce = |bounce: u32, offset: u64| BLOCK * (1 + u64::from(bounce)) + offset;
         match self {
             Self::Camera => 0,
+            Self::Time => 4,
+            Self::Alpha(b) => ALPHA + u64::from(b),
             Self::Light(b) => bounce(b, 0),
             Self::Bsdf(b) => bounce(b, 4),
             Self::Roulette(b) => bounce(b, 7),
@@ -73,7 +82,9 @@ mod tests {
             }
         };
         take(Decision::Camera, 4);
+        take(Decision::Time, 1);
         for bounce in [0, 1, 2, u32::MAX - 1, u32::MAX] {
+            take(Decision::Alpha(bounce), 1);
             take(Decision::Light(bounce), 4);
             take(Decision::Bsdf(bounce), 3);
             take(Decision::Roulette(bounce), 1);

@@ -7,7 +7,7 @@
 pub use crate::film::filter::{FilterDescription, FilterKind};
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
-use crate::math::vec::{DAffine3, DVec2, DVec3};
+use crate::math::vec::{DAffine3, DMat3, DVec2, DVec3};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -24,12 +24,34 @@ pub struct SceneDescription {
     pub render: RenderDescription,
     /// All materials; shapes refer to them by index.
     pub materials: Vec<MaterialDescription>,
-    /// All shapes.
+    /// All shapes, those of groups among them.
     pub shapes: Vec<ShapeDescription>,
-    /// Radiance that arrives from everywhere beyond the scene; black without an environment light.
-    pub environment: Rgb,
+    /// The names of all groups; shapes and instances refer to them by index.
+    pub groups: Vec<String>,
+    /// Where groups are placed.
+    pub instances: Vec<InstanceDescription>,
+    /// Lights that are no shapes.
+    pub lights: Vec<LightDescription>,
     /// What the loader decided or repaired, for the user to know: one sentence each.
     pub notes: Vec<String>,
+}
+
+impl SceneDescription {
+    /// An empty scene of a black world.
+    pub fn new(file: impl Into<PathBuf>, camera: CameraDescription) -> Self {
+        Self {
+            file: file.into(),
+            camera,
+            film: FilmDescription::default(),
+            render: RenderDescription::default(),
+            materials: vec![],
+            shapes: vec![],
+            groups: vec![],
+            instances: vec![],
+            lights: vec![],
+            notes: vec![],
+        }
+    }
 }
 
 /// The place of an object in a file.
@@ -61,6 +83,33 @@ pub struct CameraDescription {
     pub lens_radius: f64,
     /// Distance of the plane in focus along the viewing axis, above 0.
     pub focus_distance: f64,
+    /// Where it is at which time, in place of `to_world`; empty for a camera that stands still.
+    pub motion: Vec<Key>,
+    /// When the shutter opens and closes, in the unit of all keys' times.
+    pub shutter: [f64; 2],
+}
+
+impl CameraDescription {
+    /// A pinhole that stands still.
+    pub fn pinhole(to_world: DAffine3, fov: f64) -> Self {
+        Self {
+            to_world,
+            fov,
+            lens_radius: 0.0,
+            focus_distance: 1.0,
+            motion: vec![],
+            shutter: [0.0; 2],
+        }
+    }
+}
+
+/// A place at a time, of something that moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Key {
+    /// When, in the unit of the camera's shutter; keys are in order.
+    pub time: f64,
+    /// Where: what is applied after the object's own transform. For a camera: camera to world.
+    pub transform: DAffine3,
 }
 
 /// The picture.
@@ -70,6 +119,18 @@ pub struct FilmDescription {
     pub size: (u32, u32),
     /// The reconstruction filter.
     pub filter: FilterDescription,
+}
+
+impl Default for FilmDescription {
+    fn default() -> Self {
+        Self {
+            size: (768, 512),
+            filter: FilterDescription {
+                kind: FilterKind::Gaussian,
+                radius: FilterKind::Gaussian.default_radius(),
+            },
+        }
+    }
 }
 
 /// The `[render]` table: every entry absent unless written.
@@ -96,6 +157,21 @@ pub enum ColourDescription {
     Texture(Arc<Texture>),
 }
 
+impl ColourDescription {
+    /// The colour, if it is the same everywhere.
+    pub fn constant(&self) -> Option<Rgb> {
+        match self {
+            Self::Constant(colour) => Some(*colour),
+            Self::Texture(texture) => texture.constant(),
+        }
+    }
+
+    /// Whether it is black everywhere.
+    pub fn is_black(&self) -> bool {
+        self.constant().is_some_and(|colour| colour.is_black())
+    }
+}
+
 /// A named material.
 #[derive(Debug, Clone)]
 pub struct MaterialDescription {
@@ -105,6 +181,35 @@ pub struct MaterialDescription {
     pub place: Place,
     /// How it scatters.
     pub model: MaterialModel,
+    /// The share of the surface that is there; where it is not, light passes straight on. Its luminance counts.
+    pub alpha: ColourDescription,
+    /// Tilts the shading normal.
+    pub normal_map: Option<NormalMapDescription>,
+    /// Whether both sides scatter; otherwise the back absorbs everything. True for what light passes through.
+    pub two_sided: bool,
+}
+
+/// A picture of normals in tangent space.
+#[derive(Debug, Clone)]
+pub struct NormalMapDescription {
+    /// x, y and z of the normal, each from [-1, 1] to [0, 1]: x along u, y along v, z away from the surface.
+    pub texture: Arc<Texture>,
+    /// Multiplies x and y, at least 0.
+    pub strength: f32,
+}
+
+impl MaterialDescription {
+    /// A material of a model, all there, flat, and two-sided.
+    pub fn new(name: impl Into<String>, place: Place, model: MaterialModel) -> Self {
+        Self {
+            name: name.into(),
+            place,
+            model,
+            alpha: ColourDescription::Constant(Rgb::WHITE),
+            normal_map: None,
+            two_sided: true,
+        }
+    }
 }
 
 /// The scattering models. Roughness is perceptual, in [0, 1]: the microfacet alpha is its square.
@@ -127,6 +232,15 @@ pub enum MaterialModel {
         /// Imaginary part, per channel, at least 0.
         k: Rgb,
         /// Roughness; 0 is smooth.
+        roughness: f32,
+    },
+    /// A matte base under a clear coat.
+    Plastic {
+        /// Albedo of the base.
+        reflectance: ColourDescription,
+        /// Refractive index of the coat, at least 1.
+        ior: f32,
+        /// Roughness of the coat; 0 is smooth.
         roughness: f32,
     },
     /// Glass and water.
@@ -162,14 +276,112 @@ pub struct ShapeDescription {
     pub place: Place,
     /// Its form, before the transform.
     pub geometry: GeometryDescription,
-    /// Shape to world.
+    /// Shape to world, or to its group.
     pub transform: DAffine3,
+    /// What is applied after the transform, by time; empty for a shape that stands still.
+    pub motion: Vec<Key>,
+    /// The group that it belongs to, an index into [`SceneDescription::groups`]; `None` stands in the world itself.
+    pub group: Option<usize>,
     /// Index into [`SceneDescription::materials`].
     pub material: usize,
     /// Emitted radiance; `None` does not emit.
-    pub emission: Option<Rgb>,
+    pub emission: Option<ColourDescription>,
     /// Whether both sides emit; otherwise the side that the geometric normal points to.
     pub two_sided_emission: bool,
+}
+
+/// A group of shapes, placed once more.
+#[derive(Debug, Clone)]
+pub struct InstanceDescription {
+    /// A name for messages.
+    pub name: String,
+    /// Where it was written.
+    pub place: Place,
+    /// The group that is placed, an index into [`SceneDescription::groups`].
+    pub of: usize,
+    /// The group that the instance belongs to; `None` stands in the world itself. Never a circle.
+    pub group: Option<usize>,
+    /// Group to world, or to the group that the instance belongs to.
+    pub transform: DAffine3,
+    /// What is applied after the transform, by time; empty for an instance that stands still.
+    pub motion: Vec<Key>,
+}
+
+/// A light that is no shape.
+#[derive(Debug, Clone)]
+pub struct LightDescription {
+    /// Where it was written.
+    pub place: Place,
+    /// What it is.
+    pub model: LightModel,
+}
+
+/// The kinds of lights that are no shapes.
+#[derive(Debug, Clone)]
+pub enum LightModel {
+    /// Light from everywhere beyond the scene.
+    Environment {
+        /// Radiance. A picture is a panorama: its middle is seen along -z, its right half towards +x, its top along +y.
+        radiance: ColourDescription,
+        /// From the panorama's axes to those of the world: a rotation.
+        to_world: DMat3,
+    },
+    /// A point that shines evenly.
+    Point {
+        /// Where it is.
+        position: DVec3,
+        /// Radiant intensity, W/sr.
+        intensity: Rgb,
+    },
+    /// A point that shines into a cone.
+    Spot {
+        /// Where it is.
+        position: DVec3,
+        /// Where its axis points; not `position`.
+        target: DVec3,
+        /// Radiant intensity along the axis, W/sr.
+        intensity: Rgb,
+        /// Angle from the axis to the edge, in radians, in (0, pi].
+        cone: f64,
+        /// The outer part of that angle over which the intensity falls off, in [0, cone].
+        penumbra: f64,
+    },
+    /// Parallel light from beyond the scene.
+    Distant {
+        /// The direction in which light travels, not 0.
+        direction: DVec3,
+        /// Irradiance of a surface at right angles to it, W/m^2.
+        irradiance: Rgb,
+    },
+}
+
+impl ShapeDescription {
+    /// A shape that does not emit, of the scene's first material, where it was made.
+    pub fn new(name: impl Into<String>, place: Place, geometry: GeometryDescription) -> Self {
+        Self {
+            name: name.into(),
+            place,
+            geometry,
+            transform: DAffine3::IDENTITY,
+            motion: vec![],
+            group: None,
+            material: 0,
+            emission: None,
+            two_sided_emission: false,
+        }
+    }
+}
+
+impl LightDescription {
+    /// The same radiance from everywhere beyond the scene.
+    pub fn sky(place: Place, radiance: Rgb) -> Self {
+        let radiance = ColourDescription::Constant(radiance);
+        let to_world = DMat3::IDENTITY;
+        Self {
+            place,
+            model: LightModel::Environment { radiance, to_world },
+        }
+    }
 }
 
 /// The forms.

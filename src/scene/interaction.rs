@@ -6,15 +6,17 @@
 //! appendix A.3. Tested below and in `tests/tracing.rs`.
 
 use crate::accel::{Hit, PrimitiveId};
+use crate::effects::{Effects, Slot, State, Switch};
 use crate::geometry::surface::SurfacePoint;
+use crate::light::types::LightEnd;
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::math::robust::{gamma, offset_point};
 use crate::math::vec::{Vec2, Vec3, reflect};
 
-/// A point of a path.
+/// A point of a path, with what a kernel for the effects `E` needs of it.
 #[derive(Debug, Clone, Copy)]
-pub struct Interaction {
+pub struct Interaction<E: Effects> {
     /// The primitive.
     pub id: PrimitiveId,
     /// Where it is.
@@ -26,48 +28,65 @@ pub struct Interaction {
     /// +1 where the viewer is on the side of `ng`, -1 behind.
     side: f32,
     /// Whether the shading normal is the geometric one, so that the two cannot disagree on sides.
-    is_flat: bool,
+    is_flat: State<E::ShadingNormals, bool>,
     /// Shading frame.
     pub frame: Frame,
     /// Texture coordinate.
-    pub uv: Vec2,
+    pub uv: State<E::Textures, Vec2>,
     /// Unit vector back along the path.
     pub wo: Vec3,
 }
 
-impl Interaction {
-    /// The interaction of a ray at a hit. On a surface that light passes through, the frame's normal points outwards;
+impl<E: Effects> Interaction<E> {
+    /// The interaction of a ray at a hit.
+    /// On a surface that light passes through, the frame's normal points outwards;
     /// on others to the side that the ray came from.
     #[inline]
-    pub fn new(ray: &Ray, hit: &Hit, surface: &SurfacePoint, transmits: bool) -> Self {
+    pub fn new(
+        ray: &Ray,
+        hit: &Hit,
+        surface: &SurfacePoint,
+        transmits: bool,
+        uv: State<E::Textures, Vec2>,
+    ) -> Self {
         let wo = -ray.dir;
         // Seen from behind, both normals are turned to the viewer while the shading normal is mended.
         let side = if wo.dot(surface.ng) < 0.0 { -1.0 } else { 1.0 };
-        let is_flat = surface.ns == surface.ng;
+        let is_flat = !E::ShadingNormals::ON || surface.ns == surface.ng;
         let ns = if is_flat {
             side * surface.ng
         } else {
             mend_shading_normal(wo, side * surface.ng, side * surface.ns)
         };
-        let ns = if transmits { side * ns } else { ns };
+        let ns = if E::Transmission::ON && transmits {
+            side * ns
+        } else {
+            ns
+        };
         Self {
             id: hit.id,
             p: surface.p,
             error: surface.error,
             ng: surface.ng,
             side,
-            is_flat,
+            is_flat: Slot::new(|| is_flat),
             frame: Frame::from_normal(ns),
-            uv: surface.uv,
+            uv,
             wo,
         }
+    }
+
+    /// Whether the back of the surface is seen.
+    #[inline]
+    pub fn is_behind(&self) -> bool {
+        self.side < 0.0
     }
 
     /// Whether `w`, which the shading frame has reflected or let through, does the same at the true surface. Where both
     /// are one, a grazing direction may differ in its last digit, which means nothing.
     #[inline]
     pub fn agrees(&self, w: Vec3, goes_through: bool) -> bool {
-        self.is_flat || (w.dot(self.ng) * self.side < 0.0) == goes_through
+        self.is_flat.or(true) || (w.dot(self.ng) * self.side < 0.0) == goes_through
     }
 
     /// The normal on the side to which a direction leaves that is reflected, or goes through.
@@ -80,18 +99,24 @@ impl Interaction {
         }
     }
 
-    /// The segment to a point of another surface, in direction `w`, open at both ends.
+    /// The ray in direction `w` up to the end of a light sample, open at both ends.
     #[inline]
-    pub fn segment_to(&self, other: &SurfacePoint, w: Vec3, goes_through: bool) -> Ray {
+    pub fn ray_to(&self, end: &LightEnd, w: Vec3, goes_through: bool) -> Ray {
         let from = offset_point(self.p, self.error, self.exit_normal(goes_through));
-        // A ray's rounding grows with its length: at its end it adds to that of the surface.
-        let error = other.error + gamma(8) * (other.p - self.p).abs();
-        let facing = if other.ng.dot(w) < 0.0 {
-            other.ng
-        } else {
-            -other.ng
-        };
-        Ray::between(from, offset_point(other.p, error, facing))
+        match end {
+            LightEnd::Surface(other, _) => {
+                // A ray's rounding grows with its length: at its end it adds to that of the surface.
+                let error = other.error + gamma(8) * (other.p - self.p).abs();
+                let facing = if other.ng.dot(w) < 0.0 {
+                    other.ng
+                } else {
+                    -other.ng
+                };
+                Ray::between(from, offset_point(other.p, error, facing))
+            }
+            LightEnd::Point(point) => Ray::between(from, *point),
+            LightEnd::Infinity => Ray::new(from, w),
+        }
     }
 }
 

@@ -4,9 +4,11 @@
 //! Range: what `load` lets through.
 //! Source: none needed. Tested in `tests/scene_loading.rs`.
 
-use super::description::{ColourDescription, MaterialModel};
+use super::description::{ColourDescription, MaterialDescription, MaterialModel};
+use super::normal_map::NormalMap;
 use crate::bsdf::principled::PrincipledParameters;
 use crate::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Mirror, Principled};
+use crate::effects::{Effect, EffectSet, Effects, Switch};
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -21,13 +23,15 @@ enum Colour {
 
 impl Colour {
     fn new(description: &ColourDescription) -> Self {
-        match description {
-            ColourDescription::Constant(colour) => Self::Constant(*colour),
-            ColourDescription::Texture(texture) => match texture.constant() {
-                Some(colour) => Self::Constant(colour),
-                None => Self::Texture(Arc::clone(texture)),
-            },
+        match (description, description.constant()) {
+            (_, Some(colour)) => Self::Constant(colour),
+            (ColourDescription::Constant(colour), None) => Self::Constant(*colour),
+            (ColourDescription::Texture(texture), None) => Self::Texture(Arc::clone(texture)),
         }
+    }
+
+    fn is_textured(&self) -> bool {
+        matches!(self, Self::Texture(_))
     }
 
     #[inline]
@@ -44,6 +48,10 @@ impl Colour {
 pub struct Material {
     kind: Kind,
     transmits: bool,
+    one_sided: bool,
+    /// `None` where all of the surface is there.
+    alpha: Option<Colour>,
+    normal_map: Option<NormalMap>,
 }
 
 #[derive(Debug, Clone)]
@@ -64,103 +72,40 @@ enum Kind {
 }
 
 impl Material {
-    /// The material of a model.
-    pub fn new(model: &MaterialModel) -> Self {
-        let (kind, transmits) = match model {
-            MaterialModel::Diffuse { reflectance } => {
-                (Kind::Diffuse(Colour::new(reflectance)), false)
-            }
-            MaterialModel::Mirror { reflectance } => {
-                (Kind::Mirror(Colour::new(reflectance)), false)
-            }
-            MaterialModel::Conductor { eta, k, roughness } => {
-                let conductor = Conductor::new(*eta, *k, *roughness);
-                (Kind::Uniform(Bsdf::Conductor(conductor)), false)
-            }
-            MaterialModel::Dielectric {
-                ior,
-                roughness,
-                tint,
-            } => {
-                let tint = Colour::new(tint);
-                (
-                    Kind::Dielectric {
-                        ior: *ior,
-                        roughness: *roughness,
-                        tint,
-                    },
-                    true,
-                )
-            }
-            MaterialModel::Principled {
-                base_color,
-                metallic,
-                roughness,
-                ior,
-                transmission,
-            } => {
-                let parameters = PrincipledParameters {
-                    base_color: Rgb::BLACK,
-                    metallic: *metallic,
-                    roughness: *roughness,
-                    ior: *ior,
-                    transmission: *transmission,
-                };
-                let base_color = Colour::new(base_color);
-                let transmits = *transmission > 0.0 && *metallic < 1.0;
-                (
-                    Kind::Principled {
-                        base_color,
-                        parameters,
-                    },
-                    transmits,
-                )
-            }
-        };
-        let material = Self { kind, transmits };
-        if material.is_textured() {
-            return material;
-        }
+    /// The material of a description.
+    pub fn new(description: &MaterialDescription) -> Self {
+        let alpha = Colour::new(&description.alpha);
+        let all_there = matches!(&alpha, Colour::Constant(alpha) if alpha.luminance() >= 1.0);
+        let kind = Kind::new(&description.model);
         Self {
-            kind: Kind::Uniform(material.bsdf(Vec2::ZERO)),
-            transmits,
+            transmits: kind.effects().has(Effect::Transmission),
+            kind: kind.folded(),
+            one_sided: !description.two_sided,
+            alpha: (!all_there).then_some(alpha),
+            normal_map: description.normal_map.as_ref().and_then(NormalMap::new),
         }
     }
 
-    fn is_textured(&self) -> bool {
-        match &self.kind {
-            Kind::Uniform(_) => false,
-            Kind::Diffuse(colour)
-            | Kind::Mirror(colour)
-            | Kind::Dielectric { tint: colour, .. }
-            | Kind::Principled {
-                base_color: colour, ..
-            } => matches!(colour, Colour::Texture(_)),
-        }
+    /// What a kernel needs for it.
+    pub fn effects(&self) -> EffectSet {
+        let alpha_varies = self.alpha.as_ref().is_some_and(Colour::is_textured);
+        let textures = self.kind.is_textured() || alpha_varies || self.normal_map.is_some();
+        self.kind
+            .effects()
+            .with_if(Effect::Textures, textures)
+            .with_if(Effect::OneSided, self.one_sided)
+            .with_if(Effect::Alpha, self.alpha.is_some())
+            .with_if(Effect::NormalMaps, self.normal_map.is_some())
+            .with_if(Effect::ShadingNormals, self.normal_map.is_some())
     }
 
     /// How it scatters at a texture coordinate.
     #[inline]
-    pub fn bsdf(&self, uv: Vec2) -> Bsdf {
+    pub fn bsdf<E: Effects>(&self, uv: Vec2) -> Bsdf {
         match &self.kind {
             Kind::Uniform(bsdf) => *bsdf,
-            Kind::Diffuse(reflectance) => Bsdf::Diffuse(Diffuse::new(reflectance.at(uv))),
-            Kind::Mirror(reflectance) => Bsdf::Mirror(Mirror::new(reflectance.at(uv))),
-            Kind::Dielectric {
-                ior,
-                roughness,
-                tint,
-            } => Bsdf::Dielectric(Dielectric::new(*ior, *roughness, tint.at(uv))),
-            Kind::Principled {
-                base_color,
-                parameters,
-            } => {
-                let base_color = base_color.at(uv);
-                Bsdf::Principled(Principled::new(&PrincipledParameters {
-                    base_color,
-                    ..*parameters
-                }))
-            }
+            textured if E::Textures::ON => textured.bsdf(uv),
+            _ => unreachable!("a kernel was chosen that lacks textures"),
         }
     }
 
@@ -168,5 +113,124 @@ impl Material {
     #[inline]
     pub fn transmits(&self) -> bool {
         self.transmits
+    }
+
+    /// Whether its back absorbs everything.
+    #[inline]
+    pub fn is_one_sided(&self) -> bool {
+        self.one_sided
+    }
+
+    /// The share of the surface that is there at a texture coordinate, in [0, 1]; `None` where all of it is.
+    #[inline]
+    pub fn alpha(&self, uv: impl FnOnce() -> Vec2) -> Option<f32> {
+        let alpha = match self.alpha.as_ref()? {
+            Colour::Constant(alpha) => *alpha,
+            Colour::Texture(texture) => texture.lookup(uv()),
+        };
+        Some(alpha.luminance().clamp(0.0, 1.0))
+    }
+
+    /// What tilts its shading normal.
+    #[inline]
+    pub fn normal_map(&self) -> Option<&NormalMap> {
+        self.normal_map.as_ref()
+    }
+}
+
+impl Kind {
+    fn new(model: &MaterialModel) -> Self {
+        match model {
+            MaterialModel::Diffuse { reflectance } => Self::Diffuse(Colour::new(reflectance)),
+            MaterialModel::Mirror { reflectance } => Self::Mirror(Colour::new(reflectance)),
+            MaterialModel::Conductor { eta, k, roughness } => {
+                Self::Uniform(Bsdf::Conductor(Conductor::new(*eta, *k, *roughness)))
+            }
+            MaterialModel::Dielectric {
+                ior,
+                roughness,
+                tint,
+            } => Self::Dielectric {
+                ior: *ior,
+                roughness: *roughness,
+                tint: Colour::new(tint),
+            },
+            MaterialModel::Plastic {
+                reflectance,
+                ior,
+                roughness,
+            } => Self::Principled {
+                base_color: Colour::new(reflectance),
+                parameters: PrincipledParameters {
+                    base_color: Rgb::WHITE,
+                    metallic: 0.0,
+                    roughness: *roughness,
+                    ior: *ior,
+                    transmission: 0.0,
+                },
+            },
+            MaterialModel::Principled {
+                base_color,
+                metallic,
+                roughness,
+                ior,
+                transmission,
+            } => Self::Principled {
+                base_color: Colour::new(base_color),
+                parameters: PrincipledParameters {
+                    base_color: Rgb::WHITE,
+                    metallic: *metallic,
+                    roughness: *roughness,
+                    ior: *ior,
+                    transmission: *transmission,
+                },
+            },
+        }
+    }
+
+    /// The same with all that does not vary computed once.
+    fn folded(self) -> Self {
+        if self.is_textured() {
+            self
+        } else {
+            Self::Uniform(self.bsdf(Vec2::ZERO))
+        }
+    }
+
+    fn effects(&self) -> EffectSet {
+        self.bsdf(Vec2::ZERO).effects()
+    }
+
+    fn is_textured(&self) -> bool {
+        match self {
+            Self::Uniform(_) => false,
+            Self::Diffuse(colour)
+            | Self::Mirror(colour)
+            | Self::Dielectric { tint: colour, .. }
+            | Self::Principled {
+                base_color: colour, ..
+            } => colour.is_textured(),
+        }
+    }
+
+    #[inline]
+    fn bsdf(&self, uv: Vec2) -> Bsdf {
+        match self {
+            Self::Uniform(bsdf) => *bsdf,
+            Self::Diffuse(reflectance) => Bsdf::Diffuse(Diffuse::new(reflectance.at(uv))),
+            Self::Mirror(reflectance) => Bsdf::Mirror(Mirror::new(reflectance.at(uv))),
+            Self::Dielectric {
+                ior,
+                roughness,
+                tint,
+            } => Bsdf::Dielectric(Dielectric::new(*ior, *roughness, tint.at(uv))),
+            Self::Principled {
+                base_color,
+                parameters,
+            } => Bsdf::Principled(Principled::new(&PrincipledParameters {
+                base_color: base_color.at(uv),
+                ..*parameters
+            })),
+        }
     }
 }

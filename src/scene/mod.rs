@@ -4,113 +4,242 @@ pub mod description;
 pub mod interaction;
 pub mod load;
 pub mod material;
+pub mod normal_map;
 pub mod normalisation;
 pub mod prepare;
 
 use crate::accel::{Accel, Departure, PrimitiveId};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
-use crate::geometry::Geometry;
+use crate::effects::{EffectSet, Effects, Slot, State, Switch};
+use crate::geometry::texture::Texture;
+use crate::geometry::world::World;
 use crate::light::select::Lights;
-use crate::light::types::Emission;
+use crate::light::types::{Emission, LightEnd, LightSample};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::robust::offset_point;
-use crate::math::vec::Vec3;
+use crate::math::vec::{Vec2, Vec3};
 use interaction::Interaction;
 use material::Material;
 use normalisation::Normalisation;
 use std::sync::Arc;
 
 /// A scene, ready to be rendered: normalised, in single precision, its acceleration structure built.
+///
+/// Its questions are asked by a kernel for effects `E`, which have to include all that the scene calls for. Times go from
+/// 0, when the shutter opens, to 1.
 #[derive(Debug)]
 pub struct Scene {
     /// Where it is seen from.
     pub camera: Camera,
     /// What surfaces are lit by.
     pub lights: Lights,
-    /// Radiance from everywhere beyond the scene.
+    /// Radiance from everywhere beyond the scene, but for what [`Lights::beyond`] tells.
     pub environment: Rgb,
     /// From world units to those of the scene.
     pub normalisation: Normalisation,
-    /// All shapes, by the ids that hits carry.
-    pub geometries: Arc<[Geometry]>,
+    /// All shapes.
+    pub world: Arc<World>,
     /// Ray queries.
     pub accel: Accel,
+    /// What it calls for.
+    pub effects: EffectSet,
     shapes: Vec<Shape>,
     materials: Vec<Material>,
+    /// Shapes that emit.
+    emitters: Vec<Emitter>,
+    /// For each light whose radiance is a texture, the primitive that it is; empty if there are none.
+    textured_lights: Vec<Option<PrimitiveId>>,
 }
 
 /// What the scene knows of a shape beyond its geometry.
 #[derive(Debug, Clone, Copy)]
 struct Shape {
     material: u32,
-    emission: Option<ShapeEmission>,
+    /// Index of what it emits.
+    emitter: Option<u32>,
 }
 
-/// A shape that emits.
-#[derive(Debug, Clone, Copy)]
-struct ShapeEmission {
+/// What a shape emits.
+#[derive(Debug, Clone)]
+struct Emitter {
     emission: Emission,
-    /// Its first light in [`Lights`].
-    first_light: u32,
+    /// Multiplies the emission.
+    texture: Option<Arc<Texture>>,
+    /// Its first light in [`Lights`]; `None` if only scattered rays find it.
+    first_light: Option<u32>,
     /// Whether each primitive is a light of its own, or all of them one.
     per_primitive: bool,
 }
 
 impl Scene {
-    /// What a ray meets first.
+    /// What a ray meets first. `u_alpha`, a uniform number, decides where a surface is only partly there.
     #[inline]
-    pub fn intersect(&self, ray: &Ray, departure: Option<Departure>) -> Option<Interaction> {
-        let hit = self.accel.intersect(ray, departure)?;
-        let geometry = &self.geometries[hit.id.geometry as usize];
-        let surface = geometry.surface_at(hit.id.primitive, ray, hit.t, hit.uv);
-        let transmits = self.material(hit.id).transmits();
-        Some(Interaction::new(ray, &hit, &surface, transmits))
+    pub fn intersect<E: Effects>(
+        &self,
+        ray: &Ray,
+        time: f32,
+        departure: Option<Departure>,
+        u_alpha: f32,
+    ) -> Option<Interaction<E>> {
+        let (mut ray, mut u_alpha) = (*ray, u_alpha);
+        loop {
+            let hit = self.accel.intersect(&ray, time, departure)?;
+            let mut surface = self
+                .world
+                .surface_at::<E>(hit.id, &ray, time, hit.t, hit.uv);
+            let material = self.material(hit.id);
+            let uv = State::<E::Textures, Vec2>::new(|| {
+                self.world.uv_at::<E>(hit.id, time, surface.p, hit.uv)
+            });
+            if E::Alpha::ON
+                && let Some(alpha) = material.alpha(|| uv.or(Vec2::ZERO))
+            {
+                if u_alpha >= alpha {
+                    // Uniform again: what is behind is decided with the rest of the number.
+                    u_alpha = (u_alpha - alpha) / (1.0 - alpha);
+                    ray.t_min = hit.t.next_up();
+                    continue;
+                }
+            }
+            if E::NormalMaps::ON {
+                if let Some(map) = material.normal_map() {
+                    let tangents = self.world.tangents_at::<E>(hit.id, time, surface.p);
+                    surface.ns = map.tilt(uv.or(Vec2::ZERO), surface.ns, surface.ng, tangents);
+                }
+            }
+            return Some(Interaction::new(
+                &ray,
+                &hit,
+                &surface,
+                material.transmits(),
+                uv,
+            ));
+        }
+    }
+
+    /// The share of light that comes along a ray to its end.
+    #[inline]
+    pub fn visibility<E: Effects>(&self, ray: &Ray, time: f32) -> f32 {
+        if !E::Alpha::ON {
+            return if self.accel.occluded(ray, time) {
+                0.0
+            } else {
+                1.0
+            };
+        }
+        let mut ray = *ray;
+        let mut visible = 1.0;
+        while let Some(hit) = self.accel.intersect(&ray, time, None) {
+            let p = ray.at(hit.t);
+            let uv = || self.world.uv_at::<E>(hit.id, time, p, hit.uv);
+            let Some(alpha) = self.material(hit.id).alpha(uv) else {
+                return 0.0;
+            };
+            visible *= 1.0 - alpha;
+            if visible <= 0.0 {
+                return 0.0;
+            }
+            ray.t_min = hit.t.next_up();
+        }
+        visible
     }
 
     /// The material of a primitive.
     #[inline]
     pub fn material(&self, id: PrimitiveId) -> &Material {
-        &self.materials[self.shapes[id.geometry as usize].material as usize]
+        &self.materials[self.shapes[id.shape as usize].material as usize]
     }
 
-    /// How an interaction's surface scatters.
+    /// How an interaction's surface scatters; `None` if it absorbs everything.
     #[inline]
-    pub fn bsdf(&self, at: &Interaction) -> Bsdf {
-        self.material(at.id).bsdf(at.uv)
+    pub fn bsdf<E: Effects>(&self, at: &Interaction<E>) -> Option<Bsdf> {
+        let material = self.material(at.id);
+        if E::OneSided::ON && at.is_behind() && material.is_one_sided() {
+            return None;
+        }
+        Some(material.bsdf::<E>(at.uv.or(Vec2::ZERO)))
     }
 
     /// Radiance that an interaction's surface emits back along the path; `None` if it is no emitter.
     #[inline]
-    pub fn emitted(&self, at: &Interaction) -> Option<Rgb> {
-        let shape = self.shapes[at.id.geometry as usize].emission?;
-        Some(shape.emission.towards(at.wo.dot(at.ng)))
+    pub fn emitted<E: Effects>(&self, at: &Interaction<E>) -> Option<Rgb> {
+        if !E::AreaLights::ON {
+            return None;
+        }
+        let emitter = self.emitter(at.id)?;
+        let radiance = emitter.emission.towards(at.wo.dot(at.ng));
+        match &emitter.texture {
+            Some(texture) if E::Textures::ON => {
+                Some(radiance * texture.lookup(at.uv.or(Vec2::ZERO)))
+            }
+            _ => Some(radiance),
+        }
     }
 
     /// The density with which light sampling at `from` would have found the emitting interaction `at`.
     #[inline]
-    pub fn light_pdf(&self, from: Vec3, at: &Interaction) -> PdfSolidAngle {
-        let Some(shape) = self.shapes[at.id.geometry as usize].emission else {
-            return PdfSolidAngle(0.0);
-        };
-        let offset = if shape.per_primitive {
-            at.id.primitive
-        } else {
-            0
-        };
-        self.lights
-            .pdf(shape.first_light + offset, from, at.p - from, at.ng)
+    pub fn light_pdf<E: Effects>(
+        &self,
+        from: Vec3,
+        time: f32,
+        at: &Interaction<E>,
+    ) -> PdfSolidAngle {
+        let light = self.emitter(at.id).and_then(|emitter| {
+            let offset = if emitter.per_primitive {
+                at.id.primitive
+            } else {
+                0
+            };
+            emitter.first_light.map(|first| first + offset)
+        });
+        light.map_or(PdfSolidAngle(0.0), |light| {
+            self.lights.pdf::<E>(light, from, time, at.p - from, at.ng)
+        })
+    }
+
+    /// A direction from which some light shines on `p`. The numbers are those of [`Lights::sample`].
+    #[inline]
+    pub fn sample_light<E: Effects>(&self, p: Vec3, time: f32, u: [f32; 4]) -> Option<LightSample> {
+        let (light, mut sample) = self.lights.sample::<E>(p, time, u)?;
+        if E::Textures::ON && !self.textured_lights.is_empty() {
+            if let (Some(id), LightEnd::Surface(point, barycentric)) =
+                (self.textured_lights[light as usize], &sample.end)
+            {
+                let uv = self.world.uv_at::<E>(id, time, point.p, *barycentric);
+                let texture = self
+                    .emitter(id)
+                    .and_then(|emitter| emitter.texture.as_ref());
+                sample.radiance = texture.map_or(sample.radiance, |texture| {
+                    sample.radiance * texture.lookup(uv)
+                });
+            }
+        }
+        Some(sample)
+    }
+
+    #[inline]
+    fn emitter(&self, id: PrimitiveId) -> Option<&Emitter> {
+        let emitter = self.shapes[id.shape as usize].emitter?;
+        Some(&self.emitters[emitter as usize])
     }
 
     /// The ray that leaves an interaction along the unit vector `w`, reflected or through the surface, and what it
     /// leaves.
     #[inline]
-    pub fn spawn(&self, at: &Interaction, w: Vec3, goes_through: bool) -> (Ray, Departure) {
+    pub fn spawn<E: Effects>(
+        &self,
+        at: &Interaction<E>,
+        time: f32,
+        w: Vec3,
+        goes_through: bool,
+    ) -> (Ray, Departure) {
         let normal = at.exit_normal(goes_through);
-        let geometry = &self.geometries[at.id.geometry as usize];
-        let free_distance = geometry.free_distance(at.p, w, normal == at.ng);
+        let free_distance = self
+            .world
+            .free_distance::<E>(at.id, time, at.p, w, normal == at.ng);
         let origin = offset_point(at.p, at.error, normal);
         (
             Ray::new(origin, w),

@@ -8,14 +8,17 @@
 //! Source: docs/architecture.md. Tested below.
 
 use super::description::{
-    CameraDescription, GeometryDescription, MeshDescription, SceneDescription, ShapeDescription,
+    CameraDescription, GeometryDescription, LightDescription, LightModel, MeshDescription,
+    SceneDescription, ShapeDescription,
 };
 use super::material::Material;
 use super::normalisation::Normalisation;
-use super::{Scene, Shape, ShapeEmission};
+use super::{Emitter, Scene, Shape};
 use crate::accel::{Accel, AccelOptions};
 use crate::camera::{Camera, CameraParameters};
+use crate::effects::EffectSet;
 use crate::error::{Error, Result};
+use crate::geometry::world::World;
 use crate::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
 use crate::light::select::Lights;
 use crate::light::types::Emission;
@@ -23,6 +26,7 @@ use crate::light::{
     Light, disk::DiskLight, rectangle::RectangleLight, sphere::SphereLight, triangle::TriangleLight,
 };
 use crate::math::bounds::Bounds;
+use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec3, Vec3};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -55,23 +59,25 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     for (placed, shape) in placed.into_iter().zip(&description.shapes) {
         build.add(placed, shape);
     }
-    let geometries: Arc<[Geometry]> = build.geometries.into();
+    let world = Arc::new(World::new(build.geometries, vec![], vec![]));
     let building = Instant::now();
-    let accel = Accel::build(Arc::clone(&geometries), options)?;
+    let accel = Accel::build(Arc::clone(&world), options)?;
     let build_time = building.elapsed();
     let scene = Scene {
         camera: camera(&description.camera, description.film.size, &normalisation),
-        lights: Lights::new(build.lights),
-        environment: description.environment,
+        lights: {
+            let powers: Vec<f64> = build.lights.iter().map(Light::power).collect();
+            Lights::new(build.lights, &powers)
+        },
+        environment: constant_environment(&description.lights),
         normalisation,
-        geometries,
+        world,
         accel,
+        effects: EffectSet::ALL,
+        emitters: build.emitters,
+        textured_lights: vec![],
         shapes: build.shapes,
-        materials: description
-            .materials
-            .iter()
-            .map(|m| Material::new(&m.model))
-            .collect(),
+        materials: description.materials.iter().map(Material::new).collect(),
     };
     let dropped = (build.dropped > 0)
         .then(|| format!("{} triangles without an area were left out", build.dropped));
@@ -258,12 +264,25 @@ fn camera(
     })
 }
 
+/// The sum of all constant environments.
+fn constant_environment(lights: &[LightDescription]) -> Rgb {
+    lights
+        .iter()
+        .fold(Rgb::BLACK, |sum, light| match &light.model {
+            LightModel::Environment { radiance, .. } => {
+                sum + radiance.constant().unwrap_or(Rgb::BLACK)
+            }
+            _ => sum,
+        })
+}
+
 /// What is gathered shape by shape.
 struct Build {
     normalisation: Normalisation,
     geometries: Vec<Geometry>,
     shapes: Vec<Shape>,
     lights: Vec<Light>,
+    emitters: Vec<Emitter>,
     dropped: usize,
 }
 
@@ -274,6 +293,7 @@ impl Build {
             geometries: vec![],
             shapes: vec![],
             lights: vec![],
+            emitters: vec![],
             dropped: 0,
         }
     }
@@ -281,6 +301,8 @@ impl Build {
     fn add(&mut self, placed: Placed, description: &ShapeDescription) {
         let emission = description
             .emission
+            .as_ref()
+            .and_then(|radiance| radiance.constant())
             .filter(|radiance| !radiance.is_black())
             .map(|radiance| Emission {
                 radiance,
@@ -335,13 +357,18 @@ impl Build {
             }
         };
         self.geometries.push(geometry);
+        let emitter = emission.map(|emission| {
+            self.emitters.push(Emitter {
+                emission,
+                texture: None,
+                first_light: Some(first_light),
+                per_primitive,
+            });
+            self.emitters.len() as u32 - 1
+        });
         self.shapes.push(Shape {
             material: description.material as u32,
-            emission: emission.map(|emission| ShapeEmission {
-                emission,
-                first_light,
-                per_primitive,
-            }),
+            emitter,
         });
     }
 
@@ -380,49 +407,25 @@ mod tests {
     use super::*;
     use crate::accel::{Backend, Precision};
     use crate::math::ray::Ray;
-    use crate::math::rgb::Rgb;
-    use crate::scene::description::{
-        ColourDescription, FilmDescription, FilterDescription, FilterKind, MaterialDescription,
-        MaterialModel, Place, RenderDescription,
-    };
+    use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel, Place};
 
     fn scene(geometry: GeometryDescription, transform: DAffine3) -> SceneDescription {
         let reflectance = ColourDescription::Constant(Rgb::grey(0.5));
-        SceneDescription {
+        let model = MaterialModel::Diffuse { reflectance };
+        let place = Place {
             file: "test".into(),
-            camera: CameraDescription {
-                to_world: DAffine3::from_translation(DVec3::new(0.0, 0.0, 5.0)),
-                fov: 1.0,
-                lens_radius: 0.0,
-                focus_distance: 1.0,
-            },
-            film: FilmDescription {
-                size: (4, 4),
-                filter: FilterDescription {
-                    kind: FilterKind::Box,
-                    radius: 0.5,
-                },
-            },
-            render: RenderDescription::default(),
-            materials: vec![MaterialDescription {
-                name: "grey".to_owned(),
-                place: Place::default(),
-                model: MaterialModel::Diffuse { reflectance },
-            }],
-            shapes: vec![ShapeDescription {
-                name: "shape".to_owned(),
-                place: Place {
-                    file: "test".into(),
-                    line: Some(7),
-                },
-                geometry,
-                transform,
-                material: 0,
-                emission: Some(Rgb::WHITE),
-                two_sided_emission: false,
-            }],
-            environment: Rgb::BLACK,
-            notes: vec![],
+            line: Some(7),
+        };
+        let to_world = DAffine3::from_translation(DVec3::new(0.0, 0.0, 5.0));
+        let shape = ShapeDescription {
+            transform,
+            emission: Some(ColourDescription::Constant(Rgb::WHITE)),
+            ..ShapeDescription::new("shape", place, geometry)
+        };
+        SceneDescription {
+            materials: vec![MaterialDescription::new("grey", Place::default(), model)],
+            shapes: vec![shape],
+            ..SceneDescription::new("test", CameraDescription::pinhole(to_world, 1.0))
         }
     }
 

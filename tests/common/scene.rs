@@ -14,9 +14,8 @@ use etendue::render::settings::RenderSettings;
 use etendue::render::{Unwatched, render};
 use etendue::scene::Scene;
 use etendue::scene::description::{
-    CameraDescription, ColourDescription, FilmDescription, GeometryDescription,
-    MaterialDescription, MaterialModel, MeshDescription, Place, RenderDescription,
-    SceneDescription, ShapeDescription,
+    CameraDescription, ColourDescription, FilmDescription, GeometryDescription, LightDescription,
+    MaterialDescription, MaterialModel, MeshDescription, Place, SceneDescription, ShapeDescription,
 };
 use etendue::scene::prepare::prepare;
 use std::sync::Arc;
@@ -27,15 +26,9 @@ const SIZE: (u32, u32) = (8, 4);
 pub fn looking(eye: DVec3, target: DVec3, model: MaterialModel) -> SceneDescription {
     let back = (eye - target).normalize();
     let (right, up) = back.any_orthonormal_pair();
+    // (right, up, back) is right-handed as (x, y, z) is.
+    let to_world = DAffine3::from_mat3_translation(DMat3::from_cols(right, up, back), eye);
     SceneDescription {
-        file: "test".into(),
-        camera: CameraDescription {
-            // (right, up, back) is right-handed as (x, y, z) is.
-            to_world: DAffine3::from_mat3_translation(DMat3::from_cols(right, up, back), eye),
-            fov: 1e-4,
-            lens_radius: 0.0,
-            focus_distance: 1.0,
-        },
         film: FilmDescription {
             size: SIZE,
             filter: FilterDescription {
@@ -43,15 +36,12 @@ pub fn looking(eye: DVec3, target: DVec3, model: MaterialModel) -> SceneDescript
                 radius: 0.5,
             },
         },
-        render: RenderDescription::default(),
-        materials: vec![MaterialDescription {
-            name: "material".into(),
-            place: Place::default(),
+        materials: vec![MaterialDescription::new(
+            "material",
+            Place::default(),
             model,
-        }],
-        shapes: vec![],
-        environment: Rgb::BLACK,
-        notes: vec![],
+        )],
+        ..SceneDescription::new("test", CameraDescription::pinhole(to_world, 1e-4))
     }
 }
 
@@ -62,16 +52,17 @@ pub fn diffuse(albedo: f32) -> MaterialModel {
     }
 }
 
+/// The same radiance from everywhere beyond the scene.
+pub fn sky(radiance: Rgb) -> LightDescription {
+    LightDescription::sky(Place::default(), radiance)
+}
+
 /// A shape of the scene's material that emits `radiance`, if any, on the side of its normal.
 pub fn shape(geometry: GeometryDescription, radiance: f32) -> ShapeDescription {
+    let emission = ColourDescription::Constant(Rgb::grey(radiance));
     ShapeDescription {
-        name: "shape".into(),
-        place: Place::default(),
-        geometry,
-        transform: DAffine3::IDENTITY,
-        material: 0,
-        emission: (radiance > 0.0).then(|| Rgb::grey(radiance)),
-        two_sided_emission: false,
+        emission: (radiance > 0.0).then_some(emission),
+        ..ShapeDescription::new("shape", Place::default(), geometry)
     }
 }
 

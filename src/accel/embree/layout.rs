@@ -57,7 +57,7 @@ impl Guarded {
 
     fn new(ray: &Ray) -> Box<Self> {
         Box::new(Self {
-            ray_hit: new_ray_hit(ray),
+            ray_hit: new_ray_hit(ray, 0.0),
             guard: [Self::CANARY; 64],
         })
     }

@@ -19,6 +19,7 @@ use super::{AccelOptions, Hit, Precision, PrimitiveId};
 use crate::error::Result;
 use crate::geometry::Geometry;
 use crate::geometry::mesh::{Mesh, triangle_point};
+use crate::geometry::world::World;
 use crate::math::ray::Ray;
 use crate::math::robust::gamma;
 use crate::math::triangle::{clamp_to_triangle, meet_plane};
@@ -30,9 +31,9 @@ use std::sync::Arc;
 /// A committed Embree scene and the shapes it refers to.
 #[derive(Debug)]
 pub struct EmbreeAccel {
-    // Dropped before the geometries that it shares buffers with.
+    // Dropped before the world that it shares buffers with.
     scene: CommittedScene,
-    geometries: Arc<[Geometry]>,
+    world: Arc<World>,
     precision: Precision,
 }
 
@@ -41,11 +42,11 @@ impl EmbreeAccel {
     ///
     /// # Errors
     /// Embree's own words.
-    pub fn build(geometries: Arc<[Geometry]>, options: AccelOptions) -> Result<Self> {
+    pub fn build(world: Arc<World>, options: AccelOptions) -> Result<Self> {
         let device = Device::new(options.threads)?;
         layout::check(&device)?;
         let mut scene = Scene::new(device, options.precision == Precision::Robust)?;
-        for (id, geometry) in (0..).zip(geometries.iter()) {
+        for (id, geometry) in (0..).zip(world.geometries()) {
             match geometry {
                 Geometry::Mesh(mesh) if mesh.indices().is_empty() => {}
                 // SAFETY: the geometries are immutable behind their `Arc`, which outlives the scene in `Self`.
@@ -61,17 +62,17 @@ impl EmbreeAccel {
         }
         Ok(Self {
             scene: scene.commit()?,
-            geometries,
+            world,
             precision: options.precision,
         })
     }
 
     /// The closest hit.
     #[inline]
-    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+    pub fn intersect(&self, ray: &Ray, time: f32) -> Option<Hit> {
         let mut ray = *ray;
         loop {
-            let hit = self.query(&ray)?;
+            let hit = self.query(&ray, time)?;
             if self.precision == Precision::Fast {
                 return Some(hit);
             }
@@ -84,11 +85,11 @@ impl EmbreeAccel {
 
     /// Whether anything lies on the ray.
     #[inline]
-    pub fn occluded(&self, ray: &Ray) -> bool {
+    pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
         if !is_finite(ray) {
             return false;
         }
-        let mut query = new_ray(ray);
+        let mut query = new_ray(ray, time);
         self.scene.occluded(&mut query);
         query.tfar < 0.0
     }
@@ -99,15 +100,15 @@ impl EmbreeAccel {
     }
 
     #[inline]
-    fn query(&self, ray: &Ray) -> Option<Hit> {
+    fn query(&self, ray: &Ray, time: f32) -> Option<Hit> {
         if !is_finite(ray) {
             return None;
         }
-        let mut query = new_ray_hit(ray);
+        let mut query = new_ray_hit(ray, time);
         self.scene.intersect(&mut query);
         (query.hit.geomID != RTC_INVALID_GEOMETRY_ID).then_some(Hit {
             id: PrimitiveId {
-                geometry: query.hit.geomID,
+                shape: query.hit.geomID,
                 primitive: query.hit.primID,
             },
             t: query.ray.tfar,
@@ -118,7 +119,7 @@ impl EmbreeAccel {
     /// The hit itself, or what double precision makes of it; `None` if it is nowhere near its triangle.
     #[inline]
     fn check(&self, ray: &Ray, hit: Hit) -> Option<Hit> {
-        let Geometry::Mesh(mesh) = &self.geometries[hit.id.geometry as usize] else {
+        let Geometry::Mesh(mesh) = self.world.geometry(hit.id.shape) else {
             return Some(hit);
         };
         let point = triangle_point(mesh.triangle(hit.id.primitive), hit.uv);
@@ -159,7 +160,7 @@ fn is_finite(ray: &Ray) -> bool {
 }
 
 #[inline]
-fn new_ray(ray: &Ray) -> RTCRay {
+fn new_ray(ray: &Ray, time: f32) -> RTCRay {
     RTCRay {
         org_x: ray.origin.x,
         org_y: ray.origin.y,
@@ -168,7 +169,7 @@ fn new_ray(ray: &Ray) -> RTCRay {
         dir_x: ray.dir.x,
         dir_y: ray.dir.y,
         dir_z: ray.dir.z,
-        time: 0.0,
+        time,
         tfar: ray.t_max,
         mask: u32::MAX,
         id: 0,
@@ -177,9 +178,9 @@ fn new_ray(ray: &Ray) -> RTCRay {
 }
 
 #[inline]
-fn new_ray_hit(ray: &Ray) -> RTCRayHit {
+fn new_ray_hit(ray: &Ray, time: f32) -> RTCRayHit {
     let mut query = RTCRayHit {
-        ray: new_ray(ray),
+        ray: new_ray(ray, time),
         ..Default::default()
     };
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;

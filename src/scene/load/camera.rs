@@ -42,6 +42,8 @@ pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
         fov: fov.to_radians(),
         lens_radius,
         focus_distance: positive("focus_distance", to_target)?,
+        motion: vec![],
+        shutter: [0.0; 2],
     };
     table.finish()?;
     Ok(camera)

@@ -7,7 +7,8 @@
 use super::colour::Textures;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
-    ColourDescription, MaterialDescription, MaterialModel, Place, ShapeDescription,
+    ColourDescription, InstanceDescription, MaterialDescription, MaterialModel, Place,
+    ShapeDescription,
 };
 use std::collections::HashMap;
 
@@ -19,6 +20,8 @@ const MOST_NOTES: usize = 20;
 pub struct Contents {
     pub materials: Vec<MaterialDescription>,
     pub shapes: Vec<ShapeDescription>,
+    pub groups: Vec<String>,
+    pub instances: Vec<InstanceDescription>,
     pub textures: Textures,
     pub notes: Vec<String>,
     /// The materials that shapes may name: those of the scene file, not those of its models.
@@ -57,13 +60,9 @@ impl Contents {
         if let Some(index) = self.default_material {
             return index;
         }
-        let index = self.add_material(MaterialDescription {
-            name: "default".to_owned(),
-            place: Place::default(),
-            model: MaterialModel::Diffuse {
-                reflectance: ColourDescription::Constant(Rgb::grey(0.5)),
-            },
-        });
+        let reflectance = ColourDescription::Constant(Rgb::grey(0.5));
+        let model = MaterialModel::Diffuse { reflectance };
+        let index = self.add_material(MaterialDescription::new("default", Place::default(), model));
         self.default_material = Some(index);
         index
     }

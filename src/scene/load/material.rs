@@ -79,7 +79,7 @@ pub fn material(
         file: file.to_path_buf(),
         line: Some(value.line()),
     };
-    Ok(MaterialDescription { name, place, model })
+    Ok(MaterialDescription::new(name, place, model))
 }
 
 /// A metal's index: a preset, or `eta` and `k`.

@@ -12,8 +12,8 @@ use crate::math::bounds::Bounds;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{
-    CameraDescription, FilmDescription, FilterDescription, FilterKind, GeometryDescription,
-    RenderDescription, SceneDescription, ShapeDescription,
+    CameraDescription, GeometryDescription, LightDescription, Place, SceneDescription,
+    ShapeDescription,
 };
 use std::path::Path;
 
@@ -38,27 +38,22 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
         Error::scene("the model is too large to be framed: use a scene file").in_file(path)
     })?;
     contents.note("a bare model: the camera was placed to show all of it".to_owned());
-    let mut environment = Rgb::BLACK;
+    let mut lights = vec![];
     if contents.shapes.iter().all(|shape| shape.emission.is_none()) {
-        environment = Rgb::WHITE;
+        let place = Place {
+            file: path.to_path_buf(),
+            line: None,
+        };
+        lights.push(LightDescription::sky(place, Rgb::WHITE));
         contents
             .note("nothing in the model emits light: a constant white sky was added".to_owned());
     }
     Ok(SceneDescription {
-        file: path.to_path_buf(),
-        camera,
-        film: FilmDescription {
-            size: (768, 512),
-            filter: FilterDescription {
-                kind: FilterKind::Gaussian,
-                radius: FilterKind::Gaussian.default_radius(),
-            },
-        },
-        render: RenderDescription::default(),
         materials: contents.materials,
         shapes: contents.shapes,
-        environment,
+        lights,
         notes: contents.notes,
+        ..SceneDescription::new(path, camera)
     })
 }
 
@@ -83,10 +78,8 @@ fn frame(bounds: &Bounds) -> Option<CameraDescription> {
         matrix3: orientation(VIEW, DVec3::Y)?,
         translation: centre + distance * VIEW.normalize(),
     };
-    (to_world.is_finite() && distance.is_finite()).then_some(CameraDescription {
-        to_world,
-        fov: FOV.to_radians(),
-        lens_radius: 0.0,
+    (to_world.is_finite() && distance.is_finite()).then(|| CameraDescription {
         focus_distance: distance,
+        ..CameraDescription::pinhole(to_world, FOV.to_radians())
     })
 }

@@ -177,8 +177,8 @@ impl Entry {
     }
 
     /// What shapes of this material emit.
-    pub fn emission(&self) -> Option<Rgb> {
-        (!self.emission.is_black()).then_some(self.emission)
+    pub fn emission(&self) -> Option<ColourDescription> {
+        (!self.emission.is_black()).then_some(ColourDescription::Constant(self.emission))
     }
 
     /// The material, with its picture read.
@@ -186,11 +186,12 @@ impl Entry {
     /// # Errors
     /// A picture that cannot be read; glass without an index.
     pub fn material(&self, textures: &mut Textures) -> Result<MaterialDescription> {
-        Ok(MaterialDescription {
-            name: self.name.clone(),
-            place: self.place.clone(),
-            model: self.model(self.base_color(textures)?)?,
-        })
+        let model = self.model(self.base_color(textures)?)?;
+        Ok(MaterialDescription::new(
+            &self.name,
+            self.place.clone(),
+            model,
+        ))
     }
 
     fn base_color(&self, textures: &mut Textures) -> Result<ColourDescription> {

@@ -10,15 +10,16 @@ use super::obj_text::{Complaint, ObjText};
 use super::read_text;
 use super::reader::{shown, unknown_name};
 use crate::error::{Error, Result};
-use crate::math::rgb::Rgb;
-use crate::math::vec::{DAffine3, DVec2, DVec3};
-use crate::scene::description::{GeometryDescription, MeshDescription, Place, ShapeDescription};
+use crate::math::vec::{DVec2, DVec3};
+use crate::scene::description::{
+    ColourDescription, GeometryDescription, MeshDescription, Place, ShapeDescription,
+};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A material of a model: its index, and what it emits.
-type Surface = (usize, Option<Rgb>);
+type Surface = (usize, Option<ColourDescription>);
 
 /// Reads a model. Its materials go into `contents`, unless all of it is to have `material`; its shapes are returned.
 ///
@@ -51,24 +52,22 @@ pub fn load(
     let mut shapes = Vec::with_capacity(models.len());
     for (part, model) in obj.parts.iter().zip(models) {
         let (material, emission) = match (part.material, material) {
-            (Some(name), _) => surfaces[name],
+            (Some(name), _) => surfaces[name].clone(),
             (None, Some(index)) => (index, None),
             (None, None) => (contents.default_material(), None),
         };
         let group = part.group.map(|group| obj.groups[group].as_str());
         let name = group.filter(|name| !name.is_empty()).unwrap_or(&unnamed);
+        let place = Place {
+            file: path.to_path_buf(),
+            line: Some(part.line),
+        };
+        let geometry = GeometryDescription::Mesh(Arc::new(to_mesh(&model.mesh)));
         shapes.push(ShapeDescription {
-            // Many shapes may share a name of any length: messages need no more than its beginning.
-            name: shown(name),
-            place: Place {
-                file: path.to_path_buf(),
-                line: Some(part.line),
-            },
-            geometry: GeometryDescription::Mesh(Arc::new(to_mesh(&model.mesh))),
-            transform: DAffine3::IDENTITY,
             material,
             emission,
-            two_sided_emission: false,
+            // Many shapes may share a name of any length: messages need no more than its beginning.
+            ..ShapeDescription::new(shown(name), place, geometry)
         });
     }
     Ok(shapes)

@@ -11,7 +11,9 @@ use super::reader::{Table, Value, unknown_name};
 use super::transform::transform;
 use crate::error::{Error, Result};
 use crate::math::vec::{DAffine3, DVec3};
-use crate::scene::description::{GeometryDescription, MeshDescription, Place, ShapeDescription};
+use crate::scene::description::{
+    ColourDescription, GeometryDescription, MeshDescription, Place, ShapeDescription,
+};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -54,7 +56,8 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
     let emission = table
         .optional("emission")
         .map(|emission| constant(&emission, Bound::NonNegative))
-        .transpose()?;
+        .transpose()?
+        .map(ColourDescription::Constant);
     let two_sided_emission = table
         .optional("two_sided_emission")
         .map_or(Ok(false), |value| value.truth())?;
@@ -75,7 +78,9 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
         for shape in &mut shapes {
             shape.transform = transform;
             shape.two_sided_emission = two_sided_emission;
-            shape.emission = emission.or(shape.emission);
+            if emission.is_some() {
+                shape.emission.clone_from(&emission);
+            }
         }
         contents.shapes.append(&mut shapes);
         return Ok(());
@@ -84,13 +89,11 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
     table.finish()?;
     let material = material.unwrap_or_else(|| contents.default_material());
     contents.shapes.push(ShapeDescription {
-        name,
-        place,
-        geometry,
         transform,
         material,
         emission,
         two_sided_emission,
+        ..ShapeDescription::new(name, place, geometry)
     });
     Ok(())
 }

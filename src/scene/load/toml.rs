@@ -11,9 +11,9 @@ use super::reader::{Document, Table, Value};
 use super::{material, read_text, shape};
 use crate::error::Result;
 use crate::image::MAX_SIDE;
-use crate::math::rgb::Rgb;
 use crate::scene::description::{
-    FilmDescription, FilterDescription, FilterKind, RenderDescription, SceneDescription, Written,
+    FilmDescription, FilterDescription, FilterKind, LightDescription, Place, RenderDescription,
+    SceneDescription, Written,
 };
 use std::path::Path;
 
@@ -47,7 +47,9 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
     for (index, entry) in list(&root, "shape")?.iter().enumerate() {
         shape::shape(entry, path, index, &mut contents)?;
     }
-    let environment = environment(&list(&root, "light")?)?;
+    let lights = list(&root, "light")?;
+    let lights = lights.iter().map(|entry| light(entry, path));
+    let lights = lights.collect::<Result<Vec<_>>>()?;
     root.finish()?;
     Ok(SceneDescription {
         file: path.to_path_buf(),
@@ -56,7 +58,9 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
         render,
         materials: contents.materials,
         shapes: contents.shapes,
-        environment,
+        groups: contents.groups,
+        instances: contents.instances,
+        lights,
         notes: contents.notes,
     })
 }
@@ -68,15 +72,9 @@ fn list<'a>(root: &Table<'a>, key: &'static str) -> Result<Vec<Value<'a>>> {
 }
 
 fn film(table: Option<Table<'_>>) -> Result<FilmDescription> {
-    let gaussian = FilterDescription {
-        kind: FilterKind::Gaussian,
-        radius: FilterKind::Gaussian.default_radius(),
-    };
+    let default = FilmDescription::default();
     let Some(table) = table else {
-        return Ok(FilmDescription {
-            size: (768, 512),
-            filter: gaussian,
-        });
+        return Ok(default);
     };
     let size = match table.optional("size") {
         Some(size) => {
@@ -87,10 +85,10 @@ fn film(table: Option<Table<'_>>) -> Result<FilmDescription> {
             let side = |value: &Value<'_>| value.whole(1, MAX_SIDE as u64).map(|side| side as u32);
             (side(width)?, side(height)?)
         }
-        None => (768, 512),
+        None => default.size,
     };
     let filter = match table.optional("filter") {
-        None => gaussian,
+        None => default.filter,
         Some(name) if name.is_text() => {
             let kind = name.one_of(FilterKind::ALL)?;
             FilterDescription {
@@ -143,20 +141,20 @@ fn render_table(table: Table<'_>) -> Result<RenderDescription> {
     Ok(render)
 }
 
-/// The sum of all environments, of which this version knows constant ones.
-fn environment(lights: &[Value<'_>]) -> Result<Rgb> {
-    let mut sum = Rgb::BLACK;
-    for light in lights {
-        let table = light.table()?;
-        table.required("type")?.one_of(&[("environment", ())])?;
-        let radiance = table.required("radiance")?;
-        if radiance.table().is_ok_and(|table| table.has("texture")) {
-            return Err(radiance.error(
-                "a map as environment is not supported by this version: expected a colour",
-            ));
-        }
-        sum += constant(&radiance, Bound::NonNegative)?;
-        table.finish()?;
+/// Reads one `[[light]]`.
+fn light(value: &Value<'_>, file: &Path) -> Result<LightDescription> {
+    let table = value.table()?;
+    table.required("type")?.one_of(&[("environment", ())])?;
+    let radiance = table.required("radiance")?;
+    if radiance.table().is_ok_and(|table| table.has("texture")) {
+        return Err(radiance
+            .error("a map as environment is not supported by this version: expected a colour"));
     }
-    Ok(sum)
+    let radiance = constant(&radiance, Bound::NonNegative)?;
+    table.finish()?;
+    let place = Place {
+        file: file.to_path_buf(),
+        line: Some(value.line()),
+    };
+    Ok(LightDescription::sky(place, radiance))
 }

@@ -1,0 +1,173 @@
+//! The kernels: sets of effects that code is compiled for.
+//!
+//! A scene is rendered by the smallest set that has all its effects. The sets follow what scenes are like: matte rooms,
+//! glass and mirrors, textured models, and each with a lens, with motion, with instances. The last has everything.
+//!
+//! Measure: none.
+//! Range: every set of effects has a kernel.
+//! Source: docs/architecture.md, "Effects". Tested in `tests/effects.rs`.
+
+use super::switch::{Off, On};
+use super::{EffectSet, Effects};
+
+/// [`On`] if the first name is among those in brackets, else [`Off`].
+macro_rules! switch {
+    ($effect:ident []) => { Off };
+    (ShadingNormals [ShadingNormals $($rest:ident)*]) => { On };
+    (Textures [Textures $($rest:ident)*]) => { On };
+    (NormalMaps [NormalMaps $($rest:ident)*]) => { On };
+    (Alpha [Alpha $($rest:ident)*]) => { On };
+    (OneSided [OneSided $($rest:ident)*]) => { On };
+    (Glossy [Glossy $($rest:ident)*]) => { On };
+    (Specular [Specular $($rest:ident)*]) => { On };
+    (Transmission [Transmission $($rest:ident)*]) => { On };
+    (Lens [Lens $($rest:ident)*]) => { On };
+    (Motion [Motion $($rest:ident)*]) => { On };
+    (Environment [Environment $($rest:ident)*]) => { On };
+    (EnvironmentMap [EnvironmentMap $($rest:ident)*]) => { On };
+    (DeltaLights [DeltaLights $($rest:ident)*]) => { On };
+    (AreaLights [AreaLights $($rest:ident)*]) => { On };
+    (ManyLights [ManyLights $($rest:ident)*]) => { On };
+    (Instances [Instances $($rest:ident)*]) => { On };
+    ($effect:ident [$other:ident $($rest:ident)*]) => { switch!($effect [$($rest)*]) };
+}
+
+/// Declares the kernels, each as a variant, as a type, and as an arm of [`with_kernel`](crate::effects::with_kernel).
+macro_rules! kernels {
+    ($($(#[$doc:meta])* $kernel:ident = $name:literal [$($effect:ident)*];)*) => {
+        /// Code for a set of effects.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum Kernel {
+            $($(#[$doc])* $kernel,)*
+        }
+
+        /// The kernels as types.
+        pub mod types {
+            use super::{Effects, Off, On};
+            $(
+                $(#[$doc])*
+                #[derive(Debug, Clone, Copy)]
+                pub struct $kernel;
+
+                impl Effects for $kernel {
+                    type ShadingNormals = switch!(ShadingNormals [$($effect)*]);
+                    type Textures = switch!(Textures [$($effect)*]);
+                    type NormalMaps = switch!(NormalMaps [$($effect)*]);
+                    type Alpha = switch!(Alpha [$($effect)*]);
+                    type OneSided = switch!(OneSided [$($effect)*]);
+                    type Glossy = switch!(Glossy [$($effect)*]);
+                    type Specular = switch!(Specular [$($effect)*]);
+                    type Transmission = switch!(Transmission [$($effect)*]);
+                    type Lens = switch!(Lens [$($effect)*]);
+                    type Motion = switch!(Motion [$($effect)*]);
+                    type Environment = switch!(Environment [$($effect)*]);
+                    type EnvironmentMap = switch!(EnvironmentMap [$($effect)*]);
+                    type DeltaLights = switch!(DeltaLights [$($effect)*]);
+                    type AreaLights = switch!(AreaLights [$($effect)*]);
+                    type ManyLights = switch!(ManyLights [$($effect)*]);
+                    type Instances = switch!(Instances [$($effect)*]);
+                }
+            )*
+        }
+
+        impl Kernel {
+            /// Every kernel, the one with everything last.
+            pub const ALL: &'static [Self] = &[$(Self::$kernel),*];
+
+            /// The name in tables, JSON and on the command line.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$kernel => $name,)*
+                }
+            }
+
+            /// The effects that it is compiled for.
+            pub const fn effects(self) -> EffectSet {
+                match self {
+                    $(Self::$kernel => types::$kernel::SET,)*
+                }
+            }
+
+            /// Runs a job with the kernel as a type.
+            #[inline]
+            pub fn run<J: KernelJob>(self, job: J) -> J::Output {
+                match self {
+                    $(Self::$kernel => job.run::<types::$kernel>(),)*
+                }
+            }
+        }
+    };
+}
+
+/// Something to do with a kernel that is known only when running.
+pub trait KernelJob {
+    /// What it yields.
+    type Output;
+    /// Does it with the kernel for the effects `E`.
+    fn run<E: Effects>(self) -> Self::Output;
+}
+
+kernels! {
+    /// Matte surfaces and one lamp.
+    Matte = "matte" [AreaLights];
+    /// Matte surfaces with textures and normals, under lamps and a plain sky.
+    Textured = "textured" [
+        ShadingNormals Textures Environment AreaLights ManyLights
+    ];
+    /// Matte surfaces, mirrors and smooth glass, under lamps and a plain sky.
+    Specular = "specular" [
+        Specular Transmission Environment AreaLights ManyLights
+    ];
+    /// Any material, under lamps and a plain sky.
+    Room = "room" [
+        ShadingNormals Textures Glossy Specular Transmission Environment AreaLights ManyLights
+    ];
+    /// Any material and any light, with a lens.
+    Studio = "studio" [
+        ShadingNormals Textures NormalMaps Alpha OneSided Glossy Specular Transmission Lens
+        Environment EnvironmentMap DeltaLights AreaLights ManyLights
+    ];
+    /// All of that with instances.
+    Forest = "forest" [
+        ShadingNormals Textures NormalMaps Alpha OneSided Glossy Specular Transmission Lens
+        Environment EnvironmentMap DeltaLights AreaLights ManyLights Instances
+    ];
+    /// Everything.
+    Everything = "everything" [
+        ShadingNormals Textures NormalMaps Alpha OneSided Glossy Specular Transmission Lens Motion
+        Environment EnvironmentMap DeltaLights AreaLights ManyLights Instances
+    ];
+}
+
+impl Kernel {
+    /// The smallest kernel that has all of these effects.
+    pub fn smallest_for(effects: EffectSet) -> Self {
+        let fitting = Self::ALL.iter().filter(|k| k.effects().contains(effects));
+        *fitting
+            .min_by_key(|kernel| kernel.effects().len())
+            .expect("the last kernel has every effect")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Effect;
+
+    #[test]
+    fn every_set_has_a_kernel_and_the_last_has_everything() {
+        let last = Kernel::ALL.last().expect("there are kernels");
+        assert_eq!(
+            (*last, last.effects()),
+            (Kernel::Everything, EffectSet::ALL)
+        );
+        assert_eq!(Kernel::smallest_for(EffectSet::NONE), Kernel::Matte);
+        for &kernel in Kernel::ALL {
+            assert_eq!(Kernel::smallest_for(kernel.effects()), kernel);
+            for effect in Effect::ALL {
+                let wanted = EffectSet::NONE.with(effect);
+                assert!(Kernel::smallest_for(wanted).effects().has(effect));
+            }
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Effects as types: whether code for one is compiled in, and state that exists only then.
+//!
+//! Measure: none.
+//! Range: [`Slot`]s of an absent effect have size zero.
+//! Source: none needed. Tested below and in `tests/effects.rs`.
+
+use super::{Effect, EffectSet};
+use std::fmt::Debug;
+
+/// On or off, known when compiling.
+pub trait Switch: Debug + Clone + Copy + Send + Sync + 'static {
+    /// Which of both.
+    const ON: bool;
+    /// A place for a value, if on.
+    type Of<T: Copy + Debug>: Slot<T>;
+}
+
+/// Compiled in.
+#[derive(Debug, Clone, Copy)]
+pub struct On;
+
+/// Left out.
+#[derive(Debug, Clone, Copy)]
+pub struct Off;
+
+impl Switch for On {
+    const ON: bool = true;
+    type Of<T: Copy + Debug> = Present<T>;
+}
+
+impl Switch for Off {
+    const ON: bool = false;
+    type Of<T: Copy + Debug> = Absent;
+}
+
+/// A place for a value that only some kernels need.
+pub trait Slot<T: Copy>: Copy + Debug {
+    /// The place, and in it, if it exists, the value.
+    fn new(make: impl FnOnce() -> T) -> Self;
+    /// The value, or what stands for its absence.
+    fn or(self, absent: T) -> T;
+    /// Changes the value, if there is one.
+    fn update(&mut self, change: impl FnOnce(T) -> T);
+}
+
+/// The state of a switch.
+pub type State<S, T> = <S as Switch>::Of<T>;
+
+/// A value that is there.
+#[derive(Debug, Clone, Copy)]
+pub struct Present<T>(T);
+
+/// A value that is not.
+#[derive(Debug, Clone, Copy)]
+pub struct Absent;
+
+impl<T: Copy + Debug> Slot<T> for Present<T> {
+    #[inline(always)]
+    fn new(make: impl FnOnce() -> T) -> Self {
+        Self(make())
+    }
+    #[inline(always)]
+    fn or(self, _absent: T) -> T {
+        self.0
+    }
+    #[inline(always)]
+    fn update(&mut self, change: impl FnOnce(T) -> T) {
+        self.0 = change(self.0);
+    }
+}
+
+impl<T: Copy> Slot<T> for Absent {
+    #[inline(always)]
+    fn new(_make: impl FnOnce() -> T) -> Self {
+        Self
+    }
+    #[inline(always)]
+    fn or(self, absent: T) -> T {
+        absent
+    }
+    #[inline(always)]
+    fn update(&mut self, _change: impl FnOnce(T) -> T) {}
+}
+
+/// Declares [`Effects`], with one type for each effect.
+macro_rules! effects {
+    ($($effect:ident)*) => {
+        /// The effects that a kernel is compiled for.
+        pub trait Effects: Debug + Clone + Copy + Send + Sync + 'static {
+            $(#[doc = concat!("Whether it has [`Effect::", stringify!($effect), "`].")]
+            type $effect: Switch;)*
+
+            /// All of them as a set.
+            const SET: EffectSet = EffectSet::NONE
+                $(.with_if(Effect::$effect, <Self::$effect as Switch>::ON))*;
+        }
+    };
+}
+
+effects! {
+    ShadingNormals Textures NormalMaps Alpha OneSided Glossy Specular Transmission Lens Motion
+    Environment EnvironmentMap DeltaLights AreaLights ManyLights Instances
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slot_that_is_off_has_no_size_and_ignores_its_value() {
+        let mut off = State::<Off, u64>::new(|| unreachable!("nothing is made"));
+        off.update(|_| unreachable!("nothing is changed"));
+        assert_eq!((size_of_val(&off), off.or(3)), (0, 3));
+        let mut on = State::<On, u64>::new(|| 5);
+        on.update(|x| x + 1);
+        assert_eq!((size_of_val(&on), on.or(3)), (8, 6));
+    }
+}

@@ -1,0 +1,109 @@
+//! Normals out of a picture: fine relief that the mesh does not have.
+//!
+//! Measure: directions in world axes; the picture holds x along u, y along v, z away from the surface, each from [-1, 1] in
+//! [0, 1], as Blender and glTF have it.
+//! Range: a normal that would point below the surface is left as it was.
+//! Source: Mikkelsen 2008, "Simulation of Wrinkled Surfaces Revisited", for tangent space. Tested below and in
+//! `tests/materials.rs`.
+
+use super::description::NormalMapDescription;
+use crate::geometry::texture::Texture;
+use crate::math::rgb::Rgb;
+use crate::math::vec::{Vec2, Vec3};
+use std::sync::Arc;
+
+/// A picture of normals.
+#[derive(Debug, Clone)]
+pub struct NormalMap {
+    texture: Arc<Texture>,
+    strength: f32,
+}
+
+impl NormalMap {
+    /// The map of a description; `None` if it tilts nothing.
+    pub fn new(description: &NormalMapDescription) -> Option<Self> {
+        let NormalMapDescription { texture, strength } = description;
+        let flat = texture
+            .constant()
+            .is_some_and(|colour| tangent_normal(colour, *strength) == Vec3::Z);
+        (!flat && *strength > 0.0).then(|| Self {
+            texture: Arc::clone(texture),
+            strength: *strength,
+        })
+    }
+
+    /// The shading normal `ns`, tilted as the picture says at `uv`. `tangents` are the directions in which u and v grow;
+    /// `ns` is on the side of `ng`, and so is the result.
+    #[inline]
+    pub fn tilt(&self, uv: Vec2, ns: Vec3, ng: Vec3, [along_u, along_v]: [Vec3; 2]) -> Vec3 {
+        let Some(s) = (along_u - ns.dot(along_u) * ns).try_normalize() else {
+            return ns;
+        };
+        let t = ns.cross(s);
+        let t = if t.dot(along_v) < 0.0 { -t } else { t };
+        let n = tangent_normal(self.texture.lookup(uv), self.strength);
+        let tilted = (n.x * s + n.y * t + n.z * ns).normalize_or(ns);
+        if tilted.dot(ng) > 0.0 { tilted } else { ns }
+    }
+}
+
+/// The normal that a texel stands for. Codes of 8 bits have no exact middle: 127 and 128 are both level.
+fn tangent_normal(texel: Rgb, strength: f32) -> Vec3 {
+    let [x, y, z] = texel.to_array().map(|c| {
+        let level = (c - 0.5).abs() < 0.6 / 255.0;
+        if level { 0.0 } else { 2.0 * c - 1.0 }
+    });
+    Vec3::new(strength * x, strength * y, z).normalize_or(Vec3::Z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map(texel: Rgb, strength: f32) -> NormalMapDescription {
+        let colours = [texel, Rgb::new(0.5, 0.5, 1.0)];
+        let repeat = Vec2::ONE;
+        NormalMapDescription {
+            texture: Arc::new(Texture::Checker { colours, repeat }),
+            strength,
+        }
+    }
+
+    fn tilted(texel: Rgb, tangents: [Vec3; 2]) -> Vec3 {
+        let map = NormalMap::new(&map(texel, 1.0)).expect("it tilts");
+        map.tilt(Vec2::ZERO, Vec3::Z, Vec3::Z, tangents)
+    }
+
+    #[test]
+    fn x_is_along_u_and_y_along_v_also_where_the_picture_is_mirrored() {
+        let texel = Rgb::new(0.5 + 0.3, 0.5 + 0.1, 0.5 + 0.4);
+        let expected = Vec3::new(0.6, 0.2, 0.8).normalize();
+        let near = |got: Vec3, expected: Vec3| assert!((got - expected).length() < 1e-6, "{got}");
+        near(tilted(texel, [Vec3::X, Vec3::Y]), expected);
+        let mirrored = Vec3::new(-expected.x, expected.y, expected.z);
+        near(tilted(texel, [-3.0 * Vec3::X, Vec3::Y]), mirrored);
+        let turned = Vec3::new(-expected.y, expected.x, expected.z);
+        near(tilted(texel, [Vec3::Y, -Vec3::X]), turned);
+    }
+
+    #[test]
+    fn a_level_map_and_one_without_strength_are_none() {
+        let flat = Rgb::new(128.0 / 255.0, 127.0 / 255.0, 1.0);
+        let constant = Texture::Checker {
+            colours: [flat; 2],
+            repeat: Vec2::ONE,
+        };
+        let description = |texture, strength| NormalMapDescription {
+            texture: Arc::new(texture),
+            strength,
+        };
+        assert!(NormalMap::new(&description(constant, 1.0)).is_none());
+        assert!(NormalMap::new(&map(Rgb::new(1.0, 0.5, 0.5), 0.0)).is_none());
+    }
+
+    #[test]
+    fn a_normal_never_goes_below_the_surface() {
+        let texel = Rgb::new(0.9, 0.5, 0.2);
+        assert_eq!(tilted(texel, [Vec3::X, Vec3::Y]), Vec3::Z);
+    }
+}

@@ -5,7 +5,7 @@ mod common;
 use common::TestRng;
 use common::closed_forms::{FRESNEL_MEAN_INSIDE, FRESNEL_MEAN_OUTSIDE, GGX_NORMAL_ALBEDO};
 use common::quadrature::{Adaptive, Rectangle, integrate};
-use common::scene::{diffuse, looking, see, shape};
+use common::scene::{diffuse, looking, see, shape, sky};
 use common::verdict::assert_mean;
 use etendue::accel::Backend;
 use etendue::bsdf::albedo::single_scatter;
@@ -13,6 +13,7 @@ use etendue::bsdf::microfacet::Ggx;
 use etendue::bsdf::{
     Bsdf, Conductor, Dielectric, Diffuse, Lobe, Mirror, Principled, PrincipledParameters, fresnel,
 };
+use etendue::effects::kernel::types::Everything;
 use etendue::integrator::Roulette;
 use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
@@ -53,7 +54,9 @@ fn albedo(bsdf: &Bsdf, ior: f32, wo: Vec3, replicates: u64, grid: u32) -> Moment
             // A golden-ratio walk spreads the choice of lobe over the grid.
             let u_lobe =
                 (f64::from(cell) * 0.618_033_988_749_895 + replicate as f64 / 17.3).fract();
-            if let Some(s) = bsdf.sample::<Everything>(wo, u_lobe as f32, u.min(Vec2::splat(1.0 - 6e-8))) {
+            if let Some(s) =
+                bsdf.sample::<Everything>(wo, u_lobe as f32, u.min(Vec2::splat(1.0 - 6e-8)))
+            {
                 let ratio = f64::from(index(s.wi)) / f64::from(index(wo));
                 sum += f64::from(s.weight.to_array()[1]) * ratio * ratio;
             }
@@ -312,7 +315,10 @@ fn ever_smoother_metal_becomes_a_mirror() {
         );
     }
     // Either side of the switch to a delta.
-    assert!(!white_metal(0.010_05).is_delta() && white_metal(0.009_95).is_delta());
+    assert!(
+        !white_metal(0.010_05).is_delta::<Everything>()
+            && white_metal(0.009_95).is_delta::<Everything>()
+    );
     assert!(
         shares
             .iter()

@@ -2,6 +2,7 @@
 
 pub mod description;
 pub mod interaction;
+pub mod keyframes;
 pub mod load;
 pub mod material;
 pub mod normal_map;

@@ -11,6 +11,7 @@ use super::transform::transform;
 use crate::error::Result;
 use crate::math::vec::DAffine3;
 use crate::scene::description::{InstanceDescription, Place};
+use std::collections::HashSet;
 use std::path::Path;
 
 /// Reads all `[[instance]]`, after all shapes: only then are all groups known.
@@ -29,16 +30,20 @@ pub fn instances(values: &[Value<'_>], file: &Path, contents: &mut Contents) -> 
         placed.push(of);
     }
     refuse_circles(&contents.groups, &contents.instances, &placed)?;
-    let unseen: Vec<String> = (0..contents.groups.len())
-        .filter(|group| contents.instances.iter().all(|placed| placed.of != *group))
-        .map(|group| shown(&contents.groups[group]))
-        .collect();
-    for name in unseen {
+    note_unseen(contents);
+    Ok(())
+}
+
+/// Tells the user of groups that are nowhere.
+fn note_unseen(contents: &mut Contents) {
+    let placed: HashSet<usize> = contents.instances.iter().map(|it| it.of).collect();
+    let unseen = (0..contents.groups.len()).filter(|group| !placed.contains(group));
+    for group in unseen {
+        let name = shown(&contents.groups[group]);
         contents.note(format!(
             "group `{name}` is placed by no instance: it is not seen"
         ));
     }
-    Ok(())
 }
 
 /// The group that an object belongs to, if any.

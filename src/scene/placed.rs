@@ -80,12 +80,12 @@ impl PlacedMesh {
 }
 
 impl Placed {
-    /// Moves a shape to where it stands.
+    /// Moves a shape to where it stands in its group or in the world: its own transform, and then another.
     ///
     /// # Errors
     /// A sphere or disk that its transform stretches unevenly.
-    pub fn new(shape: &ShapeDescription) -> Result<Self> {
-        let transform = shape.transform;
+    pub fn new(shape: &ShapeDescription, then: &DAffine3) -> Result<Self> {
+        let transform = *then * shape.transform;
         let mesh = |mesh| PlacedMesh { mesh, transform };
         Ok(match &shape.geometry {
             GeometryDescription::Mesh(description) => Self::Mesh(mesh(Arc::clone(description))),
@@ -108,7 +108,7 @@ impl Placed {
             }
             GeometryDescription::Sphere { center, radius } => Self::Sphere {
                 center: transform.transform_point3(*center),
-                radius: radius * scale_of(shape)?,
+                radius: radius * scale_of(&transform, shape)?,
             },
             GeometryDescription::Disk {
                 center,
@@ -117,7 +117,7 @@ impl Placed {
             } => Self::Disk {
                 center: transform.transform_point3(*center),
                 normal: normal_matrix(&transform) * normal.normalize(),
-                radius: radius * scale_of(shape)?,
+                radius: radius * scale_of(&transform, shape)?,
             },
         })
     }
@@ -217,8 +217,8 @@ pub fn even_scale(transform: &DAffine3) -> Option<f64> {
 }
 
 /// The factor by which a shape's transform scales, which has to be the same in all directions.
-fn scale_of(shape: &ShapeDescription) -> Result<f64> {
-    even_scale(&shape.transform).ok_or_else(|| {
+fn scale_of(transform: &DAffine3, shape: &ShapeDescription) -> Result<f64> {
+    even_scale(transform).ok_or_else(|| {
         let message = format!(
             "the transform of {} stretches it unevenly, but a sphere or disk has to stay one; use a mesh instead",
             shape.name

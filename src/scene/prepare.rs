@@ -116,8 +116,18 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
 }
 
 fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<Placed>> {
+    let shutter = description.camera.shutter;
     let shapes = shapes.iter().map(|&shape| &description.shapes[shape]);
-    shapes.map(Placed::new).collect()
+    shapes
+        .map(|shape| {
+            // What moves is moved with its group; keys that are all equal still say where.
+            let then = match keyframes::steps(&shape.motion, shutter).as_slice() {
+                [still] => *still,
+                _ => DAffine3::IDENTITY,
+            };
+            Placed::new(shape, &then)
+        })
+        .collect()
 }
 
 /// The boxes of all primitives; of an instance one for each shape.

@@ -14,21 +14,16 @@ use toml::de::{DeTable, DeValue};
 
 /// What later versions bring: said instead of "unknown".
 const LATER: &[&str] = &[
-    "alpha",
     "cone",
     "distant",
     "instance",
     "intensity",
     "irradiance",
     "motion",
-    "normal_map",
     "penumbra",
-    "phong",
-    "plastic",
     "point",
     "spot",
     "stratified",
-    "two_sided",
 ];
 
 /// A scene file as text, to tell lines in it.

@@ -177,6 +177,8 @@ fn nothing_is_there_where_alpha_is_zero() {
         let mut without = looking(eye, target, diffuse(ALBEDO));
         let lamp = rectangle([-1.0, -1.0, 1.5], [0.0, 0.5, 0.0], [2.0, 0.0, 0.0]);
         without.shapes = vec![square(0.0, 0), shape(lamp, 1.0)];
+        // The middle of most shapes is the origin of single precision: these keep it where it is.
+        without.shapes.extend(vec![square(-0.5, 0); 9]);
         let mut with = without.clone();
         with.materials.push(partly_there(grey(0.0)));
         with.shapes.extend([square(0.5, 1), square(1.0, 1)]);

@@ -44,6 +44,7 @@ pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
         focus_distance: positive("focus_distance", to_target)?,
         motion: vec![],
         shutter: [0.0; 2],
+        place: table.place(),
     };
     table.finish()?;
     Ok(camera)

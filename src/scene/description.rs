@@ -246,6 +246,15 @@ pub enum MaterialModel {
         /// Roughness; 0 is smooth.
         roughness: f32,
     },
+    /// Lambert with a highlight about the mirror direction. Both colours together are at most 1 everywhere.
+    Phong {
+        /// Albedo of the matte part.
+        diffuse: ColourDescription,
+        /// Albedo of the highlight, seen along the normal.
+        specular: ColourDescription,
+        /// The power of the cosine, from 0 to 1e6.
+        exponent: f32,
+    },
     /// A matte base under a clear coat.
     Plastic {
         /// Albedo of the base.

@@ -15,18 +15,13 @@ use toml::de::{DeTable, DeValue};
 
 /// What later versions bring: said instead of "unknown".
 const LATER: &[&str] = &[
-    "alpha",
     "cone",
     "distant",
     "intensity",
     "irradiance",
-    "normal_map",
     "penumbra",
-    "phong",
-    "plastic",
     "point",
     "spot",
-    "two_sided",
 ];
 
 /// A scene file as text, to tell lines in it.

@@ -3,6 +3,7 @@
 mod common;
 
 use common::scene_folder::{HEAD, SceneFolder, TRIANGLE, in_repository};
+use etendue::image::{Image, write};
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{DVec2, DVec3};
 use etendue::scene::description::{
@@ -125,7 +126,7 @@ fn materials_become_what_their_keys_say() {
         let scene = load_model(&model, &format!("newmtl it\n{keys}"));
         (
             scene.materials[0].model.clone(),
-            scene.shapes[0].emission,
+            scene.shapes[0].emission.as_ref().and_then(|e| e.constant()),
             scene.notes,
         )
     };
@@ -174,10 +175,7 @@ fn materials_become_what_their_keys_say() {
             "{keys}: {notes:?}"
         );
     };
-    noted(
-        "d 0.5",
-        "a.mtl:2: opacity is not supported by this version; drawn opaque",
-    );
+    noted("map_Bump -bm 1 a.png", "a.mtl:2: map_Bump is not supported");
     noted(
         "Kdd 1 1 1",
         "a.mtl:2: unknown key `Kdd`; did you mean `Kd`?",
@@ -185,10 +183,46 @@ fn materials_become_what_their_keys_say() {
 }
 
 #[test]
+fn pictures_become_alpha_normals_and_light() {
+    let grey = Image::filled(2, 2, Rgb::grey(0.5));
+    let read = |keys: &str| {
+        let model = format!("mtllib a.mtl\nusemtl it\n{TRIANGLE}");
+        let folder = SceneFolder::new([
+            ("a.obj", model.as_str()),
+            ("a.mtl", &format!("newmtl it\n{keys}")),
+        ]);
+        write(&folder.path("grey.pfm"), &grey, &Default::default()).expect("it is writable");
+        let mut scene = folder.load("a.obj");
+        let emission = scene.shapes[0].emission.as_ref().map(|e| e.constant());
+        (scene.materials.remove(0), emission)
+    };
+    let alpha = |keys: &str| read(keys).0.alpha.constant();
+    assert_eq!(alpha("Pr 1"), Some(Rgb::WHITE));
+    assert_eq!(alpha("d 0.25"), Some(Rgb::grey(0.25)));
+    assert_eq!(alpha("map_d grey.pfm"), Some(Rgb::grey(0.5)));
+    assert_eq!(alpha("d 0.25\nmap_d grey.pfm"), Some(Rgb::grey(0.125)));
+
+    let (material, emission) = read("norm -bm 1 grey.pfm");
+    let map = material.normal_map.expect("it is written");
+    assert_eq!(
+        (map.texture.constant(), map.strength),
+        (Some(Rgb::grey(0.5)), 1.0)
+    );
+    assert!(emission.is_none() && read("d 1").0.normal_map.is_none());
+
+    let emission = |keys: &str| read(keys).1;
+    assert_eq!(emission("map_Ke grey.pfm"), Some(Some(Rgb::grey(0.5))));
+    let times = emission("Ke 3 3 3\nmap_Ke grey.pfm");
+    assert_eq!(times, Some(Some(Rgb::grey(1.5))));
+    let tinted = emission("map_Ke grey.pfm\nKe 4 2 0");
+    assert_eq!(tinted, Some(Some(Rgb::new(2.0, 1.0, 0.0))));
+}
+
+#[test]
 fn a_bare_model_is_framed_and_lit() {
     let cube = "v -3 10 0\nv 5 10 0\nv 1 90 2\nv 1 50 -40\nf 1 2 3\nf 1 2 4\n";
     let scene = load_model(cube, "");
-    assert_eq!(scene.environment, Rgb::WHITE);
+    assert_eq!(scene.constant_environment(), Rgb::WHITE);
     for words in ["camera was placed", "white sky was added"] {
         assert!(
             scene.notes.iter().any(|note| note.contains(words)),
@@ -212,7 +246,7 @@ fn a_bare_model_is_framed_and_lit() {
         &format!("mtllib a.mtl\nusemtl it\n{TRIANGLE}"),
         "newmtl it\nKe 1 1 1\n",
     );
-    assert_eq!(lamp.environment, Rgb::BLACK);
+    assert_eq!(lamp.constant_environment(), Rgb::BLACK);
     let grey = load_model(&format!("usemtl it\n{TRIANGLE}"), "");
     assert!(grey.notes[0].contains("drawn grey"), "{:?}", grey.notes);
 }
@@ -238,7 +272,8 @@ fn the_suzanne_room_is_complete() {
         .collect();
     assert_eq!(lamps.len(), 1);
     let lamp = &scene.shapes[lamps[0]];
-    assert_eq!(lamp.emission, Some(Rgb::new(12.0, 11.16, 9.96)));
+    let emission = lamp.emission.as_ref().and_then(|e| e.constant());
+    assert_eq!(emission, Some(Rgb::new(12.0, 11.16, 9.96)));
     assert!(!lamp.two_sided_emission);
     for [a, b, c] in placed(&scene, lamps[0]) {
         assert!(

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::scene_folder::{HEAD, load_text};
+use common::scene_folder::{HEAD, SceneFolder, load_text};
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{DVec2, DVec3};
 use etendue::scene::description::{
@@ -51,6 +51,7 @@ fn what_is_not_written_has_its_default() {
         fov,
         lens_radius,
         focus_distance,
+        ..
     } = scene.camera;
     assert_near(to_world.translation, [0.0, 0.0, 5.0]);
     assert_near(to_world.transform_vector3(DVec3::Y), [0.0, 1.0, 0.0]);
@@ -65,7 +66,7 @@ fn what_is_not_written_has_its_default() {
     };
     assert_eq!(scene.film.filter, gaussian);
     assert_eq!(scene.render, RenderDescription::default());
-    assert_eq!(scene.environment, Rgb::BLACK);
+    assert_eq!(scene.constant_environment(), Rgb::BLACK);
     assert!(scene.materials.is_empty() && scene.shapes.is_empty() && scene.notes.is_empty());
 
     let MaterialModel::Diffuse { reflectance } = material("type = \"diffuse\"") else {
@@ -104,7 +105,7 @@ fn what_is_not_written_has_its_default() {
     );
 
     let sphere = shape("type = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1");
-    assert_eq!((sphere.name.as_str(), sphere.emission), ("sphere 1", None));
+    assert!(sphere.name == "sphere 1" && sphere.emission.is_none());
     assert!(!sphere.two_sided_emission);
     assert_eq!(sphere.transform, etendue::math::vec::DAffine3::IDENTITY);
 }
@@ -222,6 +223,71 @@ fn materials_of_every_type_are_read() {
 }
 
 #[test]
+fn phong_and_plastic_are_read() {
+    let phong = |keys: &str| match material(&format!("type = \"phong\"\n{keys}")) {
+        MaterialModel::Phong {
+            diffuse,
+            specular,
+            exponent,
+        } => (constant(&diffuse), constant(&specular), exponent),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(phong(""), (Rgb::grey(0.5), Rgb::grey(0.2), 32.0));
+    // Together at most 1 in every channel, not over all channels.
+    assert_eq!(
+        phong("diffuse = [1, 0.7, 0]\nspecular = [0, 0.3, 1]\nexponent = 1e6"),
+        (Rgb::new(1.0, 0.7, 0.0), Rgb::new(0.0, 0.3, 1.0), 1e6)
+    );
+    let plastic = |keys: &str| match material(&format!("type = \"plastic\"\n{keys}")) {
+        MaterialModel::Plastic {
+            reflectance,
+            ior,
+            roughness,
+        } => (constant(&reflectance), ior, roughness),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(plastic(""), (Rgb::grey(0.5), 1.5, 0.0));
+    assert_eq!(
+        plastic("reflectance = 1\nior = 1\nroughness = 0.25"),
+        (Rgb::WHITE, 1.0, 0.25)
+    );
+}
+
+#[test]
+fn every_material_has_alpha_a_normal_map_and_sides() {
+    let read = |keys: &str| {
+        let table = "[[material]]\nname = \"it\"\ntype = \"mirror\"\n";
+        let text = format!("{HEAD}{table}{keys}");
+        let folder = SceneFolder::new([("a.toml", text)]);
+        let grey = image::RgbImage::from_pixel(2, 1, image::Rgb([51; 3]));
+        grey.save(folder.path("t.png")).expect("it is writable");
+        folder.load("a.toml").materials.remove(0)
+    };
+    let plain = read("");
+    assert_eq!(plain.alpha.constant(), Some(Rgb::WHITE));
+    assert!(plain.normal_map.is_none() && plain.two_sided);
+
+    // 51 is a fifth of 255: linear values, but for what says otherwise.
+    let alpha = |text: &str| read(&format!("alpha = {text}")).alpha.constant();
+    assert_eq!(alpha("0.25"), Some(Rgb::grey(0.25)));
+    assert_eq!(alpha("{ texture = \"t.png\" }"), Some(Rgb::grey(0.2)));
+    let coded = alpha("{ texture = \"t.png\", space = \"srgb\" }");
+    assert!(coded.is_some_and(|colour| colour.max_channel() < 0.05));
+    assert_eq!(alpha("{ checker = [1, 0] }"), None);
+
+    for (text, strength) in [
+        ("\"t.png\"", 1.0),
+        ("{ texture = \"t.png\", strength = 0.5 }", 0.5),
+    ] {
+        let map = read(&format!("normal_map = {text}")).normal_map;
+        let map = map.expect("it is written");
+        let found = (map.texture.constant(), map.strength);
+        assert_eq!(found, (Some(Rgb::grey(0.2)), strength));
+    }
+    assert!(!read("two_sided = false").two_sided && read("two_sided = true").two_sided);
+}
+
+#[test]
 fn shapes_of_every_type_are_read() {
     let sphere = shape(
         "name = \"ball\"\ntype = \"sphere\"\ncenter = [1, 2, 3]\nradius = 4\nemission = [1, 2, 3]\ntwo_sided_emission = true",
@@ -231,7 +297,8 @@ fn shapes_of_every_type_are_read() {
     };
     assert_eq!((center, radius), (DVec3::new(1.0, 2.0, 3.0), 4.0));
     assert_eq!((sphere.name.as_str(), sphere.place.line), ("ball", Some(5)));
-    assert_eq!(sphere.emission, Some(Rgb::new(1.0, 2.0, 3.0)));
+    let emission = sphere.emission.as_ref().and_then(|e| e.constant());
+    assert_eq!(emission, Some(Rgb::new(1.0, 2.0, 3.0)));
     assert!(sphere.two_sided_emission);
 
     let it =
@@ -316,5 +383,5 @@ fn the_steps_of_a_transform_are_applied_in_their_order() {
 fn environments_add_up() {
     let light = "[[light]]\ntype = \"environment\"\nradiance = ";
     let scene = load_text(&format!("{HEAD}{light}[0, 1, 2]\n{light}0.5\n"));
-    assert_eq!(scene.environment, Rgb::new(0.5, 1.5, 2.5));
+    assert_eq!(scene.constant_environment(), Rgb::new(0.5, 1.5, 2.5));
 }

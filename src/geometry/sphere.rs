@@ -37,11 +37,17 @@ impl Sphere {
         // In double precision: a sphere far from the origin has a centre that is exact and a point that is not.
         let from_center = |p: Vec3| p.as_dvec3() - self.center.as_dvec3();
         let n = from_center(ray.at(t)).normalize_or(DVec3::Z).as_vec3();
-        let radius = f64::from(self.radius);
-        let outside = from_center(ray.origin).length_squared() > radius * radius;
+        let (origin, dir) = (from_center(ray.origin), ray.dir.as_dvec3());
+        let enters = if ray.t_min > 0.0 {
+            // It has passed through surfaces, perhaps through this one: the half of the chord tells.
+            f64::from(t) * dir.length_squared() < -origin.dot(dir)
+        } else {
+            let radius = f64::from(self.radius);
+            origin.length_squared() > radius * radius
+        };
         let d = ray.dir.normalize();
         let faces_ray = n.dot(d) < 0.0;
-        self.surface_along(if outside == faces_ray {
+        self.surface_along(if enters == faces_ray {
             n
         } else {
             -reflect(n, d)

@@ -53,7 +53,9 @@ fn albedo(bsdf: &Bsdf, ior: f32, wo: Vec3, replicates: u64, grid: u32) -> Moment
             // A golden-ratio walk spreads the choice of lobe over the grid.
             let u_lobe =
                 (f64::from(cell) * 0.618_033_988_749_895 + replicate as f64 / 17.3).fract();
-            if let Some(s) = bsdf.sample::<Everything>(wo, u_lobe as f32, u.min(Vec2::splat(1.0 - 6e-8))) {
+            if let Some(s) =
+                bsdf.sample::<Everything>(wo, u_lobe as f32, u.min(Vec2::splat(1.0 - 6e-8)))
+            {
                 let ratio = f64::from(index(s.wi)) / f64::from(index(wo));
                 sum += f64::from(s.weight.to_array()[1]) * ratio * ratio;
             }

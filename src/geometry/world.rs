@@ -8,10 +8,12 @@
 //! Source: Pharr, Jakob, Humphreys, section 7.1.2 for instances. Tested in `tests/tracing.rs`.
 
 use super::Geometry;
+pub use super::instance::Instance;
 use super::surface::SurfacePoint;
 use crate::effects::Effects;
+use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
-use crate::math::vec::{DAffine3, Vec2, Vec3};
+use crate::math::vec::{Vec2, Vec3};
 
 /// One primitive of one shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -22,35 +24,46 @@ pub struct PrimitiveId {
     pub primitive: u32,
 }
 
-/// A group of shapes, placed in the world.
-#[derive(Debug, Clone)]
-pub struct Instance {
-    /// The group's index.
-    pub group: usize,
-    /// Group to world at equally spaced times from 0 to 1; a single one stands still. Between two, every entry of the
-    /// matrix changes evenly, so that every point moves in a straight line. Its entries are single-precision numbers.
-    pub steps: Vec<DAffine3>,
-}
-
 /// All shapes of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct World {
     geometries: Vec<Geometry>,
     groups: Vec<Vec<Geometry>>,
     instances: Vec<Instance>,
+    /// The number of the first shape of each instance.
+    first_shapes: Vec<u32>,
+    /// The instance of each shape beyond those that stand in the world themselves.
+    owners: Vec<u32>,
 }
 
 impl World {
-    /// A world of shapes and of instances of groups.
+    /// A world of shapes and of instances of groups. One of more shapes than have numbers can be made, not traced.
+    ///
+    /// # Panics
+    /// If an instance is of a group that does not exist.
     pub fn new(
         geometries: Vec<Geometry>,
         groups: Vec<Vec<Geometry>>,
         instances: Vec<Instance>,
     ) -> Self {
-        Self {
+        let mut world = Self {
             geometries,
             groups,
             instances,
+            ..Self::default()
+        };
+        if u32::try_from(world.shape_count()).is_ok() {
+            world.number_shapes();
+        }
+        world
+    }
+
+    fn number_shapes(&mut self) {
+        for (number, instance) in (0..).zip(&self.instances) {
+            let first = self.geometries.len() + self.owners.len();
+            self.first_shapes.push(first as u32);
+            let until = self.owners.len() + self.groups[instance.group].len();
+            self.owners.resize(until, number);
         }
     }
 
@@ -69,10 +82,49 @@ impl World {
         &self.instances
     }
 
+    /// How many shapes rays see.
+    pub fn shape_count(&self) -> usize {
+        let of = |instance: &Instance| self.groups[instance.group].len();
+        self.geometries.len() + self.instances.iter().map(of).sum::<usize>()
+    }
+
+    /// The number of the first shape of an instance.
+    #[inline]
+    pub fn first_shape(&self, instance: usize) -> u32 {
+        self.first_shapes[instance]
+    }
+
     /// The form of a shape, in its own units.
     #[inline]
     pub fn geometry(&self, shape: u32) -> &Geometry {
-        &self.geometries[shape as usize]
+        match self.geometries.get(shape as usize) {
+            Some(geometry) => geometry,
+            None => self.placed(shape).1,
+        }
+    }
+
+    /// The instance that a shape belongs to; `None` if it stands in the world itself.
+    #[inline]
+    pub fn placement(&self, shape: u32) -> Option<&Instance> {
+        let beyond = (shape as usize).checked_sub(self.geometries.len())?;
+        Some(&self.instances[self.owners[beyond] as usize])
+    }
+
+    /// The box around an instance over its whole motion; empty if its group is.
+    pub fn instance_bounds(&self, instance: usize) -> Bounds {
+        let instance = &self.instances[instance];
+        let shapes = self.groups[instance.group].iter();
+        let group = shapes.map(Geometry::bounds);
+        instance.bounds_of(&group.fold(Bounds::default(), Bounds::union))
+    }
+
+    /// The instance that a shape belongs to, and its form.
+    #[inline]
+    fn placed(&self, shape: u32) -> (&Instance, &Geometry) {
+        let owner = self.owners[shape as usize - self.geometries.len()] as usize;
+        let instance = &self.instances[owner];
+        let geometry = (shape - self.first_shapes[owner]) as usize;
+        (instance, &self.groups[instance.group][geometry])
     }
 
     /// What the surface is like, in the world, where `ray` meets a primitive at parameter `t`.

@@ -6,6 +6,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use etendue::accel::{Accel, AccelOptions, Backend, Precision};
 use etendue::bsdf::principled::PrincipledParameters;
 use etendue::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Principled, conductor};
+use etendue::effects::kernel::types::Everything;
 use etendue::math::ray::Ray;
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{Vec2, Vec3};

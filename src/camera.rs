@@ -87,6 +87,7 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::kernel::types::Everything;
 
     fn camera(lens_radius: f32) -> Camera {
         Camera::new(&CameraParameters {
@@ -101,7 +102,11 @@ mod tests {
 
     #[test]
     fn rays_go_through_the_middle_and_the_corners_of_the_picture() {
-        let towards = |x, y| camera(0.0).ray(Vec2::new(x, y), Vec2::ZERO).dir;
+        let towards = |x, y| {
+            camera(0.0)
+                .ray::<Everything>(Vec2::new(x, y), Vec2::ZERO, 0.0)
+                .dir
+        };
         assert!((towards(100.0, 50.0) + Vec3::Z).length() < 1e-6);
         // Half the height is tan 45 degrees, the width twice that; up is up.
         let corner = Vec3::new(-2.0, 1.0, -1.0).normalize();
@@ -113,10 +118,10 @@ mod tests {
     #[test]
     fn all_rays_of_a_lens_meet_in_the_plane_in_focus() {
         let film = Vec2::new(30.0, 80.0);
-        let pinhole = camera(0.0).ray(film, Vec2::ZERO);
+        let pinhole = camera(0.0).ray::<Everything>(film, Vec2::ZERO, 0.0);
         let meeting = pinhole.at(3.0 / -pinhole.dir.z);
         for (u, v) in [(0.0, 0.0), (0.9, 0.1), (0.5, 0.99), (0.3, 0.6)] {
-            let ray = camera(0.5).ray(film, Vec2::new(u, v));
+            let ray = camera(0.5).ray::<Everything>(film, Vec2::new(u, v), 0.0);
             assert!((ray.origin - pinhole.origin).length() <= 0.5 + 1e-6);
             let there = ray.at((meeting.z - ray.origin.z) / ray.dir.z);
             assert!((there - meeting).length() < 1e-5, "{there} {meeting}");
@@ -126,7 +131,10 @@ mod tests {
     #[test]
     fn a_lens_of_radius_zero_is_a_pinhole() {
         let film = Vec2::new(30.0, 80.0);
-        let pinhole = camera(0.0).ray(film, Vec2::ZERO);
-        assert_eq!(camera(0.0).ray(film, Vec2::new(0.7, 0.2)), pinhole);
+        let pinhole = camera(0.0).ray::<Everything>(film, Vec2::ZERO, 0.0);
+        assert_eq!(
+            camera(0.0).ray::<Everything>(film, Vec2::new(0.7, 0.2), 0.0),
+            pinhole
+        );
     }
 }

@@ -9,6 +9,7 @@ use etendue::bsdf::conductor::{PRESETS, preset};
 use etendue::bsdf::{
     Bsdf, Conductor, Dielectric, Diffuse, Mirror, Principled, PrincipledParameters,
 };
+use etendue::effects::kernel::types::Everything;
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{ONE_MINUS_EPSILON, Vec2, Vec3};
 

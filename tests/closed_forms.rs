@@ -8,6 +8,8 @@ use common::closed_forms::{
 use common::scene::{diffuse, looking, polygon, ready, rectangle, see, shape};
 use common::verdict::{Verdict, assert_mean, judge};
 use etendue::accel::{Backend, Hit, PrimitiveId};
+use etendue::effects::Slot;
+use etendue::effects::kernel::types::Everything;
 use etendue::geometry::surface::SurfacePoint;
 use etendue::integrator::Roulette;
 use etendue::math::ray::Ray;
@@ -264,7 +266,6 @@ fn form_factor(
                 error: Vec3::splat(1e-7),
                 ng: normal,
                 ns: normal,
-                uv: Vec2::ZERO,
             };
             let from_above = Ray::new(p + normal, -normal);
             let hit = Hit {
@@ -272,15 +273,16 @@ fn form_factor(
                 t: 1.0,
                 uv: [0.0; 2],
             };
-            let at = Interaction::new(&from_above, &hit, &surface, false);
-            let Some(s) = scene.lights.sample(p, sampler.draw(Decision::Light(0))) else {
+            let uv = Slot::new(|| Vec2::ZERO);
+            let at = Interaction::<Everything>::new(&from_above, &hit, &surface, false, uv);
+            let u = sampler.draw(Decision::Light(0));
+            let Some(s) = scene.sample_light::<Everything>(p, 0.0, u) else {
                 continue;
             };
             let cos = f64::from(s.wi.dot(normal)).max(0.0);
-            if !s.radiance.is_black()
-                && !scene.accel.occluded(&at.segment_to(&s.point, s.wi, false))
-            {
-                sum += cos / (f64::from(s.pdf.0) * std::f64::consts::PI);
+            let shadow_ray = at.ray_to(&s.end, s.wi, false);
+            if !s.radiance.is_black() && scene.visibility::<Everything>(&shadow_ray, 0.0) > 0.0 {
+                sum += cos / (f64::from(s.pdf.expect("no delta light").0) * std::f64::consts::PI);
             }
         }
         sum / n as f64

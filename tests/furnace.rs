@@ -5,7 +5,7 @@ mod common;
 use common::TestRng;
 use common::closed_forms::{FRESNEL_MEAN_INSIDE, FRESNEL_MEAN_OUTSIDE, GGX_NORMAL_ALBEDO};
 use common::quadrature::{Adaptive, Rectangle, integrate};
-use common::scene::{diffuse, looking, see, shape};
+use common::scene::{diffuse, looking, see, shape, sky};
 use common::verdict::assert_mean;
 use etendue::accel::Backend;
 use etendue::bsdf::albedo::single_scatter;
@@ -13,6 +13,7 @@ use etendue::bsdf::microfacet::Ggx;
 use etendue::bsdf::{
     Bsdf, Conductor, Dielectric, Diffuse, Lobe, Mirror, Principled, PrincipledParameters, fresnel,
 };
+use etendue::effects::kernel::types::Everything;
 use etendue::integrator::Roulette;
 use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
@@ -314,7 +315,10 @@ fn ever_smoother_metal_becomes_a_mirror() {
         );
     }
     // Either side of the switch to a delta.
-    assert!(!white_metal(0.010_05).is_delta() && white_metal(0.009_95).is_delta());
+    assert!(
+        !white_metal(0.010_05).is_delta::<Everything>()
+            && white_metal(0.009_95).is_delta::<Everything>()
+    );
     assert!(
         shares
             .iter()

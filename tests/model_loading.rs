@@ -125,7 +125,7 @@ fn materials_become_what_their_keys_say() {
         let scene = load_model(&model, &format!("newmtl it\n{keys}"));
         (
             scene.materials[0].model.clone(),
-            scene.shapes[0].emission,
+            scene.shapes[0].emission.as_ref().and_then(|e| e.constant()),
             scene.notes,
         )
     };
@@ -188,7 +188,7 @@ fn materials_become_what_their_keys_say() {
 fn a_bare_model_is_framed_and_lit() {
     let cube = "v -3 10 0\nv 5 10 0\nv 1 90 2\nv 1 50 -40\nf 1 2 3\nf 1 2 4\n";
     let scene = load_model(cube, "");
-    assert_eq!(scene.environment, Rgb::WHITE);
+    assert_eq!(scene.constant_environment(), Rgb::WHITE);
     for words in ["camera was placed", "white sky was added"] {
         assert!(
             scene.notes.iter().any(|note| note.contains(words)),
@@ -212,7 +212,7 @@ fn a_bare_model_is_framed_and_lit() {
         &format!("mtllib a.mtl\nusemtl it\n{TRIANGLE}"),
         "newmtl it\nKe 1 1 1\n",
     );
-    assert_eq!(lamp.environment, Rgb::BLACK);
+    assert_eq!(lamp.constant_environment(), Rgb::BLACK);
     let grey = load_model(&format!("usemtl it\n{TRIANGLE}"), "");
     assert!(grey.notes[0].contains("drawn grey"), "{:?}", grey.notes);
 }
@@ -238,7 +238,8 @@ fn the_suzanne_room_is_complete() {
         .collect();
     assert_eq!(lamps.len(), 1);
     let lamp = &scene.shapes[lamps[0]];
-    assert_eq!(lamp.emission, Some(Rgb::new(12.0, 11.16, 9.96)));
+    let emission = lamp.emission.as_ref().and_then(|e| e.constant());
+    assert_eq!(emission, Some(Rgb::new(12.0, 11.16, 9.96)));
     assert!(!lamp.two_sided_emission);
     for [a, b, c] in placed(&scene, lamps[0]) {
         assert!(

@@ -105,7 +105,10 @@ fn a_material_of_the_scene_needs_no_library() {
     let model = format!("mtllib none.mtl\n{TRIANGLE}usemtl b\nf 1 2 3\n");
     let folder = SceneFolder::new([("a.toml", scene), ("a.obj", model)]);
     let scene = folder.load("a.toml");
-    let shapes = scene.shapes.iter().map(|s| (s.material, s.emission));
+    let shapes = scene
+        .shapes
+        .iter()
+        .map(|s| (s.material, s.emission.as_ref().and_then(|e| e.constant())));
     assert_eq!(shapes.collect::<Vec<_>>(), [(0, Some(Rgb::grey(2.0))); 2]);
 }
 

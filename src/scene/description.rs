@@ -52,6 +52,15 @@ impl SceneDescription {
             notes: vec![],
         }
     }
+
+    /// The sum of the environments that are the same in all directions.
+    pub fn constant_environment(&self) -> Rgb {
+        let constants = self.lights.iter().map(|light| match &light.model {
+            LightModel::Environment { radiance, .. } => radiance.constant(),
+            _ => None,
+        });
+        constants.flatten().fold(Rgb::BLACK, |sum, sky| sum + sky)
+    }
 }
 
 /// The place of an object in a file.

@@ -8,8 +8,7 @@
 //! Source: docs/architecture.md. Tested below.
 
 use super::description::{
-    CameraDescription, GeometryDescription, LightDescription, LightModel, MeshDescription,
-    SceneDescription, ShapeDescription,
+    CameraDescription, GeometryDescription, MeshDescription, SceneDescription, ShapeDescription,
 };
 use super::material::Material;
 use super::normalisation::Normalisation;
@@ -26,7 +25,6 @@ use crate::light::{
     Light, disk::DiskLight, rectangle::RectangleLight, sphere::SphereLight, triangle::TriangleLight,
 };
 use crate::math::bounds::Bounds;
-use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec3, Vec3};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -69,7 +67,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
             let powers: Vec<f64> = build.lights.iter().map(Light::power).collect();
             Lights::new(build.lights, &powers)
         },
-        environment: constant_environment(&description.lights),
+        environment: description.constant_environment(),
         normalisation,
         world,
         accel,
@@ -264,18 +262,6 @@ fn camera(
     })
 }
 
-/// The sum of all constant environments.
-fn constant_environment(lights: &[LightDescription]) -> Rgb {
-    lights
-        .iter()
-        .fold(Rgb::BLACK, |sum, light| match &light.model {
-            LightModel::Environment { radiance, .. } => {
-                sum + radiance.constant().unwrap_or(Rgb::BLACK)
-            }
-            _ => sum,
-        })
-}
-
 /// What is gathered shape by shape.
 struct Build {
     normalisation: Normalisation,
@@ -406,7 +392,9 @@ impl Build {
 mod tests {
     use super::*;
     use crate::accel::{Backend, Precision};
+    use crate::effects::kernel::types::Everything;
     use crate::math::ray::Ray;
+    use crate::math::rgb::Rgb;
     use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel, Place};
 
     fn scene(geometry: GeometryDescription, transform: DAffine3) -> SceneDescription {
@@ -462,7 +450,7 @@ mod tests {
                     w[axis] = sign;
                     let inside = scene.normalisation.point(DVec3::new(0.1, 0.05, -0.02));
                     let at = scene
-                        .intersect(&Ray::new(inside, w), None)
+                        .intersect::<Everything>(&Ray::new(inside, w), 0.0, None, 0.0)
                         .expect("a closed box");
                     assert!(at.ng.dot(w) > 0.0, "{transform:?} {w}");
                     // So the outside emits, and what is seen from within does not.

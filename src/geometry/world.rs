@@ -9,8 +9,9 @@
 
 use super::Geometry;
 pub use super::instance::Instance;
+use super::placed::Placed;
 use super::surface::SurfacePoint;
-use crate::effects::Effects;
+use crate::effects::{Effects, Switch};
 use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
 use crate::math::vec::{Vec2, Vec3};
@@ -97,17 +98,23 @@ impl World {
     /// The form of a shape, in its own units.
     #[inline]
     pub fn geometry(&self, shape: u32) -> &Geometry {
-        match self.geometries.get(shape as usize) {
-            Some(geometry) => geometry,
-            None => self.placed(shape).1,
+        match self.instanced(shape) {
+            Some((_, geometry)) => geometry,
+            None => &self.geometries[shape as usize],
         }
     }
 
     /// The instance that a shape belongs to; `None` if it stands in the world itself.
     #[inline]
     pub fn placement(&self, shape: u32) -> Option<&Instance> {
-        let beyond = (shape as usize).checked_sub(self.geometries.len())?;
-        Some(&self.instances[self.owners[beyond] as usize])
+        self.instanced(shape).map(|(instance, _)| instance)
+    }
+
+    /// A shape of an instance at a time; `None` if it stands in the world itself.
+    #[inline]
+    pub fn placed(&self, shape: u32, time: f32) -> Option<Placed<'_>> {
+        let (instance, geometry) = self.instanced(shape)?;
+        Some(Placed::new(geometry, instance, time))
     }
 
     /// The box around an instance over its whole motion; empty if its group is.
@@ -118,13 +125,25 @@ impl World {
         instance.bounds_of(&group.fold(Bounds::default(), Bounds::union))
     }
 
-    /// The instance that a shape belongs to, and its form.
+    /// The instance that a shape belongs to, and its form; `None` if it stands in the world itself.
     #[inline]
-    fn placed(&self, shape: u32) -> (&Instance, &Geometry) {
-        let owner = self.owners[shape as usize - self.geometries.len()] as usize;
+    fn instanced(&self, shape: u32) -> Option<(&Instance, &Geometry)> {
+        let beyond = (shape as usize).checked_sub(self.geometries.len())?;
+        let owner = self.owners[beyond] as usize;
         let instance = &self.instances[owner];
         let geometry = (shape - self.first_shapes[owner]) as usize;
-        (instance, &self.groups[instance.group][geometry])
+        Some((instance, &self.groups[instance.group][geometry]))
+    }
+
+    /// A shape as a kernel for the effects `E` sees it: without instances, all stand in the world themselves.
+    #[inline]
+    fn shape<E: Effects>(&self, shape: u32, time: f32) -> Shape<'_> {
+        if E::Instances::ON
+            && let Some(placed) = self.placed(shape, time)
+        {
+            return Shape::Placed(placed);
+        }
+        Shape::Standing(&self.geometries[shape as usize])
     }
 
     /// What the surface is like, in the world, where `ray` meets a primitive at parameter `t`.
@@ -133,12 +152,14 @@ impl World {
         &self,
         id: PrimitiveId,
         ray: &Ray,
-        _time: f32,
+        time: f32,
         t: f32,
         barycentric: [f32; 2],
     ) -> SurfacePoint {
-        self.geometry(id.shape)
-            .surface_at(id.primitive, ray, t, barycentric)
+        match self.shape::<E>(id.shape, time) {
+            Shape::Standing(geometry) => geometry.surface_at(id.primitive, ray, t, barycentric),
+            Shape::Placed(placed) => placed.surface_at(id.primitive, ray, t, barycentric),
+        }
     }
 
     /// The texture coordinate of the point `p` of a primitive.
@@ -146,17 +167,23 @@ impl World {
     pub fn uv_at<E: Effects>(
         &self,
         id: PrimitiveId,
-        _time: f32,
+        time: f32,
         p: Vec3,
         barycentric: [f32; 2],
     ) -> Vec2 {
-        self.geometry(id.shape).uv_at(id.primitive, p, barycentric)
+        match self.shape::<E>(id.shape, time) {
+            Shape::Standing(geometry) => geometry.uv_at(id.primitive, p, barycentric),
+            Shape::Placed(placed) => placed.uv_at(id.primitive, p, barycentric),
+        }
     }
 
     /// The directions in which u and v grow at a point of a primitive.
     #[inline]
-    pub fn tangents_at<E: Effects>(&self, id: PrimitiveId, _time: f32, p: Vec3) -> [Vec3; 2] {
-        self.geometry(id.shape).tangents_at(id.primitive, p)
+    pub fn tangents_at<E: Effects>(&self, id: PrimitiveId, time: f32, p: Vec3) -> [Vec3; 2] {
+        match self.shape::<E>(id.shape, time) {
+            Shape::Standing(geometry) => geometry.tangents_at(id.primitive, p),
+            Shape::Placed(placed) => placed.tangents_at(id.primitive, p),
+        }
     }
 
     /// Up to which parameter a ray that leaves a primitive at `from` along the unit vector `w`, to its outside or not,
@@ -165,11 +192,22 @@ impl World {
     pub fn free_distance<E: Effects>(
         &self,
         id: PrimitiveId,
-        _time: f32,
+        time: f32,
         from: Vec3,
         w: Vec3,
         to_outside: bool,
     ) -> f32 {
-        self.geometry(id.shape).free_distance(from, w, to_outside)
+        match self.shape::<E>(id.shape, time) {
+            Shape::Standing(geometry) => geometry.free_distance(from, w, to_outside),
+            Shape::Placed(placed) => placed.free_distance(from, w, to_outside),
+        }
     }
+}
+
+/// Where a shape is.
+enum Shape<'a> {
+    /// In the world itself.
+    Standing(&'a Geometry),
+    /// In the world through an instance.
+    Placed(Placed<'a>),
 }

@@ -57,7 +57,11 @@ fn picture(description: &SceneDescription, scene: &Scene, kernel: Option<Kernel>
 }
 
 /// Renders with every kernel that fits, and compares bit for bit.
-fn every_fitting_kernel_agrees(name: &str, description: &SceneDescription, backend: Backend) -> Scene {
+fn every_fitting_kernel_agrees(
+    name: &str,
+    description: &SceneDescription,
+    backend: Backend,
+) -> Scene {
     let mut description = description.clone();
     description.film.size = SIZE;
     let scene = ready(&description, backend);
@@ -160,7 +164,11 @@ impl Generator {
         if wanted.has(Effect::Transmission) {
             models.push(MaterialModel::Dielectric {
                 ior: 1.5,
-                roughness: if wanted.has(Effect::Glossy) { roughness } else { 0.0 },
+                roughness: if wanted.has(Effect::Glossy) {
+                    roughness
+                } else {
+                    0.0
+                },
                 tint: colour.clone(),
             });
             if wanted.has(Effect::Glossy) {
@@ -212,8 +220,16 @@ impl Generator {
     }
 
     fn geometry(&mut self, wanted: EffectSet) -> GeometryDescription {
-        let at = DVec3::new(self.number(-1.2, 1.2), self.number(0.3, 1.2), self.number(-1.0, 1.0));
-        match self.index(if wanted.has(Effect::ShadingNormals) { 4 } else { 3 }) {
+        let at = DVec3::new(
+            self.number(-1.2, 1.2),
+            self.number(0.3, 1.2),
+            self.number(-1.0, 1.0),
+        );
+        match self.index(if wanted.has(Effect::ShadingNormals) {
+            4
+        } else {
+            3
+        }) {
             0 => GeometryDescription::Sphere {
                 center: at,
                 radius: 0.4,
@@ -258,7 +274,11 @@ impl Generator {
 
     /// A scene that may call for any of the wanted effects, and for nothing else.
     fn scene(&mut self, wanted: EffectSet) -> SceneDescription {
-        let mut scene = looking(DVec3::new(0.0, 1.5, 5.0), DVec3::new(0.0, 0.5, 0.0), diffuse(0.7));
+        let mut scene = looking(
+            DVec3::new(0.0, 1.5, 5.0),
+            DVec3::new(0.0, 0.5, 0.0),
+            diffuse(0.7),
+        );
         scene.film = FilmDescription {
             size: SIZE,
             ..scene.film
@@ -380,7 +400,9 @@ fn every_kernel_that_fits_gives_the_same_picture_of_200_generated_scenes() {
         for effect in scene.effects.iter() {
             *effects.entry(effect).or_default() += 1;
         }
-        *kernels.entry(Kernel::smallest_for(scene.effects).name()).or_default() += 1;
+        *kernels
+            .entry(Kernel::smallest_for(scene.effects).name())
+            .or_default() += 1;
         let plan = Plan::new(&description, &scene);
         let on: EffectSet = plan.on().collect();
         assert_eq!(on, scene.effects, "scene {index}");
@@ -394,7 +416,11 @@ fn every_kernel_that_fits_gives_the_same_picture_of_200_generated_scenes() {
         assert!(count >= 20, "{} is on in {count} scenes", effect.name());
     }
     for kernel in Kernel::ALL {
-        assert!(kernels.contains_key(kernel.name()), "{} never ran: {kernels:?}", kernel.name());
+        assert!(
+            kernels.contains_key(kernel.name()),
+            "{} never ran: {kernels:?}",
+            kernel.name()
+        );
     }
 }
 
@@ -416,9 +442,15 @@ fn a_scene_is_not_rendered_by_a_kernel_that_lacks_one_of_its_effects() {
 fn state_of_absent_effects_has_no_size() {
     assert!(Matte::SET.len() == 1 && Everything::SET == EffectSet::ALL);
     // A time and the scale of roulette.
-    assert_eq!(size_of::<PathState<Everything>>() - size_of::<PathState<Matte>>(), 8);
+    assert_eq!(
+        size_of::<PathState<Everything>>() - size_of::<PathState<Matte>>(),
+        8
+    );
     // A texture coordinate, and whether the shading normal is the geometric one, with what aligns it.
-    assert_eq!(size_of::<Interaction<Everything>>() - size_of::<Interaction<Matte>>(), 12);
+    assert_eq!(
+        size_of::<Interaction<Everything>>() - size_of::<Interaction<Matte>>(),
+        12
+    );
 }
 
 #[test]
@@ -468,7 +500,10 @@ fn what_says_nothing_is_folded_away() {
     assert_eq!(plain.effects, EffectSet::NONE);
     let plan = Plan::new(&scene, &plain);
     let why = |effect| {
-        let finding = plan.findings.iter().find(|finding| finding.effect == effect);
+        let finding = plan
+            .findings
+            .iter()
+            .find(|finding| finding.effect == effect);
         finding.expect("every effect has one").why.clone()
     };
     for (effect, words) in [
@@ -479,7 +514,12 @@ fn what_says_nothing_is_folded_away() {
         (Effect::DeltaLights, "is black"),
         (Effect::AreaLights, "is black"),
     ] {
-        assert!(why(effect).contains(words), "{}: {}", effect.name(), why(effect));
+        assert!(
+            why(effect).contains(words),
+            "{}: {}",
+            effect.name(),
+            why(effect)
+        );
     }
     // An environment of one colour is a constant one.
     scene.lights = vec![LightDescription {

@@ -99,7 +99,9 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
 
 /// The size of about so many pixels with the shape of another.
 fn of_pixels(width: u32, height: u32, pixels: f64) -> (u32, u32) {
-    let scale = (pixels / (f64::from(width) * f64::from(height))).sqrt().min(1.0);
+    let scale = (pixels / (f64::from(width) * f64::from(height)))
+        .sqrt()
+        .min(1.0);
     let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
     (side(width), side(height))
 }
@@ -130,7 +132,10 @@ fn measure(
 
 fn report(description: &SceneDescription, plan: &Plan, costs: Option<&Costs>) -> Report {
     let kernel = plan.kernel.effects();
-    let surplus = plan.findings.iter().filter(|f| !f.on && kernel.has(f.effect));
+    let surplus = plan
+        .findings
+        .iter()
+        .filter(|f| !f.on && kernel.has(f.effect));
     let cost_of = |effect| {
         let costs = costs?.effects.iter();
         costs.clone().find(|cost| cost.effect == effect)
@@ -189,8 +194,14 @@ fn table(report: &Report) -> String {
     let width = width.unwrap_or(0);
     for effect in &report.effects {
         let state = if effect.on { "on " } else { "off" };
-        let place = effect.place.as_ref().map_or(String::new(), |p| format!(" ({p})"));
-        line(&mut text, format!("{:width$}  {state}  {}{place}", effect.effect, effect.why));
+        let place = effect
+            .place
+            .as_ref()
+            .map_or(String::new(), |p| format!(" ({p})"));
+        line(
+            &mut text,
+            format!("{:width$}  {state}  {}{place}", effect.effect, effect.why),
+        );
         let detail = match &effect.cost {
             _ if !effect.on => format!("left out: {}", effect.leaves_out),
             Some(cost) => describe_cost(cost),
@@ -206,7 +217,10 @@ fn table(report: &Report) -> String {
     line(&mut text, String::new());
     line(
         &mut text,
-        format!("kernel: {} ({on} effects of the scene; {surplus})", report.kernel),
+        format!(
+            "kernel: {} ({on} effects of the scene; {surplus})",
+            report.kernel
+        ),
     );
     if let Some(everything) = &report.everything {
         line(

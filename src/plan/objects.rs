@@ -83,13 +83,15 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
         calls_for: effects::of_shape(shape, shutter),
         written: written_in_shape(shape),
     }));
-    objects.extend(description.instances.iter().map(|instance| Object {
-        name: format!("instance `{}`", instance.name),
-        place: instance.place.clone(),
-        calls_for: effects::of_instance(instance, shutter),
-        written: none
-            .with(Effect::Instances)
-            .with_if(Effect::Motion, !instance.motion.is_empty()),
+    objects.extend(description.instances.iter().map(|instance| {
+        Object {
+            name: format!("instance `{}`", instance.name),
+            place: instance.place.clone(),
+            calls_for: effects::of_instance(instance, shutter),
+            written: none
+                .with(Effect::Instances)
+                .with_if(Effect::Motion, !instance.motion.is_empty()),
+        }
     }));
     objects.extend(description.lights.iter().map(|light| {
         let (name, written) = match &light.model {
@@ -121,6 +123,9 @@ fn written_in_material(material: &MaterialDescription) -> EffectSet {
         MaterialModel::Diffuse { reflectance }
         | MaterialModel::Mirror { reflectance }
         | MaterialModel::Plastic { reflectance, .. } => &[reflectance],
+        MaterialModel::Phong {
+            diffuse, specular, ..
+        } => &[diffuse, specular],
         MaterialModel::Dielectric { tint, .. } => &[tint],
         MaterialModel::Principled { base_color, .. } => &[base_color],
         MaterialModel::Conductor { .. } => &[],

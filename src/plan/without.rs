@@ -114,6 +114,12 @@ fn flatten_colours(material: &mut MaterialDescription) {
         MaterialModel::Diffuse { reflectance }
         | MaterialModel::Mirror { reflectance }
         | MaterialModel::Plastic { reflectance, .. } => flatten(reflectance),
+        MaterialModel::Phong {
+            diffuse, specular, ..
+        } => {
+            flatten(diffuse);
+            flatten(specular);
+        }
         MaterialModel::Dielectric { tint, .. } => flatten(tint),
         MaterialModel::Principled { base_color, .. } => flatten(base_color),
         MaterialModel::Conductor { .. } => {}
@@ -143,6 +149,7 @@ fn absorb(model: &mut MaterialModel, effect: Effect) {
             roughness,
             ..
         } if effect == shiny(*roughness) => reflectance.clone(),
+        MaterialModel::Phong { diffuse, .. } if effect == Effect::Glossy => diffuse.clone(),
         MaterialModel::Principled {
             base_color,
             metallic,

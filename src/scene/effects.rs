@@ -64,9 +64,7 @@ pub fn of_light(light: &LightDescription) -> EffectSet {
     match &light.model {
         LightModel::Environment { radiance, .. } => match radiance.constant() {
             Some(colour) => none.with_if(Effect::Environment, !colour.is_black()),
-            None => none
-                .with(Effect::Environment)
-                .with(Effect::EnvironmentMap),
+            None => none.with(Effect::Environment).with(Effect::EnvironmentMap),
         },
         LightModel::Point { intensity, .. } | LightModel::Spot { intensity, .. } => {
             none.with_if(Effect::DeltaLights, !intensity.is_black())

@@ -7,9 +7,7 @@
 //! Range: what `load` lets through; a transform that stretches a sphere or disk unevenly is an error.
 //! Source: docs/architecture.md. Tested below.
 
-use super::description::{
-    CameraDescription, ColourDescription, LightModel, SceneDescription,
-};
+use super::description::{CameraDescription, ColourDescription, LightModel, SceneDescription};
 use super::effects;
 use super::emitters::{Emitters, Standing};
 use super::keyframes;
@@ -24,8 +22,8 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::geometry::world::{Instance, World};
-use crate::light::select::Lights;
 use crate::light::Light;
+use crate::light::select::Lights;
 use crate::math::bounds::Bounds;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec3};
@@ -106,7 +104,11 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         shapes: build.shapes,
         materials: description.materials.iter().map(Material::new).collect(),
         emitters,
-        textured_lights: if has_textured_lights { textured } else { vec![] },
+        textured_lights: if has_textured_lights {
+            textured
+        } else {
+            vec![]
+        },
     };
     Ok(Prepared {
         scene,
@@ -187,7 +189,8 @@ fn frame_of(group: &[Placed]) -> Normalisation {
 fn instance(placement: &Placement, world: &Normalisation, group: &Normalisation) -> Instance {
     let from_group = group.to_affine().inverse();
     let to_world = world.to_affine();
-    let round = |m: DAffine3| DAffine3::from_cols_array(&m.to_cols_array().map(|x| f64::from(x as f32)));
+    let round =
+        |m: DAffine3| DAffine3::from_cols_array(&m.to_cols_array().map(|x| f64::from(x as f32)));
     let steps = placement.steps.iter();
     Instance {
         group: placement.group,
@@ -252,7 +255,9 @@ impl<'a> Build<'a> {
         for (&shape, traced) in shapes.iter().zip(traced) {
             let description = &self.description.shapes[shape];
             let number = self.shapes.len() as u32;
-            let emitter = self.emitters.add_shape(number, description, traced, standing);
+            let emitter = self
+                .emitters
+                .add_shape(number, description, traced, standing);
             self.shapes.push(Shape {
                 material: description.material as u32,
                 emitter,
@@ -284,7 +289,9 @@ impl<'a> Build<'a> {
 }
 
 /// A light that is no shape, in normalised units; `None` if it is black, or the same in all directions.
-fn light_of(_: &LightModel, _: &Normalisation) -> Option<Light> { None }
+fn light_of(_: &LightModel, _: &Normalisation) -> Option<Light> {
+    None
+}
 
 #[cfg(test)]
 mod tests {

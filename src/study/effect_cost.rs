@@ -101,7 +101,9 @@ pub fn effect_costs(
     let Some(pairs) = bench.pairs(&scene, Some(Kernel::Everything))? else {
         return Ok(None);
     };
-    let everything = pairs.iter().map(|[chosen, all]| all.seconds / chosen.seconds);
+    let everything = pairs
+        .iter()
+        .map(|[chosen, all]| all.seconds / chosen.seconds);
     let everything = Spread::of(everything.collect());
     done(1.0 / steps);
     let mut effects = Vec::new();
@@ -171,7 +173,9 @@ impl Bench<'_> {
 
 fn cost(effect: Effect, pairs: &[[Outcome; 2]]) -> EffectCost {
     let share = |value: fn(&Outcome) -> f64| {
-        let shares = pairs.iter().map(move |[with, without]| 1.0 - value(without) / value(with));
+        let shares = pairs
+            .iter()
+            .map(move |[with, without]| 1.0 - value(without) / value(with));
         shares.collect::<Vec<f64>>()
     };
     let energy = Moments::of(share(|outcome| outcome.luminance));

@@ -5,9 +5,9 @@
 //! Source: none needed.
 
 use etendue::accel::{AccelOptions, Backend, Precision};
+use etendue::film::filter::{Filter, FilterDescription, FilterKind};
 use etendue::geometry::texture::Texture;
 use etendue::image::Image;
-use etendue::film::filter::{Filter, FilterDescription, FilterKind};
 use etendue::integrator::Roulette;
 use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
@@ -120,7 +120,14 @@ pub fn see(
 
 /// An octahedron with shading normals of its own, wound the wrong way round on one side.
 pub fn mirrored_octahedron(center: DVec3, radius: f64) -> GeometryDescription {
-    let axes = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z];
+    let axes = [
+        DVec3::X,
+        DVec3::Y,
+        DVec3::Z,
+        -DVec3::X,
+        -DVec3::Y,
+        -DVec3::Z,
+    ];
     let mut indices = vec![];
     for x in [0, 3] {
         for y in [1, 4] {

@@ -269,7 +269,7 @@ impl<'a> Build<'a> {
     fn add_lights(&mut self, normalisation: &Normalisation, radius: f64) {
         for light in &self.description.lights {
             if let Some(light) = light_of(&light.model, normalisation) {
-                let power = light.power();
+                let power = light.power(radius);
                 self.emitters.add_light(light, power);
             }
         }

@@ -40,6 +40,7 @@ pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
         focus_distance: positive("focus_distance", to_target)?,
         motion,
         shutter,
+        place: table.place(),
     };
     table.finish()?;
     Ok(camera)

@@ -6,6 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::math::vec::{DVec2, DVec3};
+use crate::scene::description::Place;
 use std::cell::RefCell;
 use std::ops::Range;
 use std::path::Path;
@@ -14,18 +15,13 @@ use toml::de::{DeTable, DeValue};
 
 /// What later versions bring: said instead of "unknown".
 const LATER: &[&str] = &[
-    "alpha",
     "cone",
     "distant",
     "intensity",
     "irradiance",
-    "normal_map",
     "penumbra",
-    "phong",
-    "plastic",
     "point",
     "spot",
-    "two_sided",
 ];
 
 /// A scene file as text, to tell lines in it.
@@ -130,6 +126,14 @@ impl<'a> Table<'a> {
     /// Whether a key is there.
     pub fn has(&self, key: &'static str) -> bool {
         self.optional(key).is_some()
+    }
+
+    /// Where it stands.
+    pub fn place(&self) -> Place {
+        Place {
+            file: self.document.file.to_path_buf(),
+            line: Some(self.document.line(self.span.start)),
+        }
     }
 
     /// An error about the table as a whole.

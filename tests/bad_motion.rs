@@ -252,4 +252,18 @@ fn emission_that_is_no_colour() {
         let place = "a.toml:9: shape[0].emission";
         fails(&folder, "render a.toml", code, &[place, words]);
     }
+    // One texel of (1, -1, 1), and one of (1e30, 1e30, 1e30).
+    let pfm = |texel: [f32; 3]| {
+        let numbers = texel.into_iter().flat_map(f32::to_le_bytes);
+        [b"PF\n1 1\n-1\n".to_vec(), numbers.collect()].concat()
+    };
+    for (texel, words) in [
+        ([1.0, -1.0, 1.0], "values below 0"),
+        ([1e30; 3], "too large for single precision"),
+    ] {
+        let scene = format!("{HEAD}{lamp}{{ texture = \"t.pfm\", scale = 1e10 }}");
+        let folder = SceneFolder::new([("a.toml", scene.into_bytes()), ("t.pfm", pfm(texel))]);
+        let place = "a.toml:9: shape[0].emission";
+        fails(&folder, "render a.toml", SCENE, &[place, words]);
+    }
 }

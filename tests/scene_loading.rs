@@ -54,6 +54,7 @@ fn what_is_not_written_has_its_default() {
         focus_distance,
         ref motion,
         shutter,
+        ..
     } = scene.camera;
     assert!(motion.is_empty() && shutter == [0.0; 2]);
     assert_near(to_world.translation, [0.0, 0.0, 5.0]);

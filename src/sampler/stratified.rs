@@ -154,7 +154,7 @@ fn permute(index: u32, count: u32, seed: u64) -> u32 {
             break;
         }
     }
-    let rotation = (hash::mix(seed) >> 32) * u64::from(count) >> 32;
+    let rotation = ((hash::mix(seed) >> 32) * u64::from(count)) >> 32;
     ((u64::from(x) + rotation) % u64::from(count)) as u32
 }
 

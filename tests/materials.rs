@@ -63,7 +63,7 @@ fn glowing_floor(veil: MaterialDescription, heights: &[f64]) -> SceneDescription
     scene
 }
 
-/// Hard case 40, transparency: what is partly there mixes with what is behind it.
+/// What is partly there mixes with what is behind it.
 #[test]
 fn a_veil_mixes_with_what_is_behind() {
     for &backend in Backend::ALL {

@@ -4,84 +4,31 @@
 mod common;
 
 use common::TestRng;
-use etendue::accel::{Accel, AccelOptions, Backend, Departure, Hit, Precision, PrimitiveId, brute};
+use common::tracing::{direction, every_accel, point, same, soup, standing, triangle};
+use etendue::accel::{Departure, Hit, PrimitiveId, brute};
+use etendue::effects::Slot;
+use etendue::effects::kernel::types::Everything;
 use etendue::geometry::surface::SurfacePoint;
-use etendue::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
+use etendue::geometry::{Geometry, mesh::Mesh, sphere::Sphere};
+use etendue::light::types::LightEnd;
 use etendue::math::ray::Ray;
 use etendue::math::robust::offset_point;
-use etendue::math::vec::Vec3;
+use etendue::math::vec::{Vec2, Vec3};
 use etendue::scene::interaction::Interaction;
-use std::sync::Arc;
-
-/// Every way of tracing that this build has.
-fn every_accel(geometries: &Arc<[Geometry]>) -> Vec<(String, Accel)> {
-    let mut all = Vec::new();
-    for &backend in Backend::ALL {
-        for precision in [Precision::Robust, Precision::Fast] {
-            let options = AccelOptions {
-                backend,
-                precision,
-                threads: 2,
-            };
-            let accel = Accel::build(Arc::clone(geometries), options).expect("a small scene");
-            all.push((format!("{} {}", backend.name(), precision.name()), accel));
-        }
-    }
-    all
-}
-
-fn direction(rng: &mut TestRng) -> Vec3 {
-    etendue::sampling::warp::sample_sphere_uniform(rng.uniform_2d())
-}
-
-fn point(rng: &mut TestRng) -> Vec3 {
-    2.0 * Vec3::new(rng.uniform(), rng.uniform(), rng.uniform()) - Vec3::ONE
-}
-
-fn triangle(vertices: [Vec3; 3]) -> Geometry {
-    Geometry::Mesh(Mesh::new(
-        vertices.to_vec(),
-        vec![],
-        vec![],
-        vec![[0, 1, 2]],
-    ))
-}
-
-/// Triangles of all sizes, spheres and disks.
-fn soup(rng: &mut TestRng) -> Arc<[Geometry]> {
-    let mut shapes = Vec::new();
-    for i in 0..60 {
-        let center = point(rng);
-        let size = 10.0_f32.powf(-2.0 * rng.uniform());
-        shapes.push(match i % 3 {
-            0 => triangle([0, 1, 2].map(|_| center + size * point(rng))),
-            1 => Geometry::Sphere(Sphere {
-                center,
-                radius: 0.3 * size,
-            }),
-            _ => Geometry::Disk(Disk {
-                center,
-                normal: direction(rng),
-                radius: 0.5 * size,
-            }),
-        });
-    }
-    shapes.into()
-}
 
 #[test]
 fn every_backend_finds_what_the_oracle_finds() {
     let mut rng = TestRng::new(1);
     let mut found = 0;
     for _ in 0..4 {
-        let shapes = soup(&mut rng);
-        let accels = every_accel(&shapes);
+        let world = standing(soup(&mut rng));
+        let accels = every_accel(&world);
         for _ in 0..5_000 {
             let ray = Ray::new(1.5 * point(&mut rng), direction(&mut rng));
-            let expected = brute::intersect(&shapes, &ray);
+            let expected = brute::intersect(&world, &ray, 0.0);
             found += usize::from(expected.is_some());
             for (name, accel) in &accels {
-                let hit = accel.intersect(&ray, None);
+                let hit = accel.intersect(&ray, 0.0, None);
                 assert!(
                     same(expected, hit),
                     "{name}: {hit:?} instead of {expected:?} on {ray:?}"
@@ -90,12 +37,15 @@ fn every_backend_finds_what_the_oracle_finds() {
                 if let Some(expected) = expected {
                     let until = |t_max| Ray { t_max, ..ray };
                     assert!(
-                        !accel.occluded(&until(0.999 * expected.t)),
+                        !accel.occluded(&until(0.999 * expected.t), 0.0),
                         "{name} {ray:?}"
                     );
-                    assert!(accel.occluded(&until(1.001 * expected.t)), "{name} {ray:?}");
+                    assert!(
+                        accel.occluded(&until(1.001 * expected.t), 0.0),
+                        "{name} {ray:?}"
+                    );
                 } else {
-                    assert!(!accel.occluded(&ray), "{name} {ray:?}");
+                    assert!(!accel.occluded(&ray, 0.0), "{name} {ray:?}");
                 }
             }
         }
@@ -106,15 +56,6 @@ fn every_backend_finds_what_the_oracle_finds() {
     );
 }
 
-/// The same hit up to rounding: another primitive only at the same distance.
-fn same(a: Option<Hit>, b: Option<Hit>) -> bool {
-    match (a, b) {
-        (None, None) => true,
-        (Some(a), Some(b)) => (a.t - b.t).abs() <= 1e-4 * a.t.max(1e-3),
-        _ => false,
-    }
-}
-
 #[test]
 fn rays_that_leave_a_triangle_do_not_meet_it_again() {
     let mut rng = TestRng::new(2);
@@ -122,13 +63,12 @@ fn rays_that_leave_a_triangle_do_not_meet_it_again() {
         // From a thousandth to a million units, near the origin and away from it.
         let size = 10.0_f32.powf(9.0 * rng.uniform() - 3.0);
         let away = 10.0 * rng.uniform() * size * point(&mut rng);
-        let shapes: Arc<[Geometry]> =
-            vec![triangle([0, 1, 2].map(|_| away + size * point(&mut rng)))].into();
+        let shapes = vec![triangle([0, 1, 2].map(|_| away + size * point(&mut rng)))];
         let id = PrimitiveId {
             shape: 0,
             primitive: 0,
         };
-        for (name, accel) in every_accel(&shapes) {
+        for (name, accel) in every_accel(&standing(shapes.clone())) {
             for _ in 0..50 {
                 let u = etendue::sampling::warp::sample_triangle_uniform(rng.uniform_2d());
                 let nowhere = Ray::new(Vec3::ZERO, Vec3::X);
@@ -145,12 +85,12 @@ fn rays_that_leave_a_triangle_do_not_meet_it_again() {
                     free_distance: f32::INFINITY,
                 };
                 assert_eq!(
-                    accel.intersect(&ray, Some(left)),
+                    accel.intersect(&ray, 0.0, Some(left)),
                     None,
                     "{name} {shapes:?} {ray:?}"
                 );
                 assert!(
-                    !accel.occluded(&ray),
+                    !accel.occluded(&ray, 0.0),
                     "{name}: shadows itself, {shapes:?} {ray:?}"
                 );
             }
@@ -167,12 +107,12 @@ fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
             center: 3.0 * radius * point(&mut rng),
             radius,
         };
-        let shapes: Arc<[Geometry]> = vec![Geometry::Sphere(sphere)].into();
+        let shapes = vec![Geometry::Sphere(sphere)];
         let id = PrimitiveId {
             shape: 0,
             primitive: 0,
         };
-        for (name, accel) in every_accel(&shapes) {
+        for (name, accel) in every_accel(&standing(shapes.clone())) {
             for _ in 0..50 {
                 let n = direction(&mut rng);
                 let surface = sphere.surface_along(n);
@@ -181,7 +121,7 @@ fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
                 let normal = if outwards { n } else { -n };
                 let ray = Ray::new(offset_point(surface.p, surface.error, normal), w);
                 let free_distance = sphere.free_distance(surface.p, w, outwards);
-                let hit = accel.intersect(&ray, Some(Departure { id, free_distance }));
+                let hit = accel.intersect(&ray, 0.0, Some(Departure { id, free_distance }));
                 if outwards {
                     assert_eq!(hit, None, "{name} {sphere:?} {ray:?}");
                 } else {
@@ -246,8 +186,8 @@ fn robust_tracing_lets_nothing_out_of_a_closed_mesh() {
         let mesh = closed_mesh(n, round);
         let vertices = mesh.positions().to_vec();
         let triangles = mesh.indices().to_vec();
-        let shapes: Arc<[Geometry]> = vec![Geometry::Mesh(mesh)].into();
-        for (name, accel) in every_accel(&shapes) {
+        let shapes = vec![Geometry::Mesh(mesh)];
+        for (name, accel) in every_accel(&standing(shapes.clone())) {
             let mut escaped = [0; 3];
             for _ in 0..RAYS {
                 let from = 0.5 * point(&mut rng);
@@ -256,8 +196,8 @@ fn robust_tracing_lets_nothing_out_of_a_closed_mesh() {
                 let targets = [a, a + rng.uniform() * (b - a), from + direction(&mut rng)];
                 for (escaped, target) in escaped.iter_mut().zip(targets) {
                     let ray = Ray::new(from, (target - from).normalize());
-                    let closest = accel.intersect(&ray, None);
-                    *escaped += usize::from(closest.is_none() || !accel.occluded(&ray));
+                    let closest = accel.intersect(&ray, 0.0, None);
+                    *escaped += usize::from(closest.is_none() || !accel.occluded(&ray, 0.0));
                 }
             }
             println!("{name}, {n} squares an edge, round {round}: {escaped:?} of {RAYS} escaped");
@@ -297,8 +237,7 @@ fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
             // A little larger, so that it covers the light from everywhere below.
             shapes.push(square(1.0 - gap, 0.51));
         }
-        let shapes: Arc<[Geometry]> = shapes.into();
-        for (name, accel) in every_accel(&shapes) {
+        for (name, accel) in every_accel(&standing(shapes.clone())) {
             for i in 0..100 {
                 let at = |k: u32| (i * k % 101) as f32 / 202.0;
                 let floor: SurfacePoint = shapes[0].surface_at(0, &nowhere, 0.0, [at(7), at(13)]);
@@ -314,10 +253,11 @@ fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
                     t: 1.0,
                     uv: [0.0; 2],
                 };
-                let segment =
-                    Interaction::new(&down, &hit, &floor, false).segment_to(&light, w, false);
+                let uv = Slot::new(|| Vec2::ZERO);
+                let at = Interaction::<Everything>::new(&down, &hit, &floor, false, uv);
+                let segment = at.ray_to(&LightEnd::Surface(light, [0.0; 2]), w, false);
                 assert_eq!(
-                    accel.occluded(&segment),
+                    accel.occluded(&segment, 0.0),
                     gap > 0.0,
                     "{name} {gap} {segment:?}"
                 );
@@ -329,14 +269,14 @@ fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
 #[test]
 fn rays_that_are_not_finite_hit_nothing() {
     let shapes = soup(&mut TestRng::new(5));
-    for (name, accel) in every_accel(&shapes) {
+    for (name, accel) in every_accel(&standing(shapes.clone())) {
         for bad in [f32::NAN, f32::INFINITY] {
             for ray in [
                 Ray::new(Vec3::splat(bad), Vec3::X),
                 Ray::new(Vec3::ZERO, Vec3::new(bad, 0.0, 0.0)),
             ] {
-                assert_eq!(accel.intersect(&ray, None), None, "{name}");
-                assert!(!accel.occluded(&ray), "{name}");
+                assert_eq!(accel.intersect(&ray, 0.0, None), None, "{name}");
+                assert!(!accel.occluded(&ray, 0.0), "{name}");
             }
         }
     }
@@ -344,10 +284,9 @@ fn rays_that_are_not_finite_hit_nothing() {
 
 #[test]
 fn a_scene_without_shapes_is_empty_space() {
-    let nothing: Arc<[Geometry]> = Vec::new().into();
-    for (name, accel) in every_accel(&nothing) {
+    for (name, accel) in every_accel(&standing(vec![])) {
         let ray = Ray::new(Vec3::ZERO, Vec3::X);
-        assert_eq!(accel.intersect(&ray, None), None, "{name}");
-        assert!(!accel.occluded(&ray), "{name}");
+        assert_eq!(accel.intersect(&ray, 0.0, None), None, "{name}");
+        assert!(!accel.occluded(&ray, 0.0), "{name}");
     }
 }

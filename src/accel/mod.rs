@@ -8,6 +8,7 @@
 //! Range: finite rays; a ray that is not finite hits nothing.
 //! Source: the hit contract is Embree's. Tested in `tests/tracing.rs` against the brute-force oracle.
 
+mod box_tree;
 pub mod brute;
 #[cfg(feature = "embree")]
 pub mod embree;
@@ -117,8 +118,13 @@ impl Accel {
     /// What the backend says, most likely that memory ran out.
     pub fn build(world: Arc<World>, options: AccelOptions) -> Result<Self> {
         let fits = |count: usize| u32::try_from(count).is_ok();
-        let geometries = world.geometries();
-        if !fits(geometries.len()) || !geometries.iter().all(|g| fits(g.primitive_count())) {
+        let instances = world.instances().len();
+        let mut shapes = world
+            .geometries()
+            .iter()
+            .chain(world.groups().iter().flatten());
+        // Instances have Embree's ids after those of the shapes in the world.
+        if !fits(world.shape_count() + instances) || !shapes.all(|g| fits(g.primitive_count())) {
             return Err(Error::render(
                 "more than 2^32 shapes, or triangles in one shape",
             ));

@@ -1,137 +1,165 @@
-//! The backend in Rust: an obvhs binary BVH over all primitives, which are intersected in double precision.
+//! The backend in Rust: obvhs binary BVHs, whose primitives are intersected in double precision.
+//!
+//! There are two levels: a tree over the primitives that stand in the world and over the instances, and one tree for each
+//! group, in which rays are traced in the group's units.
 //!
 //! Measure: normalised scene units.
 //! Range: as in `accel/mod.rs`; precision is always robust.
-//! Source: obvhs (parallel locally-ordered clustering). Tested in `tests/tracing.rs`.
+//! Source: obvhs (parallel locally-ordered clustering). Tested in `tests/tracing.rs` and `tests/tracing_instances.rs`.
 
-use super::{Hit, PrimitiveId, primitive};
+use super::box_tree::{BoxTree, clip};
+use super::primitive::{self, DRay};
+use super::{Hit, PrimitiveId};
 use crate::geometry::Geometry;
 use crate::geometry::world::World;
+use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
-use crate::math::robust::gamma;
-use glam::Vec3A;
-use obvhs::BvhBuildParams;
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2};
-use obvhs::ray::RayHit;
 use std::sync::Arc;
-use std::time::Duration;
 
-/// A binary BVH and the primitives in the order of its leaves.
+/// Trees over the world and over each group.
+#[derive(Debug)]
 pub struct ObvhsAccel {
     world: Arc<World>,
-    bvh: Bvh2,
-    primitives: Vec<PrimitiveId>,
+    tree: BoxTree<Item>,
+    groups: Vec<Group>,
 }
 
-impl std::fmt::Debug for ObvhsAccel {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "ObvhsAccel({} primitives)", self.primitives.len())
-    }
+/// What the world's tree holds.
+#[derive(Debug, Clone, Copy)]
+enum Item {
+    Primitive(PrimitiveId),
+    Instance(u32),
+}
+
+/// A group's tree, whose primitives have the number of their shape within the group.
+#[derive(Debug)]
+struct Group {
+    bounds: Bounds,
+    tree: BoxTree<PrimitiveId>,
 }
 
 impl ObvhsAccel {
-    /// Builds the BVH on rayon's current threads.
+    /// Builds the trees on rayon's current threads.
     pub fn build(world: Arc<World>) -> Self {
-        let mut primitives = Vec::new();
-        let mut boxes = Vec::new();
-        for (geometry, shape) in (0..).zip(world.geometries()) {
-            for primitive in 0..shape.primitive_count() as u32 {
-                primitives.push(PrimitiveId {
-                    shape: geometry,
-                    primitive,
-                });
-                boxes.push(padded_box(shape, primitive));
-            }
-        }
-        let bvh = build_bvh2(
-            &boxes,
-            BvhBuildParams::medium_build(),
-            &mut Duration::default(),
-        );
-        let in_leaf_order = bvh
-            .primitive_indices
-            .iter()
-            .map(|&i| primitives[i as usize]);
-        let primitives = in_leaf_order.collect();
+        let shapes = primitives(world.geometries()).map(|(id, b)| (Item::Primitive(id), b));
+        let numbers = 0..world.instances().len();
+        let instances = numbers.map(|i| (Item::Instance(i as u32), world.instance_bounds(i)));
+        let occupied = instances.filter(|(_, bounds)| !bounds.is_empty());
         Self {
+            tree: BoxTree::new(shapes.chain(occupied)),
+            groups: world.groups().iter().map(|g| Group::new(g)).collect(),
             world,
-            bvh,
-            primitives,
         }
     }
 
     /// The closest hit.
     #[inline]
-    pub fn intersect(&self, ray: &Ray, _time: f32) -> Option<Hit> {
+    pub fn intersect(&self, ray: &Ray, time: f32) -> Option<Hit> {
         if !is_finite(ray) {
             return None;
         }
-        let mut closest: Option<Hit> = None;
-        self.bvh
-            .ray_traverse(to_obvhs(ray), &mut RayHit::none(), |_, index| {
-                let id = self.primitives[index];
-                let t_max = closest.map_or(ray.t_max, |hit| hit.t);
-                match self.intersect_primitive(id, &Ray { t_max, ..*ray }) {
-                    Some(hit) if closest.is_none_or(|best| hit.t < best.t) => {
-                        closest = Some(hit);
-                        hit.t
-                    }
-                    _ => f32::INFINITY,
-                }
-            });
-        closest
+        let closest = self.tree.closest(&ray.into(), 0.0, |item, ray| match item {
+            Item::Primitive(id) => intersect_primitive(self.world.geometries(), id, ray),
+            Item::Instance(instance) => self.intersect_instance(instance, ray, time),
+        });
+        closest.map(|(_, hit)| hit)
     }
 
     /// Whether anything lies on the ray; stops at the first hit found.
     #[inline]
-    pub fn occluded(&self, ray: &Ray, _time: f32) -> bool {
-        is_finite(ray)
-            && !self.bvh.ray_traverse_miss(to_obvhs(ray), |_, index| {
-                self.intersect_primitive(self.primitives[index], ray)
-                    .map_or(f32::INFINITY, |_| 0.0)
-            })
-    }
-
-    /// Bytes of the BVH and of the list of primitives.
-    pub fn memory(&self) -> usize {
-        size_of_val(self.bvh.nodes.as_slice())
-            + size_of_val(self.bvh.primitive_indices.as_slice())
-            + size_of_val(self.primitives.as_slice())
-    }
-
-    #[inline]
-    fn intersect_primitive(&self, id: PrimitiveId, ray: &Ray) -> Option<Hit> {
-        let shape = self.world.geometry(id.shape);
-        let (t, uv) = primitive::intersect(shape, id.primitive, ray)?;
-        Some(Hit {
-            id,
-            t: t as f32,
-            uv: uv.map(|x| x as f32),
+    pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
+        if !is_finite(ray) {
+            return false;
+        }
+        let ray = DRay::from(ray);
+        self.tree.any(&ray, 0.0, |item| match item {
+            Item::Primitive(id) => intersect_primitive(self.world.geometries(), id, &ray).is_some(),
+            Item::Instance(instance) => self.instance_occludes(instance, &ray, time),
         })
+    }
+
+    /// Bytes of the trees.
+    pub fn memory(&self) -> usize {
+        let groups = self.groups.iter().map(|group| group.tree.memory());
+        self.tree.memory() + groups.sum::<usize>()
+    }
+
+    fn intersect_instance(&self, instance: u32, ray: &DRay, time: f32) -> Option<(f64, Hit)> {
+        let (group, shapes, ray, start) = self.enter(instance, ray, time)?;
+        let closest = group
+            .tree
+            .closest(&ray, start, |id, ray| intersect_primitive(shapes, id, ray));
+        let first_shape = self.world.first_shape(instance as usize);
+        closest.map(|(t, mut hit)| {
+            hit.id.shape += first_shape;
+            (t, hit)
+        })
+    }
+
+    fn instance_occludes(&self, instance: u32, ray: &DRay, time: f32) -> bool {
+        let Some((group, shapes, ray, start)) = self.enter(instance, ray, time) else {
+            return false;
+        };
+        group.tree.any(&ray, start, |id| {
+            intersect_primitive(shapes, id, &ray).is_some()
+        })
+    }
+
+    /// The group of an instance, its shapes, the ray in its units, and where that comes into it.
+    #[inline]
+    fn enter(
+        &self,
+        instance: u32,
+        ray: &DRay,
+        time: f32,
+    ) -> Option<(&Group, &[Geometry], DRay, f64)> {
+        let instance = &self.world.instances()[instance as usize];
+        let group = &self.groups[instance.group];
+        let ray = ray.transformed(&instance.at(time).inverse());
+        if !(ray.origin.is_finite() && ray.dir.is_finite()) {
+            return None; // The transform has collapsed at this instant.
+        }
+        let start = clip(&ray, &group.bounds)?;
+        Some((group, &self.world.groups()[instance.group], ray, start))
     }
 }
 
-/// The primitive's box, widened by what rounding can take away from it in a box test.
-fn padded_box(shape: &Geometry, primitive: u32) -> Aabb {
-    let bounds = shape.primitive_bounds(primitive);
-    let (min, max) = (bounds.min.as_vec3a(), bounds.max.as_vec3a());
-    let padding = gamma(8) * min.abs().max(max.abs()).max_element() + f32::MIN_POSITIVE;
-    Aabb::new(min - Vec3A::splat(padding), max + Vec3A::splat(padding))
+impl Group {
+    fn new(shapes: &[Geometry]) -> Self {
+        let boxes = primitives(shapes).map(|(_, bounds)| bounds);
+        let bounds = boxes.fold(Bounds::default(), Bounds::union);
+        Self {
+            tree: BoxTree::new_within(&bounds, primitives(shapes)),
+            bounds,
+        }
+    }
+}
+
+/// Every primitive of some shapes, with its box.
+fn primitives(shapes: &[Geometry]) -> impl Iterator<Item = (PrimitiveId, Bounds)> {
+    (0..).zip(shapes).flat_map(|(number, shape)| {
+        (0..shape.primitive_count() as u32).map(move |primitive| {
+            let id = PrimitiveId {
+                shape: number,
+                primitive,
+            };
+            (id, shape.primitive_bounds(primitive))
+        })
+    })
+}
+
+#[inline]
+fn intersect_primitive(shapes: &[Geometry], id: PrimitiveId, ray: &DRay) -> Option<(f64, Hit)> {
+    let (t, uv) = primitive::intersect(&shapes[id.shape as usize], id.primitive, ray)?;
+    let hit = Hit {
+        id,
+        t: t as f32,
+        uv: uv.map(|x| x as f32),
+    };
+    Some((t, hit))
 }
 
 #[inline]
 fn is_finite(ray: &Ray) -> bool {
     ray.origin.is_finite() && ray.dir.is_finite()
-}
-
-/// obvhs looks for hits before the end of the ray, we also at the end.
-#[inline]
-fn to_obvhs(ray: &Ray) -> obvhs::ray::Ray {
-    obvhs::ray::Ray::new(
-        ray.origin.into(),
-        ray.dir.into(),
-        ray.t_min,
-        ray.t_max.next_up(),
-    )
 }

@@ -1,6 +1,6 @@
 //! Intersection of a ray with one primitive in double precision: the judge where single precision disagrees.
 //!
-//! Measure: normalised scene units.
+//! Measure: normalised scene units, or a group's own units with the ray brought there.
 //! Range: any ray and primitive; a degenerate triangle is never hit.
 //! Source: Möller and Trumbore 1997 for triangles; the sphere's quadratic in the stable form of Kahan. Tested in
 //! `tests/tracing.rs`.
@@ -8,13 +8,49 @@
 use crate::geometry::Geometry;
 use crate::math::ray::Ray;
 use crate::math::triangle::meet_plane;
-use crate::math::vec::DVec3;
+use crate::math::vec::{DAffine3, DVec3};
+
+/// A ray in double precision.
+#[derive(Debug, Clone, Copy)]
+pub struct DRay {
+    /// Where the ray starts.
+    pub origin: DVec3,
+    /// Where it goes, at any length.
+    pub dir: DVec3,
+    /// Hits at or before this parameter do not count.
+    pub t_min: f64,
+    /// Hits beyond this parameter do not count.
+    pub t_max: f64,
+}
+
+impl From<&Ray> for DRay {
+    #[inline]
+    fn from(ray: &Ray) -> Self {
+        Self {
+            origin: ray.origin.as_dvec3(),
+            dir: ray.dir.as_dvec3(),
+            t_min: ray.t_min.into(),
+            t_max: ray.t_max.into(),
+        }
+    }
+}
+
+impl DRay {
+    /// The ray in other coordinates, with the same parameters.
+    #[inline]
+    pub fn transformed(&self, transform: &DAffine3) -> Self {
+        Self {
+            origin: transform.transform_point3(self.origin),
+            dir: transform.transform_vector3(self.dir),
+            ..*self
+        }
+    }
+}
 
 /// Parameter and barycentric coordinates of the first hit in (t_min, t_max] on a primitive.
-pub fn intersect(geometry: &Geometry, primitive: u32, ray: &Ray) -> Option<(f64, [f64; 2])> {
-    let origin = ray.origin.as_dvec3();
-    let dir = ray.dir.as_dvec3();
-    let inside = |t: f64| t > f64::from(ray.t_min) && t <= f64::from(ray.t_max);
+pub fn intersect(geometry: &Geometry, primitive: u32, ray: &DRay) -> Option<(f64, [f64; 2])> {
+    let DRay { origin, dir, .. } = *ray;
+    let inside = |t: f64| t > ray.t_min && t <= ray.t_max;
     match geometry {
         Geometry::Mesh(mesh) => {
             let vertices = mesh.triangle(primitive).map(|v| v.as_dvec3());

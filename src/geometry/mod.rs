@@ -1,7 +1,9 @@
 //! Shapes and textures.
 
 pub mod disk;
+pub mod instance;
 pub mod mesh;
+pub mod placed;
 pub mod sphere;
 pub mod surface;
 pub mod texture;
@@ -41,6 +43,15 @@ impl Geometry {
             Self::Mesh(mesh) => {
                 Bounds::around(mesh.triangle(primitive).map(|vertex| vertex.as_dvec3()))
             }
+            Self::Sphere(sphere) => sphere.bounds(),
+            Self::Disk(disk) => disk.bounds(),
+        }
+    }
+
+    /// The box around all of the shape.
+    pub fn bounds(&self) -> Bounds {
+        match self {
+            Self::Mesh(mesh) => Bounds::around(mesh.positions().iter().map(|p| p.as_dvec3())),
             Self::Sphere(sphere) => sphere.bounds(),
             Self::Disk(disk) => disk.bounds(),
         }

@@ -96,6 +96,8 @@ pub struct CameraDescription {
     pub motion: Vec<Key>,
     /// When the shutter opens and closes, in the unit of all keys' times.
     pub shutter: [f64; 2],
+    /// Where it was written.
+    pub place: Place,
 }
 
 impl CameraDescription {
@@ -108,6 +110,7 @@ impl CameraDescription {
             focus_distance: 1.0,
             motion: vec![],
             shutter: [0.0; 2],
+            place: Place::default(),
         }
     }
 }

@@ -15,6 +15,7 @@ pub mod command;
 pub mod quadrature;
 pub mod scene;
 pub mod scene_folder;
+pub mod tracing;
 pub mod verdict;
 
 use etendue::math::vec::{Vec2, Vec3};

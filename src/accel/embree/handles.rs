@@ -130,6 +130,8 @@ unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, _post: bool) -> 
 pub struct Scene {
     handle: RTCScene,
     device: Arc<Device>,
+    /// Scenes that instances refer to.
+    groups: Vec<Arc<CommittedScene>>,
 }
 
 impl Scene {
@@ -148,7 +150,11 @@ impl Scene {
             rtcSetSceneBuildQuality(handle, RTC_BUILD_QUALITY_HIGH);
             rtcSetSceneFlags(handle, flags);
         }
-        Ok(Self { handle, device })
+        Ok(Self {
+            handle,
+            device,
+            groups: Vec::new(),
+        })
     }
 
     /// Attaches a mesh by reference under the given id.
@@ -204,6 +210,40 @@ impl Scene {
             copy_buffer(geometry, RTC_BUFFER_TYPE_NORMAL, RTC_FORMAT_FLOAT3, normal);
             self.attach(geometry, id);
         }
+    }
+
+    /// Attaches an instance of another scene of the same device under the given id. Its steps, at equally spaced times
+    /// from 0 to 1, are the columns of group to world, the translation last.
+    ///
+    /// # Errors
+    /// If there are more steps than Embree knows.
+    pub fn attach_instance(
+        &mut self,
+        id: u32,
+        group: &Arc<CommittedScene>,
+        steps: &[[f32; 12]],
+    ) -> Result<()> {
+        if steps.len() > RTC_MAX_TIME_STEP_COUNT as usize {
+            return Err(Error::render(format!(
+                "Embree: more than {RTC_MAX_TIME_STEP_COUNT} steps of motion"
+            )));
+        }
+        // SAFETY: the new geometry is valid unless null; the group is committed
+        // and kept alive by this scene; Embree copies each matrix, whose length is that of its format.
+        unsafe {
+            let geometry = rtcNewGeometry(self.device.handle, RTC_GEOMETRY_TYPE_INSTANCE);
+            if !geometry.is_null() {
+                rtcSetGeometryInstancedScene(geometry, group.0.handle);
+                rtcSetGeometryTimeStepCount(geometry, steps.len() as u32);
+                for (number, step) in (0..).zip(steps) {
+                    let format = RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
+                    rtcSetGeometryTransform(geometry, number, format, step.as_ptr().cast());
+                }
+            }
+            self.attach(geometry, id);
+        }
+        self.groups.push(Arc::clone(group));
+        Ok(())
     }
 
     /// Commits a geometry and hands it to the scene.

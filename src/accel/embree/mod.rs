@@ -4,6 +4,9 @@
 //! the point along the ray and the point by barycentric coordinates disagree, double precision decides, because Embree's
 //! robust mode is known to report hits far off the triangle (Embree issue 387).
 //!
+//! A group is a scene of its own, built once; its instances stand in the main scene under the ids after those of the
+//! shapes in the world.
+//!
 //! Measure: normalised scene units.
 //! Range: coordinates up to 1e18 in magnitude, Embree's own limit; finite rays.
 //! Source: Embree's manual; Woop, Benthin and Wald 2013 for its robust mode. Tested in `tests/tracing.rs`.
@@ -18,13 +21,14 @@ pub use info::{EmbreeInfo, info};
 use super::{AccelOptions, Hit, Precision, PrimitiveId};
 use crate::error::Result;
 use crate::geometry::Geometry;
-use crate::geometry::mesh::{Mesh, triangle_point};
+use crate::geometry::mesh::triangle_point;
+use crate::geometry::placed::Placed;
 use crate::geometry::world::World;
 use crate::math::ray::Ray;
 use crate::math::robust::gamma;
 use crate::math::triangle::{clamp_to_triangle, meet_plane};
-use crate::math::vec::Vec3;
-use embree4_sys::{RTC_INVALID_GEOMETRY_ID, RTCRay, RTCRayHit};
+use crate::math::vec::{DAffine3, DVec3};
+use embree4_sys::{RTC_INVALID_GEOMETRY_ID, RTCHit, RTCRay, RTCRayHit};
 use handles::{CommittedScene, Device, Scene};
 use std::sync::Arc;
 
@@ -34,6 +38,8 @@ pub struct EmbreeAccel {
     // Dropped before the world that it shares buffers with.
     scene: CommittedScene,
     world: Arc<World>,
+    /// Embree's id of the first instance.
+    first_instance: u32,
     precision: Precision,
 }
 
@@ -45,23 +51,15 @@ impl EmbreeAccel {
     pub fn build(world: Arc<World>, options: AccelOptions) -> Result<Self> {
         let device = Device::new(options.threads)?;
         layout::check(&device)?;
-        let mut scene = Scene::new(device, options.precision == Precision::Robust)?;
-        for (id, geometry) in (0..).zip(world.geometries()) {
-            match geometry {
-                Geometry::Mesh(mesh) if mesh.indices().is_empty() => {}
-                // SAFETY: the geometries are immutable behind their `Arc`, which outlives the scene in `Self`.
-                Geometry::Mesh(mesh) => unsafe { scene.attach_mesh(id, mesh) },
-                Geometry::Sphere(sphere) => {
-                    scene.attach_sphere(id, sphere.center.extend(sphere.radius).to_array());
-                }
-                Geometry::Disk(disk) => {
-                    let center_radius = disk.center.extend(disk.radius).to_array();
-                    scene.attach_disk(id, center_radius, disk.normal.to_array());
-                }
-            }
-        }
+        let robust = options.precision == Precision::Robust;
+        let mut scene = Scene::new(Arc::clone(&device), robust)?;
+        // SAFETY: the shapes are immutable behind their `Arc`, which outlives the scene in `Self`.
+        unsafe { attach_shapes(&mut scene, world.geometries()) };
+        // SAFETY: as above.
+        unsafe { attach_instances(&mut scene, &device, robust, &world)? };
         Ok(Self {
             scene: scene.commit()?,
+            first_instance: world.geometries().len() as u32,
             world,
             precision: options.precision,
         })
@@ -76,7 +74,7 @@ impl EmbreeAccel {
             if self.precision == Precision::Fast {
                 return Some(hit);
             }
-            match self.check(&ray, hit) {
+            match self.check(&ray, time, hit) {
                 Some(checked) => return Some(checked),
                 None => ray.t_min = hit.t.max(ray.t_min).next_up(),
             }
@@ -106,11 +104,23 @@ impl EmbreeAccel {
         }
         let mut query = new_ray_hit(ray, time);
         self.scene.intersect(&mut query);
-        (query.hit.geomID != RTC_INVALID_GEOMETRY_ID).then_some(Hit {
-            id: PrimitiveId {
-                shape: query.hit.geomID,
-                primitive: query.hit.primID,
-            },
+        let RTCHit {
+            geomID: geometry,
+            primID: primitive,
+            instID: [instance],
+            ..
+        } = query.hit;
+        if geometry == RTC_INVALID_GEOMETRY_ID {
+            return None;
+        }
+        let shape = if instance == RTC_INVALID_GEOMETRY_ID {
+            geometry
+        } else {
+            let instance = instance - self.first_instance;
+            self.world.first_shape(instance as usize) + geometry
+        };
+        Some(Hit {
+            id: PrimitiveId { shape, primitive },
             t: query.ray.tfar,
             uv: [query.hit.u, query.hit.v],
         })
@@ -118,7 +128,10 @@ impl EmbreeAccel {
 
     /// The hit itself, or what double precision makes of it; `None` if it is nowhere near its triangle.
     #[inline]
-    fn check(&self, ray: &Ray, hit: Hit) -> Option<Hit> {
+    fn check(&self, ray: &Ray, time: f32, hit: Hit) -> Option<Hit> {
+        if let Some(placed) = self.world.placed(hit.id.shape, time) {
+            return check_placed(&placed, ray, hit);
+        }
         let Geometry::Mesh(mesh) = self.world.geometry(hit.id.shape) else {
             return Some(hit);
         };
@@ -127,18 +140,33 @@ impl EmbreeAccel {
         let bound = point.error + gamma(4) * (ray.origin.abs() + along.abs());
         let apart = (ray.origin + along - point.p).abs();
         if apart.cmple(bound).all() {
-            Some(hit)
-        } else {
-            recheck(mesh, ray, hit, bound)
+            return Some(hit);
         }
+        let vertices = mesh.triangle(hit.id.primitive).map(|v| v.as_dvec3());
+        recheck(vertices, ray, hit, bound.as_dvec3())
     }
+}
+
+/// The same for a hit on a shape of an instance, against the triangle in the world.
+fn check_placed(placed: &Placed, ray: &Ray, hit: Hit) -> Option<Hit> {
+    let Geometry::Mesh(mesh) = placed.geometry else {
+        return Some(hit);
+    };
+    let local = triangle_point(mesh.triangle(hit.id.primitive), hit.uv);
+    let origin = ray.origin.as_dvec3();
+    let along = f64::from(hit.t) * ray.dir.as_dvec3();
+    let (p, error) = placed.point(local.p, local.error, along.abs());
+    let bound = error + f64::from(gamma(4)) * (origin.abs() + along.abs());
+    if (origin + along - p).abs().cmple(bound).all() {
+        return Some(hit);
+    }
+    recheck(placed.triangle(mesh, hit.id.primitive), ray, hit, bound)
 }
 
 /// Double precision's answer. A hit outside the triangle by no more than rounding stays a hit, on the triangle's edge,
 /// or else what is watertight would leak again.
 #[cold]
-fn recheck(mesh: &Mesh, ray: &Ray, hit: Hit, bound: Vec3) -> Option<Hit> {
-    let vertices = mesh.triangle(hit.id.primitive).map(|v| v.as_dvec3());
+fn recheck(vertices: [DVec3; 3], ray: &Ray, hit: Hit, bound: DVec3) -> Option<Hit> {
     let (origin, dir) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
     let (t, uv) = meet_plane(vertices, origin, dir)?;
     let [a, b, c] = vertices;
@@ -146,12 +174,69 @@ fn recheck(mesh: &Mesh, ray: &Ray, hit: Hit, bound: Vec3) -> Option<Hit> {
     let nearest = (1.0 - u - v) * a + u * b + v * c;
     let apart = (origin + t * dir - nearest).abs();
     let t = t as f32;
-    let near = apart.cmple(4.0 * bound.as_dvec3()).all() && t > ray.t_min && t <= ray.t_max;
+    let near = apart.cmple(4.0 * bound).all() && t > ray.t_min && t <= ray.t_max;
     near.then_some(Hit {
         t,
         uv: [u as f32, v as f32],
         ..hit
     })
+}
+
+/// Attaches shapes under their indices.
+///
+/// # Safety
+/// The shapes must stay where they are, unchanged, until the scene is dropped.
+unsafe fn attach_shapes(scene: &mut Scene, shapes: &[Geometry]) {
+    for (id, geometry) in (0..).zip(shapes) {
+        match geometry {
+            Geometry::Mesh(mesh) if mesh.indices().is_empty() => {}
+            // SAFETY: what the caller promises of all shapes.
+            Geometry::Mesh(mesh) => unsafe { scene.attach_mesh(id, mesh) },
+            Geometry::Sphere(sphere) => {
+                scene.attach_sphere(id, sphere.center.extend(sphere.radius).to_array());
+            }
+            Geometry::Disk(disk) => {
+                let center_radius = disk.center.extend(disk.radius).to_array();
+                scene.attach_disk(id, center_radius, disk.normal.to_array());
+            }
+        }
+    }
+}
+
+/// Attaches all instances, under the ids after those of the shapes in the world. Groups that none is of are not built.
+///
+/// # Errors
+/// Embree's own words.
+///
+/// # Safety
+/// The world must stay where it is, unchanged, until the scene is dropped.
+unsafe fn attach_instances(
+    scene: &mut Scene,
+    device: &Arc<Device>,
+    robust: bool,
+    world: &World,
+) -> Result<()> {
+    let mut groups: Vec<Option<Arc<CommittedScene>>> = vec![None; world.groups().len()];
+    let first = world.geometries().len() as u32;
+    for (id, instance) in (first..).zip(world.instances()) {
+        let group = match &mut groups[instance.group] {
+            Some(built) => built,
+            unbuilt => {
+                let mut group = Scene::new(Arc::clone(device), robust)?;
+                // SAFETY: what the caller promises of the world.
+                unsafe { attach_shapes(&mut group, &world.groups()[instance.group]) };
+                unbuilt.insert(Arc::new(group.commit()?))
+            }
+        };
+        let steps: Vec<_> = instance.steps.iter().map(to_single).collect();
+        scene.attach_instance(id, group, &steps)?;
+    }
+    Ok(())
+}
+
+/// The entries of a matrix, which are single-precision numbers.
+fn to_single(matrix: &DAffine3) -> [f32; 12] {
+    matrix.to_cols_array().map(|entry| entry as f32)
 }
 
 #[inline]

@@ -7,8 +7,10 @@
 mod camera;
 mod colour;
 mod contents;
+mod instance;
 mod material;
 mod model;
+mod motion;
 mod mtl;
 mod obj;
 mod obj_text;

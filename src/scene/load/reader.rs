@@ -6,6 +6,7 @@
 
 use crate::error::{Error, Result};
 use crate::math::vec::{DVec2, DVec3};
+use crate::scene::description::Place;
 use std::cell::RefCell;
 use std::ops::Range;
 use std::path::Path;
@@ -16,14 +17,11 @@ use toml::de::{DeTable, DeValue};
 const LATER: &[&str] = &[
     "cone",
     "distant",
-    "instance",
     "intensity",
     "irradiance",
-    "motion",
     "penumbra",
     "point",
     "spot",
-    "stratified",
 ];
 
 /// A scene file as text, to tell lines in it.
@@ -128,6 +126,14 @@ impl<'a> Table<'a> {
     /// Whether a key is there.
     pub fn has(&self, key: &'static str) -> bool {
         self.optional(key).is_some()
+    }
+
+    /// Where it stands.
+    pub fn place(&self) -> Place {
+        Place {
+            file: self.document.file.to_path_buf(),
+            line: Some(self.document.line(self.span.start)),
+        }
     }
 
     /// An error about the table as a whole.
@@ -460,10 +466,12 @@ mod tests {
             check("radius = 1\nraduis = 2", radius),
             "a.toml:2: unknown key `raduis`; did you mean `radius`? Expected one of: radius"
         );
-        assert_eq!(
-            check("motion = 1", radius),
-            "a.toml:1: `motion` is not supported by this version"
-        );
+        for later in LATER {
+            assert_eq!(
+                check(&format!("{later} = 1"), radius),
+                format!("a.toml:1: `{later}` is not supported by this version")
+            );
+        }
     }
 
     #[test]

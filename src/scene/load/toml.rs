@@ -8,7 +8,7 @@ use super::camera::camera;
 use super::colour::{Bound, constant};
 use super::contents::Contents;
 use super::reader::{Document, Table, Value};
-use super::{material, read_text, shape};
+use super::{instance, material, read_text, shape};
 use crate::error::Result;
 use crate::image::MAX_SIDE;
 use crate::scene::description::{
@@ -47,6 +47,7 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
     for (index, entry) in list(&root, "shape")?.iter().enumerate() {
         shape::shape(entry, path, index, &mut contents)?;
     }
+    instance::instances(&list(&root, "instance")?, path, &mut contents)?;
     let lights = list(&root, "light")?;
     let lights = lights.iter().map(|entry| light(entry, path));
     let lights = lights.collect::<Result<Vec<_>>>()?;

@@ -1,0 +1,193 @@
+//! A shape of an instance at one time: what it is like in the world.
+//!
+//! Points and normals are worked out in double precision in the group's frame, brought to the world and rounded once.
+//! Their error bounds hold what that costs and what a ray query loses that takes the ray to the group's frame in single
+//! precision, as Embree does, so that a ray which leaves by the bound never meets the same flat primitive again.
+//!
+//! Measure: normalised scene units outside, the group's units inside.
+//! Range: transforms that can be inverted; the determinant may be negative.
+//! Source: Pharr, Jakob, Humphreys, sections 3.10 (normals) and 6.8.6 (error of transformed points); Higham 2002, section
+//! 14.1, for the inverse. Tested in `tests/tracing_instances.rs`.
+
+use super::Geometry;
+use super::instance::Instance;
+use super::mesh::Mesh;
+use super::surface::SurfacePoint;
+use crate::math::ray::Ray;
+use crate::math::robust::gamma;
+use crate::math::vec::{DAffine3, DMat3, DVec3, Vec2, Vec3};
+
+/// A shape of an instance at one time.
+#[derive(Debug, Clone, Copy)]
+pub struct Placed<'a> {
+    /// The form, in the group's units.
+    pub geometry: &'a Geometry,
+    to_world: DAffine3,
+    /// The sizes of what `to_world` is a mean of.
+    magnitude: DAffine3,
+}
+
+impl<'a> Placed<'a> {
+    /// A shape of an instance's group at a time.
+    #[inline]
+    pub fn new(geometry: &'a Geometry, instance: &Instance, time: f32) -> Self {
+        Self {
+            geometry,
+            to_world: instance.at(time),
+            magnitude: instance.magnitude_at(time),
+        }
+    }
+
+    /// What the surface is like where `ray` meets `primitive` at parameter `t`, barycentric coordinates (u, v).
+    pub fn surface_at(&self, primitive: u32, ray: &Ray, t: f32, uv: [f32; 2]) -> SurfacePoint {
+        let local = match self.geometry {
+            Geometry::Mesh(mesh) => mesh.surface_at(primitive, uv),
+            Geometry::Sphere(sphere) => {
+                let to_local = self.to_world.inverse();
+                let (origin, dir) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
+                let near = to_local.transform_point3(origin + f64::from(t) * dir);
+                let dir = to_local.transform_vector3(dir).normalize_or(DVec3::Z);
+                sphere.surface_near(
+                    near,
+                    to_local.transform_point3(origin),
+                    dir.as_vec3(),
+                    ray.t_min > 0.0,
+                )
+            }
+            Geometry::Disk(disk) => {
+                let at = ray.origin.as_dvec3() + f64::from(t) * ray.dir.as_dvec3();
+                disk.surface_near(self.to_world.inverse().transform_point3(at).as_vec3())
+            }
+        };
+        // Where such a ray may meet the primitive by mistake: nowhere farther than its own size.
+        let extent = self.geometry.primitive_bounds(primitive).extent();
+        let (p, error) = self.point(local.p, local.error, self.to_world.matrix3.abs() * extent);
+        let ng = match self.geometry {
+            Geometry::Mesh(mesh) => self.normal(flat_normal(mesh, primitive)),
+            _ => self.normal(local.ng.as_dvec3()),
+        };
+        let ns = if local.ns == local.ng {
+            ng
+        } else {
+            // What is on one side of the surface here need not be there.
+            let ns = self.normal(local.ns.as_dvec3());
+            if ns.dot(ng) < 0.0 { -ns } else { ns }
+        };
+        SurfacePoint {
+            p: p.as_vec3(),
+            error: error.as_vec3(),
+            ng,
+            ns,
+        }
+    }
+
+    /// The texture coordinate of the point `p` of `primitive`, barycentric coordinates `barycentric`.
+    pub fn uv_at(&self, primitive: u32, p: Vec3, barycentric: [f32; 2]) -> Vec2 {
+        let local = match self.geometry {
+            Geometry::Mesh(_) => Vec3::ZERO,
+            _ => self.local(p),
+        };
+        self.geometry.uv_at(primitive, local, barycentric)
+    }
+
+    /// The directions in which u and v grow at the point `p` of `primitive`, of any length; zero where there are none.
+    pub fn tangents_at(&self, primitive: u32, p: Vec3) -> [Vec3; 2] {
+        let local = self.geometry.tangents_at(primitive, self.local(p));
+        local.map(|tangent| (self.to_world.matrix3 * tangent.as_dvec3()).as_vec3())
+    }
+
+    /// Up to which parameter a ray that leaves the primitive at `from` along the unit vector `w`, to its outside or not,
+    /// cannot truly meet that primitive again.
+    pub fn free_distance(&self, from: Vec3, w: Vec3, to_outside: bool) -> f32 {
+        match self.geometry {
+            Geometry::Sphere(sphere) if !to_outside => {
+                let to_local = self.to_world.inverse();
+                let offset = to_local.transform_point3(from.as_dvec3()) - sphere.center.as_dvec3();
+                // The local ray has the parameter of the ray in the world, and not a direction of unit length.
+                let w = to_local.transform_vector3(w.as_dvec3());
+                (-w.dot(offset) / w.length_squared()) as f32
+            }
+            _ => f32::INFINITY,
+        }
+    }
+
+    /// The vertices of a triangle in the world.
+    pub fn triangle(&self, mesh: &Mesh, primitive: u32) -> [DVec3; 3] {
+        let vertices = mesh.triangle(primitive);
+        vertices.map(|vertex| self.to_world.transform_point3(vertex.as_dvec3()))
+    }
+
+    /// A point of the surface brought to the world, and the error bound of each of its coordinates: with that of a query
+    /// whose ray begins, or goes on, as far away as `reach` along each axis.
+    pub fn point(&self, p: Vec3, error: Vec3, reach: DVec3) -> (DVec3, DVec3) {
+        let gamma = |n| f64::from(gamma(n));
+        let x = p.as_dvec3();
+        let offset = self.to_world.matrix3 * x;
+        let translation = self.to_world.translation;
+        let p = offset + translation;
+        let (inverse, condition) = self.inverse_magnitude();
+        // The inverse by cofactors in single precision is off by gamma_8 (1 + condition) of its size, and taking origin
+        // and direction through it by gamma_8 of all that is added up.
+        let query =
+            (1.0 + condition) * (offset.abs() + reach) + (p.abs() + translation.abs() + reach);
+        let local = error.as_dvec3() + gamma(8) * (inverse * query);
+        // The mean of two steps in single precision, and rounding the point.
+        let mean = self.magnitude.matrix3 * x.abs() + self.magnitude.translation;
+        let rounding = gamma(4) * mean + gamma(1) * p.abs();
+        (p, self.to_world.matrix3.abs() * local + rounding)
+    }
+
+    /// Bounds of the entries of the inverse with the products of its cofactors taken without their signs, and of the
+    /// relative error of the determinant in units of a rounding.
+    fn inverse_magnitude(&self) -> (DMat3, f64) {
+        let DMat3 {
+            x_axis,
+            y_axis,
+            z_axis,
+        } = self.to_world.matrix3.abs();
+        let (yz, zx, xy) = (
+            unsigned_cross(y_axis, z_axis),
+            unsigned_cross(z_axis, x_axis),
+            unsigned_cross(x_axis, y_axis),
+        );
+        let per_determinant = 1.0 / self.to_world.matrix3.determinant().abs();
+        let inverse = DMat3::from_cols(yz, zx, xy).transpose() * per_determinant;
+        (inverse, x_axis.dot(yz) * per_determinant)
+    }
+
+    /// A normal in the world: through the inverse transpose, so that it stays on its side also in a mirror image.
+    fn normal(&self, n: DVec3) -> Vec3 {
+        let DMat3 {
+            x_axis,
+            y_axis,
+            z_axis,
+        } = self.to_world.matrix3;
+        let cofactors = DMat3::from_cols(
+            y_axis.cross(z_axis),
+            z_axis.cross(x_axis),
+            x_axis.cross(y_axis),
+        );
+        let side = self.to_world.matrix3.determinant().signum();
+        (side * (cofactors * n)).normalize_or(DVec3::Z).as_vec3()
+    }
+
+    fn local(&self, p: Vec3) -> Vec3 {
+        let to_local = self.to_world.inverse();
+        to_local.transform_point3(p.as_dvec3()).as_vec3()
+    }
+}
+
+/// The normal of a triangle, not of unit length: a transform may magnify what rounding takes from it.
+fn flat_normal(mesh: &Mesh, primitive: u32) -> DVec3 {
+    let [a, b, c] = mesh.triangle(primitive).map(|vertex| vertex.as_dvec3());
+    (b - a).cross(c - a)
+}
+
+/// A cross product of vectors without negative entries, with sums for differences.
+fn unsigned_cross(a: DVec3, b: DVec3) -> DVec3 {
+    DVec3::new(
+        a.y * b.z + a.z * b.y,
+        a.z * b.x + a.x * b.z,
+        a.x * b.y + a.y * b.x,
+    )
+}

@@ -76,9 +76,9 @@ fn unknown_keys_are_answered_with_the_nearest() {
         &["render.sampler", "`sobol`"],
     );
     scene_fails(
-        "[[light]]\ntype = \"point\"",
+        "[[light]]\ntype = \"spit\"",
         2,
-        &["`point` is not supported by this version"],
+        &["unknown name `spit`", "did you mean `spot`?"],
     );
 }
 

@@ -79,9 +79,10 @@ impl Emitters {
         let whole = whole_light(geometry, rectangle, emission, standing);
         let first = self.lights.len() as u32;
         let mut sampled = true;
+        let is_whole = whole.is_some();
         match (whole, geometry) {
             (Some(light), _) => {
-                let power = light.power() * mean_luminance(texture.as_deref());
+                let power = light.power(1.0) * mean_luminance(texture.as_deref());
                 self.add_light(light, power);
             }
             (None, Geometry::Mesh(mesh)) => {
@@ -104,7 +105,7 @@ impl Emitters {
             emission,
             texture,
             first_light: sampled.then_some(first),
-            per_primitive: matches!(geometry, Geometry::Mesh(_)) && whole.is_none(),
+            per_primitive: matches!(geometry, Geometry::Mesh(_)) && !is_whole,
         });
         Some(self.emitters.len() as u32 - 1)
     }
@@ -137,7 +138,7 @@ impl Emitters {
             let triangle = to_world(mesh.triangle(primitive));
             let light = Light::Triangle(TriangleLight::new(triangle, emission));
             let mean = texture.map_or(1.0, |texture| triangle_luminance(texture, mesh, primitive));
-            let power = light.power() * mean;
+            let power = light.power(1.0) * mean;
             self.add_light(light, power);
         }
         true

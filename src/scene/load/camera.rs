@@ -6,7 +6,7 @@
 
 use super::motion::{keys, shutter};
 use super::reader::{Table, Value};
-use super::transform::transform;
+use super::transform::{is_rotation, transform};
 use crate::error::Result;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 use crate::scene::description::{CameraDescription, Key};
@@ -116,13 +116,7 @@ pub fn orientation(back: DVec3, up: DVec3) -> Option<DMat3> {
 /// A camera's transform: it may not stretch.
 fn rigid(value: &Value<'_>) -> Result<DAffine3> {
     let placed = transform(value, "the camera")?;
-    let matrix = placed.matrix3;
-    let error = matrix.transpose() * matrix - DMat3::IDENTITY;
-    let largest = error
-        .to_cols_array()
-        .into_iter()
-        .fold(0.0, |a: f64, b| a.max(b.abs()));
-    if largest < 1e-6 && matrix.determinant() > 0.0 {
+    if is_rotation(&placed.matrix3) {
         Ok(placed)
     } else {
         Err(value.error(

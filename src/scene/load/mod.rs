@@ -8,6 +8,7 @@ mod camera;
 mod colour;
 mod contents;
 mod instance;
+mod light;
 mod material;
 mod model;
 mod motion;

@@ -13,17 +13,6 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What later versions bring: said instead of "unknown".
-const LATER: &[&str] = &[
-    "cone",
-    "distant",
-    "intensity",
-    "irradiance",
-    "penumbra",
-    "point",
-    "spot",
-];
-
 /// A scene file as text, to tell lines in it.
 #[derive(Debug)]
 pub struct Document<'a> {
@@ -369,12 +358,9 @@ impl<'a> Value<'a> {
     }
 }
 
-/// What to say of a name that is not among `known`: the nearest of them, or that a later version has it.
+/// What to say of a name that is not among `known`: the nearest of them, or all.
 pub fn unknown_name(what: &str, name: &str, known: &[&str]) -> String {
     let name = shown(name);
-    if LATER.contains(&name.as_str()) {
-        return format!("`{name}` is not supported by this version");
-    }
     let nearest = known
         .iter()
         .filter(|candidate| candidate.len() <= LONGEST_SHOWN)
@@ -466,12 +452,6 @@ mod tests {
             check("radius = 1\nraduis = 2", radius),
             "a.toml:2: unknown key `raduis`; did you mean `radius`? Expected one of: radius"
         );
-        for later in LATER {
-            assert_eq!(
-                check(&format!("{later} = 1"), radius),
-                format!("a.toml:1: `{later}` is not supported by this version")
-            );
-        }
     }
 
     #[test]

@@ -204,7 +204,7 @@ fn the_largest_number_is_stopped_by_what_is_there() {
     assert!(!alphas.is_empty());
     for alpha in alphas {
         let mut description = glowing_floor(partly_there(grey(alpha)), &[2.0, 1.0]);
-        let here = checker([0.0, 1.0], Vec2::splat(2.0));
+        let here = checker([1.0, 0.0], Vec2::splat(2.0));
         let cut_out = partly_there(ColourDescription::Texture(here));
         description.materials.push(cut_out);
         description.shapes[2].material = 2;

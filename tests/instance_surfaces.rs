@@ -245,6 +245,7 @@ fn rays_that_leave_flat_shapes_of_instances_do_not_meet_them_again() {
 #[test]
 fn a_ray_from_an_ellipsoid_meets_it_again_at_the_end_of_its_chord_or_never() {
     let mut rng = TestRng::new(24);
+    let (mut long, mut short) = (0, 0);
     for (name, steps) in motions(&mut rng) {
         for _ in 0..10 {
             let radius = 10.0_f32.powf(2.0 * rng.uniform() - 1.5);
@@ -282,14 +283,26 @@ fn a_ray_from_an_ellipsoid_meets_it_again_at_the_end_of_its_chord_or_never() {
                     let (a, b) = (d.length_squared(), o.dot(d));
                     let c = o.length_squared() - f64::from(radius).powi(2);
                     let exit = (-b + (b * b - a * c).sqrt()) / a;
+                    // Of a chord no longer than what rounding does, nothing can be said.
+                    let error = f64::from(surface.error.length());
+                    if exit < 10.0 * error {
+                        short += 1;
+                        continue;
+                    }
+                    long += 1;
                     let t = f64::from(hit.expect("from inside there is no way past").t);
                     let size = f64::from(radius) / a.sqrt();
-                    let bound = size.mul_add(1e-3, 20.0 * f64::from(surface.error.max_element()));
+                    let bound = size.mul_add(1e-3, 20.0 * error);
                     assert!((t - exit).abs() < bound, "{name} {backend} {t} {exit}");
                 }
             }
         }
     }
+    println!("{short} chords too short to tell, {long} long enough");
+    assert!(
+        short * 50 < long,
+        "{short} chords too short, {long} long enough"
+    );
 }
 
 /// Row 42 of the catalogue of hard cases: mirrored, a closed shape still turns its outside to who looks at it.

@@ -10,12 +10,11 @@ use crate::math::vec::{DVec3, Vec2, Vec3};
 use crate::sampling::warp;
 
 /// What a camera is made from, in normalised scene units.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct CameraParameters {
-    /// Where it stands.
-    pub eye: Vec3,
-    /// Unit vectors to the right, up and backwards.
-    pub axes: [DVec3; 3],
+    /// Where it stands, with unit vectors to the right, up and backwards: at equally spaced times from the opening of the
+    /// shutter to its closing, or once if it stands still.
+    pub poses: Vec<(Vec3, [DVec3; 3])>,
     /// Vertical field of view, in radians.
     pub fov: f64,
     /// Width and height of the whole picture, in pixels.
@@ -27,60 +26,94 @@ pub struct CameraParameters {
 }
 
 /// A camera.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
+    /// When the shutter opens.
+    pose: Pose,
+    /// At equally spaced times; empty for a camera that stands still.
+    motion: Vec<Pose>,
+    lens_radius: f32,
+    focus_distance: f32,
+}
+
+/// A camera at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Pose {
     eye: Vec3,
     /// Directions, of viewing depth 1, to the upper left corner, and from one pixel to the next.
     corner: Vec3,
     per_x: Vec3,
     per_y: Vec3,
-    lens: Option<Lens>,
+    /// The lens's half axes to the right and up.
+    lens: [Vec3; 2],
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Lens {
-    /// The lens's half axes to the right and up.
-    right: Vec3,
-    up: Vec3,
-    focus_distance: f32,
+impl Pose {
+    /// The way from `self` at 0 to `other` at 1. Steps are fine enough for straight lines.
+    fn lerp(&self, other: &Self, t: f32) -> Self {
+        let between = |a: Vec3, b: Vec3| a + t * (b - a);
+        Self {
+            eye: between(self.eye, other.eye),
+            corner: between(self.corner, other.corner),
+            per_x: between(self.per_x, other.per_x),
+            per_y: between(self.per_y, other.per_y),
+            lens: [0, 1].map(|i| between(self.lens[i], other.lens[i])),
+        }
+    }
 }
 
 impl Camera {
     /// A camera with these parameters.
+    ///
+    /// # Panics
+    /// If it has no pose.
     pub fn new(p: &CameraParameters) -> Self {
-        let [right, up, back] = p.axes;
         let (width, height) = (f64::from(p.size.0), f64::from(p.size.1));
         let half_height = (0.5 * p.fov).tan();
         let half_width = half_height * width / height;
-        let lens = (p.lens_radius > 0.0).then(|| Lens {
-            right: p.lens_radius * right.as_vec3(),
-            up: p.lens_radius * up.as_vec3(),
-            focus_distance: p.focus_distance,
-        });
-        Self {
-            eye: p.eye,
+        let pose = |&(eye, [right, up, back]): &(Vec3, [DVec3; 3])| Pose {
+            eye,
             corner: (-half_width * right + half_height * up - back).as_vec3(),
             per_x: (2.0 * half_width / width * right).as_vec3(),
             per_y: (-2.0 * half_height / height * up).as_vec3(),
-            lens,
+            lens: [right, up].map(|axis| p.lens_radius * axis.as_vec3()),
+        };
+        let motion: Vec<Pose> = p.poses.iter().map(pose).collect();
+        Self {
+            pose: motion[0],
+            motion: if motion.len() > 1 { motion } else { vec![] },
+            lens_radius: p.lens_radius,
+            focus_distance: p.focus_distance,
         }
     }
 
-    /// The ray through a point of the film and, given by two uniform numbers, a point of the lens. Its direction has
-    /// unit length.
+    /// The ray through a point of the film and, given by two uniform numbers, a point of the lens, at a time of the
+    /// shutter from 0 to 1. Its direction has unit length.
     #[inline]
-    pub fn ray<E: Effects>(&self, film: Vec2, u_lens: Vec2, _time: f32) -> Ray {
-        let towards = self.corner + film.x * self.per_x + film.y * self.per_y;
-        match &self.lens {
-            _ if !E::Lens::ON => Ray::new(self.eye, towards.normalize()),
-            None => Ray::new(self.eye, towards.normalize()),
-            Some(lens) => {
-                let d = warp::sample_disk_concentric(u_lens);
-                let offset = d.x * lens.right + d.y * lens.up;
-                let in_focus = lens.focus_distance * towards;
-                Ray::new(self.eye + offset, (in_focus - offset).normalize())
-            }
+    pub fn ray<E: Effects>(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
+        if E::Motion::ON && !self.motion.is_empty() {
+            return self.ray_from::<E>(&self.pose_at(time), film, u_lens);
         }
+        self.ray_from::<E>(&self.pose, film, u_lens)
+    }
+
+    fn pose_at(&self, time: f32) -> Pose {
+        let position = time * (self.motion.len() - 1) as f32;
+        let before = (position as usize).min(self.motion.len() - 2);
+        let [a, b] = [before, before + 1].map(|i| &self.motion[i]);
+        a.lerp(b, position - before as f32)
+    }
+
+    #[inline]
+    fn ray_from<E: Effects>(&self, pose: &Pose, film: Vec2, u_lens: Vec2) -> Ray {
+        let towards = pose.corner + film.x * pose.per_x + film.y * pose.per_y;
+        if !E::Lens::ON || self.lens_radius <= 0.0 {
+            return Ray::new(pose.eye, towards.normalize());
+        }
+        let d = warp::sample_disk_concentric(u_lens);
+        let offset = d.x * pose.lens[0] + d.y * pose.lens[1];
+        let in_focus = self.focus_distance * towards;
+        Ray::new(pose.eye + offset, (in_focus - offset).normalize())
     }
 }
 
@@ -91,8 +124,7 @@ mod tests {
 
     fn camera(lens_radius: f32) -> Camera {
         Camera::new(&CameraParameters {
-            eye: Vec3::new(0.0, 0.0, 5.0),
-            axes: [DVec3::X, DVec3::Y, DVec3::Z],
+            poses: vec![(Vec3::new(0.0, 0.0, 5.0), [DVec3::X, DVec3::Y, DVec3::Z])],
             fov: 90.0_f64.to_radians(),
             size: (200, 100),
             lens_radius,

@@ -13,9 +13,11 @@ pub mod image;
 pub mod integrator;
 pub mod light;
 pub mod math;
+pub mod plan;
 pub mod render;
 pub mod sampler;
 pub mod sampling;
 pub mod scene;
+pub mod study;
 
 pub use error::{Error, ErrorKind, Result};

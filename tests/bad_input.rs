@@ -76,9 +76,9 @@ fn unknown_keys_are_answered_with_the_nearest() {
         &["render.sampler", "`sobol`"],
     );
     scene_fails(
-        "[[light]]\ntype = \"point\"",
+        "[[light]]\ntype = \"spit\"",
         2,
-        &["`point` is not supported by this version"],
+        &["unknown name `spit`", "did you mean `spot`?"],
     );
 }
 
@@ -209,6 +209,74 @@ fn geometry_that_collapses() {
     let mesh = "[[shape]]\ntype = \"mesh\"\npositions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]\n";
     let out = format!("{mesh}indices = [[0, 1, 3]]");
     scene_fails(&out, 4, &["shape[0].indices[0][2]", "from 0 to 2, found 3"]);
+}
+
+#[test]
+fn materials_that_contradict_themselves() {
+    let fails = |kind: &str, line: usize, words: &[&str]| {
+        let table = format!("[[material]]\nname = \"a\"\ntype = {kind}");
+        scene_fails(&table, line, words);
+    };
+    let together = ["material[0].", "`diffuse` and `specular`", "at most 1"];
+    for sum in [
+        "diffuse = 0.9",
+        "specular = 0.6",
+        "diffuse = { checker = [0, [0.1, 0.9, 0]] }",
+    ] {
+        fails(&format!("\"phong\"\n{sum}"), 4, &together);
+    }
+    fails(
+        "\"phong\"\ndiffuse = [0, 0.75, 0]\nspecular = [0, 0.5, 0]",
+        5,
+        &["material[0].specular", "[0, 0.75, 0] and [0, 0.5, 0]"],
+    );
+    for exponent in ["-1", "1.1e6", "nan"] {
+        fails(
+            &format!("\"phong\"\nexponent = {exponent}"),
+            4,
+            &["material[0].exponent", "from 0 to 1e6"],
+        );
+    }
+    let below = ["material[0].ior", "at least 1, found 0.9"];
+    fails("\"plastic\"\nior = 0.9", 4, &below);
+    fails("\"plastik\"", 3, &["did you mean `plastic`?"]);
+    fails("\"phong\"\nexponant = 3", 4, &["did you mean `exponent`?"]);
+    fails(
+        "\"phong\"\nroughness = 0.5",
+        4,
+        &["unknown key `roughness`"],
+    );
+
+    let sides = ["material[0].two_sided", "has two sides"];
+    fails("\"dielectric\"\ntwo_sided = false", 4, &sides);
+    let glass = "\"principled\"\ntransmission = 0.1\ntwo_sided = false";
+    fails(glass, 5, &sides);
+    fails(
+        "\"mirror\"\ntwo_sided = 1",
+        4,
+        &["material[0].two_sided", "true or false, found 1"],
+    );
+
+    for alpha in ["1.5", "-0.1", "{ checker = [0, 2] }"] {
+        fails(
+            &format!("\"mirror\"\nalpha = {alpha}"),
+            4,
+            &["material[0].alpha", "expected a reflectance"],
+        );
+    }
+    let map = |text: &str, words: &[&str]| {
+        fails(&format!("\"mirror\"\nnormal_map = {text}"), 4, words);
+    };
+    map("3", &["material[0].normal_map", "a file in quotes"]);
+    map("{ strength = 1 }", &["`texture` is missing"]);
+    map(
+        "{ texture = \"t.png\", strength = -1 }",
+        &["material[0].normal_map.strength", "at least 0, found -1"],
+    );
+    map(
+        "{ texture = \"t.png\", scale = 1 }",
+        &["unknown key `scale`"],
+    );
 }
 
 #[test]

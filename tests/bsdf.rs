@@ -7,13 +7,15 @@ use common::chi_square::ChiSquareTest;
 use common::verdict::sidak;
 use etendue::bsdf::conductor::{PRESETS, preset};
 use etendue::bsdf::{
-    Bsdf, Conductor, Dielectric, Diffuse, Mirror, Principled, PrincipledParameters,
+    Bsdf, Conductor, Dielectric, Diffuse, Mirror, Phong, Principled, PrincipledParameters,
 };
 use etendue::effects::kernel::types::Everything;
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{ONE_MINUS_EPSILON, Vec2, Vec3};
 
 const ROUGHNESSES: [f32; 4] = [0.05, 0.2, 0.5, 1.0];
+/// Hard case 10.
+const EXPONENTS: [f32; 5] = [0.0, 1.0, 1e2, 1e4, 1e6];
 const INDICES: [f32; 5] = [1.0, 1.0001, 1.5, 1.0 / 1.5, 2.4];
 
 fn principled(base_color: Rgb, metallic: f32, roughness: f32, transmission: f32) -> Bsdf {
@@ -38,6 +40,15 @@ fn models() -> Vec<(String, Bsdf, f32)> {
         ),
         ("mirror".to_owned(), Bsdf::Mirror(Mirror::new(colour)), 1.0),
     ];
+    for exponent in EXPONENTS {
+        for (name, diffuse) in [
+            ("phong", Rgb::new(0.2, 0.5, 0.1)),
+            ("highlight", Rgb::BLACK),
+        ] {
+            let phong = Phong::new(diffuse, Rgb::new(0.5, 0.25, 0.1), exponent);
+            models.push((format!("{name} {exponent}"), Bsdf::Phong(phong), 1.0));
+        }
+    }
     for roughness in [0.0].into_iter().chain(ROUGHNESSES) {
         let gold = Conductor::new(eta, k, roughness);
         models.push((format!("gold {roughness}"), Bsdf::Conductor(gold), 1.0));
@@ -85,6 +96,11 @@ fn directions_follow_their_density() {
         for wo in views() {
             // Opaque models treat both sides by one code path; the chi-square of one side says all.
             if wo.z < 0.0 && !(name.starts_with("glass") || name.starts_with("principled 0.3")) {
+                continue;
+            }
+            // An exponent of 0 cuts the lobe off at a right angle to the mirror direction. No quadrature of ours takes such
+            // a step; `tests/furnace.rs` has closed forms for it.
+            if name.ends_with(" 0") && name.starts_with(['p', 'h']) && wo.z != 1.0 {
                 continue;
             }
             let test = ChiSquareTest {

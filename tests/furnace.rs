@@ -11,7 +11,8 @@ use etendue::accel::Backend;
 use etendue::bsdf::albedo::single_scatter;
 use etendue::bsdf::microfacet::Ggx;
 use etendue::bsdf::{
-    Bsdf, Conductor, Dielectric, Diffuse, Lobe, Mirror, Principled, PrincipledParameters, fresnel,
+    Bsdf, Conductor, Dielectric, Diffuse, Lobe, Mirror, Phong, Principled, PrincipledParameters,
+    fresnel,
 };
 use etendue::effects::kernel::types::Everything;
 use etendue::integrator::Roulette;
@@ -19,7 +20,7 @@ use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
 use etendue::math::vec::{DVec3, Vec2, Vec3, reflect};
 use etendue::scene::description::{ColourDescription, GeometryDescription, MaterialModel};
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A metal that reflects everything: in f32, |k| = 1e6 leaves nothing to absorb.
 fn white_metal(roughness: f32) -> Bsdf {
@@ -169,6 +170,64 @@ fn compensated_white_metal_gives_everything_back() {
         }
     }
     println!("white metal: worst furnace error {worst:.1e}");
+}
+
+/// Hard case 10. Along the normal the lobe gives back `specular` for any exponent. Elsewhere there are closed forms: the
+/// integral of cos over two half spaces at an angle t is pi (1 + cos t) / 2, and that of both cosines is
+/// 2 / 3 (sin t + (pi - t) cos t). A narrow lobe keeps cos t of the light.
+#[test]
+fn phong_gives_back_what_its_closed_forms_say() {
+    let specular = 0.75;
+    for exponent in [0.0, 1.0, 1e2, 1e4, 1e6] {
+        let lobe = Bsdf::Phong(Phong::new(Rgb::BLACK, Rgb::grey(specular), exponent));
+        print!("phong of exponent {exponent} keeps");
+        for cos in [1.0, 0.8, 0.5, 0.1] {
+            let moments = albedo(&lobe, 1.0, view(cos), 64, 64);
+            let standard_error = moments.standard_error().expect("64 replicates");
+            let kept = moments.mean() / f64::from(specular);
+            print!(" {kept:.4} at cos {cos},");
+            assert!(
+                kept <= 1.0 + 5.2 * standard_error,
+                "{exponent} {cos} {kept}"
+            );
+            let (t, cos) = (f64::from(cos).acos(), f64::from(cos));
+            let exact = if cos == 1.0 {
+                1.0
+            } else if exponent == 0.0 {
+                0.5 * (1.0 + cos)
+            } else if exponent == 1.0 {
+                (t.sin() + (PI - t) * cos) / PI
+            } else if exponent >= 1e4 && cos > 0.2 {
+                // The mean cosine about the mirror direction is (n + 1) / (n + 2), which the normalisation takes out.
+                cos
+            } else {
+                continue;
+            };
+            let what = format!("exponent {exponent}, cos {cos}");
+            assert_mean(&what, &moments, f64::from(specular) * exact, 1e-3);
+        }
+        println!();
+    }
+    // With a matte part, never more than both together.
+    for exponent in [0.0, 1.0, 1e2, 1e4, 1e6] {
+        let phong = Bsdf::Phong(Phong::new(Rgb::grey(0.6), Rgb::grey(0.4), exponent));
+        let normal = albedo(&phong, 1.0, view(1.0), 64, 64);
+        assert_mean(&format!("white phong {exponent}"), &normal, 1.0, 1e-3);
+        for cos in [0.9, 0.5, 0.2, 0.01] {
+            for wo in [view(cos), -view(cos)] {
+                let moments = albedo(&phong, 1.0, wo, 16, 64);
+                let standard_error = moments.standard_error().expect("16 replicates");
+                assert!(
+                    moments.mean() <= 1.0 + 5.2 * standard_error,
+                    "{exponent} {wo}"
+                );
+                assert!(
+                    moments.mean() >= 0.6 - 5.2 * standard_error,
+                    "{exponent} {wo}"
+                );
+            }
+        }
+    }
 }
 
 #[test]

@@ -22,8 +22,10 @@ const HOUSE: &[(&str, u32)] = &[
     ("accel", 3),
     ("film", 3),
     ("scene", 4),
+    ("plan", 4),
     ("integrator", 5),
     ("render", 6),
+    ("study", 7),
     ("cli", 8),
 ];
 

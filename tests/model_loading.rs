@@ -3,6 +3,7 @@
 mod common;
 
 use common::scene_folder::{HEAD, SceneFolder, TRIANGLE, in_repository};
+use etendue::image::{Image, write};
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{DVec2, DVec3};
 use etendue::scene::description::{
@@ -174,14 +175,47 @@ fn materials_become_what_their_keys_say() {
             "{keys}: {notes:?}"
         );
     };
-    noted(
-        "d 0.5",
-        "a.mtl:2: opacity is not supported by this version; drawn opaque",
-    );
+    noted("map_Bump -bm 1 a.png", "a.mtl:2: map_Bump is not supported");
     noted(
         "Kdd 1 1 1",
         "a.mtl:2: unknown key `Kdd`; did you mean `Kd`?",
     );
+}
+
+#[test]
+fn pictures_become_alpha_normals_and_light() {
+    let grey = Image::filled(2, 2, Rgb::grey(0.5));
+    let read = |keys: &str| {
+        let model = format!("mtllib a.mtl\nusemtl it\n{TRIANGLE}");
+        let folder = SceneFolder::new([
+            ("a.obj", model.as_str()),
+            ("a.mtl", &format!("newmtl it\n{keys}")),
+        ]);
+        write(&folder.path("grey.pfm"), &grey, &Default::default()).expect("it is writable");
+        let mut scene = folder.load("a.obj");
+        let emission = scene.shapes[0].emission.as_ref().map(|e| e.constant());
+        (scene.materials.remove(0), emission)
+    };
+    let alpha = |keys: &str| read(keys).0.alpha.constant();
+    assert_eq!(alpha("Pr 1"), Some(Rgb::WHITE));
+    assert_eq!(alpha("d 0.25"), Some(Rgb::grey(0.25)));
+    assert_eq!(alpha("map_d grey.pfm"), Some(Rgb::grey(0.5)));
+    assert_eq!(alpha("d 0.25\nmap_d grey.pfm"), Some(Rgb::grey(0.125)));
+
+    let (material, emission) = read("norm -bm 1 grey.pfm");
+    let map = material.normal_map.expect("it is written");
+    assert_eq!(
+        (map.texture.constant(), map.strength),
+        (Some(Rgb::grey(0.5)), 1.0)
+    );
+    assert!(emission.is_none() && read("d 1").0.normal_map.is_none());
+
+    let emission = |keys: &str| read(keys).1;
+    assert_eq!(emission("map_Ke grey.pfm"), Some(Some(Rgb::grey(0.5))));
+    let times = emission("Ke 3 3 3\nmap_Ke grey.pfm");
+    assert_eq!(times, Some(Some(Rgb::grey(1.5))));
+    let tinted = emission("map_Ke grey.pfm\nKe 4 2 0");
+    assert_eq!(tinted, Some(Some(Rgb::new(2.0, 1.0, 0.0))));
 }
 
 #[test]

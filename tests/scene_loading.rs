@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::scene_folder::{HEAD, load_text};
+use common::scene_folder::{HEAD, SceneFolder, load_text};
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{DVec2, DVec3};
 use etendue::scene::description::{
@@ -51,6 +51,7 @@ fn what_is_not_written_has_its_default() {
         fov,
         lens_radius,
         focus_distance,
+        ..
     } = scene.camera;
     assert_near(to_world.translation, [0.0, 0.0, 5.0]);
     assert_near(to_world.transform_vector3(DVec3::Y), [0.0, 1.0, 0.0]);
@@ -219,6 +220,71 @@ fn materials_of_every_type_are_read() {
         (metallic, roughness, ior, transmission),
         (0.25, 1.0, 2.0, 0.75)
     );
+}
+
+#[test]
+fn phong_and_plastic_are_read() {
+    let phong = |keys: &str| match material(&format!("type = \"phong\"\n{keys}")) {
+        MaterialModel::Phong {
+            diffuse,
+            specular,
+            exponent,
+        } => (constant(&diffuse), constant(&specular), exponent),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(phong(""), (Rgb::grey(0.5), Rgb::grey(0.2), 32.0));
+    // Together at most 1 in every channel, not over all channels.
+    assert_eq!(
+        phong("diffuse = [1, 0.7, 0]\nspecular = [0, 0.3, 1]\nexponent = 1e6"),
+        (Rgb::new(1.0, 0.7, 0.0), Rgb::new(0.0, 0.3, 1.0), 1e6)
+    );
+    let plastic = |keys: &str| match material(&format!("type = \"plastic\"\n{keys}")) {
+        MaterialModel::Plastic {
+            reflectance,
+            ior,
+            roughness,
+        } => (constant(&reflectance), ior, roughness),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(plastic(""), (Rgb::grey(0.5), 1.5, 0.0));
+    assert_eq!(
+        plastic("reflectance = 1\nior = 1\nroughness = 0.25"),
+        (Rgb::WHITE, 1.0, 0.25)
+    );
+}
+
+#[test]
+fn every_material_has_alpha_a_normal_map_and_sides() {
+    let read = |keys: &str| {
+        let table = "[[material]]\nname = \"it\"\ntype = \"mirror\"\n";
+        let text = format!("{HEAD}{table}{keys}");
+        let folder = SceneFolder::new([("a.toml", text)]);
+        let grey = image::RgbImage::from_pixel(2, 1, image::Rgb([51; 3]));
+        grey.save(folder.path("t.png")).expect("it is writable");
+        folder.load("a.toml").materials.remove(0)
+    };
+    let plain = read("");
+    assert_eq!(plain.alpha.constant(), Some(Rgb::WHITE));
+    assert!(plain.normal_map.is_none() && plain.two_sided);
+
+    // 51 is a fifth of 255: linear values, but for what says otherwise.
+    let alpha = |text: &str| read(&format!("alpha = {text}")).alpha.constant();
+    assert_eq!(alpha("0.25"), Some(Rgb::grey(0.25)));
+    assert_eq!(alpha("{ texture = \"t.png\" }"), Some(Rgb::grey(0.2)));
+    let coded = alpha("{ texture = \"t.png\", space = \"srgb\" }");
+    assert!(coded.is_some_and(|colour| colour.max_channel() < 0.05));
+    assert_eq!(alpha("{ checker = [1, 0] }"), None);
+
+    for (text, strength) in [
+        ("\"t.png\"", 1.0),
+        ("{ texture = \"t.png\", strength = 0.5 }", 0.5),
+    ] {
+        let map = read(&format!("normal_map = {text}")).normal_map;
+        let map = map.expect("it is written");
+        let found = (map.texture.constant(), map.strength);
+        assert_eq!(found, (Some(Rgb::grey(0.2)), strength));
+    }
+    assert!(!read("two_sided = false").two_sided && read("two_sided = true").two_sided);
 }
 
 #[test]

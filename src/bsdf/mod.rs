@@ -12,6 +12,7 @@ pub mod diffuse;
 pub mod fresnel;
 pub mod microfacet;
 pub mod mirror;
+pub mod phong;
 pub mod principled;
 pub mod types;
 
@@ -21,6 +22,7 @@ pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use mirror::Mirror;
+pub use phong::Phong;
 pub use principled::{Principled, PrincipledParameters};
 pub use types::{BsdfSample, BsdfValue, Lobe};
 
@@ -35,6 +37,8 @@ pub enum Bsdf {
     Conductor(Conductor),
     /// Glass, smooth or rough.
     Dielectric(Dielectric),
+    /// Lambert with a highlight.
+    Phong(Phong),
     /// The metallic-roughness model.
     Principled(Principled),
 }
@@ -49,6 +53,7 @@ impl Bsdf {
             Self::Mirror(model) if mirrors::<E>() => model.eval(),
             Self::Conductor(model) if mirrors::<E>() => model.eval(wo, wi),
             Self::Dielectric(model) if E::Transmission::ON => model.eval(wo, wi),
+            Self::Phong(model) if E::Glossy::ON => model.eval(wo, wi),
             Self::Principled(model) if mirrors::<E>() => model.eval(wo, wi),
             _ => beyond_kernel(),
         }
@@ -63,6 +68,7 @@ impl Bsdf {
             Self::Mirror(model) if mirrors::<E>() => model.sample(wo),
             Self::Conductor(model) if mirrors::<E>() => model.sample(wo, u_lobe, u),
             Self::Dielectric(model) if E::Transmission::ON => model.sample(wo, u_lobe, u),
+            Self::Phong(model) if E::Glossy::ON => model.sample(wo, u_lobe, u),
             Self::Principled(model) if mirrors::<E>() => model.sample(wo, u_lobe, u),
             _ => beyond_kernel(),
         }
@@ -74,7 +80,7 @@ impl Bsdf {
         match self {
             Self::Dielectric(model) => model.ior(),
             Self::Principled(model) => model.ior(),
-            Self::Diffuse(_) | Self::Mirror(_) | Self::Conductor(_) => 1.0,
+            Self::Diffuse(_) | Self::Mirror(_) | Self::Conductor(_) | Self::Phong(_) => 1.0,
         }
     }
 
@@ -85,7 +91,7 @@ impl Bsdf {
             return false;
         }
         match self {
-            Self::Diffuse(_) => false,
+            Self::Diffuse(_) | Self::Phong(_) => false,
             Self::Mirror(_) => true,
             Self::Conductor(model) => model.is_delta(),
             Self::Dielectric(model) => model.is_delta(),
@@ -100,6 +106,7 @@ impl Bsdf {
             Self::Mirror(_) => EffectSet::NONE.with(Effect::Specular),
             Self::Conductor(model) => lobes(model.is_delta()),
             Self::Dielectric(model) => lobes(model.is_delta()).with(Effect::Transmission),
+            Self::Phong(_) => EffectSet::NONE.with(Effect::Glossy),
             Self::Principled(model) => model.effects(),
         }
     }

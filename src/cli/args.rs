@@ -6,6 +6,7 @@
 
 use super::durations::parse_duration;
 use crate::accel::{Backend, Precision};
+use crate::effects::Kernel;
 use crate::render::settings::{IntegratorKind, SamplerKind};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
@@ -26,6 +27,8 @@ pub struct Arguments {
 pub enum Verb {
     /// Render a scene to one or more image files.
     Render(Box<RenderArguments>),
+    /// Print which effects a scene calls for, why, and which kernel renders it.
+    Plan(PlanArguments),
     /// Print versions, features and what this machine and its Embree can do.
     Info(InfoArguments),
     /// Print a completion script for a shell.
@@ -38,6 +41,41 @@ pub enum Verb {
         /// Of this verb only.
         verb: Option<String>,
     },
+}
+
+/// Arguments of `plan`.
+#[derive(Debug, Args)]
+pub struct PlanArguments {
+    /// The scene: a .toml file, or a bare .obj model.
+    pub scene: PathBuf,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+    /// Render with and without each effect that is on, and print its share of the time and of the light.
+    #[arg(long)]
+    pub cost: bool,
+    /// Samples per pixel of each of these renders.
+    #[arg(long, value_name = "N", default_value_t = 16, requires = "cost",
+          value_parser = clap::value_parser!(u64).range(1..))]
+    pub spp: u64,
+    /// Pairs of these renders for each number.
+    #[arg(long, value_name = "N", default_value_t = 5, requires = "cost",
+          value_parser = clap::value_parser!(u64).range(2..=1000))]
+    pub rounds: u64,
+    /// Size of these renders in pixels. Default: the scene's shape, about 20 000 pixels.
+    #[arg(long, value_name = "WxH", value_parser = parse_size, requires = "cost")]
+    pub size: Option<(u32, u32)>,
+    /// The library that traces rays.
+    #[arg(long, value_parser = named(Backend::ALL, Backend::name),
+          default_value = Backend::ALL[0].name())]
+    pub backend: Backend,
+    /// How carefully rays are traced: robust or fast.
+    #[arg(long, value_parser = named(&[Precision::Robust, Precision::Fast], Precision::name),
+          default_value = Precision::Robust.name())]
+    pub precision: Precision,
+    /// Threads. Default: all that this process may use.
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
 }
 
 /// Arguments of `info`.
@@ -87,6 +125,9 @@ pub struct RenderArguments {
     #[arg(long, value_parser = named(&[Precision::Robust, Precision::Fast], Precision::name),
           default_value = Precision::Robust.name())]
     pub precision: Precision,
+    /// The compiled code that renders. It changes nothing but the speed. Default: the smallest that has all effects of the scene.
+    #[arg(long, value_parser = named(Kernel::ALL, Kernel::name))]
+    pub kernel: Option<Kernel>,
     /// Scattering events at most: 0 shows emitters only, 1 is direct light. Biases. Default: the scene's, or no limit.
     #[arg(long, value_name = "N")]
     pub max_bounces: Option<u32>,

@@ -8,6 +8,7 @@ mod durations;
 mod info;
 mod job;
 mod output;
+mod plan;
 mod render;
 mod replay;
 mod report;
@@ -33,6 +34,7 @@ pub fn run() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match &arguments.verb {
         Verb::Render(render) => render::run(render),
+        Verb::Plan(plan) => plan::run(plan),
         Verb::Info(info) => info::run(info),
         Verb::Completions { shell } => {
             let mut script = Vec::new();

@@ -76,24 +76,31 @@ impl Display {
     }
 }
 
-impl RenderObserver for Watcher {
-    fn progress(&self, progress: &Progress) {
+impl Watcher {
+    /// Shows how far something has come, in words, too.
+    pub fn show(&self, fraction: f64, words: impl FnOnce() -> String) {
         match &self.display {
             Display::Nothing => {}
             Display::Bar(bar) => {
-                bar.set_position((progress.fraction * BAR_LENGTH as f64) as u64);
-                bar.set_message(describe(progress));
+                bar.set_position((fraction * BAR_LENGTH as f64) as u64);
+                bar.set_message(words());
             }
             Display::Lines(last) => {
                 let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
                 if last.elapsed() >= LINE_INTERVAL {
                     *last = Instant::now();
                     // Rounded down: 100 % means done.
-                    let percent = (100.0 * progress.fraction).floor();
-                    eprintln!("{percent:>3} %  {}", describe(progress));
+                    let percent = (100.0 * fraction).floor();
+                    eprintln!("{percent:>3} %  {}", words());
                 }
             }
         }
+    }
+}
+
+impl RenderObserver for Watcher {
+    fn progress(&self, progress: &Progress) {
+        self.show(progress.fraction, || describe(progress));
     }
 
     fn is_cancelled(&self) -> bool {
@@ -106,14 +113,15 @@ fn describe(progress: &Progress) -> String {
     let error = progress.rel_rmse.map_or(String::new(), |error| {
         format!(", error {}", format_percent(error))
     });
-    let left = if progress.fraction > 0.0 {
-        let total = progress.elapsed.as_secs_f64() / progress.fraction;
-        let left = (total - progress.elapsed.as_secs_f64()).clamp(0.0, 3.6e9);
-        format!(", {} left", format_duration(Duration::from_secs_f64(left)))
-    } else {
-        String::new()
-    };
+    let left = time_left(progress.fraction, progress.elapsed)
+        .map_or(String::new(), |left| format!(", {left} left"));
     format!("{} spp{error}{left}", progress.spp)
+}
+
+/// How long something will still take that took so long for a fraction of it.
+pub fn time_left(fraction: f64, elapsed: Duration) -> Option<String> {
+    let left = (elapsed.as_secs_f64() * (1.0 / fraction - 1.0)).clamp(0.0, 3.6e9);
+    (fraction > 0.0).then(|| format_duration(Duration::from_secs_f64(left)))
 }
 
 /// A fraction as a percentage with three digits.

@@ -65,7 +65,7 @@ pub fn settings(
         },
         max_bounces: arguments.max_bounces.or(render.max_bounces),
         roulette: Roulette::default(),
-        kernel: None,
+        kernel: arguments.kernel,
         threads: arguments
             .threads
             .map_or_else(available_threads, usize::from),

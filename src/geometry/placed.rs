@@ -47,7 +47,12 @@ impl<'a> Placed<'a> {
                 let (origin, dir) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
                 let near = to_local.transform_point3(origin + f64::from(t) * dir);
                 let dir = to_local.transform_vector3(dir).normalize_or(DVec3::Z);
-                sphere.surface_near(near, to_local.transform_point3(origin), dir.as_vec3())
+                sphere.surface_near(
+                    near,
+                    to_local.transform_point3(origin),
+                    dir.as_vec3(),
+                    ray.t_min > 0.0,
+                )
             }
             Geometry::Disk(disk) => {
                 let at = ray.origin.as_dvec3() + f64::from(t) * ray.dir.as_dvec3();

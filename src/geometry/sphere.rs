@@ -34,21 +34,28 @@ impl Sphere {
     #[inline]
     pub fn surface_at(&self, ray: &Ray, t: f32) -> SurfacePoint {
         let near = ray.at(t).as_dvec3();
-        self.surface_near(near, ray.origin.as_dvec3(), ray.dir.normalize())
+        let passed = ray.t_min > 0.0;
+        self.surface_near(near, ray.origin.as_dvec3(), ray.dir.normalize(), passed)
     }
 
-    /// The point of the sphere next to `near`, met by a ray from `origin` in direction `d` of unit length. Its normal
+    /// The point of the sphere next to `near`, met by a ray from `origin` in direction `d` of unit length, which may have
+    /// `passed` through surfaces that are only partly there. Its normal
     /// faces a ray from outside and turns away from one from inside, also at a grazing hit, where rounding could have it
     /// the other way.
     #[inline]
-    pub fn surface_near(&self, near: DVec3, origin: DVec3, d: Vec3) -> SurfacePoint {
+    pub fn surface_near(&self, near: DVec3, origin: DVec3, d: Vec3, passed: bool) -> SurfacePoint {
         // In double precision: a sphere far from the origin has a centre that is exact and a point that is not.
         let from_center = |p: DVec3| p - self.center.as_dvec3();
         let n = from_center(near).normalize_or(DVec3::Z).as_vec3();
-        let radius = f64::from(self.radius);
-        let outside = from_center(origin).length_squared() > radius * radius;
+        let enters = if passed {
+            // It has passed through surfaces, perhaps through this one: the half of the chord tells.
+            from_center(near).dot(d.as_dvec3()) < 0.0
+        } else {
+            let radius = f64::from(self.radius);
+            from_center(origin).length_squared() > radius * radius
+        };
         let faces_ray = n.dot(d) < 0.0;
-        self.surface_along(if outside == faces_ray {
+        self.surface_along(if enters == faces_ray {
             n
         } else {
             -reflect(n, d)

@@ -1,26 +1,36 @@
-//! Lights: surfaces that emit, each sampled from where it is looked at, and the choice among them.
+//! Lights: surfaces that emit, points, and what shines from beyond the scene, each sampled from where it is looked at,
+//! and the choice among them.
 //!
 //! The constant environment is not in the list: nothing samples it better than the BSDF does, so that it is found by
 //! scattered rays alone.
 
 pub mod disk;
+pub mod distant;
+pub mod environment;
+pub mod point;
 pub mod rectangle;
 pub mod select;
 pub mod sphere;
+pub mod spot;
 pub mod triangle;
 pub mod types;
 
-use crate::effects::Effects;
+use crate::effects::{Effects, Switch};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::vec::{Vec2, Vec3};
 use disk::DiskLight;
+use distant::DistantLight;
+use environment::EnvironmentMap;
+use point::PointLight;
 use rectangle::RectangleLight;
 use sphere::SphereLight;
+use spot::SpotLight;
+use std::sync::Arc;
 use triangle::TriangleLight;
 use types::LightSample;
 
 /// A light.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub enum Light {
     /// One triangle of an emitting mesh.
     Triangle(TriangleLight),
@@ -30,32 +40,51 @@ pub enum Light {
     Disk(DiskLight),
     /// A sphere.
     Sphere(SphereLight),
+    /// A point that shines evenly.
+    Point(PointLight),
+    /// A point that shines into a cone.
+    Spot(SpotLight),
+    /// Parallel light from beyond the scene.
+    Distant(DistantLight),
+    /// A picture of all that is beyond the scene.
+    Environment(Arc<EnvironmentMap>),
 }
 
 impl Light {
-    /// Radiant power in normalised units: the light's weight when one is chosen.
-    pub fn power(&self) -> f64 {
+    /// Radiant power in normalised units: the light's weight when one is chosen. Of a light from beyond the scene, what
+    /// enters the sphere of radius `scene_radius` around it.
+    pub fn power(&self, scene_radius: f64) -> f64 {
         match self {
             Self::Triangle(light) => light.power(),
             Self::Rectangle(light) => light.power(),
             Self::Disk(light) => light.power(),
             Self::Sphere(light) => light.power(),
+            Self::Point(light) => light.power(),
+            Self::Spot(light) => light.power(),
+            Self::Distant(light) => light.power(scene_radius),
+            Self::Environment(map) => map.power(scene_radius),
         }
     }
 
-    /// A point of the light that lights `p`; `None` where none can.
+    /// A direction from which the light shines on `p`; `None` where there is none. A kernel samples only the lights that
+    /// its effects let into the scene.
     #[inline]
     pub fn sample<E: Effects>(&self, p: Vec3, _time: f32, u: Vec2) -> Option<LightSample> {
         match self {
-            Self::Triangle(light) => light.sample(p, u),
-            Self::Rectangle(light) => light.sample(p, u),
-            Self::Disk(light) => light.sample(p, u),
-            Self::Sphere(light) => light.sample(p, u),
+            Self::Triangle(light) if E::AreaLights::ON => light.sample(p, u),
+            Self::Rectangle(light) if E::AreaLights::ON => light.sample(p, u),
+            Self::Disk(light) if E::AreaLights::ON => light.sample(p, u),
+            Self::Sphere(light) if E::AreaLights::ON => light.sample(p, u),
+            Self::Point(light) if E::DeltaLights::ON => light.sample(p),
+            Self::Spot(light) if E::DeltaLights::ON => light.sample(p),
+            Self::Distant(light) if E::DeltaLights::ON => Some(light.sample()),
+            Self::Environment(map) if E::EnvironmentMap::ON => map.sample(u),
+            _ => beyond_kernel(),
         }
     }
 
     /// The density of [`sample`](Self::sample) at `p` for the point of this light that lies at `towards` from it and
-    /// has the unit normal `normal`.
+    /// has the unit normal `normal`; `None` for a light that is no surface.
     #[inline]
     pub fn pdf<E: Effects>(
         &self,
@@ -64,6 +93,9 @@ impl Light {
         towards: Vec3,
         normal: Vec3,
     ) -> Option<PdfSolidAngle> {
+        if !E::AreaLights::ON {
+            return None;
+        }
         let distance2 = towards.length_squared();
         let cos = towards.dot(normal) / distance2.sqrt();
         match self {
@@ -71,6 +103,13 @@ impl Light {
             Self::Rectangle(light) => light.pdf(p, distance2, cos),
             Self::Disk(light) => light.pdf(distance2, cos),
             Self::Sphere(light) => Some(light.pdf(p)),
+            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Environment(_) => None,
         }
     }
+}
+
+/// A scene is rendered by a kernel that has all its effects.
+#[cold]
+fn beyond_kernel() -> ! {
+    unreachable!("a kernel was chosen that lacks a light of the scene")
 }

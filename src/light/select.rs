@@ -5,12 +5,14 @@
 //! Source: Shirley, Wang and Zimmerman 1996. Tested in `tests/light.rs`.
 
 use super::Light;
+use super::environment::EnvironmentMap;
 use super::types::LightSample;
 use crate::effects::{Effects, Switch};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
 use crate::sampling::distribution::AliasTable;
+use std::sync::Arc;
 
 /// All lights of a scene, and how one of them is chosen.
 #[derive(Debug, Clone, Default)]
@@ -18,17 +20,30 @@ pub struct Lights {
     lights: Vec<Light>,
     /// `None` when nothing emits.
     choice: Option<AliasTable>,
+    /// Which of them is the environment map, if there is one.
+    map: Option<(usize, Arc<EnvironmentMap>)>,
 }
 
 impl Lights {
-    /// A choice among these lights in proportion to their powers.
+    /// A choice among these lights, of which at most one is an environment map, in proportion to their powers.
     ///
     /// # Panics
     /// If there are not as many powers as lights.
     pub fn new(lights: Vec<Light>, powers: &[f64]) -> Self {
         assert_eq!(lights.len(), powers.len());
         let choice = AliasTable::new(powers);
-        Self { lights, choice }
+        let map = lights
+            .iter()
+            .enumerate()
+            .find_map(|(i, light)| match light {
+                Light::Environment(map) => Some((i, Arc::clone(map))),
+                _ => None,
+            });
+        Self {
+            lights,
+            choice,
+            map,
+        }
     }
 
     /// How many there are.
@@ -77,21 +92,24 @@ impl Lights {
         towards: Vec3,
         normal: Vec3,
     ) -> PdfSolidAngle {
-        let chosen = self
-            .choice
-            .as_ref()
-            .map(|choice| choice.pmf(light as usize));
         let pdf = self.lights[light as usize].pdf::<E>(p, time, towards, normal);
-        match (chosen, pdf) {
-            (Some(pmf), Some(pdf)) => pmf * pdf,
-            _ => PdfSolidAngle(0.0),
-        }
+        pdf.map_or(PdfSolidAngle(0.0), |pdf| self.pmf(light as usize) * pdf)
     }
 
     /// What is sampled of the light from beyond the scene: the radiance from a direction, and the density with which
-    /// [`sample`](Self::sample) finds that direction.
+    /// [`sample`](Self::sample) finds that direction, the choice of the light included.
     #[inline]
-    pub fn beyond(&self, _direction: Vec3) -> Option<(Rgb, PdfSolidAngle)> {
-        None
+    pub fn beyond(&self, direction: Vec3) -> Option<(Rgb, PdfSolidAngle)> {
+        let (light, map) = self.map.as_ref()?;
+        let (radiance, pdf) = map.eval(direction);
+        Some((radiance, self.pmf(*light) * pdf))
+    }
+
+    /// The probability of choosing a light.
+    #[inline]
+    fn pmf(&self, light: usize) -> Pmf {
+        self.choice
+            .as_ref()
+            .map_or(Pmf(0.0), |choice| choice.pmf(light))
     }
 }

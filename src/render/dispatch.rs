@@ -8,7 +8,7 @@ use super::settings::{IntegratorKind, RenderSettings, SamplerKind};
 use crate::effects::kernel::KernelJob;
 use crate::effects::{Effects, Kernel};
 use crate::integrator::path::PathIntegrator;
-use crate::sampler::{Independent, Sampler, Sobol};
+use crate::sampler::{Independent, Sampler, Sobol, Stratified};
 use crate::scene::Scene;
 
 /// The integrator that the settings ask for.
@@ -42,6 +42,9 @@ pub fn dispatch<D: Dispatched>(scene: &Scene, settings: &RenderSettings, job: D)
     let seed = settings.seed;
     match settings.sampler {
         SamplerKind::Independent => kernel.run(With(job, Independent::new(seed))),
+        SamplerKind::Stratified => {
+            kernel.run(With(job, Stratified::new(seed, settings.budget.spp)))
+        }
         SamplerKind::Sobol => kernel.run(With(job, Sobol::new(seed))),
     }
 }

@@ -15,6 +15,8 @@ use std::time::Duration;
 pub enum SamplerKind {
     /// Independent numbers.
     Independent,
+    /// Jittered strata, for the number of samples that is asked for.
+    Stratified,
     /// Owen-scrambled Sobol' points.
     #[default]
     Sobol,
@@ -22,12 +24,13 @@ pub enum SamplerKind {
 
 impl SamplerKind {
     /// Every sampler.
-    pub const ALL: &'static [Self] = &[Self::Sobol, Self::Independent];
+    pub const ALL: &'static [Self] = &[Self::Sobol, Self::Stratified, Self::Independent];
 
     /// The name in scenes and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Independent => "independent",
+            Self::Stratified => "stratified",
             Self::Sobol => "sobol",
         }
     }

@@ -11,9 +11,11 @@
 mod hash;
 pub mod independent;
 pub mod sobol;
+pub mod stratified;
 
 pub use independent::Independent;
 pub use sobol::Sobol;
+pub use stratified::Stratified;
 
 /// What random numbers are for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,6 +2,7 @@
 
 pub mod distribution;
 pub mod mis;
+pub mod piecewise;
 pub mod spherical_rectangle;
 pub mod spherical_triangle;
 pub mod warp;

@@ -96,6 +96,8 @@ pub struct CameraDescription {
     pub motion: Vec<Key>,
     /// When the shutter opens and closes, in the unit of all keys' times.
     pub shutter: [f64; 2],
+    /// Where it was written.
+    pub place: Place,
 }
 
 impl CameraDescription {
@@ -108,6 +110,7 @@ impl CameraDescription {
             focus_distance: 1.0,
             motion: vec![],
             shutter: [0.0; 2],
+            place: Place::default(),
         }
     }
 }
@@ -242,6 +245,15 @@ pub enum MaterialModel {
         k: Rgb,
         /// Roughness; 0 is smooth.
         roughness: f32,
+    },
+    /// Lambert with a highlight about the mirror direction. Both colours together are at most 1 everywhere.
+    Phong {
+        /// Albedo of the matte part.
+        diffuse: ColourDescription,
+        /// Albedo of the highlight, seen along the normal.
+        specular: ColourDescription,
+        /// The power of the cosine, from 0 to 1e6.
+        exponent: f32,
     },
     /// A matte base under a clear coat.
     Plastic {

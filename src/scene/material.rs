@@ -2,12 +2,12 @@
 //!
 //! Measure: as in `bsdf/types.rs`.
 //! Range: what `load` lets through.
-//! Source: none needed. Tested in `tests/scene_loading.rs`.
+//! Source: none needed. Tested in `tests/scene_loading.rs` and `tests/materials.rs`.
 
 use super::description::{ColourDescription, MaterialDescription, MaterialModel};
 use super::normal_map::NormalMap;
 use crate::bsdf::principled::PrincipledParameters;
-use crate::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Mirror, Principled};
+use crate::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Mirror, Phong, Principled};
 use crate::effects::{Effect, EffectSet, Effects, Switch};
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
@@ -64,6 +64,11 @@ enum Kind {
         ior: f32,
         roughness: f32,
         tint: Colour,
+    },
+    Phong {
+        diffuse: Colour,
+        specular: Colour,
+        exponent: f32,
     },
     Principled {
         base_color: Colour,
@@ -155,6 +160,19 @@ impl Kind {
                 roughness: *roughness,
                 tint: Colour::new(tint),
             },
+            // Without a highlight it is a simpler model.
+            MaterialModel::Phong {
+                diffuse, specular, ..
+            } if specular.is_black() => Self::Diffuse(Colour::new(diffuse)),
+            MaterialModel::Phong {
+                diffuse,
+                specular,
+                exponent,
+            } => Self::Phong {
+                diffuse: Colour::new(diffuse),
+                specular: Colour::new(specular),
+                exponent: *exponent,
+            },
             MaterialModel::Plastic {
                 reflectance,
                 ior,
@@ -210,6 +228,9 @@ impl Kind {
             | Self::Principled {
                 base_color: colour, ..
             } => colour.is_textured(),
+            Self::Phong {
+                diffuse, specular, ..
+            } => diffuse.is_textured() || specular.is_textured(),
         }
     }
 
@@ -224,6 +245,11 @@ impl Kind {
                 roughness,
                 tint,
             } => Bsdf::Dielectric(Dielectric::new(*ior, *roughness, tint.at(uv))),
+            Self::Phong {
+                diffuse,
+                specular,
+                exponent,
+            } => Bsdf::Phong(Phong::new(diffuse.at(uv), specular.at(uv), *exponent)),
             Self::Principled {
                 base_color,
                 parameters,

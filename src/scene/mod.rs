@@ -1,11 +1,16 @@
 //! Scenes: as written ([`description::SceneDescription`]), and ready to be rendered ([`Scene`]).
 
 pub mod description;
+pub mod effects;
+mod emitters;
 pub mod interaction;
+pub mod keyframes;
 pub mod load;
 pub mod material;
 pub mod normal_map;
 pub mod normalisation;
+mod placed;
+pub mod placement;
 pub mod prepare;
 
 use crate::accel::{Accel, Departure, PrimitiveId};

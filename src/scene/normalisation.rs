@@ -9,7 +9,7 @@
 //! Source: docs/accuracy.md, "Precision by construction". Tested below and in `tests/determinism.rs`.
 
 use crate::math::bounds::Bounds;
-use crate::math::vec::{DVec3, Vec3};
+use crate::math::vec::{DAffine3, DVec3, Vec3};
 
 /// The map from world to normalised units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +52,11 @@ impl Normalisation {
     /// A length.
     pub fn length(&self, length: f64) -> f32 {
         (length * self.scale) as f32
+    }
+
+    /// The map as a transform.
+    pub fn to_affine(&self) -> DAffine3 {
+        DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.centre)
     }
 
     /// A point in world units.

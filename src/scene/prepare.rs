@@ -1,31 +1,34 @@
 //! From a scene as written to a scene that can be rendered.
 //!
-//! Everything is placed in double precision, normalised, and only then rounded. Triangles without an area are dropped
-//! and counted.
+//! Everything is placed in double precision, normalised, and only then rounded. A group is normalised by itself: its shapes
+//! keep their digits wherever its instances stand.
 //!
 //! Measure: world units in, normalised units out.
 //! Range: what `load` lets through; a transform that stretches a sphere or disk unevenly is an error.
 //! Source: docs/architecture.md. Tested below.
 
-use super::description::{
-    CameraDescription, GeometryDescription, MeshDescription, SceneDescription, ShapeDescription,
-};
+use super::description::{CameraDescription, ColourDescription, LightModel, SceneDescription};
+use super::effects;
+use super::emitters::{Emitters, Standing};
+use super::keyframes;
 use super::material::Material;
 use super::normalisation::Normalisation;
-use super::{Emitter, Scene, Shape};
+use super::placed::{Placed, Traced};
+use super::placement::{Layout, Placement, layout};
+use super::{Scene, Shape};
 use crate::accel::{Accel, AccelOptions};
 use crate::camera::{Camera, CameraParameters};
-use crate::effects::EffectSet;
-use crate::error::{Error, Result};
-use crate::geometry::world::World;
-use crate::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
+use crate::effects::Effect;
+use crate::error::Result;
+use crate::geometry::texture::Texture;
+use crate::geometry::world::{Instance, World};
 use crate::light::select::Lights;
-use crate::light::types::Emission;
 use crate::light::{
-    Light, disk::DiskLight, rectangle::RectangleLight, sphere::SphereLight, triangle::TriangleLight,
+    Light, distant::DistantLight, environment::EnvironmentMap, point::PointLight, spot::SpotLight,
 };
 use crate::math::bounds::Bounds;
-use crate::math::vec::{DAffine3, DVec3, Vec3};
+use crate::math::rgb::Rgb;
+use crate::math::vec::{DAffine3, DVec3};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -45,205 +48,156 @@ pub struct Prepared {
 /// # Errors
 /// A shape that cannot be transformed as written, or what the acceleration structure's backend says.
 pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<Prepared> {
-    let placed = description
-        .shapes
-        .iter()
-        .map(place)
+    let layout = layout(description);
+    let roots = place(&layout.shapes, description)?;
+    let groups = layout.groups.iter();
+    let groups = groups
+        .map(|shapes| place(shapes, description))
         .collect::<Result<Vec<_>>>()?;
-    let boxes: Vec<Bounds> = placed.iter().flat_map(Placed::boxes).collect();
+    let boxes = boxes(&roots, &groups, &layout);
     let normalisation = Normalisation::of(&boxes);
+    let radius = scene_radius(&boxes, &normalisation);
 
-    let mut build = Build::new(normalisation);
-    for (placed, shape) in placed.into_iter().zip(&description.shapes) {
-        build.add(placed, shape);
+    let mut build = Build::new(description);
+    let roots = build.trace(&roots, &normalisation);
+    let frames: Vec<Normalisation> = groups.iter().map(|group| frame_of(group)).collect();
+    let members = groups.iter().zip(&frames);
+    let members: Vec<Vec<Traced>> = members
+        .map(|(group, frame)| build.trace(group, frame))
+        .collect();
+    build.add_lights(&normalisation, radius);
+    build.add_shapes(&layout.shapes, &roots, Standing::World);
+    let mut instances = Vec::with_capacity(layout.placements.len());
+    for placement in &layout.placements {
+        let instance = instance(placement, &normalisation, &frames[placement.group]);
+        let standing = match instance.steps.as_slice() {
+            [still] => Standing::Still(still),
+            _ => Standing::Moving,
+        };
+        let shapes = &layout.groups[placement.group];
+        build.add_shapes(shapes, &members[placement.group], standing);
+        instances.push(instance);
     }
-    let world = Arc::new(World::new(build.geometries, vec![], vec![]));
+
+    let geometries = |traced: Vec<Traced>| traced.into_iter().map(|t| t.geometry).collect();
+    let groups = members.into_iter().map(geometries).collect();
+    let world = Arc::new(World::new(geometries(roots), groups, instances));
     let building = Instant::now();
     let accel = Accel::build(Arc::clone(&world), options)?;
     let build_time = building.elapsed();
+    let notes = build.notes();
+    let Emitters {
+        emitters,
+        lights,
+        powers,
+        textured,
+        ..
+    } = build.emitters;
+    let many_lights = lights.len() > 1;
+    let has_textured_lights = textured.iter().any(Option::is_some);
     let scene = Scene {
         camera: camera(&description.camera, description.film.size, &normalisation),
-        lights: {
-            let powers: Vec<f64> = build.lights.iter().map(Light::power).collect();
-            Lights::new(build.lights, &powers)
-        },
+        lights: Lights::new(lights, &powers),
         environment: description.constant_environment(),
         normalisation,
         world,
         accel,
-        effects: EffectSet::ALL,
-        emitters: build.emitters,
-        textured_lights: vec![],
+        effects: effects::of_scene(description, &layout).with_if(Effect::ManyLights, many_lights),
         shapes: build.shapes,
         materials: description.materials.iter().map(Material::new).collect(),
+        emitters,
+        textured_lights: if has_textured_lights {
+            textured
+        } else {
+            vec![]
+        },
     };
-    let dropped = (build.dropped > 0)
-        .then(|| format!("{} triangles without an area were left out", build.dropped));
     Ok(Prepared {
         scene,
-        notes: dropped.into_iter().collect(),
+        notes,
         build_time,
     })
 }
 
-/// A shape in world space, in double precision.
-enum Placed {
-    Mesh(PlacedMesh),
-    Rectangle(PlacedMesh, [DVec3; 3]),
-    Sphere {
-        center: DVec3,
-        radius: f64,
-    },
-    Disk {
-        center: DVec3,
-        normal: DVec3,
-        radius: f64,
-    },
+fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<Placed>> {
+    let shutter = description.camera.shutter;
+    let shapes = shapes.iter().map(|&shape| &description.shapes[shape]);
+    shapes
+        .map(|shape| {
+            // What moves is moved with its group; keys that are all equal still say where.
+            let then = match keyframes::steps(&shape.motion, shutter).as_slice() {
+                [still] => *still,
+                _ => DAffine3::IDENTITY,
+            };
+            Placed::new(shape, &then)
+        })
+        .collect()
 }
 
-struct PlacedMesh {
-    mesh: Arc<MeshDescription>,
-    transform: DAffine3,
-}
-
-impl PlacedMesh {
-    fn position(&self, index: u32) -> DVec3 {
-        self.transform
-            .transform_point3(self.mesh.positions[index as usize])
-    }
-}
-
-impl Placed {
-    /// The boxes of all primitives.
-    fn boxes(&self) -> Vec<Bounds> {
-        match self {
-            Self::Mesh(placed) | Self::Rectangle(placed, _) => {
-                let triangles = placed.mesh.indices.iter();
-                triangles
-                    .map(|t| Bounds::around(t.map(|i| placed.position(i))))
-                    .collect()
-            }
-            Self::Sphere { center, radius } | Self::Disk { center, radius, .. } => {
-                let radius = DVec3::splat(*radius);
-                vec![Bounds {
-                    min: *center - radius,
-                    max: *center + radius,
-                }]
-            }
-        }
-    }
-}
-
-/// Moves a shape into world space.
-fn place(shape: &ShapeDescription) -> Result<Placed> {
-    let transform = shape.transform;
-    let mesh = |mesh| PlacedMesh { mesh, transform };
-    Ok(match &shape.geometry {
-        GeometryDescription::Mesh(description) => Placed::Mesh(mesh(Arc::clone(description))),
-        GeometryDescription::Box { min, max } => Placed::Mesh(mesh(Arc::new(box_mesh(*min, *max)))),
-        GeometryDescription::Rectangle {
-            corner,
-            edge_u,
-            edge_v,
-        } => {
-            let description = rectangle_mesh(*corner, *edge_u, *edge_v);
-            let edges = [*edge_u, *edge_v].map(|edge| transform.transform_vector3(edge));
-            let frame = [transform.transform_point3(*corner), edges[0], edges[1]];
-            let right_angle = edges[0].normalize().dot(edges[1].normalize()).abs() < 1e-9;
-            let placed = mesh(Arc::new(description));
-            if right_angle {
-                Placed::Rectangle(placed, frame)
-            } else {
-                Placed::Mesh(placed)
-            }
-        }
-        GeometryDescription::Sphere { center, radius } => Placed::Sphere {
-            center: transform.transform_point3(*center),
-            radius: radius * even_scale(shape)?,
-        },
-        GeometryDescription::Disk {
-            center,
-            normal,
-            radius,
-        } => Placed::Disk {
-            center: transform.transform_point3(*center),
-            normal: normal_matrix(&transform) * normal.normalize(),
-            radius: radius * even_scale(shape)?,
-        },
-    })
-}
-
-/// The factor by which a transform scales, if it is the same in all directions.
-fn even_scale(shape: &ShapeDescription) -> Result<f64> {
-    let matrix = shape.transform.matrix3;
-    let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
-    let scale = axes[0].length();
-    let even = axes
+/// The boxes of all primitives; of an instance one for each shape.
+fn boxes(roots: &[Placed], groups: &[Vec<Placed>], layout: &Layout) -> Vec<Bounds> {
+    let whole = |placed: &Placed| {
+        let boxes = placed.boxes().into_iter();
+        boxes.fold(Bounds::default(), Bounds::union)
+    };
+    let of_groups: Vec<Vec<Bounds>> = groups
         .iter()
-        .all(|axis| (axis.length() / scale - 1.0).abs() < 1e-9)
-        && (0..3).all(|i| axes[i].dot(axes[(i + 1) % 3]).abs() < 1e-9 * scale * scale);
-    if even {
-        return Ok(scale);
-    }
-    let message = format!(
-        "the transform of {} stretches it unevenly, but a sphere or disk has to stay one; use a mesh instead",
-        shape.name
-    );
-    Err(at_place(Error::scene(message), shape))
+        .map(|group| group.iter().map(whole).filter(|b| !b.is_empty()).collect())
+        .collect();
+    let of_instances = layout.placements.iter().flat_map(|placement| {
+        let shapes = &of_groups[placement.group];
+        shapes.iter().map(|bounds| {
+            let moved = placement.steps.iter().map(|step| moved(bounds, step));
+            moved.fold(Bounds::default(), Bounds::union)
+        })
+    });
+    roots
+        .iter()
+        .flat_map(Placed::boxes)
+        .chain(of_instances)
+        .collect()
 }
 
-fn at_place(error: Error, shape: &ShapeDescription) -> Error {
-    let error = error.in_file(&shape.place.file);
-    match shape.place.line {
-        Some(line) => error.at_line(line),
-        None => error,
-    }
+/// The box around a transformed box.
+fn moved(bounds: &Bounds, transform: &DAffine3) -> Bounds {
+    Bounds::around((0..8).map(|corner| {
+        let pick = |axis: usize| {
+            if corner >> axis & 1 == 0 {
+                bounds.min[axis]
+            } else {
+                bounds.max[axis]
+            }
+        };
+        transform.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+    }))
 }
 
-/// What normals are multiplied by: the inverse transpose, up to a positive factor.
-fn normal_matrix(transform: &DAffine3) -> glam::DMat3 {
-    let matrix = transform.matrix3;
-    // The cofactor matrix does not divide by the determinant; its sign keeps normals outside when mirroring.
-    let cofactor = glam::DMat3::from_cols(
-        matrix.y_axis.cross(matrix.z_axis),
-        matrix.z_axis.cross(matrix.x_axis),
-        matrix.x_axis.cross(matrix.y_axis),
-    );
-    cofactor * matrix.determinant().signum()
+/// Half the diagonal of the box around everything, in normalised units.
+fn scene_radius(boxes: &[Bounds], normalisation: &Normalisation) -> f64 {
+    let whole = boxes.iter().fold(Bounds::default(), |all, b| all.union(*b));
+    if whole.is_empty() {
+        return 1.0;
+    }
+    f64::from(normalisation.length(0.5 * whole.extent().length()))
 }
 
-fn rectangle_mesh(corner: DVec3, u: DVec3, v: DVec3) -> MeshDescription {
-    let uv = |u, v| glam::DVec2::new(u, v);
-    MeshDescription {
-        positions: vec![corner, corner + u, corner + u + v, corner + v],
-        normals: vec![],
-        uvs: vec![uv(0.0, 0.0), uv(1.0, 0.0), uv(1.0, 1.0), uv(0.0, 1.0)],
-        indices: vec![[0, 1, 2], [0, 2, 3]],
-    }
+/// A group's own frame.
+fn frame_of(group: &[Placed]) -> Normalisation {
+    let boxes: Vec<Bounds> = group.iter().flat_map(Placed::boxes).collect();
+    Normalisation::of(&boxes)
 }
 
-/// Six faces with normals outwards and texture coordinates of their own.
-fn box_mesh(min: DVec3, max: DVec3) -> MeshDescription {
-    let mut mesh = MeshDescription::default();
-    let size = max - min;
-    for axis in 0..3 {
-        let [u, v] = [1, 2].map(|step| {
-            let mut edge = DVec3::ZERO;
-            edge[(axis + step) % 3] = size[(axis + step) % 3];
-            edge
-        });
-        let mut far = min;
-        far[axis] = max[axis];
-        for (corner, u, v) in [(min, v, u), (far, u, v)] {
-            let face = rectangle_mesh(corner, u, v);
-            let first = mesh.positions.len() as u32;
-            mesh.positions.extend(face.positions);
-            mesh.uvs.extend(face.uvs);
-            mesh.indices
-                .extend(face.indices.iter().map(|t| t.map(|i| i + first)));
-        }
+/// A placement in normalised units on both sides, rounded last.
+fn instance(placement: &Placement, world: &Normalisation, group: &Normalisation) -> Instance {
+    let from_group = group.to_affine().inverse();
+    let to_world = world.to_affine();
+    let round =
+        |m: DAffine3| DAffine3::from_cols_array(&m.to_cols_array().map(|x| f64::from(x as f32)));
+    let steps = placement.steps.iter();
+    Instance {
+        group: placement.group,
+        steps: steps.map(|&m| round(to_world * m * from_group)).collect(),
     }
-    mesh
 }
 
 fn camera(
@@ -251,10 +205,19 @@ fn camera(
     size: (u32, u32),
     normalisation: &Normalisation,
 ) -> Camera {
-    let matrix = description.to_world.matrix3;
+    let keys = &description.motion;
+    let to_world = if keys.is_empty() {
+        vec![description.to_world]
+    } else {
+        keyframes::steps(keys, description.shutter)
+    };
+    let pose = |to_world: &DAffine3| {
+        let matrix = to_world.matrix3;
+        let eye = normalisation.point(to_world.translation);
+        (eye, [matrix.x_axis, matrix.y_axis, matrix.z_axis])
+    };
     Camera::new(&CameraParameters {
-        eye: normalisation.point(description.to_world.translation),
-        axes: [matrix.x_axis, matrix.y_axis, matrix.z_axis],
+        poses: to_world.iter().map(pose).collect(),
         fov: description.fov,
         size,
         lens_radius: normalisation.length(description.lens_radius),
@@ -263,129 +226,122 @@ fn camera(
 }
 
 /// What is gathered shape by shape.
-struct Build {
-    normalisation: Normalisation,
-    geometries: Vec<Geometry>,
+struct Build<'a> {
+    description: &'a SceneDescription,
     shapes: Vec<Shape>,
-    lights: Vec<Light>,
-    emitters: Vec<Emitter>,
+    emitters: Emitters,
     dropped: usize,
 }
 
-impl Build {
-    fn new(normalisation: Normalisation) -> Self {
+impl<'a> Build<'a> {
+    fn new(description: &'a SceneDescription) -> Self {
         Self {
-            normalisation,
-            geometries: vec![],
+            description,
             shapes: vec![],
-            lights: vec![],
-            emitters: vec![],
+            emitters: Emitters::default(),
             dropped: 0,
         }
     }
 
-    fn add(&mut self, placed: Placed, description: &ShapeDescription) {
-        let emission = description
-            .emission
-            .as_ref()
-            .and_then(|radiance| radiance.constant())
-            .filter(|radiance| !radiance.is_black())
-            .map(|radiance| Emission {
-                radiance,
-                two_sided: description.two_sided_emission,
-            });
-        let first_light = self.lights.len() as u32;
-        let mut per_primitive = false;
-        let geometry = match placed {
-            Placed::Mesh(placed) => {
-                let mesh = self.mesh(&placed);
-                if let Some(emission) = emission {
-                    per_primitive = true;
-                    let triangles = (0..mesh.indices().len() as u32).map(|i| mesh.triangle(i));
-                    let lights =
-                        triangles.map(|t| Light::Triangle(TriangleLight::new(t, emission)));
-                    self.lights.extend(lights);
-                }
-                Geometry::Mesh(mesh)
-            }
-            Placed::Rectangle(placed, [corner, u, v]) => {
-                if let Some(emission) = emission {
-                    let to = |p: DVec3| self.normalisation.point(p);
-                    let edges = [to(corner + u) - to(corner), to(corner + v) - to(corner)];
-                    let light = RectangleLight::new(to(corner), edges, emission);
-                    self.lights.push(Light::Rectangle(light));
-                }
-                Geometry::Mesh(self.mesh(&placed))
-            }
-            Placed::Sphere { center, radius } => {
-                let (center, radius) = (
-                    self.normalisation.point(center),
-                    self.normalisation.length(radius),
-                );
-                let sphere = Sphere { center, radius };
-                let light = |emission| Light::Sphere(SphereLight::new(sphere, emission));
-                self.lights.extend(emission.map(light));
-                Geometry::Sphere(sphere)
-            }
-            Placed::Disk {
-                center,
-                normal,
-                radius,
-            } => {
-                let disk = Disk {
-                    center: self.normalisation.point(center),
-                    normal: normal.normalize().as_vec3(),
-                    radius: self.normalisation.length(radius),
-                };
-                let light = |emission| Light::Disk(DiskLight::new(disk, emission));
-                self.lights.extend(emission.map(light));
-                Geometry::Disk(disk)
-            }
+    fn trace(&mut self, placed: &[Placed], normalisation: &Normalisation) -> Vec<Traced> {
+        let trace = |placed: &Placed| {
+            let traced = placed.traced(normalisation);
+            self.dropped += traced.dropped;
+            traced
         };
-        self.geometries.push(geometry);
-        let emitter = emission.map(|emission| {
-            self.emitters.push(Emitter {
-                emission,
-                texture: None,
-                first_light: Some(first_light),
-                per_primitive,
-            });
-            self.emitters.len() as u32 - 1
-        });
-        self.shapes.push(Shape {
-            material: description.material as u32,
-            emitter,
-        });
+        placed.iter().map(trace).collect()
     }
 
-    /// A mesh in normalised units, without the triangles that have no area there.
-    fn mesh(&mut self, placed: &PlacedMesh) -> Mesh {
-        let description = &placed.mesh;
-        let to_normalised = |p: &DVec3| {
-            self.normalisation
-                .point(placed.transform.transform_point3(*p))
-        };
-        let positions: Vec<Vec3> = description.positions.iter().map(to_normalised).collect();
-        let normal_matrix = normal_matrix(&placed.transform);
-        let normals = description.normals.iter();
-        let normals = normals.map(|n| (normal_matrix * *n).normalize_or_zero().as_vec3());
-        let has_area = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|i| positions[i as usize]);
-            (b - a).cross(c - a).length_squared() >= f32::MIN_POSITIVE
-        };
-        let mirrored = placed.transform.matrix3.determinant() < 0.0;
-        let indices: Vec<[u32; 3]> = description
-            .indices
-            .iter()
-            .filter(|t| has_area(t))
-            // A mirroring transform turns triangles over: the outside stays outside.
-            .map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] })
-            .collect();
-        self.dropped += description.indices.len() - indices.len();
-        let normals = normals.collect();
-        let uvs = description.uvs.iter().map(|uv| uv.as_vec2()).collect();
-        Mesh::new(positions, normals, uvs, indices)
+    /// Adds shapes in the order in which rays number them.
+    fn add_shapes(&mut self, shapes: &[usize], traced: &[Traced], standing: Standing<'_>) {
+        for (&shape, traced) in shapes.iter().zip(traced) {
+            let description = &self.description.shapes[shape];
+            let number = self.shapes.len() as u32;
+            let emitter = self
+                .emitters
+                .add_shape(number, description, traced, standing);
+            self.shapes.push(Shape {
+                material: description.material as u32,
+                emitter,
+            });
+        }
     }
+
+    /// Adds the lights that are no shapes and are sampled, for a scene of this radius in normalised units.
+    fn add_lights(&mut self, normalisation: &Normalisation, radius: f64) {
+        for light in &self.description.lights {
+            if let Some(light) = light_of(&light.model, normalisation) {
+                let power = light.power(radius);
+                self.emitters.add_light(light, power);
+            }
+        }
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let dropped = (self.dropped > 0)
+            .then(|| format!("{} triangles without an area were left out", self.dropped));
+        let unsampled = self.emitters.unsampled;
+        let unsampled = (unsampled > 0).then(|| {
+            format!(
+                "{unsampled} emitting shapes move, or are stretched unevenly: only scattered rays find their light, with more noise"
+            )
+        });
+        dropped.into_iter().chain(unsampled).collect()
+    }
+}
+
+/// A light that is no shape, in normalised units; `None` if it is black, or the same in all directions.
+fn light_of(model: &LightModel, normalisation: &Normalisation) -> Option<Light> {
+    // Irradiance, I / d^2, is not to change with the unit of length.
+    let intensity = |intensity: Rgb| {
+        let unit = normalisation.length(1.0);
+        (!intensity.is_black()).then_some(unit * unit * intensity)
+    };
+    Some(match model {
+        LightModel::Environment { radiance, to_world } => {
+            let (None, ColourDescription::Texture(texture)) = (radiance.constant(), radiance)
+            else {
+                return None;
+            };
+            let Texture::Image { image, scale } = texture.as_ref() else {
+                return None;
+            };
+            let map = EnvironmentMap::new(Arc::clone(image), *scale, *to_world)?;
+            Light::Environment(Arc::new(map))
+        }
+        LightModel::Point {
+            position,
+            intensity: i,
+        } => {
+            let position = normalisation.point(*position);
+            Light::Point(PointLight::new(position, intensity(*i)?))
+        }
+        LightModel::Spot {
+            position,
+            target,
+            intensity: i,
+            cone,
+            penumbra,
+        } => {
+            let axis = (*target - *position).normalize().as_vec3();
+            let position = normalisation.point(*position);
+            Light::Spot(SpotLight::new(
+                position,
+                axis,
+                intensity(*i)?,
+                *cone,
+                *penumbra,
+            ))
+        }
+        LightModel::Distant {
+            direction,
+            irradiance,
+        } => {
+            let direction = direction.normalize().as_vec3();
+            let light = DistantLight::new(direction, *irradiance);
+            Light::Distant((!irradiance.is_black()).then_some(light)?)
+        }
+    })
 }
 
 #[cfg(test)]
@@ -395,7 +351,11 @@ mod tests {
     use crate::effects::kernel::types::Everything;
     use crate::math::ray::Ray;
     use crate::math::rgb::Rgb;
-    use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel, Place};
+    use crate::math::vec::Vec3;
+    use crate::scene::description::{
+        GeometryDescription, MaterialDescription, MaterialModel, MeshDescription, Place,
+        ShapeDescription,
+    };
 
     fn scene(geometry: GeometryDescription, transform: DAffine3) -> SceneDescription {
         let reflectance = ColourDescription::Constant(Rgb::grey(0.5));

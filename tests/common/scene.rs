@@ -6,6 +6,8 @@
 
 use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::film::filter::{Filter, FilterDescription, FilterKind};
+use etendue::geometry::texture::Texture;
+use etendue::image::Image;
 use etendue::integrator::Roulette;
 use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
@@ -114,4 +116,42 @@ pub fn see(
     let rendered = render(&scene, &filter, SIZE, &settings, &Unwatched).expect("valid settings");
     let tiles = rendered.film.tiles();
     Moments::of(tiles.iter().map(|t| t.pixels[0].mean(t.samples)[1]))
+}
+
+/// An octahedron with shading normals of its own, wound the wrong way round on one side.
+pub fn mirrored_octahedron(center: DVec3, radius: f64) -> GeometryDescription {
+    let axes = [
+        DVec3::X,
+        DVec3::Y,
+        DVec3::Z,
+        -DVec3::X,
+        -DVec3::Y,
+        -DVec3::Z,
+    ];
+    let mut indices = vec![];
+    for x in [0, 3] {
+        for y in [1, 4] {
+            for z in [2, 5] {
+                indices.push([x, y, z]);
+            }
+        }
+    }
+    GeometryDescription::Mesh(Arc::new(MeshDescription {
+        positions: axes.iter().map(|&axis| center + radius * axis).collect(),
+        normals: axes.to_vec(),
+        uvs: axes.iter().map(|axis| axis.truncate()).collect(),
+        indices,
+    }))
+}
+
+/// A small sky with a bright spot.
+pub fn panorama() -> Texture {
+    let pixel = |i: u8| match i {
+        10 => Rgb::new(20.0, 18.0, 15.0),
+        i => Rgb::new(0.1, 0.2, 0.01 * f32::from(i)),
+    };
+    Texture::Image {
+        image: Arc::new(Image::new(8, 4, (0..32).map(pixel).collect())),
+        scale: 0.5,
+    }
 }

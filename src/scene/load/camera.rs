@@ -4,18 +4,19 @@
 //! Range: a field of view above 0 and below 180 degrees; a transform that only rotates and moves.
 //! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
 
+use super::motion::{keys, shutter};
 use super::reader::{Table, Value};
-use super::transform::transform;
+use super::transform::{is_rotation, transform};
 use crate::error::Result;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
-use crate::scene::description::CameraDescription;
+use crate::scene::description::{CameraDescription, Key};
 
 /// Reads `[camera]`.
 ///
 /// # Errors
 /// Whatever in it is not as the format says.
 pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
-    let (to_world, to_target) = placement(table)?;
+    let (to_world, to_target, motion) = standing_or_moving(table)?;
     let positive = |key, default| match table.optional(key) {
         Some(value) => value.number_where("a number above 0", |x: f64| x > 0.0),
         None => Ok(default),
@@ -29,34 +30,50 @@ pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
     let lens_radius = table.optional("lens_radius").map_or(Ok(0.0), |radius| {
         radius.number_where("a number of at least 0", |x| x >= 0.0)
     })?;
-    if let Some(shutter) = table.optional("shutter") {
-        let [open, close] = shutter.numbers::<2>()?;
-        if open != close {
-            return Err(
-                shutter.error("motion is not supported by this version: expected equal times")
-            );
-        }
-    }
+    let shutter = table
+        .optional("shutter")
+        .map_or(Ok([0.0; 2]), |value| shutter(&value))?;
     let camera = CameraDescription {
         to_world,
         fov: fov.to_radians(),
         lens_radius,
         focus_distance: positive("focus_distance", to_target)?,
-        motion: vec![],
-        shutter: [0.0; 2],
+        motion,
+        shutter,
+        place: table.place(),
     };
     table.finish()?;
     Ok(camera)
+}
+
+/// Where the camera is, how far from it is what it looks at, and its motion; the first key's where it moves.
+fn standing_or_moving(table: &Table<'_>) -> Result<(DAffine3, f64, Vec<Key>)> {
+    let Some(motion) = table.optional("motion") else {
+        let (to_world, to_target) = placement(table)?;
+        return Ok((to_world, to_target, vec![]));
+    };
+    if let Some(other) = present(table, &["eye", "target", "up", "transform"]) {
+        let message = format!(
+            "expected either motion, or the place of a camera that stands still, but `{other}` is there too"
+        );
+        return Err(motion.error(message));
+    }
+    let keys = keys(&motion, placement)?;
+    let (first, to_target) = keys[0];
+    let keys = keys.into_iter().map(|(key, _)| key).collect();
+    Ok((first.transform, to_target, keys))
+}
+
+/// The first of these keys that is there.
+fn present(table: &Table<'_>, keys: &[&'static str]) -> Option<&'static str> {
+    keys.iter().copied().find(|key| table.has(key))
 }
 
 /// Where the camera stands, and how far from it is what it looks at.
 fn placement(table: &Table<'_>) -> Result<(DAffine3, f64)> {
     match table.optional("transform") {
         Some(value) => {
-            if let Some(other) = ["eye", "target", "up"]
-                .into_iter()
-                .find(|key| table.has(key))
-            {
+            if let Some(other) = present(table, &["eye", "target", "up"]) {
                 let message = format!(
                     "expected either transform, or eye and target, but `{other}` is there too"
                 );
@@ -99,13 +116,7 @@ pub fn orientation(back: DVec3, up: DVec3) -> Option<DMat3> {
 /// A camera's transform: it may not stretch.
 fn rigid(value: &Value<'_>) -> Result<DAffine3> {
     let placed = transform(value, "the camera")?;
-    let matrix = placed.matrix3;
-    let error = matrix.transpose() * matrix - DMat3::IDENTITY;
-    let largest = error
-        .to_cols_array()
-        .into_iter()
-        .fold(0.0, |a: f64, b| a.max(b.abs()));
-    if largest < 1e-6 && matrix.determinant() > 0.0 {
+    if is_rotation(&placed.matrix3) {
         Ok(placed)
     } else {
         Err(value.error(

@@ -56,7 +56,7 @@ impl Textures {
         scale: f32,
     ) -> Result<Texture> {
         let texture = self.read(path, space, scale)?;
-        if brightest(&texture) > 1.0 {
+        if brightest(&texture).max_channel() > 1.0 {
             let why = "expected a reflectance, but the texture has values above 1";
             return Err(Error::scene(why).in_file(path));
         }
@@ -64,7 +64,7 @@ impl Textures {
     }
 }
 
-/// A colour that may be a texture.
+/// A colour that may be a texture, in sRGB codes unless it says otherwise.
 ///
 /// # Errors
 /// Anything that is no colour, or is out of its bound.
@@ -74,17 +74,38 @@ pub fn colour(
     folder: &Path,
     textures: &mut Textures,
 ) -> Result<ColourDescription> {
+    colour_or_data(value, bound, ColourSpace::Srgb, folder, textures)
+}
+
+/// A share of something that may be a texture, of linear values unless it says otherwise.
+///
+/// # Errors
+/// Anything that is no colour, or is above 1.
+pub fn mask(
+    value: &Value<'_>,
+    folder: &Path,
+    textures: &mut Textures,
+) -> Result<ColourDescription> {
+    let bound = Bound::Reflectance;
+    colour_or_data(value, bound, ColourSpace::Linear, folder, textures)
+}
+
+fn colour_or_data(
+    value: &Value<'_>,
+    bound: Bound,
+    default_space: ColourSpace,
+    folder: &Path,
+    textures: &mut Textures,
+) -> Result<ColourDescription> {
     if value.is_list() || value.is_number() || value.is_text() {
         return constant(value, bound).map(ColourDescription::Constant);
     }
     let table = value.table().map_err(|_| value.expected("a colour"))?;
     let texture = match table.optional("texture") {
         Some(file) => {
-            let space = table
-                .optional("space")
-                .map_or(Ok(ColourSpace::Srgb), |space| {
-                    space.one_of(&[("srgb", ColourSpace::Srgb), ("linear", ColourSpace::Linear)])
-                })?;
+            let space = table.optional("space").map_or(Ok(default_space), |space| {
+                space.one_of(&[("srgb", ColourSpace::Srgb), ("linear", ColourSpace::Linear)])
+            })?;
             let scale = table.optional("scale").map_or(Ok(1.0), |scale| {
                 scale.single_where("a number of at least 0", |x| x >= 0.0)
             })?;
@@ -115,7 +136,7 @@ pub fn colour(
         }
     };
     table.finish()?;
-    if bound == Bound::Reflectance && brightest(&texture) > 1.0 {
+    if bound == Bound::Reflectance && brightest(&texture).max_channel() > 1.0 {
         return Err(value.error("expected a reflectance, but the texture has values above 1"));
     }
     Ok(ColourDescription::Texture(Arc::new(texture)))
@@ -163,16 +184,24 @@ fn hexadecimal(text: &str) -> Option<Rgb> {
     Some(Rgb::new(channel(0)?, channel(1)?, channel(2)?))
 }
 
-fn brightest(texture: &Texture) -> f32 {
+/// The largest value in each channel.
+pub fn most(colour: &ColourDescription) -> Rgb {
+    match colour {
+        ColourDescription::Constant(colour) => *colour,
+        ColourDescription::Texture(texture) => brightest(texture),
+    }
+}
+
+fn brightest(texture: &Texture) -> Rgb {
+    let larger = |a: Rgb, b: Rgb| {
+        let (a, b) = (a.to_array(), b.to_array());
+        Rgb::from([0, 1, 2].map(|i| a[i].max(b[i])))
+    };
     match texture {
         Texture::Image { image, scale } => {
-            scale
-                * image
-                    .pixels()
-                    .iter()
-                    .map(|pixel| pixel.max_channel())
-                    .fold(0.0, f32::max)
+            let texels = image.pixels().iter();
+            *scale * texels.copied().fold(Rgb::BLACK, larger)
         }
-        Texture::Checker { colours, .. } => colours[0].max_channel().max(colours[1].max_channel()),
+        Texture::Checker { colours, .. } => larger(colours[0], colours[1]),
     }
 }

@@ -1,7 +1,7 @@
 //! What is gathered while a scene is read.
 //!
 //! Measure: as in the description.
-//! Range: material names are unique; indices are those of `materials`.
+//! Range: names of materials are unique, and so are those of groups; indices are those of `materials` and `groups`.
 //! Source: none needed. Tested in `tests/scene_loading.rs`.
 
 use super::colour::Textures;
@@ -15,7 +15,7 @@ use std::collections::HashMap;
 /// Notes that are kept: a file may give cause for one in every line.
 const MOST_NOTES: usize = 20;
 
-/// Materials, shapes and notes so far.
+/// Materials, shapes, groups and notes so far.
 #[derive(Debug, Default)]
 pub struct Contents {
     pub materials: Vec<MaterialDescription>,
@@ -26,6 +26,8 @@ pub struct Contents {
     pub notes: Vec<String>,
     /// The materials that shapes may name: those of the scene file, not those of its models.
     named: HashMap<String, usize>,
+    /// Every group that has a member.
+    named_groups: HashMap<String, usize>,
     default_material: Option<usize>,
 }
 
@@ -51,6 +53,29 @@ impl Contents {
     /// All names of materials, in alphabetical order.
     pub fn material_names(&self) -> Vec<&str> {
         let mut names: Vec<&str> = self.named.keys().map(String::as_str).collect();
+        names.sort_unstable();
+        names
+    }
+
+    /// The group of this name, of which there is one from now on.
+    pub fn add_to_group(&mut self, name: &str) -> usize {
+        if let Some(index) = self.group_named(name) {
+            return index;
+        }
+        let index = self.groups.len();
+        self.groups.push(name.to_owned());
+        self.named_groups.insert(name.to_owned(), index);
+        index
+    }
+
+    /// The group of this name, if it has a member.
+    pub fn group_named(&self, name: &str) -> Option<usize> {
+        self.named_groups.get(name).copied()
+    }
+
+    /// All names of groups, in alphabetical order.
+    pub fn group_names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.groups.iter().map(String::as_str).collect();
         names.sort_unstable();
         names
     }

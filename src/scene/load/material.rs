@@ -4,13 +4,17 @@
 //! Range: as docs/scene-format.md says for each key.
 //! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
 
-use super::colour::{Bound, Textures, colour, constant};
+use super::colour::{Bound, Textures, colour, constant, mask, most};
 use super::reader::{Table, Value};
 use crate::bsdf::conductor;
 use crate::error::Result;
+use crate::image::ColourSpace;
 use crate::math::rgb::Rgb;
-use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel, Place};
+use crate::scene::description::{
+    ColourDescription, MaterialDescription, MaterialModel, NormalMapDescription, Place,
+};
 use std::path::Path;
+use std::sync::Arc;
 
 /// The types of materials.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +23,8 @@ enum Type {
     Mirror,
     Conductor,
     Dielectric,
+    Phong,
+    Plastic,
     Principled,
 }
 
@@ -27,6 +33,8 @@ const TYPES: &[(&str, Type)] = &[
     ("mirror", Type::Mirror),
     ("conductor", Type::Conductor),
     ("dielectric", Type::Dielectric),
+    ("phong", Type::Phong),
+    ("plastic", Type::Plastic),
     ("principled", Type::Principled),
 ];
 
@@ -42,11 +50,36 @@ pub fn material(
     let table = value.table()?;
     let name = table.required("name")?.text()?.to_owned();
     let folder = file.parent().unwrap_or(Path::new(""));
+    let place = Place {
+        file: file.to_path_buf(),
+        line: Some(value.line()),
+    };
+    let model = model(&table, folder, textures)?;
+    let mut material = MaterialDescription::new(name, place, model);
+    if let Some(alpha) = table.optional("alpha") {
+        material.alpha = mask(&alpha, folder, textures)?;
+    }
+    if let Some(map) = table.optional("normal_map") {
+        material.normal_map = Some(normal_map(&map, folder, textures)?);
+    }
+    if let Some(two_sided) = table.optional("two_sided") {
+        material.two_sided = two_sided.truth()?;
+        if !material.two_sided && transmits(&material.model) {
+            return Err(two_sided.error("what light passes through has two sides"));
+        }
+    }
+    table.finish()?;
+    Ok(material)
+}
+
+/// How a material scatters.
+fn model(table: &Table<'_>, folder: &Path, textures: &mut Textures) -> Result<MaterialModel> {
     let mut reflectance = |key: &'static str, default: f32| match table.optional(key) {
         Some(value) => colour(&value, Bound::Reflectance, folder, textures),
         None => Ok(ColourDescription::Constant(Rgb::grey(default))),
     };
-    let model = match table.required("type")?.one_of(TYPES)? {
+    let ior_of_coat = || number(table, "ior", 1.5, "a number of at least 1", |x| x >= 1.0);
+    Ok(match table.required("type")?.one_of(TYPES)? {
         Type::Diffuse => MaterialModel::Diffuse {
             reflectance: reflectance("reflectance", 0.5)?,
         },
@@ -54,32 +87,110 @@ pub fn material(
             reflectance: reflectance("reflectance", 1.0)?,
         },
         Type::Conductor => {
-            let (eta, k) = index_of_metal(&table)?;
+            let (eta, k) = index_of_metal(table)?;
             MaterialModel::Conductor {
                 eta,
                 k,
-                roughness: share(&table, "roughness", 0.0)?,
+                roughness: share(table, "roughness", 0.0)?,
             }
         }
         Type::Dielectric => MaterialModel::Dielectric {
-            ior: number(&table, "ior", 1.5, "a number above 0", |x| x > 0.0)?,
-            roughness: share(&table, "roughness", 0.0)?,
+            ior: number(table, "ior", 1.5, "a number above 0", |x| x > 0.0)?,
+            roughness: share(table, "roughness", 0.0)?,
             tint: reflectance("tint", 1.0)?,
+        },
+        Type::Phong => {
+            let (diffuse, specular) = (reflectance("diffuse", 0.5)?, reflectance("specular", 0.2)?);
+            check_sum(table, &diffuse, &specular)?;
+            MaterialModel::Phong {
+                diffuse,
+                specular,
+                exponent: number(table, "exponent", 32.0, "a number from 0 to 1e6", |x| {
+                    (0.0..=1e6).contains(&x)
+                })?,
+            }
+        }
+        Type::Plastic => MaterialModel::Plastic {
+            reflectance: reflectance("reflectance", 0.5)?,
+            ior: ior_of_coat()?,
+            roughness: share(table, "roughness", 0.0)?,
         },
         Type::Principled => MaterialModel::Principled {
             base_color: reflectance("base_color", 0.8)?,
-            metallic: share(&table, "metallic", 0.0)?,
-            roughness: share(&table, "roughness", 0.5)?,
-            ior: number(&table, "ior", 1.5, "a number of at least 1", |x| x >= 1.0)?,
-            transmission: share(&table, "transmission", 0.0)?,
+            metallic: share(table, "metallic", 0.0)?,
+            roughness: share(table, "roughness", 0.5)?,
+            ior: ior_of_coat()?,
+            transmission: share(table, "transmission", 0.0)?,
         },
+    })
+}
+
+/// Whether light passes through, so that both sides scatter.
+fn transmits(model: &MaterialModel) -> bool {
+    match model {
+        MaterialModel::Dielectric { .. } => true,
+        MaterialModel::Principled {
+            metallic,
+            transmission,
+            ..
+        } => (1.0 - metallic) * transmission > 0.0,
+        _ => false,
+    }
+}
+
+/// Makes sure that a Phong material reflects no more than arrives, wherever its brightest places meet.
+fn check_sum(
+    table: &Table<'_>,
+    diffuse: &ColourDescription,
+    specular: &ColourDescription,
+) -> Result<()> {
+    let (diffuse, specular) = (most(diffuse), most(specular));
+    if (diffuse + specular).max_channel() <= 1.0 {
+        return Ok(());
+    }
+    let message = format!(
+        "expected `diffuse` and `specular` of at most 1 together in every channel, found up to {} and {}",
+        channels(diffuse),
+        channels(specular)
+    );
+    let written = table
+        .optional("specular")
+        .or_else(|| table.optional("diffuse"));
+    Err(written.map_or_else(|| table.error(&message), |value| value.error(&message)))
+}
+
+/// A colour as the format spells it.
+fn channels(colour: Rgb) -> String {
+    let [r, g, b] = colour.to_array();
+    format!("[{r}, {g}, {b}]")
+}
+
+/// A picture of normals: a file, or a table with its strength.
+fn normal_map(
+    value: &Value<'_>,
+    folder: &Path,
+    textures: &mut Textures,
+) -> Result<NormalMapDescription> {
+    let (file, strength) = if value.is_text() {
+        (value.clone(), 1.0)
+    } else {
+        let table = value
+            .table()
+            .map_err(|_| value.expected("a file in quotes, or a table of texture and strength"))?;
+        let file = table.required("texture")?;
+        let strength = number(&table, "strength", 1.0, "a number of at least 0", |x| {
+            x >= 0.0
+        })?;
+        table.finish()?;
+        (file, strength)
     };
-    table.finish()?;
-    let place = Place {
-        file: file.to_path_buf(),
-        line: Some(value.line()),
-    };
-    Ok(MaterialDescription::new(name, place, model))
+    let texture = textures
+        .read(&folder.join(file.text()?), ColourSpace::Linear, 1.0)
+        .map_err(|error| file.error(error.to_string()).of_kind(error.kind()))?;
+    Ok(NormalMapDescription {
+        texture: Arc::new(texture),
+        strength,
+    })
 }
 
 /// A metal's index: a preset, or `eta` and `k`.

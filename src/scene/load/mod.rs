@@ -7,8 +7,11 @@
 mod camera;
 mod colour;
 mod contents;
+mod instance;
+mod light;
 mod material;
 mod model;
+mod motion;
 mod mtl;
 mod obj;
 mod obj_text;

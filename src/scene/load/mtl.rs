@@ -7,11 +7,12 @@
 //!   has no `Pr` and an `illum` of 0 or 1 (no highlights);
 //! - all else is the principled model of `Kd`, `Pm`, `Pr`, `Ni` and `Tf`.
 //!
-//! `Ke` makes a light of the shape, on the side of its geometric normal. `map_Kd` takes the place of `Kd`.
+//! `Ke` makes a light of the shape, on the side of its geometric normal. `map_Kd` takes the place of `Kd`; `map_Ke` is
+//! multiplied by `Ke`, and `map_d` by `d`, the share of the surface that is there.
 //!
 //! Measure: reflectances in [0, 1], radiance for `Ke`.
 //! Range: an index below 1 counts as 1 except in glass. Keys without meaning here (`Ka`, `Ks`, ...) are passed over,
-//! pictures and opacity that are not drawn are noted, and so are unknown keys.
+//! pictures that are not drawn are noted, and so are unknown keys.
 //! Source: Blender's exporter, `export_pbr_extensions`; without `Pr`, roughness = 1 - sqrt(Ns / 1000) as Blender
 //! imports it, and 1 without `Ns`. Tested in `tests/scene_loading.rs`.
 
@@ -20,17 +21,24 @@ use super::contents::Contents;
 use super::read_text;
 use super::reader::{shown, unknown_name};
 use crate::error::{Error, Result};
-use crate::image::ColourSpace;
+use crate::geometry::texture::Texture;
+use crate::image::{ColourSpace, Image};
 use crate::math::rgb::Rgb;
-use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel, Place};
+use crate::scene::description::{
+    ColourDescription, MaterialDescription, MaterialModel, NormalMapDescription, Place,
+};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Keys that are read.
 const READ: &[&str] = &[
-    "newmtl", "Kd", "Ke", "Ni", "Ns", "d", "Tf", "illum", "map_Kd", "Pr", "Pm",
+    "newmtl", "Kd", "Ke", "Ni", "Ns", "d", "Tf", "illum", "map_Kd", "map_Ke", "map_d", "norm",
+    "Pr", "Pm",
 ];
+
+/// Those of them that are pictures.
+const PICTURES: &[&str] = &["map_Kd", "map_Ke", "map_d", "norm"];
 
 /// Keys that are known but say nothing to us.
 const PASSED_OVER: &[&str] = &[
@@ -48,8 +56,8 @@ const PASSED_OVER: &[&str] = &[
 
 /// Pictures that are known but not drawn.
 const NOT_DRAWN: &[&str] = &[
-    "map_Ka", "map_Ks", "map_Ke", "map_Ns", "map_Pr", "map_Pm", "map_Ps", "map_Tr", "map_d",
-    "map_Bump", "map_bump", "bump", "norm", "disp", "decal", "refl",
+    "map_Ka", "map_Ks", "map_Ns", "map_Pr", "map_Pm", "map_Ps", "map_Tr", "map_Bump", "map_bump",
+    "bump", "disp", "decal", "refl",
 ];
 
 /// A material as its lines say.
@@ -58,8 +66,9 @@ pub struct Entry {
     name: String,
     place: Place,
     diffuse: Rgb,
-    /// The picture that takes the place of `diffuse`, and its line.
-    texture: Option<(PathBuf, usize)>,
+    /// The files of pictures by their keys, and their lines.
+    pictures: BTreeMap<&'static str, (PathBuf, usize)>,
+    opacity: f32,
     emission: Rgb,
     ior: f32,
     transmission: Option<f32>,
@@ -119,7 +128,8 @@ impl Entry {
                 line: Some(line),
             },
             diffuse: Rgb::grey(0.8),
-            texture: None,
+            pictures: BTreeMap::new(),
+            opacity: 1.0,
             emission: Rgb::BLACK,
             ior: 1.5,
             transmission: None,
@@ -147,13 +157,15 @@ impl Entry {
                     |_| Error::scene(format!("expected a whole number, found {}", shown(rest)));
                 self.illumination = Some(model.map_err(expected)?);
             }
-            "d" => {
-                if number(rest, 1.0)? < 1.0 {
-                    note =
-                        Some("opacity is not supported by this version; drawn opaque".to_owned());
-                }
+            "d" => self.opacity = number(rest, 1.0)?,
+            _ if PASSED_OVER.contains(&key) => {}
+            _ if NOT_DRAWN.contains(&key) => {
+                note = Some(format!("{key} is not supported by this version; left out"));
             }
-            "map_Kd" => {
+            _ => {
+                let Some(picture) = PICTURES.iter().find(|picture| **picture == key) else {
+                    return Ok(Some(unknown_name("key", key, READ)));
+                };
                 let (options, file) = split_options(rest);
                 if file.is_empty() {
                     return Err(Error::scene("expected a file"));
@@ -165,50 +177,72 @@ impl Entry {
                     ));
                 }
                 let folder = self.place.file.parent().unwrap_or(Path::new(""));
-                self.texture = Some((folder.join(file), line));
+                self.pictures.insert(picture, (folder.join(file), line));
             }
-            _ if PASSED_OVER.contains(&key) => {}
-            _ if NOT_DRAWN.contains(&key) => {
-                note = Some(format!("{key} is not supported by this version; left out"));
-            }
-            _ => note = Some(unknown_name("key", key, READ)),
         }
         Ok(note)
     }
 
-    /// What shapes of this material emit.
-    pub fn emission(&self) -> Option<ColourDescription> {
-        (!self.emission.is_black()).then_some(ColourDescription::Constant(self.emission))
+    /// What shapes of this material emit. A picture without `Ke` is the radiance itself.
+    ///
+    /// # Errors
+    /// A picture that cannot be read.
+    pub fn emission(&self, textures: &mut Textures) -> Result<Option<ColourDescription>> {
+        let read = |file: &Path| textures.read(file, ColourSpace::Srgb, 1.0);
+        let Some(texture) = self.picture("map_Ke", read)? else {
+            let constant = ColourDescription::Constant(self.emission);
+            return Ok((!self.emission.is_black()).then_some(constant));
+        };
+        let factor = if self.emission.is_black() {
+            Rgb::WHITE
+        } else {
+            self.emission
+        };
+        let texture = Arc::new(multiplied(texture, factor));
+        Ok(Some(ColourDescription::Texture(texture)))
     }
 
-    /// The material, with its picture read.
+    /// The material, with its pictures read.
     ///
     /// # Errors
     /// A picture that cannot be read; glass without an index.
     pub fn material(&self, textures: &mut Textures) -> Result<MaterialDescription> {
-        let model = self.model(self.base_color(textures)?)?;
-        Ok(MaterialDescription::new(
-            &self.name,
-            self.place.clone(),
-            model,
-        ))
+        let read = |file: &Path| textures.read_reflectance(file, ColourSpace::Srgb, 1.0);
+        let base_color = self.picture("map_Kd", read)?;
+        let read = |file: &Path| textures.read_reflectance(file, ColourSpace::Linear, self.opacity);
+        let alpha = self.picture("map_d", read)?;
+        let read = |file: &Path| textures.read(file, ColourSpace::Linear, 1.0);
+        let normals = self.picture("norm", read)?;
+
+        let or_constant = |texture: Option<Texture>, constant| match texture {
+            Some(texture) => ColourDescription::Texture(Arc::new(texture)),
+            None => ColourDescription::Constant(constant),
+        };
+        let model = self.model(or_constant(base_color, self.diffuse))?;
+        Ok(MaterialDescription {
+            alpha: or_constant(alpha, Rgb::grey(self.opacity)),
+            normal_map: normals.map(|texture| NormalMapDescription {
+                texture: Arc::new(texture),
+                strength: 1.0,
+            }),
+            ..MaterialDescription::new(&self.name, self.place.clone(), model)
+        })
     }
 
-    fn base_color(&self, textures: &mut Textures) -> Result<ColourDescription> {
-        let Some((file, line)) = &self.texture else {
-            return Ok(ColourDescription::Constant(self.diffuse));
+    /// The picture of a key, if it has one.
+    fn picture(
+        &self,
+        key: &'static str,
+        read: impl FnOnce(&Path) -> Result<Texture>,
+    ) -> Result<Option<Texture>> {
+        let Some((file, line)) = self.pictures.get(key) else {
+            return Ok(None);
         };
-        let texture = textures
-            .read_reflectance(file, ColourSpace::Srgb, 1.0)
-            .map_err(|error| {
-                let kind = error.kind();
-                let error = Error::scene(error.to_string()).of_kind(kind);
-                error
-                    .in_file(&self.place.file)
-                    .at_line(*line)
-                    .in_field("map_Kd")
-            })?;
-        Ok(ColourDescription::Texture(Arc::new(texture)))
+        read(file).map(Some).map_err(|error| {
+            let kind = error.kind();
+            let error = Error::scene(error.to_string()).of_kind(kind);
+            error.in_file(&self.place.file).at_line(*line).in_field(key)
+        })
     }
 
     /// See the head of this file.
@@ -255,6 +289,29 @@ impl Entry {
                 transmission,
             }
         })
+    }
+}
+
+/// A picture times a colour: a texture itself knows only grey factors.
+fn multiplied(texture: Texture, factor: Rgb) -> Texture {
+    let [grey, ..] = factor.to_array();
+    match texture {
+        Texture::Image { image, scale } if factor == Rgb::grey(grey) => Texture::Image {
+            image,
+            scale: scale * grey,
+        },
+        Texture::Image { image, scale } => {
+            let pixels = image.pixels().iter().map(|&texel| factor * texel);
+            let image = Image::new(image.width(), image.height(), pixels.collect());
+            Texture::Image {
+                image: Arc::new(image),
+                scale,
+            }
+        }
+        Texture::Checker { colours, repeat } => Texture::Checker {
+            colours: colours.map(|colour| factor * colour),
+            repeat,
+        },
     }
 }
 

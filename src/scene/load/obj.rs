@@ -100,10 +100,10 @@ fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<S
             let names: Vec<&str> = known.keys().map(String::as_str).collect();
             at(path)((*line, unknown_name("material", name, &names)))
         })?;
-        let material = entry
-            .material(&mut contents.textures)
-            .map_err(|error| named_in(error, path, *line))?;
-        Ok((contents.add_material(material), entry.emission()))
+        let here = |error| named_in(error, path, *line);
+        let material = entry.material(&mut contents.textures).map_err(here)?;
+        let emission = entry.emission(&mut contents.textures).map_err(here)?;
+        Ok((contents.add_material(material), emission))
     };
     obj.materials.iter().map(&mut surface).collect()
 }

@@ -6,30 +6,12 @@
 
 use crate::error::{Error, Result};
 use crate::math::vec::{DVec2, DVec3};
+use crate::scene::description::Place;
 use std::cell::RefCell;
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-
-/// What later versions bring: said instead of "unknown".
-const LATER: &[&str] = &[
-    "alpha",
-    "cone",
-    "distant",
-    "instance",
-    "intensity",
-    "irradiance",
-    "motion",
-    "normal_map",
-    "penumbra",
-    "phong",
-    "plastic",
-    "point",
-    "spot",
-    "stratified",
-    "two_sided",
-];
 
 /// A scene file as text, to tell lines in it.
 #[derive(Debug)]
@@ -133,6 +115,14 @@ impl<'a> Table<'a> {
     /// Whether a key is there.
     pub fn has(&self, key: &'static str) -> bool {
         self.optional(key).is_some()
+    }
+
+    /// Where it stands.
+    pub fn place(&self) -> Place {
+        Place {
+            file: self.document.file.to_path_buf(),
+            line: Some(self.document.line(self.span.start)),
+        }
     }
 
     /// An error about the table as a whole.
@@ -368,12 +358,9 @@ impl<'a> Value<'a> {
     }
 }
 
-/// What to say of a name that is not among `known`: the nearest of them, or that a later version has it.
+/// What to say of a name that is not among `known`: the nearest of them, or all.
 pub fn unknown_name(what: &str, name: &str, known: &[&str]) -> String {
     let name = shown(name);
-    if LATER.contains(&name.as_str()) {
-        return format!("`{name}` is not supported by this version");
-    }
     let nearest = known
         .iter()
         .filter(|candidate| candidate.len() <= LONGEST_SHOWN)
@@ -464,10 +451,6 @@ mod tests {
         assert_eq!(
             check("radius = 1\nraduis = 2", radius),
             "a.toml:2: unknown key `raduis`; did you mean `radius`? Expected one of: radius"
-        );
-        assert_eq!(
-            check("motion = 1", radius),
-            "a.toml:1: `motion` is not supported by this version"
         );
     }
 

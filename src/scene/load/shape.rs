@@ -4,16 +4,16 @@
 //! Range: as docs/scene-format.md says for each key.
 //! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
 
-use super::colour::{Bound, constant};
+use super::colour::{Bound, colour};
 use super::contents::Contents;
+use super::instance::group;
+use super::motion::motion;
 use super::obj;
 use super::reader::{Table, Value, unknown_name};
 use super::transform::transform;
 use crate::error::{Error, Result};
 use crate::math::vec::{DAffine3, DVec3};
-use crate::scene::description::{
-    ColourDescription, GeometryDescription, MeshDescription, Place, ShapeDescription,
-};
+use crate::scene::description::{GeometryDescription, MeshDescription, Place, ShapeDescription};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -53,17 +53,20 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
         Some(material) => Some(find_material(&material, contents)?),
         None => None,
     };
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let textures = &mut contents.textures;
     let emission = table
         .optional("emission")
-        .map(|emission| constant(&emission, Bound::NonNegative))
-        .transpose()?
-        .map(ColourDescription::Constant);
+        .map(|emission| colour(&emission, Bound::NonNegative, folder, textures))
+        .transpose()?;
     let two_sided_emission = table
         .optional("two_sided_emission")
         .map_or(Ok(false), |value| value.truth())?;
     let transform = table
         .optional("transform")
         .map_or(Ok(DAffine3::IDENTITY), |value| transform(&value, &name))?;
+    let motion = motion(&table, &name)?;
+    let group = group(&table, contents)?;
     let place = Place {
         file: file.to_path_buf(),
         line: Some(value.line()),
@@ -71,12 +74,14 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
 
     if shape_type == Type::Obj {
         let model = table.required("file")?;
-        let path = file.parent().unwrap_or(Path::new("")).join(model.text()?);
+        let path = folder.join(model.text()?);
         table.finish()?;
         let mut shapes =
             obj::load(&path, material, contents).map_err(|error| named_by(error, &model))?;
         for shape in &mut shapes {
             shape.transform = transform;
+            shape.motion.clone_from(&motion);
+            shape.group = group;
             shape.two_sided_emission = two_sided_emission;
             if emission.is_some() {
                 shape.emission.clone_from(&emission);
@@ -90,6 +95,8 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
     let material = material.unwrap_or_else(|| contents.default_material());
     contents.shapes.push(ShapeDescription {
         transform,
+        motion,
+        group,
         material,
         emission,
         two_sided_emission,

@@ -5,15 +5,13 @@
 //! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs` and `tests/bad_input.rs`.
 
 use super::camera::camera;
-use super::colour::{Bound, constant};
 use super::contents::Contents;
 use super::reader::{Document, Table, Value};
-use super::{material, read_text, shape};
+use super::{instance, light, material, read_text, shape};
 use crate::error::Result;
 use crate::image::MAX_SIDE;
 use crate::scene::description::{
-    FilmDescription, FilterDescription, FilterKind, LightDescription, Place, RenderDescription,
-    SceneDescription, Written,
+    FilmDescription, FilterDescription, FilterKind, RenderDescription, SceneDescription, Written,
 };
 use std::path::Path;
 
@@ -47,9 +45,8 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
     for (index, entry) in list(&root, "shape")?.iter().enumerate() {
         shape::shape(entry, path, index, &mut contents)?;
     }
-    let lights = list(&root, "light")?;
-    let lights = lights.iter().map(|entry| light(entry, path));
-    let lights = lights.collect::<Result<Vec<_>>>()?;
+    instance::instances(&list(&root, "instance")?, path, &mut contents)?;
+    let lights = light::lights(&list(&root, "light")?, path, &mut contents.textures)?;
     root.finish()?;
     Ok(SceneDescription {
         file: path.to_path_buf(),
@@ -139,22 +136,4 @@ fn render_table(table: Table<'_>) -> Result<RenderDescription> {
     };
     table.finish()?;
     Ok(render)
-}
-
-/// Reads one `[[light]]`.
-fn light(value: &Value<'_>, file: &Path) -> Result<LightDescription> {
-    let table = value.table()?;
-    table.required("type")?.one_of(&[("environment", ())])?;
-    let radiance = table.required("radiance")?;
-    if radiance.table().is_ok_and(|table| table.has("texture")) {
-        return Err(radiance
-            .error("a map as environment is not supported by this version: expected a colour"));
-    }
-    let radiance = constant(&radiance, Bound::NonNegative)?;
-    table.finish()?;
-    let place = Place {
-        file: file.to_path_buf(),
-        line: Some(value.line()),
-    };
-    Ok(LightDescription::sky(place, radiance))
 }

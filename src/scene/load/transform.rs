@@ -33,6 +33,17 @@ fn is_invertible(matrix: &DMat3) -> bool {
     lengths > 0.0 && matrix.determinant().abs() > 1e-12 * lengths
 }
 
+/// Whether a matrix only rotates.
+pub fn is_rotation(matrix: &DMat3) -> bool {
+    let error = *matrix * matrix.transpose() - DMat3::IDENTITY;
+    let largest = error
+        .to_cols_array()
+        .into_iter()
+        .map(f64::abs)
+        .fold(0.0, f64::max);
+    largest < 1e-6 && matrix.determinant() > 0.0
+}
+
 fn step(entry: &Value<'_>) -> Result<DAffine3> {
     let table = entry.table()?;
     let mut steps = Vec::new();

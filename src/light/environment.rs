@@ -1,0 +1,168 @@
+//! A picture of all that is beyond the scene.
+//!
+//! The picture is a panorama: u = 1/2 + atan2(x, -z) / 2 pi goes along its rows, and the angle theta from +y down its
+//! columns, so that its middle is seen along -z, its right half towards +x and its first row on top. Radiance is bilinear
+//! in both angles between the centres of texels; it goes on across the seam, and stays that of the last row up to a pole.
+//! Directions are found with a density that is constant on each patch between four centres (between two of them and the
+//! pole at the ends), in proportion to the integral of the patch's luminance.
+//!
+//! Measure: radiance; densities per steradian.
+//! Range: any picture of finite texels of at least 0 that is not black; receivers anywhere, all see the same.
+//! Source: Pharr, Jakob, Humphreys, "Infinite Area Lights"; the integral of a patch in closed form. Tested in
+//! `tests/environment.rs`.
+
+use super::types::{LightEnd, LightSample};
+use crate::image::Image;
+use crate::math::measure::PdfSolidAngle;
+use crate::math::rgb::Rgb;
+use crate::math::vec::{DMat3, DVec3, Vec2, Vec3};
+use crate::sampling::piecewise::Piecewise2d;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// Light from beyond the scene that varies with direction.
+#[derive(Debug, Clone)]
+pub struct EnvironmentMap {
+    image: Arc<Image>,
+    /// Multiplies every texel.
+    scale: f32,
+    to_world: DMat3,
+    /// Patches, one more row of them than of texels; patch 0 of a row lies between texels 0 and 1.
+    patches: Piecewise2d,
+    /// sin^2(theta / 2) of the borders of the rows of patches: between borders, it is uniform in solid angle.
+    borders: Vec<f64>,
+}
+
+/// A direction in the picture: a patch, and how far into it in azimuth and in theta.
+#[derive(Debug, Clone, Copy)]
+struct Location {
+    column: usize,
+    row: usize,
+    offset: [f64; 2],
+}
+
+impl EnvironmentMap {
+    /// The environment of a panorama whose axes the rotation `to_world` turns into those of the world; `None` if it is
+    /// black.
+    pub fn new(image: Arc<Image>, scale: f32, to_world: DMat3) -> Option<Self> {
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        let luminance =
+            |x: usize, y: usize| f64::from((scale * image.get(x as u32, y as u32)).luminance());
+        let weights = (0..width * (height + 1)).map(|patch| {
+            let (row, left) = (patch / width, patch % width);
+            let right = (left + 1) % width;
+            let [above, below] = texel_rows(row, height);
+            let [share_above, share_below] = shares(row, height);
+            let azimuth = TAU / width as f64;
+            let mean = |y: usize| 0.5 * (luminance(left, y) + luminance(right, y));
+            azimuth * (share_above * mean(above) + share_below * mean(below))
+        });
+        let patches = Piecewise2d::new(weights, width)?;
+        let half_sin2 = |row| (0.5 * border(row, height)).sin().powi(2);
+        let borders = (0..height + 2).map(half_sin2).collect();
+        Some(Self {
+            image,
+            scale,
+            to_world,
+            patches,
+            borders,
+        })
+    }
+
+    /// Radiant power in normalised units that enters a sphere around the scene: pi R^2 times the integral of radiance.
+    pub fn power(&self, scene_radius: f64) -> f64 {
+        PI * scene_radius * scene_radius * self.patches.sum()
+    }
+
+    /// A direction from which it shines on any point.
+    #[inline]
+    pub fn sample(&self, u: Vec2) -> Option<LightSample> {
+        let [column, row] = self.patches.sample(u.to_array().map(f64::from));
+        let [low, high] = [self.borders[row.piece], self.borders[row.piece + 1]];
+        let half_sin2 = low + row.offset * (high - low);
+        let sin = 2.0 * (half_sin2 * (1.0 - half_sin2)).sqrt();
+        let x = column.piece as f64 + column.offset + 0.5;
+        let azimuth = TAU * (x / f64::from(self.image.width()) - 0.5);
+        let local = DVec3::new(
+            sin * azimuth.sin(),
+            1.0 - 2.0 * half_sin2,
+            -sin * azimuth.cos(),
+        );
+        let wi = (self.to_world * local).as_vec3();
+        // Of the rounded direction, so that whoever meets it by chance gets the same numbers.
+        let (radiance, pdf) = self.eval(wi);
+        (pdf.0 > 0.0).then_some(LightSample {
+            wi,
+            radiance,
+            pdf: Some(pdf),
+            end: LightEnd::Infinity,
+        })
+    }
+
+    /// The radiance from a direction, and the density with which [`sample`](Self::sample) finds it.
+    #[inline]
+    pub fn eval(&self, direction: Vec3) -> (Rgb, PdfSolidAngle) {
+        let at = self.locate(direction);
+        let solid_angle = TAU / f64::from(self.image.width())
+            * 2.0
+            * (self.borders[at.row + 1] - self.borders[at.row]);
+        let pdf = self.patches.pmf(at.column, at.row) / solid_angle;
+        (self.radiance(at), PdfSolidAngle(pdf as f32))
+    }
+
+    #[inline]
+    fn locate(&self, direction: Vec3) -> Location {
+        let (width, height) = (self.image.width() as usize, self.image.height() as usize);
+        let w = self.to_world.transpose() * direction.as_dvec3();
+        let u = 0.5 + w.x.atan2(-w.z) / TAU;
+        let theta = w.x.hypot(w.z).atan2(w.y);
+        // From the centre of the last column; patch 0 starts at the centre of the first.
+        let x = u * width as f64 + 0.5;
+        let column = (x as usize + width - 1) % width;
+        let y = theta / PI * height as f64 + 0.5;
+        let row = (y as usize).min(height);
+        Location {
+            column,
+            row,
+            offset: [x - x.floor(), (y - row as f64).min(1.0)],
+        }
+    }
+
+    #[inline]
+    fn radiance(&self, at: Location) -> Rgb {
+        let (width, height) = (self.image.width() as usize, self.image.height() as usize);
+        let (left, right) = (at.column as u32, ((at.column + 1) % width) as u32);
+        let [x, y] = at.offset.map(|offset| offset as f32);
+        let [above, below] = texel_rows(at.row, height).map(|y| {
+            let texel = |x| self.image.get(x, y as u32);
+            texel(left).lerp(texel(right), x)
+        });
+        self.scale * above.lerp(below, y)
+    }
+}
+
+/// The rows of texels above and below a row of patches.
+#[inline]
+fn texel_rows(row: usize, height: usize) -> [usize; 2] {
+    [row.saturating_sub(1), row.min(height - 1)]
+}
+
+/// The angle from +y at which a row of patches begins.
+fn border(row: usize, height: usize) -> f64 {
+    if row == 0 {
+        0.0
+    } else if row > height {
+        PI
+    } else {
+        PI * (row as f64 - 0.5) / height as f64
+    }
+}
+
+/// The integrals over a row of patches, per radian of azimuth, of the tents of the texels above and below it:
+/// int (b - theta) / (b - a) sin theta dtheta, and int (theta - a) / (b - a) sin theta dtheta, from a to b.
+fn shares(row: usize, height: usize) -> [f64; 2] {
+    let (a, b) = (border(row, height), border(row + 1, height));
+    let whole = 2.0 * (0.5 * (a + b)).sin() * (0.5 * (b - a)).sin();
+    let below = (b.sin() - a.sin()) / (b - a) - b.cos();
+    [whole - below, below]
+}

@@ -1,0 +1,48 @@
+//! A point that shines evenly in all directions.
+//!
+//! Measure: radiant intensity in W/sr on a scene in normalised units: that of world units times the square of the
+//! normalisation's scale, as the irradiance I / d^2 asks for.
+//! Range: any receiver but the point itself, and those so near that the irradiance is not finite.
+//! Source: the inverse square law. Tested in `tests/light.rs`.
+
+use super::types::{LightEnd, LightSample};
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec3;
+use std::f64::consts::PI;
+
+/// A light without a size.
+#[derive(Debug, Clone, Copy)]
+pub struct PointLight {
+    position: Vec3,
+    intensity: Rgb,
+}
+
+impl PointLight {
+    /// A light at a position, with a radiant intensity, both in normalised units.
+    pub fn new(position: Vec3, intensity: Rgb) -> Self {
+        Self {
+            position,
+            intensity,
+        }
+    }
+
+    /// Radiant power in normalised units: 4 pi I.
+    pub fn power(&self) -> f64 {
+        4.0 * PI * f64::from(self.intensity.luminance())
+    }
+
+    /// The direction from which it lights `p`; a delta.
+    #[inline]
+    pub fn sample(&self, p: Vec3) -> Option<LightSample> {
+        // In double precision, no square of a distance overflows.
+        let towards = self.position.as_dvec3() - p.as_dvec3();
+        let distance2 = towards.length_squared();
+        let irradiance = self.intensity * (1.0 / distance2) as f32;
+        irradiance.is_finite().then(|| LightSample {
+            wi: (towards / distance2.sqrt()).as_vec3(),
+            radiance: irradiance,
+            pdf: None,
+            end: LightEnd::Point(self.position),
+        })
+    }
+}

@@ -1,0 +1,68 @@
+//! A point that shines into a cone, with a soft edge.
+//!
+//! The intensity at the angle theta from the axis is I s(t), where t goes from 0 at the cone's edge to 1 where the
+//! penumbra begins, linearly in cos theta, and s(t) = t^2 (3 - 2 t). As s is 1/2 on average, the power is
+//!
+//!   2 pi I (1 - (cos(cone) + cos(cone - penumbra)) / 2).
+//!
+//! Measure: radiant intensity in W/sr on a scene in normalised units, as of a point light; angles in radians.
+//! Range: cones in (0, pi] with a penumbra in [0, cone]; narrow ones keep their digits.
+//! Source: the inverse square law; the cubic Hermite step. Tested in `tests/light.rs`.
+
+use super::point::PointLight;
+use super::types::LightSample;
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec3;
+
+/// A point light behind a round opening.
+#[derive(Debug, Clone, Copy)]
+pub struct SpotLight {
+    point: PointLight,
+    axis: Vec3,
+    /// 1 - cos of the angles to the cone's edge and to where the penumbra begins: without cancellation.
+    edge: f64,
+    full: f64,
+}
+
+impl SpotLight {
+    /// A light at a position, with a unit vector along its axis and the radiant intensity there, in normalised units. The
+    /// angle from the axis to the edge is `cone`; over the last `penumbra` of it the intensity falls off.
+    pub fn new(position: Vec3, axis: Vec3, intensity: Rgb, cone: f64, penumbra: f64) -> Self {
+        let one_minus_cos = |angle: f64| 2.0 * (0.5 * angle).sin().powi(2);
+        Self {
+            point: PointLight::new(position, intensity),
+            axis,
+            edge: one_minus_cos(cone),
+            full: one_minus_cos(cone - penumbra),
+        }
+    }
+
+    /// Radiant power in normalised units. A sphere is four pi, of which the light fills the mean of both cones.
+    pub fn power(&self) -> f64 {
+        self.point.power() * (self.edge + self.full) / 4.0
+    }
+
+    /// The direction from which it lights `p`; a delta.
+    #[inline]
+    pub fn sample(&self, p: Vec3) -> Option<LightSample> {
+        let mut sample = self.point.sample(p)?;
+        // |a + b|^2 / 2 = 1 + cos for unit vectors: one minus the cosine between the axis and the way to p.
+        let from_axis = 0.5 * (self.axis.as_dvec3() + sample.wi.as_dvec3()).length_squared();
+        let share = self.falloff(from_axis);
+        sample.radiance *= share as f32;
+        (share > 0.0).then_some(sample)
+    }
+
+    /// The share of the intensity where one minus the cosine with the axis is `from_axis`.
+    #[inline]
+    fn falloff(&self, from_axis: f64) -> f64 {
+        if from_axis <= self.full {
+            return 1.0;
+        }
+        if from_axis >= self.edge {
+            return 0.0;
+        }
+        let t = (self.edge - from_axis) / (self.edge - self.full);
+        t * t * (3.0 - 2.0 * t)
+    }
+}

@@ -1,0 +1,135 @@
+//! The plan of a render: which effects a scene calls for, which object is the reason for each, and which kernel follows.
+//!
+//! Measure: none.
+//! Range: any scene that is ready.
+//! Source: docs/architecture.md, "Effects". Tested in `tests/plan.rs`.
+
+mod objects;
+mod without;
+
+pub use without::without;
+
+use crate::effects::{Effect, Kernel};
+use crate::scene::Scene;
+use crate::scene::description::{Place, SceneDescription};
+use objects::{Object, objects};
+
+/// Whether an effect is on, and why.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finding {
+    /// The effect.
+    pub effect: Effect,
+    /// Whether the scene calls for it.
+    pub on: bool,
+    /// The first object that calls for it, or what makes it superfluous.
+    pub why: String,
+    /// Where that object was written, if it is one.
+    pub place: Option<Place>,
+}
+
+/// What is simulated, and by which code.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Plan {
+    /// One for each effect, in the order of [`Effect::ALL`].
+    pub findings: Vec<Finding>,
+    /// The smallest kernel that has every effect that is on.
+    pub kernel: Kernel,
+}
+
+impl Plan {
+    /// The plan for a scene, with reasons out of its description.
+    pub fn new(description: &SceneDescription, scene: &Scene) -> Self {
+        let objects = objects(description);
+        let finding = |effect| {
+            let on = scene.effects.has(effect);
+            let reason = match effect {
+                Effect::ManyLights => Some((lights(scene.lights.len()), None)),
+                _ if on => objects.iter().find_map(|object| calls(object, effect)),
+                _ => objects.iter().find_map(|object| folded(object, effect)),
+            };
+            let (why, place) = reason.unwrap_or_else(|| (nothing(effect).to_owned(), None));
+            Finding {
+                effect,
+                on,
+                why,
+                place,
+            }
+        };
+        Self {
+            findings: Effect::ALL.map(finding).to_vec(),
+            kernel: Kernel::smallest_for(scene.effects),
+        }
+    }
+
+    /// The effects that are on.
+    pub fn on(&self) -> impl Iterator<Item = Effect> {
+        let on = self.findings.iter().filter(|finding| finding.on);
+        on.map(|finding| finding.effect)
+    }
+}
+
+type Reason = (String, Option<Place>);
+
+/// The reason why an effect is on, if the object is one.
+fn calls(object: &Object, effect: Effect) -> Option<Reason> {
+    let why = format!("{} {}", object.name, object.what(effect));
+    let place = object.place.clone();
+    object.calls_for.has(effect).then_some((why, Some(place)))
+}
+
+/// The reason why an effect is off although the object was written with it.
+fn folded(object: &Object, effect: Effect) -> Option<Reason> {
+    let why = format!("{} {}", object.name, vanishes(effect));
+    let place = object.place.clone();
+    object.written.has(effect).then_some((why, Some(place)))
+}
+
+fn lights(count: usize) -> String {
+    match count {
+        0 => "there is no light to sample".to_owned(),
+        1 => "there is one light to sample".to_owned(),
+        _ => format!("there are {count} lights to sample"),
+    }
+}
+
+/// How an object that was written with an effect comes to do without it.
+fn vanishes(effect: Effect) -> &'static str {
+    match effect {
+        Effect::ShadingNormals => "has just the normals of its triangles",
+        Effect::Textures => "has a texture of one colour",
+        Effect::NormalMaps => "has a normal map that is level everywhere",
+        Effect::Alpha => "has an alpha of 1 everywhere",
+        Effect::Motion => "has keys, but stands still while the shutter is open",
+        Effect::Environment | Effect::DeltaLights | Effect::AreaLights => "is black",
+        Effect::EnvironmentMap => "is a picture of one colour",
+        Effect::Lens => "has a lens_radius of 0",
+        Effect::OneSided
+        | Effect::Glossy
+        | Effect::Specular
+        | Effect::Transmission
+        | Effect::ManyLights
+        | Effect::Instances => "has none of it",
+    }
+}
+
+/// Why an effect is off that no object was written with.
+fn nothing(effect: Effect) -> &'static str {
+    match effect {
+        Effect::ShadingNormals => "no shape has normals of its own",
+        Effect::Textures => "every colour is constant",
+        Effect::NormalMaps => "no material has a normal map",
+        Effect::Alpha => "every surface is there in full",
+        Effect::OneSided => "every surface scatters on both sides",
+        Effect::Glossy => "no surface is rough and shiny",
+        Effect::Specular => "no surface is smooth and shiny",
+        Effect::Transmission => "every surface is opaque",
+        Effect::Lens => "lens_radius is 0",
+        Effect::Motion => "nothing has keys",
+        Effect::Environment => "there is no environment",
+        Effect::EnvironmentMap => "no environment is a picture",
+        Effect::DeltaLights => "every light has a size",
+        Effect::AreaLights => "no shape emits",
+        Effect::ManyLights => "there is at most one light",
+        Effect::Instances => "no group is placed, and no shape moves",
+    }
+}

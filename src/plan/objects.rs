@@ -1,0 +1,152 @@
+//! The objects of a scene that can be the reason for an effect, in the order in which they are named as such.
+//!
+//! Measure: none.
+//! Range: any scene that `load` lets through; objects that are nowhere to be seen are left out.
+//! Source: none needed. Tested in `tests/plan.rs`.
+
+use crate::effects::{Effect, EffectSet};
+use crate::scene::description::{
+    ColourDescription, GeometryDescription, LightModel, MaterialDescription, MaterialModel, Place,
+    SceneDescription, ShapeDescription,
+};
+use crate::scene::{effects, placement};
+
+/// An object with what it calls for.
+#[derive(Debug)]
+pub struct Object {
+    /// What it is called in a sentence.
+    pub name: String,
+    /// Where it was written.
+    pub place: Place,
+    /// Its effects.
+    pub calls_for: EffectSet,
+    /// The effects that it was written with, those among them that come to nothing.
+    pub written: EffectSet,
+}
+
+impl Object {
+    /// What it has or does that calls for an effect.
+    pub fn what(&self, effect: Effect) -> &'static str {
+        match effect {
+            Effect::ShadingNormals if self.calls_for.has(Effect::NormalMaps) => "has a normal map",
+            Effect::ShadingNormals => "has normals of its own",
+            Effect::Textures => "varies over its surface",
+            Effect::NormalMaps => "has a normal map",
+            Effect::Alpha => "is only partly there",
+            Effect::OneSided => "is not two_sided",
+            Effect::Glossy => "is rough and shiny",
+            Effect::Specular => "is smooth and shiny",
+            Effect::Transmission => "lets light through",
+            Effect::Lens => "has a lens",
+            Effect::Motion => "moves while the shutter is open",
+            Effect::Environment => "shines from everywhere",
+            Effect::EnvironmentMap => "varies with direction",
+            Effect::DeltaLights => "has no size",
+            Effect::AreaLights => "emits",
+            Effect::ManyLights => "is one of several lights",
+            Effect::Instances if self.calls_for.has(Effect::Motion) => "moves",
+            Effect::Instances => "places a group",
+        }
+    }
+}
+
+/// All objects that are to be seen: the camera, materials as shapes use them, shapes, instances, lights.
+pub fn objects(description: &SceneDescription) -> Vec<Object> {
+    let shutter = description.camera.shutter;
+    let none = EffectSet::NONE;
+    let mut objects = vec![Object {
+        name: "the camera".to_owned(),
+        place: description.camera.place.clone(),
+        calls_for: effects::of_camera(&description.camera),
+        written: none.with_if(Effect::Motion, !description.camera.motion.is_empty()),
+    }];
+    let layout = placement::layout(description);
+    let shapes: Vec<&ShapeDescription> = layout
+        .placed_shapes(description.shapes.len())
+        .map(|shape| &description.shapes[shape])
+        .collect();
+    let mut seen = vec![false; description.materials.len()];
+    for shape in &shapes {
+        if !std::mem::replace(&mut seen[shape.material], true) {
+            let material = &description.materials[shape.material];
+            objects.push(Object {
+                name: format!("material `{}`", material.name),
+                place: material.place.clone(),
+                calls_for: effects::of_material(material),
+                written: written_in_material(material),
+            });
+        }
+    }
+    objects.extend(shapes.iter().map(|shape| Object {
+        name: format!("shape `{}`", shape.name),
+        place: shape.place.clone(),
+        calls_for: effects::of_shape(shape, shutter),
+        written: written_in_shape(shape),
+    }));
+    objects.extend(description.instances.iter().map(|instance| {
+        Object {
+            name: format!("instance `{}`", instance.name),
+            place: instance.place.clone(),
+            calls_for: effects::of_instance(instance, shutter),
+            written: none
+                .with(Effect::Instances)
+                .with_if(Effect::Motion, !instance.motion.is_empty()),
+        }
+    }));
+    objects.extend(description.lights.iter().map(|light| {
+        let (name, written) = match &light.model {
+            LightModel::Environment { radiance, .. } => (
+                "the environment",
+                none.with(Effect::Environment)
+                    .with_if(Effect::EnvironmentMap, is_texture(radiance)),
+            ),
+            LightModel::Point { .. } => ("the point light", none.with(Effect::DeltaLights)),
+            LightModel::Spot { .. } => ("the spot light", none.with(Effect::DeltaLights)),
+            LightModel::Distant { .. } => ("the distant light", none.with(Effect::DeltaLights)),
+        };
+        Object {
+            name: name.to_owned(),
+            place: light.place.clone(),
+            calls_for: effects::of_light(light),
+            written,
+        }
+    }));
+    objects
+}
+
+fn is_texture(colour: &ColourDescription) -> bool {
+    matches!(colour, ColourDescription::Texture(_))
+}
+
+fn written_in_material(material: &MaterialDescription) -> EffectSet {
+    let colours: &[&ColourDescription] = match &material.model {
+        MaterialModel::Diffuse { reflectance }
+        | MaterialModel::Mirror { reflectance }
+        | MaterialModel::Plastic { reflectance, .. } => &[reflectance],
+        MaterialModel::Phong {
+            diffuse, specular, ..
+        } => &[diffuse, specular],
+        MaterialModel::Dielectric { tint, .. } => &[tint],
+        MaterialModel::Principled { base_color, .. } => &[base_color],
+        MaterialModel::Conductor { .. } => &[],
+    };
+    EffectSet::NONE
+        .with_if(Effect::Textures, colours.iter().any(|c| is_texture(c)))
+        .with_if(Effect::Alpha, is_texture(&material.alpha))
+        .with_if(Effect::NormalMaps, material.normal_map.is_some())
+}
+
+fn written_in_shape(shape: &ShapeDescription) -> EffectSet {
+    let has_normals = match &shape.geometry {
+        GeometryDescription::Mesh(mesh) => !mesh.normals.is_empty(),
+        _ => false,
+    };
+    EffectSet::NONE
+        .with_if(Effect::ShadingNormals, has_normals)
+        .with_if(Effect::Motion, !shape.motion.is_empty())
+        .with_if(Effect::AreaLights, shape.emission.is_some())
+        .with_if(
+            Effect::Textures,
+            shape.emission.as_ref().is_some_and(is_texture),
+        )
+}

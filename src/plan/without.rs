@@ -1,0 +1,206 @@
+//! A scene with one effect taken away: what that effect costs, and how much light it carries, is the difference.
+//!
+//! | effect | is taken away by |
+//! |---|---|
+//! | shading-normals, normal-maps | flat shading |
+//! | textures | the mean colour of each |
+//! | alpha, one-sided | surfaces that are there, on both sides |
+//! | glossy, specular, transmission | absorbing what such lobes would scatter |
+//! | lens, motion | a pinhole; everything as it is when the shutter opens |
+//! | environment, environment-map, delta-lights, area-lights, many-lights | removing these lights, all but the first |
+//! | instances | removing them |
+//!
+//! Measure: none.
+//! Range: any scene.
+//! Source: none needed. Tested in `tests/plan.rs`.
+
+use crate::bsdf::microfacet::Ggx;
+use crate::effects::Effect;
+use crate::geometry::texture::Texture;
+use crate::math::rgb::Rgb;
+use crate::scene::description::{
+    ColourDescription, GeometryDescription, LightModel, MaterialDescription, MaterialModel,
+    MeshDescription, SceneDescription,
+};
+use std::sync::Arc;
+
+/// The scene without an effect.
+pub fn without(description: &SceneDescription, effect: Effect) -> SceneDescription {
+    let mut scene = description.clone();
+    match effect {
+        Effect::ShadingNormals => {
+            each_mesh(&mut scene, |mesh| mesh.normals.clear());
+            each_material(&mut scene, |material| material.normal_map = None);
+        }
+        Effect::NormalMaps => each_material(&mut scene, |material| material.normal_map = None),
+        Effect::Textures => {
+            each_material(&mut scene, flatten_colours);
+            for emission in scene.shapes.iter_mut().filter_map(|s| s.emission.as_mut()) {
+                flatten(emission);
+            }
+        }
+        Effect::Alpha => {
+            let all = ColourDescription::Constant(Rgb::WHITE);
+            each_material(&mut scene, |material| material.alpha = all.clone());
+        }
+        Effect::OneSided => each_material(&mut scene, |material| material.two_sided = true),
+        Effect::Glossy | Effect::Specular | Effect::Transmission => {
+            each_material(&mut scene, |material| absorb(&mut material.model, effect));
+        }
+        Effect::Lens => scene.camera.lens_radius = 0.0,
+        Effect::Motion => stand_still(&mut scene),
+        Effect::Environment => scene
+            .lights
+            .retain(|light| !matches!(light.model, LightModel::Environment { .. })),
+        Effect::EnvironmentMap => {
+            for light in &mut scene.lights {
+                if let LightModel::Environment { radiance, .. } = &mut light.model {
+                    flatten(radiance);
+                }
+            }
+        }
+        Effect::DeltaLights => scene
+            .lights
+            .retain(|light| matches!(light.model, LightModel::Environment { .. })),
+        Effect::AreaLights => {
+            for shape in &mut scene.shapes {
+                shape.emission = None;
+            }
+        }
+        Effect::ManyLights => keep_one_light(&mut scene),
+        Effect::Instances => scene.instances.clear(),
+    }
+    scene
+}
+
+fn each_material(scene: &mut SceneDescription, change: impl FnMut(&mut MaterialDescription)) {
+    scene.materials.iter_mut().for_each(change);
+}
+
+fn each_mesh(scene: &mut SceneDescription, mut change: impl FnMut(&mut MeshDescription)) {
+    for shape in &mut scene.shapes {
+        if let GeometryDescription::Mesh(mesh) = &mut shape.geometry {
+            change(Arc::make_mut(mesh));
+        }
+    }
+}
+
+/// A texture becomes its mean colour.
+fn flatten(colour: &mut ColourDescription) {
+    if let ColourDescription::Texture(texture) = colour {
+        *colour = ColourDescription::Constant(mean(texture));
+    }
+}
+
+fn mean(texture: &Texture) -> Rgb {
+    match texture {
+        Texture::Image { image, scale } => {
+            let mut sum = [0.0; 3];
+            for pixel in image.pixels() {
+                for (sum, channel) in sum.iter_mut().zip(pixel.to_array()) {
+                    *sum += f64::from(channel);
+                }
+            }
+            let count = image.pixels().len() as f64;
+            *scale * Rgb::from(sum.map(|x| (x / count) as f32))
+        }
+        Texture::Checker { colours, .. } => 0.5 * (colours[0] + colours[1]),
+    }
+}
+
+fn flatten_colours(material: &mut MaterialDescription) {
+    flatten(&mut material.alpha);
+    match &mut material.model {
+        MaterialModel::Diffuse { reflectance }
+        | MaterialModel::Mirror { reflectance }
+        | MaterialModel::Plastic { reflectance, .. } => flatten(reflectance),
+        MaterialModel::Phong {
+            diffuse, specular, ..
+        } => {
+            flatten(diffuse);
+            flatten(specular);
+        }
+        MaterialModel::Dielectric { tint, .. } => flatten(tint),
+        MaterialModel::Principled { base_color, .. } => flatten(base_color),
+        MaterialModel::Conductor { .. } => {}
+    }
+}
+
+/// A model whose lobes of this kind scatter nothing; what is matte in it stays.
+fn absorb(model: &mut MaterialModel, effect: Effect) {
+    let black = ColourDescription::Constant(Rgb::BLACK);
+    let shiny = |roughness: f32| {
+        if Ggx::from_roughness(roughness).is_some() {
+            Effect::Glossy
+        } else {
+            Effect::Specular
+        }
+    };
+    let matte = match &mut *model {
+        MaterialModel::Mirror { .. } if effect == Effect::Specular => black,
+        MaterialModel::Conductor { roughness, .. } if effect == shiny(*roughness) => black,
+        MaterialModel::Dielectric { roughness, .. }
+            if effect == shiny(*roughness) || effect == Effect::Transmission =>
+        {
+            black
+        }
+        MaterialModel::Plastic {
+            reflectance,
+            roughness,
+            ..
+        } if effect == shiny(*roughness) => reflectance.clone(),
+        MaterialModel::Phong { diffuse, .. } if effect == Effect::Glossy => diffuse.clone(),
+        MaterialModel::Principled {
+            base_color,
+            metallic,
+            roughness,
+            transmission,
+            ..
+        } => {
+            if effect == Effect::Transmission {
+                scale(base_color, 1.0 - (1.0 - *metallic) * *transmission);
+                *transmission = 0.0;
+                return;
+            }
+            if effect != shiny(*roughness) {
+                return;
+            }
+            scale(base_color, (1.0 - *metallic) * (1.0 - *transmission));
+            base_color.clone()
+        }
+        _ => return,
+    };
+    *model = MaterialModel::Diffuse { reflectance: matte };
+}
+
+fn scale(colour: &mut ColourDescription, factor: f32) {
+    match colour {
+        ColourDescription::Constant(colour) => *colour *= factor,
+        ColourDescription::Texture(texture) => match Arc::make_mut(texture) {
+            Texture::Image { scale, .. } => *scale *= factor,
+            Texture::Checker { colours, .. } => *colours = colours.map(|c| factor * c),
+        },
+    }
+}
+
+/// Everything as it is when the shutter opens.
+fn stand_still(scene: &mut SceneDescription) {
+    let open = scene.camera.shutter[0];
+    scene.camera.shutter = [open; 2];
+}
+
+/// Removes every light but the first: emitting shapes first, then others.
+fn keep_one_light(scene: &mut SceneDescription) {
+    let mut found = false;
+    for shape in &mut scene.shapes {
+        let emits = shape.emission.as_ref().is_some_and(|e| !e.is_black());
+        if found {
+            shape.emission = None;
+        }
+        found |= emits;
+    }
+    scene.lights.retain(|light| {
+        let constant = matches!(&light.model, LightModel::Environment { radiance, .. } if radiance.constant().is_some());
+        constant || !std::mem::replace(&mut found, true)
+    });
+}

@@ -1,0 +1,98 @@
+//! What each object of a scene calls for, after all that says nothing has been folded away: a lens of radius 0, keys that
+//! are equal, a picture of one colour.
+//!
+//! Measure: none.
+//! Range: any scene that `load` lets through.
+//! Source: docs/architecture.md, "Effects". Tested in `tests/effects.rs`.
+
+use super::description::{
+    CameraDescription, GeometryDescription, InstanceDescription, Key, LightDescription, LightModel,
+    MaterialDescription, SceneDescription, ShapeDescription,
+};
+use super::keyframes;
+use super::material::Material;
+use super::placed::has_shading_normals;
+use super::placement::Layout;
+use crate::effects::{Effect, EffectSet};
+
+/// Whether keys move anything while the shutter is open.
+fn moves(keys: &[Key], shutter: [f64; 2]) -> bool {
+    keyframes::steps(keys, shutter).len() > 1
+}
+
+/// What a camera calls for.
+pub fn of_camera(camera: &CameraDescription) -> EffectSet {
+    EffectSet::NONE
+        .with_if(Effect::Lens, camera.lens_radius > 0.0)
+        .with_if(Effect::Motion, moves(&camera.motion, camera.shutter))
+}
+
+/// What a material calls for.
+pub fn of_material(material: &MaterialDescription) -> EffectSet {
+    Material::new(material).effects()
+}
+
+/// What a shape calls for, beyond its material.
+pub fn of_shape(shape: &ShapeDescription, shutter: [f64; 2]) -> EffectSet {
+    let emission = shape.emission.as_ref().filter(|e| !e.is_black());
+    let shading_normals = match &shape.geometry {
+        GeometryDescription::Mesh(mesh) => has_shading_normals(mesh),
+        _ => false,
+    };
+    let moving = moves(&shape.motion, shutter);
+    EffectSet::NONE
+        .with_if(Effect::ShadingNormals, shading_normals)
+        .with_if(Effect::AreaLights, emission.is_some())
+        .with_if(
+            Effect::Textures,
+            emission.is_some_and(|e| e.constant().is_none()),
+        )
+        .with_if(Effect::Motion, moving)
+        .with_if(Effect::Instances, moving)
+}
+
+/// What an instance calls for, beyond what its group does.
+pub fn of_instance(instance: &InstanceDescription, shutter: [f64; 2]) -> EffectSet {
+    EffectSet::NONE
+        .with(Effect::Instances)
+        .with_if(Effect::Motion, moves(&instance.motion, shutter))
+}
+
+/// What a light that is no shape calls for.
+pub fn of_light(light: &LightDescription) -> EffectSet {
+    let none = EffectSet::NONE;
+    match &light.model {
+        LightModel::Environment { radiance, .. } => match radiance.constant() {
+            Some(colour) => none.with_if(Effect::Environment, !colour.is_black()),
+            None => none.with(Effect::Environment).with(Effect::EnvironmentMap),
+        },
+        LightModel::Point { intensity, .. } | LightModel::Spot { intensity, .. } => {
+            none.with_if(Effect::DeltaLights, !intensity.is_black())
+        }
+        LightModel::Distant { irradiance, .. } => {
+            none.with_if(Effect::DeltaLights, !irradiance.is_black())
+        }
+    }
+}
+
+/// What a scene calls for with this layout, but for a choice among lights. Shapes of groups that nothing places, and
+/// materials of no shape, do not count.
+pub fn of_scene(description: &SceneDescription, layout: &Layout) -> EffectSet {
+    let shutter = description.camera.shutter;
+    let mut effects = of_camera(&description.camera);
+    let mut seen = vec![false; description.materials.len()];
+    for shape in layout.placed_shapes(description.shapes.len()) {
+        let shape = &description.shapes[shape];
+        effects |= of_shape(shape, shutter);
+        if !std::mem::replace(&mut seen[shape.material], true) {
+            effects |= of_material(&description.materials[shape.material]);
+        }
+    }
+    for light in &description.lights {
+        effects |= of_light(light);
+    }
+    let moving = layout.placements.iter().any(|p| p.steps.len() > 1);
+    effects
+        .with_if(Effect::Instances, !layout.placements.is_empty())
+        .with_if(Effect::Motion, moving)
+}

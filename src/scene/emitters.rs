@@ -1,0 +1,216 @@
+//! The lights of a scene: what its shapes emit, and how light sampling finds it.
+//!
+//! Shapes that move, and spheres and disks that an instance stretches unevenly, are found by scattered rays alone: no
+//! light sampling knows them, and their emission counts in full.
+//!
+//! Measure: normalised units.
+//! Range: any shape; one that emits nothing anywhere is no emitter.
+//! Source: none needed. Tested in `scene/prepare.rs` and `tests/light.rs`.
+
+use super::Emitter;
+use super::description::{ColourDescription, ShapeDescription};
+use super::placed::{Traced, even_scale};
+use crate::geometry::texture::Texture;
+use crate::geometry::world::PrimitiveId;
+use crate::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
+use crate::light::types::Emission;
+use crate::light::{
+    Light, disk::DiskLight, rectangle::RectangleLight, sphere::SphereLight, triangle::TriangleLight,
+};
+use crate::math::rgb::Rgb;
+use crate::math::vec::{DAffine3, DVec3, Vec2, Vec3};
+use std::sync::Arc;
+
+/// Where a shape that may emit stands.
+#[derive(Debug, Clone, Copy)]
+pub enum Standing<'a> {
+    /// In the world itself.
+    World,
+    /// In a group that stands still: group to world, both in normalised units.
+    Still(&'a DAffine3),
+    /// In a group that moves.
+    Moving,
+}
+
+/// Emitters and lights that have been gathered.
+#[derive(Debug, Default)]
+pub struct Emitters {
+    /// What shapes emit.
+    pub emitters: Vec<Emitter>,
+    /// All lights, with the weight of each in the choice of one.
+    pub lights: Vec<Light>,
+    /// The weights: radiant powers in normalised units.
+    pub powers: Vec<f64>,
+    /// For each light whose radiance is a texture, the primitive that it is.
+    pub textured: Vec<Option<PrimitiveId>>,
+    /// Emitting shapes that light sampling does not know.
+    pub unsampled: usize,
+}
+
+impl Emitters {
+    /// Adds a light that is no shape.
+    pub fn add_light(&mut self, light: Light, power: f64) {
+        self.lights.push(light);
+        self.powers.push(power);
+        self.textured.push(None);
+    }
+
+    /// Adds what the shape with this number emits, and returns its index among the emitters.
+    pub fn add_shape(
+        &mut self,
+        number: u32,
+        description: &ShapeDescription,
+        traced: &Traced,
+        standing: Standing<'_>,
+    ) -> Option<u32> {
+        let colour = description.emission.as_ref().filter(|e| !e.is_black())?;
+        let (radiance, texture) = match (colour, colour.constant()) {
+            (_, Some(radiance)) => (radiance, None),
+            (ColourDescription::Constant(radiance), None) => (*radiance, None),
+            (ColourDescription::Texture(texture), None) => (Rgb::WHITE, Some(Arc::clone(texture))),
+        };
+        let emission = Emission {
+            radiance,
+            two_sided: description.two_sided_emission,
+        };
+        let geometry = &traced.geometry;
+        // A rectangle's light knows no texture coordinates; those of its triangles do.
+        let rectangle = traced.rectangle.filter(|_| texture.is_none());
+        let whole = whole_light(geometry, rectangle, emission, standing);
+        let first = self.lights.len() as u32;
+        let mut sampled = true;
+        let is_whole = whole.is_some();
+        match (whole, geometry) {
+            (Some(light), _) => {
+                let power = light.power(1.0) * mean_luminance(texture.as_deref());
+                self.add_light(light, power);
+            }
+            (None, Geometry::Mesh(mesh)) => {
+                sampled = self.add_triangles(mesh, emission, texture.as_deref(), standing);
+            }
+            (None, _) => sampled = false,
+        }
+        if texture.is_some() {
+            let per_primitive = self.textured.len() as u32 - first;
+            for primitive in 0..per_primitive {
+                let id = PrimitiveId {
+                    shape: number,
+                    primitive,
+                };
+                self.textured[(first + primitive) as usize] = Some(id);
+            }
+        }
+        self.unsampled += usize::from(!sampled);
+        self.emitters.push(Emitter {
+            emission,
+            texture,
+            first_light: sampled.then_some(first),
+            per_primitive: matches!(geometry, Geometry::Mesh(_)) && !is_whole,
+        });
+        Some(self.emitters.len() as u32 - 1)
+    }
+
+    /// A light for each triangle; `false` if they cannot be sampled.
+    fn add_triangles(
+        &mut self,
+        mesh: &Mesh,
+        emission: Emission,
+        texture: Option<&Texture>,
+        standing: Standing<'_>,
+    ) -> bool {
+        let to_world: &dyn Fn([Vec3; 3]) -> [Vec3; 3] = match standing {
+            Standing::World => &|t| t,
+            // A mirrored triangle keeps its outside: its corners change their order, and so would texture coordinates.
+            Standing::Still(m) if m.matrix3.determinant() < 0.0 && texture.is_some() => {
+                return false;
+            }
+            Standing::Still(m) => &|t| {
+                let [a, b, c] = t.map(|p| m.transform_point3(p.as_dvec3()).as_vec3());
+                if m.matrix3.determinant() < 0.0 {
+                    [a, c, b]
+                } else {
+                    [a, b, c]
+                }
+            },
+            Standing::Moving => return false,
+        };
+        for primitive in 0..mesh.indices().len() as u32 {
+            let triangle = to_world(mesh.triangle(primitive));
+            let light = Light::Triangle(TriangleLight::new(triangle, emission));
+            let mean = texture.map_or(1.0, |texture| triangle_luminance(texture, mesh, primitive));
+            let power = light.power(1.0) * mean;
+            self.add_light(light, power);
+        }
+        true
+    }
+}
+
+/// The light that a shape is as a whole, if there is a kind for that.
+fn whole_light(
+    geometry: &Geometry,
+    rectangle: Option<[Vec3; 3]>,
+    emission: Emission,
+    standing: Standing<'_>,
+) -> Option<Light> {
+    let (transform, scale) = match standing {
+        Standing::World => (DAffine3::IDENTITY, 1.0),
+        Standing::Still(transform) => (*transform, even_scale(transform)?),
+        Standing::Moving => return None,
+    };
+    let point = |p: Vec3| transform.transform_point3(p.as_dvec3()).as_vec3();
+    let length = |x: f32| (f64::from(x) * scale) as f32;
+    match geometry {
+        Geometry::Mesh(_) => match (rectangle, standing) {
+            (Some([corner, u, v]), Standing::World) => {
+                let light = RectangleLight::new(corner, [u, v], emission);
+                Some(Light::Rectangle(light))
+            }
+            _ => None,
+        },
+        Geometry::Sphere(sphere) => {
+            let sphere = Sphere {
+                center: point(sphere.center),
+                radius: length(sphere.radius),
+            };
+            Some(Light::Sphere(SphereLight::new(sphere, emission)))
+        }
+        Geometry::Disk(disk) => {
+            let normal = transform.transform_vector3(disk.normal.as_dvec3());
+            let disk = Disk {
+                center: point(disk.center),
+                normal: normal.normalize_or(DVec3::Z).as_vec3(),
+                radius: length(disk.radius),
+            };
+            Some(Light::Disk(DiskLight::new(disk, emission)))
+        }
+    }
+}
+
+/// Points of a triangle at which a texture is looked up for its weight. An estimate will do: what is missed is found by
+/// scattering.
+const POINTS: u32 = 6;
+
+/// The mean luminance of a texture over a triangle.
+fn triangle_luminance(texture: &Texture, mesh: &Mesh, primitive: u32) -> f64 {
+    let mut sum = 0.0;
+    let mut count = 0.0;
+    for i in 0..POINTS {
+        for j in 0..POINTS - i {
+            let at = |k: u32| (k as f32 + 1.0 / 3.0) / POINTS as f32;
+            let uv = mesh.uv_at(primitive, [at(i), at(j)]);
+            sum += f64::from(texture.lookup(uv).luminance());
+            count += 1.0;
+        }
+    }
+    sum / count
+}
+
+/// The mean luminance of a texture over all of [0, 1]^2; 1 without a texture.
+fn mean_luminance(texture: Option<&Texture>) -> f64 {
+    let Some(texture) = texture else { return 1.0 };
+    let n = 4 * POINTS;
+    let at = |k: u32| (k as f32 + 0.5) / n as f32;
+    let uvs = (0..n).flat_map(|i| (0..n).map(move |j| Vec2::new(at(i), at(j))));
+    let luminances = uvs.map(|uv| f64::from(texture.lookup(uv).luminance()));
+    luminances.sum::<f64>() / f64::from(n * n)
+}

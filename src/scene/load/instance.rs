@@ -1,0 +1,153 @@
+//! Instances as tables of a scene file, and the groups that they place.
+//!
+//! Measure: world units.
+//! Range: every group that is placed has a member; no group is placed within itself.
+//! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs` and `tests/bad_input.rs`.
+
+use super::contents::Contents;
+use super::motion::motion;
+use super::reader::{Table, Value, shown, unknown_name};
+use super::transform::transform;
+use crate::error::Result;
+use crate::math::vec::DAffine3;
+use crate::scene::description::{InstanceDescription, Place};
+use std::collections::HashSet;
+use std::path::Path;
+
+/// Reads all `[[instance]]`, after all shapes: only then are all groups known.
+///
+/// # Errors
+/// Whatever in them is not as the format says; a group without members; groups that place one another in a circle.
+pub fn instances(values: &[Value<'_>], file: &Path, contents: &mut Contents) -> Result<()> {
+    // Instances are members, too: groups of which an earlier instance is made may be named further down.
+    for value in values {
+        group(&value.table()?, contents)?;
+    }
+    let mut placed = Vec::with_capacity(values.len());
+    for (index, value) in values.iter().enumerate() {
+        let (instance, of) = instance(value, file, index, contents)?;
+        contents.instances.push(instance);
+        placed.push(of);
+    }
+    refuse_circles(&contents.groups, &contents.instances, &placed)?;
+    note_unseen(contents);
+    Ok(())
+}
+
+/// Tells the user of groups that are nowhere.
+fn note_unseen(contents: &mut Contents) {
+    let placed: HashSet<usize> = contents.instances.iter().map(|it| it.of).collect();
+    let unseen = (0..contents.groups.len()).filter(|group| !placed.contains(group));
+    for group in unseen {
+        let name = shown(&contents.groups[group]);
+        contents.note(format!(
+            "group `{name}` is placed by no instance: it is not seen"
+        ));
+    }
+}
+
+/// The group that an object belongs to, if any.
+///
+/// # Errors
+/// A name that is no text.
+pub fn group(table: &Table<'_>, contents: &mut Contents) -> Result<Option<usize>> {
+    let Some(name) = table.optional("group") else {
+        return Ok(None);
+    };
+    Ok(Some(contents.add_to_group(name.text()?)))
+}
+
+/// Reads one `[[instance]]`, and returns with it what names the group that it places.
+fn instance<'a>(
+    value: &Value<'a>,
+    file: &Path,
+    index: usize,
+    contents: &mut Contents,
+) -> Result<(InstanceDescription, Value<'a>)> {
+    let table = value.table()?;
+    let of = table.required("of")?;
+    let of_name = of.text()?;
+    let placed = contents
+        .group_named(of_name)
+        .ok_or_else(|| of.error(unknown_name("group", of_name, &contents.group_names())))?;
+    let name = match table.optional("name") {
+        Some(name) => name.text()?.to_owned(),
+        None => format!("instance {}", index + 1),
+    };
+    let instance = InstanceDescription {
+        place: Place {
+            file: file.to_path_buf(),
+            line: Some(value.line()),
+        },
+        of: placed,
+        group: group(&table, contents)?,
+        transform: table
+            .optional("transform")
+            .map_or(Ok(DAffine3::IDENTITY), |value| transform(&value, &name))?,
+        motion: motion(&table, &name)?,
+        name,
+    };
+    table.finish()?;
+    Ok((instance, of))
+}
+
+/// How far the search for circles has come with a group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Search {
+    Ahead,
+    OnThePath,
+    Done,
+}
+
+/// Follows the instances within each group down, depth first; `placed` are the values that name what each places.
+///
+/// # Errors
+/// The first circle that is found, at the instance that closes it.
+fn refuse_circles(
+    groups: &[String],
+    instances: &[InstanceDescription],
+    placed: &[Value<'_>],
+) -> Result<()> {
+    let mut within = vec![vec![]; groups.len()];
+    for (index, instance) in instances.iter().enumerate() {
+        if let Some(group) = instance.group {
+            within[group].push(index);
+        }
+    }
+    let mut search = vec![Search::Ahead; groups.len()];
+    for start in 0..groups.len() {
+        // The groups from the start down, each with how many of its instances were followed. A stack of our own: the
+        // chain of groups may be as long as the file.
+        let mut path = vec![];
+        if search[start] == Search::Ahead {
+            path.push((start, 0));
+            search[start] = Search::OnThePath;
+        }
+        while let Some((group, followed)) = path.last_mut() {
+            let Some(&next) = within[*group].get(*followed) else {
+                search[*group] = Search::Done;
+                path.pop();
+                continue;
+            };
+            *followed += 1;
+            let of = instances[next].of;
+            match search[of] {
+                Search::Done => {}
+                Search::Ahead => {
+                    search[of] = Search::OnThePath;
+                    path.push((of, 0));
+                }
+                Search::OnThePath => {
+                    let circle = path.iter().map(|(group, _)| *group);
+                    let circle = circle.skip_while(|group| *group != of).chain([of]);
+                    let names: Vec<String> = circle.map(|group| shown(&groups[group])).collect();
+                    return Err(placed[next].error(format!(
+                        "groups are placed within one another in a circle: {}",
+                        names.join(" -> ")
+                    )));
+                }
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,196 @@
+//! Lights that are no shapes, as tables of a scene file.
+//!
+//! Measure: world units, degrees; radiance, radiant intensity and irradiance.
+//! Range: as docs/scene-format.md says for each key.
+//! Source: docs/scene-format.md. Tested in `tests/light_loading.rs`.
+
+use super::colour::{Bound, Textures, colour, constant};
+use super::reader::{Table, Value};
+use super::transform::{is_rotation, transform};
+use crate::error::Result;
+use crate::geometry::texture::Texture;
+use crate::math::rgb::Rgb;
+use crate::math::vec::{DMat3, DVec3};
+use crate::scene::description::{ColourDescription, LightDescription, LightModel, Place};
+use std::path::Path;
+
+/// The types of lights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Type {
+    Environment,
+    Point,
+    Spot,
+    Distant,
+}
+
+const TYPES: &[(&str, Type)] = &[
+    ("environment", Type::Environment),
+    ("point", Type::Point),
+    ("spot", Type::Spot),
+    ("distant", Type::Distant),
+];
+
+/// The keys of each type.
+const KEYS: &[(Type, &[&str])] = &[
+    (Type::Environment, &["radiance", "transform"]),
+    (Type::Point, &["position", "intensity"]),
+    (
+        Type::Spot,
+        &["position", "intensity", "target", "cone", "penumbra"],
+    ),
+    (Type::Distant, &["direction", "irradiance"]),
+];
+
+/// The penumbra of a spot that says nothing of it, in degrees.
+const PENUMBRA: f64 = 5.0;
+
+/// Reads every `[[light]]`.
+///
+/// # Errors
+/// Whatever in them is not as the format says, or is wrong with a picture that one names.
+pub fn lights(
+    values: &[Value<'_>],
+    file: &Path,
+    textures: &mut Textures,
+) -> Result<Vec<LightDescription>> {
+    let mut lights: Vec<LightDescription> = Vec::with_capacity(values.len());
+    for value in values {
+        let light = light(value, file, textures)?;
+        if is_panorama(&light) && lights.iter().any(is_panorama) {
+            return Err(value.error(
+                "there is a picture as environment already: at most one, and any number of colours",
+            ));
+        }
+        lights.push(light);
+    }
+    Ok(lights)
+}
+
+fn is_panorama(light: &LightDescription) -> bool {
+    let LightModel::Environment { radiance, .. } = &light.model else {
+        return false;
+    };
+    matches!(radiance, ColourDescription::Texture(_))
+}
+
+fn light(value: &Value<'_>, file: &Path, textures: &mut Textures) -> Result<LightDescription> {
+    let table = value.table()?;
+    let kind = table.required("type")?.one_of(TYPES)?;
+    check_keys(&table, kind)?;
+    let model = match kind {
+        Type::Environment => LightModel::Environment {
+            radiance: radiance(&table.required("radiance")?, file, textures)?,
+            to_world: match table.optional("transform") {
+                Some(transform) => rotation(&transform)?,
+                None => DMat3::IDENTITY,
+            },
+        },
+        Type::Point => LightModel::Point {
+            position: table.required("position")?.vec3()?,
+            intensity: emission(&table, "intensity")?,
+        },
+        Type::Spot => spot(&table)?,
+        Type::Distant => LightModel::Distant {
+            direction: direction(&table.required("direction")?)?,
+            irradiance: emission(&table, "irradiance")?,
+        },
+    };
+    table.finish()?;
+    let place = Place {
+        file: file.to_path_buf(),
+        line: Some(value.line()),
+    };
+    Ok(LightDescription { place, model })
+}
+
+fn spot(table: &Table<'_>) -> Result<LightModel> {
+    let position = table.required("position")?.vec3()?;
+    let towards = table.required("target")?;
+    let target = towards.vec3()?;
+    if (target - position).try_normalize().is_none() {
+        return Err(towards.error("position and target are the same point"));
+    }
+    let cone = table
+        .required("cone")?
+        .number_where("an angle in degrees above 0, at most 180", |x| {
+            x > 0.0 && x <= 180.0
+        })?;
+    let penumbra = match table.optional("penumbra") {
+        Some(penumbra) => penumbra.number_where(
+            &format!("an angle in degrees from 0 to that of the cone, {cone}"),
+            |x| (0.0..=cone).contains(&x),
+        )?,
+        None => PENUMBRA.min(cone),
+    };
+    Ok(LightModel::Spot {
+        position,
+        target,
+        intensity: emission(table, "intensity")?,
+        cone: cone.to_radians(),
+        penumbra: penumbra.to_radians(),
+    })
+}
+
+/// Refuses keys that only lights of another type have, and says which.
+fn check_keys(table: &Table<'_>, kind: Type) -> Result<()> {
+    let keys_of = |kind| {
+        KEYS.iter()
+            .find(|(t, _)| *t == kind)
+            .map_or(&[][..], |k| k.1)
+    };
+    for (other, other_kind) in TYPES {
+        let foreign = keys_of(*other_kind)
+            .iter()
+            .filter(|key| !keys_of(kind).contains(key));
+        for key in foreign {
+            if let Some(value) = table.optional(key) {
+                return Err(value.error(format!("only lights of the type {other} have this key")));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn emission(table: &Table<'_>, key: &'static str) -> Result<Rgb> {
+    constant(&table.required(key)?, Bound::NonNegative)
+}
+
+fn direction(value: &Value<'_>) -> Result<DVec3> {
+    let direction = value.vec3()?;
+    match direction.try_normalize() {
+        Some(_) => Ok(direction),
+        None => Err(value.expected("a direction that is not zero")),
+    }
+}
+
+/// A colour, or a picture of them.
+fn radiance(value: &Value<'_>, file: &Path, textures: &mut Textures) -> Result<ColourDescription> {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let radiance = colour(value, Bound::NonNegative, folder, textures)?;
+    if let ColourDescription::Texture(texture) = &radiance {
+        let Texture::Image { image, scale } = &**texture else {
+            return Err(value.error("expected a colour or a picture: the sky is no checker"));
+        };
+        let valid = |x: &f32| *x >= 0.0 && (scale * x).is_finite();
+        let bad = |texel: &Rgb| !texel.to_array().iter().all(valid);
+        if let Some(index) = image.pixels().iter().position(bad) {
+            let width = image.width() as usize;
+            return Err(value.error(format!(
+                "pixel ({}, {}) is {:?}: expected numbers of at least 0 that the scale of {scale} leaves finite",
+                index % width,
+                index / width,
+                image.pixels()[index].to_array(),
+            )));
+        }
+    }
+    Ok(radiance)
+}
+
+fn rotation(value: &Value<'_>) -> Result<DMat3> {
+    let placed = transform(value, "the environment")?;
+    if is_rotation(&placed.matrix3) && placed.translation == DVec3::ZERO {
+        Ok(placed.matrix3)
+    } else {
+        Err(value.error("expected rotations only: what is beyond the scene has no place or size"))
+    }
+}

@@ -1,0 +1,278 @@
+//! A shape where it stands, in double precision, and from there to what is traced.
+//!
+//! Measure: units of the world or of a group in, normalised units out.
+//! Range: what `load` lets through; a transform that stretches a sphere or disk unevenly is an error. Triangles without
+//! an area are dropped and counted.
+//! Source: docs/architecture.md. Tested in `scene/prepare.rs`.
+
+use super::description::{GeometryDescription, MeshDescription, ShapeDescription};
+use super::normalisation::Normalisation;
+use crate::error::{Error, Result};
+use crate::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
+use crate::math::bounds::Bounds;
+use crate::math::vec::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+use std::sync::Arc;
+
+/// A shape where it stands.
+pub enum Placed {
+    /// Triangles.
+    Mesh(PlacedMesh),
+    /// A rectangle with right angles: its two triangles; its corner and edges.
+    Rectangle(PlacedMesh, [DVec3; 3]),
+    /// A sphere.
+    Sphere {
+        /// Centre.
+        center: DVec3,
+        /// Radius.
+        radius: f64,
+    },
+    /// A disk.
+    Disk {
+        /// Centre.
+        center: DVec3,
+        /// Normal, of any length.
+        normal: DVec3,
+        /// Radius.
+        radius: f64,
+    },
+}
+
+/// Triangles and where they stand.
+pub struct PlacedMesh {
+    mesh: Arc<MeshDescription>,
+    transform: DAffine3,
+}
+
+impl PlacedMesh {
+    fn position(&self, index: u32) -> DVec3 {
+        self.transform
+            .transform_point3(self.mesh.positions[index as usize])
+    }
+
+    /// The mesh in normalised units, without the triangles that have no area there, and how many these were.
+    fn normalised(&self, normalisation: &Normalisation) -> (Mesh, usize) {
+        let description = &self.mesh;
+        let to_normalised = |p: &DVec3| normalisation.point(self.transform.transform_point3(*p));
+        let positions: Vec<Vec3> = description.positions.iter().map(to_normalised).collect();
+        let normals = if has_shading_normals(description) {
+            let matrix = normal_matrix(&self.transform);
+            let turned = |n: &DVec3| (matrix * *n).normalize_or_zero().as_vec3();
+            description.normals.iter().map(turned).collect()
+        } else {
+            vec![]
+        };
+        let has_area = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|i| positions[i as usize]);
+            (b - a).cross(c - a).length_squared() >= f32::MIN_POSITIVE
+        };
+        let mirrored = self.transform.matrix3.determinant() < 0.0;
+        let indices: Vec<[u32; 3]> = description
+            .indices
+            .iter()
+            .filter(|t| has_area(t))
+            // A mirroring transform turns triangles over: the outside stays outside.
+            .map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] })
+            .collect();
+        let dropped = description.indices.len() - indices.len();
+        let uvs = description.uvs.iter().map(|uv| uv.as_vec2()).collect();
+        (Mesh::new(positions, normals, uvs, indices), dropped)
+    }
+}
+
+impl Placed {
+    /// Moves a shape to where it stands in its group or in the world: its own transform, and then another.
+    ///
+    /// # Errors
+    /// A sphere or disk that its transform stretches unevenly.
+    pub fn new(shape: &ShapeDescription, then: &DAffine3) -> Result<Self> {
+        let transform = *then * shape.transform;
+        let mesh = |mesh| PlacedMesh { mesh, transform };
+        Ok(match &shape.geometry {
+            GeometryDescription::Mesh(description) => Self::Mesh(mesh(Arc::clone(description))),
+            GeometryDescription::Box { min, max } => {
+                Self::Mesh(mesh(Arc::new(box_mesh(*min, *max))))
+            }
+            GeometryDescription::Rectangle {
+                corner,
+                edge_u,
+                edge_v,
+            } => {
+                let description = rectangle_mesh(*corner, *edge_u, *edge_v);
+                let [u, v] = [*edge_u, *edge_v].map(|edge| transform.transform_vector3(edge));
+                let placed = mesh(Arc::new(description));
+                if u.normalize().dot(v.normalize()).abs() < 1e-9 {
+                    Self::Rectangle(placed, [transform.transform_point3(*corner), u, v])
+                } else {
+                    Self::Mesh(placed)
+                }
+            }
+            GeometryDescription::Sphere { center, radius } => Self::Sphere {
+                center: transform.transform_point3(*center),
+                radius: radius * scale_of(&transform, shape)?,
+            },
+            GeometryDescription::Disk {
+                center,
+                normal,
+                radius,
+            } => Self::Disk {
+                center: transform.transform_point3(*center),
+                normal: normal_matrix(&transform) * normal.normalize(),
+                radius: radius * scale_of(&transform, shape)?,
+            },
+        })
+    }
+
+    /// The boxes of all primitives.
+    pub fn boxes(&self) -> Vec<Bounds> {
+        match self {
+            Self::Mesh(placed) | Self::Rectangle(placed, _) => {
+                let triangles = placed.mesh.indices.iter();
+                triangles
+                    .map(|t| Bounds::around(t.map(|i| placed.position(i))))
+                    .collect()
+            }
+            Self::Sphere { center, radius } | Self::Disk { center, radius, .. } => {
+                let radius = DVec3::splat(*radius);
+                vec![Bounds {
+                    min: *center - radius,
+                    max: *center + radius,
+                }]
+            }
+        }
+    }
+
+    /// The shape in normalised units.
+    pub fn traced(&self, normalisation: &Normalisation) -> Traced {
+        let (mut dropped, mut rectangle) = (0, None);
+        let geometry = match self {
+            Self::Mesh(placed) | Self::Rectangle(placed, _) => {
+                let (mesh, without_area) = placed.normalised(normalisation);
+                dropped = without_area;
+                Geometry::Mesh(mesh)
+            }
+            Self::Sphere { center, radius } => Geometry::Sphere(Sphere {
+                center: normalisation.point(*center),
+                radius: normalisation.length(*radius),
+            }),
+            Self::Disk {
+                center,
+                normal,
+                radius,
+            } => Geometry::Disk(Disk {
+                center: normalisation.point(*center),
+                normal: normal.normalize().as_vec3(),
+                radius: normalisation.length(*radius),
+            }),
+        };
+        if let Self::Rectangle(_, [corner, u, v]) = self {
+            let to = |p: DVec3| normalisation.point(p);
+            let edges = [*u, *v].map(|edge| to(*corner + edge) - to(*corner));
+            rectangle = Some([to(*corner), edges[0], edges[1]]);
+        }
+        Traced {
+            geometry,
+            rectangle,
+            dropped,
+        }
+    }
+}
+
+/// A shape as it is traced, in normalised units.
+#[derive(Debug)]
+pub struct Traced {
+    /// Its form.
+    pub geometry: Geometry,
+    /// Corner and edges of a rectangle with right angles.
+    pub rectangle: Option<[Vec3; 3]>,
+    /// Triangles that were left out.
+    pub dropped: usize,
+}
+
+/// Whether a mesh has shading normals that differ from its geometric ones: many programs write both for flat faces, too.
+pub fn has_shading_normals(mesh: &MeshDescription) -> bool {
+    !mesh.normals.is_empty()
+        && mesh.indices.iter().any(|t| {
+            let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+            let Some(ng) = (b - a).cross(c - a).try_normalize() else {
+                return false;
+            };
+            // Files round normals to four digits or so.
+            t.iter().any(|&i| {
+                let ns = mesh.normals[i as usize].normalize_or(ng);
+                ns.cross(ng).length() > 2e-4
+            })
+        })
+}
+
+/// The factor by which a transform scales, if it is the same in all directions.
+pub fn even_scale(transform: &DAffine3) -> Option<f64> {
+    let matrix = transform.matrix3;
+    let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
+    let scale = axes[0].length();
+    let even = axes
+        .iter()
+        .all(|axis| (axis.length() / scale - 1.0).abs() < 1e-9)
+        && (0..3).all(|i| axes[i].dot(axes[(i + 1) % 3]).abs() < 1e-9 * scale * scale);
+    even.then_some(scale)
+}
+
+/// The factor by which a shape's transform scales, which has to be the same in all directions.
+fn scale_of(transform: &DAffine3, shape: &ShapeDescription) -> Result<f64> {
+    even_scale(transform).ok_or_else(|| {
+        let message = format!(
+            "the transform of {} stretches it unevenly, but a sphere or disk has to stay one; use a mesh instead",
+            shape.name
+        );
+        let error = Error::scene(message).in_file(&shape.place.file);
+        match shape.place.line {
+            Some(line) => error.at_line(line),
+            None => error,
+        }
+    })
+}
+
+/// What normals are multiplied by: the inverse transpose, up to a positive factor.
+fn normal_matrix(transform: &DAffine3) -> DMat3 {
+    let matrix = transform.matrix3;
+    // The cofactor matrix does not divide by the determinant; its sign keeps normals outside when mirroring.
+    let cofactor = DMat3::from_cols(
+        matrix.y_axis.cross(matrix.z_axis),
+        matrix.z_axis.cross(matrix.x_axis),
+        matrix.x_axis.cross(matrix.y_axis),
+    );
+    cofactor * matrix.determinant().signum()
+}
+
+fn rectangle_mesh(corner: DVec3, u: DVec3, v: DVec3) -> MeshDescription {
+    let uv = |u, v| DVec2::new(u, v);
+    MeshDescription {
+        positions: vec![corner, corner + u, corner + u + v, corner + v],
+        normals: vec![],
+        uvs: vec![uv(0.0, 0.0), uv(1.0, 0.0), uv(1.0, 1.0), uv(0.0, 1.0)],
+        indices: vec![[0, 1, 2], [0, 2, 3]],
+    }
+}
+
+/// Six faces with normals outwards and texture coordinates of their own.
+fn box_mesh(min: DVec3, max: DVec3) -> MeshDescription {
+    let mut mesh = MeshDescription::default();
+    let size = max - min;
+    for axis in 0..3 {
+        let [u, v] = [1, 2].map(|step| {
+            let mut edge = DVec3::ZERO;
+            edge[(axis + step) % 3] = size[(axis + step) % 3];
+            edge
+        });
+        let mut far = min;
+        far[axis] = max[axis];
+        for (corner, u, v) in [(min, v, u), (far, u, v)] {
+            let face = rectangle_mesh(corner, u, v);
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(face.positions);
+            mesh.uvs.extend(face.uvs);
+            mesh.indices
+                .extend(face.indices.iter().map(|t| t.map(|i| i + first)));
+        }
+    }
+    mesh
+}

@@ -4,7 +4,7 @@
 CARGO ?= cargo
 OUT ?= out
 
-.PHONY: help setup demo test bench check clean
+.PHONY: help setup demo test bench instructions check clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
@@ -29,6 +29,11 @@ test: setup ## Runs all tests.
 
 bench: setup ## Runs the benchmarks.
 	$(CARGO) bench
+
+instructions: setup ## Counts instructions a sample, of the chosen kernel and of the one with everything.
+	$(CARGO) build --release
+	@scripts/instructions.sh target/release/etendue
+	@scripts/instructions.sh target/release/etendue --kernel everything
 
 check: setup ## Runs the gates: format, lints, documentation, without a warning.
 	$(CARGO) fmt --all --check

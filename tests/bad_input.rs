@@ -3,17 +3,8 @@
 
 mod common;
 
-use common::command::{INPUT_OUTPUT, SCENE, USAGE, fails};
+use common::command::{INPUT_OUTPUT, SCENE, USAGE, fails, scene_fails};
 use common::scene_folder::{HEAD, SceneFolder, TRIANGLE};
-
-/// Renders a scene that ends in `tail`, and expects an error about its `line`, counted from the tail's first.
-#[track_caller]
-fn scene_fails(tail: &str, line: usize, words: &[&str]) {
-    let folder = SceneFolder::new([("a.toml", format!("{HEAD}{tail}"))]);
-    let place = format!("a.toml:{}: ", HEAD.lines().count() + line);
-    let words = [&[place.as_str()], words].concat();
-    fails(&folder, "render a.toml", SCENE, &words);
-}
 
 /// Renders a model of these files, and expects an error at `place`.
 #[track_caller]

@@ -19,7 +19,10 @@ use etendue::integrator::Roulette;
 use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
 use etendue::math::vec::{DVec3, Vec2, Vec3, reflect};
-use etendue::scene::description::{ColourDescription, GeometryDescription, MaterialModel};
+use etendue::scene::description::{
+    ColourDescription, GeometryDescription, MaterialDescription, MaterialModel, Place,
+};
+use etendue::scene::material::Material;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A metal that reflects everything: in f32, |k| = 1e6 leaves nothing to absorb.
@@ -91,7 +94,8 @@ fn white_diffuse_and_mirror_give_everything_back() {
 
 #[test]
 fn smooth_glass_gives_everything_back() {
-    for ior in [1.0, 1.0001, 1.5, 1.0 / 1.5, 2.4] {
+    // Hard case 11: indices next to 1.
+    for ior in [1.0, 1.000_001, 1.0001, 1.5, 1.0 / 1.5, 2.4] {
         let glass = Bsdf::Dielectric(Dielectric::new(ior, 0.0, Rgb::WHITE));
         for cos in [1.0, 0.5, 0.1, 1e-3] {
             for wo in [view(cos), -view(cos)] {
@@ -318,6 +322,36 @@ fn principled_white_gives_everything_back_and_never_more() {
         }
     }
     println!("principled white: worst furnace error {worst:.1e}");
+}
+
+/// Hard case 8: the base takes all that the coat lets through, at any index.
+#[test]
+fn white_plastic_gives_everything_back() {
+    let mut worst = 0.0_f64;
+    for ior in [1.0, 1.0001, 1.3, 2.4] {
+        for roughness in [0.0, 0.1, 0.5, 1.0] {
+            let plastic = Material::new(&MaterialDescription::new(
+                "plastic",
+                Place::default(),
+                MaterialModel::Plastic {
+                    reflectance: ColourDescription::Constant(Rgb::WHITE),
+                    ior,
+                    roughness,
+                },
+            ));
+            let bsdf = plastic.bsdf::<Everything>(Vec2::ZERO);
+            for cos in [1.0, 0.5, 0.1, 1e-3] {
+                let moments = precise_albedo(&bsdf, view(cos));
+                let standard_error = moments.standard_error().expect("16 replicates");
+                let error = moments.mean() - 1.0;
+                worst = worst.max(error.abs());
+                let what = format!("{ior} {roughness} {cos} {error} {standard_error}");
+                assert!(standard_error <= 1e-3, "{what}");
+                assert!(error.abs() <= 2.5e-3 + 5.2 * standard_error, "{what}");
+            }
+        }
+    }
+    println!("white plastic: worst furnace error {worst:.1e}");
 }
 
 #[test]

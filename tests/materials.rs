@@ -12,7 +12,7 @@ use etendue::geometry::texture::Texture;
 use etendue::integrator::Roulette;
 use etendue::math::ray::Ray;
 use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DVec2, DVec3, Vec2, Vec3};
+use etendue::math::vec::{DVec2, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
 use etendue::scene::description::{
     ColourDescription, GeometryDescription, MaterialDescription, MeshDescription,
     NormalMapDescription, Place, SceneDescription, ShapeDescription,
@@ -63,7 +63,7 @@ fn glowing_floor(veil: MaterialDescription, heights: &[f64]) -> SceneDescription
     scene
 }
 
-/// Hard case 40, transparency: what is partly there mixes with what is behind it.
+/// What is partly there mixes with what is behind it.
 #[test]
 fn a_veil_mixes_with_what_is_behind() {
     for &backend in Backend::ALL {
@@ -191,6 +191,33 @@ fn nothing_is_there_where_alpha_is_zero() {
     }
 }
 
+/// What is left of the largest random number behind a veil may round to 1, and still passes through nothing that is there.
+#[test]
+fn the_largest_number_is_stopped_by_what_is_there() {
+    let u = ONE_MINUS_EPSILON;
+    let alphas = (1..200).map(|k| k as f32 * 2.0_f32.powi(-27));
+    let rounds_up = |alpha: &f32| {
+        let alpha = Rgb::grey(*alpha).luminance();
+        (u - alpha) / (1.0 - alpha) >= 1.0
+    };
+    let alphas: Vec<f32> = alphas.filter(rounds_up).step_by(10).collect();
+    assert!(!alphas.is_empty());
+    for alpha in alphas {
+        let mut description = glowing_floor(partly_there(grey(alpha)), &[2.0, 1.0]);
+        let here = checker([1.0, 0.0], Vec2::splat(2.0));
+        let cut_out = partly_there(ColourDescription::Texture(here));
+        description.materials.push(cut_out);
+        description.shapes[2].material = 2;
+        for &backend in Backend::ALL {
+            let scene = ready(&description, backend);
+            let at = |z: f64| scene.normalisation.point(DVec3::new(0.1, 0.2, z));
+            let ray = Ray::between(at(2.5), at(-1.0));
+            let met = scene.intersect::<Everything>(&ray, 0.0, None, u);
+            assert_eq!(met.map(|at| at.id.shape), Some(2), "{alpha:e}");
+        }
+    }
+}
+
 /// What is everywhere there, level, or without a highlight asks nothing of a kernel.
 #[test]
 fn what_changes_nothing_is_folded_away() {
@@ -216,6 +243,45 @@ fn what_changes_nothing_is_folded_away() {
     };
     let effects = Material::new(&one_sided).effects();
     assert_eq!(effects, EffectSet::NONE.with(Effect::OneSided));
+}
+
+/// A lamp of which one half glows is a lamp of half the size; the light that arrives has a closed form.
+#[test]
+fn emission_textures_shine_where_they_are_bright() {
+    let corner = [-1.0, -1.0, 1.5];
+    let (along_u, along_v) = ([0.0, 2.0, 0.0], [2.0, 0.0, 0.0]);
+    let whole = rectangle(corner, along_u, along_v);
+    let [a, u, v] = [corner, along_u, along_v].map(DVec3::from_array);
+    let mesh = MeshDescription {
+        positions: vec![a, a + u, a + u + v, a + v],
+        normals: vec![],
+        uvs: vec![DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y],
+        indices: vec![[0, 1, 2], [0, 2, 3]],
+    };
+    let mesh = GeometryDescription::Mesh(Arc::new(mesh));
+    let bright = 3.0 * 2.0 * parallel_rectangle(1.0, 1.0, 1.5);
+    let dark = 2.0 * parallel_rectangle(1.0, 1.0, 1.5);
+    for (name, form) in [("rectangle", whole), ("mesh", mesh)] {
+        for (colours, repeat, exact) in [
+            ([3.0, 0.0], Vec2::new(2.0, 1.0), bright),
+            ([0.0, 3.0], Vec2::new(1.0, 2.0), bright),
+            ([3.0, 1.0], Vec2::new(2.0, 2.0), bright + dark),
+        ] {
+            let mut scene = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(ALBEDO));
+            let emission = ColourDescription::Texture(checker(colours, repeat));
+            let lamp = ShapeDescription {
+                emission: Some(emission),
+                ..shape(form.clone(), 0.0)
+            };
+            scene.shapes = vec![square(0.0, 0), lamp];
+            for &backend in Backend::ALL {
+                let seen = see(&scene, backend, 1 << 12, Some(1), Roulette::None);
+                let exact = f64::from(ALBEDO) * exact;
+                let what = format!("{name} {colours:?} {}", backend.name());
+                assert_mean(&what, &seen, exact, 2e-3);
+            }
+        }
+    }
 }
 
 /// A normal map with the same normal everywhere, in the axes of u, v and the surface.

@@ -1,4 +1,4 @@
-//! Both samplers: uniform, independent where they should be, stratified where they can be, and addressed by meaning.
+//! All samplers: uniform, independent where they should be, stratified where they can be, and addressed by meaning.
 
 mod common;
 
@@ -6,11 +6,14 @@ use common::chi_square::uniformity;
 use common::verdict::sidak;
 use etendue::math::stats::Moments;
 use etendue::math::vec::ONE_MINUS_EPSILON;
-use etendue::sampler::{Decision, Independent, Sampler, Sobol};
+use etendue::sampler::{Decision, Independent, Sampler, Sobol, Stratified};
 
 /// Decisions of all kinds, also where the independent sampler changes its stream (bounce 8191) and far beyond.
-const DECISIONS: [Decision; 14] = [
+const DECISIONS: [Decision; 17] = [
     Decision::Camera,
+    Decision::Time,
+    Decision::Alpha(0),
+    Decision::Alpha(9),
     Decision::Light(0),
     Decision::Bsdf(0),
     Decision::Roulette(0),
@@ -30,7 +33,7 @@ fn count(decision: Decision) -> usize {
     match decision {
         Decision::Camera | Decision::Light(_) => 4,
         Decision::Bsdf(_) => 3,
-        Decision::Roulette(_) => 1,
+        Decision::Time | Decision::Alpha(_) | Decision::Roulette(_) => 1,
     }
 }
 
@@ -112,6 +115,7 @@ fn samples_are_uniform<S: Sampler>(mut sampler: S, p: &mut PValues, name: &str) 
 /// One sample of each of many pixels: neighbours know nothing of one another, nor do the decisions within one pixel.
 ///
 /// Within one pixel the pairs of two Sobol' decisions are shuffled strata, not independent; over pixels they have to be.
+/// The same holds for stratified ones.
 fn pixels_are_uniform<S: Sampler>(mut sampler: S, p: &mut PValues, name: &str) {
     let size = 128;
     let drawn: Vec<[[u32; 4]; DECISIONS.len()]> = (0..size * size)
@@ -145,8 +149,17 @@ fn numbers_and_pairs_are_uniform() {
     let mut p = PValues::default();
     samples_are_uniform(Independent::new(1), &mut p, "independent");
     samples_are_uniform(Sobol::new(1), &mut p, "sobol");
+    samples_are_uniform(Stratified::new(1, None), &mut p, "stratified");
+    samples_are_uniform(Stratified::new(1, Some(97)), &mut p, "stratified by 97");
     pixels_are_uniform(Independent::new(2), &mut p, "independent");
     pixels_are_uniform(Sobol::new(2), &mut p, "sobol");
+    for n in [1, 7, 16, 100] {
+        pixels_are_uniform(
+            Stratified::new(2, Some(n)),
+            &mut p,
+            &format!("stratified by {n}"),
+        );
+    }
     p.check();
 }
 
@@ -208,6 +221,7 @@ fn nothing_repeats<S: Sampler>(samplers: [S; 2]) {
 fn no_numbers_repeat() {
     nothing_repeats([Independent::new(0), Independent::new(1)]);
     nothing_repeats([Sobol::new(0), Sobol::new(1)]);
+    nothing_repeats([Stratified::new(0, None), Stratified::new(1, None)]);
 }
 
 fn order_does_not_matter<S: Sampler>(mut sampler: S) {
@@ -251,6 +265,7 @@ fn order_does_not_matter<S: Sampler>(mut sampler: S) {
 fn a_number_is_the_same_however_it_is_reached() {
     order_does_not_matter(Independent::new(4));
     order_does_not_matter(Sobol::new(4));
+    order_does_not_matter(Stratified::new(4, Some(100)));
 }
 
 /// The least t such that all boxes of area 2^(t - m) hold the same number of the 2^m `points`.

@@ -2,7 +2,8 @@
 
 mod common;
 
-use common::scene_folder::{HEAD, SceneFolder, load_text};
+use common::scene_folder::{HEAD, SceneFolder, TRIANGLE, in_repository, load_text};
+use etendue::geometry::texture::Texture;
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{DVec2, DVec3};
 use etendue::scene::description::{
@@ -51,8 +52,11 @@ fn what_is_not_written_has_its_default() {
         fov,
         lens_radius,
         focus_distance,
+        ref motion,
+        shutter,
         ..
     } = scene.camera;
+    assert!(motion.is_empty() && shutter == [0.0; 2]);
     assert_near(to_world.translation, [0.0, 0.0, 5.0]);
     assert_near(to_world.transform_vector3(DVec3::Y), [0.0, 1.0, 0.0]);
     assert_eq!(
@@ -154,6 +158,150 @@ fn the_camera_and_the_picture_are_read() {
             }
         );
     }
+}
+
+#[test]
+fn a_camera_moves_from_key_to_key() {
+    let camera = |keys: &str| {
+        let text = format!("version = 1\n[camera]\nshutter = [-1, 2.5]\nmotion = [{keys}]");
+        load_text(&text).camera
+    };
+    let first = "{ time = 0.5, eye = [0, 0, 7], target = [0, 0, 0] }";
+    let moving = camera(&format!(
+        "{first}, {{ time = 2, transform = [{{ translate = [1, 2, 3] }}] }}"
+    ));
+    assert_eq!(moving.shutter, [-1.0, 2.5]);
+    assert_eq!(
+        moving.motion.iter().map(|key| key.time).collect::<Vec<_>>(),
+        [0.5, 2.0]
+    );
+    assert_near(moving.motion[0].transform.translation, [0.0, 0.0, 7.0]);
+    assert_near(moving.motion[1].transform.translation, [1.0, 2.0, 3.0]);
+    // What stands still looks from the first key, and the lens is set to what it looks at there.
+    assert_eq!(moving.to_world, moving.motion[0].transform);
+    assert_eq!(moving.focus_distance, 7.0);
+    let placed = "{ time = 0, transform = [] }";
+    assert_eq!(camera(placed).focus_distance, 1.0);
+}
+
+#[test]
+fn shapes_move_from_key_to_key() {
+    let sphere = "type = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\n";
+    assert!(shape(sphere).motion.is_empty());
+    let keys = "motion = [{ time = -1, transform = [] }, { time = 1e9, transform = [{ scale = 2 }, { translate = [1, 2, 3] }] }]";
+    let moved = shape(&format!(
+        "{sphere}transform = [{{ translate = [4, 5, 6] }}]\n{keys}"
+    ));
+    assert_near(moved.transform.translation, [4.0, 5.0, 6.0]);
+    let [from, to] = moved.motion.as_slice() else {
+        panic!("{:?}", moved.motion)
+    };
+    assert_eq!((from.time, to.time), (-1.0, 1e9));
+    assert_near(from.transform.transform_point3(DVec3::ONE), [1.0; 3]);
+    assert_near(to.transform.transform_point3(DVec3::ONE), [3.0, 4.0, 5.0]);
+}
+
+#[test]
+fn groups_are_of_shapes_and_of_instances() {
+    let folder = SceneFolder::new([
+        (
+            "a.toml",
+            format!(
+                "{HEAD}\
+[[shape]]
+type = \"box\"
+min = [0, 0, 0]
+max = [1, 1, 1]
+[[shape]]
+type = \"obj\"
+file = \"two.obj\"
+group = \"leaf\"
+transform = [{{ scale = 2 }}]
+motion = [{{ time = 0, transform = [{{ translate = [1, 0, 0] }}] }}]
+[[instance]]
+name = \"oak\"
+of = \"tree\"
+transform = [{{ translate = [1, 2, 3] }}]
+[[instance]]
+of = \"leaf\"
+group = \"tree\"
+motion = [{{ time = 0, transform = [] }}, {{ time = 1, transform = [{{ translate = [0, 1, 0] }}] }}]
+"
+            ),
+        ),
+        (
+            "two.obj",
+            format!("o first\n{TRIANGLE}o second\n{TRIANGLE}"),
+        ),
+    ]);
+    let scene = folder.load("a.toml");
+    assert_eq!(scene.groups, ["leaf", "tree"]);
+    let groups: Vec<_> = scene.shapes.iter().map(|shape| shape.group).collect();
+    assert_eq!(groups, [None, Some(0), Some(0)]);
+    for part in &scene.shapes[1..] {
+        assert_eq!(part.motion.len(), 1);
+        assert_near(part.motion[0].transform.translation, [1.0, 0.0, 0.0]);
+        assert_near(part.transform.transform_point3(DVec3::ONE), [2.0; 3]);
+    }
+    let [oak, leaf] = scene.instances.as_slice() else {
+        panic!("{:?}", scene.instances)
+    };
+    assert_eq!((oak.name.as_str(), oak.of, oak.group), ("oak", 1, None));
+    assert_near(oak.transform.translation, [1.0, 2.0, 3.0]);
+    assert_eq!(oak.place.line, Some(15));
+    assert!(oak.motion.is_empty());
+    assert_eq!(
+        (leaf.name.as_str(), leaf.of, leaf.group),
+        ("instance 2", 0, Some(1))
+    );
+    assert_eq!(leaf.motion.len(), 2);
+    assert!(!scene.notes.iter().any(|note| note.contains("group")));
+}
+
+#[test]
+fn a_group_that_nothing_places_is_told_of() {
+    let member = "[[shape]]\ntype = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ngroup = ";
+    let scene = load_text(&format!(
+        "{HEAD}{member}\"a\"\n{member}\"b\"\n{member}\"a\"\n[[instance]]\nof = \"b\""
+    ));
+    assert_eq!(scene.groups, ["a", "b"]);
+    assert_eq!(
+        scene.notes,
+        ["group `a` is placed by no instance: it is not seen"]
+    );
+}
+
+#[test]
+fn what_a_shape_emits_may_vary_over_it() {
+    let lamp = "type = \"rectangle\"\ncorner = [0, 0, 0]\nedge_u = [1, 0, 0]\nedge_v = [0, 1, 0]\nemission = ";
+    let emission = |colour: &str| {
+        shape(&format!("{lamp}{colour}"))
+            .emission
+            .expect("it emits")
+    };
+    assert_eq!(constant(&emission("[1, 20, 3]")), Rgb::new(1.0, 20.0, 3.0));
+    let ColourDescription::Texture(checker) = emission("{ checker = [0, 50], repeat = [2, 4] }")
+    else {
+        panic!("a constant instead of a checker")
+    };
+    let Texture::Checker { colours, repeat } = *checker else {
+        panic!("{checker:?}")
+    };
+    assert_eq!(colours, [Rgb::BLACK, Rgb::grey(50.0)]);
+    assert_eq!(repeat.to_array(), [2.0, 4.0]);
+
+    let glow = "[[shape]]\ntype = \"obj\"\nfile = \"a.obj\"\nemission = { texture = \"t.png\", scale = 300 }";
+    let folder = SceneFolder::new([
+        ("a.toml", format!("{HEAD}{glow}")),
+        ("a.obj", TRIANGLE.to_owned()),
+    ]);
+    let picture = in_repository("scenes/suzanne-room/planks.png");
+    std::fs::copy(picture, folder.path("t.png")).expect("the folder is writable");
+    let scene = folder.load("a.toml");
+    let Some(ColourDescription::Texture(texture)) = &scene.shapes[0].emission else {
+        panic!("no texture")
+    };
+    assert!(matches!(**texture, Texture::Image { scale: 300.0, .. }));
 }
 
 #[test]

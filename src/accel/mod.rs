@@ -17,7 +17,7 @@ mod primitive;
 
 use crate::error::{Error, Result};
 pub use crate::geometry::world::PrimitiveId;
-use crate::geometry::world::World;
+use crate::geometry::world::{Instance, World};
 use crate::math::ray::Ray;
 use std::sync::Arc;
 
@@ -115,7 +115,8 @@ impl Accel {
     /// Builds the structure over all primitives.
     ///
     /// # Errors
-    /// What the backend says, most likely that memory ran out.
+    /// An instance whose transform cannot be inverted at all times; what the backend says, most likely that memory ran
+    /// out.
     pub fn build(world: Arc<World>, options: AccelOptions) -> Result<Self> {
         let fits = |count: usize| u32::try_from(count).is_ok();
         let instances = world.instances().len();
@@ -127,6 +128,12 @@ impl Accel {
         if !fits(world.shape_count() + instances) || !shapes.all(|g| fits(g.primitive_count())) {
             return Err(Error::render(
                 "more than 2^32 shapes, or triangles in one shape",
+            ));
+        }
+        if !world.instances().iter().all(Instance::is_invertible) {
+            return Err(Error::render(
+                "an instance cannot be inverted in single precision at all times of its motion; \
+                 more steps may help",
             ));
         }
         Ok(match options.backend {

@@ -116,9 +116,6 @@ impl ObvhsAccel {
         let instance = &self.world.instances()[instance as usize];
         let group = &self.groups[instance.group];
         let ray = ray.transformed(&instance.at(time).inverse());
-        if !(ray.origin.is_finite() && ray.dir.is_finite()) {
-            return None; // The transform has collapsed at this instant.
-        }
         let start = clip(&ray, &group.bounds)?;
         Some((group, &self.world.groups()[instance.group], ray, start))
     }

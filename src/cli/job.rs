@@ -5,6 +5,8 @@
 //! Source: none needed. Tested in `tests/command.rs`.
 
 use super::args::RenderArguments;
+use crate::effects::Effect;
+use crate::render::kernel;
 use crate::render::settings::RenderSettings;
 use crate::scene::Scene;
 use crate::scene::description::SceneDescription;
@@ -28,15 +30,24 @@ impl Job<'_> {
             .map(|g| g.primitive_count())
             .sum();
         let (width, height) = self.description.film.size;
+        let effects: Vec<&str> = self.scene.effects.iter().map(Effect::name).collect();
+        let effects = if effects.is_empty() {
+            "the scene calls for no effect".to_owned()
+        } else {
+            format!("effects {}", effects.join(", "))
+        };
         format!(
             "scene: {} shapes, {primitives} primitives, {} materials, {} lights; {width} x {height} pixels\n\
-             tracing: {}, {}; {:.1} MB\n",
+             tracing: {}, {}; {:.1} MB\n\
+             plan: kernel {}; {}\n",
             self.description.shapes.len(),
             self.description.materials.len(),
             self.scene.lights.len(),
             self.arguments.backend.name(),
             self.arguments.precision.name(),
             self.scene.accel.memory() as f64 / 1e6,
+            kernel(self.scene, self.settings).name(),
+            effects,
         )
     }
 }

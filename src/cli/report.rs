@@ -9,10 +9,11 @@ use super::job::Job;
 use super::output::format_percent;
 use super::stats::{self, ImageStats, Memory, Stats, Times};
 use super::{Outcome, print};
+use crate::effects::Effect;
 use crate::error::Result;
 use crate::film::ErrorEstimate;
 use crate::image::atomic::write_atomically;
-use crate::render::{Rejected, Rendered};
+use crate::render::{Rejected, Rendered, kernel};
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -73,6 +74,8 @@ impl Job<'_> {
             precision: self.arguments.precision.name(),
             seed: self.settings.seed,
             threads: self.settings.threads,
+            kernel: kernel(self.scene, self.settings).name(),
+            effects: self.scene.effects.iter().map(Effect::name).collect(),
             time: times,
             samples,
             rays: rendered.rays.into(),

@@ -23,6 +23,8 @@ pub struct Stats {
     pub precision: &'static str,
     pub seed: u64,
     pub threads: usize,
+    pub kernel: &'static str,
+    pub effects: Vec<&'static str>,
     pub time: Times,
     pub samples: u64,
     pub rays: Rays,

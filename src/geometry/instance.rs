@@ -1,11 +1,12 @@
 //! A group of shapes placed in the world, standing still or moving while the shutter is open.
 //!
 //! Measure: from the group's units to normalised scene units; time goes from 0, when the shutter opens, to 1.
-//! Range: at least one transform, each of which can be inverted. Between two it may collapse for an instant, at which
-//! nothing is hit.
-//! Source: Embree's motion blur: the entries of the matrix are interpolated. Tested below and in `tests/tracing.rs`.
+//! Range: at least one transform; at every time one that single precision can invert, see [`Instance::is_invertible`].
+//! Source: Embree's motion blur: the entries of the matrix are interpolated; Farouki 2012, "The Bernstein polynomial basis",
+//! for bounds of the determinant. Tested below and in `tests/tracing_instances.rs`.
 
 use crate::math::bounds::Bounds;
+use crate::math::robust::gamma;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 
 /// A group of shapes, placed in the world.
@@ -29,7 +30,8 @@ impl Instance {
             return still;
         }
         let (from, to, share) = self.between(time);
-        let lerp = |a: DVec3, b: DVec3| (1.0 - share) * a + share * b;
+        // Equal steps leave the transform exactly as it is.
+        let lerp = |a: DVec3, b: DVec3| a + share * (b - a);
         DAffine3 {
             matrix3: columns(|k| lerp(from.matrix3.col(k), to.matrix3.col(k))),
             translation: lerp(from.translation, to.translation),
@@ -52,6 +54,27 @@ impl Instance {
             matrix3: columns(|k| from.matrix3.col(k).max(to.matrix3.col(k))),
             translation: from.translation.max(to.translation),
         }
+    }
+
+    /// Whether the transform can be inverted at every time in single precision: Embree does so for each ray, and crashes
+    /// on what is then no number. Half a turn between two steps, for one, collapses all points to the axis midway.
+    pub fn is_invertible(&self) -> bool {
+        let pairs = self.steps.windows(2).map(|pair| (&pair[0], &pair[1]));
+        let single = self.steps.iter().map(|step| (step, step));
+        let finite = self.steps.iter().all(|step| step.is_finite());
+        finite
+            && single.chain(pairs).all(|(a, b)| {
+                let coefficients = determinant_coefficients(&a.matrix3, &b.matrix3);
+                let side = coefficients[0].0.signum();
+                // What rounding leaves of the determinant, and what single precision can divide by.
+                let lowest = |(determinant, size): (f64, f64)| {
+                    side * determinant - f64::from(gamma(8)) * size - f64::from(f32::MIN_POSITIVE)
+                };
+                let fits = coefficients
+                    .iter()
+                    .all(|&(_, size)| size < f64::from(f32::MAX));
+                fits && is_positive(coefficients.map(lowest), 32)
+            })
     }
 
     /// The box around everything that is in `bounds` of the group, over the whole motion: between two steps points move
@@ -87,6 +110,43 @@ impl Instance {
             f64::from(scaled - segment),
         )
     }
+}
+
+/// The determinant of (1 - f) A + f B as a cubic in Bernstein form, and likewise the same sum of products without signs.
+fn determinant_coefficients(a: &DMat3, b: &DMat3) -> [(f64, f64); 4] {
+    let mut coefficients = [(0.0, 0.0); 4];
+    for subset in 0..8_usize {
+        let mixed = columns(|k| [a, b][subset >> k & 1].col(k));
+        let count = subset.count_ones() as usize;
+        let binomial = [1.0, 3.0, 3.0, 1.0][count];
+        coefficients[count].0 += mixed.determinant() / binomial;
+        coefficients[count].1 += permanent(&mixed.abs()) / binomial;
+    }
+    coefficients
+}
+
+/// A determinant with sums for differences.
+fn permanent(m: &DMat3) -> f64 {
+    let [a, b, c] = [m.x_axis, m.y_axis, m.z_axis];
+    a.x * (b.y * c.z + b.z * c.y) + a.y * (b.z * c.x + b.x * c.z) + a.z * (b.x * c.y + b.y * c.x)
+}
+
+/// Whether a cubic in Bernstein form is positive on [0, 1], by halving until its coefficients tell; a cubic that comes
+/// closer to 0 than `depth` halvings can tell counts as not.
+fn is_positive([a, b, c, d]: [f64; 4], depth: u32) -> bool {
+    if !(a > 0.0 && d > 0.0) {
+        return false;
+    }
+    if b > 0.0 && c > 0.0 {
+        return true;
+    }
+    let mean = |x: f64, y: f64| 0.5 * (x + y);
+    let (ab, bc, cd) = (mean(a, b), mean(b, c), mean(c, d));
+    let (abc, bcd) = (mean(ab, bc), mean(bc, cd));
+    let middle = mean(abc, bcd);
+    depth > 0
+        && is_positive([a, ab, abc, middle], depth - 1)
+        && is_positive([middle, bcd, cd, d], depth - 1)
 }
 
 #[inline]
@@ -127,5 +187,24 @@ mod tests {
         assert_eq!(swept.min, DVec3::ZERO);
         assert_eq!(swept.max, DVec3::new(5.0, 9.0, 1.0));
         assert!(walk().bounds_of(&Bounds::default()).is_empty());
+    }
+
+    #[test]
+    fn a_motion_is_invertible_unless_it_collapses_on_its_way() {
+        let is_invertible = |steps: &[DAffine3]| {
+            let steps = steps.to_vec();
+            Instance { group: 0, steps }.is_invertible()
+        };
+        let turned = |degrees: f64| DAffine3::from_rotation_y(degrees.to_radians());
+        let scaled = |y: f64| DAffine3::from_scale(DVec3::new(1.0, y, 1.0));
+        assert!(is_invertible(&[turned(0.0), turned(170.0)]));
+        assert!(!is_invertible(&[turned(0.0), turned(180.0)]));
+        assert!(is_invertible(&[turned(0.0), turned(90.0), turned(180.0)]));
+        assert!(is_invertible(&[scaled(-1.0)]));
+        assert!(!is_invertible(&[scaled(-1.0), scaled(1.0)]));
+        assert!(!is_invertible(&[scaled(0.0)]));
+        assert!(!is_invertible(&[DAffine3::from_scale(DVec3::splat(1e-13))]));
+        assert!(!is_invertible(&[DAffine3::from_scale(DVec3::splat(1e13))]));
+        assert!(!is_invertible(&[scaled(f64::NAN)]));
     }
 }

@@ -7,7 +7,7 @@
 //! Measure: normalised scene units outside, the group's units inside.
 //! Range: transforms that can be inverted; the determinant may be negative.
 //! Source: Pharr, Jakob, Humphreys, sections 3.10 (normals) and 6.8.6 (error of transformed points); Higham 2002, section
-//! 14.1, for the inverse. Tested in `tests/tracing_instances.rs`.
+//! 14.1, for the inverse. Tested in `tests/instance_surfaces.rs`.
 
 use super::Geometry;
 use super::instance::Instance;
@@ -111,10 +111,16 @@ impl<'a> Placed<'a> {
         }
     }
 
+    /// A point of the group in the world.
+    #[inline]
+    pub fn to_world(&self, p: DVec3) -> DVec3 {
+        self.to_world.transform_point3(p)
+    }
+
     /// The vertices of a triangle in the world.
     pub fn triangle(&self, mesh: &Mesh, primitive: u32) -> [DVec3; 3] {
         let vertices = mesh.triangle(primitive);
-        vertices.map(|vertex| self.to_world.transform_point3(vertex.as_dvec3()))
+        vertices.map(|vertex| self.to_world(vertex.as_dvec3()))
     }
 
     /// A point of the surface brought to the world, and the error bound of each of its coordinates: with that of a query
@@ -125,21 +131,27 @@ impl<'a> Placed<'a> {
         let offset = self.to_world.matrix3 * x;
         let translation = self.to_world.translation;
         let p = offset + translation;
-        let (inverse, condition) = self.inverse_magnitude();
-        // The inverse by cofactors in single precision is off by gamma_8 (1 + condition) of its size, and taking origin
-        // and direction through it by gamma_8 of all that is added up.
-        let query =
-            (1.0 + condition) * (offset.abs() + reach) + (p.abs() + translation.abs() + reach);
-        let local = error.as_dvec3() + gamma(8) * (inverse * query);
+        let Inversion {
+            inverse,
+            cofactors,
+            determinant,
+        } = self.inversion();
+        let from_center = offset.abs() + reach;
+        // A cofactor divided by the determinant has four roundings. The determinant's own errors, of eight, scale the
+        // instance about its centre. Taking origin and direction through the inverse has six.
+        let query = gamma(4) * (cofactors * from_center)
+            + gamma(6) * (inverse * (p.abs() + translation.abs() + reach));
+        let scaling = gamma(8) * determinant * from_center;
         // The mean of two steps in single precision, and rounding the point.
-        let mean = self.magnitude.matrix3 * x.abs() + self.magnitude.translation;
+        let mean =
+            self.magnitude.matrix3 * (x.abs() + inverse * reach) + self.magnitude.translation;
         let rounding = gamma(4) * mean + gamma(1) * p.abs();
-        (p, self.to_world.matrix3.abs() * local + rounding)
+        let local = error.as_dvec3() + query;
+        (p, self.to_world.matrix3.abs() * local + scaling + rounding)
     }
 
-    /// Bounds of the entries of the inverse with the products of its cofactors taken without their signs, and of the
-    /// relative error of the determinant in units of a rounding.
-    fn inverse_magnitude(&self) -> (DMat3, f64) {
+    /// What rounding grows with where the transform is inverted by cofactors.
+    fn inversion(&self) -> Inversion {
         let DMat3 {
             x_axis,
             y_axis,
@@ -151,8 +163,11 @@ impl<'a> Placed<'a> {
             unsigned_cross(x_axis, y_axis),
         );
         let per_determinant = 1.0 / self.to_world.matrix3.determinant().abs();
-        let inverse = DMat3::from_cols(yz, zx, xy).transpose() * per_determinant;
-        (inverse, x_axis.dot(yz) * per_determinant)
+        Inversion {
+            inverse: self.to_world.matrix3.inverse().abs(),
+            cofactors: DMat3::from_cols(yz, zx, xy).transpose() * per_determinant,
+            determinant: x_axis.dot(yz) * per_determinant,
+        }
     }
 
     /// A normal in the world: through the inverse transpose, so that it stays on its side also in a mirror image.
@@ -175,6 +190,16 @@ impl<'a> Placed<'a> {
         let to_local = self.to_world.inverse();
         to_local.transform_point3(p.as_dvec3()).as_vec3()
     }
+}
+
+/// Magnitudes of an inverse.
+struct Inversion {
+    /// Of its entries.
+    inverse: DMat3,
+    /// Of the products in its cofactors, divided by the determinant.
+    cofactors: DMat3,
+    /// Of the products in the determinant, divided by it.
+    determinant: f64,
 }
 
 /// The normal of a triangle, not of unit length: a transform may magnify what rounding takes from it.

@@ -20,6 +20,7 @@ use crate::film::filter::Filter;
 use crate::integrator::RayCounts;
 use crate::scene::Scene;
 use budget::PassPlanner;
+pub use dispatch::kernel;
 use rayon::prelude::*;
 use settings::RenderSettings;
 use std::sync::Mutex;

@@ -2,7 +2,7 @@
 //!
 //! A sample is a pure function of (seed, pixel, sample index), and each of its numbers is addressed by what it is for,
 //! its [`Decision`], never by how many were drawn before. So no image depends on threads or tile order, and a decision
-//! that is not taken shifts no other.
+//! that is not taken shifts no other. Strata alone depend on one thing more: how many samples share them out.
 //!
 //! Measure: uniform in [0, 1 - 2^-24], a multiple of 2^-24.
 //! Range: any seed and pixel, any sample index below 2^47, any bounce; no number repeats within these.

@@ -4,7 +4,7 @@
 //! decision. The first two numbers of a decision, and the last two, are a pair: its samples also share out a grid of
 //! about sqrt(N) x sqrt(N) cells. Samples beyond the Nth begin a new set.
 //!
-//! Measure: uniform in [0, 1 - 2^-24]; strata are exact before the rounding to multiples of 2^-24.
+//! Measure: uniform in [0, 1 - 2^-24], a multiple of 2^-24.
 //! Range: any N from 1 to 65536; more, or an unknown number, is cut into sets of 64. Where N = columns * rows has no
 //! solution near sqrt(N), a few cells stay empty, and the second number of a pair has a few empty strata, too.
 //! Source: Kensler 2013, "Correlated Multi-Jittered Sampling" (Pixar TM 13-01), with permutations of our own. Strata,
@@ -122,8 +122,11 @@ impl Grid {
 /// A number in one of several equal strata.
 #[inline]
 fn place(stratum: u32, strata: u32, jitter: u32) -> f32 {
-    let position = u64::from(stratum) << 32 | u64::from(jitter);
-    to_unit((position / u64::from(strata)) as u32)
+    let [stratum, strata, jitter] = [stratum, strata, jitter].map(u64::from);
+    let rounded = ((stratum << 32 | jitter) / strata) >> 8;
+    // What was rounded out of the stratum's lower end goes back in.
+    let outside = rounded * strata < stratum << 24;
+    to_unit((rounded + u64::from(outside)) as u32 * 256)
 }
 
 /// Where `index` goes in a permutation of `0..count` that `seed` picks.
@@ -151,7 +154,7 @@ fn permute(index: u32, count: u32, seed: u64) -> u32 {
             break;
         }
     }
-    let rotation = (hash::mix(seed) >> 32) * u64::from(count) >> 32;
+    let rotation = ((hash::mix(seed) >> 32) * u64::from(count)) >> 32;
     ((u64::from(x) + rotation) % u64::from(count)) as u32
 }
 

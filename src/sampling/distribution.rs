@@ -1,11 +1,15 @@
 //! A choice among finitely many, each with its probability, in constant time.
 //!
 //! Measure: probabilities.
-//! Range: weights at least 0 and finite, with a positive sum; an item of weight 0 is never chosen.
+//! Range: weights at least 0 and finite, with a positive sum; an item of weight 0, or of a probability below the normal
+//! numbers of single precision, is never chosen.
 //! Source: Walker 1977; Vose 1991, "A Linear Algorithm for Generating Random Numbers with a Given Distribution".
 //! Tested below.
 
 use crate::math::measure::Pmf;
+
+/// The distance between uniform numbers.
+const STEP: f64 = 1.0 / 16_777_216.0;
 
 /// An alias table.
 #[derive(Debug, Clone)]
@@ -40,6 +44,12 @@ impl AliasTable {
                 pmf: (w / sum) as f32,
             })
             .collect();
+        // One over a denormal probability need not be finite.
+        for slot in &mut slots {
+            if slot.pmf < f32::MIN_POSITIVE {
+                (slot.threshold, slot.pmf) = (0.0, 0.0);
+            }
+        }
         let (mut small, mut large): (Vec<usize>, Vec<usize>) =
             (0..slots.len()).partition(|&i| slots[i].threshold < 1.0);
         while let (Some(&poor), Some(&rich)) = (small.last(), large.last()) {
@@ -54,7 +64,7 @@ impl AliasTable {
         // What is left over is 1 up to rounding; an item of weight 0 is not, and gives its slot to the heaviest.
         let heaviest = (0..slots.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b]))?;
         for i in small.into_iter().chain(large) {
-            if weights[i] > 0.0 {
+            if slots[i].pmf > 0.0 {
                 slots[i].threshold = 1.0;
             } else {
                 slots[i].alias = heaviest as u32;
@@ -69,7 +79,8 @@ impl AliasTable {
         if self.slots.len() == 1 {
             return (0, Pmf(1.0));
         }
-        let x = f64::from(u[0]) + f64::from(u[1]) * (1.0 / 16_777_216.0);
+        // The middle of what both numbers stand for: their zero is no chance for what is next to impossible.
+        let x = f64::from(u[0]) + (f64::from(u[1]) + 0.5 * STEP) * STEP;
         let scaled = x * self.slots.len() as f64;
         let index = (scaled as usize).min(self.slots.len() - 1);
         let slot = &self.slots[index];
@@ -126,7 +137,7 @@ mod tests {
                 let u = (i as f32 / 1000.0).min(ONE_MINUS_EPSILON);
                 for second in [0.0, ONE_MINUS_EPSILON] {
                     let (item, pmf) = table.sample([u, second]);
-                    assert!(weights[item] > 0.0 && pmf.0 > 0.0 || weights[item] < 1e-38);
+                    assert!(weights[item] > 0.0 && pmf.0 > 0.0, "{item}");
                 }
             }
         }

@@ -182,3 +182,88 @@ fn invert(sums: &[f64], x: f64) -> f64 {
     let offset = x * count as f64 - piece as f64;
     (sums[piece] + offset * (sums[piece + 1] - sums[piece])) / sums[count]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const LAST: f64 = 1.0 - 1.0 / 16_777_216.0;
+
+    #[test]
+    fn the_ends_of_the_interval_never_find_a_piece_of_no_weight() {
+        for weights in [
+            vec![0.0, 1.0, 0.0],
+            vec![0.0, 0.0, 1e-300, 2.0, 0.0, 5e-324, 0.0],
+            vec![0.0, 5e-324, 0.0],
+            vec![0.0, 1e300, 1e-300, 0.0],
+        ] {
+            let distribution = Piecewise1d::new(&weights).expect("valid weights");
+            let total: f64 = (0..weights.len()).map(|i| distribution.pmf(i)).sum();
+            assert!((total - 1.0).abs() < 1e-12, "{weights:?}");
+            for i in 0..=1000 {
+                let place = distribution.sample((f64::from(i) / 1000.0).min(LAST));
+                assert!(weights[place.piece] > 0.0, "{weights:?} {i}");
+                assert!(distribution.pmf(place.piece) > 0.0, "{weights:?} {i}");
+                assert!((0.0..1.0).contains(&place.offset), "{weights:?} {place:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn weights_that_are_no_weights_are_refused() {
+        for weights in [
+            vec![],
+            vec![0.0],
+            vec![1.0, -1.0, 3.0],
+            vec![f64::NAN],
+            vec![f64::INFINITY],
+        ] {
+            assert!(Piecewise1d::new(&weights).is_none(), "{weights:?}");
+            let rows = weights.into_iter();
+            assert!(Piecewise2d::new(rows, 1).is_none());
+        }
+    }
+
+    #[test]
+    fn strata_of_u_fall_into_pieces_by_their_weight() {
+        let weights = [3.0, 0.0, 1.0, 4.0];
+        let distribution = Piecewise1d::new(&weights).expect("valid weights");
+        let mut counts = [0; 4];
+        let mut before = 0.0;
+        for i in 0..800 {
+            let place = distribution.sample((f64::from(i) + 0.5) / 800.0);
+            counts[place.piece] += 1;
+            let x = place.piece as f64 + place.offset;
+            assert!(x > before, "the order of u is kept");
+            before = x;
+        }
+        assert_eq!(counts, [300, 0, 100, 400]);
+    }
+
+    proptest! {
+        #[test]
+        fn inverting_gives_u_back_and_densities_agree(
+            weights in prop::collection::vec(prop_oneof![Just(0.0), 0.01..10.0_f64], 12),
+            u in (0.0..LAST, 0.0..LAST),
+        ) {
+            let Some(distribution) = Piecewise2d::new(weights.iter().copied(), 4) else {
+                prop_assert!(weights.iter().all(|&w| w == 0.0));
+                return Ok(());
+            };
+            let [column, row] = distribution.sample([u.0, u.1]);
+            let x = (column.piece as f64 + column.offset) / 4.0;
+            let y = (row.piece as f64 + row.offset) / 3.0;
+            let back = distribution.invert([x, y]);
+            prop_assert!((back[0] - u.0).abs() < 1e-9 && (back[1] - u.1).abs() < 1e-9, "{back:?}");
+            let weight = weights[row.piece * 4 + column.piece];
+            let expected = 12.0 * weight / weights.iter().sum::<f64>();
+            let pmf = distribution.pmf(column.piece, row.piece);
+            prop_assert!((12.0 * pmf / expected - 1.0).abs() < 1e-9);
+            // On the border between two pieces, rounding may choose the other one.
+            if column.offset > 1e-9 && column.offset < 1.0 - 1e-9 && row.offset > 1e-9 && row.offset < 1.0 - 1e-9 {
+                prop_assert!((distribution.pdf([x, y]) / expected - 1.0).abs() < 1e-9);
+            }
+        }
+    }
+}

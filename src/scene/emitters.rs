@@ -82,7 +82,7 @@ impl Emitters {
         let is_whole = whole.is_some();
         match (whole, geometry) {
             (Some(light), _) => {
-                let power = light.power(0.0) * mean_luminance(texture.as_deref());
+                let power = light.power(1.0) * mean_luminance(texture.as_deref());
                 self.add_light(light, power);
             }
             (None, Geometry::Mesh(mesh)) => {
@@ -138,7 +138,7 @@ impl Emitters {
             let triangle = to_world(mesh.triangle(primitive));
             let light = Light::Triangle(TriangleLight::new(triangle, emission));
             let mean = texture.map_or(1.0, |texture| triangle_luminance(texture, mesh, primitive));
-            let power = light.power(0.0) * mean;
+            let power = light.power(1.0) * mean;
             self.add_light(light, power);
         }
         true

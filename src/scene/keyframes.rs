@@ -84,8 +84,8 @@ pub fn steps(keys: &[Key], shutter: [f64; 2]) -> Vec<DAffine3> {
 fn share(a: f64, b: f64, time: f64) -> f64 {
     // Halved, no difference of finite numbers overflows.
     let share = (0.5 * time - 0.5 * a) / (0.5 * b - 0.5 * a);
-    // A NaN, of times that cannot be told apart when halved, becomes 0.
-    share.max(0.0).min(1.0)
+    // Times next to 0 may become equal when halved.
+    if share.is_nan() { 0.0 } else { share }
 }
 
 /// `a` at 0, `b` at 1, exactly.

@@ -25,7 +25,7 @@ use crate::math::measure::PdfSolidAngle;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::robust::offset_point;
-use crate::math::vec::{Vec2, Vec3};
+use crate::math::vec::{ONE_MINUS_EPSILON, Vec2, Vec3};
 use interaction::Interaction;
 use material::Material;
 use normalisation::Normalisation;
@@ -104,7 +104,8 @@ impl Scene {
             {
                 if u_alpha >= alpha {
                     // Uniform again: what is behind is decided with the rest of the number.
-                    u_alpha = (u_alpha - alpha) / (1.0 - alpha);
+                    // Rounding may make it 1, which would pass through what is all there.
+                    u_alpha = ((u_alpha - alpha) / (1.0 - alpha)).min(ONE_MINUS_EPSILON);
                     ray.t_min = hit.t.next_up();
                     continue;
                 }

@@ -22,8 +22,10 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::geometry::world::{Instance, World};
-use crate::light::Light;
 use crate::light::select::Lights;
+use crate::light::{
+    Light, distant::DistantLight, environment::EnvironmentMap, point::PointLight, spot::SpotLight,
+};
 use crate::math::bounds::Bounds;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec3};
@@ -289,8 +291,57 @@ impl<'a> Build<'a> {
 }
 
 /// A light that is no shape, in normalised units; `None` if it is black, or the same in all directions.
-fn light_of(_: &LightModel, _: &Normalisation) -> Option<Light> {
-    None
+fn light_of(model: &LightModel, normalisation: &Normalisation) -> Option<Light> {
+    // Irradiance, I / d^2, is not to change with the unit of length.
+    let intensity = |intensity: Rgb| {
+        let unit = normalisation.length(1.0);
+        (!intensity.is_black()).then_some(unit * unit * intensity)
+    };
+    Some(match model {
+        LightModel::Environment { radiance, to_world } => {
+            let (None, ColourDescription::Texture(texture)) = (radiance.constant(), radiance)
+            else {
+                return None;
+            };
+            let Texture::Image { image, scale } = texture.as_ref() else {
+                return None;
+            };
+            let map = EnvironmentMap::new(Arc::clone(image), *scale, *to_world)?;
+            Light::Environment(Arc::new(map))
+        }
+        LightModel::Point {
+            position,
+            intensity: i,
+        } => {
+            let position = normalisation.point(*position);
+            Light::Point(PointLight::new(position, intensity(*i)?))
+        }
+        LightModel::Spot {
+            position,
+            target,
+            intensity: i,
+            cone,
+            penumbra,
+        } => {
+            let axis = (*target - *position).normalize().as_vec3();
+            let position = normalisation.point(*position);
+            Light::Spot(SpotLight::new(
+                position,
+                axis,
+                intensity(*i)?,
+                *cone,
+                *penumbra,
+            ))
+        }
+        LightModel::Distant {
+            direction,
+            irradiance,
+        } => {
+            let direction = direction.normalize().as_vec3();
+            let light = DistantLight::new(direction, *irradiance);
+            Light::Distant((!irradiance.is_black()).then_some(light)?)
+        }
+    })
 }
 
 #[cfg(test)]
@@ -300,7 +351,11 @@ mod tests {
     use crate::effects::kernel::types::Everything;
     use crate::math::ray::Ray;
     use crate::math::rgb::Rgb;
-    use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel, Place};
+    use crate::math::vec::Vec3;
+    use crate::scene::description::{
+        GeometryDescription, MaterialDescription, MaterialModel, MeshDescription, Place,
+        ShapeDescription,
+    };
 
     fn scene(geometry: GeometryDescription, transform: DAffine3) -> SceneDescription {
         let reflectance = ColourDescription::Constant(Rgb::grey(0.5));

@@ -4,7 +4,7 @@
 //! Range: arguments are split at spaces: names in tests have none.
 //! Source: none needed.
 
-use super::scene_folder::SceneFolder;
+use super::scene_folder::{HEAD, SceneFolder};
 use std::process::{Command, Output, Stdio};
 
 /// The exit code of a request that makes no sense.
@@ -66,6 +66,15 @@ pub fn fails(folder: &SceneFolder, arguments: &str, code: i32, words: &[&str]) {
     assert!(!message.contains("panicked"), "{arguments}: {message}");
     assert_eq!(finished.stdout, "", "{arguments}");
     assert_eq!(folder.listing(), before, "{arguments}");
+}
+
+/// Renders a scene that ends in `tail`, and expects an error about its `line`, counted from the tail's first.
+#[track_caller]
+pub fn scene_fails(tail: &str, line: usize, words: &[&str]) {
+    let folder = SceneFolder::new([("a.toml", format!("{HEAD}{tail}"))]);
+    let place = format!("a.toml:{}: ", HEAD.lines().count() + line);
+    let words = [&[place.as_str()], words].concat();
+    fails(&folder, "render a.toml", SCENE, &words);
 }
 
 impl From<Output> for Finished {

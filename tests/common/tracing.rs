@@ -6,9 +6,9 @@
 
 use super::TestRng;
 use etendue::accel::{Accel, AccelOptions, Backend, Hit, Precision};
-use etendue::geometry::world::World;
+use etendue::geometry::world::{Instance, World};
 use etendue::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
-use etendue::math::vec::Vec3;
+use etendue::math::vec::{DAffine3, DVec3, Vec3};
 use std::sync::Arc;
 
 /// A world of shapes that stand in it themselves.
@@ -82,4 +82,94 @@ pub fn same(a: Option<Hit>, b: Option<Hit>) -> bool {
         (Some(a), Some(b)) => (a.t - b.t).abs() <= 1e-4 * a.t.max(1e-3),
         _ => false,
     }
+}
+
+/// A closed mesh: the cube's surface in `n` x `n` squares a face, pushed out onto a sphere or left as it is.
+pub fn closed_mesh(n: u32, round: bool) -> Mesh {
+    let mut positions: Vec<Vec3> = Vec::new();
+    let mut indices = Vec::new();
+    let mut corner = |p: Vec3| {
+        let p = if round { p.normalize() } else { p };
+        let known = positions.iter().position(|q| *q == p);
+        known.unwrap_or_else(|| {
+            positions.push(p);
+            positions.len() - 1
+        }) as u32
+    };
+    for axis in 0..3 {
+        for side in [-1.0_f32, 1.0] {
+            let mut at = |i: u32, j: u32| {
+                let mut p = Vec3::ZERO;
+                p[axis] = side;
+                p[(axis + 1) % 3] = 2.0 * i as f32 / n as f32 - 1.0;
+                p[(axis + 2) % 3] = 2.0 * j as f32 / n as f32 - 1.0;
+                corner(p)
+            };
+            for i in 0..n {
+                for j in 0..n {
+                    let square = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                    indices.push([square[0], square[1], square[2]]);
+                    indices.push([square[0], square[2], square[3]]);
+                }
+            }
+        }
+    }
+    Mesh::new(positions, vec![], vec![], indices)
+}
+
+/// The matrix with entries in single precision, as instances have them.
+pub fn in_single(m: DAffine3) -> DAffine3 {
+    DAffine3::from_cols_array(&m.to_cols_array().map(|entry| f64::from(entry as f32)))
+}
+
+/// A rotation about a random axis.
+pub fn rotation(rng: &mut TestRng) -> DAffine3 {
+    let angle = f64::from(rng.uniform()) * std::f64::consts::TAU;
+    DAffine3::from_axis_angle(direction(rng).as_dvec3(), angle)
+}
+
+/// Transforms of every sort, with names; those that deform also turn.
+pub fn transforms(rng: &mut TestRng) -> Vec<(&'static str, DAffine3)> {
+    let scale = |x: f64, y: f64, z: f64| DAffine3::from_scale(DVec3::new(x, y, z));
+    let mut shear = DAffine3::IDENTITY;
+    shear.matrix3.y_axis.x = 2.0;
+    shear.matrix3.z_axis.y = -1.5;
+    let far = DAffine3::from_translation(1e3 * point(rng).as_dvec3());
+    let mut turned = |m: DAffine3| rotation(rng) * m * rotation(rng);
+    let all = vec![
+        ("identity", DAffine3::IDENTITY),
+        ("rotation", turned(DAffine3::IDENTITY)),
+        ("uneven", turned(scale(0.1, 1.0, 5.0))),
+        ("mirror", turned(scale(-1.0, 1.0, 1.0))),
+        (
+            "uneven mirror",
+            turned(scale(-1.0, 0.3, -2.0) * scale(1.0, -1.0, 1.0)),
+        ),
+        ("shear", turned(shear)),
+        ("tiny", turned(scale(1e-3, 1e-3, 1e-3))),
+        ("large", turned(scale(1e3, 1e3, 1e3))),
+        ("far", far * turned(DAffine3::IDENTITY)),
+    ];
+    let all = all.into_iter();
+    all.map(|(name, m)| (name, in_single(m))).collect()
+}
+
+/// Steps of a motion that starts at a transform, turns and wanders.
+pub fn moving(rng: &mut TestRng, start: DAffine3, steps: usize) -> Vec<DAffine3> {
+    let size = start.matrix3.determinant().abs().cbrt();
+    let (axis, towards) = (direction(rng).as_dvec3(), size * direction(rng).as_dvec3());
+    let step = |i: usize| {
+        let at = i as f64 / (steps - 1) as f64;
+        let turn = DAffine3::from_axis_angle(axis, 1.2 * at);
+        let mut step = start * turn;
+        step.translation += at * towards;
+        in_single(step)
+    };
+    (0..steps).map(step).collect()
+}
+
+/// A world of one group, placed once.
+pub fn placed_once(group: Vec<Geometry>, steps: Vec<DAffine3>) -> Arc<World> {
+    let instance = Instance { group: 0, steps };
+    Arc::new(World::new(vec![], vec![group], vec![instance]))
 }

@@ -139,6 +139,14 @@ fn colour_or_data(
     if bound == Bound::Reflectance && brightest(&texture).max_channel() > 1.0 {
         return Err(value.error("expected a reflectance, but the texture has values above 1"));
     }
+    if has_negative_values(&texture) {
+        return Err(
+            value.error("expected a colour of at least 0, but the texture has values below 0")
+        );
+    }
+    if !brightest(&texture).is_finite() {
+        return Err(value.error("the texture times its scale is too large for single precision"));
+    }
     Ok(ColourDescription::Texture(Arc::new(texture)))
 }
 
@@ -190,6 +198,15 @@ pub fn most(colour: &ColourDescription) -> Rgb {
         ColourDescription::Constant(colour) => *colour,
         ColourDescription::Texture(texture) => brightest(texture),
     }
+}
+
+/// Whether a picture has them, as EXR, HDR and PFM may. A checker was read without.
+fn has_negative_values(texture: &Texture) -> bool {
+    let Texture::Image { image, .. } = texture else {
+        return false;
+    };
+    let channels = image.pixels().iter().flat_map(|pixel| pixel.to_array());
+    channels.into_iter().any(|x| x < 0.0)
 }
 
 fn brightest(texture: &Texture) -> Rgb {

@@ -5,7 +5,7 @@
 //! Source: docs/scene-format.md. Tested in `tests/light_loading.rs`.
 
 use super::colour::{Bound, Textures, colour, constant};
-use super::reader::{Table, Value};
+use super::reader::{Table, Value, shown};
 use super::transform::{is_rotation, transform};
 use crate::error::Result;
 use crate::geometry::texture::Texture;
@@ -175,8 +175,10 @@ fn radiance(value: &Value<'_>, file: &Path, textures: &mut Textures) -> Result<C
         let bad = |texel: &Rgb| !texel.to_array().iter().all(valid);
         if let Some(index) = image.pixels().iter().position(bad) {
             let width = image.width() as usize;
-            return Err(value.error(format!(
-                "pixel ({}, {}) is {:?}: expected numbers of at least 0 that the scale of {scale} leaves finite",
+            let name = value.table()?.required("texture")?;
+            return Err(name.error(format!(
+                "{}: pixel ({}, {}) is {:?}: expected numbers of at least 0 that the scale of {scale} leaves finite",
+                shown(name.text()?),
                 index % width,
                 index / width,
                 image.pixels()[index].to_array(),

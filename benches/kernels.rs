@@ -143,7 +143,7 @@ fn room(c: &mut Criterion) {
                 .iter()
                 .map(|u| {
                     let film = Vec2::new(768.0 * u[0], 512.0 * u[1]);
-                    scene.camera.ray(film, Vec2::ZERO)
+                    scene.camera.ray::<Everything>(film, Vec2::ZERO, 0.0)
                 })
                 .collect();
             let mut group =
@@ -155,20 +155,22 @@ fn room(c: &mut Criterion) {
             };
             let accel: &Accel = &scene.accel;
             group.bench_function("camera, closest", |b| {
-                b.iter(|| accel.intersect(next(), None))
+                b.iter(|| accel.intersect(next(), 0.0, None))
             });
-            group.bench_function("camera, occluded", |b| b.iter(|| accel.occluded(next())));
+            group.bench_function("camera, occluded", |b| {
+                b.iter(|| accel.occluded(next(), 0.0))
+            });
             group.finish();
             if (backend, precision) == (Backend::ALL[0], Precision::Fast) {
                 let hits: Vec<_> = rays
                     .iter()
-                    .filter_map(|ray| scene.intersect(ray, None))
+                    .filter_map(|ray| scene.intersect::<Everything>(ray, 0.0, None, 0.5))
                     .collect();
                 let mut i = 0;
                 c.bench_function("light/sample", |b| {
                     b.iter(|| {
                         i = (i + 1) % hits.len();
-                        scene.lights.sample(hits[i].p, u[i])
+                        scene.lights.sample::<Everything>(hits[i].p, 0.0, u[i])
                     });
                 });
             }

@@ -111,10 +111,16 @@ impl<'a> Placed<'a> {
         }
     }
 
+    /// A point of the group in the world.
+    #[inline]
+    pub fn to_world(&self, p: DVec3) -> DVec3 {
+        self.to_world.transform_point3(p)
+    }
+
     /// The vertices of a triangle in the world.
     pub fn triangle(&self, mesh: &Mesh, primitive: u32) -> [DVec3; 3] {
         let vertices = mesh.triangle(primitive);
-        vertices.map(|vertex| self.to_world.transform_point3(vertex.as_dvec3()))
+        vertices.map(|vertex| self.to_world(vertex.as_dvec3()))
     }
 
     /// A point of the surface brought to the world, and the error bound of each of its coordinates: with that of a query

@@ -3,7 +3,7 @@
 //! | effect | is taken away by |
 //! |---|---|
 //! | shading-normals, normal-maps | flat shading |
-//! | textures | the mean colour of each |
+//! | textures | the mean colour of each; normal maps are flat |
 //! | alpha, one-sided | surfaces that are there, on both sides |
 //! | glossy, specular, transmission | absorbing what such lobes would scatter |
 //! | lens, motion | a pinhole; everything as it is when the shutter opens |
@@ -34,7 +34,10 @@ pub fn without(description: &SceneDescription, effect: Effect) -> SceneDescripti
         }
         Effect::NormalMaps => each_material(&mut scene, |material| material.normal_map = None),
         Effect::Textures => {
-            each_material(&mut scene, flatten_colours);
+            each_material(&mut scene, |material| {
+                flatten_colours(material);
+                material.normal_map = None;
+            });
             for emission in scene.shapes.iter_mut().filter_map(|s| s.emission.as_mut()) {
                 flatten(emission);
             }

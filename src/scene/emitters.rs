@@ -41,8 +41,8 @@ pub struct Emitters {
     pub lights: Vec<Light>,
     /// The weights: radiant powers in normalised units.
     pub powers: Vec<f64>,
-    /// For each light whose radiance is a texture, the primitive that it is.
-    pub textured: Vec<Option<PrimitiveId>>,
+    /// For each light that varies over its surface, by a texture or by being partly there, the primitive that it is.
+    pub varying: Vec<Option<PrimitiveId>>,
     /// Emitting shapes that light sampling does not know.
     pub unsampled: usize,
 }
@@ -52,14 +52,16 @@ impl Emitters {
     pub fn add_light(&mut self, light: Light, power: f64) {
         self.lights.push(light);
         self.powers.push(power);
-        self.textured.push(None);
+        self.varying.push(None);
     }
 
-    /// Adds what the shape with this number emits, and returns its index among the emitters.
+    /// Adds what the shape with this number emits, which may be `masked` by the alpha of its material, and returns its
+    /// index among the emitters.
     pub fn add_shape(
         &mut self,
         number: u32,
         description: &ShapeDescription,
+        masked: bool,
         traced: &Traced,
         standing: Standing<'_>,
     ) -> Option<u32> {
@@ -75,7 +77,8 @@ impl Emitters {
         };
         let geometry = &traced.geometry;
         // A rectangle's light knows no texture coordinates; those of its triangles do.
-        let rectangle = traced.rectangle.filter(|_| texture.is_none());
+        let varies = texture.is_some() || masked;
+        let rectangle = traced.rectangle.filter(|_| !varies);
         let whole = whole_light(geometry, rectangle, emission, standing);
         let first = self.lights.len() as u32;
         let mut sampled = true;
@@ -86,18 +89,19 @@ impl Emitters {
                 self.add_light(light, power);
             }
             (None, Geometry::Mesh(mesh)) => {
-                sampled = self.add_triangles(mesh, emission, texture.as_deref(), standing);
+                let texture = texture.as_deref();
+                sampled = self.add_triangles(mesh, emission, texture, varies, standing);
             }
             (None, _) => sampled = false,
         }
-        if texture.is_some() {
-            let per_primitive = self.textured.len() as u32 - first;
+        if varies {
+            let per_primitive = self.varying.len() as u32 - first;
             for primitive in 0..per_primitive {
                 let id = PrimitiveId {
                     shape: number,
                     primitive,
                 };
-                self.textured[(first + primitive) as usize] = Some(id);
+                self.varying[(first + primitive) as usize] = Some(id);
             }
         }
         self.unsampled += usize::from(!sampled);
@@ -116,12 +120,13 @@ impl Emitters {
         mesh: &Mesh,
         emission: Emission,
         texture: Option<&Texture>,
+        varies: bool,
         standing: Standing<'_>,
     ) -> bool {
         let to_world: &dyn Fn([Vec3; 3]) -> [Vec3; 3] = match standing {
             Standing::World => &|t| t,
             // A mirrored triangle keeps its outside: its corners change their order, and so would texture coordinates.
-            Standing::Still(m) if m.matrix3.determinant() < 0.0 && texture.is_some() => {
+            Standing::Still(m) if m.matrix3.determinant() < 0.0 && varies => {
                 return false;
             }
             Standing::Still(m) => &|t| {

@@ -7,7 +7,7 @@
 //! Range: groups without a circle, which `load` makes sure of; groups that nothing places are left out.
 //! Source: none needed. Tested below and in `tests/motion.rs`.
 
-use super::description::{Key, SceneDescription};
+use super::description::{Key, Place, SceneDescription};
 use super::keyframes;
 use crate::math::vec::DAffine3;
 use std::collections::HashMap;
@@ -41,6 +41,8 @@ pub struct Placement {
     pub group: usize,
     /// Group to world, at equally spaced times from the opening of the shutter to its closing.
     pub steps: Vec<DAffine3>,
+    /// The innermost object that places it, for messages: its name and where it was written.
+    pub object: (String, Place),
 }
 
 /// What is applied on the way from a group to the world, innermost last.
@@ -93,21 +95,26 @@ impl<'a> Walk<'a> {
         for (index, shape) in description.shapes.iter().enumerate() {
             if shape.group == parent && self.moves(&shape.motion) {
                 chain.push((DAffine3::IDENTITY, &shape.motion));
-                self.place(Member::Shape(index), chain);
+                self.place(Member::Shape(index), chain, &shape.name, &shape.place);
                 chain.pop();
             }
         }
         for instance in &description.instances {
             if instance.group == parent {
                 chain.push((instance.transform, &instance.motion));
-                self.place(Member::Group(instance.of), chain);
+                self.place(
+                    Member::Group(instance.of),
+                    chain,
+                    &instance.name,
+                    &instance.place,
+                );
                 self.place_contents(Some(instance.of), chain);
                 chain.pop();
             }
         }
     }
 
-    fn place(&mut self, member: Member, chain: &Chain<'a>) {
+    fn place(&mut self, member: Member, chain: &Chain<'a>, name: &str, place: &Place) {
         let group = match self.known.get(&member) {
             Some(&group) => group,
             None => {
@@ -122,7 +129,12 @@ impl<'a> Walk<'a> {
         };
         if !self.layout.groups[group].is_empty() {
             let steps = compose(chain, self.description.camera.shutter);
-            self.layout.placements.push(Placement { group, steps });
+            let object = (name.to_owned(), place.clone());
+            self.layout.placements.push(Placement {
+                group,
+                steps,
+                object,
+            });
         }
     }
 }

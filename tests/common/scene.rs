@@ -212,3 +212,17 @@ pub fn as_instance(scene: &mut SceneDescription, transform: DAffine3, motion: Ve
         motion,
     }];
 }
+
+/// The mean of a whole picture.
+pub fn seen_whole(description: &SceneDescription, backend: Backend, spp: u64, seed: u64) -> f64 {
+    let size = description.film.size;
+    let scene = ready(description, backend);
+    let filter = Filter::new(&description.film.filter);
+    let settings = RenderSettings {
+        seed,
+        max_bounces: Some(0),
+        ..RenderSettings::new(size, spp)
+    };
+    let rendered = render(&scene, &filter, size, &settings, &Unwatched).expect("valid settings");
+    rendered.film.mean()[1]
+}

@@ -1,7 +1,8 @@
 //! A perspective camera: a pinhole, or a thin lens.
 //!
 //! Measure: film positions in pixels from the upper left corner of the picture, y down; rays in normalised scene units.
-//! Range: field of view in (0, pi); a lens of radius 0 is a pinhole, whatever the lens numbers.
+//! Range: field of view in (0, pi); a lens of radius 0 is a pinhole, whatever the lens numbers; any focus distance above 0,
+//! infinity too.
 //! Source: Kolb, Mitchell and Hanrahan 1995 for the thin lens. Tested below.
 
 use crate::effects::{Effects, Switch};
@@ -112,8 +113,10 @@ impl Camera {
         }
         let d = warp::sample_disk_concentric(u_lens);
         let offset = d.x * pose.lens[0] + d.y * pose.lens[1];
-        let in_focus = self.focus_distance * towards;
-        Ray::new(pose.eye + offset, (in_focus - offset).normalize())
+        // Squares of a distance of 1e20 leave single precision: far off, the lens is measured in it instead.
+        let near = self.focus_distance.min(1.0);
+        let across = near / self.focus_distance * offset;
+        Ray::new(pose.eye + offset, (near * towards - across).normalize())
     }
 }
 
@@ -157,6 +160,18 @@ mod tests {
             assert!((ray.origin - pinhole.origin).length() <= 0.5 + 1e-6);
             let there = ray.at((meeting.z - ray.origin.z) / ray.dir.z);
             assert!((there - meeting).length() < 1e-5, "{there} {meeting}");
+        }
+    }
+
+    #[test]
+    fn focused_on_infinity_all_rays_of_a_lens_are_parallel() {
+        let film = Vec2::new(30.0, 80.0);
+        let pinhole = camera(0.0).ray::<Everything>(film, Vec2::ZERO, 0.0);
+        for focus_distance in [1e19, 1e30, f32::INFINITY] {
+            let mut camera = camera(0.5);
+            camera.focus_distance = focus_distance;
+            let ray = camera.ray::<Everything>(film, Vec2::new(0.9, 0.3), 0.0);
+            assert_eq!(ray.dir, pinhole.dir, "{focus_distance}");
         }
     }
 

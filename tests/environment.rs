@@ -5,9 +5,13 @@ mod common;
 use common::TestRng;
 use common::chi_square::ChiSquareTest;
 use common::quadrature::integrate;
+use common::scene::{diffuse, looking, ready, rectangle, see, shape};
 use common::verdict::assert_mean;
+use etendue::accel::Backend;
 use etendue::effects::kernel::types::Everything;
+use etendue::geometry::texture::Texture;
 use etendue::image::Image;
+use etendue::integrator::Roulette;
 use etendue::light::Light;
 use etendue::light::environment::EnvironmentMap;
 use etendue::light::point::PointLight;
@@ -16,6 +20,9 @@ use etendue::light::types::LightEnd;
 use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
 use etendue::math::vec::{DMat3, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::scene::description::{
+    ColourDescription, LightDescription, LightModel, Place, SceneDescription,
+};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -183,15 +190,22 @@ fn samples_know_what_is_seen_and_how_often() {
         let ends = [0.0, 0.5, ONE_MINUS_EPSILON];
         let corners = ends.into_iter().flat_map(|x| ends.map(|y| Vec2::new(x, y)));
         let us: Vec<Vec2> = corners.chain((0..5000).map(|_| rng.uniform_2d())).collect();
+        let mut nothing = 0;
         for u in us {
-            let s = map.sample(u).expect("some direction is lit");
+            // At the border to a black patch, rounding can find that patch, where radiance has fallen to nothing.
+            let Some(s) = map.sample(u) else {
+                nothing += 1;
+                continue;
+            };
             assert!((s.wi.length() - 1.0).abs() < 1e-6, "{u} {s:?}");
             assert!(matches!(s.end, LightEnd::Infinity));
-            assert_eq!((s.radiance, s.pdf), {
-                let (radiance, pdf) = map.eval(s.wi);
-                (radiance, Some(pdf))
-            });
+            let (radiance, pdf) = map.eval(s.wi);
+            assert_eq!((s.radiance, s.pdf), (radiance, Some(pdf)));
         }
+        assert!(
+            nothing <= 9,
+            "{nothing}: not only at the ends of the interval"
+        );
     }
 }
 
@@ -242,9 +256,9 @@ fn one_bright_texel_among_eight_million_gives_the_integral_of_its_tent() {
         );
         assert_mean(
             &format!("row {row}"),
-            &estimated(&map, 1 << 11),
+            &estimated(&map, 1 << 15),
             exact,
-            5e-3,
+            1e-3,
         );
         // Seen where it is.
         let centre = direction(1000.5 / 4096.0, centre / PI);
@@ -321,4 +335,71 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
             .beyond(Vec3::X)
             .is_none()
     );
+}
+
+/// A floor of albedo 0.5 under a sky of a picture, seen from above.
+fn floor_under(texture: Texture, to_world: DMat3) -> SceneDescription {
+    let mut scene = looking(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
+    let ground = rectangle([-3.0, 0.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]);
+    scene.shapes.push(shape(ground, 0.0));
+    let radiance = ColourDescription::Texture(Arc::new(texture));
+    scene.lights.push(LightDescription {
+        place: Place::default(),
+        model: LightModel::Environment { radiance, to_world },
+    });
+    scene
+}
+
+fn picture_of(width: u32, height: u32, texel: impl Fn(u32, u32) -> f32) -> Texture {
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let pixels = pixels.map(|(x, y)| Rgb::grey(texel(x, y))).collect();
+    Texture::Image {
+        image: Arc::new(Image::new(width, height, pixels)),
+        scale: 2.0,
+    }
+}
+
+#[test]
+fn a_floor_under_a_panorama_has_its_irradiance() {
+    // A dim sky with a sun in column 3 of row 4, which the tilt below leaves above the horizon.
+    let (width, height) = (32, 16);
+    let texel = |x, y| if (x, y) == (3, 4) { 1000.0 } else { 0.25 };
+    let to_world = DMat3::from_rotation_z(0.2) * DMat3::from_rotation_y(1.0);
+    let map = turned(width, height, |x, y| 2.0 * texel(x, y), to_world).expect("not black");
+    // The dim part alone is pi L; the sun is the tent above it, between the centres of its neighbours.
+    let [u, v] = [|x: f64| x / 32.0, |y: f64| y / 16.0];
+    let over_u = |theta: f64| {
+        let one = |x: f64| {
+            let w = to_world * direction(u(x), theta / PI);
+            assert!(w.y > 0.0, "the sun is up");
+            w.y * f64::from(seen(&map, w) - 0.5)
+        };
+        theta.sin() * TAU / 32.0 * (integrate(one, 2.5, 3.5, 1) + integrate(one, 3.5, 4.5, 1))
+    };
+    let sun = integrate(over_u, PI * v(3.5), PI * v(4.5), 1)
+        + integrate(over_u, PI * v(4.5), PI * v(5.5), 1);
+    let exact = 0.5 / PI * (PI * 0.5 + sun);
+    let scene = floor_under(picture_of(width, height, texel), to_world);
+    let pixels = see(
+        &scene,
+        Backend::ALL[0],
+        1 << 14,
+        Some(1),
+        Roulette::default(),
+    );
+    assert_mean("sun and sky", &pixels, exact, 1e-3);
+}
+
+#[test]
+fn a_picture_of_one_colour_is_a_plain_sky_and_a_black_one_is_none() {
+    let plain = floor_under(picture_of(8, 4, |_, _| 0.75), turn());
+    let scene = ready(&plain, Backend::ALL[0]);
+    assert_eq!((scene.environment, scene.lights.len()), (Rgb::grey(1.5), 0));
+    let pixels = see(&plain, Backend::ALL[0], 16, Some(1), Roulette::default());
+    assert!((pixels.mean() - 0.75).abs() < 1e-6, "{}", pixels.mean());
+    let black = floor_under(picture_of(8, 4, |_, _| 0.0), turn());
+    let scene = ready(&black, Backend::ALL[0]);
+    assert_eq!((scene.environment, scene.lights.len()), (Rgb::BLACK, 0));
+    let pixels = see(&black, Backend::ALL[0], 4, None, Roulette::default());
+    assert_eq!(pixels.mean(), 0.0);
 }

@@ -4,19 +4,22 @@ mod common;
 
 use common::TestRng;
 use common::chi_square::pearson;
+use etendue::effects::kernel::types::Everything;
 use etendue::geometry::disk::Disk;
 use etendue::geometry::sphere::Sphere;
+use etendue::geometry::surface::SurfacePoint;
 use etendue::light::Light;
 use etendue::light::disk::DiskLight;
 use etendue::light::rectangle::RectangleLight;
 use etendue::light::select::Lights;
 use etendue::light::sphere::SphereLight;
 use etendue::light::triangle::TriangleLight;
-use etendue::light::types::Emission;
+use etendue::light::types::{Emission, LightEnd, LightSample};
 use etendue::math::frame::Frame;
 use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
 use etendue::math::vec::{ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::sampling::distribution::AliasTable;
 use etendue::sampling::warp::sample_cone_uniform;
 
 fn emission(two_sided: bool) -> Emission {
@@ -30,6 +33,31 @@ const CORNER: Vec3 = Vec3::new(-0.5, -0.4, 1.0);
 const EDGES: [Vec3; 2] = [Vec3::new(0.0, 0.8, 0.0), Vec3::new(1.0, 0.0, 0.0)];
 const RADIUS: f32 = 0.4;
 const CENTER: Vec3 = Vec3::new(0.0, 0.0, 1.0);
+
+/// The density of a sample of a light that has one.
+fn density(sample: &LightSample) -> f32 {
+    sample.pdf.expect("no delta").0
+}
+
+/// The point that a sample of a shape lies on.
+fn end_of(sample: &LightSample) -> SurfacePoint {
+    match sample.end {
+        LightEnd::Surface(point, _) => point,
+        LightEnd::Point(_) | LightEnd::Infinity => panic!("a shape"),
+    }
+}
+
+/// A choice by power, in a scene of radius 1.
+fn by_power(lights: Vec<Light>) -> Lights {
+    let powers: Vec<f64> = lights.iter().map(|light| light.power(1.0)).collect();
+    Lights::new(lights, &powers)
+}
+
+fn sampled(lights: &Lights, p: Vec3, u: [f32; 4]) -> Option<LightSample> {
+    lights
+        .sample::<Everything>(p, 0.0, u)
+        .map(|(_, sample)| sample)
+}
 
 /// Whether a ray from `p` along `w` meets a light.
 type Meets = fn(Vec3, Vec3) -> bool;
@@ -104,8 +132,8 @@ fn samples_cover_the_solid_angle() {
                 }))
             };
             let by_light = replicates(0, 1 << 10, &|rng| {
-                let s = light.sample(p, rng.uniform_2d());
-                s.map_or(0.0, |s| 1.0 / f64::from(s.pdf.0))
+                let s = light.sample::<Everything>(p, 0.0, rng.uniform_2d());
+                s.map_or(0.0, |s| 1.0 / f64::from(density(&s)))
             });
             // All lights are within 0.7 of the centre: chance need not look elsewhere.
             let to_center = (CENTER - p).length();
@@ -139,7 +167,7 @@ fn samples_cover_the_solid_angle() {
 #[test]
 fn samples_know_their_density_and_lie_on_their_light() {
     for (name, light, meets) in lights(true) {
-        let lights = Lights::new(vec![light]);
+        let lights = Lights::new(vec![light], &[1.0]);
         for p in RECEIVERS {
             let mut rng = TestRng::new(5);
             let mut misses = 0;
@@ -149,15 +177,17 @@ fn samples_know_their_density_and_lie_on_their_light() {
                 .flat_map(|x| extremes.map(|y| Vec2::new(x, y)));
             let us: Vec<Vec2> = corners.chain((0..2000).map(|_| rng.uniform_2d())).collect();
             for u in us {
-                let Some(s) = lights.sample(p, [u.x, u.y, 0.5, 0.5]) else {
+                let Some(s) = sampled(&lights, p, [u.x, u.y, 0.5, 0.5]) else {
                     continue;
                 };
                 let what = format!("{name} from {p} {u}: {s:?}");
                 assert!((s.wi.length() - 1.0).abs() < 1e-6, "{what}");
-                assert!(s.pdf.0.is_finite() && s.pdf.0 > 0.0, "{what}");
-                assert!((s.point.p - p).normalize().dot(s.wi) > 1.0 - 1e-6, "{what}");
-                let pdf = lights.pdf(0, p, s.point.p - p, s.point.ng);
-                assert!((pdf.0 / s.pdf.0 - 1.0).abs() < 1e-4, "{what} {pdf:?}");
+                let s_pdf = density(&s);
+                assert!(s_pdf.is_finite() && s_pdf > 0.0, "{what}");
+                let point = end_of(&s);
+                assert!((point.p - p).normalize().dot(s.wi) > 1.0 - 1e-6, "{what}");
+                let pdf = lights.pdf::<Everything>(0, p, 0.0, point.p - p, point.ng);
+                assert!((pdf.0 / s_pdf - 1.0).abs() < 1e-4, "{what} {pdf:?}");
                 misses += u32::from(!meets(p, s.wi));
             }
             // Only rounding at the rim misses: a grazing view has much rim.
@@ -189,7 +219,7 @@ fn sphere_cones_keep_their_digits() {
         let mut rng = TestRng::new(8);
         for _ in 0..1000 {
             let s = light.sample(Vec3::ZERO, rng.uniform_2d()).expect("outside");
-            assert!(s.wi.dot(s.point.ng) <= 1e-3, "{ratio} {s:?}");
+            assert!(s.wi.dot(end_of(&s).ng) <= 1e-3, "{ratio} {s:?}");
         }
     }
 }
@@ -203,13 +233,17 @@ fn one_sided_lights_are_dark_from_behind() {
             (Vec3::new(0.1, 0.2, 3.0), name == "sphere"),
         ] {
             for _ in 0..100 {
-                let s = light.sample(p, rng.uniform_2d()).expect("off the plane");
+                let s = light
+                    .sample::<Everything>(p, 0.0, rng.uniform_2d())
+                    .expect("off the plane");
                 assert_eq!(!s.radiance.is_black(), lit, "{name} {p} {s:?}");
             }
         }
         // From inside a sphere only a two-sided one is seen.
         if name == "sphere" {
-            let s = light.sample(CENTER, Vec2::splat(0.3)).expect("inside");
+            let s = light
+                .sample::<Everything>(CENTER, 0.0, Vec2::splat(0.3))
+                .expect("inside");
             assert!(s.radiance.is_black());
         }
     }
@@ -219,7 +253,9 @@ fn one_sided_lights_are_dark_from_behind() {
             Vec3::new(0.1, 0.2, 3.0),
             Vec3::new(0.1, 0.0, 0.9),
         ] {
-            let s = light.sample(p, Vec2::splat(0.3)).expect("off the plane");
+            let s = light
+                .sample::<Everything>(p, 0.0, Vec2::splat(0.3))
+                .expect("off the plane");
             assert!(!s.radiance.is_black(), "{name} {p}");
         }
     }
@@ -236,11 +272,11 @@ fn power_is_pi_area_radiance() {
             _ => 4.0 * area,
         } * std::f64::consts::PI;
         assert!(
-            (one.power() / expected - 1.0).abs() < 1e-6,
+            (one.power(1.0) / expected - 1.0).abs() < 1e-6,
             "{name} {}",
-            one.power()
+            one.power(1.0)
         );
-        assert_eq!(two.power(), 2.0 * one.power(), "{name}");
+        assert_eq!(two.power(1.0), 2.0 * one.power(1.0), "{name}");
     }
 }
 
@@ -264,7 +300,7 @@ fn lights_are_chosen_by_power() {
             emission,
         ))
     };
-    let lights = Lights::new((0..30).map(sphere).collect());
+    let lights = by_power((0..30).map(sphere).collect());
     let total: f64 = (0..30).map(|i| f64::from(brightness(i))).sum();
     let n = 1 << 16;
     let mut cells: Vec<_> = (0..30)
@@ -273,9 +309,7 @@ fn lights_are_chosen_by_power() {
     let mut rng = TestRng::new(10);
     for _ in 0..n {
         let (a, b) = (rng.uniform_2d(), rng.uniform_2d());
-        let s = lights
-            .sample(Vec3::ZERO, [a.x, a.y, b.x, b.y])
-            .expect("outside");
+        let s = sampled(&lights, Vec3::ZERO, [a.x, a.y, b.x, b.y]).expect("outside");
         let angle = s.wi.y.atan2(s.wi.x) * 30.0 / std::f32::consts::TAU;
         let chosen = (angle.round() as i32).rem_euclid(30) as usize;
         assert!(!s.radiance.is_black());
@@ -284,12 +318,96 @@ fn lights_are_chosen_by_power() {
     assert!(pearson(&mut cells) > 1e-3);
     // The density of a light that is never chosen is 0.
     let towards = 10.0 * Vec3::X;
-    assert_eq!(lights.pdf(2, Vec3::ZERO, towards, -Vec3::X).0, 0.0);
-    // None of them, and black ones only.
-    assert!(Lights::new(vec![]).is_empty() && Lights::new(vec![sphere(2)]).is_empty());
-    assert!(
-        Lights::new(vec![sphere(2)])
-            .sample(Vec3::ZERO, [0.5; 4])
-            .is_none()
+    assert_eq!(
+        lights
+            .pdf::<Everything>(2, Vec3::ZERO, 0.0, towards, -Vec3::X)
+            .0,
+        0.0
     );
+    // None of them, and black ones only.
+    assert!(by_power(vec![]).is_empty() && by_power(vec![sphere(2)]).is_empty());
+    assert!(sampled(&by_power(vec![sphere(2)]), Vec3::ZERO, [0.5; 4]).is_none());
+}
+
+/// A million emitters: one of them shines on the origin, the others have no weight, a denormal one, or no area.
+#[test]
+fn one_light_among_a_million_of_no_weight_is_as_good_as_alone() {
+    let flat = TriangleLight::new([CORNER; 3], emission(false));
+    let whole = TriangleLight::new(
+        [CORNER, CORNER + EDGES[0], CORNER + EDGES[1]],
+        emission(false),
+    );
+    let count = 1_000_000;
+    let shining = 654_321;
+    let mut all = vec![Light::Triangle(flat); count];
+    all[shining] = Light::Triangle(whole);
+    let mut powers: Vec<f64> = all.iter().map(|light| light.power(1.0)).collect();
+    assert_eq!(powers[0], 0.0);
+    for i in (0..count).filter(|i| i % 3 == 0 && *i != shining) {
+        powers[i] = [5e-324, 1e-310, f64::from(f32::MIN_POSITIVE) * 1e-3][i % 9 / 3];
+    }
+    let lights = Lights::new(all, &powers);
+    let single = by_power(vec![Light::Triangle(whole)]);
+    let mut rng = TestRng::new(12);
+    let ends = [0.0, ONE_MINUS_EPSILON];
+    let choices = ends.into_iter().flat_map(|x| ends.map(|y| Vec2::new(x, y)));
+    let choices: Vec<Vec2> = choices
+        .chain((0..100_000).map(|_| rng.uniform_2d()))
+        .collect();
+    for choice in choices {
+        let u = [0.3, 0.6, choice.x, choice.y];
+        let (light, s) = lights
+            .sample::<Everything>(Vec3::ZERO, 0.0, u)
+            .expect("it shines");
+        let alone = sampled(&single, Vec3::ZERO, u).expect("it shines");
+        assert_eq!(light as usize, shining);
+        assert_eq!(
+            (s.wi, s.radiance, s.pdf),
+            (alone.wi, alone.radiance, alone.pdf)
+        );
+    }
+}
+
+/// A million emitters of the same power, all but one of them dark for the origin: the mean over all choices is exact.
+#[test]
+fn one_visible_light_among_a_million_counts_as_often_as_it_is_chosen() {
+    let towards = [CORNER, CORNER + EDGES[0], CORNER + EDGES[1]];
+    let away = [CORNER, CORNER + EDGES[1], CORNER + EDGES[0]];
+    let count = 1_000_000;
+    let mut all = vec![Light::Triangle(TriangleLight::new(away, emission(false))); count];
+    all[271_828] = Light::Triangle(TriangleLight::new(towards, emission(false)));
+    let single = by_power(vec![all[271_828].clone()]);
+    let lights = by_power(all);
+    let estimate = |s: LightSample| f64::from(s.radiance.luminance() / density(&s));
+    let mean = (0..count).map(|i| {
+        let x = (i as f64 + 0.5) / count as f64 * 16_777_216.0;
+        let digits = [x.floor(), (x.fract() * 16_777_216.0).floor()];
+        let [a, b] = digits.map(|d| (d / 16_777_216.0) as f32);
+        sampled(&lights, Vec3::ZERO, [0.3, 0.6, a, b]).map_or(0.0, estimate) / count as f64
+    });
+    let mean: f64 = mean.sum();
+    let exact = sampled(&single, Vec3::ZERO, [0.3, 0.6, 0.5, 0.5]).map_or(0.0, estimate);
+    assert!(
+        exact > 0.0 && (mean / exact - 1.0).abs() < 1e-6,
+        "{mean} {exact}"
+    );
+}
+
+#[test]
+fn probabilities_of_a_million_sum_to_one() {
+    let mut rng = TestRng::new(13);
+    let weights: Vec<f64> = (0..1_000_000)
+        .map(|i| match i % 4 {
+            0 => 0.0,
+            1 => 1e-320,
+            _ => f64::from(rng.uniform()).powi(8),
+        })
+        .collect();
+    let table = AliasTable::new(&weights).expect("valid weights");
+    let sum: f64 = (0..weights.len()).map(|i| f64::from(table.pmf(i).0)).sum();
+    assert!((sum - 1.0).abs() < 1e-6, "{sum}");
+    for _ in 0..1_000_000 {
+        let (item, pmf) = table.sample(rng.uniform_2d().to_array());
+        assert!(item % 4 > 1 && pmf.0 >= f32::MIN_POSITIVE, "{item} {pmf:?}");
+    }
 }

@@ -168,6 +168,41 @@ fn cut_outs_are_there_or_not() {
     }
 }
 
+/// A lamp that is only partly there shines as much less, whichever way its light is found.
+#[test]
+fn a_lamp_that_is_partly_there_shines_as_much_less() {
+    let lit = |alpha: ColourDescription, lamp| {
+        let mut scene = looking(
+            DVec3::new(0.3, 0.2, 2.4),
+            DVec3::new(0.1, 0.3, 0.0),
+            diffuse(ALBEDO),
+        );
+        scene.materials.push(partly_there(alpha));
+        let lamp = ShapeDescription {
+            material: 1,
+            ..shape(lamp, 1.0)
+        };
+        scene.shapes = vec![square(0.0, 0), lamp];
+        see(&scene, Backend::ALL[0], 1 << 11, Some(1), Roulette::None)
+    };
+    let lamps = [
+        rectangle([-1.0, -1.0, 1.5], [0.0, 0.5, 0.0], [2.0, 0.0, 0.0]),
+        GeometryDescription::Sphere {
+            center: DVec3::new(0.5, 0.5, 1.5),
+            radius: 0.3,
+        },
+    ];
+    for lamp in lamps {
+        let whole = lit(grey(1.0), lamp.clone());
+        let half = lit(grey(0.25), lamp.clone());
+        // Behind the near side of a sphere its far side is met from within, which does not emit.
+        assert_mean("a quarter of a lamp", &half, 0.25 * whole.mean(), 3e-3);
+        let fields = checker([1.0, 0.0], Vec2::new(64.0, 64.0));
+        let cut = lit(ColourDescription::Texture(fields), lamp);
+        assert_mean("a lamp with holes", &cut, 0.5 * whole.mean(), 1e-2);
+    }
+}
+
 #[test]
 fn nothing_is_there_where_alpha_is_zero() {
     for &backend in Backend::ALL {

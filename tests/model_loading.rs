@@ -3,7 +3,7 @@
 mod common;
 
 use common::scene_folder::{HEAD, SceneFolder, TRIANGLE, in_repository};
-use etendue::image::{Image, write};
+use etendue::image::{Image, WriteOptions, write};
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{DVec2, DVec3};
 use etendue::scene::description::{
@@ -333,6 +333,8 @@ fn the_examples_of_the_documentation_load() {
         folder.path("planks.png"),
     )
     .expect("the folder is writable");
+    let sky = Image::filled(2, 1, Rgb::WHITE);
+    write(&folder.path("sky.hdr"), &sky, &WriteOptions::default()).expect("writable");
     for example in examples {
         // An example shows one table; the rest of a scene goes without saying.
         let head = match (example.contains("version ="), example.contains("[camera]")) {

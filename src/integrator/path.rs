@@ -190,10 +190,10 @@ fn beyond<E: Effects>(scene: &Scene, path: &PathState<E>) -> Rgb {
         return Rgb::BLACK;
     }
     let mut radiance = scene.environment;
-    if E::EnvironmentMap::ON {
-        if let Some((map, p_light)) = scene.lights.beyond(path.ray.dir) {
-            radiance += map * path.weight_of_scattering(|_| p_light);
-        }
+    if E::EnvironmentMap::ON
+        && let Some((map, p_light)) = scene.lights.beyond(path.ray.dir)
+    {
+        radiance += map * path.weight_of_scattering(|_| p_light);
     }
     radiance
 }

@@ -136,6 +136,11 @@ impl Material {
         Some(alpha.luminance().clamp(0.0, 1.0))
     }
 
+    /// Whether its surface is only partly there.
+    pub fn is_masked(&self) -> bool {
+        self.alpha.is_some()
+    }
+
     /// What tilts its shading normal.
     #[inline]
     pub fn normal_map(&self) -> Option<&NormalMap> {

@@ -55,8 +55,9 @@ pub struct Scene {
     materials: Vec<Material>,
     /// Shapes that emit.
     emitters: Vec<Emitter>,
-    /// For each light whose radiance is a texture, the primitive that it is; empty if there are none.
-    textured_lights: Vec<Option<PrimitiveId>>,
+    /// For each light of which its place is not all, the primitive that it is: those that vary over their surface, by a
+    /// texture or by being partly there, and those of instances. Empty if there are none.
+    light_primitives: Vec<Option<PrimitiveId>>,
 }
 
 /// What the scene knows of a shape beyond its geometry.
@@ -101,20 +102,19 @@ impl Scene {
             });
             if E::Alpha::ON
                 && let Some(alpha) = material.alpha(|| uv.or(Vec2::ZERO))
+                && u_alpha >= alpha
             {
-                if u_alpha >= alpha {
-                    // Uniform again: what is behind is decided with the rest of the number.
-                    // Rounding may make it 1, which would pass through what is all there.
-                    u_alpha = ((u_alpha - alpha) / (1.0 - alpha)).min(ONE_MINUS_EPSILON);
-                    ray.t_min = hit.t.next_up();
-                    continue;
-                }
+                // Uniform again: what is behind is decided with the rest of the number. Rounding may make it 1, which
+                // would pass through what is all there.
+                u_alpha = ((u_alpha - alpha) / (1.0 - alpha)).min(ONE_MINUS_EPSILON);
+                ray.t_min = hit.t.next_up();
+                continue;
             }
-            if E::NormalMaps::ON {
-                if let Some(map) = material.normal_map() {
-                    let tangents = self.world.tangents_at::<E>(hit.id, time, surface.p);
-                    surface.ns = map.tilt(uv.or(Vec2::ZERO), surface.ns, surface.ng, tangents);
-                }
+            if E::NormalMaps::ON
+                && let Some(map) = material.normal_map()
+            {
+                let tangents = self.world.tangents_at::<E>(hit.id, time, surface.p);
+                surface.ns = map.tilt(uv.or(Vec2::ZERO), surface.ns, surface.ng, tangents);
             }
             return Some(Interaction::new(
                 &ray,
@@ -210,17 +210,21 @@ impl Scene {
     #[inline]
     pub fn sample_light<E: Effects>(&self, p: Vec3, time: f32, u: [f32; 4]) -> Option<LightSample> {
         let (light, mut sample) = self.lights.sample::<E>(p, time, u)?;
-        if E::Textures::ON && !self.textured_lights.is_empty() {
-            if let (Some(id), LightEnd::Surface(point, barycentric)) =
-                (self.textured_lights[light as usize], &sample.end)
-            {
-                let uv = self.world.uv_at::<E>(id, time, point.p, *barycentric);
-                let texture = self
-                    .emitter(id)
-                    .and_then(|emitter| emitter.texture.as_ref());
-                sample.radiance = texture.map_or(sample.radiance, |texture| {
-                    sample.radiance * texture.lookup(uv)
-                });
+        if (E::Textures::ON || E::Alpha::ON || E::Instances::ON)
+            && !self.light_primitives.is_empty()
+            && let Some(id) = self.light_primitives[light as usize]
+            && let LightEnd::Surface(point, barycentric) = &mut sample.end
+        {
+            if let Some(error) = self.world.error_at::<E>(id, time, point.p) {
+                point.error = error;
+            }
+            let uv = || self.world.uv_at::<E>(id, time, point.p, *barycentric);
+            if let Some(texture) = self.emitter(id).and_then(|e| e.texture.as_ref()) {
+                sample.radiance *= texture.lookup(uv());
+            }
+            // A ray meets the lamp where it is there; what shines through the rest is another matter.
+            if let Some(alpha) = self.material(id).alpha(uv) {
+                sample.radiance *= alpha;
             }
         }
         Some(sample)

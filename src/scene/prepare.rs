@@ -48,7 +48,7 @@ pub struct Prepared {
 /// # Errors
 /// A shape that cannot be transformed as written, or what the acceleration structure's backend says.
 pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<Prepared> {
-    let layout = layout(description);
+    let layout = layout(description)?;
     let roots = place(&layout.shapes, description)?;
     let groups = layout.groups.iter();
     let groups = groups
@@ -58,7 +58,8 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     let normalisation = Normalisation::of(&boxes);
     let radius = scene_radius(&boxes, &normalisation);
 
-    let mut build = Build::new(description);
+    let materials: Vec<Material> = description.materials.iter().map(Material::new).collect();
+    let mut build = Build::new(description, &materials);
     let roots = build.trace(&roots, &normalisation);
     let frames: Vec<Normalisation> = groups.iter().map(|group| frame_of(group)).collect();
     let members = groups.iter().zip(&frames);
@@ -69,10 +70,10 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     build.add_shapes(&layout.shapes, &roots, Standing::World);
     let mut instances = Vec::with_capacity(layout.placements.len());
     for placement in &layout.placements {
-        let instance = instance(placement, &normalisation, &frames[placement.group]);
+        let instance = instance(placement, &normalisation, &frames[placement.group])?;
         let standing = match instance.steps.as_slice() {
             [still] => Standing::Still(still),
-            _ => Standing::Moving,
+            steps => Standing::Moving(steps),
         };
         let shapes = &layout.groups[placement.group];
         build.add_shapes(shapes, &members[placement.group], standing);
@@ -90,11 +91,11 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         emitters,
         lights,
         powers,
-        textured,
+        primitives,
         ..
     } = build.emitters;
     let many_lights = lights.len() > 1;
-    let has_textured_lights = textured.iter().any(Option::is_some);
+    let all_in_place = primitives.iter().all(Option::is_none);
     let scene = Scene {
         camera: camera(&description.camera, description.film.size, &normalisation),
         lights: Lights::new(lights, &powers),
@@ -104,13 +105,9 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         accel,
         effects: effects::of_scene(description, &layout).with_if(Effect::ManyLights, many_lights),
         shapes: build.shapes,
-        materials: description.materials.iter().map(Material::new).collect(),
+        materials,
         emitters,
-        textured_lights: if has_textured_lights {
-            textured
-        } else {
-            vec![]
-        },
+        light_primitives: if all_in_place { vec![] } else { primitives },
     };
     Ok(Prepared {
         scene,
@@ -188,16 +185,28 @@ fn frame_of(group: &[Placed]) -> Normalisation {
 }
 
 /// A placement in normalised units on both sides, rounded last.
-fn instance(placement: &Placement, world: &Normalisation, group: &Normalisation) -> Instance {
+fn instance(
+    placement: &Placement,
+    world: &Normalisation,
+    group: &Normalisation,
+) -> Result<Instance> {
     let from_group = group.to_affine().inverse();
     let to_world = world.to_affine();
     let round =
         |m: DAffine3| DAffine3::from_cols_array(&m.to_cols_array().map(|x| f64::from(x as f32)));
     let steps = placement.steps.iter();
-    Instance {
+    let instance = Instance {
         group: placement.group,
         steps: steps.map(|&m| round(to_world * m * from_group)).collect(),
+    };
+    if instance.is_invertible() {
+        return Ok(instance);
     }
+    let (name, place) = &placement.object;
+    let message = format!(
+        "the transform of {name} cannot be inverted in single precision at all times: it flattens space, is too large or too small for the scene, or turns by half a circle or more from one key to the next"
+    );
+    Err(place.error(message))
 }
 
 fn camera(
@@ -228,15 +237,19 @@ fn camera(
 /// What is gathered shape by shape.
 struct Build<'a> {
     description: &'a SceneDescription,
+    /// For each material, whether its surface is only partly there.
+    masked: Vec<bool>,
     shapes: Vec<Shape>,
     emitters: Emitters,
     dropped: usize,
 }
 
 impl<'a> Build<'a> {
-    fn new(description: &'a SceneDescription) -> Self {
+    fn new(description: &'a SceneDescription, materials: &[Material]) -> Self {
+        let masked = materials.iter().map(Material::is_masked);
         Self {
             description,
+            masked: masked.collect(),
             shapes: vec![],
             emitters: Emitters::default(),
             dropped: 0,
@@ -257,9 +270,10 @@ impl<'a> Build<'a> {
         for (&shape, traced) in shapes.iter().zip(traced) {
             let description = &self.description.shapes[shape];
             let number = self.shapes.len() as u32;
+            let masked = self.masked[description.material];
             let emitter = self
                 .emitters
-                .add_shape(number, description, traced, standing);
+                .add_shape(number, description, masked, traced, standing);
             self.shapes.push(Shape {
                 material: description.material as u32,
                 emitter,
@@ -283,7 +297,7 @@ impl<'a> Build<'a> {
         let unsampled = self.emitters.unsampled;
         let unsampled = (unsampled > 0).then(|| {
             format!(
-                "{unsampled} emitting shapes move, or are stretched unevenly: only scattered rays find their light, with more noise"
+                "{unsampled} emitting spheres or disks move, or are stretched or mirrored by an instance: only scattered rays find their light, with more noise"
             )
         });
         dropped.into_iter().chain(unsampled).collect()

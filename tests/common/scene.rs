@@ -16,8 +16,9 @@ use etendue::render::settings::RenderSettings;
 use etendue::render::{Unwatched, render};
 use etendue::scene::Scene;
 use etendue::scene::description::{
-    CameraDescription, ColourDescription, FilmDescription, GeometryDescription, LightDescription,
-    MaterialDescription, MaterialModel, MeshDescription, Place, SceneDescription, ShapeDescription,
+    CameraDescription, ColourDescription, FilmDescription, GeometryDescription,
+    InstanceDescription, Key, LightDescription, MaterialDescription, MaterialModel,
+    MeshDescription, Place, SceneDescription, ShapeDescription,
 };
 use etendue::scene::prepare::prepare;
 use std::sync::Arc;
@@ -154,4 +155,74 @@ pub fn panorama() -> Texture {
         image: Arc::new(Image::new(8, 4, (0..32).map(pixel).collect())),
         scale: 0.5,
     }
+}
+
+/// The bits of a whole picture, with the film that the scene asks for.
+pub fn picture(description: &SceneDescription, backend: Backend, spp: u64) -> Vec<[u32; 3]> {
+    let size = description.film.size;
+    let scene = ready(description, backend);
+    let filter = Filter::new(&description.film.filter);
+    let settings = RenderSettings::new(size, spp);
+    let rendered = render(&scene, &filter, size, &settings, &Unwatched).expect("valid settings");
+    let image = rendered.film.develop();
+    let pixels = image.pixels().iter();
+    pixels.map(|p| p.to_array().map(f32::to_bits)).collect()
+}
+
+/// A room without walls for whole pictures: a lit floor, a ball that shines, and a stone with shading normals.
+pub fn gallery() -> SceneDescription {
+    let mut scene = looking(DVec3::new(1.0, -4.0, 2.0), DVec3::ZERO, diffuse(0.6));
+    scene.film.size = (16, 12);
+    scene.camera.fov = 0.7;
+    let ball = GeometryDescription::Sphere {
+        center: DVec3::new(0.5, 0.5, 0.5),
+        radius: 0.25,
+    };
+    let stone = mirrored_octahedron(DVec3::new(-0.5, -0.25, 0.5), 0.5);
+    let floor = rectangle([-2.0, -2.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]);
+    scene.shapes = vec![shape(stone, 0.0), shape(ball, 4.0), shape(floor, 0.0)];
+    scene.lights = vec![sky(Rgb::new(0.1, 0.2, 0.3))];
+    scene
+}
+
+/// Keys of motion.
+pub fn keys<const N: usize>(keys: [(f64, DAffine3); N]) -> Vec<Key> {
+    keys.map(|(time, transform)| Key { time, transform })
+        .to_vec()
+}
+
+/// Evenly from one place to another, from time 0 to 1.
+pub fn slide(from: DVec3, to: DVec3) -> Vec<Key> {
+    keys([
+        (0.0, DAffine3::from_translation(from)),
+        (1.0, DAffine3::from_translation(to)),
+    ])
+}
+
+/// Puts all shapes of the scene into one group, placed once.
+pub fn as_instance(scene: &mut SceneDescription, transform: DAffine3, motion: Vec<Key>) {
+    scene.groups = vec!["all".into()];
+    scene.shapes.iter_mut().for_each(|s| s.group = Some(0));
+    scene.instances = vec![InstanceDescription {
+        name: "all".into(),
+        place: Place::default(),
+        of: 0,
+        group: None,
+        transform,
+        motion,
+    }];
+}
+
+/// The mean of a whole picture.
+pub fn seen_whole(description: &SceneDescription, backend: Backend, spp: u64, seed: u64) -> f64 {
+    let size = description.film.size;
+    let scene = ready(description, backend);
+    let filter = Filter::new(&description.film.filter);
+    let settings = RenderSettings {
+        seed,
+        max_bounces: Some(0),
+        ..RenderSettings::new(size, spp)
+    };
+    let rendered = render(&scene, &filter, size, &settings, &Unwatched).expect("valid settings");
+    rendered.film.mean()[1]
 }

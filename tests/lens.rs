@@ -7,7 +7,7 @@ use common::scene::{diffuse, gallery, keys, looking, picture, rectangle, see, sh
 use common::verdict::assert_mean;
 use etendue::accel::Backend;
 use etendue::integrator::Roulette;
-use etendue::math::vec::DVec3;
+use etendue::math::vec::{DAffine3, DVec3};
 use etendue::scene::description::SceneDescription;
 use std::f64::consts::PI;
 
@@ -57,7 +57,8 @@ fn a_tiny_lens_is_as_good_as_a_pinhole() {
 /// Radiance 1 on the half-plane x >= `edge` at z = 0, seen around the origin from a height.
 fn half_plane(edge: f64, height: f64, lens_radius: f64, focus_distance: f64) -> SceneDescription {
     let mut scene = looking(height * DVec3::Z, DVec3::ZERO, diffuse(0.0));
-    let far = 1e5;
+    // As far as any ray goes, and no farther: single precision is shared by the whole scene.
+    let far = 1.0 + 4.0 * lens_radius * f64::abs(height / focus_distance - 1.0);
     let half = rectangle([edge, -far, 0.0], [far, 0.0, 0.0], [0.0, 2.0 * far, 0.0]);
     scene.shapes = vec![shape(half, 1.0)];
     scene.camera.lens_radius = lens_radius;
@@ -119,8 +120,8 @@ fn a_lens_moves_with_its_camera() {
     for x in [-0.5, 0.2, 0.8] {
         let mut scene = half_plane(0.1 * x, 2.0, 0.1, 1.0);
         let start = scene.camera.to_world;
-        let along = etendue::math::vec::DAffine3::from_translation(0.7 * DVec3::Y);
-        let turned = etendue::math::vec::DAffine3::from_rotation_z(1.0);
+        let along = DAffine3::from_translation(0.7 * DVec3::Y);
+        let turned = DAffine3::from_rotation_z(1.0);
         scene.camera.shutter = [0.0, 1.0];
         for end in [along * start, turned * start, along * turned * start] {
             scene.camera.motion = keys([(0.0, start), (1.0, end)]);

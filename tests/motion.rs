@@ -26,7 +26,8 @@ const ALBEDO: f32 = 0.5;
 /// Holds the mean of what is seen against its exact value, on all backends; a standard error of `power` is enough.
 fn check(what: &str, scene: &SceneDescription, bounces: u32, exact: f64, power: f64) {
     for &backend in Backend::ALL {
-        let seen = see(scene, backend, 1 << 12, Some(bounces), Roulette::None);
+        let spp = if bounces == 0 { 1 << 12 } else { 1 << 14 };
+        let seen = see(scene, backend, spp, Some(bounces), Roulette::None);
         let what = format!("{what}, {}", backend.name());
         println!("{what}: {seen:?}, exact {exact}");
         assert_mean(&what, &seen, exact, power);
@@ -356,7 +357,7 @@ fn a_camera_moves_as_if_everything_else_moved_the_other_way() {
             let back = keys(times.map(|t| (t, path(t).inverse())));
             as_instance(&mut moving_scene, DAffine3::IDENTITY, back);
             let [a, b] = [&moving_camera, &moving_scene]
-                .map(|scene| see(scene, backend, 1 << 13, Some(2), Roulette::None));
+                .map(|scene| see(scene, backend, 1 << 15, Some(2), Roulette::None));
             let error =
                 |it: &etendue::math::stats::Moments| it.standard_error().expect("32 pixels");
             let joint = error(&a).hypot(error(&b));

@@ -533,3 +533,12 @@ fn environments_add_up() {
     let scene = load_text(&format!("{HEAD}{light}[0, 1, 2]\n{light}0.5\n"));
     assert_eq!(scene.constant_environment(), Rgb::new(0.5, 1.5, 2.5));
 }
+
+#[test]
+fn motion_without_an_open_shutter_is_noted() {
+    let ball = "[[shape]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\nmotion = [\
+        { time = 0, transform = [] }, { time = 1, transform = [{ translate = [1, 0, 0] }] }]\n";
+    let notes = |head: &str| load_text(&format!("{head}{ball}")).notes;
+    assert!(notes(HEAD)[0].contains("the shutter is never open"));
+    assert!(notes(&format!("{HEAD}shutter = [0, 1]\n")).is_empty());
+}

@@ -122,6 +122,11 @@ kernels! {
     Room = "room" [
         ShadingNormals Textures Glossy Specular Transmission Environment AreaLights ManyLights
     ];
+    /// Any material, under lamps and a plain sky, with a lens, all of it moving.
+    Moving = "moving" [
+        ShadingNormals Textures Glossy Specular Transmission Lens Motion Environment AreaLights
+        ManyLights Instances
+    ];
     /// Any material and any light, with a lens.
     Studio = "studio" [
         ShadingNormals Textures NormalMaps Alpha OneSided Glossy Specular Transmission Lens

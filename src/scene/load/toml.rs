@@ -48,6 +48,12 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
     instance::instances(&list(&root, "instance")?, path, &mut contents)?;
     let lights = light::lights(&list(&root, "light")?, path, &mut contents.textures)?;
     root.finish()?;
+    let [open, close] = camera.shutter;
+    let motions = contents.shapes.iter().map(|shape| &shape.motion);
+    let motions = motions.chain(contents.instances.iter().map(|instance| &instance.motion));
+    if open == close && motions.chain([&camera.motion]).any(|keys| keys.len() > 1) {
+        contents.note("motion is written, but the shutter is never open: everything stands still");
+    }
     Ok(SceneDescription {
         file: path.to_path_buf(),
         camera,

@@ -116,7 +116,7 @@ fn nested_groups_are_their_shapes_with_multiplied_transforms() {
             const RAYS: usize = 20_000;
             for _ in 0..RAYS {
                 let origin = 4.0 * direction(&mut rng).as_dvec3();
-                let dir = (2.0 * point(&mut rng).as_dvec3() - origin).normalize();
+                let dir = (1.5 * point(&mut rng).as_dvec3() - origin).normalize();
                 let hits = [&nested, &flat].map(|scene| meets(scene, origin, dir, time as f32));
                 found += usize::from(hits[0].is_some());
                 let same = match hits {
@@ -132,7 +132,7 @@ fn nested_groups_are_their_shapes_with_multiplied_transforms() {
                 "{time} {}: {found} of {RAYS} hit, {off} off",
                 backend.name()
             );
-            assert!(found * 10 > RAYS);
+            assert!(found * 40 > RAYS, "only {found}");
             // Rays along edges may pass on either side.
             assert!(off * 2_000 < RAYS, "{time} {}: {off}", backend.name());
         }
@@ -293,7 +293,7 @@ fn the_outline_of_an_ellipsoid_has_the_area_of_its_ellipse() {
         let stretch = DAffine3::from_scale(DVec3::new(a, mirror * b, c));
         as_instance(&mut scene, stretch, vec![]);
         for &backend in Backend::ALL {
-            let seen = Moments::of((0..32).map(|seed| seen_whole(&scene, backend, 64, seed)));
+            let seen = Moments::of((0..32).map(|seed| seen_whole(&scene, backend, 1024, seed)));
             assert_mean("outline", &seen, exact, 2e-3);
         }
     }

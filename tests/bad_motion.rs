@@ -267,3 +267,36 @@ fn emission_that_is_no_colour() {
         fails(&folder, "render a.toml", SCENE, &[place, words]);
     }
 }
+
+#[test]
+fn groups_that_multiply_without_end_are_refused_at_once() {
+    let ball = |group: &str| {
+        format!(
+            "[[shape]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\ngroup = \"{group}\"\n"
+        )
+    };
+    let place =
+        |of: usize, group: usize| format!("[[instance]]\nof = \"{of}\"\ngroup = \"{group}\"\n");
+    let root = |of: usize| format!("[[instance]]\nof = \"{of}\"\n");
+    // Each group holds the next one twice: 2^40 balls.
+    let mut doubling = ball("0");
+    for level in 1..=40 {
+        doubling += &place(level - 1, level).repeat(2);
+    }
+    doubling += &root(40);
+    let folder = SceneFolder::new([("a.toml", format!("{HEAD}{doubling}"))]);
+    fails(
+        &folder,
+        "render a.toml",
+        SCENE,
+        &["placed more than 4194304 times"],
+    );
+    // Each group holds the next one once: a chain of 20 000.
+    let mut chain = ball("0");
+    for level in 1..=20_000 {
+        chain += &place(level - 1, level);
+    }
+    chain += &root(20_000);
+    let folder = SceneFolder::new([("a.toml", format!("{HEAD}{chain}"))]);
+    fails(&folder, "render a.toml", SCENE, &["nested deeper than 64"]);
+}

@@ -92,6 +92,16 @@ fn a_spot_without_a_penumbra_is_all_or_nothing() {
 }
 
 #[test]
+fn a_spot_of_half_a_turn_has_no_hole_behind() {
+    let mut rng = common::TestRng::new(1);
+    for _ in 0..1000 {
+        let axis = rng.direction_log_uniform(1e-3);
+        let light = SpotLight::new(Vec3::ZERO, axis, Rgb::WHITE, PI, 0.0);
+        assert!(light.sample(-axis).is_some(), "{axis}");
+    }
+}
+
+#[test]
 fn a_distant_light_is_the_same_everywhere() {
     let light = DistantLight::new(Vec3::NEG_Y, Rgb::grey(3.0));
     let s = light.sample();

@@ -164,8 +164,8 @@ fn lamps() -> Vec<(&'static str, GeometryDescription)> {
     ]
 }
 
-/// The same mean as of the lamp written out, and no more noise: light sampling knows it. A lamp that moves by next to
-/// nothing is found by scattering alone, with much more noise, which shows that the comparison can tell.
+/// The same mean as of the lamp written out, and no more noise: light sampling knows it. A ball or disk that
+/// moves by next to nothing is found by scattering alone, with much more noise: the comparison can tell.
 #[test]
 fn a_lamp_in_a_group_lights_like_the_lamp_written_out() {
     let place = |mirror: DVec3| {
@@ -202,7 +202,11 @@ fn a_lamp_in_a_group_lights_like_the_lamp_written_out() {
                 );
                 assert!(joint <= 1e-3 * a.mean(), "{name}: too noisy to tell");
                 assert!(standard_error(&b) < 3.0 * standard_error(&a), "{name}");
-                assert!(standard_error(&c) > 4.0 * standard_error(&b), "{name}");
+                let is_found_by_scattering = form != "polygon";
+                assert!(
+                    !is_found_by_scattering || standard_error(&c) > 4.0 * standard_error(&b),
+                    "{name}"
+                );
                 assert_mean(&name, &c, a.mean(), 2e-2);
             }
         }

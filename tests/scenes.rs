@@ -1,8 +1,10 @@
-//! The scenes that come with the program: each one renders, and the furnaces have their exact answers.
+//! The scenes that come with the program: each one renders, the furnaces have their exact answers, and the gallery says of
+//! the others what is so.
 
 use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::film::Film;
 use etendue::film::filter::Filter;
+use etendue::plan::Plan;
 use etendue::render::settings::RenderSettings;
 use etendue::render::{Unwatched, render};
 use etendue::scene::load::load;
@@ -87,5 +89,38 @@ fn a_grey_box_that_emits_glows_twice_as_bright() {
     assert!(standard_error < 0.01, "without power: {standard_error}");
     for mean in film.mean() {
         assert!((mean - 2.0).abs() < 5.2 * standard_error, "{mean}");
+    }
+}
+
+#[test]
+fn the_gallery_has_a_small_picture_and_the_effects_of_each_of_its_scenes() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = std::fs::read_to_string(root.join("docs/gallery.md")).expect("the page is there");
+    let sections: Vec<&str> = page.split("\n## ").skip(1).collect();
+    assert!(sections.len() >= 7, "{}", sections.len());
+    for section in sections {
+        let between = |start: &str, end: &str| {
+            let (_, rest) = section
+                .split_once(start)
+                .unwrap_or_else(|| panic!("`{start}` in {section}"));
+            rest.split_once(end).expect("its end is there").0
+        };
+        let picture = root.join("docs").join(between("](", ")"));
+        let bytes = std::fs::metadata(&picture).expect("the picture is there");
+        assert!(bytes.len() <= 64 * 1024, "{}", picture.display());
+
+        let description = load(&root.join(between("etendue render ", "\n"))).expect("valid");
+        let options = AccelOptions {
+            backend: Backend::ALL[0],
+            precision: Precision::Robust,
+            threads: 2,
+        };
+        let scene = prepare(&description, options).expect("valid").scene;
+        let found: Vec<&str> = Plan::new(&description, &scene)
+            .on()
+            .map(|effect| effect.name())
+            .collect();
+        let written = between("Effects: ", ".\n").replace('\n', " ");
+        assert_eq!(written, found.join(", "), "{}", picture.display());
     }
 }

@@ -124,14 +124,15 @@ pub fn time_left(fraction: f64, elapsed: Duration) -> Option<String> {
     (fraction > 0.0).then(|| format_duration(Duration::from_secs_f64(left)))
 }
 
-/// A fraction as a percentage with three digits.
+/// A fraction, of either sign, as a percentage with three digits.
 pub fn format_percent(fraction: f64) -> String {
     let percent = 100.0 * fraction;
-    let decimals = if percent >= 100.0 {
+    let size = percent.abs();
+    let decimals = if size >= 100.0 {
         0
-    } else if percent >= 10.0 {
+    } else if size >= 10.0 {
         1
-    } else if percent >= 1.0 {
+    } else if size >= 1.0 {
         2
     } else {
         3

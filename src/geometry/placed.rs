@@ -81,6 +81,17 @@ impl<'a> Placed<'a> {
         }
     }
 
+    /// The error bound of a point `p` of `primitive` in the world, for rays that come from there.
+    pub fn error_at(&self, primitive: u32, p: Vec3) -> Vec3 {
+        let bounds = self.geometry.primitive_bounds(primitive);
+        let (size, extent) = (bounds.min.abs().max(bounds.max.abs()), bounds.extent());
+        // At least that of a triangle's point, a sphere's or a disk's.
+        let local = f64::from(gamma(8)) * (size + 2.0 * extent);
+        let reach = self.to_world.matrix3.abs() * extent;
+        let (_, error) = self.point(self.local(p), local.as_vec3(), reach);
+        error.as_vec3()
+    }
+
     /// The texture coordinate of the point `p` of `primitive`, barycentric coordinates `barycentric`.
     pub fn uv_at(&self, primitive: u32, p: Vec3, barycentric: [f32; 2]) -> Vec2 {
         let local = match self.geometry {

@@ -117,6 +117,17 @@ impl World {
         Some(Placed::new(geometry, instance, time))
     }
 
+    /// The error bound of a point `p` on a primitive of an instance, which has to hold what a ray query in the group's frame
+    /// loses; `None` if the shape stands in the world itself.
+    #[inline]
+    pub fn error_at<E: Effects>(&self, id: PrimitiveId, time: f32, p: Vec3) -> Option<Vec3> {
+        if !E::Instances::ON {
+            return None;
+        }
+        let placed = self.placed(id.shape, time)?;
+        Some(placed.error_at(id.primitive, p))
+    }
+
     /// The box around an instance over its whole motion; empty if its group is.
     pub fn instance_bounds(&self, instance: usize) -> Bounds {
         let instance = &self.instances[instance];

@@ -7,6 +7,7 @@
 pub mod disk;
 pub mod distant;
 pub mod environment;
+pub mod moving;
 pub mod point;
 pub mod rectangle;
 pub mod select;
@@ -21,6 +22,7 @@ use crate::math::vec::{Vec2, Vec3};
 use disk::DiskLight;
 use distant::DistantLight;
 use environment::EnvironmentMap;
+use moving::MovingTriangle;
 use point::PointLight;
 use rectangle::RectangleLight;
 use sphere::SphereLight;
@@ -34,6 +36,8 @@ use types::LightSample;
 pub enum Light {
     /// One triangle of an emitting mesh.
     Triangle(TriangleLight),
+    /// One triangle of an emitting mesh that moves.
+    MovingTriangle(MovingTriangle),
     /// A rectangle.
     Rectangle(RectangleLight),
     /// A disk.
@@ -56,6 +60,7 @@ impl Light {
     pub fn power(&self, scene_radius: f64) -> f64 {
         match self {
             Self::Triangle(light) => light.power(),
+            Self::MovingTriangle(light) => light.power(),
             Self::Rectangle(light) => light.power(),
             Self::Disk(light) => light.power(),
             Self::Sphere(light) => light.power(),
@@ -69,9 +74,10 @@ impl Light {
     /// A direction from which the light shines on `p`; `None` where there is none. A kernel samples only the lights that
     /// its effects let into the scene.
     #[inline]
-    pub fn sample<E: Effects>(&self, p: Vec3, _time: f32, u: Vec2) -> Option<LightSample> {
+    pub fn sample<E: Effects>(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
         match self {
             Self::Triangle(light) if E::AreaLights::ON => light.sample(p, u),
+            Self::MovingTriangle(light) if E::Motion::ON => light.sample(p, time, u),
             Self::Rectangle(light) if E::AreaLights::ON => light.sample(p, u),
             Self::Disk(light) if E::AreaLights::ON => light.sample(p, u),
             Self::Sphere(light) if E::AreaLights::ON => light.sample(p, u),
@@ -89,7 +95,7 @@ impl Light {
     pub fn pdf<E: Effects>(
         &self,
         p: Vec3,
-        _time: f32,
+        time: f32,
         towards: Vec3,
         normal: Vec3,
     ) -> Option<PdfSolidAngle> {
@@ -100,6 +106,7 @@ impl Light {
         let cos = towards.dot(normal) / distance2.sqrt();
         match self {
             Self::Triangle(light) => light.pdf(p, distance2, cos),
+            Self::MovingTriangle(light) => light.pdf(p, time, distance2, cos),
             Self::Rectangle(light) => light.pdf(p, distance2, cos),
             Self::Disk(light) => light.pdf(distance2, cos),
             Self::Sphere(light) => Some(light.pdf(p)),

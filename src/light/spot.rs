@@ -48,7 +48,8 @@ impl SpotLight {
         let mut sample = self.point.sample(p)?;
         // |a + b|^2 / 2 = 1 + cos for unit vectors: one minus the cosine between the axis and the way to p.
         let from_axis = 0.5 * (self.axis.as_dvec3() + sample.wi.as_dvec3()).length_squared();
-        let share = self.falloff(from_axis);
+        // Rounding must not leave the whole sphere.
+        let share = self.falloff(from_axis.min(2.0));
         sample.radiance *= share as f32;
         (share > 0.0).then_some(sample)
     }

@@ -60,10 +60,14 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
         calls_for: effects::of_camera(&description.camera),
         written: none.with_if(Effect::Motion, !description.camera.motion.is_empty()),
     }];
-    let layout = placement::layout(description);
-    let shapes: Vec<&ShapeDescription> = layout
-        .placed_shapes(description.shapes.len())
-        .map(|shape| &description.shapes[shape])
+    // A scene that could not be laid out is not ready, and has no plan.
+    let placed = placement::layout(description).map_or_else(
+        |_| vec![],
+        |layout| layout.placed_shapes(description.shapes.len()).collect(),
+    );
+    let shapes: Vec<&ShapeDescription> = placed
+        .into_iter()
+        .map(|shape: usize| &description.shapes[shape])
         .collect();
     let mut seen = vec![false; description.materials.len()];
     for shape in &shapes {

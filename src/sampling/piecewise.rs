@@ -152,7 +152,7 @@ fn prefix_sums(weights: impl Iterator<Item = f64>) -> Option<Vec<f64>> {
     let mut sum = 0.0;
     sums.push(sum);
     for weight in weights {
-        if !(weight >= 0.0) {
+        if weight.is_nan() || weight < 0.0 {
             return None;
         }
         sum += weight;

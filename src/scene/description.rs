@@ -4,6 +4,7 @@
 //! Range: what `load` lets through: every number finite, every index in range, every reflectance in [0, 1].
 //! Source: docs/scene-format.md. Tested through `load` and in `tests/bad_input.rs`.
 
+use crate::error::Error;
 pub use crate::film::filter::{FilterDescription, FilterKind};
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
@@ -70,6 +71,17 @@ pub struct Place {
     pub file: PathBuf,
     /// The line, counted from 1, where known.
     pub line: Option<usize>,
+}
+
+impl Place {
+    /// An error about what was written there.
+    pub fn error(&self, message: impl Into<String>) -> Error {
+        let error = Error::scene(message).in_file(&self.file);
+        match self.line {
+            Some(line) => error.at_line(line),
+            None => error,
+        }
+    }
 }
 
 /// A value with its place in the scene's file, for errors that only a later floor can find.

@@ -1,7 +1,7 @@
 //! The lights of a scene: what its shapes emit, and how light sampling finds it.
 //!
-//! Shapes that move, and spheres and disks that an instance stretches unevenly, are found by scattered rays alone: no
-//! light sampling knows them, and their emission counts in full.
+//! Spheres and disks that move, or that an instance stretches unevenly, are found by scattered rays alone: no light sampling
+//! knows them, and their emission counts in full. So are mirrored meshes of an instance whose emission varies.
 //!
 //! Measure: normalised units.
 //! Range: any shape; one that emits nothing anywhere is no emitter.
@@ -15,7 +15,8 @@ use crate::geometry::world::PrimitiveId;
 use crate::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
 use crate::light::types::Emission;
 use crate::light::{
-    Light, disk::DiskLight, rectangle::RectangleLight, sphere::SphereLight, triangle::TriangleLight,
+    Light, disk::DiskLight, moving::MovingTriangle, rectangle::RectangleLight, sphere::SphereLight,
+    triangle::TriangleLight,
 };
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec3, Vec2, Vec3};
@@ -28,8 +29,8 @@ pub enum Standing<'a> {
     World,
     /// In a group that stands still: group to world, both in normalised units.
     Still(&'a DAffine3),
-    /// In a group that moves.
-    Moving,
+    /// In a group that moves: the same at equally spaced times.
+    Moving(&'a [DAffine3]),
 }
 
 /// Emitters and lights that have been gathered.
@@ -41,8 +42,9 @@ pub struct Emitters {
     pub lights: Vec<Light>,
     /// The weights: radiant powers in normalised units.
     pub powers: Vec<f64>,
-    /// For each light that varies over its surface, by a texture or by being partly there, the primitive that it is.
-    pub varying: Vec<Option<PrimitiveId>>,
+    /// For each light of which its place is not all, the primitive that it is: those that vary over their surface, by a
+    /// texture or by being partly there, and those of instances.
+    pub primitives: Vec<Option<PrimitiveId>>,
     /// Emitting shapes that light sampling does not know.
     pub unsampled: usize,
 }
@@ -52,7 +54,7 @@ impl Emitters {
     pub fn add_light(&mut self, light: Light, power: f64) {
         self.lights.push(light);
         self.powers.push(power);
-        self.varying.push(None);
+        self.primitives.push(None);
     }
 
     /// Adds what the shape with this number emits, which may be `masked` by the alpha of its material, and returns its
@@ -94,14 +96,14 @@ impl Emitters {
             }
             (None, _) => sampled = false,
         }
-        if varies {
-            let per_primitive = self.varying.len() as u32 - first;
+        if varies || !matches!(standing, Standing::World) {
+            let per_primitive = self.primitives.len() as u32 - first;
             for primitive in 0..per_primitive {
                 let id = PrimitiveId {
                     shape: number,
                     primitive,
                 };
-                self.varying[(first + primitive) as usize] = Some(id);
+                self.primitives[(first + primitive) as usize] = Some(id);
             }
         }
         self.unsampled += usize::from(!sampled);
@@ -123,25 +125,26 @@ impl Emitters {
         varies: bool,
         standing: Standing<'_>,
     ) -> bool {
-        let to_world: &dyn Fn([Vec3; 3]) -> [Vec3; 3] = match standing {
-            Standing::World => &|t| t,
-            // A mirrored triangle keeps its outside: its corners change their order, and so would texture coordinates.
-            Standing::Still(m) if m.matrix3.determinant() < 0.0 && varies => {
-                return false;
-            }
-            Standing::Still(m) => &|t| {
-                let [a, b, c] = t.map(|p| m.transform_point3(p.as_dvec3()).as_vec3());
-                if m.matrix3.determinant() < 0.0 {
-                    [a, c, b]
-                } else {
-                    [a, b, c]
-                }
-            },
-            Standing::Moving => return false,
+        let steps: &[DAffine3] = match &standing {
+            Standing::World => &[DAffine3::IDENTITY],
+            Standing::Still(still) => std::slice::from_ref(*still),
+            Standing::Moving(steps) => steps,
         };
+        // A mirrored triangle keeps its outside: its corners change their order, and so would texture coordinates.
+        let mirrored = steps[0].matrix3.determinant() < 0.0;
+        if mirrored && varies {
+            return false;
+        }
         for primitive in 0..mesh.indices().len() as u32 {
-            let triangle = to_world(mesh.triangle(primitive));
-            let light = Light::Triangle(TriangleLight::new(triangle, emission));
+            let places = steps.iter().map(|step| {
+                let corners = mesh.triangle(primitive);
+                let [a, b, c] = corners.map(|p| step.transform_point3(p.as_dvec3()).as_vec3());
+                if mirrored { [a, c, b] } else { [a, b, c] }
+            });
+            let light = match places.collect::<Vec<_>>().as_slice() {
+                [still] => Light::Triangle(TriangleLight::new(*still, emission)),
+                moving => Light::MovingTriangle(MovingTriangle::new(moving.to_vec(), emission)),
+            };
             let mean = texture.map_or(1.0, |texture| triangle_luminance(texture, mesh, primitive));
             let power = light.power(1.0) * mean;
             self.add_light(light, power);
@@ -163,7 +166,7 @@ fn whole_light(
     let (transform, scale) = match standing {
         Standing::World => (DAffine3::IDENTITY, 1.0),
         Standing::Still(transform) => (*transform, even_scale(transform, ROUNDED)?),
-        Standing::Moving => return None,
+        Standing::Moving(_) => return None,
     };
     let point = |p: Vec3| transform.transform_point3(p.as_dvec3()).as_vec3();
     let length = |x: f32| (f64::from(x) * scale) as f32;

@@ -55,9 +55,9 @@ pub struct Scene {
     materials: Vec<Material>,
     /// Shapes that emit.
     emitters: Vec<Emitter>,
-    /// For each light that varies over its surface, by a texture or by being partly there, the primitive that it is; empty
-    /// if there are none.
-    varying_lights: Vec<Option<PrimitiveId>>,
+    /// For each light of which its place is not all, the primitive that it is: those that vary over their surface, by a
+    /// texture or by being partly there, and those of instances. Empty if there are none.
+    light_primitives: Vec<Option<PrimitiveId>>,
 }
 
 /// What the scene knows of a shape beyond its geometry.
@@ -210,11 +210,14 @@ impl Scene {
     #[inline]
     pub fn sample_light<E: Effects>(&self, p: Vec3, time: f32, u: [f32; 4]) -> Option<LightSample> {
         let (light, mut sample) = self.lights.sample::<E>(p, time, u)?;
-        if (E::Textures::ON || E::Alpha::ON)
-            && !self.varying_lights.is_empty()
-            && let Some(id) = self.varying_lights[light as usize]
-            && let LightEnd::Surface(point, barycentric) = &sample.end
+        if (E::Textures::ON || E::Alpha::ON || E::Instances::ON)
+            && !self.light_primitives.is_empty()
+            && let Some(id) = self.light_primitives[light as usize]
+            && let LightEnd::Surface(point, barycentric) = &mut sample.end
         {
+            if let Some(error) = self.world.error_at::<E>(id, time, point.p) {
+                point.error = error;
+            }
             let uv = || self.world.uv_at::<E>(id, time, point.p, *barycentric);
             if let Some(texture) = self.emitter(id).and_then(|e| e.texture.as_ref()) {
                 sample.radiance *= texture.lookup(uv());

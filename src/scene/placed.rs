@@ -7,7 +7,7 @@
 
 use super::description::{GeometryDescription, MeshDescription, ShapeDescription};
 use super::normalisation::Normalisation;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
 use crate::math::bounds::Bounds;
 use crate::math::vec::{DAffine3, DMat3, DVec2, DVec3, Vec3};
@@ -224,11 +224,7 @@ fn scale_of(transform: &DAffine3, shape: &ShapeDescription) -> Result<f64> {
             "the transform of {} stretches it unevenly, but a sphere or disk has to stay one; use a mesh instead",
             shape.name
         );
-        let error = Error::scene(message).in_file(&shape.place.file);
-        match shape.place.line {
-            Some(line) => error.at_line(line),
-            None => error,
-        }
+        shape.place.error(message)
     })
 }
 

@@ -4,11 +4,13 @@
 //! one level: groups of shapes that stand still, and their placements in the world.
 //!
 //! Measure: world units; times of the shutter.
-//! Range: groups without a circle, which `load` makes sure of; groups that nothing places are left out.
+//! Range: groups without a circle, which `load` makes sure of, nested at most 64 deep; at most 2^22 placements. Groups that
+//! nothing places are left out.
 //! Source: none needed. Tested below and in `tests/motion.rs`.
 
 use super::description::{Key, Place, SceneDescription};
 use super::keyframes;
+use crate::error::Result;
 use crate::math::vec::DAffine3;
 use std::collections::HashMap;
 
@@ -57,60 +59,129 @@ enum Member {
     Shape(usize),
 }
 
+/// Groups within groups within groups, at most.
+const DEEPEST: usize = 64;
+
+/// Placements of groups in the world, at most: groups that hold others twice grow fast.
+const MOST_PLACEMENTS: u64 = 1 << 22;
+
+/// What a group, or the world itself, holds; indices into the description.
+#[derive(Debug, Clone, Default)]
+struct Contents {
+    still: Vec<usize>,
+    moving: Vec<usize>,
+    instances: Vec<usize>,
+}
+
 struct Walk<'a> {
     description: &'a SceneDescription,
+    world: Contents,
+    groups: Vec<Contents>,
     layout: Layout,
     /// The index in the layout of what is placed already.
     known: HashMap<Member, usize>,
 }
 
 /// Finds out where everything stands.
-pub fn layout(description: &SceneDescription) -> Layout {
-    let mut walk = Walk {
-        description,
-        layout: Layout::default(),
-        known: HashMap::new(),
-    };
-    walk.layout.shapes = walk.still_shapes(None);
+///
+/// # Errors
+/// Groups that are nested deeper than 64 times, or more than 2^22 placements.
+pub fn layout(description: &SceneDescription) -> Result<Layout> {
+    let mut walk = Walk::new(description);
+    walk.count(None, 0, &mut vec![None; walk.groups.len()])?;
+    walk.layout.shapes.clone_from(&walk.world.still);
     walk.place_contents(None, &mut Vec::new());
-    walk.layout
+    Ok(walk.layout)
 }
 
 impl<'a> Walk<'a> {
-    /// Whether keys move anything while the shutter is open.
-    fn moves(&self, keys: &[Key]) -> bool {
-        keyframes::steps(keys, self.description.camera.shutter).len() > 1
+    fn new(description: &'a SceneDescription) -> Self {
+        let mut walk = Self {
+            description,
+            world: Contents::default(),
+            groups: vec![Contents::default(); description.groups.len()],
+            layout: Layout::default(),
+            known: HashMap::new(),
+        };
+        let shutter = description.camera.shutter;
+        for (index, shape) in description.shapes.iter().enumerate() {
+            let contents = walk.contents_mut(shape.group);
+            if keyframes::steps(&shape.motion, shutter).len() > 1 {
+                contents.moving.push(index);
+            } else {
+                contents.still.push(index);
+            }
+        }
+        for (index, instance) in description.instances.iter().enumerate() {
+            walk.contents_mut(instance.group).instances.push(index);
+        }
+        walk
     }
 
-    /// Shapes of a group, or of the world itself, that stand still there.
-    fn still_shapes(&self, group: Option<usize>) -> Vec<usize> {
-        let shapes = self.description.shapes.iter().enumerate();
-        let still = shapes.filter(|(_, s)| s.group == group && !self.moves(&s.motion));
-        still.map(|(index, _)| index).collect()
+    fn contents(&self, group: Option<usize>) -> &Contents {
+        group.map_or(&self.world, |group| &self.groups[group])
+    }
+
+    fn contents_mut(&mut self, group: Option<usize>) -> &mut Contents {
+        match group {
+            Some(group) => &mut self.groups[group],
+            None => &mut self.world,
+        }
+    }
+
+    /// How many placements a group, or the world itself, leads to. `counts` holds those that are known.
+    fn count(
+        &self,
+        parent: Option<usize>,
+        depth: usize,
+        counts: &mut [Option<u64>],
+    ) -> Result<u64> {
+        if let Some(count) = parent.and_then(|group| counts[group]) {
+            return Ok(count);
+        }
+        let contents = self.contents(parent);
+        let mut count = contents.moving.len() as u64;
+        for &index in &contents.instances {
+            let instance = &self.description.instances[index];
+            let refuse =
+                |why: String| Err(instance.place.error(format!("{}: {why}", instance.name)));
+            if depth >= DEEPEST {
+                return refuse(format!("groups are nested deeper than {DEEPEST} times"));
+            }
+            count += 1 + self.count(Some(instance.of), depth + 1, counts)?;
+            if count > MOST_PLACEMENTS {
+                return refuse(format!(
+                    "groups are placed more than {MOST_PLACEMENTS} times in all"
+                ));
+            }
+        }
+        if let Some(group) = parent {
+            counts[group] = Some(count);
+        }
+        Ok(count)
     }
 
     /// Places what a group, or the world itself, holds beyond its still shapes.
     fn place_contents(&mut self, parent: Option<usize>, chain: &mut Chain<'a>) {
         let description = self.description;
-        for (index, shape) in description.shapes.iter().enumerate() {
-            if shape.group == parent && self.moves(&shape.motion) {
-                chain.push((DAffine3::IDENTITY, &shape.motion));
-                self.place(Member::Shape(index), chain, &shape.name, &shape.place);
-                chain.pop();
-            }
+        let contents = self.contents(parent).clone();
+        for index in contents.moving {
+            let shape = &description.shapes[index];
+            chain.push((DAffine3::IDENTITY, &shape.motion));
+            self.place(Member::Shape(index), chain, &shape.name, &shape.place);
+            chain.pop();
         }
-        for instance in &description.instances {
-            if instance.group == parent {
-                chain.push((instance.transform, &instance.motion));
-                self.place(
-                    Member::Group(instance.of),
-                    chain,
-                    &instance.name,
-                    &instance.place,
-                );
-                self.place_contents(Some(instance.of), chain);
-                chain.pop();
-            }
+        for index in contents.instances {
+            let instance = &description.instances[index];
+            chain.push((instance.transform, &instance.motion));
+            self.place(
+                Member::Group(instance.of),
+                chain,
+                &instance.name,
+                &instance.place,
+            );
+            self.place_contents(Some(instance.of), chain);
+            chain.pop();
         }
     }
 
@@ -119,7 +190,7 @@ impl<'a> Walk<'a> {
             Some(&group) => group,
             None => {
                 let shapes = match member {
-                    Member::Group(group) => self.still_shapes(Some(group)),
+                    Member::Group(group) => self.groups[group].still.clone(),
                     Member::Shape(shape) => vec![shape],
                 };
                 self.layout.groups.push(shapes);
@@ -154,7 +225,7 @@ fn compose(chain: &Chain<'_>, shutter: [f64; 2]) -> Vec<DAffine3> {
     (0..=intervals)
         .map(|i| {
             let share = i as f64 / intervals.max(1) as f64;
-            at(shutter[0] + share * (shutter[1] - shutter[0]))
+            at((1.0 - share) * shutter[0] + share * shutter[1])
         })
         .collect()
 }

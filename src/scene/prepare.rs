@@ -19,7 +19,7 @@ use super::{Scene, Shape};
 use crate::accel::{Accel, AccelOptions};
 use crate::camera::{Camera, CameraParameters};
 use crate::effects::Effect;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::geometry::world::{Instance, World};
 use crate::light::select::Lights;
@@ -48,7 +48,7 @@ pub struct Prepared {
 /// # Errors
 /// A shape that cannot be transformed as written, or what the acceleration structure's backend says.
 pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<Prepared> {
-    let layout = layout(description);
+    let layout = layout(description)?;
     let roots = place(&layout.shapes, description)?;
     let groups = layout.groups.iter();
     let groups = groups
@@ -73,7 +73,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         let instance = instance(placement, &normalisation, &frames[placement.group])?;
         let standing = match instance.steps.as_slice() {
             [still] => Standing::Still(still),
-            _ => Standing::Moving,
+            steps => Standing::Moving(steps),
         };
         let shapes = &layout.groups[placement.group];
         build.add_shapes(shapes, &members[placement.group], standing);
@@ -91,11 +91,11 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         emitters,
         lights,
         powers,
-        varying,
+        primitives,
         ..
     } = build.emitters;
     let many_lights = lights.len() > 1;
-    let lights_vary = varying.iter().any(Option::is_some);
+    let all_in_place = primitives.iter().all(Option::is_none);
     let scene = Scene {
         camera: camera(&description.camera, description.film.size, &normalisation),
         lights: Lights::new(lights, &powers),
@@ -107,7 +107,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         shapes: build.shapes,
         materials,
         emitters,
-        varying_lights: if lights_vary { varying } else { vec![] },
+        light_primitives: if all_in_place { vec![] } else { primitives },
     };
     Ok(Prepared {
         scene,
@@ -206,11 +206,7 @@ fn instance(
     let message = format!(
         "the transform of {name} cannot be inverted in single precision at all times: it flattens space, is too large or too small for the scene, or turns by half a circle or more from one key to the next"
     );
-    let error = Error::scene(message).in_file(&place.file);
-    Err(match place.line {
-        Some(line) => error.at_line(line),
-        None => error,
-    })
+    Err(place.error(message))
 }
 
 fn camera(
@@ -301,7 +297,7 @@ impl<'a> Build<'a> {
         let unsampled = self.emitters.unsampled;
         let unsampled = (unsampled > 0).then(|| {
             format!(
-                "{unsampled} emitting shapes move, or are stretched unevenly: only scattered rays find their light, with more noise"
+                "{unsampled} emitting spheres or disks move, or are stretched or mirrored by an instance: only scattered rays find their light, with more noise"
             )
         });
         dropped.into_iter().chain(unsampled).collect()

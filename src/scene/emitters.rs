@@ -153,6 +153,9 @@ impl Emitters {
     }
 }
 
+/// By how much rounding to single precision makes an instance's even transform uneven at most, twice over.
+const ROUNDED: f64 = 2.0 * f32::EPSILON as f64;
+
 /// The light that a shape is as a whole, if there is a kind for that.
 fn whole_light(
     geometry: &Geometry,
@@ -162,7 +165,7 @@ fn whole_light(
 ) -> Option<Light> {
     let (transform, scale) = match standing {
         Standing::World => (DAffine3::IDENTITY, 1.0),
-        Standing::Still(transform) => (*transform, even_scale(transform)?),
+        Standing::Still(transform) => (*transform, even_scale(transform, ROUNDED)?),
         Standing::Moving(_) => return None,
     };
     let point = |p: Vec3| transform.transform_point3(p.as_dvec3()).as_vec3();

@@ -204,21 +204,22 @@ pub fn has_shading_normals(mesh: &MeshDescription) -> bool {
         })
 }
 
-/// The factor by which a transform scales, if it is the same in all directions.
-pub fn even_scale(transform: &DAffine3) -> Option<f64> {
+/// The factor by which a transform scales, if it is the same in all directions, up to a relative `tolerance`: that of the
+/// precision to which the transform has been rounded.
+pub fn even_scale(transform: &DAffine3, tolerance: f64) -> Option<f64> {
     let matrix = transform.matrix3;
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
     let scale = axes[0].length();
     let even = axes
         .iter()
-        .all(|axis| (axis.length() / scale - 1.0).abs() < 1e-9)
-        && (0..3).all(|i| axes[i].dot(axes[(i + 1) % 3]).abs() < 1e-9 * scale * scale);
+        .all(|axis| (axis.length() / scale - 1.0).abs() < tolerance)
+        && (0..3).all(|i| axes[i].dot(axes[(i + 1) % 3]).abs() < tolerance * scale * scale);
     even.then_some(scale)
 }
 
 /// The factor by which a shape's transform scales, which has to be the same in all directions.
 fn scale_of(transform: &DAffine3, shape: &ShapeDescription) -> Result<f64> {
-    even_scale(transform).ok_or_else(|| {
+    even_scale(transform, 1e-9).ok_or_else(|| {
         let message = format!(
             "the transform of {} stretches it unevenly, but a sphere or disk has to stay one; use a mesh instead",
             shape.name

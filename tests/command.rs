@@ -433,3 +433,27 @@ transform = [{ translate = [-2.5, 0, 0.2] }]
 of = "plate"
 transform = [{ translate = [2.5, 0, 0.2] }]
 "#;
+
+#[test]
+fn the_replay_of_a_sample_that_is_not_finite_has_the_flags_of_its_render() {
+    let folder = SceneFolder::new([("bright.toml", TOO_BRIGHT)]);
+    let flags = "--size 5x4 --spp 2 --sampler stratified --max-bounces 3 --precision fast";
+    let finished = run(&folder, &format!("render bright.toml {flags} -o a.pfm"));
+    assert_eq!(finished.code, 6, "{}", finished.stderr);
+    let replay = format!("etendue render bright.toml {flags} --seed 0 --pixel 0,0 --sample 0");
+    let said = &finished.stderr;
+    assert!(said.contains(&replay), "no `{replay}` in\n{said}");
+}
+
+/// Two skies whose sum leaves single precision.
+const TOO_BRIGHT: &str = r#"version = 1
+[camera]
+eye = [0, 0, 5]
+target = [0, 0, 0]
+[[light]]
+type = "environment"
+radiance = 3e38
+[[light]]
+type = "environment"
+radiance = 3e38
+"#;

@@ -7,12 +7,10 @@
 use super::args::{PlanArguments, ProgressMode};
 use super::output::{Watcher, format_percent, time_left};
 use super::{Outcome, print};
-use crate::accel::AccelOptions;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::plan::{Finding, Plan};
 use crate::render::RenderObserver;
-use crate::render::settings::available_threads;
 use crate::scene::description::{Place, SceneDescription};
 use crate::scene::load;
 use crate::scene::prepare::prepare;
@@ -65,13 +63,7 @@ struct SpreadReport {
 
 pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
     let mut description = load::load(&arguments.scene)?;
-    let accel = AccelOptions {
-        backend: arguments.backend,
-        precision: arguments.precision,
-        threads: arguments
-            .threads
-            .map_or_else(available_threads, usize::from),
-    };
+    let accel = arguments.tracing.options();
     let plan = Plan::new(&description, &prepare(&description, accel)?.scene);
     let mut costs = None;
     if arguments.cost {

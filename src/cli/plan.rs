@@ -202,6 +202,7 @@ fn table(report: &Report) -> String {
         line(&mut text, format!("{:width$}       {detail}", ""));
     }
     let on = report.effects.iter().filter(|effect| effect.on).count();
+    let effects = if on == 1 { "effect" } else { "effects" };
     let surplus = match report.surplus.as_slice() {
         [] => "no other".to_owned(),
         names => format!("also {}", names.join(", ")),
@@ -210,7 +211,7 @@ fn table(report: &Report) -> String {
     line(
         &mut text,
         format!(
-            "kernel: {} ({on} effects of the scene; {surplus})",
+            "kernel: {} ({on} {effects} of the scene; {surplus})",
             report.kernel
         ),
     );

@@ -16,7 +16,7 @@ pub mod phong;
 pub mod principled;
 pub mod types;
 
-use crate::effects::{Effect, EffectSet, Effects, Switch};
+use crate::effects::{Effect, EffectSet, Effects, Switch, beyond_kernel};
 use crate::math::vec::{Vec2, Vec3};
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
@@ -124,10 +124,4 @@ fn lobes(is_delta: bool) -> EffectSet {
 /// Whether a kernel knows anything but matte surfaces.
 const fn mirrors<E: Effects>() -> bool {
     E::Glossy::ON || E::Specular::ON
-}
-
-/// A scene is rendered by a kernel that has all its effects.
-#[cold]
-fn beyond_kernel() -> ! {
-    unreachable!("a kernel was chosen that lacks an effect of the scene")
 }

@@ -5,9 +5,9 @@
 //! Source: the conventions of `etendue help`. Tested in `tests/command.rs`.
 
 use super::durations::parse_duration;
-use crate::accel::{Backend, Precision};
+use crate::accel::{AccelOptions, Backend, Precision};
 use crate::effects::Kernel;
-use crate::render::settings::{IntegratorKind, SamplerKind};
+use crate::render::settings::{IntegratorKind, SamplerKind, available_threads};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -65,17 +65,9 @@ pub struct PlanArguments {
     /// Size of these renders in pixels. Default: the scene's shape, about 20 000 pixels.
     #[arg(long, value_name = "WxH", value_parser = parse_size, requires = "cost")]
     pub size: Option<(u32, u32)>,
-    /// The library that traces rays.
-    #[arg(long, value_parser = named(Backend::ALL, Backend::name),
-          default_value = Backend::ALL[0].name())]
-    pub backend: Backend,
-    /// How carefully rays are traced: robust or fast.
-    #[arg(long, value_parser = named(&[Precision::Robust, Precision::Fast], Precision::name),
-          default_value = Precision::Robust.name())]
-    pub precision: Precision,
-    /// Threads. Default: all that this process may use.
-    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
+    /// How rays are traced.
+    #[command(flatten)]
+    pub tracing: TracingArguments,
 }
 
 /// Arguments of `info`.
@@ -84,6 +76,33 @@ pub struct InfoArguments {
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,
+}
+
+/// How rays are traced.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct TracingArguments {
+    /// The library that traces rays.
+    #[arg(long, value_parser = named(Backend::ALL, Backend::name),
+          default_value = Backend::ALL[0].name())]
+    pub backend: Backend,
+    /// robust is watertight along edges; fast saves about a third of the tracing and may miss an edge.
+    #[arg(long, value_parser = named(&[Precision::Robust, Precision::Fast], Precision::name),
+          default_value = Precision::Robust.name())]
+    pub precision: Precision,
+    /// Threads. Default: all that this process may use.
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+}
+
+impl TracingArguments {
+    /// How the acceleration structure is built.
+    pub fn options(&self) -> AccelOptions {
+        AccelOptions {
+            backend: self.backend,
+            precision: self.precision,
+            threads: self.threads.map_or_else(available_threads, usize::from),
+        }
+    }
 }
 
 /// When to show progress.
@@ -117,14 +136,9 @@ pub struct RenderArguments {
     /// Where random numbers come from. Default: the scene's, or sobol.
     #[arg(long, value_parser = named(SamplerKind::ALL, SamplerKind::name))]
     pub sampler: Option<SamplerKind>,
-    /// The library that traces rays.
-    #[arg(long, value_parser = named(Backend::ALL, Backend::name),
-          default_value = Backend::ALL[0].name())]
-    pub backend: Backend,
-    /// robust is watertight along edges; fast saves about a third of the tracing and may miss an edge.
-    #[arg(long, value_parser = named(&[Precision::Robust, Precision::Fast], Precision::name),
-          default_value = Precision::Robust.name())]
-    pub precision: Precision,
+    /// How rays are traced.
+    #[command(flatten)]
+    pub tracing: TracingArguments,
     /// The compiled code that renders. It changes nothing but the speed. Default: the smallest that has all effects of the scene.
     #[arg(long, value_parser = named(Kernel::ALL, Kernel::name))]
     pub kernel: Option<Kernel>,
@@ -134,9 +148,6 @@ pub struct RenderArguments {
     /// Picks one of 2^64 sets of random numbers. Default: the scene's, or 0.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Threads. Default: all that this process may use.
-    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: Option<u16>,
     /// Size of the picture in pixels. Default: the scene's.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,

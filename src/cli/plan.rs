@@ -7,12 +7,10 @@
 use super::args::{PlanArguments, ProgressMode};
 use super::output::{Watcher, format_percent, time_left};
 use super::{Outcome, print};
-use crate::accel::AccelOptions;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::plan::{Finding, Plan};
 use crate::render::RenderObserver;
-use crate::render::settings::available_threads;
 use crate::scene::description::{Place, SceneDescription};
 use crate::scene::load;
 use crate::scene::prepare::prepare;
@@ -65,13 +63,7 @@ struct SpreadReport {
 
 pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
     let mut description = load::load(&arguments.scene)?;
-    let accel = AccelOptions {
-        backend: arguments.backend,
-        precision: arguments.precision,
-        threads: arguments
-            .threads
-            .map_or_else(available_threads, usize::from),
-    };
+    let accel = arguments.tracing.options();
     let plan = Plan::new(&description, &prepare(&description, accel)?.scene);
     let mut costs = None;
     if arguments.cost {
@@ -210,6 +202,7 @@ fn table(report: &Report) -> String {
         line(&mut text, format!("{:width$}       {detail}", ""));
     }
     let on = report.effects.iter().filter(|effect| effect.on).count();
+    let effects = if on == 1 { "effect" } else { "effects" };
     let surplus = match report.surplus.as_slice() {
         [] => "no other".to_owned(),
         names => format!("also {}", names.join(", ")),
@@ -218,7 +211,7 @@ fn table(report: &Report) -> String {
     line(
         &mut text,
         format!(
-            "kernel: {} ({on} effects of the scene; {surplus})",
+            "kernel: {} ({on} {effects} of the scene; {surplus})",
             report.kernel
         ),
     );

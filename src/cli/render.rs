@@ -10,7 +10,6 @@ use super::output::Watcher;
 use super::settings::settings;
 use super::stats::Times;
 use super::{Outcome, replay};
-use crate::accel::AccelOptions;
 use crate::error::Result;
 use crate::film::ErrorEstimate;
 use crate::film::filter::Filter;
@@ -46,16 +45,11 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     }
     let settings = settings(arguments, &description)?;
     settings.validate(description.film.size)?;
-    let options = AccelOptions {
-        backend: arguments.backend,
-        precision: arguments.precision,
-        threads: settings.threads,
-    };
     let Prepared {
         scene,
         notes,
         build_time,
-    } = prepare(&description, options)?;
+    } = prepare(&description, arguments.tracing.options())?;
     let loaded = start.elapsed().saturating_sub(build_time);
     let job = Job {
         arguments,

@@ -8,9 +8,7 @@ use super::args::RenderArguments;
 use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::integrator::Roulette;
-use crate::render::settings::{
-    Budget, IntegratorKind, RenderSettings, SamplerKind, available_threads,
-};
+use crate::render::settings::{Budget, IntegratorKind, RenderSettings, SamplerKind};
 use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
 
@@ -66,9 +64,7 @@ pub fn settings(
         max_bounces: arguments.max_bounces.or(render.max_bounces),
         roulette: Roulette::default(),
         kernel: arguments.kernel,
-        threads: arguments
-            .threads
-            .map_or_else(available_threads, usize::from),
+        threads: arguments.tracing.options().threads,
         window,
         tile_size: 32,
     })

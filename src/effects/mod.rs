@@ -14,6 +14,13 @@ pub mod switch;
 pub use kernel::Kernel;
 pub use switch::{Effects, Slot, State, Switch};
 
+/// What a kernel does with something that its effects do not let into the scene: a scene is rendered by a kernel that has
+/// all of its effects, which `render` makes sure of.
+#[cold]
+pub(crate) fn beyond_kernel() -> ! {
+    unreachable!("a kernel was chosen that lacks an effect of the scene")
+}
+
 /// Something that a renderer simulates only where a scene calls for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Effect {

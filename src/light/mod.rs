@@ -16,7 +16,7 @@ pub mod spot;
 pub mod triangle;
 pub mod types;
 
-use crate::effects::{Effects, Switch};
+use crate::effects::{Effects, Switch, beyond_kernel};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::vec::{Vec2, Vec3};
 use disk::DiskLight;
@@ -113,10 +113,4 @@ impl Light {
             Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Environment(_) => None,
         }
     }
-}
-
-/// A scene is rendered by a kernel that has all its effects.
-#[cold]
-fn beyond_kernel() -> ! {
-    unreachable!("a kernel was chosen that lacks a light of the scene")
 }

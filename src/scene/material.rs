@@ -8,7 +8,7 @@ use super::description::{ColourDescription, MaterialDescription, MaterialModel};
 use super::normal_map::NormalMap;
 use crate::bsdf::principled::PrincipledParameters;
 use crate::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Mirror, Phong, Principled};
-use crate::effects::{Effect, EffectSet, Effects, Switch};
+use crate::effects::{Effect, EffectSet, Effects, Switch, beyond_kernel};
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -110,7 +110,7 @@ impl Material {
         match &self.kind {
             Kind::Uniform(bsdf) => *bsdf,
             textured if E::Textures::ON => textured.bsdf(uv),
-            _ => unreachable!("a kernel was chosen that lacks textures"),
+            _ => beyond_kernel(),
         }
     }
 

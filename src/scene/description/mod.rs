@@ -4,11 +4,16 @@
 //! Range: what `load` lets through: every number finite, every index in range, every reflectance in [0, 1].
 //! Source: docs/scene-format.md. Tested through `load` and in `tests/bad_input.rs`.
 
+mod light;
+mod material;
+
 use crate::error::Error;
 pub use crate::film::filter::{FilterDescription, FilterKind};
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
-use crate::math::vec::{DAffine3, DMat3, DVec2, DVec3};
+use crate::math::vec::{DAffine3, DVec2, DVec3};
+pub use light::{LightDescription, LightModel};
+pub use material::{MaterialDescription, MaterialModel, NormalMapDescription};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -196,110 +201,6 @@ impl ColourDescription {
     }
 }
 
-/// A named material.
-#[derive(Debug, Clone)]
-pub struct MaterialDescription {
-    /// Its name, unique among the materials of its file.
-    pub name: String,
-    /// Where it was defined.
-    pub place: Place,
-    /// How it scatters.
-    pub model: MaterialModel,
-    /// The share of the surface that is there; where it is not, light passes straight on. Its luminance counts.
-    pub alpha: ColourDescription,
-    /// Tilts the shading normal.
-    pub normal_map: Option<NormalMapDescription>,
-    /// Whether both sides scatter; otherwise the back absorbs everything. True for what light passes through.
-    pub two_sided: bool,
-}
-
-/// A picture of normals in tangent space.
-#[derive(Debug, Clone)]
-pub struct NormalMapDescription {
-    /// x, y and z of the normal, each from [-1, 1] to [0, 1]: x along u, y along v, z away from the surface.
-    pub texture: Arc<Texture>,
-    /// Multiplies x and y, at least 0.
-    pub strength: f32,
-}
-
-impl MaterialDescription {
-    /// A material of a model, all there, flat, and two-sided.
-    pub fn new(name: impl Into<String>, place: Place, model: MaterialModel) -> Self {
-        Self {
-            name: name.into(),
-            place,
-            model,
-            alpha: ColourDescription::Constant(Rgb::WHITE),
-            normal_map: None,
-            two_sided: true,
-        }
-    }
-}
-
-/// The scattering models. Roughness is perceptual, in [0, 1]: the microfacet alpha is its square.
-#[derive(Debug, Clone)]
-pub enum MaterialModel {
-    /// Lambert.
-    Diffuse {
-        /// Albedo.
-        reflectance: ColourDescription,
-    },
-    /// A perfect mirror.
-    Mirror {
-        /// The share that it reflects.
-        reflectance: ColourDescription,
-    },
-    /// Metal with a complex refractive index.
-    Conductor {
-        /// Real part of the index, per channel, above 0.
-        eta: Rgb,
-        /// Imaginary part, per channel, at least 0.
-        k: Rgb,
-        /// Roughness; 0 is smooth.
-        roughness: f32,
-    },
-    /// Lambert with a highlight about the mirror direction. Both colours together are at most 1 everywhere.
-    Phong {
-        /// Albedo of the matte part.
-        diffuse: ColourDescription,
-        /// Albedo of the highlight, seen along the normal.
-        specular: ColourDescription,
-        /// The power of the cosine, from 0 to 1e6.
-        exponent: f32,
-    },
-    /// A matte base under a clear coat.
-    Plastic {
-        /// Albedo of the base.
-        reflectance: ColourDescription,
-        /// Refractive index of the coat, at least 1.
-        ior: f32,
-        /// Roughness of the coat; 0 is smooth.
-        roughness: f32,
-    },
-    /// Glass and water.
-    Dielectric {
-        /// Refractive index, inside over outside, above 0.
-        ior: f32,
-        /// Roughness; 0 is smooth.
-        roughness: f32,
-        /// Multiplies what is refracted.
-        tint: ColourDescription,
-    },
-    /// The metallic-roughness model of glTF, with refraction.
-    Principled {
-        /// Albedo of the base, reflectance of the metal, tint of the glass.
-        base_color: ColourDescription,
-        /// 0 is dielectric, 1 is metal.
-        metallic: f32,
-        /// Roughness; 0 is smooth.
-        roughness: f32,
-        /// Refractive index of the dielectric, at least 1.
-        ior: f32,
-        /// The share of the dielectric's base that refracts instead of scattering.
-        transmission: f32,
-    },
-}
-
 /// One shape with one material.
 #[derive(Debug, Clone)]
 pub struct ShapeDescription {
@@ -340,54 +241,6 @@ pub struct InstanceDescription {
     pub motion: Vec<Key>,
 }
 
-/// A light that is no shape.
-#[derive(Debug, Clone)]
-pub struct LightDescription {
-    /// Where it was written.
-    pub place: Place,
-    /// What it is.
-    pub model: LightModel,
-}
-
-/// The kinds of lights that are no shapes.
-#[derive(Debug, Clone)]
-pub enum LightModel {
-    /// Light from everywhere beyond the scene.
-    Environment {
-        /// Radiance. A picture is a panorama: its middle is seen along -z, its right half towards +x, its top along +y.
-        radiance: ColourDescription,
-        /// From the panorama's axes to those of the world: a rotation.
-        to_world: DMat3,
-    },
-    /// A point that shines evenly.
-    Point {
-        /// Where it is.
-        position: DVec3,
-        /// Radiant intensity, W/sr.
-        intensity: Rgb,
-    },
-    /// A point that shines into a cone.
-    Spot {
-        /// Where it is.
-        position: DVec3,
-        /// Where its axis points; not `position`.
-        target: DVec3,
-        /// Radiant intensity along the axis, W/sr.
-        intensity: Rgb,
-        /// Angle from the axis to the edge, in radians, in (0, pi].
-        cone: f64,
-        /// The outer part of that angle over which the intensity falls off, in [0, cone].
-        penumbra: f64,
-    },
-    /// Parallel light from beyond the scene.
-    Distant {
-        /// The direction in which light travels, not 0.
-        direction: DVec3,
-        /// Irradiance of a surface at right angles to it, W/m^2.
-        irradiance: Rgb,
-    },
-}
-
 impl ShapeDescription {
     /// A shape that does not emit, of the scene's first material, where it was made.
     pub fn new(name: impl Into<String>, place: Place, geometry: GeometryDescription) -> Self {
@@ -401,18 +254,6 @@ impl ShapeDescription {
             material: 0,
             emission: None,
             two_sided_emission: false,
-        }
-    }
-}
-
-impl LightDescription {
-    /// The same radiance from everywhere beyond the scene.
-    pub fn sky(place: Place, radiance: Rgb) -> Self {
-        let radiance = ColourDescription::Constant(radiance);
-        let to_world = DMat3::IDENTITY;
-        Self {
-            place,
-            model: LightModel::Environment { radiance, to_world },
         }
     }
 }

@@ -252,7 +252,7 @@ fn materials_that_contradict_themselves() {
         fails(
             &format!("\"mirror\"\nalpha = {alpha}"),
             4,
-            &["material[0].alpha", "expected a reflectance"],
+            &["material[0].alpha", "expected a value from 0 to 1"],
         );
     }
     let map = |text: &str, words: &[&str]| {
@@ -387,4 +387,15 @@ fn files_that_are_no_text() {
         &["`fov`"],
     );
     scene_fails(&format!("{} = 1", "x".repeat(1 << 20)), 1, &["unknown key"]);
+}
+
+#[test]
+fn texture_coordinates_beyond_single_precision() {
+    let mesh = "[[shape]]\ntype = \"mesh\"\nindices = [[0, 1, 2]]\npositions = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]";
+    let words = ["shape[0].uvs[1]", "two numbers within single precision"];
+    scene_fails(
+        &format!("{mesh}\nuvs = [[0, 0], [1e39, 0], [0, 1]]"),
+        5,
+        &words,
+    );
 }

@@ -385,3 +385,75 @@ fn the_command_explains_itself() {
     assert_eq!(run(&folder, "").code, 2);
     assert!(folder.listing().is_empty());
 }
+
+#[test]
+fn a_replay_names_shapes_of_instances_and_those_that_move() {
+    let folder = SceneFolder::new([("placed.toml", PLACED)]);
+    // The instances fill the left and the right third, what moves the middle.
+    for (x, name) in [(2, "placed"), (15, "moving"), (27, "placed")] {
+        let replay = format!("render placed.toml --pixel {x},1 --sample 0");
+        let printed = succeed(&folder, &replay).stdout;
+        let vertex = format!("vertex 0: {name} primitive 0 ");
+        assert!(printed.contains(&vertex), "no `{vertex}` in\n{printed}");
+    }
+}
+
+/// Rays number the shapes of this scene in another order, and one of them twice.
+const PLACED: &str = r#"version = 1
+[camera]
+eye = [0, 0, 1]
+target = [0, 0, 0]
+shutter = [0, 1]
+[film]
+size = [30, 3]
+[[shape]]
+name = "moving"
+type = "disk"
+center = [0, 0, 0]
+normal = [0, 0, 1]
+radius = 1
+motion = [{ time = 0, transform = [] }, { time = 1, transform = [{ translate = [0, 0, 0.1] }] }]
+[[shape]]
+name = "placed"
+type = "disk"
+center = [0, 0, 0.01]
+normal = [0, 0, 1]
+radius = 1
+group = "plate"
+[[shape]]
+name = "standing"
+type = "disk"
+center = [0, 0, -9]
+normal = [0, 0, 1]
+radius = 1
+[[instance]]
+of = "plate"
+transform = [{ translate = [-2.5, 0, 0.2] }]
+[[instance]]
+of = "plate"
+transform = [{ translate = [2.5, 0, 0.2] }]
+"#;
+
+#[test]
+fn the_replay_of_a_sample_that_is_not_finite_has_the_flags_of_its_render() {
+    let folder = SceneFolder::new([("bright.toml", TOO_BRIGHT)]);
+    let flags = "--size 5x4 --spp 2 --sampler stratified --max-bounces 3 --precision fast";
+    let finished = run(&folder, &format!("render bright.toml {flags} -o a.pfm"));
+    assert_eq!(finished.code, 6, "{}", finished.stderr);
+    let replay = format!("etendue render bright.toml {flags} --seed 0 --pixel 0,0 --sample 0");
+    let said = &finished.stderr;
+    assert!(said.contains(&replay), "no `{replay}` in\n{said}");
+}
+
+/// Two skies whose sum leaves single precision.
+const TOO_BRIGHT: &str = r#"version = 1
+[camera]
+eye = [0, 0, 5]
+target = [0, 0, 0]
+[[light]]
+type = "environment"
+radiance = 3e38
+[[light]]
+type = "environment"
+radiance = 3e38
+"#;

@@ -124,16 +124,9 @@ fn a_sphere_and_a_disk_have_the_points_and_normals_of_their_equations() {
     for (name, steps) in motions(&mut rng) {
         for _ in 0..300 {
             let center = point(&mut rng);
-            let sphere = Sphere {
-                center,
-                radius: 0.4,
-            };
+            let sphere = Sphere::new(center, 0.4);
             let normal = direction(&mut rng);
-            let disk = Disk {
-                center,
-                normal,
-                radius: 0.4,
-            };
+            let disk = Disk::new(center, normal, 0.4);
             let time = rng.uniform();
             let m = at(&steps, time);
             let n = direction(&mut rng).as_dvec3();
@@ -200,11 +193,7 @@ fn rays_that_leave_flat_shapes_of_instances_do_not_meet_them_again() {
             let size = 10.0_f32.powf(2.0 * rng.uniform() - 1.5);
             let away = 3.0 * rng.uniform() * point(&mut rng);
             let normal = direction(&mut rng);
-            let disk = Disk {
-                center: away,
-                normal,
-                radius: size,
-            };
+            let disk = Disk::new(away, normal, size);
             let shape = if i % 2 == 0 {
                 triangle([0, 1, 2].map(|_| away + size * point(&mut rng)))
             } else {
@@ -250,7 +239,7 @@ fn a_ray_from_an_ellipsoid_meets_it_again_at_the_end_of_its_chord_or_never() {
         for _ in 0..10 {
             let radius = 10.0_f32.powf(2.0 * rng.uniform() - 1.5);
             let center = 3.0 * radius * point(&mut rng);
-            let sphere = Sphere { center, radius };
+            let sphere = Sphere::new(center, radius);
             let world = placed_once(vec![Geometry::Sphere(sphere)], steps.clone());
             for (backend, accel) in every_accel(&world) {
                 for _ in 0..100 {

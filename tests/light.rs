@@ -66,15 +66,8 @@ type Meets = fn(Vec3, Vec3) -> bool;
 fn lights(two_sided: bool) -> [(&'static str, Light, Meets); 4] {
     let e = emission(two_sided);
     let triangle = [CORNER, CORNER + EDGES[0], CORNER + EDGES[1]];
-    let disk = Disk {
-        center: CENTER,
-        normal: -Vec3::Z,
-        radius: RADIUS,
-    };
-    let sphere = Sphere {
-        center: CENTER,
-        radius: RADIUS,
-    };
+    let disk = Disk::new(CENTER, -Vec3::Z, RADIUS);
+    let sphere = Sphere::new(CENTER, RADIUS);
     [
         (
             "triangle",
@@ -201,13 +194,7 @@ fn sphere_cones_keep_their_digits() {
     for ratio in [0.5, 1e-2, 1e-3, 2.4e-4, 1e-4, 1e-6] {
         let distance = 3.0_f32;
         let radius = ratio * distance;
-        let light = SphereLight::new(
-            Sphere {
-                center: distance * Vec3::Y,
-                radius,
-            },
-            emission(false),
-        );
+        let light = SphereLight::new(Sphere::new(distance * Vec3::Y, radius), emission(false));
         let s2 = (f64::from(radius) / f64::from(distance)).powi(2);
         let exact = 2.0 * std::f64::consts::PI * s2 / (1.0 + (1.0 - s2).sqrt());
         let omega = 1.0 / f64::from(light.pdf(Vec3::ZERO).0);
@@ -292,13 +279,7 @@ fn lights_are_chosen_by_power() {
             radiance,
             two_sided: false,
         };
-        Light::Sphere(SphereLight::new(
-            Sphere {
-                center,
-                radius: 0.1,
-            },
-            emission,
-        ))
+        Light::Sphere(SphereLight::new(Sphere::new(center, 0.1), emission))
     };
     let lights = by_power((0..30).map(sphere).collect());
     let total: f64 = (0..30).map(|i| f64::from(brightness(i))).sum();

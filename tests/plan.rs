@@ -4,21 +4,24 @@
 mod common;
 
 use common::command::{USAGE, fails, succeed};
-use common::scene::{diffuse, looking, panorama, rectangle, shape, sky};
+use common::scene::{diffuse, looking, panorama, rectangle, shape, sky, slide};
 use common::scene_folder::{SMALL, SceneFolder};
 use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::effects::{Effect, Kernel};
 use etendue::geometry::texture::Texture;
-use etendue::image::{WriteOptions, write};
+use etendue::image::{Image, WriteOptions, write};
 use etendue::math::rgb::Rgb;
-use etendue::math::vec::DVec3;
+use etendue::math::vec::{DMat3, DVec3};
 use etendue::plan::{Plan, without};
 use etendue::render::Unwatched;
-use etendue::scene::description::{ColourDescription, SceneDescription};
+use etendue::scene::description::{
+    ColourDescription, LightDescription, LightModel, SceneDescription,
+};
 use etendue::scene::load::load;
 use etendue::scene::prepare::prepare;
 use etendue::study::effect_cost::{CostSettings, effect_costs};
 use serde_json::Value;
+use std::sync::Arc;
 
 fn small() -> SceneFolder {
     SceneFolder::new([("small.toml", SMALL)])
@@ -264,4 +267,82 @@ fn textures_become_their_mean() {
         panic!("the floor is diffuse")
     };
     assert!(matches!(reflectance, ColourDescription::Constant(c) if *c == Rgb::grey(0.45)));
+}
+
+#[test]
+fn an_instance_that_nothing_places_is_no_reason() {
+    let folder = SceneFolder::new([("lost.toml", LOST_INSTANCE)]);
+    let plan = plan_of(&folder.load("lost.toml"));
+    for (effect, on, why) in [
+        (Effect::Motion, false, "nothing has keys"),
+        (
+            Effect::Instances,
+            true,
+            "instance `instance 2` places a group",
+        ),
+    ] {
+        let finding = &plan.findings[effect as usize];
+        assert_eq!((finding.on, finding.why.as_str()), (on, why));
+    }
+}
+
+/// An instance that moves, in a group that stands nowhere; and another one.
+const LOST_INSTANCE: &str = r#"version = 1
+[camera]
+eye = [0, 0, 5]
+target = [0, 0, 0]
+shutter = [0, 1]
+[[shape]]
+type = "sphere"
+center = [0, 1, 0]
+radius = 1
+group = "ball"
+[[instance]]
+of = "ball"
+group = "nowhere"
+motion = [{ time = 0, transform = [] }, { time = 1, transform = [{ translate = [0, 1, 0] }] }]
+[[instance]]
+of = "ball"
+"#;
+
+#[test]
+fn a_panorama_becomes_its_mean_over_all_directions() {
+    // White but for the rows at the poles: those between 45 degrees and a pole are 1 - cos(45 degrees) of the sphere.
+    let rows = 64;
+    let texels = (0..2 * rows * rows).map(|i| {
+        let row = i / (2 * rows);
+        Rgb::grey(if row < rows / 4 || row >= rows / 4 * 3 {
+            0.0
+        } else {
+            1.0
+        })
+    });
+    let image = Image::new(2 * rows, rows, texels.collect());
+    let texture = Texture::Image {
+        image: Arc::new(image),
+        scale: 2.0,
+    };
+    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    scene.lights = vec![LightDescription {
+        model: LightModel::Environment {
+            radiance: ColourDescription::Texture(Arc::new(texture)),
+            to_world: DMat3::IDENTITY,
+        },
+        ..sky(Rgb::WHITE)
+    }];
+    let mean = without(&scene, Effect::EnvironmentMap).constant_environment();
+    let exact = 2.0 * std::f32::consts::FRAC_1_SQRT_2;
+    assert!((mean.luminance() - exact).abs() < 1e-3, "{mean:?}");
+}
+
+#[test]
+fn without_instances_nothing_moves_in_a_frame_of_its_own() {
+    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let lamp = rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
+    scene.camera.shutter = [0.0, 1.0];
+    scene.shapes = vec![shape(lamp.clone(), 3.0), shape(lamp, 3.0)];
+    scene.shapes[1].motion = slide(DVec3::ZERO, DVec3::X);
+    assert!(plan_of(&scene).on().any(|on| on == Effect::Instances));
+    let other = plan_of(&without(&scene, Effect::Instances));
+    assert!(!other.on().any(|on| on == Effect::Instances));
 }

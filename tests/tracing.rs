@@ -103,10 +103,7 @@ fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
     let mut rng = TestRng::new(3);
     for _ in 0..200 {
         let radius = 10.0_f32.powf(4.0 * rng.uniform() - 2.0);
-        let sphere = Sphere {
-            center: 3.0 * radius * point(&mut rng),
-            radius,
-        };
+        let sphere = Sphere::new(3.0 * radius * point(&mut rng), radius);
         let shapes = vec![Geometry::Sphere(sphere)];
         let id = PrimitiveId {
             shape: 0,

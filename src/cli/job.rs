@@ -22,13 +22,18 @@ pub struct Job<'a> {
 impl Job<'_> {
     /// What the scene consists of.
     pub fn summary(&self) -> String {
-        let primitives: usize = self
-            .scene
-            .world
+        let world = &self.scene.world;
+        let shapes = world
             .geometries()
             .iter()
-            .map(|g| g.primitive_count())
-            .sum();
+            .chain(world.groups().iter().flatten());
+        let (shapes, primitives) = shapes.fold((0_usize, 0), |(shapes, primitives), shape| {
+            (shapes + 1, primitives + shape.primitive_count())
+        });
+        let instances = match world.instances().len() {
+            0 => String::new(),
+            count => format!("{count} instances, "),
+        };
         let (width, height) = self.description.film.size;
         let effects: Vec<&str> = self.scene.effects.iter().map(Effect::name).collect();
         let effects = if effects.is_empty() {
@@ -37,10 +42,9 @@ impl Job<'_> {
             format!("effects {}", effects.join(", "))
         };
         format!(
-            "scene: {} shapes, {primitives} primitives, {} materials, {} lights; {width} x {height} pixels\n\
+            "scene: {shapes} shapes, {primitives} primitives, {instances}{} materials, {} lights; {width} x {height} pixels\n\
              tracing: {}, {}; {:.1} MB\n\
              plan: kernel {}; {}\n",
-            self.description.shapes.len(),
             self.description.materials.len(),
             self.scene.lights.len(),
             self.arguments.tracing.backend.name(),

@@ -42,7 +42,7 @@ fn describe(job: &Job<'_>, event: &PathEvent, vertex: &mut u32) -> String {
         } => {
             let index = *vertex;
             *vertex += 1;
-            let name = &job.description.shapes[*shape as usize].name;
+            let name = &job.description.shapes[job.scene.described(*shape)].name;
             format!(
                 "vertex {index}: {name} primitive {primitive} at {position:.6}, normal {normal:.4}, throughput {}",
                 rgb(*beta)

@@ -9,6 +9,7 @@ use super::job::Job;
 use super::output::format_percent;
 use super::stats::{self, ImageStats, Memory, Stats, Times};
 use super::{Outcome, print};
+use crate::accel::{Backend, Precision};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::film::ErrorEstimate;
@@ -93,12 +94,35 @@ impl Job<'_> {
         }
     }
 
+    /// The flags of this render without which its samples would be others.
+    fn flags_of_samples(&self) -> String {
+        let flags = self.arguments;
+        let size = flags
+            .size
+            .map(|(width, height)| format!("{width}x{height}"));
+        let backend = (flags.backend != Backend::ALL[0]).then(|| flags.backend.name().to_owned());
+        let precision = flags.precision;
+        let precision = (precision != Precision::Robust).then(|| precision.name().to_owned());
+        [
+            ("size", size),
+            ("spp", flags.spp.map(|spp| spp.to_string())),
+            ("sampler", flags.sampler.map(|it| it.name().to_owned())),
+            ("max-bounces", flags.max_bounces.map(|it| it.to_string())),
+            ("backend", backend),
+            ("precision", precision),
+        ]
+        .into_iter()
+        .filter_map(|(flag, value)| value.map(|value| format!(" --{flag} {value}")))
+        .collect()
+    }
+
     /// How many samples were not finite, and the command that replays the first.
     fn describe_rejected(&self, rejected: &Rejected) -> String {
         let replay = rejected.first.map_or(String::new(), |first| {
             format!(
-                "; the first: etendue render {} --seed {} --pixel {},{} --sample {}",
+                "; the first: etendue render {}{} --seed {} --pixel {},{} --sample {}",
                 self.arguments.scene.display(),
+                self.flags_of_samples(),
                 self.settings.seed,
                 first.x,
                 first.y,

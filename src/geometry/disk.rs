@@ -19,9 +19,22 @@ pub struct Disk {
     pub normal: Vec3,
     /// Radius.
     pub radius: f32,
+    /// Unit vectors in which the texture coordinates u and v grow, at right angles to the normal and each other.
+    pub axes: [Vec3; 2],
 }
 
 impl Disk {
+    /// A disk with axes that follow from its normal, of unit length.
+    pub fn new(center: Vec3, normal: Vec3, radius: f32) -> Self {
+        let frame = Frame::from_normal(normal);
+        Self {
+            center,
+            normal,
+            radius,
+            axes: [frame.s, frame.t],
+        }
+    }
+
     /// The box around it.
     pub fn bounds(&self) -> Bounds {
         let n = self.normal.as_dvec3();
@@ -40,12 +53,12 @@ impl Disk {
         self.surface_at(self.in_frame(near))
     }
 
-    /// The point at `d` in the frame of the normal, in units of length.
+    /// The point at `d` along the axes, in units of length.
     #[inline]
     pub fn surface_at(&self, d: Vec2) -> SurfacePoint {
-        let frame = Frame::from_normal(self.normal);
+        let [s, t] = self.axes;
         SurfacePoint {
-            p: self.center + d.x * frame.s + d.y * frame.t,
+            p: self.center + d.x * s + d.y * t,
             error: gamma(8) * (self.center.abs() + Vec3::splat(self.radius)),
             ng: self.normal,
             ns: self.normal,
@@ -58,17 +71,11 @@ impl Disk {
         0.5 * (self.in_frame(p) / self.radius + Vec2::ONE)
     }
 
-    /// The directions in which u and v grow.
-    pub fn tangents(&self) -> [Vec3; 2] {
-        let frame = Frame::from_normal(self.normal);
-        [frame.s, frame.t]
-    }
-
-    /// A point in the frame of the normal, in units of length.
+    /// A point along the axes, in units of length.
     #[inline]
     fn in_frame(&self, p: Vec3) -> Vec2 {
-        let frame = Frame::from_normal(self.normal);
+        let [s, t] = self.axes;
         let offset = p - self.center;
-        Vec2::new(offset.dot(frame.s), offset.dot(frame.t))
+        Vec2::new(offset.dot(s), offset.dot(t))
     }
 }

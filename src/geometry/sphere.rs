@@ -8,7 +8,7 @@ use super::surface::SurfacePoint;
 use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
 use crate::math::robust::gamma;
-use crate::math::vec::{DVec3, Vec2, Vec3, reflect};
+use crate::math::vec::{DVec3, Mat3, Vec2, Vec3, reflect};
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 /// A sphere.
@@ -18,9 +18,20 @@ pub struct Sphere {
     pub center: Vec3,
     /// Radius.
     pub radius: f32,
+    /// From its own axes, about which textures lie, to those of the scene: a rotation, or a mirror image of one.
+    pub turn: Mat3,
 }
 
 impl Sphere {
+    /// A sphere whose axes are those of the scene.
+    pub fn new(center: Vec3, radius: f32) -> Self {
+        Self {
+            center,
+            radius,
+            turn: Mat3::IDENTITY,
+        }
+    }
+
     /// The box around it.
     pub fn bounds(&self) -> Bounds {
         let (center, radius) = (self.center.as_dvec3(), f64::from(self.radius));
@@ -74,10 +85,10 @@ impl Sphere {
         }
     }
 
-    /// The texture coordinate of a point of the sphere: longitude about y, and latitude from below.
+    /// The texture coordinate of a point of the sphere: longitude about its y, and latitude from below.
     #[inline]
     pub fn uv_at(&self, p: Vec3) -> Vec2 {
-        let n = (p - self.center).normalize_or(Vec3::Z);
+        let n = self.turn.transpose() * (p - self.center).normalize_or(Vec3::Z);
         Vec2::new(
             (n.z.atan2(n.x) / TAU).rem_euclid(1.0),
             (-n.y.clamp(-1.0, 1.0)).acos() * FRAC_1_PI,
@@ -86,9 +97,9 @@ impl Sphere {
 
     /// The directions in which u and v grow at a point of the sphere; u has none at the poles.
     pub fn tangents_at(&self, p: Vec3) -> [Vec3; 2] {
-        let n = p - self.center;
+        let n = self.turn.transpose() * (p - self.center);
         let along_u = Vec3::new(-n.z, 0.0, n.x);
-        [along_u, along_u.cross(n)]
+        [along_u, along_u.cross(n)].map(|tangent| self.turn * tangent)
     }
 
     /// A ray leaving outwards never comes back; one going inwards meets the far side at the end of its chord, and half of

@@ -45,7 +45,8 @@ impl Object {
             Effect::AreaLights => "emits",
             Effect::ManyLights => "is one of several lights",
             Effect::Instances if self.calls_for.has(Effect::Motion) => "moves",
-            Effect::Instances => "places a group",
+            Effect::Instances if self.written.has(Effect::Instances) => "places a group",
+            Effect::Instances => "is stretched by its keys",
         }
     }
 }
@@ -61,13 +62,10 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
         written: none.with_if(Effect::Motion, !description.camera.motion.is_empty()),
     }];
     // A scene that could not be laid out is not ready, and has no plan.
-    let placed = placement::layout(description).map_or_else(
-        |_| vec![],
-        |layout| layout.placed_shapes(description.shapes.len()).collect(),
-    );
-    let shapes: Vec<&ShapeDescription> = placed
-        .into_iter()
-        .map(|shape: usize| &description.shapes[shape])
+    let layout = placement::layout(description).unwrap_or_default();
+    let shapes: Vec<&ShapeDescription> = layout
+        .placed_shapes(description.shapes.len())
+        .map(|shape| &description.shapes[shape])
         .collect();
     let mut seen = vec![false; description.materials.len()];
     for shape in &shapes {
@@ -87,7 +85,8 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
         calls_for: effects::of_shape(shape, shutter),
         written: written_in_shape(shape),
     }));
-    objects.extend(description.instances.iter().map(|instance| {
+    objects.extend(layout.instances.iter().map(|&instance| {
+        let instance = &description.instances[instance];
         Object {
             name: format!("instance `{}`", instance.name),
             place: instance.place.clone(),

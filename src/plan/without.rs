@@ -7,8 +7,9 @@
 //! | alpha, one-sided | surfaces that are there, on both sides |
 //! | glossy, specular, transmission | absorbing what such lobes would scatter |
 //! | lens, motion | a pinhole; everything as it is when the shutter opens |
-//! | environment, environment-map, delta-lights, area-lights, many-lights | removing these lights, all but the first |
-//! | instances | removing them |
+//! | environment, delta-lights, area-lights, many-lights | removing these lights, all but the first |
+//! | environment-map | its mean over all directions |
+//! | instances | removing them, and shapes that move |
 //!
 //! Measure: none.
 //! Range: any scene.
@@ -17,11 +18,14 @@
 use crate::bsdf::microfacet::Ggx;
 use crate::effects::Effect;
 use crate::geometry::texture::Texture;
+use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
     ColourDescription, GeometryDescription, LightModel, MaterialDescription, MaterialModel,
     MeshDescription, SceneDescription,
 };
+use crate::scene::placement::stands_alone;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// The scene without an effect.
@@ -58,7 +62,7 @@ pub fn without(description: &SceneDescription, effect: Effect) -> SceneDescripti
         Effect::EnvironmentMap => {
             for light in &mut scene.lights {
                 if let LightModel::Environment { radiance, .. } = &mut light.model {
-                    flatten(radiance);
+                    flatten_panorama(radiance);
                 }
             }
         }
@@ -71,7 +75,11 @@ pub fn without(description: &SceneDescription, effect: Effect) -> SceneDescripti
             }
         }
         Effect::ManyLights => keep_one_light(&mut scene),
-        Effect::Instances => scene.instances.clear(),
+        Effect::Instances => {
+            let shutter = scene.camera.shutter;
+            scene.instances.clear();
+            scene.shapes.retain(|shape| !stands_alone(shape, shutter));
+        }
     }
     scene
 }
@@ -97,18 +105,37 @@ fn flatten(colour: &mut ColourDescription) {
 
 fn mean(texture: &Texture) -> Rgb {
     match texture {
-        Texture::Image { image, scale } => {
-            let mut sum = [0.0; 3];
-            for pixel in image.pixels() {
-                for (sum, channel) in sum.iter_mut().zip(pixel.to_array()) {
-                    *sum += f64::from(channel);
-                }
-            }
-            let count = image.pixels().len() as f64;
-            *scale * Rgb::from(sum.map(|x| (x / count) as f32))
-        }
+        Texture::Image { image, scale } => *scale * weighted_mean(image, |_| 1.0),
         Texture::Checker { colours, .. } => 0.5 * (colours[0] + colours[1]),
     }
+}
+
+/// A panorama becomes its mean over all directions, of which a row near a pole has few.
+fn flatten_panorama(radiance: &mut ColourDescription) {
+    if let ColourDescription::Texture(texture) = radiance
+        && let Texture::Image { image, scale } = texture.as_ref()
+    {
+        let height = f64::from(image.height());
+        let sin = |row: u32| (PI * (f64::from(row) + 0.5) / height).sin();
+        *radiance = ColourDescription::Constant(*scale * weighted_mean(image, sin));
+    }
+}
+
+/// The mean of all pixels, where `weight` tells that of a row.
+fn weighted_mean(image: &Image, weight: impl Fn(u32) -> f64) -> Rgb {
+    let mut sum = [0.0; 3];
+    let mut weights = 0.0;
+    for y in 0..image.height() {
+        let weight = weight(y);
+        for x in 0..image.width() {
+            let pixel = image.get(x, y).to_array();
+            for (sum, channel) in sum.iter_mut().zip(pixel) {
+                *sum += weight * f64::from(channel);
+            }
+        }
+        weights += weight * f64::from(image.width());
+    }
+    Rgb::from(sum.map(|x| (x / weights) as f32))
 }
 
 fn flatten_colours(material: &mut MaterialDescription) {

@@ -26,7 +26,7 @@ pub enum PathEvent {
     Arrived {
         /// Where, in world units.
         position: DVec3,
-        /// The shape's index.
+        /// The shape's number, see [`Scene::described`].
         shape: u32,
         /// The primitive's index.
         primitive: u32,

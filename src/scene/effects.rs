@@ -12,7 +12,7 @@ use super::description::{
 use super::keyframes;
 use super::material::Material;
 use super::placed::has_shading_normals;
-use super::placement::Layout;
+use super::placement::{Layout, stands_alone};
 use crate::effects::{Effect, EffectSet};
 
 /// Whether keys move anything while the shutter is open.
@@ -48,7 +48,7 @@ pub fn of_shape(shape: &ShapeDescription, shutter: [f64; 2]) -> EffectSet {
             emission.is_some_and(|e| e.constant().is_none()),
         )
         .with_if(Effect::Motion, moving)
-        .with_if(Effect::Instances, moving)
+        .with_if(Effect::Instances, stands_alone(shape, shutter))
 }
 
 /// What an instance calls for, beyond what its group does.

@@ -179,19 +179,13 @@ fn whole_light(
             _ => None,
         },
         Geometry::Sphere(sphere) => {
-            let sphere = Sphere {
-                center: point(sphere.center),
-                radius: length(sphere.radius),
-            };
+            let sphere = Sphere::new(point(sphere.center), length(sphere.radius));
             Some(Light::Sphere(SphereLight::new(sphere, emission)))
         }
         Geometry::Disk(disk) => {
             let normal = transform.transform_vector3(disk.normal.as_dvec3());
-            let disk = Disk {
-                center: point(disk.center),
-                normal: normal.normalize_or(DVec3::Z).as_vec3(),
-                radius: length(disk.radius),
-            };
+            let normal = normal.normalize_or(DVec3::Z).as_vec3();
+            let disk = Disk::new(point(disk.center), normal, length(disk.radius));
             Some(Light::Disk(DiskLight::new(disk, emission)))
         }
     }

@@ -63,6 +63,8 @@ pub struct Scene {
 /// What the scene knows of a shape beyond its geometry.
 #[derive(Debug, Clone, Copy)]
 struct Shape {
+    /// Its index in the description: shapes of groups are there once, whatever places them.
+    described: u32,
     material: u32,
     /// Index of what it emits.
     emitter: Option<u32>,
@@ -158,6 +160,11 @@ impl Scene {
             ray.t_min = hit.t.next_up();
         }
         visible
+    }
+
+    /// The index in the scene's description of the shape with this number.
+    pub fn described(&self, shape: u32) -> usize {
+        self.shapes[shape as usize].described as usize
     }
 
     /// The material of a primitive.

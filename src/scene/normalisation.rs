@@ -54,6 +54,11 @@ impl Normalisation {
         (length * self.scale) as f32
     }
 
+    /// An area, or what grows like one.
+    pub fn area(&self, area: f64) -> f64 {
+        area * self.scale * self.scale
+    }
+
     /// The map as a transform.
     pub fn to_affine(&self) -> DAffine3 {
         DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.centre)

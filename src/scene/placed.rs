@@ -10,6 +10,7 @@ use super::normalisation::Normalisation;
 use crate::error::Result;
 use crate::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
 use crate::math::bounds::Bounds;
+use crate::math::frame::Frame;
 use crate::math::vec::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use std::sync::Arc;
 
@@ -25,6 +26,8 @@ pub enum Placed {
         center: DVec3,
         /// Radius.
         radius: f64,
+        /// From its own axes to those of the world, or of its group.
+        turn: DMat3,
     },
     /// A disk.
     Disk {
@@ -34,6 +37,8 @@ pub enum Placed {
         normal: DVec3,
         /// Radius.
         radius: f64,
+        /// The directions in which its texture coordinates grow, of any length.
+        axes: [DVec3; 2],
     },
 }
 
@@ -106,19 +111,28 @@ impl Placed {
                     Self::Mesh(placed)
                 }
             }
-            GeometryDescription::Sphere { center, radius } => Self::Sphere {
-                center: transform.transform_point3(*center),
-                radius: radius * scale_of(&transform, shape)?,
-            },
+            GeometryDescription::Sphere { center, radius } => {
+                let scale = scale_of(&transform, shape)?;
+                Self::Sphere {
+                    center: transform.transform_point3(*center),
+                    radius: radius * scale,
+                    turn: transform.matrix3 * (1.0 / scale),
+                }
+            }
             GeometryDescription::Disk {
                 center,
                 normal,
                 radius,
-            } => Self::Disk {
-                center: transform.transform_point3(*center),
-                normal: normal_matrix(&transform) * normal.normalize(),
-                radius: radius * scale_of(&transform, shape)?,
-            },
+            } => {
+                let scale = scale_of(&transform, shape)?;
+                let normal = normal.normalize();
+                Self::Disk {
+                    center: transform.transform_point3(*center),
+                    normal: normal_matrix(&transform) * normal,
+                    radius: radius * scale,
+                    axes: disk_axes(normal).map(|axis| transform.matrix3 * axis),
+                }
+            }
         })
     }
 
@@ -131,7 +145,7 @@ impl Placed {
                     .map(|t| Bounds::around(t.map(|i| placed.position(i))))
                     .collect()
             }
-            Self::Sphere { center, radius } | Self::Disk { center, radius, .. } => {
+            Self::Sphere { center, radius, .. } | Self::Disk { center, radius, .. } => {
                 let radius = DVec3::splat(*radius);
                 vec![Bounds {
                     min: *center - radius,
@@ -150,18 +164,25 @@ impl Placed {
                 dropped = without_area;
                 Geometry::Mesh(mesh)
             }
-            Self::Sphere { center, radius } => Geometry::Sphere(Sphere {
+            Self::Sphere {
+                center,
+                radius,
+                turn,
+            } => Geometry::Sphere(Sphere {
                 center: normalisation.point(*center),
                 radius: normalisation.length(*radius),
+                turn: turn.as_mat3(),
             }),
             Self::Disk {
                 center,
                 normal,
                 radius,
+                axes,
             } => Geometry::Disk(Disk {
                 center: normalisation.point(*center),
                 normal: normal.normalize().as_vec3(),
                 radius: normalisation.length(*radius),
+                axes: axes.map(|axis| axis.normalize().as_vec3()),
             }),
         };
         if let Self::Rectangle(_, [corner, u, v]) = self {
@@ -217,15 +238,24 @@ pub fn even_scale(transform: &DAffine3, tolerance: f64) -> Option<f64> {
     even.then_some(scale)
 }
 
+/// By how much rounding to double precision makes an even transform uneven at most.
+pub const EVEN: f64 = 1e-9;
+
 /// The factor by which a shape's transform scales, which has to be the same in all directions.
 fn scale_of(transform: &DAffine3, shape: &ShapeDescription) -> Result<f64> {
-    even_scale(transform, 1e-9).ok_or_else(|| {
+    even_scale(transform, EVEN).ok_or_else(|| {
         let message = format!(
             "the transform of {} stretches it unevenly, but a sphere or disk has to stay one; use a mesh instead",
             shape.name
         );
         shape.place.error(message)
     })
+}
+
+/// The axes of a disk that nothing turns.
+fn disk_axes(normal: DVec3) -> [DVec3; 2] {
+    let frame = Frame::from_normal(normal.as_vec3());
+    [frame.s.as_dvec3(), frame.t.as_dvec3()]
 }
 
 /// What normals are multiplied by: the inverse transpose, up to a positive factor.

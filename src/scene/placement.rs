@@ -1,18 +1,19 @@
 //! Where every shape stands: in the world itself, or in groups that are placed there, still or moving.
 //!
-//! Instances within groups are multiplied out, and a shape that moves becomes a group of its own, so that what is left is
-//! one level: groups of shapes that stand still, and their placements in the world.
+//! Instances within groups are multiplied out, and a shape that moves becomes a group of its own, as does a sphere or disk
+//! that its keys leave stretched unevenly, so that what is left is one level: groups of shapes that stand still, and their placements in the world.
 //!
 //! Measure: world units; times of the shutter.
 //! Range: groups without a circle, which `load` makes sure of, nested at most 64 deep; at most 2^22 placements. Groups that
 //! nothing places are left out.
 //! Source: none needed. Tested below and in `tests/motion.rs`.
 
-use super::description::{Key, Place, SceneDescription};
+use super::description::{GeometryDescription, Key, Place, SceneDescription, ShapeDescription};
 use super::keyframes;
+use super::placed::{EVEN, even_scale};
 use crate::error::Result;
 use crate::math::vec::DAffine3;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 /// All shapes of a scene by where they stand; shapes are indices into the description.
 #[derive(Debug, Default)]
@@ -23,6 +24,8 @@ pub struct Layout {
     pub groups: Vec<Vec<usize>>,
     /// All placements of groups.
     pub placements: Vec<Placement>,
+    /// The instances that place something to be seen, in order.
+    pub instances: BTreeSet<usize>,
 }
 
 impl Layout {
@@ -55,7 +58,7 @@ type Chain<'a> = Vec<(DAffine3, &'a [Key])>;
 enum Member {
     /// The shapes of a named group that stand still in it.
     Group(usize),
-    /// A shape that moves.
+    /// A shape that stands alone.
     Shape(usize),
 }
 
@@ -69,7 +72,7 @@ const MOST_PLACEMENTS: u64 = 1 << 22;
 #[derive(Debug, Clone, Default)]
 struct Contents {
     still: Vec<usize>,
-    moving: Vec<usize>,
+    alone: Vec<usize>,
     instances: Vec<usize>,
 }
 
@@ -94,6 +97,19 @@ pub fn layout(description: &SceneDescription) -> Result<Layout> {
     Ok(walk.layout)
 }
 
+/// Whether a shape is a group of its own: if it moves, or if it is a sphere or disk that its keys stretch unevenly, even
+/// where it stands still. It is round in its own frame then, as it is while it moves.
+pub fn stands_alone(shape: &ShapeDescription, shutter: [f64; 2]) -> bool {
+    let is_round = matches!(
+        shape.geometry,
+        GeometryDescription::Sphere { .. } | GeometryDescription::Disk { .. }
+    );
+    match keyframes::steps(&shape.motion, shutter).as_slice() {
+        [still] => is_round && even_scale(still, EVEN).is_none(),
+        _ => true,
+    }
+}
+
 impl<'a> Walk<'a> {
     fn new(description: &'a SceneDescription) -> Self {
         let mut walk = Self {
@@ -106,8 +122,8 @@ impl<'a> Walk<'a> {
         let shutter = description.camera.shutter;
         for (index, shape) in description.shapes.iter().enumerate() {
             let contents = walk.contents_mut(shape.group);
-            if keyframes::steps(&shape.motion, shutter).len() > 1 {
-                contents.moving.push(index);
+            if stands_alone(shape, shutter) {
+                contents.alone.push(index);
             } else {
                 contents.still.push(index);
             }
@@ -140,7 +156,7 @@ impl<'a> Walk<'a> {
             return Ok(count);
         }
         let contents = self.contents(parent);
-        let mut count = contents.moving.len() as u64;
+        let mut count = contents.alone.len() as u64;
         for &index in &contents.instances {
             let instance = &self.description.instances[index];
             let refuse =
@@ -165,7 +181,7 @@ impl<'a> Walk<'a> {
     fn place_contents(&mut self, parent: Option<usize>, chain: &mut Chain<'a>) {
         let description = self.description;
         let contents = self.contents(parent).clone();
-        for index in contents.moving {
+        for index in contents.alone {
             let shape = &description.shapes[index];
             chain.push((DAffine3::IDENTITY, &shape.motion));
             self.place(Member::Shape(index), chain, &shape.name, &shape.place);
@@ -173,6 +189,7 @@ impl<'a> Walk<'a> {
         }
         for index in contents.instances {
             let instance = &description.instances[index];
+            let before = self.layout.placements.len();
             chain.push((instance.transform, &instance.motion));
             self.place(
                 Member::Group(instance.of),
@@ -182,6 +199,9 @@ impl<'a> Walk<'a> {
             );
             self.place_contents(Some(instance.of), chain);
             chain.pop();
+            if self.layout.placements.len() > before {
+                self.layout.instances.insert(index);
+            }
         }
     }
 

@@ -14,7 +14,7 @@ use super::keyframes;
 use super::material::Material;
 use super::normalisation::Normalisation;
 use super::placed::{Placed, Traced};
-use super::placement::{Layout, Placement, layout};
+use super::placement::{Layout, Placement, layout, stands_alone};
 use super::{Scene, Shape};
 use crate::accel::{Accel, AccelOptions};
 use crate::camera::{Camera, CameraParameters};
@@ -121,10 +121,11 @@ fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<Placed>
     let shapes = shapes.iter().map(|&shape| &description.shapes[shape]);
     shapes
         .map(|shape| {
-            // What moves is moved with its group; keys that are all equal still say where.
-            let then = match keyframes::steps(&shape.motion, shutter).as_slice() {
-                [still] => *still,
-                _ => DAffine3::IDENTITY,
+            // What stands alone is placed with its group; keys that are all equal still say where.
+            let then = if stands_alone(shape, shutter) {
+                DAffine3::IDENTITY
+            } else {
+                keyframes::at(&shape.motion, shutter[0])
             };
             Placed::new(shape, &then)
         })
@@ -276,6 +277,7 @@ impl<'a> Build<'a> {
             let emission = emitter.map(|index| &self.emitters.emitters[index as usize]);
             let shines_by_texture = emission.is_some_and(|emitter| emitter.texture.is_some());
             self.shapes.push(Shape {
+                described: shape as u32,
                 material: description.material as u32,
                 emitter,
                 textured: material.is_textured() || shines_by_texture,
@@ -299,7 +301,7 @@ impl<'a> Build<'a> {
         let unsampled = self.emitters.unsampled;
         let unsampled = (unsampled > 0).then(|| {
             format!(
-                "{unsampled} emitting spheres or disks move, or are stretched or mirrored by an instance: only scattered rays find their light, with more noise"
+                "{unsampled} emitting spheres, disks or textured meshes move, or are stretched or mirrored by an instance: only scattered rays find their light, with more noise"
             )
         });
         dropped.into_iter().chain(unsampled).collect()
@@ -308,10 +310,11 @@ impl<'a> Build<'a> {
 
 /// A light that is no shape, in normalised units; `None` if it is black, or the same in all directions.
 fn light_of(model: &LightModel, normalisation: &Normalisation) -> Option<Light> {
-    // Irradiance, I / d^2, is not to change with the unit of length.
+    // Irradiance, I / d^2, is not to change with the unit of length. The square of a unit may leave single precision
+    // where its product with an intensity does not.
     let intensity = |intensity: Rgb| {
-        let unit = normalisation.length(1.0);
-        (!intensity.is_black()).then_some(unit * unit * intensity)
+        let normalised = |x: f32| normalisation.area(f64::from(x)) as f32;
+        (!intensity.is_black()).then(|| intensity.map(normalised))
     };
     Some(match model {
         LightModel::Environment { radiance, to_world } => {
@@ -364,13 +367,14 @@ fn light_of(model: &LightModel, normalisation: &Normalisation) -> Option<Light> 
 mod tests {
     use super::*;
     use crate::accel::{Backend, Precision};
+    use crate::effects::Slot;
     use crate::effects::kernel::types::Everything;
     use crate::math::ray::Ray;
     use crate::math::rgb::Rgb;
-    use crate::math::vec::Vec3;
+    use crate::math::vec::{Vec2, Vec3};
     use crate::scene::description::{
-        GeometryDescription, MaterialDescription, MaterialModel, MeshDescription, Place,
-        ShapeDescription,
+        GeometryDescription, Key, LightDescription, MaterialDescription, MaterialModel,
+        MeshDescription, Place, ShapeDescription,
     };
 
     fn scene(geometry: GeometryDescription, transform: DAffine3) -> SceneDescription {
@@ -394,12 +398,15 @@ mod tests {
     }
 
     fn prepared(geometry: GeometryDescription, transform: DAffine3) -> Result<Prepared> {
-        let options = AccelOptions {
+        prepare(&scene(geometry, transform), options())
+    }
+
+    fn options() -> AccelOptions {
+        AccelOptions {
             backend: Backend::ALL[0],
             precision: Precision::Robust,
             threads: 1,
-        };
-        prepare(&scene(geometry, transform), options)
+        }
     }
 
     fn unit_box() -> GeometryDescription {
@@ -472,6 +479,106 @@ mod tests {
             ["2 triangles without an area were left out"]
         );
         assert_eq!(prepared.scene.lights.len(), 1);
+    }
+
+    #[test]
+    fn textures_of_spheres_and_disks_turn_with_them() {
+        let center = DVec3::new(0.25, -0.5, 0.125);
+        let sphere = GeometryDescription::Sphere {
+            center,
+            radius: 1.0,
+        };
+        let disk = GeometryDescription::Disk {
+            center,
+            normal: DVec3::new(0.3, -0.2, 1.0),
+            radius: 2.0,
+        };
+        let turned = DAffine3::from_rotation_z(2.0) * DAffine3::from_rotation_y(0.4);
+        let mirrored = DAffine3::from_scale(DVec3::new(2.0, 2.0, -2.0));
+        for (geometry, transform) in [
+            (&sphere, turned),
+            (&sphere, mirrored * turned),
+            (&disk, turned),
+            (&disk, mirrored * turned),
+        ] {
+            let seen = |transform: DAffine3| {
+                let scene = prepared(geometry.clone(), transform)
+                    .expect("it stays round")
+                    .scene;
+                let from = DVec3::new(0.3, 0.2, 5.0);
+                let dir = (center + DVec3::new(0.2, 0.1, 0.0) - from).normalize();
+                let origin = scene.normalisation.point(transform.transform_point3(from));
+                let dir = transform.transform_vector3(dir).normalize().as_vec3();
+                let ray = Ray::new(origin, dir);
+                let at = scene
+                    .intersect::<Everything>(&ray, 0.0, None, 0.0)
+                    .expect("the ray goes there");
+                let uv = at.uv.or(Vec2::ZERO);
+                let tangents = scene.world.tangents_at::<Everything>(at.id, 0.0, at.p);
+                (uv, tangents.map(Vec3::normalize))
+            };
+            let (uv, tangents) = seen(DAffine3::IDENTITY);
+            let (uv_turned, tangents_turned) = seen(transform);
+            assert!((uv - uv_turned).length() < 1e-5, "{uv} {uv_turned}");
+            for (tangent, turned) in tangents.into_iter().zip(tangents_turned) {
+                let expected = transform.transform_vector3(tangent.as_dvec3()).normalize();
+                assert!((expected.as_vec3() - turned).length() < 1e-5, "{turned}");
+            }
+        }
+    }
+
+    #[test]
+    fn keys_may_stretch_a_sphere_whether_it_moves_or_not() {
+        let sphere = GeometryDescription::Sphere {
+            center: DVec3::ZERO,
+            radius: 1.0,
+        };
+        let key = |time, height| Key {
+            time,
+            transform: DAffine3::from_scale(DVec3::new(1.0, height, 1.0)),
+        };
+        for shutter in [[0.0, 1.0], [1.0, 1.0], [1.0, 2.0]] {
+            let mut scene = scene(sphere.clone(), DAffine3::IDENTITY);
+            scene.shapes[0].motion = vec![key(0.0, 1.0), key(1.0, 0.5)];
+            scene.camera.shutter = shutter;
+            let scene = prepare(&scene, options())
+                .expect("it is round in its frame")
+                .scene;
+            assert!(scene.effects.has(Effect::Instances), "{shutter:?}");
+            // From above, when the shutter closes.
+            let from = scene.normalisation.point(DVec3::new(0.0, 3.0, 0.0));
+            let at = scene
+                .intersect::<Everything>(&Ray::new(from, -Vec3::Y), 1.0, None, 0.0)
+                .expect("it is below");
+            let top = scene.normalisation.world_point(at.p);
+            assert!((top - DVec3::new(0.0, 0.5, 0.0)).length() < 1e-5, "{top}");
+        }
+    }
+
+    #[test]
+    fn points_light_scenes_of_any_size_alike() {
+        let lit = |scale: f64| {
+            let unit_box = GeometryDescription::Box {
+                min: -DVec3::ONE,
+                max: DVec3::ONE,
+            };
+            let mut scene = scene(unit_box, DAffine3::from_scale(DVec3::splat(scale)));
+            scene.shapes[0].emission = None;
+            scene.lights = vec![LightDescription {
+                place: Place::default(),
+                model: LightModel::Point {
+                    position: DVec3::new(0.0, 3.0 * scale, 0.0),
+                    intensity: Rgb::grey((4.0 * scale * scale) as f32),
+                },
+            }];
+            let scene = prepare(&scene, options()).expect("it is a box").scene;
+            let p = scene.normalisation.point(DVec3::new(0.0, scale, 0.0));
+            let sample = scene.sample_light::<Everything>(p, 0.0, [0.5; 4]);
+            sample.expect("it is lit").radiance
+        };
+        for exponent in [-70, -40, 0, 40, 60] {
+            assert_eq!(lit(2.0_f64.powi(exponent)), Rgb::WHITE, "{exponent}");
+        }
     }
 
     #[test]

@@ -61,15 +61,8 @@ pub fn soup(rng: &mut TestRng) -> Vec<Geometry> {
         let size = 10.0_f32.powf(-2.0 * rng.uniform());
         shapes.push(match i % 3 {
             0 => triangle([0, 1, 2].map(|_| center + size * point(rng))),
-            1 => Geometry::Sphere(Sphere {
-                center,
-                radius: 0.3 * size,
-            }),
-            _ => Geometry::Disk(Disk {
-                center,
-                normal: direction(rng),
-                radius: 0.5 * size,
-            }),
+            1 => Geometry::Sphere(Sphere::new(center, 0.3 * size)),
+            _ => Geometry::Disk(Disk::new(center, direction(rng), 0.5 * size)),
         });
     }
     shapes

@@ -123,13 +123,7 @@ fn colour_or_data(
             };
             let colours = [constant(first, bound)?, constant(second, bound)?];
             let repeat = match table.optional("repeat") {
-                Some(repeat) => {
-                    let repeat_single = repeat.vec2()?.as_vec2();
-                    if !repeat_single.is_finite() {
-                        return Err(repeat.expected("two numbers within single precision"));
-                    }
-                    repeat_single
-                }
+                Some(repeat) => repeat.vec2()?.as_vec2(),
                 None => Vec2::ONE,
             };
             Texture::Checker { colours, repeat }
@@ -137,7 +131,9 @@ fn colour_or_data(
     };
     table.finish()?;
     if bound == Bound::Reflectance && brightest(&texture).max_channel() > 1.0 {
-        return Err(value.error("expected a reflectance, but the texture has values above 1"));
+        return Err(value.error(
+            "expected a value from 0 to 1 in every channel, but the texture has values above 1",
+        ));
     }
     if let Some(what) = no_colour(&texture) {
         let file = table.required("texture")?;
@@ -168,9 +164,10 @@ pub fn constant(value: &Value<'_>, bound: Bound) -> Result<Rgb> {
     if colour.to_array().iter().all(|x| (0.0..=most).contains(x)) {
         Ok(colour)
     } else if bound == Bound::Reflectance {
-        Err(value.error("expected a reflectance: every channel from 0 to 1"))
+        Err(value.error("expected a value from 0 to 1 in every channel"))
     } else {
-        Err(value.error("expected a colour of at least 0 in every channel"))
+        Err(value
+            .error("expected a colour of at least 0 in every channel, within single precision"))
     }
 }
 
@@ -196,8 +193,8 @@ pub fn most(colour: &ColourDescription) -> Rgb {
     }
 }
 
-/// Whether a picture has them, as EXR, HDR and PFM may. A checker was read without.
-/// What is wrong with the first texel that is no colour, or that the scale makes none.
+/// What is wrong with the first texel that is no colour, or that the scale makes none. EXR, HDR and PFM may have such
+/// texels; a checker was read without.
 fn no_colour(texture: &Texture) -> Option<String> {
     let Texture::Image { image, scale } = texture else {
         return None;

@@ -334,9 +334,14 @@ impl<'a> Value<'a> {
     /// A texture coordinate.
     ///
     /// # Errors
-    /// If it is not a list of two numbers.
+    /// If it is not a list of two numbers within single precision.
     pub fn vec2(&self) -> Result<DVec2> {
-        self.numbers().map(DVec2::from_array)
+        let pair = DVec2::from_array(self.numbers()?);
+        if pair.as_vec2().is_finite() {
+            Ok(pair)
+        } else {
+            Err(self.expected("two numbers within single precision"))
+        }
     }
 
     /// A table.

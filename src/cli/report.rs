@@ -100,8 +100,9 @@ impl Job<'_> {
         let size = flags
             .size
             .map(|(width, height)| format!("{width}x{height}"));
-        let backend = (flags.backend != Backend::ALL[0]).then(|| flags.backend.name().to_owned());
-        let precision = flags.precision;
+        let backend = (flags.tracing.backend != Backend::ALL[0])
+            .then(|| flags.tracing.backend.name().to_owned());
+        let precision = flags.tracing.precision;
         let precision = (precision != Precision::Robust).then(|| precision.name().to_owned());
         [
             ("size", size),

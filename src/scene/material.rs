@@ -93,15 +93,19 @@ impl Material {
 
     /// What a kernel needs for it.
     pub fn effects(&self) -> EffectSet {
-        let alpha_varies = self.alpha.as_ref().is_some_and(Colour::is_textured);
-        let textures = self.kind.is_textured() || alpha_varies || self.normal_map.is_some();
         self.kind
             .effects()
-            .with_if(Effect::Textures, textures)
+            .with_if(Effect::Textures, self.is_textured())
             .with_if(Effect::OneSided, self.one_sided)
             .with_if(Effect::Alpha, self.alpha.is_some())
             .with_if(Effect::NormalMaps, self.normal_map.is_some())
             .with_if(Effect::ShadingNormals, self.normal_map.is_some())
+    }
+
+    /// Whether it needs texture coordinates.
+    pub fn is_textured(&self) -> bool {
+        let alpha_varies = self.alpha.as_ref().is_some_and(Colour::is_textured);
+        self.kind.is_textured() || alpha_varies || self.normal_map.is_some()
     }
 
     /// How it scatters at a texture coordinate.

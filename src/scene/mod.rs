@@ -68,6 +68,8 @@ struct Shape {
     material: u32,
     /// Index of what it emits.
     emitter: Option<u32>,
+    /// Whether its material or its emission needs texture coordinates.
+    textured: bool,
 }
 
 /// What a shape emits.
@@ -98,9 +100,14 @@ impl Scene {
             let mut surface = self
                 .world
                 .surface_at::<E>(hit.id, &ray, time, hit.t, hit.uv);
-            let material = self.material(hit.id);
+            let shape = &self.shapes[hit.id.shape as usize];
+            let material = &self.materials[shape.material as usize];
             let uv = State::<E::Textures, Vec2>::new(|| {
-                self.world.uv_at::<E>(hit.id, time, surface.p, hit.uv)
+                if shape.textured {
+                    self.world.uv_at::<E>(hit.id, time, surface.p, hit.uv)
+                } else {
+                    Vec2::ZERO
+                }
             });
             if E::Alpha::ON
                 && let Some(alpha) = material.alpha(|| uv.or(Vec2::ZERO))

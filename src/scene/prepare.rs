@@ -238,19 +238,17 @@ fn camera(
 /// What is gathered shape by shape.
 struct Build<'a> {
     description: &'a SceneDescription,
-    /// For each material, whether its surface is only partly there.
-    masked: Vec<bool>,
+    materials: &'a [Material],
     shapes: Vec<Shape>,
     emitters: Emitters,
     dropped: usize,
 }
 
 impl<'a> Build<'a> {
-    fn new(description: &'a SceneDescription, materials: &[Material]) -> Self {
-        let masked = materials.iter().map(Material::is_masked);
+    fn new(description: &'a SceneDescription, materials: &'a [Material]) -> Self {
         Self {
             description,
-            masked: masked.collect(),
+            materials,
             shapes: vec![],
             emitters: Emitters::default(),
             dropped: 0,
@@ -271,14 +269,18 @@ impl<'a> Build<'a> {
         for (&shape, traced) in shapes.iter().zip(traced) {
             let description = &self.description.shapes[shape];
             let number = self.shapes.len() as u32;
-            let masked = self.masked[description.material];
+            let material = &self.materials[description.material];
+            let masked = material.is_masked();
             let emitter = self
                 .emitters
                 .add_shape(number, description, masked, traced, standing);
+            let emission = emitter.map(|index| &self.emitters.emitters[index as usize]);
+            let shines_by_texture = emission.is_some_and(|emitter| emitter.texture.is_some());
             self.shapes.push(Shape {
                 described: shape as u32,
                 material: description.material as u32,
                 emitter,
+                textured: material.is_textured() || shines_by_texture,
             });
         }
     }

@@ -346,3 +346,18 @@ fn without_instances_nothing_moves_in_a_frame_of_its_own() {
     let other = plan_of(&without(&scene, Effect::Instances));
     assert!(!other.on().any(|on| on == Effect::Instances));
 }
+
+#[test]
+fn the_one_light_that_is_kept_is_to_be_seen() {
+    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let lamp = rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
+    scene.groups = vec!["nowhere".to_owned()];
+    scene.shapes = (0..3).map(|_| shape(lamp.clone(), 3.0)).collect();
+    scene.shapes[0].group = Some(0);
+    let lights = |scene: &SceneDescription| {
+        let prepared = prepare(scene, OPTIONS).expect("a valid scene");
+        prepared.scene.lights.len()
+    };
+    assert_eq!(lights(&scene), 2);
+    assert_eq!(lights(&without(&scene, Effect::ManyLights)), 1);
+}

@@ -24,7 +24,7 @@ use crate::scene::description::{
     ColourDescription, GeometryDescription, LightModel, MaterialDescription, MaterialModel,
     MeshDescription, SceneDescription,
 };
-use crate::scene::placement::stands_alone;
+use crate::scene::placement::{self, stands_alone};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -219,10 +219,14 @@ fn stand_still(scene: &mut SceneDescription) {
     scene.camera.shutter = [open; 2];
 }
 
-/// Removes every light but the first: emitting shapes first, then others.
+/// Removes every light but the first that is to be seen: emitting shapes first, then others.
 fn keep_one_light(scene: &mut SceneDescription) {
+    // A scene that could not be laid out is not ready, and has no lights.
+    let layout = placement::layout(scene).unwrap_or_default();
+    let placed: Vec<usize> = layout.placed_shapes(scene.shapes.len()).collect();
     let mut found = false;
-    for shape in &mut scene.shapes {
+    for shape in placed {
+        let shape = &mut scene.shapes[shape];
         let emits = shape.emission.as_ref().is_some_and(|e| !e.is_black());
         if found {
             shape.emission = None;

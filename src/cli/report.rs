@@ -96,13 +96,13 @@ impl Job<'_> {
 
     /// The flags of this render without which its samples would be others.
     fn flags_of_samples(&self) -> String {
-        let flags = self.arguments;
+        let (flags, tracing) = (self.arguments, &self.arguments.tracing);
         let size = flags
             .size
             .map(|(width, height)| format!("{width}x{height}"));
-        let backend = (flags.tracing.backend != Backend::ALL[0])
-            .then(|| flags.tracing.backend.name().to_owned());
-        let precision = flags.tracing.precision;
+        let backend =
+            (tracing.backend != Backend::ALL[0]).then(|| tracing.backend.name().to_owned());
+        let precision = tracing.precision;
         let precision = (precision != Precision::Robust).then(|| precision.name().to_owned());
         [
             ("size", size),

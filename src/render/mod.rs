@@ -91,11 +91,12 @@ pub fn render(
     settings.validate(size)?;
     let kernel = dispatch::kernel(scene, settings);
     if !kernel.effects().contains(scene.effects) {
-        let lacking = scene.effects.iter().find(|&e| !kernel.effects().has(e));
+        let lacking = scene.effects.iter().filter(|&e| !kernel.effects().has(e));
+        let lacking: Vec<&str> = lacking.map(|effect| effect.name()).collect();
         return Err(Error::usage(format!(
-            "the kernel {} lacks an effect of the scene: {}",
+            "the kernel {} lacks effects of the scene: {}",
             kernel.name(),
-            lacking.map_or("", |effect| effect.name())
+            lacking.join(", ")
         )));
     }
     let pool = rayon::ThreadPoolBuilder::new()

@@ -4,7 +4,8 @@
 //! Range: at least 0; a reflectance at most 1.
 //! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
 
-use super::reader::{Value, shown};
+use super::reader::Value;
+use super::wording::shown;
 use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image, srgb};

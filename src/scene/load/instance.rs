@@ -6,8 +6,9 @@
 
 use super::contents::Contents;
 use super::motion::motion;
-use super::reader::{Table, Value, shown, unknown_name};
+use super::reader::{Table, Value};
 use super::transform::transform;
+use super::wording::{shown, unknown_name};
 use crate::error::Result;
 use crate::math::vec::DAffine3;
 use crate::scene::description::{InstanceDescription, Place};

@@ -19,10 +19,11 @@ mod reader;
 mod shape;
 mod toml;
 mod transform;
+mod wording;
 
 // The names of integrators and samplers are known further up, where the command reads them.
 #[cfg(feature = "cli")]
-pub(crate) use reader::unknown_name;
+pub(crate) use wording::unknown_name;
 
 use super::description::SceneDescription;
 use crate::error::{Error, Result};

@@ -19,7 +19,7 @@
 use super::colour::Textures;
 use super::contents::Contents;
 use super::read_text;
-use super::reader::{shown, unknown_name};
+use super::wording::{shown, unknown_name};
 use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image};

@@ -8,7 +8,7 @@ use super::contents::Contents;
 use super::mtl::{self, Entry};
 use super::obj_text::{Complaint, ObjText};
 use super::read_text;
-use super::reader::{shown, unknown_name};
+use super::wording::{shown, unknown_name};
 use crate::error::{Error, Result};
 use crate::math::vec::{DVec2, DVec3};
 use crate::scene::description::{

@@ -10,7 +10,7 @@
 //! loses them. Other keywords are passed over.
 //! Source: the OBJ format, appendix B1 of Wavefront's Advanced Visualizer manual. Tested below.
 
-use super::reader::shown;
+use super::wording::shown;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fmt::Write;

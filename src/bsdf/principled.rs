@@ -21,13 +21,13 @@ use super::albedo::{AlbedoRow, SingleScatter};
 use super::conductor::multiple_scattering_colour;
 use super::dielectric::Dielectric;
 use super::fresnel::{normal_reflectance, schlick_mean, schlick_weight};
-use super::microfacet::{Ggx, mirror_normal};
+use super::microfacet::Ggx;
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
 use crate::effects::{Effect, EffectSet};
 use crate::math::{
     measure::PdfSolidAngle,
     rgb::Rgb,
-    vec::{Vec2, Vec3, reflect},
+    vec::{Vec2, Vec3},
 };
 use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
 use std::f32::consts::FRAC_1_PI;
@@ -47,7 +47,7 @@ pub struct PrincipledParameters {
     pub transmission: f32,
 }
 
-/// A principled surface at one point; cheap to make.
+/// A principled surface at one point; of another colour it is cheap to make, by [`Principled::coloured`].
 #[derive(Debug, Clone, Copy)]
 pub struct Principled {
     facets: Option<Ggx>,
@@ -60,12 +60,15 @@ pub struct Principled {
     metal_ms: Rgb,
     /// Colour of the matte base.
     base: Rgb,
+    /// The shares of the surface that are metal, coat over base, and glass: all of it.
+    metal_share: f32,
+    coat_share: f32,
+    glass_share: f32,
     /// Reflectance of the coat alone at normal incidence.
     coat_f0: f32,
-    /// 1 / (1 - S_mean).
+    /// 1 / (pi (1 - S_mean)).
     base_scale: f32,
     glass: Dielectric,
-    glass_share: f32,
 }
 
 /// The probabilities of the lobes towards one `wo`, which sum to one.
@@ -92,21 +95,40 @@ impl Principled {
         } = parameters;
         let facets = Ggx::from_roughness(roughness);
         let albedo = AlbedoRow::of(facets);
-        let mean = albedo.mean();
         let coat_f0 = normal_reflectance(ior);
         let coat_share = (1.0 - metallic) * (1.0 - transmission);
-        let metal_ms = multiple_scattering_colour(schlick_mean(base_color), mean);
+        let mean = albedo.mean();
         Self {
             facets,
             albedo,
-            f0: metallic * base_color + Rgb::grey(coat_share * coat_f0),
+            f0: Rgb::BLACK,
             f90: metallic + coat_share,
-            metal_ms: metallic * metal_ms,
-            base: coat_share * base_color,
-            coat_f0,
-            base_scale: 1.0 / (1.0 - mean.reflected(coat_f0, 1.0)),
-            glass: Dielectric::new(ior, roughness, base_color),
+            metal_ms: Rgb::BLACK,
+            base: Rgb::BLACK,
+            metal_share: metallic,
+            coat_share,
             glass_share: (1.0 - metallic) * transmission,
+            coat_f0,
+            base_scale: FRAC_1_PI / (1.0 - mean.reflected(coat_f0, 1.0)),
+            glass: Dielectric::new(ior, roughness, base_color),
+        }
+        .coloured(base_color)
+    }
+
+    /// The same surface with another base colour.
+    #[inline]
+    pub fn coloured(&self, base_color: Rgb) -> Self {
+        let metal_ms = if self.metal_share > 0.0 {
+            multiple_scattering_colour(schlick_mean(base_color), self.albedo.mean())
+        } else {
+            Rgb::BLACK
+        };
+        Self {
+            f0: self.metal_share * base_color + Rgb::grey(self.coat_share * self.coat_f0),
+            metal_ms: self.metal_share * metal_ms,
+            base: self.coat_share * base_color,
+            glass: self.glass.tinted(base_color),
+            ..*self
         }
     }
 
@@ -168,8 +190,7 @@ impl Principled {
         } else if u_lobe < choice.glass + choice.base + choice.metal_ms {
             (self.albedo.sample_multiple(u), Lobe::GlossyReflection)
         } else if let Some(ggx) = self.facets {
-            let wi = reflect(up, ggx.sample_visible(up, u));
-            (wi, Lobe::GlossyReflection)
+            (ggx.sample_mirrored(up, u), Lobe::GlossyReflection)
         } else {
             return self.sample_smooth(wo, &choice);
         };
@@ -218,15 +239,14 @@ impl Principled {
     fn eval_opaque(&self, wo: Vec3, wi: Vec3, choice: &Choice) -> BsdfValue {
         let (o, i) = (choice.o, self.albedo.at(wi.z));
         let through = |s: SingleScatter| 1.0 - s.reflected(self.coat_f0, 1.0);
-        let base = FRAC_1_PI * self.base_scale * through(o) * through(i);
+        let base = self.base_scale * through(o) * through(i);
         let ms = self.albedo.multiple_scattering(o, i);
         let mut f = base * self.base + ms * self.metal_ms;
         let mut pdf = choice.base * pdf_hemisphere_cosine(wi.z);
         if let Some(ggx) = self.facets {
-            let (m, cos_m) = mirror_normal(wo, wi);
-            f += (ggx.d(m) * ggx.visibility(wo, wi)) * self.schlick(cos_m);
-            pdf += choice.facets * ggx.pdf_mirrored(wo, m)
-                + choice.metal_ms * self.albedo.pdf_multiple(wi.z);
+            let facets = ggx.mirroring(wo, wi);
+            f += facets.d_v * self.schlick(facets.cos);
+            pdf += choice.facets * facets.pdf + choice.metal_ms * self.albedo.pdf_multiple(wi.z);
         }
         BsdfValue {
             f,

@@ -60,20 +60,15 @@ enum Kind {
     Uniform(Bsdf),
     Diffuse(Colour),
     Mirror(Colour),
-    Dielectric {
-        ior: f32,
-        roughness: f32,
-        tint: Colour,
-    },
+    /// The glass, but for its tint.
+    Dielectric(Dielectric, Colour),
     Phong {
         diffuse: Colour,
         specular: Colour,
         exponent: f32,
     },
-    Principled {
-        base_color: Colour,
-        parameters: PrincipledParameters,
-    },
+    /// The surface, but for its base colour.
+    Principled(Principled, Colour),
 }
 
 impl Material {
@@ -164,11 +159,10 @@ impl Kind {
                 ior,
                 roughness,
                 tint,
-            } => Self::Dielectric {
-                ior: *ior,
-                roughness: *roughness,
-                tint: Colour::new(tint),
-            },
+            } => Self::Dielectric(
+                Dielectric::new(*ior, *roughness, Rgb::WHITE),
+                Colour::new(tint),
+            ),
             // Without a highlight it is a simpler model.
             MaterialModel::Phong {
                 diffuse, specular, ..
@@ -186,33 +180,32 @@ impl Kind {
                 reflectance,
                 ior,
                 roughness,
-            } => Self::Principled {
-                base_color: Colour::new(reflectance),
-                parameters: PrincipledParameters {
-                    base_color: Rgb::WHITE,
-                    metallic: 0.0,
-                    roughness: *roughness,
-                    ior: *ior,
-                    transmission: 0.0,
-                },
-            },
+            } => Self::principled(reflectance, 0.0, *roughness, *ior, 0.0),
             MaterialModel::Principled {
                 base_color,
                 metallic,
                 roughness,
                 ior,
                 transmission,
-            } => Self::Principled {
-                base_color: Colour::new(base_color),
-                parameters: PrincipledParameters {
-                    base_color: Rgb::WHITE,
-                    metallic: *metallic,
-                    roughness: *roughness,
-                    ior: *ior,
-                    transmission: *transmission,
-                },
-            },
+            } => Self::principled(base_color, *metallic, *roughness, *ior, *transmission),
         }
+    }
+
+    fn principled(
+        base_color: &ColourDescription,
+        metallic: f32,
+        roughness: f32,
+        ior: f32,
+        transmission: f32,
+    ) -> Self {
+        let parameters = PrincipledParameters {
+            base_color: Rgb::WHITE,
+            metallic,
+            roughness,
+            ior,
+            transmission,
+        };
+        Self::Principled(Principled::new(&parameters), Colour::new(base_color))
     }
 
     /// The same with all that does not vary computed once.
@@ -233,10 +226,8 @@ impl Kind {
             Self::Uniform(_) => false,
             Self::Diffuse(colour)
             | Self::Mirror(colour)
-            | Self::Dielectric { tint: colour, .. }
-            | Self::Principled {
-                base_color: colour, ..
-            } => colour.is_textured(),
+            | Self::Dielectric(_, colour)
+            | Self::Principled(_, colour) => colour.is_textured(),
             Self::Phong {
                 diffuse, specular, ..
             } => diffuse.is_textured() || specular.is_textured(),
@@ -249,23 +240,15 @@ impl Kind {
             Self::Uniform(bsdf) => *bsdf,
             Self::Diffuse(reflectance) => Bsdf::Diffuse(Diffuse::new(reflectance.at(uv))),
             Self::Mirror(reflectance) => Bsdf::Mirror(Mirror::new(reflectance.at(uv))),
-            Self::Dielectric {
-                ior,
-                roughness,
-                tint,
-            } => Bsdf::Dielectric(Dielectric::new(*ior, *roughness, tint.at(uv))),
+            Self::Dielectric(glass, tint) => Bsdf::Dielectric(glass.tinted(tint.at(uv))),
             Self::Phong {
                 diffuse,
                 specular,
                 exponent,
             } => Bsdf::Phong(Phong::new(diffuse.at(uv), specular.at(uv), *exponent)),
-            Self::Principled {
-                base_color,
-                parameters,
-            } => Bsdf::Principled(Principled::new(&PrincipledParameters {
-                base_color: base_color.at(uv),
-                ..*parameters
-            })),
+            Self::Principled(surface, base_color) => {
+                Bsdf::Principled(surface.coloured(base_color.at(uv)))
+            }
         }
     }
 }

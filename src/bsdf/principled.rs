@@ -72,7 +72,8 @@ pub struct Principled {
 }
 
 /// The probabilities of the lobes towards one `wo`, which sum to one.
-struct Choice {
+#[derive(Debug, Clone, Copy)]
+pub struct Choice {
     facets: f32,
     /// Light between the metal's facets.
     metal_ms: f32,
@@ -165,24 +166,14 @@ impl Principled {
             .with_if(Effect::Transmission, has_glass)
     }
 
-    /// All lobes but deltas.
+    /// A lobe by its share of the albedo, then its direction; `choice` is that of `wo`.
     #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
-        if wo.z == 0.0 || wi.z == 0.0 {
-            return BsdfValue::default();
-        }
-        self.eval_chosen(wo, wi, &self.choice(wo.z.abs()))
-    }
-
-    /// A lobe by its share of the albedo, then its direction.
-    #[inline]
-    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+    pub fn sample(&self, wo: Vec3, choice: &Choice, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         if wo.z == 0.0 {
             return None;
         }
-        let choice = self.choice(wo.z.abs());
         if u_lobe < choice.glass {
-            return self.sample_glass(wo, u_lobe / choice.glass, u, &choice);
+            return self.sample_glass(wo, u_lobe / choice.glass, u, choice);
         }
         let up = Vec3::new(wo.x, wo.y, wo.z.abs());
         let (mut wi, lobe) = if u_lobe < choice.glass + choice.base {
@@ -192,19 +183,19 @@ impl Principled {
         } else if let Some(ggx) = self.facets {
             (ggx.sample_mirrored(up, u), Lobe::GlossyReflection)
         } else {
-            return self.sample_smooth(wo, &choice);
+            return self.sample_smooth(wo, choice);
         };
         if wi.z <= 0.0 {
             return None;
         }
         wi.z = wi.z.copysign(wo.z);
-        self.weigh(wo, wi, lobe, &choice)
+        self.weigh(wo, wi, lobe, choice)
     }
 
-    /// Each lobe's share of the albedo towards a direction of cosine `mu`, by the brightest channel.
+    /// Each lobe's share of the albedo towards `wo`, by the brightest channel.
     #[inline]
-    fn choice(&self, mu: f32) -> Choice {
-        let o = self.albedo.at(mu);
+    pub fn choice(&self, wo: Vec3) -> Choice {
+        let o = self.albedo.at(wo.z.abs());
         let facets = o.reflected(self.f0.max_channel(), self.f90);
         let through = 1.0 - o.reflected(self.coat_f0, 1.0);
         let base = self.base.max_channel() * through;
@@ -220,8 +211,9 @@ impl Principled {
         }
     }
 
+    /// All lobes but deltas; `choice` is that of `wo`.
     #[inline]
-    fn eval_chosen(&self, wo: Vec3, wi: Vec3, choice: &Choice) -> BsdfValue {
+    pub fn eval(&self, wo: Vec3, choice: &Choice, wi: Vec3) -> BsdfValue {
         let mut value = BsdfValue::default();
         if let Some((wo, wi)) = facing_up(wo, wi) {
             value = self.eval_opaque(wo, wi, choice);
@@ -285,7 +277,7 @@ impl Principled {
     /// The sample `wi` with its weight over all lobes.
     #[inline]
     fn weigh(&self, wo: Vec3, wi: Vec3, lobe: Lobe, choice: &Choice) -> Option<BsdfSample> {
-        let value = self.eval_chosen(wo, wi, choice);
+        let value = self.eval(wo, choice, wi);
         (value.pdf.0 > 0.0).then(|| BsdfSample {
             wi,
             weight: (wi.z.abs() / value.pdf.0) * value.f,

@@ -9,6 +9,7 @@ use super::normal_map::NormalMap;
 use crate::bsdf::principled::PrincipledParameters;
 use crate::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Mirror, Phong, Principled};
 use crate::effects::{Effect, EffectSet, Effects, Switch, beyond_kernel};
+use crate::geometry::packed::{PackedImage, PackedImages};
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -19,6 +20,8 @@ use std::sync::Arc;
 enum Colour {
     Constant(Rgb),
     Texture(Arc<Texture>),
+    /// A picture, packed, and what multiplies it.
+    Packed(Arc<PackedImage>, f32),
 }
 
 impl Colour {
@@ -30,8 +33,17 @@ impl Colour {
         }
     }
 
+    /// The same, to be looked up faster.
+    fn pack(&mut self, images: &mut PackedImages) {
+        if let Self::Texture(texture) = self
+            && let Texture::Image { image, scale } = texture.as_ref()
+        {
+            *self = Self::Packed(images.pack(image), *scale);
+        }
+    }
+
     fn is_textured(&self) -> bool {
-        matches!(self, Self::Texture(_))
+        !matches!(self, Self::Constant(_))
     }
 
     #[inline]
@@ -39,6 +51,7 @@ impl Colour {
         match self {
             Self::Constant(colour) => *colour,
             Self::Texture(texture) => texture.lookup(uv),
+            Self::Packed(image, scale) => *scale * image.lookup(uv),
         }
     }
 }
@@ -86,6 +99,15 @@ impl Material {
         }
     }
 
+    /// The same with its pictures packed, so that lookups are faster.
+    pub fn packed(mut self, images: &mut PackedImages) -> Self {
+        let colours = self.kind.colours_mut().into_iter().flatten();
+        for colour in colours.chain(&mut self.alpha) {
+            colour.pack(images);
+        }
+        self
+    }
+
     /// What a kernel needs for it.
     pub fn effects(&self) -> EffectSet {
         self.kind
@@ -130,7 +152,7 @@ impl Material {
     pub fn alpha(&self, uv: impl FnOnce() -> Vec2) -> Option<f32> {
         let alpha = match self.alpha.as_ref()? {
             Colour::Constant(alpha) => *alpha,
-            Colour::Texture(texture) => texture.lookup(uv()),
+            varying => varying.at(uv()),
         };
         Some(alpha.luminance().clamp(0.0, 1.0))
     }
@@ -219,6 +241,20 @@ impl Kind {
 
     fn effects(&self) -> EffectSet {
         self.bsdf(Vec2::ZERO).effects()
+    }
+
+    /// The colours that may vary.
+    fn colours_mut(&mut self) -> [Option<&mut Colour>; 2] {
+        match self {
+            Self::Uniform(_) => [None, None],
+            Self::Diffuse(colour)
+            | Self::Mirror(colour)
+            | Self::Dielectric(_, colour)
+            | Self::Principled(_, colour) => [Some(colour), None],
+            Self::Phong {
+                diffuse, specular, ..
+            } => [Some(diffuse), Some(specular)],
+        }
     }
 
     fn is_textured(&self) -> bool {

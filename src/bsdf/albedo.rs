@@ -105,9 +105,8 @@ impl AlbedoRow {
             return SingleScatter { loss: 0.0, schlick };
         };
         let (i, s) = split(coordinate_of_mu(mu, self.alpha), NODES_MU);
-        let [low, high] = rows.each_ref().map(|row| [row[i], row[i + 1]]);
-        // Along roughness first, where both ends go the same way.
-        let entry = low[0].lerp(high[0], t).lerp(low[1].lerp(high[1], t), s);
+        let across = |node: usize| rows[0][node].lerp(rows[1][node], t);
+        let entry = across(i).lerp(across(i + 1), s);
         SingleScatter {
             loss: entry.root_loss * entry.root_loss,
             schlick: entry.excess + schlick,

@@ -130,7 +130,9 @@ impl Ggx {
     pub fn mirroring(&self, wo: Vec3, wi: Vec3) -> Mirroring {
         let h = wo + wi;
         let length2 = h.length_squared();
-        let ratio = length2 / (h.z * h.z * self.alpha2 + (h.x * h.x + h.y * h.y));
+        let stretched = h.z * h.z * self.alpha2 + (h.x * h.x + h.y * h.y);
+        // Both are zero where the squares of opposite, ever so grazing directions underflow: nothing mirrors there.
+        let ratio = length2 / stretched.max(f32::MIN_POSITIVE);
         let half_d = 0.5 * FRAC_1_PI * self.alpha2 * (ratio * ratio);
         let (so, si) = (self.stretched_cos(wo), self.stretched_cos(wi));
         Mirroring {

@@ -67,7 +67,7 @@ fn random_rays(length: usize, rng: &mut TestRng) -> RayBatch {
         if rng.uniform() < 0.125 {
             let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY][index % 3];
             let axis = (3.0 * rng.uniform()) as usize;
-            let at = if index % 2 == 0 {
+            let at = if index.is_multiple_of(2) {
                 &mut ray.origin
             } else {
                 &mut ray.dir

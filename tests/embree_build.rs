@@ -11,7 +11,7 @@ use etendue::geometry::{Geometry, mesh::Mesh};
 
 const NEEDLES: u32 = 20_000;
 
-/// Long thin triangles, all much the same way askew: their boxes overlap, and splitting them pays.
+/// Long thin triangles in every direction: their boxes overlap, and splitting some pays.
 fn needles() -> Mesh {
     let mut rng = TestRng::new(36);
     let needles = (0..NEEDLES).map(|_| {

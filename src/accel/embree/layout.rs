@@ -91,7 +91,7 @@ fn packets_fit<const N: usize>(scene: &CommittedScene) -> bool {
     let lane_fits = |lane: usize| {
         let ids = (hits.geometry[lane], hits.primitive[lane]);
         let occluded = occlusion.query.t_max[lane] < 0.0;
-        if lane % 3 == 0 {
+        if lane.is_multiple_of(3) {
             is_at_two(ends.t_max[lane]) && ids == (ID, 0) && occluded
         } else {
             let nothing = (RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID);

@@ -215,6 +215,7 @@ impl Accel {
 
     /// The closest hit of every active ray, as [`Self::intersect`] without a departure finds it. Of primitives at the same
     /// distance packets may report another one, and their hits may differ in the last bits.
+    #[cfg_attr(not(feature = "embree"), allow(unused_variables))] // obvhs has no packets
     pub fn intersect_batch(&self, rays: &RayBatch, packets: Packets, hits: &mut HitBatch) {
         match self {
             #[cfg(feature = "embree")]
@@ -226,6 +227,7 @@ impl Accel {
     }
 
     /// Whether anything lies on each active ray; `false` for the others.
+    #[cfg_attr(not(feature = "embree"), allow(unused_variables))] // obvhs has no packets
     pub fn occluded_batch(&self, rays: &RayBatch, packets: Packets, occluded: &mut Vec<bool>) {
         match self {
             #[cfg(feature = "embree")]

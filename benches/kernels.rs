@@ -1,9 +1,10 @@
 //! Nanoseconds of the parts that a path is made of: random numbers, warps, scattering, textures,
-//! filters, light sampling, single rays.
+//! filters, light sampling, single rays; and of batches of rays.
 //!
 //! Run: `cargo bench --bench kernels`.
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use etendue::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
 use etendue::accel::{Accel, AccelOptions, Backend, Precision, Quality};
 use etendue::bsdf::principled::PrincipledParameters;
 use etendue::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Phong, Principled, conductor};
@@ -17,6 +18,7 @@ use etendue::math::rgb::Rgb;
 use etendue::math::vec::{Vec2, Vec3};
 use etendue::sampler::{Decision, Independent, Sampler, Sobol};
 use etendue::sampling::warp;
+use etendue::scene::description::SceneDescription;
 use etendue::scene::load::load;
 use etendue::scene::prepare::prepare;
 use std::hint::black_box;
@@ -173,11 +175,18 @@ fn filters(c: &mut Criterion) {
 
 /// Light sampling and single rays, in the suzanne-room.
 fn room(c: &mut Criterion) {
+/// The suzanne-room as written.
+fn suzanne_room() -> SceneDescription {
     let file = format!(
         "{}/scenes/suzanne-room/suzanne-room.toml",
         env!("CARGO_MANIFEST_DIR")
     );
-    let description = load(Path::new(&file)).expect("a scene of our own loads");
+    load(Path::new(&file)).expect("a scene of our own loads")
+}
+
+/// Light sampling and single rays, in the suzanne-room.
+fn room(c: &mut Criterion) {
+    let description = suzanne_room();
     let u = numbers(4096);
     for &backend in Backend::ALL {
         for precision in [Precision::Fast, Precision::Robust] {
@@ -229,7 +238,65 @@ fn room(c: &mut Criterion) {
     }
 }
 
+/// Batches of 4096 rays in the suzanne-room, in packets of every width: divide by that for a ray. The camera's go through
+/// squares of 4 x 4 pixels; those that bounce start where these end, at random.
+fn batches(c: &mut Criterion) {
+    let description = suzanne_room();
+    let u = numbers(4096);
+    for precision in [Precision::Fast, Precision::Robust] {
+        let options = AccelOptions {
+            backend: Backend::ALL[0],
+            precision,
+            quality: Quality::default(),
+            threads: 1,
+        };
+        let scene = prepare(&description, options)
+            .expect("it was built before")
+            .scene;
+        let (mut camera, mut bounced) = (RayBatch::default(), RayBatch::default());
+        for (i, u) in u.iter().enumerate() {
+            let (square, pixel) = (96 * (i / 16), i % 16);
+            let [x, y] = [
+                4 * (square % 192) + pixel % 4,
+                4 * (square / 192) + pixel / 4,
+            ];
+            let film = Vec2::new(x as f32 + u[0], y as f32 + u[1]);
+            let ray = scene.camera.ray::<Everything>(film, Vec2::ZERO, 0.0);
+            camera.push(&ray, 0.0);
+            if let Some(hit) = scene.accel.intersect(&ray, 0.0, None) {
+                // A little before the surface, so that the ray is not stopped there at once.
+                let towards = warp::sample_sphere_uniform(Vec2::new(u[2], u[3]));
+                bounced.push(&Ray::new(ray.at(0.999 * hit.t), towards), 0.0);
+            }
+        }
+        let name = format!(
+            "batch/{}/{}",
+            options.backend.name(),
+            options.precision.name()
+        );
+        let mut group = c.benchmark_group(name);
+        let (mut hits, mut occluded) = (HitBatch::default(), Vec::new());
+        for (kind, rays) in [("camera", &camera), ("bounced", &bounced)] {
+            group.throughput(Throughput::Elements(rays.len() as u64));
+            for (&width, coherent) in PacketWidth::ALL
+                .iter()
+                .flat_map(|width| [(width, false), (width, true)])
+            {
+                let packets = Packets { width, coherent };
+                let way = if coherent { "coherent" } else { "incoherent" };
+                let name = format!("{kind}, {} {way}", width.lanes());
+                group.bench_function(format!("{name}, closest"), |b| {
+                    b.iter(|| scene.accel.intersect_batch(rays, packets, &mut hits));
+                });
+                group.bench_function(format!("{name}, occluded"), |b| {
+                    b.iter(|| scene.accel.occluded_batch(rays, packets, &mut occluded));
+                });
+            }
+        }
+    }
+}
+
 criterion_group!(
-    benches, samplers, warps, scattering, textures, filters, room
+    benches, samplers, warps, scattering, textures, filters, room, batches
 );
 criterion_main!(benches);

@@ -1,5 +1,7 @@
 //! Sampling: warps of uniform numbers, discrete choices, and the weights of combined techniques.
 
+pub mod bilinear;
+pub mod clear_triangle;
 pub mod distribution;
 pub mod mis;
 pub mod piecewise;

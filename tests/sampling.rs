@@ -6,7 +6,9 @@ use common::TestRng;
 use common::chi_square::{ChiSquareTest, pearson, uniformity};
 use common::closed_forms::{rectangle_solid_angle, triangle_solid_angle};
 use common::verdict::sidak;
-use etendue::math::vec::{DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::math::vec::{DVec3, ONE_MINUS_EPSILON, Vec2, Vec3, Vec4};
+use etendue::sampling::bilinear::Bilinear;
+use etendue::sampling::clear_triangle::ClearTriangle;
 use etendue::sampling::distribution::AliasTable;
 use etendue::sampling::spherical_rectangle::SphericalRectangle;
 use etendue::sampling::{spherical_triangle, warp};
@@ -279,6 +281,100 @@ fn directions_to_triangles_are_uniform() {
             }
             checks.push((format!("{view:?} {size}"), pearson(&mut cells)));
         }
+    }
+    for (what, p) in &checks {
+        assert!(*p > sidak(1e-3, checks.len()), "{what}: {p:.1e}");
+    }
+}
+
+/// A vector with coordinates in [-1, 1).
+fn in_cube(rng: &mut TestRng) -> Vec3 {
+    let mut coordinate = || 2.0 * rng.uniform() - 1.0;
+    Vec3::new(coordinate(), coordinate(), coordinate())
+}
+
+#[test]
+fn single_precision_samples_clear_triangles_as_double_precision_does() {
+    let mut rng = TestRng::new(60);
+    let (mut worst_angle, mut worst_point) = (0.0_f64, 0.0_f64);
+    let mut seen = 0;
+    let tried = 200_000;
+    for _ in 0..tried {
+        // Sizes and distances over eight orders of magnitude, needles among them.
+        let size = 10.0_f32.powf(2.0 - 6.0 * rng.uniform());
+        let unit = 10.0_f32.powf(4.0 - 8.0 * rng.uniform());
+        let needle = 10.0_f32.powf(-2.0 * rng.uniform());
+        let ab = size * in_cube(&mut rng);
+        let ac = rng.uniform() * ab + needle * size * in_cube(&mut rng);
+        let a = in_cube(&mut rng);
+        let vertices = [a, a + ab, a + ac].map(|v| unit * v);
+        let exact = vertices.map(|v| v.as_dvec3());
+        let cross = (exact[1] - exact[0]).cross(exact[2] - exact[0]);
+        let triple = exact[0].dot(cross).abs() as f32;
+        let Some(clear) = ClearTriangle::new(vertices, triple, cross.length() as f32) else {
+            continue;
+        };
+        seen += 1;
+        let omega = spherical_triangle::solid_angle(exact);
+        let error = (f64::from(clear.solid_angle()) / omega - 1.0).abs();
+        assert!(error < 2e-6, "{vertices:?}: {error:e} of {omega:e}");
+        worst_angle = worst_angle.max(error);
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|u| u * ONE_MINUS_EPSILON);
+        for u in corners.into_iter().chain([rng.uniform_2d()]) {
+            let b = clear.sample(u);
+            assert!(b[0] >= 0.0 && b[1] >= 0.0 && b[0] + b[1] <= 1.0 + 1e-7, "{u} {b:?}");
+            // The double-precision construction starts from cosines, and is no judge of what is tiny.
+            if omega > 1e-5 {
+                let exact = spherical_triangle::sample(exact, omega, u).expect("a triangle");
+                let error = (0..2).map(|i| (f64::from(b[i]) - exact[i]).abs());
+                let error = error.fold(0.0, f64::max);
+                assert!(error < 1e-4, "{vertices:?} {u}: {b:?} {exact:?}");
+                worst_point = worst_point.max(error);
+            }
+        }
+    }
+    println!(
+        "{seen} of {tried} clearly seen: angle within {worst_angle:.1e}, point within {worst_point:.1e}"
+    );
+    assert!(seen > tried / 2, "{seen}");
+}
+
+#[test]
+fn bilinear_densities_are_what_is_sampled() {
+    const CELLS: usize = 12;
+    let mut checks = Vec::new();
+    let weights = [
+        [1.0, 1.0, 1.0, 1.0],
+        [1.0, 2.0, 3.0, 5.0],
+        [1e3, 1.0, 1.0, 1e3],
+        [1e-3, 1.0, 30.0, 1e-6],
+        [3e20, 4e20, 1e20, 2e20],
+    ];
+    for (seed, weights) in (80..).zip(weights) {
+        let density = Bilinear::new(Vec4::from(weights));
+        for u in extreme_pairs() {
+            let at = density.sample(u);
+            assert!(at.min_element() >= 0.0 && at.max_element() <= 1.0, "{weights:?} {u} {at}");
+        }
+        // The mean over a cell is the value in its middle.
+        let sum: f64 = weights.iter().map(|w| f64::from(*w)).sum();
+        let exact = |x: f64, y: f64| {
+            let [a, b, c, d] = weights.map(|w| 4.0 * f64::from(w) / sum);
+            (1.0 - y) * ((1.0 - x) * a + x * b) + y * ((1.0 - x) * c + x * d)
+        };
+        let mut cells = Vec::new();
+        for i in 0..CELLS * CELLS {
+            let [x, y] = [i / CELLS, i % CELLS].map(|k| (k as f64 + 0.5) / CELLS as f64);
+            let pdf = f64::from(density.pdf(Vec2::new(x as f32, y as f32)));
+            assert!((pdf / exact(x, y) - 1.0).abs() < 1e-5, "{weights:?} {x} {y} {pdf}");
+            cells.push((f64::from(1 << 17) / (CELLS * CELLS) as f64 * exact(x, y), 0.0));
+        }
+        for u in uniform_pairs(seed) {
+            let at = density.sample(u).to_array();
+            let [x, y] = at.map(|s| ((CELLS as f32 * s) as usize).min(CELLS - 1));
+            cells[CELLS * x + y].1 += 1.0;
+        }
+        checks.push((format!("{weights:?}"), pearson(&mut cells)));
     }
     for (what, p) in &checks {
         assert!(*p > sidak(1e-3, checks.len()), "{what}: {p:.1e}");

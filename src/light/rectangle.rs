@@ -33,18 +33,11 @@ pub struct RectangleLight {
     /// One over the squared length of each edge.
     over_edges2: Vec2,
     radius2: f32,
-    pdf_area: PdfArea,
+    /// One over the area.
+    pdf_area: f32,
     /// Unit vectors along the edges.
     axes: [DVec3; 2],
     lengths: [f64; 2],
-}
-
-/// How a receiver sees the rectangle, and so how it is sampled.
-enum View {
-    /// With a density over its points.
-    OfPoints(Bilinear),
-    /// By solid angle.
-    Near(SphericalRectangle),
 }
 
 impl RectangleLight {
@@ -66,7 +59,7 @@ impl RectangleLight {
             error: never_zero(rounding, lengths[0].max(lengths[1]) as f32),
             over_edges2: Vec2::from(lengths2.map(|length2| (1.0 / length2) as f32)),
             radius2: (0.25 * (lengths2[0] + lengths2[1])) as f32,
-            pdf_area: PdfArea((1.0 / (lengths[0] * lengths[1])) as f32),
+            pdf_area: (1.0 / (lengths[0] * lengths[1])) as f32,
             axes: [x, y],
             lengths,
         }
@@ -80,15 +73,108 @@ impl RectangleLight {
     /// A point that lights `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let view = self.view(p)?;
-        let (position, at) = match &view {
-            View::OfPoints(density) => {
-                let at = density.sample(u);
-                let position = self.corner + at.x * self.edges[0] + at.y * self.edges[1];
-                (position, at)
-            }
-            View::Near(seen) => (self.near_point(seen.sample(u)), Vec2::ZERO),
+        let Some(density) = self.density_of_points(p) else {
+            return self.sample_near(p, u);
         };
+        let at = density.sample(u);
+        let position = self.corner + at.x * self.edges[0] + at.y * self.edges[1];
+        self.found(p, position, |distance2, cos| {
+            self.per_steradian(density.pdf(at), distance2, cos)
+        })
+    }
+
+    /// The density with which [`sample`](Self::sample) finds, from `p`, the point at `towards` from it whose normal has
+    /// cosine `cos` with the direction back.
+    #[inline]
+    pub fn pdf(&self, p: Vec3, towards: Vec3, cos: f32) -> Option<PdfSolidAngle> {
+        let distance2 = towards.length_squared();
+        let Some(density) = self.density_of_points(p) else {
+            return self.pdf_near(p, distance2, cos);
+        };
+        let from_corner = towards - (self.corner - p);
+        let along = Vec2::new(
+            from_corner.dot(self.edges[0]),
+            from_corner.dot(self.edges[1]),
+        );
+        self.per_steradian(density.pdf(self.over_edges2 * along), distance2, cos)
+    }
+
+    /// How points are chosen, in shares of the edges; `None` where directions are. A function of nothing but `p`, so that
+    /// [`sample`](Self::sample) and [`pdf`](Self::pdf) speak of the same density.
+    #[inline]
+    fn density_of_points(&self, p: Vec3) -> Option<Bilinear> {
+        let corner = self.corner - p;
+        if self.emission.is_dark_behind() && corner.dot(self.normal) > 0.0 {
+            return Some(Bilinear::UNIFORM);
+        }
+        let center = corner + 0.5 * (self.edges[0] + self.edges[1]);
+        let distance2 = center.length_squared();
+        if distance2 < CLEAR * CLEAR * self.radius2 {
+            return None;
+        }
+        // 1 / r^3 at the corners, from r^2 = |center|^2 + radius^2 +- center . edge_u +- center . edge_v.
+        let scale = 1.0 / (distance2 + self.radius2);
+        let (u, v) = (
+            scale * center.dot(self.edges[0]),
+            scale * center.dot(self.edges[1]),
+        );
+        let over_r2 = (Vec4::ONE + Vec4::new(-u - v, u - v, v - u, u + v)).recip();
+        Some(Bilinear::new(over_r2 * over_r2.sqrt()))
+    }
+
+    /// The density per steradian of a point with this density in shares of the edges.
+    #[inline]
+    fn per_steradian(&self, of_shares: f32, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        PdfArea(of_shares * self.pdf_area).to_solid_angle(distance2, cos)
+    }
+
+    #[cold]
+    fn sample_near(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let seen = self.seen_from(p)?;
+        let s = if seen.solid_angle() >= spherical_rectangle::SMALLEST {
+            seen.sample(u)
+        } else {
+            u.to_array().map(f64::from)
+        };
+        // In double precision: on a huge rectangle, single-precision fractions would jump past a near receiver.
+        let [along_u, along_v] = [0, 1].map(|i| s[i] * self.edges[i].as_dvec3());
+        let position = (self.corner.as_dvec3() + along_u + along_v).as_vec3();
+        self.found(p, position, |distance2, cos| {
+            self.of_angle(&seen, distance2, cos)
+        })
+    }
+
+    #[cold]
+    fn pdf_near(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        self.of_angle(&self.seen_from(p)?, distance2, cos)
+    }
+
+    fn seen_from(&self, p: Vec3) -> Option<SphericalRectangle> {
+        let corner = self.corner.as_dvec3() - p.as_dvec3();
+        SphericalRectangle::new(corner, self.axes, self.lengths)
+    }
+
+    fn of_angle(
+        &self,
+        seen: &SphericalRectangle,
+        distance2: f32,
+        cos: f32,
+    ) -> Option<PdfSolidAngle> {
+        if seen.solid_angle() >= spherical_rectangle::SMALLEST {
+            Some(PdfSolidAngle((1.0 / seen.solid_angle()) as f32))
+        } else {
+            self.per_steradian(1.0, distance2, cos)
+        }
+    }
+
+    /// The sample at `position`, whose density is a function of its squared distance and its cosine.
+    #[inline]
+    fn found(
+        &self,
+        p: Vec3,
+        position: Vec3,
+        density: impl FnOnce(f32, f32) -> Option<PdfSolidAngle>,
+    ) -> Option<LightSample> {
         let towards = position - p;
         let wi = towards.normalize();
         let cos = -wi.dot(self.normal);
@@ -101,78 +187,8 @@ impl RectangleLight {
         Some(LightSample {
             wi,
             radiance: self.emission.towards(cos),
-            pdf: Some(self.density(&view, || at, towards.length_squared(), cos)?),
+            pdf: Some(density(towards.length_squared(), cos)?),
             end: LightEnd::Surface(point, [0.0; 2]),
         })
-    }
-
-    /// The density with which [`sample`](Self::sample) finds, from `p`, the point at `towards` from it whose normal has
-    /// cosine `cos` with the direction back.
-    #[inline]
-    pub fn pdf(&self, p: Vec3, towards: Vec3, cos: f32) -> Option<PdfSolidAngle> {
-        let at = || {
-            let from_corner = towards - (self.corner - p);
-            self.over_edges2 * Vec2::from(self.edges.map(|edge| from_corner.dot(edge)))
-        };
-        self.density(&self.view(p)?, at, towards.length_squared(), cos)
-    }
-
-    /// A function of nothing but `p`, so that [`sample`](Self::sample) and [`pdf`](Self::pdf) speak of the same density.
-    #[inline]
-    fn view(&self, p: Vec3) -> Option<View> {
-        let corner = self.corner - p;
-        if self.emission.is_dark_behind() && corner.dot(self.normal) > 0.0 {
-            return Some(View::OfPoints(Bilinear::UNIFORM));
-        }
-        let center = corner + 0.5 * (self.edges[0] + self.edges[1]);
-        let distance2 = center.length_squared();
-        if distance2 >= CLEAR * CLEAR * self.radius2 {
-            return Some(View::OfPoints(self.density_of_points(center, distance2)));
-        }
-        self.near_view(p)
-    }
-
-    /// 1 / r^3 at the corners, from r^2 = |center|^2 + radius^2 +- center . edge_u +- center . edge_v.
-    #[inline]
-    fn density_of_points(&self, center: Vec3, distance2: f32) -> Bilinear {
-        let scale = 1.0 / (distance2 + self.radius2);
-        let [u, v] = self.edges.map(|edge| scale * center.dot(edge));
-        let over_r2 = (Vec4::ONE + Vec4::new(-u - v, u - v, v - u, u + v)).recip();
-        Bilinear::new((over_r2 * over_r2.sqrt()).to_array())
-    }
-
-    #[cold]
-    fn near_view(&self, p: Vec3) -> Option<View> {
-        let corner = self.corner.as_dvec3() - p.as_dvec3();
-        let seen = SphericalRectangle::new(corner, self.axes, self.lengths)?;
-        Some(if seen.solid_angle() >= spherical_rectangle::SMALLEST {
-            View::Near(seen)
-        } else {
-            View::OfPoints(Bilinear::UNIFORM)
-        })
-    }
-
-    /// The point at these shares of the edges, in double precision: on a huge rectangle, single-precision fractions would
-    /// jump past a near receiver.
-    fn near_point(&self, s: [f64; 2]) -> Vec3 {
-        let [along_u, along_v] = [0, 1].map(|i| s[i] * self.edges[i].as_dvec3());
-        (self.corner.as_dvec3() + along_u + along_v).as_vec3()
-    }
-
-    #[inline]
-    fn density(
-        &self,
-        view: &View,
-        at: impl FnOnce() -> Vec2,
-        distance2: f32,
-        cos: f32,
-    ) -> Option<PdfSolidAngle> {
-        match view {
-            View::OfPoints(density) => {
-                let pdf = PdfArea(density.pdf(at()) * self.pdf_area.0);
-                pdf.to_solid_angle(distance2, cos)
-            }
-            View::Near(seen) => Some(PdfSolidAngle((1.0 / seen.solid_angle()) as f32)),
-        }
     }
 }

@@ -34,14 +34,12 @@ pub struct TriangleLight {
     cross: DVec3,
 }
 
-/// How a receiver sees the triangle, and so how it is sampled.
+/// How a receiver sees the triangle that is not close to it.
 enum View {
     /// From behind or from afar: by area.
     ByArea,
-    /// By solid angle.
+    /// By solid angle, in single precision.
     Clear(ClearTriangle),
-    /// By solid angle, of a large triangle or one that is seen from near its plane.
-    Skew([DVec3; 3], f64),
 }
 
 impl TriangleLight {
@@ -70,13 +68,90 @@ impl TriangleLight {
     /// A point that lights `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let view = self.view(p);
-        let b = match &view {
-            View::ByArea => None,
-            View::Clear(triangle) => Some(triangle.sample(u)),
-            View::Skew(vertices, omega) => sample_skew(*vertices, *omega, u),
-        };
-        let b = b.unwrap_or_else(|| warp::sample_triangle_uniform(u).to_array());
+        match self.view(p) {
+            Some(View::ByArea) => self.sample_area(p, u),
+            Some(View::Clear(triangle)) => {
+                let pdf = PdfSolidAngle(1.0 / triangle.solid_angle());
+                self.found(p, triangle.sample(u), |_, _| Some(pdf))
+            }
+            None => self.sample_skew(p, u),
+        }
+    }
+
+    /// The density with which [`sample`](Self::sample) finds, from `p`, the point at squared distance `distance2`
+    /// whose normal has cosine `cos` with the direction back.
+    #[inline]
+    pub fn pdf(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        match self.view(p) {
+            Some(View::ByArea) => self.pdf_area(distance2, cos),
+            Some(View::Clear(triangle)) => Some(PdfSolidAngle(1.0 / triangle.solid_angle())),
+            None => self.pdf_skew(p, distance2, cos),
+        }
+    }
+
+    /// A function of nothing but `p`, so that [`sample`](Self::sample) and [`pdf`](Self::pdf) speak of the same density;
+    /// `None` where that takes double precision.
+    #[inline]
+    fn view(&self, p: Vec3) -> Option<View> {
+        let [a, b, c] = self.vertices;
+        let (a, b, c) = (a - p, b - p, c - p);
+        let centroid = (a + b + c) * (1.0 / 3.0);
+        let is_behind = self.emission.is_dark_behind() && a.dot(self.normal) > 0.0;
+        if is_behind || centroid.length_squared() >= self.far2 {
+            return Some(View::ByArea);
+        }
+        // In double precision, so that nothing cancels near the plane.
+        let triple = (self.vertices[0].as_dvec3() - p.as_dvec3()).dot(self.cross);
+        ClearTriangle::new([a, b, c], triple.abs() as f32, 2.0 * self.area).map(View::Clear)
+    }
+
+    #[inline]
+    fn sample_area(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let b = warp::sample_triangle_uniform(u).to_array();
+        self.found(p, b, |distance2, cos| self.pdf_area(distance2, cos))
+    }
+
+    #[inline]
+    fn pdf_area(&self, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        PdfArea(1.0 / self.area).to_solid_angle(distance2, cos)
+    }
+
+    /// By solid angle in double precision: the triangle is large, or seen from near its plane.
+    #[cold]
+    fn sample_skew(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let vertices = self.seen_from(p);
+        let omega = spherical_triangle::solid_angle(vertices);
+        if omega < spherical_triangle::SMALLEST {
+            return self.sample_area(p, u);
+        }
+        let b = spherical_triangle::sample(vertices, omega, u).map_or_else(
+            || warp::sample_triangle_uniform(u).to_array(),
+            |b| b.map(|b| b as f32),
+        );
+        self.found(p, b, |_, _| Some(PdfSolidAngle((1.0 / omega) as f32)))
+    }
+
+    #[cold]
+    fn pdf_skew(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        let omega = spherical_triangle::solid_angle(self.seen_from(p));
+        if omega < spherical_triangle::SMALLEST {
+            return self.pdf_area(distance2, cos);
+        }
+        Some(PdfSolidAngle((1.0 / omega) as f32))
+    }
+
+    fn seen_from(&self, p: Vec3) -> [DVec3; 3] {
+        self.vertices.map(|v| v.as_dvec3() - p.as_dvec3())
+    }
+
+    /// The sample at these barycentric coordinates, whose density is a function of its squared distance and its cosine.
+    #[inline]
+    fn found(
+        &self,
+        p: Vec3,
+        b: [f32; 2],
+        density: impl FnOnce(f32, f32) -> Option<PdfSolidAngle>,
+    ) -> Option<LightSample> {
         let point = SurfacePoint {
             ng: self.normal,
             ns: self.normal,
@@ -88,55 +163,8 @@ impl TriangleLight {
         Some(LightSample {
             wi,
             radiance: self.emission.towards(cos),
-            pdf: Some(self.density(&view, towards.length_squared(), cos)?),
+            pdf: Some(density(towards.length_squared(), cos)?),
             end: LightEnd::Surface(point, b),
         })
     }
-
-    /// The density with which [`sample`](Self::sample) finds, from `p`, the point at squared distance `distance2`
-    /// whose normal has cosine `cos` with the direction back.
-    #[inline]
-    pub fn pdf(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        self.density(&self.view(p), distance2, cos)
-    }
-
-    /// A function of nothing but `p`, so that [`sample`](Self::sample) and [`pdf`](Self::pdf) speak of the same density.
-    #[inline]
-    fn view(&self, p: Vec3) -> View {
-        let [a, b, c] = self.vertices.map(|v| v - p);
-        let centroid = (a + b + c) * (1.0 / 3.0);
-        let is_behind = self.emission.is_dark_behind() && a.dot(self.normal) > 0.0;
-        if is_behind || centroid.length_squared() >= self.far2 {
-            return View::ByArea;
-        }
-        // In double precision, near the plane as well.
-        let height = (self.vertices[0].as_dvec3() - p.as_dvec3()).dot(self.cross);
-        ClearTriangle::new([a, b, c], height.abs() as f32, 2.0 * self.area)
-            .map_or_else(|| self.skew_view(p), View::Clear)
-    }
-
-    #[cold]
-    fn skew_view(&self, p: Vec3) -> View {
-        let vertices = self.vertices.map(|v| v.as_dvec3() - p.as_dvec3());
-        let omega = spherical_triangle::solid_angle(vertices);
-        if omega >= spherical_triangle::SMALLEST {
-            View::Skew(vertices, omega)
-        } else {
-            View::ByArea
-        }
-    }
-
-    #[inline]
-    fn density(&self, view: &View, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        match view {
-            View::ByArea => PdfArea(1.0 / self.area).to_solid_angle(distance2, cos),
-            View::Clear(triangle) => Some(PdfSolidAngle(1.0 / triangle.solid_angle())),
-            View::Skew(_, omega) => Some(PdfSolidAngle((1.0 / omega) as f32)),
-        }
-    }
-}
-
-#[cold]
-fn sample_skew(vertices: [DVec3; 3], omega: f64, u: Vec2) -> Option<[f32; 2]> {
-    spherical_triangle::sample(vertices, omega, u).map(|b| b.map(|b| b as f32))
 }

@@ -5,33 +5,31 @@
 //! Source: inversion of the cumulative distribution, first of the second coordinate, then of the first given the second.
 //! Tested in `tests/sampling.rs`.
 
-use crate::math::vec::Vec2;
+use crate::math::vec::{Vec2, Vec4};
 
 /// A bilinear density.
 #[derive(Debug, Clone, Copy)]
 pub struct Bilinear {
     /// At (0, 0), (1, 0), (0, 1) and (1, 1); they sum to 4.
-    corners: [f32; 4],
+    corners: Vec4,
 }
 
 impl Bilinear {
     /// The density 1.
-    pub const UNIFORM: Self = Self { corners: [1.0; 4] };
+    pub const UNIFORM: Self = Self { corners: Vec4::ONE };
 
     /// The density in proportion to the weights at (0, 0), (1, 0), (0, 1) and (1, 1).
     #[inline]
-    pub fn new(weights: [f32; 4]) -> Self {
-        let [a, b, c, d] = weights;
-        let scale = 4.0 / (a + b + c + d);
+    pub fn new(weights: Vec4) -> Self {
         Self {
-            corners: weights.map(|w| scale * w),
+            corners: weights * (4.0 / weights.element_sum()),
         }
     }
 
     /// The point for two uniform numbers.
     #[inline]
     pub fn sample(&self, u: Vec2) -> Vec2 {
-        let [a, b, c, d] = self.corners;
+        let [a, b, c, d] = self.corners.to_array();
         let y = sample_linear(a + b, c + d, u.y);
         let x = sample_linear(a + y * (c - a), b + y * (d - b), u.x);
         Vec2::new(x, y)
@@ -40,7 +38,7 @@ impl Bilinear {
     /// The density at a point.
     #[inline]
     pub fn pdf(&self, at: Vec2) -> f32 {
-        let [a, b, c, d] = self.corners;
+        let [a, b, c, d] = self.corners.to_array();
         let at = at.clamp(Vec2::ZERO, Vec2::ONE);
         let (low, high) = (a + at.y * (c - a), b + at.y * (d - b));
         low + at.x * (high - low)

@@ -136,8 +136,14 @@ fn flat_lights(c: &mut Criterion) {
         two_sided: true,
     };
     let lights = [
-        ("rectangle", Light::Rectangle(RectangleLight::new(corner, edges, emission))),
-        ("triangle", Light::Triangle(TriangleLight::new(vertices, emission))),
+        (
+            "rectangle",
+            Light::Rectangle(RectangleLight::new(corner, edges, emission)),
+        ),
+        (
+            "triangle",
+            Light::Triangle(TriangleLight::new(vertices, emission)),
+        ),
     ];
     for (name, light) in lights {
         for (place, distance) in [("far", 20.0), ("middle", 3.0), ("near", 0.3)] {

@@ -7,13 +7,7 @@
 /// sin(x) / x in powers of x^2.
 const SIN: [f32; 4] = [1.0, -0.166_666_5, 0.008_332_036, -0.000_195_039_04];
 /// cos(x) in powers of x^2.
-const COS: [f32; 5] = [
-    1.0,
-    -0.5,
-    0.041_666_616,
-    -0.001_388_661_7,
-    0.000_024_379_83,
-];
+const COS: [f32; 5] = [1.0, -0.5, 0.041_666_616, -0.001_388_661_7, 0.000_024_379_83];
 /// atan(x) / x in powers of x^2.
 const ATAN: [f32; 9] = [
     1.0,
@@ -72,9 +66,6 @@ mod tests {
         let atan = worst(1.0, atan_unit, f64::atan);
         println!("relative errors: sin {sin:.1e}, cos {cos:.1e}, atan {atan:.1e}");
         assert!(sin < 2e-7 && cos < 2e-7 && atan < 2e-7);
-        assert_eq!(
-            (sin_cos_eighth(0.0), atan_unit(0.0)),
-            ((0.0, 1.0), 0.0)
-        );
+        assert_eq!((sin_cos_eighth(0.0), atan_unit(0.0)), ((0.0, 1.0), 0.0));
     }
 }

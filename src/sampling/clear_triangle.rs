@@ -38,7 +38,8 @@ impl ClearTriangle {
         let rest = a.dot(b) * length_c + a.dot(c) * length_b + b.dot(c) * length_a;
         // As the triple product is at most the product of the lengths, the solid angle is at most pi / 2.
         let is_small = rest >= 0.0;
-        let is_off_plane = triple >= LEAST_SINE * double_area * length_a.max(length_b).max(length_c);
+        let is_off_plane =
+            triple >= LEAST_SINE * double_area * length_a.max(length_b).max(length_c);
         // Below this, digits are lost to gradual underflow.
         let has_digits = triple >= f32::MIN_POSITIVE / f32::EPSILON;
         (is_small && is_off_plane && has_digits).then(|| Self {

@@ -6,7 +6,7 @@ use common::TestRng;
 use common::chi_square::{ChiSquareTest, pearson, uniformity};
 use common::closed_forms::{rectangle_solid_angle, triangle_solid_angle};
 use common::verdict::sidak;
-use etendue::math::vec::{DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::math::vec::{DVec2, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
 use etendue::sampling::clear_triangle::ClearTriangle;
 use etendue::sampling::distribution::AliasTable;
 use etendue::sampling::linear::LinearSquare;
@@ -293,10 +293,23 @@ fn in_cube(rng: &mut TestRng) -> Vec3 {
     Vec3::new(coordinate(), coordinate(), coordinate())
 }
 
+/// What the point with these barycentric coordinates cuts off: with C' where the line from B through it meets AC, the share
+/// of the triangle's solid angle in A B C', and that of 1 - cos of the arc BC' up to the point.
+fn shares_cut_off([a, b, c]: [DVec3; 3], [b1, b2]: [f64; 2]) -> DVec2 {
+    let cut = a + b2 / (1.0 - b1) * (c - a);
+    let point = (1.0 - b1 - b2) * a + b1 * b + b2 * c;
+    let angle = |c| spherical_triangle::solid_angle([a, b, c]);
+    let one_minus_cos = |q: DVec3| 0.5 * q.normalize().distance_squared(b.normalize());
+    DVec2::new(
+        angle(cut) / angle(c),
+        one_minus_cos(point) / one_minus_cos(cut),
+    )
+}
+
 #[test]
-fn single_precision_samples_clear_triangles_as_double_precision_does() {
+fn clear_triangles_are_sampled_uniformly_in_single_precision() {
     let mut rng = TestRng::new(60);
-    let (mut worst_angle, mut worst_point) = (0.0_f64, 0.0_f64);
+    let (mut worst_angle, mut worst_share) = (0.0_f64, 0.0_f64);
     let mut seen = 0;
     let tried = 200_000;
     for _ in 0..tried {
@@ -317,27 +330,23 @@ fn single_precision_samples_clear_triangles_as_double_precision_does() {
         seen += 1;
         let omega = spherical_triangle::solid_angle(exact);
         let error = (f64::from(clear.solid_angle()) / omega - 1.0).abs();
-        assert!(error < 2e-6, "{vertices:?}: {error:e} of {omega:e}");
+        assert!(error < 1e-6, "{vertices:?}: {error:e} of {omega:e}");
         worst_angle = worst_angle.max(error);
-        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|u| u * ONE_MINUS_EPSILON);
-        for u in corners.into_iter().chain([rng.uniform_2d()]) {
+        for u in extreme_pairs() {
             let b = clear.sample(u);
             assert!(
-                b[0] >= 0.0 && b[1] >= 0.0 && b[0] + b[1] <= 1.0 + 1e-7,
+                b.iter().all(|x| *x >= 0.0) && b[0] + b[1] <= 1.0 + 1e-7,
                 "{u} {b:?}"
             );
-            // The double-precision construction starts from cosines, and is no judge of what is tiny.
-            if omega > 1e-5 {
-                let exact = spherical_triangle::sample(exact, omega, u).expect("a triangle");
-                let error = (0..2).map(|i| (f64::from(b[i]) - exact[i]).abs());
-                let error = error.fold(0.0, f64::max);
-                assert!(error < 1e-4, "{vertices:?} {u}: {b:?} {exact:?}");
-                worst_point = worst_point.max(error);
-            }
         }
+        let u = Vec2::splat(0.01) + 0.99 * rng.uniform_2d();
+        let shares = shares_cut_off(exact, clear.sample(u).map(f64::from));
+        let error = (shares - u.as_dvec2()).abs().max_element();
+        assert!(error < 2e-5, "{vertices:?} {u}: {shares}");
+        worst_share = worst_share.max(error);
     }
     println!(
-        "{seen} of {tried} clearly seen: angle within {worst_angle:.1e}, point within {worst_point:.1e}"
+        "{seen} of {tried} clearly seen: angle within {worst_angle:.1e}, shares within {worst_share:.1e}"
     );
     assert!(seen > tried / 2, "{seen}");
 }

@@ -245,8 +245,8 @@ fn flat_lights_know_their_density_from_every_distance() {
         let p = distance * rng.direction_log_uniform(0.05);
         let (mean, variance) = over_samples(&light, p);
         let exact = solid_angle(p);
-        // The rule integrates the better the less there is to it.
-        let tolerance = 4e-6 + 2e-3 * variance.max(0.0).sqrt();
+        // The map to a triangle has a kink, over which the rule errs by some of the spread.
+        let tolerance = 4e-6 + 0.01 * variance.max(0.0).sqrt();
         assert!(
             (mean / exact - 1.0).abs() < tolerance,
             "{p}: {mean} {exact} {variance:e}"

@@ -3,7 +3,7 @@
 //! Run: `cargo bench --bench kernels`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use etendue::accel::{Accel, AccelOptions, Backend, Precision};
+use etendue::accel::{Accel, AccelOptions, Backend, Precision, Quality};
 use etendue::bsdf::principled::PrincipledParameters;
 use etendue::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Principled, conductor};
 use etendue::effects::kernel::types::Everything;
@@ -188,6 +188,7 @@ fn room(c: &mut Criterion) {
             let options = AccelOptions {
                 backend,
                 precision,
+                quality: Quality::default(),
                 threads: 1,
             };
             let scene = prepare(&description, options)

@@ -3,7 +3,7 @@
 mod common;
 
 use common::scene_folder::{SMALL, SceneFolder};
-use etendue::accel::{AccelOptions, Backend, Precision};
+use etendue::accel::{AccelOptions, Backend, Precision, Quality};
 use etendue::scene::load::load;
 use etendue::scene::prepare::prepare;
 use proptest::prelude::{Just, ProptestConfig, Strategy, any, prop_oneof, proptest};
@@ -57,6 +57,7 @@ fn survives(files: [(&'static str, Vec<u8>); 2], scene: &str) {
         let options = AccelOptions {
             backend: Backend::ALL[0],
             precision: Precision::Robust,
+            quality: Quality::default(),
             threads: 1,
         };
         let _ = prepare(&description, options);

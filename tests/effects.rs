@@ -6,7 +6,7 @@ mod common;
 use common::TestRng;
 use common::scene::{diffuse, looking, mirrored_octahedron, panorama, rectangle, shape, sky};
 use common::scene_folder::in_repository;
-use etendue::accel::{AccelOptions, Backend, Precision};
+use etendue::accel::{AccelOptions, Backend, Precision, Quality};
 use etendue::bsdf::conductor;
 use etendue::effects::kernel::types::{Everything, Matte};
 use etendue::effects::{Effect, EffectSet, Effects, Kernel};
@@ -38,6 +38,7 @@ fn ready(description: &SceneDescription, backend: Backend) -> Scene {
     let options = AccelOptions {
         backend,
         precision: Precision::Robust,
+        quality: Quality::default(),
         threads: 1,
     };
     prepare(description, options).expect("a valid scene").scene

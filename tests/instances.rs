@@ -10,7 +10,7 @@ use common::scene::{
 use common::scene::{mirrored_octahedron, seen_whole};
 use common::tracing::{direction, point};
 use common::verdict::assert_mean;
-use etendue::accel::{AccelOptions, Backend, Precision};
+use etendue::accel::{AccelOptions, Backend, Precision, Quality};
 use etendue::effects::kernel::types::Everything;
 use etendue::geometry::texture::Texture;
 use etendue::integrator::Roulette;
@@ -439,6 +439,7 @@ fn an_instance_that_cannot_be_inverted_is_rejected_by_name() {
             let options = AccelOptions {
                 backend,
                 precision: Precision::Robust,
+                quality: Quality::default(),
                 threads: 1,
             };
             let error = prepare(&scene, options).expect_err(what).to_string();

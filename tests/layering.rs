@@ -26,6 +26,7 @@ const HOUSE: &[(&str, u32)] = &[
     ("integrator", 5),
     ("render", 6),
     ("study", 7),
+    ("bench", 7),
     ("cli", 8),
 ];
 

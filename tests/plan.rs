@@ -6,7 +6,7 @@ mod common;
 use common::command::{USAGE, fails, succeed};
 use common::scene::{diffuse, looking, panorama, rectangle, shape, sky, slide};
 use common::scene_folder::{SMALL, SceneFolder};
-use etendue::accel::{AccelOptions, Backend, Precision};
+use etendue::accel::{AccelOptions, Backend, Precision, Quality};
 use etendue::effects::{Effect, Kernel};
 use etendue::geometry::texture::Texture;
 use etendue::image::{Image, WriteOptions, write};
@@ -30,6 +30,7 @@ fn small() -> SceneFolder {
 const OPTIONS: AccelOptions = AccelOptions {
     backend: Backend::ALL[0],
     precision: Precision::Robust,
+    quality: Quality::High,
     threads: 1,
 };
 

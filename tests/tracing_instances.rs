@@ -8,7 +8,7 @@ use common::tracing::{
     closed_mesh, direction, every_accel, in_single, moving, placed_once, point, soup, standing,
     transforms,
 };
-use etendue::accel::{Accel, AccelOptions, Backend, Hit, Precision, brute};
+use etendue::accel::{Accel, AccelOptions, Backend, Hit, Precision, Quality, brute};
 use etendue::geometry::Geometry;
 use etendue::geometry::world::{Instance, World};
 use etendue::math::ray::Ray;
@@ -260,6 +260,7 @@ fn robust(backend: Backend) -> AccelOptions {
     AccelOptions {
         backend,
         precision: Precision::Robust,
+        quality: Quality::default(),
         threads: 1,
     }
 }

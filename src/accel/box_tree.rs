@@ -99,6 +99,11 @@ impl<T: Copy> BoxTree<T> {
         })
     }
 
+    /// Nodes of the BVH.
+    pub fn nodes(&self) -> usize {
+        self.bvh.nodes.len()
+    }
+
     /// Bytes of the BVH and of the list of items.
     pub fn memory(&self) -> usize {
         size_of_val(self.bvh.nodes.as_slice())

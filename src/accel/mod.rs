@@ -8,6 +8,7 @@
 //! Range: finite rays; a ray that is not finite hits nothing.
 //! Source: the hit contract is Embree's. Tested in `tests/tracing.rs` against the brute-force oracle.
 
+pub mod batch;
 mod box_tree;
 pub mod brute;
 #[cfg(feature = "embree")]
@@ -19,6 +20,7 @@ use crate::error::{Error, Result};
 pub use crate::geometry::world::PrimitiveId;
 use crate::geometry::world::{Instance, World};
 use crate::math::ray::Ray;
+use batch::{HitBatch, Packets, RayBatch};
 use std::sync::Arc;
 
 /// Where a ray meets a primitive.
@@ -49,6 +51,8 @@ pub enum Backend {
     Embree,
     /// obvhs, in Rust, with a binary BVH.
     ObvhsBvh2,
+    /// obvhs, in Rust, with a compressed BVH of eight children a node.
+    ObvhsCwbvh,
 }
 
 impl Backend {
@@ -57,6 +61,7 @@ impl Backend {
         #[cfg(feature = "embree")]
         Self::Embree,
         Self::ObvhsBvh2,
+        Self::ObvhsCwbvh,
     ];
 
     /// The name on the command line.
@@ -65,6 +70,7 @@ impl Backend {
             #[cfg(feature = "embree")]
             Self::Embree => "embree",
             Self::ObvhsBvh2 => "obvhs-bvh2",
+            Self::ObvhsCwbvh => "obvhs-cwbvh",
         }
     }
 }
@@ -90,6 +96,26 @@ impl Precision {
     }
 }
 
+/// How much work goes into an acceleration structure: more makes rays faster.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Quality {
+    /// For scenes that are traced little.
+    Medium,
+    /// For pictures.
+    #[default]
+    High,
+}
+
+impl Quality {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Medium => "medium",
+            Self::High => "high",
+        }
+    }
+}
+
 /// How an acceleration structure is built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AccelOptions {
@@ -97,6 +123,8 @@ pub struct AccelOptions {
     pub backend: Backend,
     /// How carefully it intersects.
     pub precision: Precision,
+    /// How well it is built.
+    pub quality: Quality,
     /// Threads to build with, at least 1.
     pub threads: usize,
 }
@@ -107,8 +135,8 @@ pub enum Accel {
     /// Embree's.
     #[cfg(feature = "embree")]
     Embree(embree::EmbreeAccel),
-    /// obvhs's; boxed because it is held by value.
-    ObvhsBvh2(Box<obvhs::ObvhsAccel>),
+    /// obvhs's, of either layout; boxed because it is held by value.
+    Obvhs(Box<obvhs::ObvhsAccel>),
 }
 
 impl Accel {
@@ -139,7 +167,9 @@ impl Accel {
         Ok(match options.backend {
             #[cfg(feature = "embree")]
             Backend::Embree => Self::Embree(embree::EmbreeAccel::build(world, options)?),
-            Backend::ObvhsBvh2 => Self::ObvhsBvh2(Box::new(obvhs::ObvhsAccel::build(world))),
+            Backend::ObvhsBvh2 | Backend::ObvhsCwbvh => {
+                Self::Obvhs(Box::new(obvhs::ObvhsAccel::build(world, options)))
+            }
         })
     }
 
@@ -151,7 +181,7 @@ impl Accel {
             let hit = match self {
                 #[cfg(feature = "embree")]
                 Self::Embree(accel) => accel.intersect(&ray, time)?,
-                Self::ObvhsBvh2(accel) => accel.intersect(&ray, time)?,
+                Self::Obvhs(accel) => accel.intersect(&ray, time)?,
             };
             match departure {
                 Some(d) if d.id == hit.id && hit.t < d.free_distance => {
@@ -168,7 +198,7 @@ impl Accel {
         match self {
             #[cfg(feature = "embree")]
             Self::Embree(accel) => accel.occluded(ray, time),
-            Self::ObvhsBvh2(accel) => accel.occluded(ray, time),
+            Self::Obvhs(accel) => accel.occluded(ray, time),
         }
     }
 
@@ -177,7 +207,37 @@ impl Accel {
         match self {
             #[cfg(feature = "embree")]
             Self::Embree(accel) => accel.memory(),
-            Self::ObvhsBvh2(accel) => accel.memory(),
+            Self::Obvhs(accel) => accel.memory(),
+        }
+    }
+    /// The closest hit of every active ray, as [`Self::intersect`] without a departure finds it.
+    pub fn intersect_batch(&self, rays: &RayBatch, _packets: Packets, hits: &mut HitBatch) {
+        hits.clear();
+        for index in 0..rays.len() {
+            let (ray, time) = rays.get(index);
+            let hit = rays
+                .is_active(index)
+                .then(|| self.intersect(&ray, time, None))
+                .flatten();
+            hits.push(hit);
+        }
+    }
+
+    /// Whether anything lies on each active ray; `false` for the others.
+    pub fn occluded_batch(&self, rays: &RayBatch, _packets: Packets, occluded: &mut Vec<bool>) {
+        occluded.clear();
+        occluded.extend((0..rays.len()).map(|index| {
+            let (ray, time) = rays.get(index);
+            rays.is_active(index) && self.occluded(&ray, time)
+        }));
+    }
+
+    /// Nodes of the structure; `None` where the library does not tell.
+    pub fn nodes(&self) -> Option<usize> {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(_) => None,
+            Self::Obvhs(accel) => Some(accel.nodes()),
         }
     }
 }

@@ -9,7 +9,7 @@
 
 use super::box_tree::{BoxTree, clip};
 use super::primitive::{self, DRay};
-use super::{Hit, PrimitiveId};
+use super::{AccelOptions, Hit, PrimitiveId};
 use crate::geometry::Geometry;
 use crate::geometry::world::World;
 use crate::math::bounds::Bounds;
@@ -40,7 +40,7 @@ struct Group {
 
 impl ObvhsAccel {
     /// Builds the trees on rayon's current threads.
-    pub fn build(world: Arc<World>) -> Self {
+    pub fn build(world: Arc<World>, _options: AccelOptions) -> Self {
         let shapes = primitives(world.geometries()).map(|(id, b)| (Item::Primitive(id), b));
         let numbers = 0..world.instances().len();
         let instances = numbers.map(|i| (Item::Instance(i as u32), world.instance_bounds(i)));
@@ -82,6 +82,12 @@ impl ObvhsAccel {
     pub fn memory(&self) -> usize {
         let groups = self.groups.iter().map(|group| group.tree.memory());
         self.tree.memory() + groups.sum::<usize>()
+    }
+
+    /// Nodes of the trees.
+    pub fn nodes(&self) -> usize {
+        let groups = self.groups.iter().map(|group| group.tree.nodes());
+        self.tree.nodes() + groups.sum::<usize>()
     }
 
     fn intersect_instance(&self, instance: u32, ray: &DRay, time: f32) -> Option<(f64, Hit)> {

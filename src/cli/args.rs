@@ -5,7 +5,7 @@
 //! Source: the conventions of `etendue help`. Tested in `tests/command.rs`.
 
 use super::durations::parse_duration;
-use crate::accel::{AccelOptions, Backend, Precision};
+use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::effects::Kernel;
 use crate::render::settings::{IntegratorKind, SamplerKind, available_threads};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -100,6 +100,7 @@ impl TracingArguments {
         AccelOptions {
             backend: self.backend,
             precision: self.precision,
+            quality: Quality::default(),
             threads: self.threads.map_or_else(available_threads, usize::from),
         }
     }

@@ -9,12 +9,13 @@ use super::output::{Watcher, format_percent, time_left};
 use super::{Outcome, print};
 use crate::effects::Effect;
 use crate::error::Result;
+use crate::math::stats::Spread;
 use crate::plan::{Finding, Plan};
 use crate::render::RenderObserver;
 use crate::scene::description::{Place, SceneDescription};
 use crate::scene::load;
 use crate::scene::prepare::prepare;
-use crate::study::effect_cost::{CostSettings, Costs, EffectCost, Spread, effect_costs};
+use crate::study::effect_cost::{CostSettings, Costs, EffectCost, effect_costs};
 use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
@@ -32,7 +33,7 @@ struct Report {
     effects: Vec<EffectReport>,
     /// Time of the kernel with everything over that of the chosen one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    everything: Option<SpreadReport>,
+    everything: Option<Spread>,
 }
 
 #[derive(Debug, Serialize)]
@@ -49,16 +50,9 @@ struct EffectReport {
 
 #[derive(Debug, Serialize)]
 struct CostReport {
-    time: SpreadReport,
+    time: Spread,
     energy: Option<f64>,
     energy_error: Option<f64>,
-}
-
-#[derive(Debug, Serialize)]
-struct SpreadReport {
-    median: f64,
-    min: f64,
-    max: f64,
 }
 
 pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
@@ -141,7 +135,7 @@ fn report(description: &SceneDescription, plan: &Plan, costs: Option<&Costs>) ->
             .iter()
             .map(|finding| effect_report(finding, cost_of(finding.effect)))
             .collect(),
-        everything: costs.map(|costs| costs.everything.into()),
+        everything: costs.map(|costs| costs.everything),
     }
 }
 
@@ -153,20 +147,10 @@ fn effect_report(finding: &Finding, cost: Option<&EffectCost>) -> EffectReport {
         place: finding.place.as_ref().and_then(place_text),
         leaves_out: finding.effect.leaves_out(),
         cost: cost.map(|cost| CostReport {
-            time: cost.time.into(),
+            time: cost.time,
             energy: cost.energy.is_finite().then_some(cost.energy),
             energy_error: cost.energy_error.is_finite().then_some(cost.energy_error),
         }),
-    }
-}
-
-impl From<Spread> for SpreadReport {
-    fn from(spread: Spread) -> Self {
-        Self {
-            median: spread.median,
-            min: spread.min,
-            max: spread.max,
-        }
     }
 }
 

@@ -6,12 +6,66 @@
 
 use crate::bsdf::types::Lobe;
 use crate::effects::Effects;
+use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
 use crate::scene::interaction::Interaction;
 
+/// What a ray is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum RayKind {
+    /// From the camera, to the closest hit.
+    Camera,
+    /// To a light, for visibility.
+    Shadow,
+    /// After the first scattering event, to the closest hit.
+    Bounce1,
+    /// After the second.
+    Bounce2,
+    /// After the third and later ones.
+    Bounce3,
+    /// After a delta lobe, whichever event it was.
+    Specular,
+}
+
+impl RayKind {
+    /// Every kind.
+    pub const ALL: &'static [Self] = &[
+        Self::Camera,
+        Self::Shadow,
+        Self::Bounce1,
+        Self::Bounce2,
+        Self::Bounce3,
+        Self::Specular,
+    ];
+
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Camera => "camera",
+            Self::Shadow => "shadow",
+            Self::Bounce1 => "bounce 1",
+            Self::Bounce2 => "bounce 2",
+            Self::Bounce3 => "bounce 3+",
+            Self::Specular => "specular",
+        }
+    }
+
+    /// What the ray is that leaves scattering event number `bounce`, counted from 0.
+    pub fn onward(bounce: u32, is_delta: bool) -> Self {
+        match bounce {
+            _ if is_delta => Self::Specular,
+            0 => Self::Bounce1,
+            1 => Self::Bounce2,
+            _ => Self::Bounce3,
+        }
+    }
+}
+
 /// What an integrator tells of a path. Every method does nothing unless it is implemented.
 pub trait PathObserver {
+    /// A ray is about to be traced. One that goes on behind a surface that is partly there is told once.
+    fn traced(&mut self, _kind: RayKind, _ray: &Ray, _time: f32) {}
     /// The path came to a surface with this throughput.
     fn arrived<E: Effects>(&mut self, _at: &Interaction<E>, _beta: Rgb) {}
     /// The path left the scene along this direction.

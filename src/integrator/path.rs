@@ -17,7 +17,7 @@
 //! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `tests/closed_forms.rs`,
 //! `tests/furnace.rs` and `tests/effects.rs`.
 
-use super::observer::PathObserver;
+use super::observer::{PathObserver, RayKind};
 use super::{RayCounts, Roulette};
 use crate::accel::Departure;
 use crate::bsdf::Bsdf;
@@ -104,6 +104,7 @@ impl PathIntegrator {
     ) -> Rgb {
         let mut path = PathState::<E>::new(ray, time);
         rays.camera += 1;
+        observer.traced(RayKind::Camera, &path.ray, time);
         for bounce in 0.. {
             let time = path.time.or(0.0);
             let u_alpha = if E::Alpha::ON {
@@ -137,6 +138,7 @@ impl PathIntegrator {
                 let u = sampler.draw(Decision::Light(bounce));
                 if let Some(light) = sample_light(scene, &at, time, &bsdf, u) {
                     rays.shadow += 1;
+                    observer.traced(RayKind::Shadow, &light.ray, time);
                     let visible = scene.visibility::<E>(&light.ray, time);
                     observer.light(path.beta * light.contribution, light.weight, visible);
                     if visible > 0.0 {
@@ -178,6 +180,8 @@ impl PathIntegrator {
             let (ray, departure) = scene.spawn(&at, time, wi, goes_through);
             (path.ray, path.departure) = (ray, Some(departure));
             rays.closest += 1;
+            let kind = RayKind::onward(bounce, path.scattered_from.is_none());
+            observer.traced(kind, &path.ray, time);
         }
         path.radiance
     }

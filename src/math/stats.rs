@@ -4,6 +4,34 @@
 //! Range: variance needs two numbers, before that it is `None`.
 //! Source: Welford 1962; merging by Chan, Golub and LeVeque 1983. Tested below.
 
+use serde::Serialize;
+
+/// Median, least and greatest of several numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Spread {
+    /// The middle one; of an even count the upper of the two.
+    pub median: f64,
+    /// The least.
+    pub min: f64,
+    /// The greatest.
+    pub max: f64,
+}
+
+impl Spread {
+    /// The spread of some numbers.
+    ///
+    /// # Panics
+    /// If there are none.
+    pub fn of(mut numbers: Vec<f64>) -> Self {
+        numbers.sort_by(f64::total_cmp);
+        Self {
+            median: numbers[numbers.len() / 2],
+            min: numbers[0],
+            max: numbers[numbers.len() - 1],
+        }
+    }
+}
+
 /// Count, mean and sum of squared deviations.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Moments {

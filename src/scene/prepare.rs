@@ -366,7 +366,7 @@ fn light_of(model: &LightModel, normalisation: &Normalisation) -> Option<Light> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::{Backend, Precision};
+    use crate::accel::{Backend, Precision, Quality};
     use crate::effects::Slot;
     use crate::effects::kernel::types::Everything;
     use crate::math::ray::Ray;
@@ -405,6 +405,7 @@ mod tests {
         AccelOptions {
             backend: Backend::ALL[0],
             precision: Precision::Robust,
+            quality: Quality::default(),
             threads: 1,
         }
     }

@@ -12,7 +12,7 @@ use crate::effects::{Effect, Kernel};
 use crate::error::Result;
 use crate::film::filter::Filter;
 use crate::math::rgb::Rgb;
-use crate::math::stats::Moments;
+use crate::math::stats::{Moments, Spread};
 use crate::plan::{Plan, without};
 use crate::render::settings::RenderSettings;
 use crate::render::{RenderObserver, render};
@@ -29,17 +29,6 @@ pub struct CostSettings {
     pub spp: u64,
     /// Pairs of renders for each number, at least 2.
     pub rounds: u64,
-}
-
-/// Median, least and greatest of several numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spread {
-    /// The middle one; of an even count the upper of the two.
-    pub median: f64,
-    /// The least.
-    pub min: f64,
-    /// The greatest.
-    pub max: f64,
 }
 
 /// What one effect costs.
@@ -62,18 +51,6 @@ pub struct Costs {
     pub effects: Vec<EffectCost>,
     /// Time of the kernel with everything over that of the chosen one.
     pub everything: Spread,
-}
-
-impl Spread {
-    /// Of at least one number.
-    fn of(mut numbers: Vec<f64>) -> Self {
-        numbers.sort_by(f64::total_cmp);
-        Self {
-            median: numbers[numbers.len() / 2],
-            min: numbers[0],
-            max: numbers[numbers.len() - 1],
-        }
-    }
 }
 
 /// Measures; `done` is told the share that is done. `None` if the observer cancelled it.

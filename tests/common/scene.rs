@@ -4,7 +4,7 @@
 //! Range: a film of 32 pixels that all look at one point, so that each is an independent replicate.
 //! Source: none needed.
 
-use etendue::accel::{AccelOptions, Backend, Precision};
+use etendue::accel::{AccelOptions, Backend, Precision, Quality};
 use etendue::film::filter::{Filter, FilterDescription, FilterKind};
 use etendue::geometry::texture::Texture;
 use etendue::image::Image;
@@ -93,6 +93,7 @@ pub fn ready(description: &SceneDescription, backend: Backend) -> Scene {
     let options = AccelOptions {
         backend,
         precision: Precision::Robust,
+        quality: Quality::default(),
         threads: 1,
     };
     prepare(description, options).expect("a valid scene").scene

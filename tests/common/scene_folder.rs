@@ -4,7 +4,7 @@
 //! Range: the folder vanishes with its value.
 //! Source: none needed.
 
-use etendue::accel::{AccelOptions, Backend, Precision};
+use etendue::accel::{AccelOptions, Backend, Precision, Quality};
 use etendue::film::filter::Filter;
 use etendue::image::Image;
 use etendue::render::settings::RenderSettings;
@@ -139,6 +139,7 @@ pub fn picture(description: &SceneDescription, settings: &RenderSettings) -> Ima
     let options = AccelOptions {
         backend: Backend::ALL[0],
         precision: Precision::Robust,
+        quality: Quality::default(),
         threads: settings.threads,
     };
     let prepared = prepare(description, options).expect("the scene is valid");

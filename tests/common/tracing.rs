@@ -5,7 +5,7 @@
 //! Source: none needed.
 
 use super::TestRng;
-use etendue::accel::{Accel, AccelOptions, Backend, Hit, Precision};
+use etendue::accel::{Accel, AccelOptions, Backend, Hit, Precision, Quality};
 use etendue::geometry::world::{Instance, World};
 use etendue::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
 use etendue::math::vec::{DAffine3, DVec3, Vec3};
@@ -24,6 +24,7 @@ pub fn every_accel(world: &Arc<World>) -> Vec<(String, Accel)> {
             let options = AccelOptions {
                 backend,
                 precision,
+                quality: Quality::default(),
                 threads: 2,
             };
             let accel = Accel::build(Arc::clone(world), options).expect("a small scene");

@@ -1,0 +1,76 @@
+//! What is compared: a backend, built and asked in one of several ways.
+//!
+//! Measure: none.
+//! Range: the backends of this build.
+//! Source: none needed. Tested in `tests/bench.rs`.
+
+use crate::accel::batch::Packets;
+use crate::accel::{AccelOptions, Backend, Precision, Quality};
+use serde::{Serialize, Serializer};
+
+/// A way of building a backend's structure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+pub struct Target {
+    /// The library.
+    #[serde(serialize_with = "backend_name")]
+    pub backend: Backend,
+    /// How carefully it intersects.
+    #[serde(serialize_with = "precision_name")]
+    pub precision: Precision,
+    /// How well it is built.
+    #[serde(serialize_with = "quality_name")]
+    pub quality: Quality,
+}
+
+impl Target {
+    /// The options that build it.
+    pub fn options(self, threads: usize) -> AccelOptions {
+        AccelOptions {
+            backend: self.backend,
+            precision: self.precision,
+            quality: self.quality,
+            threads,
+        }
+    }
+
+    /// Its name in tables, such as `embree fast high`.
+    pub fn name(self) -> String {
+        [
+            self.backend.name(),
+            self.precision.name(),
+            self.quality.name(),
+        ]
+        .join(" ")
+    }
+}
+
+/// A way of tracing rays through a target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+pub struct Variant {
+    /// What is asked.
+    #[serde(flatten)]
+    pub target: Target,
+    /// In packets of which width, coherent or not.
+    #[serde(flatten, serialize_with = "packets")]
+    pub packets: Packets,
+}
+
+fn backend_name<S: Serializer>(backend: &Backend, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(backend.name())
+}
+
+fn precision_name<S: Serializer>(precision: &Precision, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(precision.name())
+}
+
+fn quality_name<S: Serializer>(quality: &Quality, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(quality.name())
+}
+
+fn packets<S: Serializer>(packets: &Packets, serializer: S) -> Result<S::Ok, S::Error> {
+    use serde::ser::SerializeMap;
+    let mut map = serializer.serialize_map(Some(2))?;
+    map.serialize_entry("width", &packets.width.lanes())?;
+    map.serialize_entry("coherent", &packets.coherent)?;
+    map.end()
+}

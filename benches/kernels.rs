@@ -13,6 +13,10 @@ use etendue::film::filter::{Filter, FilterDescription, FilterKind};
 use etendue::geometry::packed::PackedImage;
 use etendue::geometry::texture::Texture;
 use etendue::image::Image;
+use etendue::light::Light;
+use etendue::light::rectangle::RectangleLight;
+use etendue::light::triangle::TriangleLight;
+use etendue::light::types::Emission;
 use etendue::math::ray::Ray;
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{Vec2, Vec3};
@@ -173,8 +177,56 @@ fn filters(c: &mut Criterion) {
     }
 }
 
-/// Light sampling and single rays, in the suzanne-room.
-fn room(c: &mut Criterion) {
+/// A rectangle and its half, from so far away that their points are chosen, from where directions are, and from where that
+/// takes double precision. The receivers are below the light, in all directions within 60 degrees of its normal.
+fn flat_lights(c: &mut Criterion) {
+    let u = numbers(1024);
+    let (corner, edges) = (Vec3::new(-0.6, -0.8, 0.0), [1.2 * Vec3::X, 1.6 * Vec3::Y]);
+    let vertices = [corner, corner + edges[0], corner + edges[1]];
+    let emission = Emission {
+        radiance: Rgb::WHITE,
+        two_sided: true,
+    };
+    let lights = [
+        (
+            "rectangle",
+            Light::Rectangle(RectangleLight::new(corner, edges, emission)),
+        ),
+        (
+            "triangle",
+            Light::Triangle(TriangleLight::new(vertices, emission)),
+        ),
+    ];
+    for (name, light) in lights {
+        for (place, distance) in [("far", 20.0), ("middle", 3.0), ("near", 0.3)] {
+            let seen: Vec<(Vec3, Vec2)> = u
+                .iter()
+                .map(|u| {
+                    let cone = warp::sample_cone_uniform(Vec2::new(u[0], u[1]), 0.5);
+                    (distance * cone, Vec2::new(u[2], u[3]))
+                })
+                .collect();
+            let mut group = c.benchmark_group(format!("light/{name}/{place}"));
+            let mut i = 0;
+            group.bench_function("sample", |b| {
+                b.iter(|| {
+                    i = (i + 1) % seen.len();
+                    let (p, u) = black_box(seen[i]);
+                    light.sample::<Everything>(p, 0.0, u)
+                });
+            });
+            group.bench_function("pdf", |b| {
+                b.iter(|| {
+                    i = (i + 1) % seen.len();
+                    let (p, u) = black_box(seen[i]);
+                    let to = Vec3::new(0.5 * u.x - 0.5, 0.5 * u.y - 0.5, 0.0);
+                    light.pdf::<Everything>(p, 0.0, to - p, Vec3::Z)
+                });
+            });
+        }
+    }
+}
+
 /// The suzanne-room as written.
 fn suzanne_room() -> SceneDescription {
     let file = format!(
@@ -297,6 +349,14 @@ fn batches(c: &mut Criterion) {
 }
 
 criterion_group!(
-    benches, samplers, warps, scattering, textures, filters, room, batches
+    benches,
+    samplers,
+    warps,
+    scattering,
+    textures,
+    filters,
+    flat_lights,
+    room,
+    batches
 );
 criterion_main!(benches);

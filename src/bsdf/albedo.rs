@@ -12,7 +12,7 @@
 
 use super::fresnel::schlick_weight;
 use super::microfacet::{Ggx, SMOOTH_ALPHA};
-use crate::math::turn::sin_cos_turns;
+use crate::math::trig::sin_cos_turns;
 use crate::math::vec::{Vec2, Vec3, reflect};
 use std::f32::consts::FRAC_1_PI;
 use std::sync::LazyLock;

@@ -6,7 +6,7 @@
 //! Source: Walter et al. 2007; Heitz 2014 (JCGT 3-2), "Understanding the Masking-Shadowing Function"; Dupuy and Benyoub
 //! 2023, "Sampling Visible GGX Normals with Spherical Caps". Tested in `tests/bsdf.rs` and `tests/furnace.rs`.
 
-use crate::math::turn::sin_cos_turns;
+use crate::math::trig::sin_cos_turns;
 use crate::math::vec::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
 

@@ -11,7 +11,7 @@
 
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
 use crate::math::frame::Frame;
-use crate::math::turn::sin_cos_turns;
+use crate::math::trig::sin_cos_turns;
 use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec2, vec::Vec3};
 use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
 use std::f32::consts::{FRAC_1_PI, PI};

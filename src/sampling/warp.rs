@@ -4,7 +4,7 @@
 //! Range: u in [0, 1 - 2^-24] in each dimension; every result is finite and inside its domain.
 //! Source: named at each function. Round trips and chi-square in `tests/sampling.rs`.
 
-use crate::math::turn::{sin_cos_eighths, sin_cos_turns};
+use crate::math::trig::{sin_cos_eighth, sin_cos_turns};
 use crate::math::vec::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -20,7 +20,7 @@ pub fn sample_disk_concentric(u: Vec2) -> Vec2 {
     if radius == 0.0 {
         return Vec2::ZERO;
     }
-    let (sin, cos) = sin_cos_eighths(across / radius);
+    let (sin, cos) = sin_cos_eighth(FRAC_PI_4 * (across / radius));
     radius
         * if along_x {
             Vec2::new(cos, sin)

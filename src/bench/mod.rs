@@ -5,7 +5,7 @@ pub mod closed;
 mod cornell_box;
 pub mod leaks;
 pub mod meeting;
-mod random;
+pub mod random;
 pub mod rays;
 pub mod report;
 pub mod scenes;

@@ -1,12 +1,17 @@
-//! Nanoseconds of the parts that a path is made of: random numbers, warps, scattering, light sampling, single rays.
+//! Nanoseconds of the parts that a path is made of: random numbers, warps, scattering, textures,
+//! filters, light sampling, single rays.
 //!
 //! Run: `cargo bench --bench kernels`.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use etendue::accel::{Accel, AccelOptions, Backend, Precision, Quality};
 use etendue::bsdf::principled::PrincipledParameters;
-use etendue::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Principled, conductor};
+use etendue::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Phong, Principled, conductor};
 use etendue::effects::kernel::types::Everything;
+use etendue::film::filter::{Filter, FilterDescription, FilterKind};
+use etendue::geometry::packed::PackedImage;
+use etendue::geometry::texture::Texture;
+use etendue::image::Image;
 use etendue::math::ray::Ray;
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{Vec2, Vec3};
@@ -16,6 +21,7 @@ use etendue::scene::load::load;
 use etendue::scene::prepare::prepare;
 use std::hint::black_box;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Uniform numbers to draw inputs from, the same in every run.
 fn numbers(count: usize) -> Vec<[f32; 4]> {
@@ -91,6 +97,10 @@ fn scattering(c: &mut Criterion) {
             Bsdf::Dielectric(Dielectric::new(1.5, 0.3, Rgb::WHITE)),
         ),
         ("principled", Bsdf::Principled(Principled::new(&plastic))),
+        (
+            "phong",
+            Bsdf::Phong(Phong::new(Rgb::grey(0.5), Rgb::grey(0.3), 50.0)),
+        ),
     ];
     let mut group = c.benchmark_group("bsdf");
     for (name, bsdf) in models {
@@ -116,6 +126,46 @@ fn scattering(c: &mut Criterion) {
             b.iter(|| {
                 i = (i + 1) % u.len();
                 bsdf.eval::<Everything>(black_box(directions[i].0), directions[i].1)
+            });
+        });
+    }
+}
+
+/// Lookups all over a picture of a size that no near cache holds, packed and not.
+fn textures(c: &mut Criterion) {
+    let (width, height) = (2048, 2048);
+    let pixels = (0..width * height)
+        .map(|i| Rgb::grey((i * 37 % 251) as f32 / 255.0))
+        .collect();
+    let image = Arc::new(Image::new(width, height, pixels));
+    let packed = PackedImage::new(&image);
+    let texture = Texture::Image { image, scale: 1.0 };
+    let u = numbers(1 << 16);
+    let mut group = c.benchmark_group("texture");
+    let mut bench = |name: &str, lookup: &dyn Fn(Vec2) -> Rgb| {
+        let mut i = 0;
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                i = (i + 1) % u.len();
+                lookup(black_box(Vec2::new(u[i][0], u[i][1])))
+            });
+        });
+    };
+    bench("as read", &|uv| texture.lookup(uv));
+    bench("packed", &|uv| packed.lookup(uv));
+}
+
+fn filters(c: &mut Criterion) {
+    let u = numbers(1024);
+    let mut group = c.benchmark_group("filter");
+    for &(name, kind) in FilterKind::ALL {
+        let radius = kind.default_radius();
+        let filter = Filter::new(&FilterDescription { kind, radius });
+        let mut i = 0;
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                i = (i + 1) % u.len();
+                filter.sample(black_box(Vec2::new(u[i][0], u[i][1])))
             });
         });
     }
@@ -179,5 +229,7 @@ fn room(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, samplers, warps, scattering, room);
+criterion_group!(
+    benches, samplers, warps, scattering, textures, filters, room
+);
 criterion_main!(benches);

@@ -74,10 +74,10 @@ impl Camera {
         let half_width = half_height * width / height;
         let pose = |&(eye, [right, up, back]): &(Vec3, [DVec3; 3])| Pose {
             eye,
-            corner: (-half_width * right + half_height * up - back).as_vec3(),
-            per_x: (2.0 * half_width / width * right).as_vec3(),
-            per_y: (-2.0 * half_height / height * up).as_vec3(),
-            lens: [right, up].map(|axis| p.lens_radius * axis.as_vec3()),
+            corner: (-half_width * right + half_height * up - back).as_vec3a(),
+            per_x: (2.0 * half_width / width * right).as_vec3a(),
+            per_y: (-2.0 * half_height / height * up).as_vec3a(),
+            lens: [right, up].map(|axis| p.lens_radius * axis.as_vec3a()),
         };
         let motion: Vec<Pose> = p.poses.iter().map(pose).collect();
         Self {

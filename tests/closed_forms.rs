@@ -248,7 +248,7 @@ fn form_factor(
     point: impl Fn(f64, f64) -> DVec3,
 ) -> Moments {
     let scene = ready(scene, Backend::ALL[0]);
-    let normal = normal.as_vec3();
+    let normal = normal.as_vec3a();
     Moments::of((0..16).map(|seed| {
         let mut sampler = Sobol::new(seed);
         let n = 1 << 18;

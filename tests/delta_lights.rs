@@ -43,7 +43,7 @@ fn a_spot_falls_off_smoothly_over_its_penumbra() {
         let light = SpotLight::new(Vec3::ZERO, Vec3::Z, Rgb::grey(3.0), cone, penumbra);
         // With distance 1 the irradiance is the intensity.
         let at = |angle: f64| {
-            let p = DVec3::new(angle.sin(), 0.0, angle.cos()).as_vec3();
+            let p = DVec3::new(angle.sin(), 0.0, angle.cos()).as_vec3a();
             light
                 .sample(p)
                 .map_or(0.0, |s| f64::from(s.radiance.to_array()[0]))

@@ -66,7 +66,7 @@ fn direction(u: f64, v: f64) -> DVec3 {
 }
 
 fn seen(map: &EnvironmentMap, w: DVec3) -> f32 {
-    map.eval(w.as_vec3()).0.to_array()[0]
+    map.eval(w.as_vec3a()).0.to_array()[0]
 }
 
 fn turn() -> DMat3 {
@@ -165,7 +165,7 @@ fn the_density_integrates_to_one_and_is_there_wherever_light_is() {
             for column in 0..width {
                 let u = (f64::from(column) + 1.0) / f64::from(width);
                 let w = turn() * direction(u, 0.5 * (a + b) / PI);
-                let (radiance, pdf) = map.eval(w.as_vec3());
+                let (radiance, pdf) = map.eval(w.as_vec3a());
                 assert!(pdf.0 > 0.0 || radiance.is_black(), "({column}, {row})");
                 integral += f64::from(pdf.0) * (a.cos() - b.cos()) * TAU / f64::from(width);
             }

@@ -46,7 +46,7 @@ fn at(steps: &[DAffine3], time: f32) -> DAffine3 {
 /// The ray between two points of the group, and the distance.
 fn between(m: &DAffine3, from: DVec3, target: DVec3) -> (Ray, f32) {
     let (origin, end) = (m.transform_point3(from), m.transform_point3(target));
-    let ray = Ray::new(origin.as_vec3(), (end - origin).normalize().as_vec3());
+    let ray = Ray::new(origin.as_vec3a(), (end - origin).normalize().as_vec3a());
     (ray, (end - origin).length() as f32)
 }
 
@@ -207,7 +207,7 @@ fn rays_that_leave_flat_shapes_of_instances_do_not_meet_them_again() {
                     // For a disk, the point nearest to one beside its plane.
                     let beside = away + 0.5 * size * direction(&mut rng);
                     let beside = at(&steps, time).transform_point3(beside.as_dvec3());
-                    let near = Ray::new(beside.as_vec3(), Vec3::X);
+                    let near = Ray::new(beside.as_vec3a(), Vec3::X);
                     let surface =
                         world.surface_at::<Everything>(ID, &near, time, 0.0, u.to_array());
                     let (w, outside) = leaving(&mut rng, surface.ng);

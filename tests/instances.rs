@@ -48,7 +48,7 @@ fn standard_error(seen: &Moments) -> f64 {
 
 /// Where a ray of the world meets a scene, with the geometric and the shading normal there.
 fn meets(scene: &Scene, origin: DVec3, dir: DVec3, time: f32) -> Option<[DVec3; 3]> {
-    let ray = Ray::new(scene.normalisation.point(origin), dir.as_vec3());
+    let ray = Ray::new(scene.normalisation.point(origin), dir.as_vec3a());
     let at = scene.intersect::<Everything>(&ray, time, None, 0.0)?;
     let p = scene.normalisation.world_point(at.p);
     Some([p, at.ng.as_dvec3(), at.frame.n.as_dvec3()])

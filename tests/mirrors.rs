@@ -98,7 +98,7 @@ fn a_corner_cube_sends_light_back() {
                 let from = DVec3::from_array([0; 3].map(|_| 0.1 + 0.5 * f64::from(rng.uniform())));
                 let to = DVec3::from_array([0; 3].map(|_| 0.1 + 0.8 * f64::from(rng.uniform())));
                 let point = |p: DVec3| scene.normalisation.point(place.transform_point3(p));
-                let dir = place.transform_vector3(-to.normalize()).as_vec3();
+                let dir = place.transform_vector3(-to.normalize()).as_vec3a();
                 let (out, bounces) = follow(&scene, Ray::new(point(from), dir));
                 if bounces == 3 {
                     thrice += 1;

@@ -28,7 +28,7 @@ fn ray_at(rng: &mut TestRng, instance: &Instance, time: f32) -> (Ray, f64) {
     let condition = norm(m.matrix3) * norm(m.matrix3.inverse());
     let lengths = origin.length() + m.translation.length() + norm(m.matrix3);
     (
-        Ray::new(origin.as_vec3(), dir.as_vec3()),
+        Ray::new(origin.as_vec3a(), dir.as_vec3a()),
         ROUNDINGS * condition * lengths,
     )
 }
@@ -231,7 +231,7 @@ fn robust_tracing_lets_nothing_out_of_an_instance_of_a_closed_mesh() {
                     for (escaped, target) in escaped.iter_mut().zip(targets) {
                         let [from, to] =
                             [from, target].map(|p| to_world.transform_point3(p.as_dvec3()));
-                        let ray = Ray::new(from.as_vec3(), (to - from).normalize().as_vec3());
+                        let ray = Ray::new(from.as_vec3a(), (to - from).normalize().as_vec3a());
                         let closest = accel.intersect(&ray, time, None);
                         *escaped += usize::from(closest.is_none() || !accel.occluded(&ray, time));
                     }

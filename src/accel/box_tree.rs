@@ -49,7 +49,7 @@ impl<T: Copy> BoxTree<T> {
             .map(|(item, bounds)| {
                 let padding = DVec3::splat(padding(&bounds) + f64::from(f32::MIN_POSITIVE));
                 let (min, max) = (bounds.min - padding, bounds.max + padding);
-                let widened = Aabb::new(min.as_vec3().into(), max.as_vec3().into());
+                let widened = Aabb::new(min.as_vec3a().into(), max.as_vec3a().into());
                 (item, widened)
             })
             .unzip();
@@ -141,8 +141,8 @@ fn single(ray: &DRay, start: f64) -> (obvhs::ray::Ray, f64) {
     let unit = if unit > 0.0 { unit } else { 1.0 };
     let origin = ray.origin + start * ray.dir;
     let query = obvhs::ray::Ray::new(
-        origin.as_vec3().into(),
-        (ray.dir / unit).as_vec3().into(),
+        origin.as_vec3a().into(),
+        (ray.dir / unit).as_vec3a().into(),
         (((ray.t_min - start) * unit) as f32).next_down(),
         (((ray.t_max - start) * unit) as f32).next_up(),
     );

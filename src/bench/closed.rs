@@ -78,7 +78,7 @@ impl ClosedMesh {
 
     /// A form of about this size, moved by the offset along each axis.
     pub fn new(form: Form, n: u32, size: f64, offset: f64) -> Self {
-        let placed = |p: Vec3, grown: f64| (offset + size * grown * p.as_dvec3()).as_vec3();
+        let placed = |p: Vec3, grown: f64| (offset + size * grown * p.as_dvec3()).as_vec3a();
         let (mut positions, mut indices) = match form {
             Form::BumpySphere => cube_surface(n, |p| {
                 let p = p.normalize();
@@ -121,7 +121,7 @@ impl ClosedMesh {
 
     /// A segment from within that ends outside, or within the wall.
     pub fn segment(&self, aim: Aim, random: &mut Random) -> Ray {
-        let from = (self.offset + self.size * START * random.in_cube()).as_vec3();
+        let from = (self.offset + self.size * START * random.in_cube()).as_vec3a();
         let dir = match aim {
             Aim::Anywhere => self.size as f32 * random.direction(),
             Aim::Edge | Aim::Vertex => self.seam(aim, random) - from,

@@ -90,10 +90,10 @@ impl Query {
             return in_world;
         };
         let to_world = instance.at(time);
-        let centre = bounds.centre().as_vec3();
+        let centre = bounds.centre().as_vec3a();
         let apart = origin - to_world.transform_point3(centre.as_dvec3());
         let reach = apart.abs() + to_world.matrix3.abs() * extent;
-        let (p, error) = placed.point(centre, point.as_vec3(), reach);
+        let (p, error) = placed.point(centre, point.as_vec3a(), reach);
         let room = 4.0 * (error + gamma(4) * (origin.abs() + p.abs() + reach));
         let to_local = to_world.inverse();
         Self {

@@ -32,7 +32,7 @@ pub fn random_rays(world: &World, count: usize, seed: u64) -> RayBatch {
     for index in 0..count {
         let from = point_in(&bounds, &mut random);
         let to = point_in(&bounds, &mut random);
-        let (from, to) = (from.as_vec3(), to.as_vec3());
+        let (from, to) = (from.as_vec3a(), to.as_vec3a());
         let axis = random.below(3);
         let ray = match index % 4 {
             0 => outwards(from, to - from),
@@ -67,7 +67,7 @@ pub fn aimed_rays(world: &World, count: usize, seed: u64) -> RayBatch {
         })
         .collect();
     for index in 0..count {
-        let from = point_in(&bounds, &mut random).as_vec3();
+        let from = point_in(&bounds, &mut random).as_vec3a();
         let time = random.uniform();
         let mut target = point_in(&bounds, &mut random);
         if !meshes.is_empty() {
@@ -77,7 +77,7 @@ pub fn aimed_rays(world: &World, count: usize, seed: u64) -> RayBatch {
                 .placed(shape, time)
                 .map_or(local, |placed| placed.to_world(local));
         }
-        let ray = outwards(from, target.as_vec3() - from);
+        let ray = outwards(from, target.as_vec3a() - from);
         rays.push(&ray, time);
     }
     rays

@@ -11,8 +11,7 @@ use crate::math::vec::{Vec2, Vec3};
 /// A triangle mesh.
 #[derive(Debug, Clone)]
 pub struct Mesh {
-    /// One more than there are vertices: vector loads read 16 bytes at the last one.
-    padded_positions: Vec<Vec3>,
+    positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     uvs: Vec<Vec2>,
     indices: Vec<[u32; 3]>,
@@ -24,7 +23,7 @@ impl Mesh {
     /// # Panics
     /// If an index or the length of a list does not fit the positions.
     pub fn new(
-        mut positions: Vec<Vec3>,
+        positions: Vec<Vec3>,
         normals: Vec<Vec3>,
         uvs: Vec<Vec2>,
         indices: Vec<[u32; 3]>,
@@ -33,9 +32,8 @@ impl Mesh {
         assert!(normals.is_empty() || normals.len() == count);
         assert!(uvs.is_empty() || uvs.len() == count);
         assert!(indices.iter().flatten().all(|&i| (i as usize) < count));
-        positions.push(Vec3::ZERO);
         Self {
-            padded_positions: positions,
+            positions,
             normals,
             uvs,
             indices,
@@ -44,16 +42,7 @@ impl Mesh {
 
     /// The vertices.
     pub fn positions(&self) -> &[Vec3] {
-        let (_, vertices) = self
-            .padded_positions
-            .split_last()
-            .expect("new() added the padding");
-        vertices
-    }
-
-    /// The vertices and one more, which pads the last one to 16 bytes.
-    pub fn padded_positions(&self) -> &[Vec3] {
-        &self.padded_positions
+        &self.positions
     }
 
     /// Three vertices a triangle.
@@ -64,14 +53,14 @@ impl Mesh {
     /// The vertices of one triangle.
     #[inline]
     pub fn triangle(&self, primitive: u32) -> [Vec3; 3] {
-        self.indices[primitive as usize].map(|i| self.padded_positions[i as usize])
+        self.indices[primitive as usize].map(|i| self.positions[i as usize])
     }
 
     /// The point of a triangle with barycentric coordinates (u, v) of its second and third vertex.
     #[inline]
     pub fn surface_at(&self, primitive: u32, [u, v]: [f32; 2]) -> SurfacePoint {
         let indices = self.indices[primitive as usize].map(|i| i as usize);
-        let [a, b, c] = indices.map(|i| self.padded_positions[i]);
+        let [a, b, c] = indices.map(|i| self.positions[i]);
         let w = 1.0 - u - v;
         let point = triangle_point([a, b, c], [u, v]);
         let ng = point.ng;

@@ -50,13 +50,13 @@ impl<'a> Placed<'a> {
                 sphere.surface_near(
                     near,
                     to_local.transform_point3(origin),
-                    dir.as_vec3(),
+                    dir.as_vec3a(),
                     ray.t_min > 0.0,
                 )
             }
             Geometry::Disk(disk) => {
                 let at = ray.origin.as_dvec3() + f64::from(t) * ray.dir.as_dvec3();
-                disk.surface_near(self.to_world.inverse().transform_point3(at).as_vec3())
+                disk.surface_near(self.to_world.inverse().transform_point3(at).as_vec3a())
             }
         };
         // Where such a ray may meet the primitive by mistake: nowhere farther than its own size.
@@ -74,8 +74,8 @@ impl<'a> Placed<'a> {
             if ns.dot(ng) < 0.0 { -ns } else { ns }
         };
         SurfacePoint {
-            p: p.as_vec3(),
-            error: error.as_vec3(),
+            p: p.as_vec3a(),
+            error: error.as_vec3a(),
             ng,
             ns,
         }
@@ -88,8 +88,8 @@ impl<'a> Placed<'a> {
         // At least that of a triangle's point, a sphere's or a disk's.
         let local = f64::from(gamma(8)) * (size + 2.0 * extent);
         let reach = self.to_world.matrix3.abs() * extent;
-        let (_, error) = self.point(self.local(p), local.as_vec3(), reach);
-        error.as_vec3()
+        let (_, error) = self.point(self.local(p), local.as_vec3a(), reach);
+        error.as_vec3a()
     }
 
     /// The texture coordinate of the point `p` of `primitive`, barycentric coordinates `barycentric`.
@@ -104,7 +104,7 @@ impl<'a> Placed<'a> {
     /// The directions in which u and v grow at the point `p` of `primitive`, of any length; zero where there are none.
     pub fn tangents_at(&self, primitive: u32, p: Vec3) -> [Vec3; 2] {
         let local = self.geometry.tangents_at(primitive, self.local(p));
-        local.map(|tangent| (self.to_world.matrix3 * tangent.as_dvec3()).as_vec3())
+        local.map(|tangent| (self.to_world.matrix3 * tangent.as_dvec3()).as_vec3a())
     }
 
     /// Up to which parameter a ray that leaves the primitive at `from` along the unit vector `w`, to its outside or not,
@@ -194,12 +194,12 @@ impl<'a> Placed<'a> {
             x_axis.cross(y_axis),
         );
         let side = self.to_world.matrix3.determinant().signum();
-        (side * (cofactors * n)).normalize_or(DVec3::Z).as_vec3()
+        (side * (cofactors * n)).normalize_or(DVec3::Z).as_vec3a()
     }
 
     fn local(&self, p: Vec3) -> Vec3 {
         let to_local = self.to_world.inverse();
-        to_local.transform_point3(p.as_dvec3()).as_vec3()
+        to_local.transform_point3(p.as_dvec3()).as_vec3a()
     }
 }
 

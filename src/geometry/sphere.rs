@@ -57,7 +57,7 @@ impl Sphere {
     pub fn surface_near(&self, near: DVec3, origin: DVec3, d: Vec3, passed: bool) -> SurfacePoint {
         // In double precision: a sphere far from the origin has a centre that is exact and a point that is not.
         let from_center = |p: DVec3| p - self.center.as_dvec3();
-        let n = from_center(near).normalize_or(DVec3::Z).as_vec3();
+        let n = from_center(near).normalize_or(DVec3::Z).as_vec3a();
         let enters = if passed {
             // It has passed through surfaces, perhaps through this one: the half of the chord tells.
             from_center(near).dot(d.as_dvec3()) < 0.0

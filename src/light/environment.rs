@@ -88,7 +88,7 @@ impl EnvironmentMap {
             1.0 - 2.0 * half_sin2,
             -sin * azimuth.cos(),
         );
-        let wi = (self.to_world * local).as_vec3();
+        let wi = (self.to_world * local).as_vec3a();
         // Of the rounded direction, so that whoever meets it by chance gets the same numbers.
         let (radiance, pdf) = self.eval(wi);
         (pdf.0 > 0.0).then_some(LightSample {

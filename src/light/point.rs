@@ -39,7 +39,7 @@ impl PointLight {
         let distance2 = towards.length_squared();
         let irradiance = self.intensity * (1.0 / distance2) as f32;
         irradiance.is_finite().then(|| LightSample {
-            wi: (towards / distance2.sqrt()).as_vec3(),
+            wi: (towards / distance2.sqrt()).as_vec3a(),
             radiance: irradiance,
             pdf: None,
             end: LightEnd::Point(self.position),

@@ -61,7 +61,7 @@ impl RectangleLight {
         Self {
             corner,
             edges,
-            normal: normal.as_vec3(),
+            normal: normal.as_vec3a(),
             emission,
             error: never_zero(rounding, lengths[0].max(lengths[1]) as f32),
             over_edges2: Vec2::from(lengths2.map(|length2| (1.0 / length2) as f32)),
@@ -151,7 +151,7 @@ impl RectangleLight {
         };
         // In double precision: on a huge rectangle, single-precision fractions would jump past a near receiver.
         let [along_u, along_v] = [0, 1].map(|i| s[i] * self.edges[i].as_dvec3());
-        let position = (self.corner.as_dvec3() + along_u + along_v).as_vec3();
+        let position = (self.corner.as_dvec3() + along_u + along_v).as_vec3a();
         self.found(p, position, |distance2, cos| {
             self.of_angle(&seen, distance2, cos)
         })

@@ -96,7 +96,7 @@ impl SphereLight {
         let sin2 = radius * radius / to_center.length_squared();
         if sin2 < 1.0 {
             View::Cone {
-                axis: to_center.normalize().as_vec3(),
+                axis: to_center.normalize().as_vec3a(),
                 sin2: sin2 as f32,
                 one_minus_cos: (sin2 / (1.0 + (1.0 - sin2).sqrt())) as f32,
             }

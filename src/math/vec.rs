@@ -1,10 +1,12 @@
 //! The vector types of the house: glam's, single precision to trace and shade, double precision to load.
 //!
+//! `Vec3` is the one of four lanes, of which the last says nothing: it lies in one register.
+//!
 //! Measure: positions in normalised scene units, directions of unit length unless said otherwise.
 //! Range: as of `f32` and `f64`.
 //! Source: glam. Tested there and below.
 
-pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Mat3, Vec2, Vec3, Vec4};
+pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Mat3, Vec2, Vec3A as Vec3, Vec4};
 
 /// The largest `f32` below one: the greatest value that a uniform random number takes.
 pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;

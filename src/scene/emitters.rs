@@ -138,7 +138,7 @@ impl Emitters {
         for primitive in 0..mesh.indices().len() as u32 {
             let places = steps.iter().map(|step| {
                 let corners = mesh.triangle(primitive);
-                let [a, b, c] = corners.map(|p| step.transform_point3(p.as_dvec3()).as_vec3());
+                let [a, b, c] = corners.map(|p| step.transform_point3(p.as_dvec3()).as_vec3a());
                 if mirrored { [a, c, b] } else { [a, b, c] }
             });
             let light = match places.collect::<Vec<_>>().as_slice() {
@@ -168,7 +168,7 @@ fn whole_light(
         Standing::Still(transform) => (*transform, even_scale(transform, ROUNDED)?),
         Standing::Moving(_) => return None,
     };
-    let point = |p: Vec3| transform.transform_point3(p.as_dvec3()).as_vec3();
+    let point = |p: Vec3| transform.transform_point3(p.as_dvec3()).as_vec3a();
     let length = |x: f32| (f64::from(x) * scale) as f32;
     match geometry {
         Geometry::Mesh(_) => match (rectangle, standing) {
@@ -184,7 +184,7 @@ fn whole_light(
         }
         Geometry::Disk(disk) => {
             let normal = transform.transform_vector3(disk.normal.as_dvec3());
-            let normal = normal.normalize_or(DVec3::Z).as_vec3();
+            let normal = normal.normalize_or(DVec3::Z).as_vec3a();
             let disk = Disk::new(point(disk.center), normal, length(disk.radius));
             Some(Light::Disk(DiskLight::new(disk, emission)))
         }

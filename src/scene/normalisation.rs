@@ -46,7 +46,7 @@ impl Normalisation {
 
     /// A point, rounded to single precision last.
     pub fn point(&self, p: DVec3) -> Vec3 {
-        ((p - self.centre) * self.scale).as_vec3()
+        ((p - self.centre) * self.scale).as_vec3a()
     }
 
     /// A length.

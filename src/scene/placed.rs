@@ -61,7 +61,7 @@ impl PlacedMesh {
         let positions: Vec<Vec3> = description.positions.iter().map(to_normalised).collect();
         let normals = if has_shading_normals(description) {
             let matrix = normal_matrix(&self.transform);
-            let turned = |n: &DVec3| (matrix * *n).normalize_or_zero().as_vec3();
+            let turned = |n: &DVec3| (matrix * *n).normalize_or_zero().as_vec3a();
             description.normals.iter().map(turned).collect()
         } else {
             vec![]
@@ -180,9 +180,9 @@ impl Placed {
                 axes,
             } => Geometry::Disk(Disk {
                 center: normalisation.point(*center),
-                normal: normal.normalize().as_vec3(),
+                normal: normal.normalize().as_vec3a(),
                 radius: normalisation.length(*radius),
-                axes: axes.map(|axis| axis.normalize().as_vec3()),
+                axes: axes.map(|axis| axis.normalize().as_vec3a()),
             }),
         };
         if let Self::Rectangle(_, [corner, u, v]) = self {
@@ -254,7 +254,7 @@ fn scale_of(transform: &DAffine3, shape: &ShapeDescription) -> Result<f64> {
 
 /// The axes of a disk that nothing turns.
 fn disk_axes(normal: DVec3) -> [DVec3; 2] {
-    let frame = Frame::from_normal(normal.as_vec3());
+    let frame = Frame::from_normal(normal.as_vec3a());
     [frame.s.as_dvec3(), frame.t.as_dvec3()]
 }
 

@@ -347,7 +347,7 @@ fn light_of(model: &LightModel, normalisation: &Normalisation) -> Option<Light> 
             cone,
             penumbra,
         } => {
-            let axis = (*target - *position).normalize().as_vec3();
+            let axis = (*target - *position).normalize().as_vec3a();
             let position = normalisation.point(*position);
             Light::Spot(SpotLight::new(
                 position,
@@ -361,7 +361,7 @@ fn light_of(model: &LightModel, normalisation: &Normalisation) -> Option<Light> 
             direction,
             irradiance,
         } => {
-            let direction = direction.normalize().as_vec3();
+            let direction = direction.normalize().as_vec3a();
             let light = DistantLight::new(direction, *irradiance);
             Light::Distant((!irradiance.is_black()).then_some(light)?)
         }
@@ -514,7 +514,7 @@ mod tests {
                 let from = DVec3::new(0.3, 0.2, 5.0);
                 let dir = (center + DVec3::new(0.2, 0.1, 0.0) - from).normalize();
                 let origin = scene.normalisation.point(transform.transform_point3(from));
-                let dir = transform.transform_vector3(dir).normalize().as_vec3();
+                let dir = transform.transform_vector3(dir).normalize().as_vec3a();
                 let ray = Ray::new(origin, dir);
                 let at = scene
                     .intersect::<Everything>(&ray, 0.0, None, 0.0)
@@ -528,7 +528,7 @@ mod tests {
             assert!((uv - uv_turned).length() < 1e-5, "{uv} {uv_turned}");
             for (tangent, turned) in tangents.into_iter().zip(tangents_turned) {
                 let expected = transform.transform_vector3(tangent.as_dvec3()).normalize();
-                assert!((expected.as_vec3() - turned).length() < 1e-5, "{turned}");
+                assert!((expected.as_vec3a() - turned).length() < 1e-5, "{turned}");
             }
         }
     }

@@ -178,8 +178,8 @@ impl Scene {
     /// # Safety
     /// The mesh must stay where it is, unchanged, until the scene is dropped.
     pub unsafe fn attach_mesh(&mut self, id: u32, mesh: &Mesh) {
-        // SAFETY: lengths and strides are those of the slices; the caller keeps them alive; the padded positions hold
-        // the bytes that Embree's 16-byte loads read past the last vertex.
+        // SAFETY: lengths and strides are those of the slices, and the caller keeps them alive; Embree loads a vertex as 16
+        // bytes, which each of them has.
         unsafe {
             let geometry = rtcNewGeometry(self.device.handle, RTC_GEOMETRY_TYPE_TRIANGLE);
             rtcSetSharedGeometryBuffer(
@@ -187,7 +187,7 @@ impl Scene {
                 RTC_BUFFER_TYPE_VERTEX,
                 0,
                 RTC_FORMAT_FLOAT3,
-                mesh.padded_positions().as_ptr().cast(),
+                mesh.positions().as_ptr().cast(),
                 0,
                 size_of::<Vec3>(),
                 mesh.positions().len(),

@@ -13,7 +13,7 @@ use etendue::bench::parts::{Part, parts};
 use etendue::bench::record::record;
 use etendue::bench::report::BenchReport;
 use etendue::bench::run;
-use etendue::bench::settings::{BenchObserver, BenchScene, BenchSettings, Unattended};
+use etendue::bench::settings::{BenchObserver, BenchSettings, GivenScene, Unattended};
 use etendue::bench::subject::Subject;
 use etendue::bench::target::Target;
 use etendue::effects::Effects;
@@ -226,8 +226,8 @@ fn the_parts_of_a_sample_sum_up_to_it() {
 }
 
 /// A bench that takes seconds.
-fn short() -> (Vec<BenchScene>, BenchSettings) {
-    let scene = |name: &str, scene: SceneDescription| BenchScene {
+fn short() -> (Vec<GivenScene>, BenchSettings) {
+    let scene = |name: &str, scene: SceneDescription| GivenScene {
         name: name.into(),
         description: String::new(),
         scene,
@@ -309,11 +309,25 @@ fn the_numbers_of_a_bench_add_up() {
         );
         assert_eq!(scene.rays.len(), RayKind::ALL.len());
         assert_eq!(scene.traces.len(), variants * scene.rays.len());
+        assert_eq!(scene.agreement.len(), settings.targets.len() - 1);
+        for agreement in &scene.agreement {
+            assert_eq!(agreement.reference, settings.targets[0]);
+            assert_eq!(agreement.rays, settings.compared_rays as u64);
+            assert_eq!(agreement.real, 0, "{:?}", agreement.first_real);
+        }
         for trace in &scene.traces {
             let spread = trace.nanoseconds;
             assert!(spread.min <= spread.median && spread.median <= spread.max);
         }
     }
+    // Six meshes, three aims.
+    assert_eq!(report.leaks.len(), 18 * settings.targets.len());
+    assert!(
+        report
+            .leaks
+            .iter()
+            .all(|leak| leak.segments == settings.segments)
+    );
     // Both scenes are the same one, and so are their rays.
     let rays = |index: usize| report.scenes[index].rays.iter();
     assert!(

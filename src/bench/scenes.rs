@@ -97,14 +97,14 @@ fn terrain(triangles: usize) -> SceneDescription {
     scene
 }
 
-/// Each hair is one triangle from a sphere of radius 0.25 to about 1, a thousandth as wide as long.
+/// Each hair is one triangle that stands on a sphere of radius 0.6, a thousandth as wide as long.
 fn needles(triangles: usize) -> SceneDescription {
     let mut random = Random::new(12, 0);
     let mut positions = Vec::with_capacity(3 * triangles);
     for _ in 0..triangles.max(1) {
         let direction = random.direction().as_dvec3();
-        let root = 0.25 * direction;
-        let tip = random.between(0.7, 1.0) * direction + 0.25 * random.in_cube();
+        let root = 0.6 * direction;
+        let tip = random.between(0.8, 1.0) * direction + 0.1 * random.in_cube();
         let across = (tip - root).cross(random.in_cube()).normalize_or(DVec3::X);
         let half_width = 0.5e-3 * (tip - root).length() * across;
         positions.extend([root - half_width, root + half_width, tip]);
@@ -171,7 +171,7 @@ fn stadium(triangles: usize) -> SceneDescription {
     scene.shapes = vec![
         shape("knot", 0, mesh(positions, indices)),
         shape("bowl", 1, mesh(bowl, plain)),
-        lamp(2, 400.0, 60.0, Rgb::grey(60.0)),
+        lamp(2, 400.0, 60.0, Rgb::grey(20.0)),
     ];
     scene.lights = vec![sky(Rgb::new(0.5, 0.6, 0.8))];
     scene

@@ -19,7 +19,7 @@
 
 use super::observer::{PathObserver, RayKind};
 use super::{RayCounts, Roulette};
-use crate::accel::Departure;
+use crate::accel::{Departure, Hit};
 use crate::bsdf::View;
 use crate::effects::{Effects, Slot, State, Switch};
 use crate::math::measure::PdfSolidAngle;
@@ -38,6 +38,15 @@ pub struct PathIntegrator {
     pub max_bounces: Option<u32>,
     /// When paths end by chance.
     pub roulette: Roulette,
+}
+
+/// A ray from the camera into the scene.
+#[derive(Debug, Clone, Copy)]
+pub struct CameraRay {
+    /// The ray.
+    pub ray: Ray,
+    /// When, from 0 to 1 while the shutter is open.
+    pub time: f32,
 }
 
 /// A path under construction, with what the effects `E` need of it.
@@ -92,19 +101,19 @@ impl<E: Effects> PathState<E> {
 }
 
 impl PathIntegrator {
-    /// One estimate of the radiance that arrives along `ray` at a time of the shutter.
+    /// One estimate of the radiance that arrives along a camera ray, given what is found on it: camera rays are traced
+    /// side by side.
     pub fn radiance<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         scene: &Scene,
         sampler: &mut S,
-        ray: Ray,
-        time: f32,
+        camera_ray: &CameraRay,
+        mut found: Option<Hit>,
         rays: &mut RayCounts,
         observer: &mut O,
     ) -> Rgb {
-        let mut path = PathState::<E>::new(ray, time);
+        let mut path = PathState::<E>::new(camera_ray.ray, camera_ray.time);
         rays.camera += 1;
-        observer.traced(RayKind::Camera, &path.ray, time);
         for bounce in 0.. {
             let time = path.time.or(0.0);
             let u_alpha = if E::Alpha::ON {
@@ -113,7 +122,7 @@ impl PathIntegrator {
             } else {
                 0.0
             };
-            let Some(at) = scene.intersect::<E>(&path.ray, time, path.departure, u_alpha) else {
+            let Some(at) = scene.meet::<E>(&path.ray, time, path.departure, u_alpha, found) else {
                 observer.escaped(path.ray.dir);
                 let contribution = path.beta * beyond(scene, &path);
                 path.radiance += contribution;
@@ -191,6 +200,7 @@ impl PathIntegrator {
             rays.closest += 1;
             let kind = RayKind::onward(bounce, path.scattered_from.is_none());
             observer.traced(kind, &path.ray, time);
+            found = scene.accel.intersect(&path.ray, time, path.departure);
         }
         path.radiance
     }

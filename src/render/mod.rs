@@ -9,6 +9,7 @@
 //! Source: docs/architecture.md. Tested in `tests/determinism.rs` and `tests/command.rs`.
 
 pub mod budget;
+mod camera_rays;
 mod dispatch;
 mod observed;
 pub mod replay;

@@ -4,9 +4,9 @@
 //! Range: any pixel and sample; the value is bit for bit that of the render with the same settings.
 //! Source: pbrt's way of tracking a bad sample down. Tested in `tests/command.rs`.
 
+use super::camera_rays::{CameraRays, Pixel};
 use super::dispatch::{self, Dispatched};
 use super::settings::RenderSettings;
-use super::tile::CameraSample;
 use crate::bsdf::types::Lobe;
 use crate::effects::Effects;
 use crate::film::filter::Filter;
@@ -89,17 +89,17 @@ pub fn replay(
     pixel: [u32; 2],
     sample: u64,
 ) -> Replay {
-    let camera_sample = CameraSample {
+    let pixel = Pixel {
         scene,
         filter,
-        pixel,
+        position: pixel,
     };
     let mut recorder = Recorder {
         scene,
         events: Vec::new(),
     };
     let job = ReplayJob {
-        camera_sample: &camera_sample,
+        pixel,
         integrator: dispatch::integrator(settings),
         sample,
         recorder: &mut recorder,
@@ -117,7 +117,7 @@ struct Recorder<'a> {
 }
 
 struct ReplayJob<'a, 'b> {
-    camera_sample: &'a CameraSample<'a>,
+    pixel: Pixel<'a>,
     integrator: PathIntegrator,
     sample: u64,
     recorder: &'a mut Recorder<'b>,
@@ -126,15 +126,12 @@ struct ReplayJob<'a, 'b> {
 impl Dispatched for ReplayJob<'_, '_> {
     type Output = Rgb;
 
-    fn run<E: Effects, S: Sampler>(self, mut sampler: S) -> Rgb {
-        sampler.start(self.camera_sample.pixel, self.sample);
-        let mut rays = RayCounts::default();
-        self.camera_sample.radiance::<E, _, _>(
-            self.integrator,
-            &mut sampler,
-            &mut rays,
-            self.recorder,
-        )
+    fn run<E: Effects, S: Sampler>(self, sampler: S) -> Rgb {
+        let mut camera_rays = CameraRays::new();
+        let only = self.sample..self.sample + 1;
+        let samples = camera_rays.trace::<E, _>(&self.pixel, &sampler, only, self.recorder);
+        let rays = &mut RayCounts::default();
+        samples[0].value::<E, _>(self.pixel.scene, self.integrator, rays, self.recorder)
     }
 }
 

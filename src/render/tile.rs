@@ -4,16 +4,15 @@
 //! Range: samples that are not finite are counted and located, and left out of the sums.
 //! Source: none needed. Tested in `tests/determinism.rs`.
 
+use super::camera_rays::{CameraRays, Pixel, blocks};
 use super::dispatch::Dispatched;
-use crate::effects::{Effects, Switch};
+use crate::effects::Effects;
 use crate::film::Tile;
 use crate::film::filter::Filter;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::PathObserver;
 use crate::integrator::path::PathIntegrator;
-use crate::math::rgb::Rgb;
-use crate::math::vec::Vec2;
-use crate::sampler::{Decision, Sampler};
+use crate::sampler::Sampler;
 use crate::scene::Scene;
 use std::ops::Range;
 
@@ -65,7 +64,7 @@ pub struct TileJob<'a, O> {
 impl<O: PathObserver> Dispatched for TileJob<'_, O> {
     type Output = Outcome;
 
-    fn run<E: Effects, S: Sampler>(self, mut sampler: S) -> Outcome {
+    fn run<E: Effects, S: Sampler>(self, sampler: S) -> Outcome {
         let Self {
             scene,
             filter,
@@ -75,65 +74,29 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
             observer,
         } = self;
         let mut outcome = Outcome::default();
+        let mut camera_rays = CameraRays::new();
         for ([x, y], sums) in tile.window.pixels().zip(&mut tile.pixels) {
-            for sample in range.clone() {
-                sampler.start([x, y], sample);
-                let camera_sample = CameraSample {
-                    scene,
-                    filter,
-                    pixel: [x, y],
-                };
-                let radiance = camera_sample.radiance::<E, _, _>(
-                    integrator,
-                    &mut sampler,
-                    &mut outcome.rays,
-                    observer,
-                );
-                if radiance.is_finite() {
-                    sums.add(radiance);
-                } else {
-                    let first = Some(NonFiniteSample { y, x, sample });
-                    outcome.rejected.merge(Rejected { count: 1, first });
+            let pixel = Pixel {
+                scene,
+                filter,
+                position: [x, y],
+            };
+            for block in blocks(range.clone()) {
+                for sample in camera_rays.trace::<E, O>(&pixel, &sampler, block, observer) {
+                    let rays = &mut outcome.rays;
+                    let value = sample.value::<E, _>(scene, integrator, rays, observer);
+                    if value.is_finite() {
+                        sums.add(value);
+                    } else {
+                        let sample = sample.index;
+                        let first = Some(NonFiniteSample { y, x, sample });
+                        outcome.rejected.merge(Rejected { count: 1, first });
+                    }
+                    observer.filmed(value);
                 }
-                observer.filmed(radiance);
             }
         }
         tile.samples += range.end - range.start;
         outcome
-    }
-}
-
-/// A sample on its way from the film into the scene.
-pub struct CameraSample<'a> {
-    pub scene: &'a Scene,
-    pub filter: &'a Filter,
-    pub pixel: [u32; 2],
-}
-
-impl CameraSample<'_> {
-    /// The sample's value: radiance along the camera ray, times the filter's weight.
-    #[inline]
-    pub fn radiance<E: Effects, S: Sampler, O: PathObserver>(
-        &self,
-        integrator: PathIntegrator,
-        sampler: &mut S,
-        rays: &mut RayCounts,
-        observer: &mut O,
-    ) -> Rgb {
-        let [film_x, film_y, lens_x, lens_y] = sampler.draw(Decision::Camera);
-        let filtered = self.filter.sample(Vec2::new(film_x, film_y));
-        let time = if E::Motion::ON {
-            let [time] = sampler.draw(Decision::Time);
-            time
-        } else {
-            0.0
-        };
-        let [x, y] = self.pixel.map(|i| i as f32 + 0.5);
-        let film = Vec2::new(x, y) + filtered.offset;
-        let lens = Vec2::new(lens_x, lens_y);
-        let ray = self.scene.camera.ray::<E>(film, lens, time);
-        let radiance =
-            integrator.radiance::<E, _, _>(self.scene, sampler, ray, time, rays, observer);
-        filtered.weight * radiance
     }
 }

@@ -13,7 +13,7 @@ mod placed;
 pub mod placement;
 pub mod prepare;
 
-use crate::accel::{Accel, Departure, PrimitiveId};
+use crate::accel::{Accel, Departure, Hit, PrimitiveId};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::effects::{EffectSet, Effects, Slot, State, Switch};
@@ -94,9 +94,23 @@ impl Scene {
         departure: Option<Departure>,
         u_alpha: f32,
     ) -> Option<Interaction<E>> {
-        let (mut ray, mut u_alpha) = (*ray, u_alpha);
+        let found = self.accel.intersect(ray, time, departure);
+        self.meet(ray, time, departure, u_alpha, found)
+    }
+
+    /// The same, given the closest hit on the ray.
+    #[inline]
+    pub fn meet<E: Effects>(
+        &self,
+        ray: &Ray,
+        time: f32,
+        departure: Option<Departure>,
+        u_alpha: f32,
+        found: Option<Hit>,
+    ) -> Option<Interaction<E>> {
+        let (mut ray, mut u_alpha, mut found) = (*ray, u_alpha, found);
         loop {
-            let hit = self.accel.intersect(&ray, time, departure)?;
+            let hit = found?;
             let mut surface = self
                 .world
                 .surface_at::<E>(hit.id, &ray, time, hit.t, hit.uv);
@@ -117,6 +131,7 @@ impl Scene {
                 // would pass through what is all there.
                 u_alpha = ((u_alpha - alpha) / (1.0 - alpha)).min(ONE_MINUS_EPSILON);
                 ray.t_min = hit.t.next_up();
+                found = self.accel.intersect(&ray, time, departure);
                 continue;
             }
             if E::NormalMaps::ON

@@ -9,7 +9,6 @@
 //! Source: the hit contract is Embree's. Tested in `tests/tracing.rs` against the brute-force oracle.
 
 pub mod batch;
-mod box_tree;
 pub mod brute;
 #[cfg(feature = "embree")]
 pub mod embree;
@@ -168,7 +167,7 @@ impl Accel {
             #[cfg(feature = "embree")]
             Backend::Embree => Self::Embree(embree::EmbreeAccel::build(world, options)?),
             Backend::ObvhsBvh2 | Backend::ObvhsCwbvh => {
-                Self::Obvhs(Box::new(obvhs::ObvhsAccel::build(world, options)))
+                Self::Obvhs(Box::new(obvhs::ObvhsAccel::build(world, options)?))
             }
         })
     }

@@ -21,7 +21,7 @@ pub fn traverse(
     let Some(mut node) = nodes.first().filter(|root| enters(root, ray).is_some()) else {
         return ControlFlow::Continue(());
     };
-    let mut stack = Stack::new();
+    let mut stack = Stack::<_, 32>::new();
     loop {
         if node.is_leaf() {
             for index in node.first_index..node.first_index + node.prim_count {

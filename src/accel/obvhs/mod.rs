@@ -207,3 +207,25 @@ fn meet(shapes: &[Geometry], id: PrimitiveId, ray: &DRay) -> Option<(f64, Hit)> 
 fn is_finite(ray: &Ray) -> bool {
     ray.origin.is_finite() && ray.dir.is_finite()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn trees_are_built_on_as_many_threads_as_asked_for() {
+        for threads in [1, 3] {
+            let used = on_threads(threads, rayon::current_num_threads).expect("a few threads");
+            assert_eq!(used, threads);
+            let within = on_threads(threads, || {
+                let outer = rayon::current_thread_index();
+                on_threads(threads, || (outer, rayon::current_thread_index()))
+            });
+            let (outer, inner) = within.and_then(|inner| inner).expect("a few threads");
+            assert!(
+                outer.is_some() && outer == inner,
+                "a pool within a pool of its size"
+            );
+        }
+    }
+}

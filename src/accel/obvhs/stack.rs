@@ -5,22 +5,19 @@
 //! nodes; beyond what balanced trees need this one goes to the heap.
 //! Source: none needed. Tested below.
 
-/// Entries that need no heap: the depth of a balanced binary tree over 2^32 leaves, and half as much again.
-const FIXED: usize = 48;
-
-/// A stack.
-pub struct Stack<T> {
-    fixed: [T; FIXED],
+/// A stack, of which `N` entries need no heap.
+pub struct Stack<T, const N: usize> {
+    fixed: [T; N],
     count: usize,
     beyond: Vec<T>,
 }
 
-impl<T: Copy + Default> Stack<T> {
+impl<T: Copy + Default, const N: usize> Stack<T, N> {
     /// An empty stack.
     #[inline]
     pub fn new() -> Self {
         Self {
-            fixed: [T::default(); FIXED],
+            fixed: [T::default(); N],
             count: 0,
             beyond: Vec::new(),
         }
@@ -41,7 +38,7 @@ impl<T: Copy + Default> Stack<T> {
     /// Takes the entry on top.
     #[inline]
     pub fn pop(&mut self) -> Option<T> {
-        if self.count == FIXED
+        if self.count == N
             && let Some(entry) = self.beyond.pop()
         {
             return Some(entry);
@@ -57,8 +54,8 @@ mod tests {
 
     #[test]
     fn entries_come_back_in_reverse_however_many() {
-        let mut stack = Stack::new();
-        for count in [0, 1, FIXED - 1, FIXED, FIXED + 1, 5 * FIXED] {
+        let mut stack = Stack::<usize, 8>::new();
+        for count in [0, 1, 7, 8, 9, 40] {
             (0..count).for_each(|entry| stack.push(entry));
             for entry in (0..count).rev() {
                 assert_eq!(stack.pop(), Some(entry), "of {count}");

@@ -75,7 +75,7 @@ impl TraceRay for Ray {
         let determinant = self.dir.dot(normal);
         // Of the sign of the determinant, the barycentric coordinates times its magnitude.
         let towards = 1.0_f32.copysign(determinant);
-        let (u, v) = (towards * across.dot(e2), -towards * across.dot(e1));
+        let (u, v) = (-towards * across.dot(e2), towards * across.dot(e1));
         // Divided only if inside, which most triangles are not. Not a number is outside.
         let inside = u >= 0.0 && v >= 0.0 && u + v <= determinant.abs();
         if !inside || determinant == 0.0 {

@@ -41,8 +41,7 @@ pub fn traverse(
         return ControlFlow::Continue(());
     };
     let octant = octant(ray);
-    let mut stack = Stack::new();
-    let mut group;
+    let mut stack = Stack::<_, 16>::new();
     loop {
         let hits = hits(node, ray, octant);
         let mut primitives = hits & !INNER;
@@ -51,7 +50,7 @@ pub fn traverse(
             primitives &= primitives - 1;
             visit((node.primitive_base_idx + offset) as usize, &mut ray.t_max)?;
         }
-        group = Group {
+        let mut group = Group {
             base: node.child_base_idx,
             places: node.imask,
             waiting: hits & INNER,

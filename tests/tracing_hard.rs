@@ -52,7 +52,7 @@ fn all_sizes(rng: &mut TestRng) -> Vec<Geometry> {
 
 /// Squares of a grid in a plane of constant y: every box is flat, and every edge is one of boxes too.
 fn grid(n: u32, y: f32) -> Geometry {
-    let at = |i: u32, j: u32| Vec3::new(i as f32, y, j as f32) / n as f32;
+    let at = |i: u32, j: u32| Vec3::new(i as f32 / n as f32, y, j as f32 / n as f32);
     let corners = (0..=n).flat_map(|i| (0..=n).map(move |j| at(i, j)));
     let place = |i: u32, j: u32| i * (n + 1) + j;
     let squares = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
@@ -176,7 +176,7 @@ fn fast_tracing_finds_what_the_oracle_finds_but_for_edges() {
                 off * 2 <= aimed_at_edges + RAYS / 500,
                 "{kind} {name}: {off}"
             );
-            assert!(aimed * 10 > RAYS, "{kind} {name}: only {aimed} hit");
+            assert!(aimed * 20 > RAYS, "{kind} {name}: only {aimed} hit");
         }
     }
 }

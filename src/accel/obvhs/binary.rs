@@ -68,7 +68,7 @@ fn enters(node: &Bvh2Node, ray: &BoxRay) -> Option<f32> {
     let bounds = node.aabb();
     let a = (bounds.min - ray.origin) * ray.inverse;
     let b = (bounds.max - ray.origin) * ray.inverse;
-    let near = a.min(b).max_element().max(ray.t_min);
-    let far = (a.max(b).min_element() * SLACK).min(ray.t_max);
+    let near = (a.min(b) - ray.slack).max_element().max(ray.t_min);
+    let far = ((a.max(b) + ray.slack).min_element() * SLACK).min(ray.t_max);
     (near <= far).then_some(near)
 }

@@ -1,8 +1,9 @@
 //! A ray as boxes are tested with it: in single precision, prepared so that no box that it truly meets is missed.
 //!
 //! The largest entry of the direction is brought to between 1 and 2 by a power of two, so that the numbers of a ray in
-//! single precision stay as they are. Entries below 2^-63 of that count as 2^-63: no quotient is infinite, no product not
-//! a number, and what the ray is off by then is far below its other roundings.
+//! single precision stay as they are. Entries below 2^-63 of that count as 2^-63: no quotient is infinite and no product
+//! not a number. A ray in the face of a box would then leave it at once: along such an axis the ray counts as 2^40 longer
+//! on either side, 2^-23 units across.
 //!
 //! Measure: any unit of length; parameters in multiples of the scaled direction's length, from the start of the query.
 //! Range: finite rays and boxes with coordinates up to 1e18 in magnitude.
@@ -17,6 +18,9 @@ use glam::Vec3A;
 /// 2^-63: what direction entries are at least.
 const SMALLEST_ENTRY: f64 = 1.0 / (1u64 << 63) as f64;
 
+/// 2^40: what a parameter may be off by along an axis where the direction's entry is that small.
+const SLACK_ALONG: f32 = (1u64 << 40) as f32;
+
 /// A ray to be tested against boxes.
 #[derive(Debug, Clone, Copy)]
 pub struct BoxRay {
@@ -24,6 +28,8 @@ pub struct BoxRay {
     pub origin: Vec3A,
     /// One over each entry of the direction.
     pub inverse: Vec3A,
+    /// By how much the parameters at a plane of a box may be off, beside roundings.
+    pub slack: Vec3A,
     /// Boxes that end before this parameter do not count.
     pub t_min: f32,
     /// Boxes that begin beyond this parameter do not count.
@@ -47,10 +53,13 @@ impl BoxRay {
         let dir = ray.dir * (1.0 / unit);
         // Adding 0 makes -0 positive, so that the sign of the quotient is that of the direction's entry.
         let entries = dir.abs().max(DVec3::splat(SMALLEST_ENTRY)).as_vec3a();
+        let small = dir.abs().cmple(DVec3::splat(SMALLEST_ENTRY));
+        let slack = DVec3::select(small, DVec3::splat(SLACK_ALONG.into()), DVec3::ZERO);
         let parameter = Parameter { start, unit };
         let query = Self {
             origin: (ray.origin + start * ray.dir).as_vec3a(),
             inverse: (1.0 / entries).copysign((dir + DVec3::ZERO).as_vec3a()),
+            slack: slack.as_vec3a(),
             t_min: parameter.low(ray.t_min),
             t_max: parameter.high(ray.t_max),
         };

@@ -4,16 +4,18 @@ mod common;
 
 use common::TestRng;
 use common::chi_square::pearson;
+use common::closed_forms::{rectangle_solid_angle, triangle_solid_angle};
+use common::quadrature::gauss_legendre;
 use etendue::effects::kernel::types::Everything;
 use etendue::geometry::disk::Disk;
 use etendue::geometry::sphere::Sphere;
 use etendue::geometry::surface::SurfacePoint;
 use etendue::light::Light;
 use etendue::light::disk::DiskLight;
-use etendue::light::rectangle::RectangleLight;
+use etendue::light::rectangle::{self, RectangleLight};
 use etendue::light::select::Lights;
 use etendue::light::sphere::SphereLight;
-use etendue::light::triangle::TriangleLight;
+use etendue::light::triangle::{self, TriangleLight};
 use etendue::light::types::{Emission, LightEnd, LightSample};
 use etendue::math::frame::Frame;
 use etendue::math::rgb::Rgb;
@@ -186,6 +188,101 @@ fn samples_know_their_density_and_lie_on_their_light() {
             // Only rounding at the rim misses: a grazing view has much rim.
             assert!(misses <= 20, "{name} from {p}: {misses}");
         }
+    }
+}
+
+/// Half of a rectangle about the origin or all of it, with half diagonal 1, and its solid angle from anywhere.
+fn flat_light(rng: &mut TestRng, is_triangle: bool) -> (Light, impl Fn(Vec3) -> f64 + use<>) {
+    let (sin, cos) = (std::f32::consts::FRAC_PI_2 * rng.uniform()).sin_cos();
+    let edges = [2.0 * cos * Vec3::X, 2.0 * sin * Vec3::Y];
+    let corner = -0.5 * (edges[0] + edges[1]);
+    let vertices = [corner, corner + edges[0], corner + edges[1]];
+    let light = if is_triangle {
+        Light::Triangle(TriangleLight::new(vertices, emission(true)))
+    } else {
+        Light::Rectangle(RectangleLight::new(corner, edges, emission(true)))
+    };
+    let solid_angle = move |p: Vec3| {
+        if is_triangle {
+            triangle_solid_angle(vertices.map(|v| v.as_dvec3() - p.as_dvec3()))
+        } else {
+            let corner = corner.as_dvec3() - p.as_dvec3();
+            rectangle_solid_angle(corner, edges.map(|e| e.as_dvec3()))
+        }
+    };
+    (light, solid_angle)
+}
+
+/// Mean and relative variance of 1 / pdf, integrated over the numbers that samples are made from; each sample's density is
+/// asked for again.
+fn over_samples(light: &Light, p: Vec3) -> (f64, f64) {
+    let (mut mean, mut mean_square) = (0.0, 0.0);
+    let nodes = gauss_legendre(16);
+    for (x, weight_x) in &nodes {
+        for (y, weight_y) in &nodes {
+            let u = Vec2::new((0.5 + 0.5 * x) as f32, (0.5 + 0.5 * y) as f32);
+            let s = light
+                .sample::<Everything>(p, 0.0, u)
+                .expect("off the plane");
+            let point = end_of(&s);
+            let pdf = light.pdf::<Everything>(p, 0.0, point.p - p, point.ng);
+            let ratio = pdf.expect("a surface").0 / density(&s);
+            assert!((ratio - 1.0).abs() < 1e-4, "{p} {u} {s:?} {pdf:?}");
+            let value = 1.0 / f64::from(density(&s));
+            mean += 0.25 * weight_x * weight_y * value;
+            mean_square += 0.25 * weight_x * weight_y * value * value;
+        }
+    }
+    (mean, mean_square / (mean * mean) - 1.0)
+}
+
+#[test]
+fn flat_lights_know_their_density_from_every_distance() {
+    let mut rng = TestRng::new(20);
+    for i in 0..2000 {
+        let (light, solid_angle) = flat_light(&mut rng, i % 2 == 0);
+        let distance = 10.0_f32.powf(4.0 * rng.uniform() - 1.0);
+        let p = distance * rng.direction_log_uniform(0.05);
+        let (mean, variance) = over_samples(&light, p);
+        let exact = solid_angle(p);
+        // The map to a triangle has a kink, over which the rule errs by some of the spread.
+        let tolerance = 4e-6 + 0.01 * variance.max(0.0).sqrt();
+        assert!(
+            (mean / exact - 1.0).abs() < tolerance,
+            "{p}: {mean} {exact} {variance:e}"
+        );
+    }
+}
+
+#[test]
+fn choosing_points_costs_no_more_variance_than_stated() {
+    let mut rng = TestRng::new(21);
+    let mut mean_variance = |is_triangle: bool, distance: f32| {
+        let variances = Moments::of((0..1000).map(|_| {
+            let (light, _) = flat_light(&mut rng, is_triangle);
+            let (z, turn) = (1.0 - rng.uniform(), rng.uniform() * std::f32::consts::TAU);
+            let r = (1.0 - z * z).sqrt();
+            let p = distance * Vec3::new(r * turn.cos(), r * turn.sin(), z);
+            over_samples(&light, p).1
+        }));
+        variances.mean()
+    };
+    // Just inside the limits there is none. The triangles' radii, from their centroids, are up to twice 0.5.
+    assert!(mean_variance(false, rectangle::CLEAR * 0.999) < 1e-12);
+    assert!(mean_variance(true, triangle::FAR * 0.4) < 1e-11);
+    for (is_triangle, distance, stated) in [
+        (false, rectangle::CLEAR * 1.001, 0.013),
+        (false, 4.0, 0.002),
+        (false, 10.0, 0.000_05),
+        (false, 1.001 * rectangle::FAR, 0.000_12),
+        (true, 1.4 * triangle::FAR, 0.012),
+    ] {
+        let measured = mean_variance(is_triangle, distance);
+        println!("at {distance}: {measured:.2e} of {stated:.2e}");
+        assert!(
+            measured < stated && measured > 0.1 * stated,
+            "{distance}: {measured}"
+        );
     }
 }
 

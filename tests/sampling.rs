@@ -6,8 +6,10 @@ use common::TestRng;
 use common::chi_square::{ChiSquareTest, pearson, uniformity};
 use common::closed_forms::{rectangle_solid_angle, triangle_solid_angle};
 use common::verdict::sidak;
-use etendue::math::vec::{DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::math::vec::{DVec2, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::sampling::clear_triangle::ClearTriangle;
 use etendue::sampling::distribution::AliasTable;
+use etendue::sampling::linear::LinearSquare;
 use etendue::sampling::spherical_rectangle::SphericalRectangle;
 use etendue::sampling::{spherical_triangle, warp};
 
@@ -279,6 +281,116 @@ fn directions_to_triangles_are_uniform() {
             }
             checks.push((format!("{view:?} {size}"), pearson(&mut cells)));
         }
+    }
+    for (what, p) in &checks {
+        assert!(*p > sidak(1e-3, checks.len()), "{what}: {p:.1e}");
+    }
+}
+
+/// A vector with coordinates in [-1, 1).
+fn in_cube(rng: &mut TestRng) -> Vec3 {
+    let mut coordinate = || 2.0 * rng.uniform() - 1.0;
+    Vec3::new(coordinate(), coordinate(), coordinate())
+}
+
+/// What the point with these barycentric coordinates cuts off: with C' where the line from B through it meets AC, the share
+/// of the triangle's solid angle in A B C', and that of 1 - cos of the arc BC' up to the point.
+fn shares_cut_off([a, b, c]: [DVec3; 3], [b1, b2]: [f64; 2]) -> DVec2 {
+    let cut = a + b2 / (1.0 - b1) * (c - a);
+    let point = (1.0 - b1 - b2) * a + b1 * b + b2 * c;
+    let angle = |c| spherical_triangle::solid_angle([a, b, c]);
+    let one_minus_cos = |q: DVec3| 0.5 * q.normalize().distance_squared(b.normalize());
+    DVec2::new(
+        angle(cut) / angle(c),
+        one_minus_cos(point) / one_minus_cos(cut),
+    )
+}
+
+#[test]
+fn clear_triangles_are_sampled_uniformly_in_single_precision() {
+    let mut rng = TestRng::new(60);
+    let (mut worst_angle, mut worst_share) = (0.0_f64, 0.0_f64);
+    let mut seen = 0;
+    let tried = 200_000;
+    for _ in 0..tried {
+        // Sizes and distances over eight orders of magnitude, needles among them.
+        let size = 10.0_f32.powf(2.0 - 6.0 * rng.uniform());
+        let unit = 10.0_f32.powf(4.0 - 8.0 * rng.uniform());
+        let needle = 10.0_f32.powf(-2.0 * rng.uniform());
+        let ab = size * in_cube(&mut rng);
+        let ac = rng.uniform() * ab + needle * size * in_cube(&mut rng);
+        let a = in_cube(&mut rng);
+        let vertices = [a, a + ab, a + ac].map(|v| unit * v);
+        let exact = vertices.map(|v| v.as_dvec3());
+        let cross = (exact[1] - exact[0]).cross(exact[2] - exact[0]);
+        let triple = exact[0].dot(cross).abs() as f32;
+        let Some(clear) = ClearTriangle::new(vertices, triple, cross.length() as f32) else {
+            continue;
+        };
+        seen += 1;
+        let omega = spherical_triangle::solid_angle(exact);
+        let error = (f64::from(clear.solid_angle()) / omega - 1.0).abs();
+        assert!(error < 1e-6, "{vertices:?}: {error:e} of {omega:e}");
+        worst_angle = worst_angle.max(error);
+        for u in extreme_pairs() {
+            let b = clear.sample(u);
+            assert!(
+                b.iter().all(|x| *x >= 0.0) && b[0] + b[1] <= 1.0 + 1e-7,
+                "{u} {b:?}"
+            );
+        }
+        let u = Vec2::splat(0.01) + 0.99 * rng.uniform_2d();
+        let shares = shares_cut_off(exact, clear.sample(u).map(f64::from));
+        let error = (shares - u.as_dvec2()).abs().max_element();
+        assert!(error < 2e-5, "{vertices:?} {u}: {shares}");
+        worst_share = worst_share.max(error);
+    }
+    println!(
+        "{seen} of {tried} clearly seen: angle within {worst_angle:.1e}, shares within {worst_share:.1e}"
+    );
+    assert!(seen > tried / 2, "{seen}");
+}
+
+#[test]
+fn linear_densities_are_what_is_sampled() {
+    const CELLS: usize = 12;
+    let mut checks = Vec::new();
+    let weights = [
+        [1.0, 1.0, 1.0, 1.0],
+        [1.0, 2.0, 5.0, 3.0],
+        [1e-6, 1.0, 1e6, 1e-6],
+        [1e9, 1e9, 0.99e9, 1e9],
+    ];
+    for (seed, [a, b, c, d]) in (80..).zip(weights) {
+        let density = LinearSquare::new(Vec2::new(a, c), Vec2::new(b, d));
+        let name = format!("{density:?}");
+        for u in extreme_pairs() {
+            let at = density.sample(u);
+            assert!(
+                at.min_element() >= 0.0 && at.max_element() <= 1.0,
+                "{name} {u} {at}"
+            );
+        }
+        // The mean over a cell is the value in its middle.
+        let factor = |x: f64, [a, b]: [f32; 2]| {
+            let [a, b] = [a, b].map(f64::from);
+            2.0 * (a + x * (b - a)) / (a + b)
+        };
+        let mut cells = Vec::new();
+        for i in 0..CELLS * CELLS {
+            let [x, y] = [i / CELLS, i % CELLS].map(|k| (k as f64 + 0.5) / CELLS as f64);
+            let exact = factor(x, [a, b]) * factor(y, [c, d]);
+            let pdf = f64::from(density.pdf(Vec2::new(x as f32, y as f32)));
+            assert!((pdf / exact - 1.0).abs() < 1e-5, "{name} {x} {y} {pdf}");
+            let count = f64::from(1 << 17) / (CELLS * CELLS) as f64;
+            cells.push((count * exact, 0.0));
+        }
+        for u in uniform_pairs(seed) {
+            let at = density.sample(u).to_array();
+            let [x, y] = at.map(|s| ((CELLS as f32 * s) as usize).min(CELLS - 1));
+            cells[CELLS * x + y].1 += 1.0;
+        }
+        checks.push((name, pearson(&mut cells)));
     }
     for (what, p) in &checks {
         assert!(*p > sidak(1e-3, checks.len()), "{what}: {p:.1e}");

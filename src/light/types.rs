@@ -53,6 +53,12 @@ impl Emission {
         }
     }
 
+    /// Whether nothing shines on the back: points chosen there are black, whatever their density.
+    #[inline]
+    pub fn is_dark_behind(&self) -> bool {
+        !self.two_sided
+    }
+
     /// Radiant power of a flat or convex emitter of this area: pi A L for each side that emits.
     pub fn power(&self, area: f64) -> f64 {
         let sides = if self.two_sided { 2.0 } else { 1.0 };

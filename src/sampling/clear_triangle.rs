@@ -1,0 +1,117 @@
+//! Uniform directions towards a triangle that is clearly seen: as [`spherical_triangle`], at a third of its cost.
+//!
+//! Measure: densities per steradian; lengths in any unit. In single precision, in forms that do not cancel: edges instead of
+//! differences of unit vectors, tangents of half angles instead of cosines.
+//! Range: triangles of at most pi / 2 sr, seen at more than some four degrees from their plane, which
+//! [`ClearTriangle::new`] tells; for others it is `None`. The relative error of the solid angle is below 1e-6,
+//! that of the shares which a point cuts off below 2e-5.
+//! Source: Van Oosterom and Strackee 1983, which is linear in each unit vector, solved for the one that cuts off a part; the
+//! points are those of Arvo 1995. Tested in `tests/sampling.rs`.
+//!
+//! [`spherical_triangle`]: super::spherical_triangle
+
+use crate::math::trig::{atan_unit, sin_cos_eighth};
+use crate::math::vec::{Vec2, Vec3};
+
+/// The sine of the least angle under which each vertex is seen from the triangle's plane.
+const LEAST_SINE: f32 = 1.0 / 16.0;
+
+/// A triangle as seen from the origin.
+#[derive(Debug, Clone, Copy)]
+pub struct ClearTriangle {
+    a: Vec3,
+    b: Vec3,
+    ab: Vec3,
+    ac: Vec3,
+    length_a: f32,
+    length_b: f32,
+    /// |a . (b x c)|
+    triple: f32,
+    half_angle: f32,
+}
+
+impl ClearTriangle {
+    /// The triangle of the given vertices, if it is clearly seen. `triple` is |a . (ab x ac)| and `double_area` |ab x ac|.
+    #[inline]
+    pub fn new([a, b, c]: [Vec3; 3], triple: f32, double_area: f32) -> Option<Self> {
+        let (length_a, length_b, length_c) = (a.length(), b.length(), c.length());
+        let lengths = length_a * length_b * length_c;
+        let rest = a.dot(b) * length_c + a.dot(c) * length_b + b.dot(c) * length_a;
+        // As the triple product is at most the product of the lengths, the solid angle is at most pi / 2.
+        let is_small = rest >= 0.0;
+        let is_off_plane =
+            triple >= LEAST_SINE * double_area * length_a.max(length_b).max(length_c);
+        // Below this, digits are lost to gradual underflow.
+        let has_digits = triple >= f32::MIN_POSITIVE / f32::EPSILON;
+        (is_small && is_off_plane && has_digits).then(|| Self {
+            a,
+            b,
+            ab: b - a,
+            ac: c - a,
+            length_a,
+            length_b,
+            triple,
+            half_angle: atan_unit(triple / (lengths + rest)),
+        })
+    }
+
+    /// The solid angle, in steradians.
+    #[inline]
+    pub fn solid_angle(&self) -> f32 {
+        2.0 * self.half_angle
+    }
+
+    /// The barycentric coordinates (b1, b2) of a point on the triangle, uniform in its solid angle.
+    #[inline]
+    pub fn sample(&self, u: Vec2) -> [f32; 2] {
+        let s = self.cut_edge(u.x);
+        let to_cut = s * self.ac - self.ab;
+        let r = self.along_arc(to_cut, u.y);
+        [1.0 - r, r * s]
+    }
+
+    /// Where on the edge AC the point C' lies for which A B C' has the share `u` of the solid angle, as a share of the
+    /// edge: with the unit vector N in the plane A C at right angles to A, C' = cos(phi) A + sin(phi) N, and
+    ///
+    ///   tan(phi / 2) = t (1 + A.B) / ([A, B, N] - t N.B),   t = tan(u Omega / 2).
+    #[inline]
+    fn cut_edge(&self, u: f32) -> f32 {
+        let (sin, cos) = sin_cos_eighth(u * self.half_angle);
+        let over_a = 1.0 / self.length_a;
+        let axis = over_a * self.a;
+        let along = self.ac.dot(axis);
+        let across = self.ac - along * axis;
+        let length_across = across.length();
+        let over_across = 1.0 / length_across;
+        let y = sin * (self.length_b + axis.dot(self.b));
+        let x = over_across * (cos * self.triple * over_a - sin * self.ab.dot(across));
+        // Of an edge that begins at A, the ray at the angle phi from A cuts off
+        // |a| sin(phi) / (across cos(phi) - along sin(phi)).
+        let (sin_phi, cos_phi) = (2.0 * x * y, (x - y) * (x + y));
+        to_unit(self.length_a * sin_phi / (length_across * cos_phi - along * sin_phi))
+    }
+
+    /// How far from B towards C' = B + `to_cut`, as a share, the point lies up to which the arc has the share `v` of
+    /// 1 - cos of the whole.
+    #[inline]
+    fn along_arc(&self, to_cut: Vec3, v: f32) -> f32 {
+        let over_b = 1.0 / self.length_b;
+        let axis = over_b * self.b;
+        let along = to_cut.dot(axis);
+        let across2 = (to_cut - along * axis).length_squared();
+        // C' has the coordinates `c_along` and `across`.
+        let c_along = self.length_b + along;
+        let c2 = c_along * c_along + across2;
+        // 1 - cos = sin^2 / (1 + cos).
+        let one_minus_z = v * across2 / (c2 + c2.sqrt() * c_along);
+        let z = 1.0 - one_minus_z;
+        let sin = (one_minus_z * (1.0 + z)).sqrt();
+        to_unit(self.length_b * sin / (across2.sqrt() * z - along * sin))
+    }
+}
+
+/// Rounding, and 0 / 0, end in [0, 1].
+#[inline]
+fn to_unit(x: f32) -> f32 {
+    if x > 0.0 { x.min(1.0) } else { 0.0 }
+}

@@ -1,0 +1,151 @@
+//! A ray as boxes are tested with it: in single precision, prepared so that no box that it truly meets is missed.
+//!
+//! The largest entry of the direction is brought to between 1 and 2 by a power of two, so that the numbers of a ray in
+//! single precision stay as they are. Entries below 2^-63 of that count as 2^-63: no quotient is infinite and no product
+//! not a number. A ray in the face of a box would then leave it at once: along such an axis the ray counts as 2^40 longer
+//! on either side, 2^-23 units across.
+//!
+//! Measure: any unit of length; parameters in multiples of the scaled direction's length, from the start of the query.
+//! Range: finite rays and boxes with coordinates up to 1e18 in magnitude.
+//! Source: Pharr, Jakob, Humphreys, section 6.8.2 for the roundings. Tested below and in `tests/tracing_hard.rs`.
+
+use crate::accel::primitive::DRay;
+use crate::math::bounds::Bounds;
+use crate::math::robust::gamma;
+use crate::math::vec::DVec3;
+use glam::Vec3A;
+
+/// 2^-63: what direction entries are at least.
+const SMALLEST_ENTRY: f64 = 1.0 / (1u64 << 63) as f64;
+
+/// 2^40: what a parameter may be off by along an axis where the direction's entry is that small.
+const SLACK_ALONG: f32 = (1u64 << 40) as f32;
+
+/// A ray to be tested against boxes.
+#[derive(Debug, Clone, Copy)]
+pub struct BoxRay {
+    /// Where the ray starts.
+    pub origin: Vec3A,
+    /// One over each entry of the direction.
+    pub inverse: Vec3A,
+    /// By how much the parameters at a plane of a box may be off, beside roundings.
+    pub slack: Vec3A,
+    /// Boxes that end before this parameter do not count.
+    pub t_min: f32,
+    /// Boxes that begin beyond this parameter do not count.
+    pub t_max: f32,
+}
+
+/// How parameters of a ray become those of its [`BoxRay`].
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    start: f64,
+    unit: f64,
+}
+
+impl BoxRay {
+    /// A ray that is tested from the parameter `start` on, and how its parameters translate.
+    #[inline]
+    pub fn new(ray: &DRay, start: f64) -> (Self, Parameter) {
+        let exponent_bits = f64::INFINITY.to_bits();
+        let unit = f64::from_bits(ray.dir.abs().max_element().to_bits() & exponent_bits);
+        let unit = if unit > 0.0 { unit } else { 1.0 };
+        let dir = ray.dir * (1.0 / unit);
+        // Adding 0 makes -0 positive, so that the sign of the quotient is that of the direction's entry.
+        let entries = dir.abs().max(DVec3::splat(SMALLEST_ENTRY)).as_vec3a();
+        let small = dir.abs().cmple(DVec3::splat(SMALLEST_ENTRY));
+        let slack = DVec3::select(small, DVec3::splat(SLACK_ALONG.into()), DVec3::ZERO);
+        let parameter = Parameter { start, unit };
+        let query = Self {
+            origin: (ray.origin + start * ray.dir).as_vec3a(),
+            inverse: (1.0 / entries).copysign((dir + DVec3::ZERO).as_vec3a()),
+            slack: slack.as_vec3a(),
+            t_min: parameter.low(ray.t_min),
+            t_max: parameter.high(ray.t_max),
+        };
+        (query, parameter)
+    }
+}
+
+impl Parameter {
+    /// The parameter of the box ray, or a little before.
+    #[inline]
+    fn low(self, t: f64) -> f32 {
+        (((t - self.start) * self.unit) as f32).next_down()
+    }
+
+    /// The parameter of the box ray, or a little beyond.
+    #[inline]
+    pub fn high(self, t: f64) -> f32 {
+        (((t - self.start) * self.unit) as f32).next_up()
+    }
+}
+
+/// Where a ray comes into a box, or its own beginning within; `None` if it passes.
+pub fn clip(ray: &DRay, bounds: &Bounds) -> Option<f64> {
+    // Rounding in double precision is far below this.
+    let padding = DVec3::splat(f64::from(gamma(1)) * largest_coordinate(bounds));
+    let near = (bounds.min - padding - ray.origin) / ray.dir;
+    let far = (bounds.max + padding - ray.origin) / ray.dir;
+    let (mut from, mut to) = (ray.t_min, ray.t_max);
+    for axis in 0..3 {
+        // Along an axis without direction a quotient is infinite, or no number, which min and max leave aside.
+        from = from.max(near[axis].min(far[axis]));
+        to = to.min(near[axis].max(far[axis]));
+    }
+    (from <= to && from.is_finite()).then_some(from)
+}
+
+/// The largest magnitude of a coordinate of a box.
+pub fn largest_coordinate(bounds: &Bounds) -> f64 {
+    bounds.min.abs().max(bounds.max.abs()).max_element()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ray(dir: DVec3) -> DRay {
+        DRay {
+            origin: DVec3::ONE,
+            dir,
+            t_min: 0.0,
+            t_max: 8.0,
+        }
+    }
+
+    #[test]
+    fn the_numbers_of_a_ray_in_single_precision_stay_as_they_are() {
+        let (query, parameter) = BoxRay::new(&ray(DVec3::new(0.25, -0.5, 0.375)), 2.0);
+        assert_eq!(query.origin, Vec3A::new(1.5, 0.0, 1.75));
+        assert_eq!(query.inverse, Vec3A::new(2.0, -1.0, 4.0 / 3.0));
+        assert_eq!(query.t_max, 3.0_f32.next_up());
+        assert_eq!(parameter.high(4.0), 1.0_f32.next_up());
+    }
+
+    #[test]
+    fn no_entry_of_the_direction_makes_an_infinite_number() {
+        let entries = [0.0, -0.0, 1e-38, -1e-38, 1e-45, -1.0, 1e30];
+        for x in entries {
+            for y in entries {
+                let (query, _) = BoxRay::new(&ray(DVec3::new(x, y, 1e-30)), 0.0);
+                assert!(query.inverse.is_finite(), "{x} {y} {query:?}");
+                assert_eq!(query.inverse.x > 0.0, x >= 0.0, "{x} {y} {query:?}");
+                assert!(query.inverse.abs().max_element() <= 1.0 / SMALLEST_ENTRY as f32);
+            }
+        }
+    }
+
+    #[test]
+    fn a_ray_is_clipped_where_it_comes_in() {
+        let bounds = Bounds::around([DVec3::new(3.0, 0.0, 0.0), DVec3::new(5.0, 2.0, 2.0)]);
+        let from = clip(&ray(DVec3::X), &bounds).expect("it goes through the middle");
+        assert!((from - 2.0).abs() < 1e-6);
+        assert_eq!(clip(&ray(-DVec3::X), &bounds), None);
+        let behind = DRay {
+            t_max: 1.5,
+            ..ray(DVec3::X)
+        };
+        assert_eq!(clip(&behind, &bounds), None);
+    }
+}

@@ -1,0 +1,231 @@
+//! The backend in Rust: BVHs that obvhs builds, of two children a node or of eight, traversed here.
+//!
+//! There are two levels: a tree over the primitives that stand in the world and over the instances, and one tree for each
+//! group, in which rays are traced in the group's units. In robust precision triangles are met in double precision, in
+//! fast precision in single; spheres, disks and the way into an instance are in double precision in both. Neither misses
+//! a box that the ray truly meets.
+//!
+//! Measure: normalised scene units.
+//! Range: as in `accel/mod.rs`, with coordinates up to 1e18 in magnitude.
+//! Source: obvhs. Tested in `tests/tracing.rs`, `tests/tracing_hard.rs` and `tests/tracing_instances.rs`.
+
+mod binary;
+mod box_ray;
+mod box_tree;
+mod level;
+mod stack;
+mod trace_ray;
+mod wide;
+
+use super::primitive::{self, DRay};
+use super::{AccelOptions, Backend, Hit, Precision, PrimitiveId};
+use crate::error::{Error, Result};
+use crate::geometry::Geometry;
+use crate::geometry::world::World;
+use crate::math::bounds::Bounds;
+use crate::math::ray::Ray;
+use box_ray::clip;
+use box_tree::Layout;
+use level::{Item, Level, TreeOptions};
+use std::sync::Arc;
+use trace_ray::TraceRay;
+
+/// Trees over the world and over each group.
+#[derive(Debug)]
+pub struct ObvhsAccel {
+    world: Arc<World>,
+    root: Level,
+    groups: Vec<Group>,
+    precision: Precision,
+}
+
+/// A group's tree.
+#[derive(Debug)]
+struct Group {
+    bounds: Bounds,
+    level: Level,
+}
+
+impl ObvhsAccel {
+    /// Builds the trees.
+    ///
+    /// # Errors
+    /// If the system gives no threads.
+    pub fn build(world: Arc<World>, options: AccelOptions) -> Result<Self> {
+        on_threads(options.threads, || Self::build_here(world, options))
+    }
+
+    /// Builds the trees on rayon's current threads.
+    fn build_here(world: Arc<World>, options: AccelOptions) -> Self {
+        let tree_options = TreeOptions {
+            layout: match options.backend {
+                Backend::ObvhsCwbvh => Layout::Wide,
+                _ => Layout::Binary,
+            },
+            quality: options.quality,
+        };
+        let numbers = 0..world.instances().len();
+        let instances = numbers.map(|i| (i as u32, world.instance_bounds(i)));
+        let occupied: Vec<_> = instances.filter(|(_, b)| !b.is_empty()).collect();
+        let groups = world.groups().iter();
+        Self {
+            root: Level::new(world.geometries(), &occupied, tree_options),
+            groups: groups.map(|g| Group::new(g, tree_options)).collect(),
+            world,
+            precision: options.precision,
+        }
+    }
+
+    /// The closest hit.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray, time: f32) -> Option<Hit> {
+        if !is_finite(ray) {
+            return None;
+        }
+        match self.precision {
+            Precision::Robust => self.closest(DRay::from(ray), time),
+            Precision::Fast => self.closest(*ray, time),
+        }
+    }
+
+    /// Whether anything lies on the ray; stops at the first hit found.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
+        if !is_finite(ray) {
+            return false;
+        }
+        match self.precision {
+            Precision::Robust => self.any(DRay::from(ray), time),
+            Precision::Fast => self.any(*ray, time),
+        }
+    }
+
+    /// Bytes of the trees and of what is in their leaves.
+    pub fn memory(&self) -> usize {
+        let groups = self.groups.iter().map(|group| group.level.memory());
+        self.root.memory() + groups.sum::<usize>()
+    }
+
+    /// Nodes of the trees.
+    pub fn nodes(&self) -> usize {
+        let groups = self.groups.iter().map(|group| group.level.nodes());
+        self.root.nodes() + groups.sum::<usize>()
+    }
+
+    fn closest<R: TraceRay>(&self, ray: R, time: f32) -> Option<Hit> {
+        let closest = self.root.closest(ray, 0.0, |item, ray| match item {
+            Item::Primitive(id) => meet(self.world.geometries(), id, &ray.widen()),
+            Item::Instance(instance) => self.closest_in(instance, ray, time),
+        });
+        closest.map(|(_, hit)| hit)
+    }
+
+    fn any<R: TraceRay>(&self, ray: R, time: f32) -> bool {
+        self.root.occluded(ray, 0.0, |item, ray| match item {
+            Item::Primitive(id) => meet(self.world.geometries(), id, &ray.widen()).is_some(),
+            Item::Instance(instance) => self.any_in(instance, ray, time),
+        })
+    }
+
+    /// The closest hit on an instance, with its parameter in full. Apart from the loop over the world, to keep that small.
+    #[inline(never)]
+    fn closest_in<R: TraceRay>(&self, instance: u32, ray: &R, time: f32) -> Option<(f64, Hit)> {
+        let (group, shapes, ray, start) = self.enter(instance, ray, time)?;
+        let closest = group.level.closest(ray, start, |item, ray| match item {
+            Item::Primitive(id) => meet(shapes, id, &ray.widen()),
+            Item::Instance(_) => None,
+        });
+        let first_shape = self.world.first_shape(instance as usize);
+        closest.map(|(t, mut hit)| {
+            hit.id.shape += first_shape;
+            (t, hit)
+        })
+    }
+
+    /// Whether an instance lies on the ray.
+    #[inline(never)]
+    fn any_in<R: TraceRay>(&self, instance: u32, ray: &R, time: f32) -> bool {
+        let Some((group, shapes, ray, start)) = self.enter(instance, ray, time) else {
+            return false;
+        };
+        group.level.occluded(ray, start, |item, ray| match item {
+            Item::Primitive(id) => meet(shapes, id, &ray.widen()).is_some(),
+            Item::Instance(_) => false,
+        })
+    }
+
+    /// The group of an instance, its shapes, the ray in its units, and where that comes into it.
+    #[inline]
+    fn enter<R: TraceRay>(
+        &self,
+        instance: u32,
+        ray: &R,
+        time: f32,
+    ) -> Option<(&Group, &[Geometry], R, f64)> {
+        let instance = &self.world.instances()[instance as usize];
+        let group = &self.groups[instance.group];
+        let ray = ray.widen().transformed(&instance.at(time).inverse());
+        let start = clip(&ray, &group.bounds)?;
+        let shapes = &self.world.groups()[instance.group];
+        Some((group, shapes, R::narrow(&ray), start))
+    }
+}
+
+impl Group {
+    fn new(shapes: &[Geometry], options: TreeOptions) -> Self {
+        let boxes = shapes.iter().map(Geometry::bounds);
+        let bounds = boxes.fold(Bounds::default(), Bounds::union);
+        Self {
+            level: Level::within(&bounds, shapes, options),
+            bounds,
+        }
+    }
+}
+
+/// Runs work on this many threads: rayon's current ones if they are as many, else new ones.
+fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
+    if rayon::current_thread_index().is_some() && rayon::current_num_threads() == threads {
+        return Ok(work());
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| Error::render(format!("no threads to build on: {error}")))?;
+    Ok(pool.install(work))
+}
+
+/// A hit on any primitive, in double precision.
+fn meet(shapes: &[Geometry], id: PrimitiveId, ray: &DRay) -> Option<(f64, Hit)> {
+    let (t, uv) = primitive::intersect(&shapes[id.shape as usize], id.primitive, ray)?;
+    let hit = Hit {
+        id,
+        t: t as f32,
+        uv: uv.map(|x| x as f32),
+    };
+    Some((t, hit))
+}
+
+#[inline]
+fn is_finite(ray: &Ray) -> bool {
+    ray.origin.is_finite() && ray.dir.is_finite()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn trees_are_built_on_as_many_threads_as_asked_for() {
+        for threads in [1, 3] {
+            let used = on_threads(threads, rayon::current_num_threads).expect("a few threads");
+            assert_eq!(used, threads);
+            let within = on_threads(threads, || {
+                let outer = rayon::current_thread_index();
+                on_threads(threads, || (outer, rayon::current_thread_index()))
+            });
+            let (outer, inner) = within.and_then(|inner| inner).expect("a few threads");
+            assert!(
+                outer.is_some() && outer == inner,
+                "a pool within a pool of its size"
+            );
+        }
+    }
+}

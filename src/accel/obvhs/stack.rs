@@ -1,0 +1,66 @@
+//! What a traversal has yet to visit.
+//!
+//! Measure: none.
+//! Range: any depth. A tree of degenerate shapes may be deeper than any fixed number, and obvhs's own stacks then forget
+//! nodes; beyond what balanced trees need this one goes to the heap.
+//! Source: none needed. Tested below.
+
+/// A stack, of which `N` entries need no heap.
+pub struct Stack<T, const N: usize> {
+    fixed: [T; N],
+    count: usize,
+    beyond: Vec<T>,
+}
+
+impl<T: Copy + Default, const N: usize> Stack<T, N> {
+    /// An empty stack.
+    #[inline]
+    pub fn new() -> Self {
+        Self {
+            fixed: [T::default(); N],
+            count: 0,
+            beyond: Vec::new(),
+        }
+    }
+
+    /// Puts an entry on top.
+    #[inline]
+    pub fn push(&mut self, entry: T) {
+        match self.fixed.get_mut(self.count) {
+            Some(place) => {
+                *place = entry;
+                self.count += 1;
+            }
+            None => self.beyond.push(entry),
+        }
+    }
+
+    /// Takes the entry on top.
+    #[inline]
+    pub fn pop(&mut self) -> Option<T> {
+        if self.count == N
+            && let Some(entry) = self.beyond.pop()
+        {
+            return Some(entry);
+        }
+        self.count = self.count.checked_sub(1)?;
+        Some(self.fixed[self.count])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_come_back_in_reverse_however_many() {
+        let mut stack = Stack::<usize, 8>::new();
+        for count in [0, 1, 7, 8, 9, 40] {
+            (0..count).for_each(|entry| stack.push(entry));
+            for entry in (0..count).rev() {
+                assert_eq!(stack.pop(), Some(entry), "of {count}");
+            }
+            assert_eq!(stack.pop(), None);
+        }
+    }
+}

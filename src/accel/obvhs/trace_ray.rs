@@ -1,0 +1,142 @@
+//! Rays in the precision in which triangles are met: single for speed, double for care.
+//!
+//! Measure: normalised scene units, or a group's own units with the ray brought there.
+//! Range: any ray and triangle; a triangle seen edge-on, or without an area, is never hit.
+//! Source: Möller and Trumbore 1997, in the form whose distance is measured along the geometric normal, which is what the
+//! error bounds of surface points are made for. Tested below, in `tests/tracing.rs` and in `tests/tracing_hard.rs`.
+
+use crate::accel::primitive::DRay;
+use crate::math::ray::Ray;
+use crate::math::triangle::meet_plane;
+use crate::math::vec::Vec3;
+
+/// A ray that meets triangles.
+pub trait TraceRay: Copy {
+    /// The ray in double precision.
+    fn widen(&self) -> DRay;
+
+    /// The ray from double precision.
+    fn narrow(ray: &DRay) -> Self;
+
+    /// Parameter and barycentric coordinates of a hit in (t_min, t_max].
+    fn meet(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f32; 2])>;
+
+    /// Ends the ray here.
+    fn end_at(&mut self, t: f64);
+}
+
+impl TraceRay for DRay {
+    #[inline]
+    fn widen(&self) -> DRay {
+        *self
+    }
+
+    #[inline]
+    fn narrow(ray: &DRay) -> Self {
+        *ray
+    }
+
+    #[inline]
+    fn meet(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f32; 2])> {
+        let vertices = triangle.map(|vertex| vertex.as_dvec3());
+        let (t, [u, v]) = meet_plane(vertices, self.origin, self.dir)?;
+        let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0;
+        (inside && t > self.t_min && t <= self.t_max).then_some((t, [u as f32, v as f32]))
+    }
+
+    #[inline]
+    fn end_at(&mut self, t: f64) {
+        self.t_max = t;
+    }
+}
+
+impl TraceRay for Ray {
+    #[inline]
+    fn widen(&self) -> DRay {
+        self.into()
+    }
+
+    #[inline]
+    fn narrow(ray: &DRay) -> Self {
+        Self {
+            origin: ray.origin.as_vec3a(),
+            dir: ray.dir.as_vec3a(),
+            t_min: ray.t_min as f32,
+            t_max: ray.t_max as f32,
+        }
+    }
+
+    #[inline]
+    fn meet(&self, &[a, b, c]: &[Vec3; 3]) -> Option<(f64, [f32; 2])> {
+        let (e1, e2) = (b - a, c - a);
+        let normal = e1.cross(e2);
+        let to_a = a - self.origin;
+        let across = self.dir.cross(to_a);
+        let determinant = self.dir.dot(normal);
+        // Of the sign of the determinant, the barycentric coordinates times its magnitude.
+        let towards = 1.0_f32.copysign(determinant);
+        let (u, v) = (-towards * across.dot(e2), towards * across.dot(e1));
+        // Divided only if inside, which most triangles are not. Not a number is outside.
+        let inside = u >= 0.0 && v >= 0.0 && u + v <= determinant.abs();
+        if !inside || determinant == 0.0 {
+            return None;
+        }
+        let t = to_a.dot(normal) / determinant;
+        let scale = 1.0 / determinant.abs();
+        (t > self.t_min && t <= self.t_max).then(|| (t.into(), [u * scale, v * scale]))
+    }
+
+    #[inline]
+    fn end_at(&mut self, t: f64) {
+        self.t_max = t as f32;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRIANGLE: [Vec3; 3] = [
+        Vec3::new(0.0, 0.0, 2.0),
+        Vec3::new(4.0, 0.0, 2.0),
+        Vec3::new(0.0, 4.0, 2.0),
+    ];
+
+    fn meets(ray: &Ray) -> Option<(f64, [f32; 2])> {
+        let (single, double) = (ray.meet(&TRIANGLE), ray.widen().meet(&TRIANGLE));
+        assert_eq!(single, double, "{ray:?}");
+        single
+    }
+
+    #[test]
+    fn both_precisions_meet_a_triangle_where_it_is() {
+        let ray = Ray::new(Vec3::new(1.0, 2.0, 0.0), Vec3::new(0.0, 0.0, 0.5));
+        assert_eq!(meets(&ray), Some((4.0, [0.25, 0.5])));
+        let from_behind = Ray::new(Vec3::new(1.0, 2.0, 4.0), Vec3::new(0.0, 0.0, -0.5));
+        assert_eq!(meets(&from_behind), Some((4.0, [0.25, 0.5])));
+        for beside in [
+            Vec3::new(-1.0, 2.0, 0.0),
+            Vec3::new(2.0, -1.0, 0.0),
+            Vec3::new(3.0, 2.0, 0.0),
+        ] {
+            assert_eq!(meets(&Ray::new(beside, Vec3::Z)), None);
+        }
+        assert_eq!(meets(&Ray::new(Vec3::new(-1.0, 1.0, 2.0), Vec3::X)), None);
+    }
+
+    #[test]
+    fn a_hit_lies_beyond_the_start_and_up_to_the_end() {
+        let up_to = |t_min, t_max| {
+            let (origin, dir) = (Vec3::new(1.0, 1.0, 0.0), Vec3::Z);
+            let ray = Ray {
+                origin,
+                dir,
+                t_min,
+                t_max,
+            };
+            meets(&ray).is_some()
+        };
+        assert!(up_to(0.0, 2.0) && up_to(2.0_f32.next_down(), 3.0));
+        assert!(!up_to(2.0, 3.0) && !up_to(0.0, 2.0_f32.next_down()));
+    }
+}

@@ -7,6 +7,7 @@
 use super::{Hit, PrimitiveId};
 use crate::math::ray::Ray;
 use crate::math::vec::Vec3;
+use std::ops::Range;
 
 /// How many rays are traced at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
@@ -102,6 +103,21 @@ impl RayBatch {
         self.t_max.push(ray.t_max);
         self.time.push(time);
         self.active.push(true);
+    }
+
+    /// Adds copies of a range of another batch's rays.
+    ///
+    /// # Panics
+    /// If there are not that many.
+    pub fn append(&mut self, other: &Self, range: Range<usize>) {
+        for axis in 0..3 {
+            self.origin[axis].extend_from_slice(&other.origin[axis][range.clone()]);
+            self.dir[axis].extend_from_slice(&other.dir[axis][range.clone()]);
+        }
+        self.t_min.extend_from_slice(&other.t_min[range.clone()]);
+        self.t_max.extend_from_slice(&other.t_max[range.clone()]);
+        self.time.extend_from_slice(&other.time[range.clone()]);
+        self.active.extend_from_slice(&other.active[range]);
     }
 
     /// One ray and its time.

@@ -18,8 +18,10 @@ pub struct BenchReport {
     pub machine: Machine,
     /// Threads that rendered and traced.
     pub threads: usize,
-    /// Runs for each spread.
+    /// Runs for each spread, but for those of builds.
     pub rounds: usize,
+    /// Builds for each spread.
+    pub build_rounds: usize,
     /// Whether everything was measured.
     pub complete: bool,
     /// Scene by scene.
@@ -172,7 +174,7 @@ pub struct LeakReport {
 pub struct OverheadReport {
     /// How the render traced.
     pub target: Target,
-    /// Samples per pixel of each render.
+    /// Samples per pixel of each render on all threads; one thread takes its share of them.
     pub spp: u64,
     /// Nanoseconds of one core a sample, on all threads.
     pub sample: Spread,
@@ -184,7 +186,7 @@ pub struct OverheadReport {
     pub best: Vec<TraceReport>,
     /// Render over floor.
     pub factor: Spread,
-    /// Where the time of a sample goes.
+    /// Where the time of a sample goes; they sum up to the median of [`Self::sample`].
     pub parts: Vec<PartReport>,
     /// Seconds before the first sample: loading, and building.
     pub load: f64,

@@ -4,7 +4,7 @@
 //! Range: the backends of this build.
 //! Source: none needed. Tested in `tests/bench.rs`.
 
-use crate::accel::batch::Packets;
+use crate::accel::batch::{PacketWidth, Packets};
 use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use serde::{Serialize, Serializer};
 
@@ -23,6 +23,49 @@ pub struct Target {
 }
 
 impl Target {
+    /// Every way of building each of these backends.
+    pub fn all(backends: &[Backend]) -> Vec<Self> {
+        let mut targets = vec![];
+        for &backend in backends {
+            for precision in [Precision::Robust, Precision::Fast] {
+                for quality in [Quality::High, Quality::Medium] {
+                    targets.push(Self {
+                        backend,
+                        precision,
+                        quality,
+                    });
+                }
+            }
+        }
+        targets
+    }
+
+    /// Every way of tracing rays through it: only Embree has packets, and of one ray all are alike.
+    pub fn variants(self) -> Vec<Variant> {
+        let packets = PacketWidth::ALL
+            .iter()
+            .flat_map(|&width| [false, true].map(|coherent| Packets { width, coherent }));
+        let single = Packets::default();
+        let packets = packets.filter(|packets| {
+            *packets == single || self.is_embree() && packets.width != single.width
+        });
+        packets
+            .map(|packets| Variant {
+                target: self,
+                packets,
+            })
+            .collect()
+    }
+
+    /// Whether the library is Embree.
+    pub fn is_embree(self) -> bool {
+        match self.backend {
+            #[cfg(feature = "embree")]
+            Backend::Embree => true,
+            Backend::ObvhsBvh2 | Backend::ObvhsCwbvh => false,
+        }
+    }
+
     /// The options that build it.
     pub fn options(self, threads: usize) -> AccelOptions {
         AccelOptions {

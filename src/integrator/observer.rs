@@ -70,14 +70,22 @@ pub trait PathObserver {
     fn arrived<E: Effects>(&mut self, _at: &Interaction<E>, _beta: Rgb) {}
     /// The path left the scene along this direction.
     fn escaped(&mut self, _direction: Vec3) {}
+    /// What comes from beyond the scene was added.
+    fn environment(&mut self, _contribution: Rgb) {}
     /// Emission found by scattering was added, with this weight against light sampling.
     fn emission(&mut self, _contribution: Rgb, _weight: f32) {}
     /// Light sampling found this contribution, with this weight; `visible` tells what the shadow ray said.
     fn light(&mut self, _contribution: Rgb, _weight: f32, _visible: f32) {}
+    /// Light sampling found no light that shines here.
+    fn unlit(&mut self) {}
     /// The path was scattered.
     fn scattered(&mut self, _wi: Vec3, _lobe: Lobe, _beta: Rgb) {}
     /// The path ended by Russian roulette, which let it survive with this probability.
     fn terminated(&mut self, _survival: f32) {}
+    /// The path ended at a surface: it absorbed everything, or the limit of bounces was reached.
+    fn absorbed(&mut self) {}
+    /// The sample has this value, which its pixel has taken in if it is finite.
+    fn filmed(&mut self, _value: Rgb) {}
 }
 
 /// Nobody watches.

@@ -114,8 +114,10 @@ impl PathIntegrator {
                 0.0
             };
             let Some(at) = scene.intersect::<E>(&path.ray, time, path.departure, u_alpha) else {
-                path.radiance += path.beta * beyond(scene, &path);
                 observer.escaped(path.ray.dir);
+                let contribution = path.beta * beyond(scene, &path);
+                path.radiance += contribution;
+                observer.environment(contribution);
                 break;
             };
             observer.arrived(&at, path.beta);
@@ -128,10 +130,12 @@ impl PathIntegrator {
                 path.radiance += contribution;
             }
             if self.max_bounces.is_some_and(|limit| bounce >= limit) {
+                observer.absorbed();
                 break;
             }
 
             let Some(bsdf) = scene.bsdf(&at) else {
+                observer.absorbed();
                 break;
             };
             if !bsdf.is_delta::<E>() && !scene.lights.is_empty() {
@@ -144,6 +148,8 @@ impl PathIntegrator {
                     if visible > 0.0 {
                         path.radiance += path.beta * light.contribution * visible;
                     }
+                } else {
+                    observer.unlit();
                 }
             }
 
@@ -151,12 +157,14 @@ impl PathIntegrator {
             let wo = at.frame.to_local(at.wo);
             let [u, v, u_lobe] = sampler.draw(Decision::Bsdf(bounce));
             let Some(sample) = bsdf.sample::<E>(wo, u_lobe, Vec2::new(u, v)) else {
+                observer.absorbed();
                 break;
             };
             let wi = at.frame.to_world(sample.wi);
             // A shading normal can promise what the surface cannot keep: light leaking through it.
             let goes_through = E::Transmission::ON && sample.lobe.is_transmission();
             if !at.agrees(wi, goes_through) {
+                observer.absorbed();
                 break;
             }
             path.beta *= sample.weight;

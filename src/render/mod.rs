@@ -10,6 +10,7 @@
 
 pub mod budget;
 mod dispatch;
+mod observed;
 pub mod replay;
 pub mod settings;
 mod tile;
@@ -18,9 +19,11 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::film::filter::Filter;
 use crate::integrator::RayCounts;
+use crate::integrator::observer::Unobserved;
 use crate::scene::Scene;
 use budget::PassPlanner;
 pub use dispatch::kernel;
+pub use observed::observe_tile;
 use rayon::prelude::*;
 use settings::RenderSettings;
 use std::sync::Mutex;
@@ -156,6 +159,7 @@ impl Run<'_> {
                     integrator: dispatch::integrator(self.settings),
                     tile,
                     range,
+                    observer: &mut Unobserved,
                 };
                 let outcome = dispatch::dispatch(scene, self.settings, job);
                 let mut totals = self

@@ -8,7 +8,12 @@ use crate::effects::Kernel;
 use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::integrator::Roulette;
+use crate::scene::description::{SceneDescription, Written};
+use crate::scene::load::unknown_name;
 use std::time::Duration;
+
+/// Samples per pixel where nobody says.
+const DEFAULT_SPP: u64 = 64;
 
 /// Where random numbers come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -115,6 +120,26 @@ impl RenderSettings {
         }
     }
 
+    /// What a scene asks for, and the defaults where it does not say.
+    ///
+    /// # Errors
+    /// A name that there is not, with its line.
+    pub fn of_scene(description: &SceneDescription) -> Result<Self> {
+        let render = &description.render;
+        let integrators = IntegratorKind::ALL.iter().map(|&i| (i.name(), i));
+        let integrator = chosen(description, "integrator", &render.integrator, integrators)?;
+        let samplers = SamplerKind::ALL.iter().map(|&s| (s.name(), s));
+        let sampler = chosen(description, "sampler", &render.sampler, samplers)?;
+        let spp = render.spp.unwrap_or(DEFAULT_SPP);
+        Ok(Self {
+            integrator: integrator.unwrap_or_default(),
+            sampler: sampler.unwrap_or_default(),
+            seed: render.seed.unwrap_or(0),
+            max_bounces: render.max_bounces,
+            ..Self::new(description.film.size, spp)
+        })
+    }
+
     /// Whether the settings make sense for a picture of this size.
     ///
     /// # Errors
@@ -156,6 +181,26 @@ impl RenderSettings {
             .max_bounces
             .map(|n| format!("max_bounces {n}: light that scatters more often is missing"));
         limit.into_iter().collect()
+    }
+}
+
+/// A choice that the scene names, among those that there are.
+fn chosen<T>(
+    description: &SceneDescription,
+    key: &str,
+    wanted: &Option<Written<String>>,
+    mut all: impl Iterator<Item = (&'static str, T)> + Clone,
+) -> Result<Option<T>> {
+    let Some(wanted) = wanted else {
+        return Ok(None);
+    };
+    let names: Vec<&str> = all.clone().map(|(name, _)| name).collect();
+    match all.find(|(name, _)| *name == wanted.value) {
+        Some((_, choice)) => Ok(Some(choice)),
+        None => Err(Error::scene(unknown_name("name", &wanted.value, &names))
+            .in_file(&description.file)
+            .at_line(wanted.line)
+            .in_field(format!("render.{key}"))),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::effects::{Effects, Switch};
 use crate::film::Tile;
 use crate::film::filter::Filter;
 use crate::integrator::RayCounts;
-use crate::integrator::observer::{PathObserver, Unobserved};
+use crate::integrator::observer::PathObserver;
 use crate::integrator::path::PathIntegrator;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -53,15 +53,16 @@ pub struct Outcome {
 }
 
 /// The samples of `range` to be taken in every pixel of a tile.
-pub struct TileJob<'a> {
+pub struct TileJob<'a, O> {
     pub scene: &'a Scene,
     pub filter: &'a Filter,
     pub integrator: PathIntegrator,
     pub tile: &'a mut Tile,
     pub range: Range<u64>,
+    pub observer: &'a mut O,
 }
 
-impl Dispatched for TileJob<'_> {
+impl<O: PathObserver> Dispatched for TileJob<'_, O> {
     type Output = Outcome;
 
     fn run<E: Effects, S: Sampler>(self, mut sampler: S) -> Outcome {
@@ -71,6 +72,7 @@ impl Dispatched for TileJob<'_> {
             integrator,
             tile,
             range,
+            observer,
         } = self;
         let mut outcome = Outcome::default();
         for ([x, y], sums) in tile.window.pixels().zip(&mut tile.pixels) {
@@ -85,7 +87,7 @@ impl Dispatched for TileJob<'_> {
                     integrator,
                     &mut sampler,
                     &mut outcome.rays,
-                    &mut Unobserved,
+                    observer,
                 );
                 if radiance.is_finite() {
                     sums.add(radiance);
@@ -93,6 +95,7 @@ impl Dispatched for TileJob<'_> {
                     let first = Some(NonFiniteSample { y, x, sample });
                     outcome.rejected.merge(Rejected { count: 1, first });
                 }
+                observer.filmed(radiance);
             }
         }
         tile.samples += range.end - range.start;

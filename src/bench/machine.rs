@@ -1,0 +1,42 @@
+//! What a bench runs on.
+//!
+//! Measure: none.
+//! Range: Linux tells the processor's name; elsewhere it stays empty.
+//! Source: proc(5). Tested in `tests/bench.rs`.
+
+use super::report::Machine;
+use crate::render::settings::available_threads;
+use std::env::consts;
+
+/// Finds out.
+pub fn machine() -> Machine {
+    Machine {
+        processor: processor().unwrap_or_default(),
+        processors: available_threads(),
+        system: format!("{} {}", consts::OS, consts::ARCH),
+        embree: embree(),
+    }
+}
+
+fn processor() -> Option<String> {
+    let facts = std::fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = facts.lines().find(|line| line.starts_with("model name"))?;
+    let (_, name) = line.split_once(':')?;
+    Some(name.trim().to_owned())
+}
+
+#[cfg(feature = "embree")]
+fn embree() -> String {
+    let Ok(info) = crate::accel::embree::info() else {
+        return String::new();
+    };
+    match info.library {
+        Some(file) => format!("{} ({})", info.library_version, file.display()),
+        None => info.library_version,
+    }
+}
+
+#[cfg(not(feature = "embree"))]
+fn embree() -> String {
+    String::new()
+}

@@ -1,0 +1,117 @@
+//! How far our own render is from the time that the best of Embree alone takes for its rays.
+//!
+//! The floor of a sample is the sum, over the kinds of rays, of how many of them a sample traces times what the fastest way
+//! through Embree takes for one, among those with the render's own precision. The render over the floor is the overhead
+//! factor: 1 would be a render that does nothing but trace rays, each kind in the way that is best for it.
+//!
+//! Measure: nanoseconds of one core a sample.
+//! Range: at least one round. Renders on all threads and on one take turns; a first round of each does not count.
+//! Source: none needed. Tested in `tests/bench.rs`.
+
+use super::meter::Stage;
+use super::record::Recording;
+use super::report::TraceReport;
+use super::subject::Subject;
+use super::target::Target;
+use crate::error::Result;
+use crate::math::stats::Spread;
+use crate::render::Rendered;
+
+/// What tracing alone takes.
+#[derive(Debug, Clone)]
+pub struct Floor {
+    /// Nanoseconds of one core for a sample's rays.
+    pub nanoseconds: f64,
+    /// The best way for each kind.
+    pub best: Vec<TraceReport>,
+}
+
+impl Floor {
+    /// The floor of a render through `target`; `None` unless Embree was timed on all kinds of its rays.
+    pub fn of(target: Target, recording: &Recording, traces: &[TraceReport]) -> Option<Self> {
+        if !target.is_embree() {
+            return None;
+        }
+        let fits = |way: Target| way.backend == target.backend && way.precision == target.precision;
+        let best = recording.kinds().map(|kind| {
+            let ways = traces
+                .iter()
+                .filter(|way| way.kind == kind && fits(way.variant.target));
+            let median = |way: &TraceReport| way.nanoseconds.median;
+            ways.min_by(|a, b| median(a).total_cmp(&median(b))).cloned()
+        });
+        let best = best.collect::<Option<Vec<TraceReport>>>()?;
+        let time = |way: &TraceReport| recording.per_sample(way.kind) * way.nanoseconds.median;
+        Some(Self {
+            nanoseconds: best.iter().map(time).sum(),
+            best,
+        })
+    }
+
+    /// The overhead factor of renders that took so long a sample.
+    pub fn factor(&self, sample: Spread) -> Spread {
+        Spread {
+            median: sample.median / self.nanoseconds,
+            min: sample.min / self.nanoseconds,
+            max: sample.max / self.nanoseconds,
+        }
+    }
+}
+
+/// What renders took.
+#[derive(Debug, Clone, Copy)]
+pub struct RenderTimes {
+    /// Samples per pixel of a render on all threads.
+    pub spp: u64,
+    /// Nanoseconds of one core a sample, on all threads.
+    pub sample: Spread,
+    /// The same on one thread.
+    pub sample_alone: Spread,
+}
+
+/// Times renders that take about so many `seconds` each; `None` if cancelled.
+///
+/// # Errors
+/// As `render`.
+pub fn render_times(
+    subject: &Subject<'_>,
+    threads: usize,
+    rounds: usize,
+    seconds: f64,
+    stage: &Stage<'_>,
+) -> Result<Option<RenderTimes>> {
+    let time = |threads: usize, spp: u64| {
+        let rendered = subject.render(threads, spp, stage)?;
+        Ok((!rendered.cancelled).then(|| nanoseconds_per_sample(&rendered, threads)))
+    };
+    let Some(first) = time(threads, 1)? else {
+        return Ok(None);
+    };
+    let samples = seconds * 1e9 * threads as f64 / first;
+    let spp = (samples / subject.settings.window.pixel_count() as f64).round() as u64;
+    let (mut sample, mut sample_alone) = (vec![], vec![]);
+    for round in 0..=rounds {
+        let together = time(threads, spp.max(1))?;
+        let alone = time(1, spp.div_ceil(threads as u64).max(1))?;
+        let (Some(together), Some(alone)) = (together, alone) else {
+            return Ok(None);
+        };
+        if round > 0 {
+            sample.push(together);
+            sample_alone.push(alone);
+        }
+        if !stage.go_on((round + 1) as f64 / (rounds + 1) as f64) {
+            return Ok(None);
+        }
+    }
+    Ok(Some(RenderTimes {
+        spp: spp.max(1),
+        sample: Spread::of(sample),
+        sample_alone: Spread::of(sample_alone),
+    }))
+}
+
+fn nanoseconds_per_sample(rendered: &Rendered, threads: usize) -> f64 {
+    let seconds = rendered.elapsed.as_secs_f64();
+    seconds * 1e9 * threads as f64 / rendered.film.sample_count() as f64
+}

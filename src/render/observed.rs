@@ -1,0 +1,34 @@
+//! One tile's samples of a render, with somebody watching their paths.
+//!
+//! Measure: samples.
+//! Range: any tile of a film and any sample indices; the sums are bit for bit those of the render with the same settings.
+//! Source: none needed. Tested in `tests/bench.rs`.
+
+use super::dispatch;
+use super::settings::RenderSettings;
+use super::tile::TileJob;
+use crate::film::Tile;
+use crate::film::filter::Filter;
+use crate::integrator::observer::PathObserver;
+use crate::scene::Scene;
+use std::ops::Range;
+
+/// Adds the samples of `range` to every pixel of a tile, in the order of a render, and tells `observer` of their paths.
+pub fn observe_tile<O: PathObserver>(
+    scene: &Scene,
+    filter: &Filter,
+    settings: &RenderSettings,
+    tile: &mut Tile,
+    range: Range<u64>,
+    observer: &mut O,
+) {
+    let job = TileJob {
+        scene,
+        filter,
+        integrator: dispatch::integrator(settings),
+        tile,
+        range,
+        observer,
+    };
+    dispatch::dispatch(scene, settings, job);
+}

@@ -95,6 +95,9 @@ pub struct BenchArguments {
     /// Segments from inside to outside of each closed mesh, none of which may leak; 0 for none.
     #[arg(long, value_name = "N", default_value_t = 1_000_000)]
     pub segments: u64,
+    /// About how long one of our own renders takes that are held against the floor; each is run as often as --rounds says.
+    #[arg(long, value_name = "DURATION", value_parser = parse_duration, default_value = "1s")]
+    pub render_time: Duration,
     /// How our own render traces where it is held against the floor. fast by default, since speed is in question; a
     /// render's own default is robust. Rays are traced in both.
     #[arg(long, value_parser = precision(), default_value = Precision::Fast.name())]

@@ -8,8 +8,9 @@ use super::compare::{self, Mean};
 use super::tables;
 use super::wording::{digits, ratio, spread, way};
 use crate::accel::Backend;
+use crate::bench::parts::Part;
 use crate::bench::report::{BenchReport, OverheadReport, SceneReport};
-use crate::cli::chart::{self, Bar, Group, Part};
+use crate::cli::chart::{self, Bar, Group};
 use crate::cli::page::{page, prose};
 use crate::cli::table::Table;
 use crate::integrator::observer::RayKind;
@@ -24,7 +25,7 @@ pub fn of_report(report: &BenchReport, command: &str) -> String {
         h1 { "Embree and obvhs, ray by ray" }
         (headline(report))
         @if !report.complete {
-            p.warning { "This bench was interrupted, or goes on: what is not measured yet is left out." }
+            p.warning { "This bench was interrupted: what was not measured is left out." }
         }
         @if !summary.rows.is_empty() {
             p.says { (prose(&summary.says)) }
@@ -267,15 +268,15 @@ fn builds(scene: &SceneReport) -> Vec<Group> {
 }
 
 /// The floor, what tracing takes beyond it, and all else.
-fn parts(overhead: &OverheadReport) -> Vec<Part> {
-    let traces = |part: &str| tables::TRACING.contains(&part);
+fn parts(overhead: &OverheadReport) -> Vec<chart::Part> {
+    let traces = |name: &str| Part::ALL.iter().any(|p| p.traces() && p.name() == name);
     let tracing = overhead.parts.iter().filter(|part| traces(part.part));
     let tracing: f64 = tracing.map(|part| part.nanoseconds).sum();
     let floor = ("the floor", overhead.floor);
     let beyond = ("the rest of tracing", (tracing - overhead.floor).max(0.0));
     let others = overhead.parts.iter().filter(|part| !traces(part.part));
     let others = others.map(|part| (part.part, part.nanoseconds));
-    let part = |(hue, (label, value)): (usize, (&str, f64))| Part {
+    let part = |(hue, (label, value)): (usize, (&str, f64))| chart::Part {
         label: label.to_owned(),
         value,
         text: format!("{} ns", digits(value)),

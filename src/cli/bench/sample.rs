@@ -6,6 +6,7 @@
 
 use crate::accel::batch::Packets;
 use crate::accel::{Backend, Precision, Quality};
+use crate::bench::parts::Part;
 use crate::bench::report::{
     AgreementReport, BenchReport, BuildReport, LeakReport, Machine, OverheadReport, PartReport,
     RayCount, SceneReport, TraceReport,
@@ -56,6 +57,7 @@ pub fn report() -> BenchReport {
         },
         threads: 2,
         rounds: 9,
+        build_rounds: 3,
         complete: true,
         scenes: vec![scene()],
         leaks: vec![LeakReport {
@@ -131,9 +133,9 @@ fn overhead(best: TraceReport) -> OverheadReport {
         best: vec![best],
         factor: about(4.0),
         parts: vec![
-            part(super::tables::TRACING[0], 140.0),
+            part(Part::ClosestHits.name(), 140.0),
             part("scattering", 250.0),
-            part(super::tables::TRACING[1], 110.0),
+            part(Part::ShadowRays.name(), 110.0),
         ],
         load: 0.5,
         build: 0.25,

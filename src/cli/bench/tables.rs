@@ -14,15 +14,9 @@ use crate::bench::target::Variant;
 use crate::cli::table::{Table, numbers, words};
 use crate::integrator::observer::RayKind;
 
-/// The parts of a sample's time in which rays are traced.
-pub const TRACING: [&str; 2] = ["closest hits", "shadow rays"];
-
-/// What the numbers of a table with a spread are.
-fn runs(report: &BenchReport) -> String {
-    format!(
-        "median (least to greatest) of {} interleaved runs",
-        report.rounds
-    )
+/// What numbers with a spread are.
+fn runs(rounds: usize) -> String {
+    format!("median (least to greatest) of {rounds} interleaved runs")
 }
 
 /// What all others are compared to, by name.
@@ -47,7 +41,10 @@ pub fn machine(report: &BenchReport) -> Table {
         ("threads that traced", report.threads.to_string()),
         ("system", machine.system.clone()),
         ("Embree", or_unknown(&machine.embree, "not in this build")),
-        ("runs for each number", report.rounds.to_string()),
+        (
+            "runs for each number",
+            format!("{} ({} of building)", report.rounds, report.build_rounds),
+        ),
     ];
     Table {
         title: "The machine".to_owned(),
@@ -138,7 +135,7 @@ pub fn builds(report: &BenchReport, scene: &SceneReport) -> Table {
         says: format!(
             "Milliseconds to build each structure, and its size: lower is better. Times are the {}; a dash stands where \
              a library does not tell.",
-            runs(report)
+            runs(report.build_rounds)
         ),
         head: vec![
             words("structure"),
@@ -170,7 +167,7 @@ pub fn rays(report: &BenchReport, scene: &SceneReport) -> Table {
             "Nanoseconds of one core for a ray, each backend in the way that is fastest for rays of the kind: lower is \
              better. They are the {}. `Mrays/s` is millions of rays a second and core (higher is better), `ratio` the time \
              over that of {reference} in its fastest way.",
-            runs(report)
+            runs(report.rounds)
         ),
         head: vec![
             words("rays"),
@@ -196,11 +193,12 @@ pub fn variants(report: &BenchReport, scene: &SceneReport) -> Table {
         let medians = traces
             .iter()
             .map(|trace| trace.map_or("-".to_owned(), |trace| digits(trace.nanoseconds.median)));
-        let widest = traces.iter().flatten().map(|trace| {
+        let spreads = traces.iter().flatten().map(|trace| {
             let times = trace.nanoseconds;
             (times.max - times.min) / times.median
         });
-        let widest = widest.fold(0.0, f64::max);
+        // Those of times that the clock did not see are no numbers, which `max` leaves out.
+        let widest = spreads.fold(0.0, f64::max);
         [way(&variant)]
             .into_iter()
             .chain(medians)
@@ -311,12 +309,12 @@ pub fn overhead(report: &BenchReport, overhead: &OverheadReport) -> Table {
             "The render takes {} times as long as its floor (lower is better; 1 cannot be beaten): {} ns of one core a \
              sample over {} ns, which is what its rays alone take, each kind in the fastest way of {}. Numbers are the {}, \
              with {} spp and `{}`. {} are {} times as fast as one. Before the first sample: {} ms of loading, {} ms of \
-             building. The table says where the time of a sample goes, in nanoseconds on one thread.",
+             building. The table says where the time of a sample goes, in nanoseconds of one core.",
             spread(&overhead.factor, 1.0),
             spread(&overhead.sample, 1.0),
             digits(overhead.floor),
             floor_backend(overhead),
-            runs(report),
+            runs(report.rounds),
             overhead.spp,
             overhead.target.name(),
             of_things(report.threads, "thread", "threads"),

@@ -1,14 +1,23 @@
 //! Backends side by side: rays of real renders are recorded and traced again by each of them, ray kind by ray kind.
 
+pub mod agreement;
 pub mod build;
+pub mod closed;
+mod cornell_box;
+pub mod leaks;
 pub mod machine;
+pub mod meeting;
 pub mod meter;
 pub mod overhead;
 pub mod parts;
+pub mod random;
+pub mod rays;
 pub mod record;
 pub mod report;
 mod run;
+pub mod scenes;
 pub mod settings;
+mod staging;
 pub mod subject;
 pub mod target;
 pub mod trace;

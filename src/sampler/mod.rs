@@ -8,7 +8,7 @@
 //! Range: any seed and pixel, any sample index below 2^47, any bounce; no number repeats within these.
 //! Source: pbrt, "Sampling Interface", for the division of labour. Tested in `tests/sampler.rs`.
 
-mod hash;
+pub mod hash;
 pub mod independent;
 pub mod sobol;
 pub mod stratified;

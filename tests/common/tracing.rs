@@ -6,6 +6,7 @@
 
 use super::TestRng;
 use etendue::accel::{Accel, AccelOptions, Backend, Hit, Precision, Quality};
+use etendue::bench::closed::cube_surface;
 use etendue::geometry::world::{Instance, World};
 use etendue::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
 use etendue::math::vec::{DAffine3, DVec3, Vec3};
@@ -80,34 +81,7 @@ pub fn same(a: Option<Hit>, b: Option<Hit>) -> bool {
 
 /// A closed mesh: the cube's surface in `n` x `n` squares a face, pushed out onto a sphere or left as it is.
 pub fn closed_mesh(n: u32, round: bool) -> Mesh {
-    let mut positions: Vec<Vec3> = Vec::new();
-    let mut indices = Vec::new();
-    let mut corner = |p: Vec3| {
-        let p = if round { p.normalize() } else { p };
-        let known = positions.iter().position(|q| *q == p);
-        known.unwrap_or_else(|| {
-            positions.push(p);
-            positions.len() - 1
-        }) as u32
-    };
-    for axis in 0..3 {
-        for side in [-1.0_f32, 1.0] {
-            let mut at = |i: u32, j: u32| {
-                let mut p = Vec3::ZERO;
-                p[axis] = side;
-                p[(axis + 1) % 3] = 2.0 * i as f32 / n as f32 - 1.0;
-                p[(axis + 2) % 3] = 2.0 * j as f32 / n as f32 - 1.0;
-                corner(p)
-            };
-            for i in 0..n {
-                for j in 0..n {
-                    let square = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-                    indices.push([square[0], square[1], square[2]]);
-                    indices.push([square[0], square[2], square[3]]);
-                }
-            }
-        }
-    }
+    let (positions, indices) = cube_surface(n, |p| if round { p.normalize() } else { p });
     Mesh::new(positions, vec![], vec![], indices)
 }
 

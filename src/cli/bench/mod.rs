@@ -69,7 +69,11 @@ pub fn run(arguments: &BenchArguments) -> Result<Outcome> {
     if !arguments.quiet {
         let (json, html) = (files.json.display(), files.html.display());
         let time = format_duration(start.elapsed());
-        let end = if report.complete { "done" } else { "interrupted" };
+        let end = if report.complete {
+            "done"
+        } else {
+            "interrupted"
+        };
         eprintln!("{json}, {html}: {end} after {time}");
     }
     Ok(match report.complete {
@@ -85,7 +89,9 @@ fn settings(arguments: &BenchArguments) -> BenchSettings {
         .filter(|backend| wanted.is_empty() || wanted.contains(backend))
         .collect();
     BenchSettings {
-        threads: arguments.threads.map_or_else(available_threads, usize::from),
+        threads: arguments
+            .threads
+            .map_or_else(available_threads, usize::from),
         rounds: arguments.rounds as usize,
         rays: arguments.rays as usize,
         targets: Target::all(&backends),

@@ -26,7 +26,10 @@ pub fn given(arguments: &[PathBuf], note: &dyn Fn(&str)) -> Result<Vec<BenchScen
         }
         !missing
     };
-    names().filter(without).map(|name| scene(Path::new(name))).collect()
+    names()
+        .filter(without)
+        .map(|name| scene(Path::new(name)))
+        .collect()
 }
 
 /// The bench's own names.

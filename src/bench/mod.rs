@@ -3,6 +3,7 @@
 pub mod agreement;
 pub mod build;
 pub mod closed;
+pub mod comparison;
 mod cornell_box;
 pub mod leaks;
 pub mod machine;

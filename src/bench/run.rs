@@ -5,17 +5,20 @@
 //! Source: docs/bench.md. Tested in `tests/bench.rs`.
 
 use super::build::{build, builds, pool};
+use super::closed::{Aim, ClosedMesh};
+use super::comparison::compare_all;
+use super::leaks::leaks;
 use super::machine::machine;
 use super::meter::Meter;
 use super::overhead::{Floor, render_times};
 use super::parts::parts;
 use super::record::{Recording, record};
 use super::report::{BenchReport, OverheadReport, SceneReport};
-use super::settings::{BenchObserver, BenchScene, BenchSettings};
+use super::settings::{BenchObserver, BenchSettings, GivenScene};
 use super::subject::Subject;
 use super::target::Target;
 use super::trace::{Way, trace};
-use super::work::Work;
+use super::work::{self, Work};
 use crate::accel::Accel;
 use crate::error::Result;
 use crate::film::filter::Filter;
@@ -27,12 +30,15 @@ use crate::scene::prepare::prepare;
 use rayon::ThreadPool;
 use std::time::Instant;
 
+/// Squares along an edge of the cube that each closed mesh is made from: about 50 000 triangles a mesh.
+const CLOSED_MESH_SQUARES: u32 = 64;
+
 /// Measures everything.
 ///
 /// # Errors
 /// Settings out of their range, a scene that cannot be prepared, or what a backend says.
 pub fn run(
-    scenes: &[BenchScene],
+    scenes: &[GivenScene],
     settings: &BenchSettings,
     observer: &dyn BenchObserver,
 ) -> Result<BenchReport> {
@@ -41,7 +47,7 @@ pub fn run(
         .iter()
         .map(|s| Work::of(&s.scene, settings))
         .collect();
-    let seconds = works.iter().map(Work::total).sum::<f64>();
+    let seconds = works.iter().map(Work::total).sum::<f64>() + work::leaks(settings);
     let mut bench = Bench {
         settings,
         observer,
@@ -102,16 +108,16 @@ impl Ready {
 
 /// Each step is `None` if the bench was cancelled.
 impl Bench<'_> {
-    fn all(&mut self, scenes: &[BenchScene], works: &[Work]) -> Result<Option<()>> {
+    fn all(&mut self, scenes: &[GivenScene], works: &[Work]) -> Result<Option<()>> {
         for (scene, work) in scenes.iter().zip(works) {
             if self.scene(scene, work)?.is_none() {
                 return Ok(None);
             }
         }
-        Ok(Some(()))
+        self.leaks()
     }
 
-    fn scene(&mut self, given: &BenchScene, work: &Work) -> Result<Option<()>> {
+    fn scene(&mut self, given: &GivenScene, work: &Work) -> Result<Option<()>> {
         let name = &given.name;
         let stage = self
             .meter
@@ -147,13 +153,15 @@ impl Bench<'_> {
             let accel = build(&ready.scene.world, target, &self.pool)?;
             ready.accels.push((target, accel));
         }
-        if self.traces(&ready, &recording, name, work).is_none() {
+        let traced = self.traces(&ready, &recording, name, work);
+        let compared = traced.and_then(|()| self.agreement(&ready, &recording, name, work));
+        if compared.is_none() {
             return Ok(None);
         }
         self.overhead(&ready, &recording, name, work)
     }
 
-    fn ready(&self, given: &BenchScene) -> Result<Ready> {
+    fn ready(&self, given: &GivenScene) -> Result<Ready> {
         let description: &SceneDescription = &given.scene;
         let target = self.settings.render_target();
         let options = target.options(self.settings.threads);
@@ -199,6 +207,25 @@ impl Bench<'_> {
         Some(())
     }
 
+    fn agreement(
+        &mut self,
+        ready: &Ready,
+        recording: &Recording,
+        name: &str,
+        work: &Work,
+    ) -> Option<()> {
+        let stage = self
+            .meter
+            .stage(format!("{name}: comparing hits"), work.compare);
+        let targets = self.settings.targets.iter();
+        let targets: Vec<(Target, &Accel)> = targets.map(|&t| (t, ready.accel(t))).collect();
+        let count = self.settings.compared_rays;
+        let world = &ready.scene.world;
+        self.last().agreement = compare_all(world, &targets, recording, count, &self.pool, &stage)?;
+        self.tell();
+        Some(())
+    }
+
     fn overhead(
         &mut self,
         ready: &Ready,
@@ -237,6 +264,35 @@ impl Bench<'_> {
             build: ready.build,
         });
         self.tell();
+        Ok(Some(()))
+    }
+
+    fn leaks(&mut self) -> Result<Option<()>> {
+        let settings = self.settings;
+        let stage = self.meter.stage("leaks".into(), work::leaks(settings));
+        if settings.segments == 0 {
+            return Ok(Some(()));
+        }
+        let is_cancelled = || self.observer.is_cancelled();
+        let meshes = ClosedMesh::all(CLOSED_MESH_SQUARES);
+        let all = (meshes.len() * settings.targets.len()) as f64;
+        let mut done = 0.0;
+        for mesh in &meshes {
+            for &target in &settings.targets {
+                let accel = build(mesh.world(), target, &self.pool)?;
+                for &aim in Aim::ALL {
+                    let traced = (target, &accel);
+                    let count = || leaks(mesh, aim, traced, settings.segments, 0, &is_cancelled);
+                    let report = self.pool.install(count);
+                    self.report.leaks.push(report);
+                }
+                done += 1.0;
+                self.tell();
+                if !stage.go_on(done / all) {
+                    return Ok(None);
+                }
+            }
+        }
         Ok(Some(()))
     }
 

@@ -82,7 +82,7 @@ impl BenchSettings {
 
 /// A scene for a bench.
 #[derive(Debug, Clone)]
-pub struct BenchScene {
+pub struct GivenScene {
     /// Its name.
     pub name: String,
     /// What it is, in a sentence; empty for a user's own.

@@ -63,6 +63,13 @@ impl Work {
     }
 }
 
+/// Seconds to look for leaks.
+pub fn leaks(settings: &BenchSettings) -> f64 {
+    let meshes_and_aims = 18.0;
+    let targets = settings.targets.len() as f64;
+    meshes_and_aims * targets * settings.segments as f64 * TRACING / settings.threads as f64
+}
+
 /// Primitives of a shape.
 fn primitives(geometry: &GeometryDescription) -> usize {
     match geometry {

@@ -16,6 +16,13 @@ pub enum Side {
     Right,
 }
 
+impl Side {
+    /// What cells are marked with on a page.
+    fn class(self) -> Option<&'static str> {
+        (self == Self::Right).then_some("number")
+    }
+}
+
 /// A table, with what has to be said before it.
 #[derive(Debug, Clone)]
 pub struct Table {
@@ -91,11 +98,11 @@ impl Table {
             div.table {
                 table {
                     thead { tr {
-                        @for (name, side) in &self.head { th.number[*side == Side::Right] { (name) } }
+                        @for (name, side) in &self.head { th class=[side.class()] { (name) } }
                     } }
                     tbody { @for row in &self.rows { tr {
                         @for (cell, (_, side)) in row.iter().zip(&self.head) {
-                            td.number[*side == Side::Right] { (cell) }
+                            td class=[side.class()] { (cell) }
                         }
                     } } }
                 }

@@ -45,6 +45,14 @@ pub fn backends<'a>(scenes: impl IntoIterator<Item = &'a SceneReport>) -> Vec<Ba
     Backend::ALL.iter().copied().filter(traced).collect()
 }
 
+/// What all others are compared to, by name.
+pub fn reference(report: &BenchReport) -> &'static str {
+    let backends = backends(&report.scenes);
+    backends
+        .first()
+        .map_or("the first", |backend| backend.name())
+}
+
 /// The rays of each kind, traced by each backend in its fastest way.
 pub fn fastest(scene: &SceneReport) -> Vec<Fastest<'_>> {
     let backends = backends([scene]);

@@ -5,8 +5,8 @@
 //! Source: none needed. Tested in `tests/bench_command.rs` and below.
 
 use super::compare::{self, Mean};
-use super::tables;
 use super::wording::{digits, ratio, spread, way};
+use super::{scene_tables, tables};
 use crate::accel::Backend;
 use crate::bench::parts::Part;
 use crate::bench::report::{BenchReport, OverheadReport, SceneReport};
@@ -131,18 +131,18 @@ fn how_to_read(report: &BenchReport, command: &str) -> Markup {
 }
 
 fn of_scene(report: &BenchReport, scene: &SceneReport, index: usize) -> Markup {
-    let head = tables::scene(scene);
+    let head = scene_tables::scene(scene);
     html! {
         section id={ "scene-" (index) } {
             h2 { (head.title) }
             p.says { (prose(&head.says)) }
             @if !head.rows.is_empty() { (folded(&head)) }
-            (charted(&tables::rays(report, scene), &chart::bars(&rays(scene))))
-            (charted(&tables::builds(report, scene), &chart::bars(&builds(scene))))
+            (charted(&scene_tables::rays(report, scene), &chart::bars(&rays(scene))))
+            (charted(&scene_tables::builds(report, scene), &chart::bars(&builds(scene))))
             (variants(report, scene))
-            (plain(&tables::agreement(scene)))
+            (plain(&scene_tables::agreement(scene)))
             @if let Some(overhead) = &scene.overhead {
-                (charted(&tables::overhead(report, overhead), &chart::stack(&parts(overhead))))
+                (charted(&scene_tables::overhead(report, overhead), &chart::stack(&parts(overhead))))
             }
         }
     }
@@ -176,7 +176,7 @@ fn plain(table: &Table) -> Markup {
 
 /// The table of all ways in sight, and their charts folded away: there are many bars.
 fn variants(report: &BenchReport, scene: &SceneReport) -> Markup {
-    let table = tables::variants(report, scene);
+    let table = scene_tables::variants(report, scene);
     html! {
         @if !table.rows.is_empty() {
             (plain(&table))
@@ -222,12 +222,12 @@ fn rays(scene: &SceneReport) -> Vec<Group> {
 /// By kind of ray, a bar for each way of the reference.
 fn all_ways(scene: &SceneReport) -> Vec<Group> {
     let backend = compare::backends([scene]).first().copied();
-    let ways = tables::ways(scene, backend);
+    let ways = scene_tables::ways(scene, backend);
     let group = |kind: RayKind| Group {
         name: kind.name().to_owned(),
         bars: ways
             .iter()
-            .filter_map(|&variant| tables::trace_of(scene, kind, variant))
+            .filter_map(|&variant| scene_tables::trace_of(scene, kind, variant))
             .map(|trace| {
                 let hue = trace.variant.packets.width as usize;
                 bar(way(&trace.variant), &trace.nanoseconds, "ns", hue)

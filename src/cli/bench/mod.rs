@@ -10,6 +10,7 @@ mod html;
 mod json;
 #[cfg(test)]
 mod sample;
+mod scene_tables;
 mod scenes;
 mod tables;
 mod wording;

@@ -5,7 +5,7 @@
 //! Source: none needed. Tested in `tests/bench_command.rs`.
 
 use crate::bench::scenes::{SCENES, suzanne_room};
-use crate::bench::settings::BenchScene;
+use crate::bench::settings::GivenScene;
 use crate::error::{Error, ErrorKind, Result};
 use crate::scene::load;
 use std::path::{Path, PathBuf};
@@ -15,7 +15,7 @@ use std::time::Instant;
 const SUZANNE_ROOM: &str = "suzanne-room";
 
 /// The scenes that were asked for; all of the bench's own if none was.
-pub fn given(arguments: &[PathBuf], note: &dyn Fn(&str)) -> Result<Vec<BenchScene>> {
+pub fn given(arguments: &[PathBuf], note: &dyn Fn(&str)) -> Result<Vec<GivenScene>> {
     if !arguments.is_empty() {
         return arguments.iter().map(|argument| scene(argument)).collect();
     }
@@ -38,7 +38,7 @@ fn names() -> impl Iterator<Item = &'static str> {
     made.chain([SUZANNE_ROOM])
 }
 
-fn scene(argument: &Path) -> Result<BenchScene> {
+fn scene(argument: &Path) -> Result<GivenScene> {
     let start = Instant::now();
     let name = argument.display().to_string();
     let own = SCENES.iter().find(|scene| scene.name == name);
@@ -53,7 +53,7 @@ fn scene(argument: &Path) -> Result<BenchScene> {
         }
         None => ("", load::load(argument)?),
     };
-    Ok(BenchScene {
+    Ok(GivenScene {
         name,
         description: description.to_owned(),
         scene,

@@ -58,11 +58,13 @@ pub fn bars(groups: &[Group]) -> Markup {
             @for group in groups {
                 @if !group.name.is_empty() { div.group { (group.name) } }
                 @for bar in &group.bars {
-                    div.label { (bar.label) }
-                    div.value { (bar.text) }
-                    div.track aria-hidden="true" {
-                        div class=(hue("bar", bar.hue)) style=(width(share(bar.value, scale))) {}
-                        @if let Some([start, end]) = bar.range { (whisker(share(start, scale), share(end, scale))) }
+                    div.row {
+                        div.label { (bar.label) }
+                        div.track aria-hidden="true" {
+                            div class=(hue("bar", bar.hue)) style=(width(share(bar.value, scale))) {}
+                            @if let Some([start, end]) = bar.range { (whisker(share(start, scale), share(end, scale))) }
+                        }
+                        div.value { (bar.text) }
                     }
                 }
             }
@@ -133,17 +135,18 @@ fn width(share: f64) -> String {
 
 /// What charts look like; it goes with [`super::page::STYLE`], which has the colours.
 pub const STYLE: &str = "
-.chart { display: grid; grid-auto-flow: dense; align-items: center; gap: .2rem .75rem; margin: .75rem 0;
-  grid-template-columns: fit-content(17rem) minmax(6rem, 1fr) max-content; }
-.chart .group { grid-column: 1 / -1; font-weight: 600; margin-top: .6rem; break-after: avoid; }
-.chart .label { grid-column: 1; }
-.chart .value { grid-column: 3; text-align: right; }
-.chart .track { grid-column: 2; position: relative; height: 1.1rem; background: var(--track); border-radius: 2px;
+.chart { margin: .75rem 0; }
+.group { font-weight: 600; margin-top: .6rem; break-after: avoid; }
+.row { display: flex; align-items: center; gap: 0 .75rem; margin: .2rem 0; break-inside: avoid; }
+.row .label { flex: 0 0 17rem; }
+.row .track { flex: 1 1 6rem; position: relative; height: 1.1rem; background: var(--track); border-radius: 2px;
   overflow: hidden; }
+.row .value { flex: 0 0 12rem; }
 .bar { height: 100%; border-radius: 2px; }
 .whisker { position: absolute; top: 25%; height: 50%; box-sizing: border-box; min-width: 2px;
-  border: solid var(--text); border-width: 0 1.5px;
-  background: linear-gradient(var(--text), var(--text)) center / 100% 1.5px no-repeat; }
+  border: solid var(--text); border-width: 0 1.5px; }
+.whisker::before { content: \"\"; position: absolute; top: 50%; left: 0; right: 0; height: 1.5px; margin-top: -.75px;
+  background: var(--text); }
 .value { font-variant-numeric: tabular-nums; white-space: nowrap; }
 .stack { display: flex; height: 1.8rem; margin: .75rem 0 .4rem; border-radius: 2px; overflow: hidden; }
 .part { box-sizing: border-box; border-right: 1px solid var(--ground); }
@@ -154,9 +157,8 @@ pub const STYLE: &str = "
 .hue-6 { background: var(--hue-6); }
 .bar, .part, .key, .track, .whisker { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 @media (max-width: 40rem) {
-  .chart { grid-template-columns: 1fr max-content; }
-  .chart .value { grid-column: 2; }
-  .chart .track { grid-column: 1 / -1; margin-bottom: .35rem; }
+  .row { flex-wrap: wrap; margin-bottom: .4rem; }
+  .row .label { flex: 1 1 9rem; } .row .value { flex: 0 0 auto; } .row .track { flex: 1 0 100%; order: 1; }
 }
 ";
 

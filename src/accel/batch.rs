@@ -41,7 +41,7 @@ pub struct Packets {
     /// Rays in each.
     pub width: PacketWidth,
     /// Whether neighbours in the batch go much the same way, as camera rays do. It changes nothing but the speed, and
-    /// nothing at all for packets of one.
+    /// nothing at all for packets of one: closest hits take half the time if they do, and several times as long if not.
     pub coherent: bool,
 }
 
@@ -143,6 +143,33 @@ impl RayBatch {
     pub fn is_active(&self, index: usize) -> bool {
         self.active[index]
     }
+
+    /// Traces the active rays one after the other.
+    pub(super) fn intersect_each(
+        &self,
+        hits: &mut HitBatch,
+        intersect: impl Fn(&Ray, f32) -> Option<Hit>,
+    ) {
+        hits.resize(self.len());
+        for index in 0..self.len() {
+            let (ray, time) = self.get(index);
+            let hit = self.active[index].then(|| intersect(&ray, time)).flatten();
+            hits.set(index, hit);
+        }
+    }
+
+    /// The same for whether anything lies on them.
+    pub(super) fn occluded_each(
+        &self,
+        occluded: &mut Vec<bool>,
+        is_occluded: impl Fn(&Ray, f32) -> bool,
+    ) {
+        occluded.clear();
+        occluded.extend((0..self.len()).map(|index| {
+            let (ray, time) = self.get(index);
+            self.active[index] && is_occluded(&ray, time)
+        }));
+    }
 }
 
 /// What the rays of a batch hit, in their order.
@@ -174,32 +201,34 @@ impl HitBatch {
         self.shape.is_empty()
     }
 
-    /// Takes everything out and keeps the memory.
-    pub fn clear(&mut self) {
-        self.t.clear();
-        self.u.clear();
-        self.v.clear();
-        self.shape.clear();
-        self.primitive.clear();
+    /// Makes room for the hits of so many rays; what stands there is left open.
+    pub fn resize(&mut self, rays: usize) {
+        self.t.resize(rays, f32::INFINITY);
+        self.u.resize(rays, 0.0);
+        self.v.resize(rays, 0.0);
+        self.shape.resize(rays, Self::MISS);
+        self.primitive.resize(rays, Self::MISS);
     }
 
-    /// Adds what the next ray hits.
-    pub fn push(&mut self, hit: Option<Hit>) {
-        let (id, t, [u, v]) = match hit {
-            Some(hit) => (hit.id, hit.t, hit.uv),
-            None => {
-                let nothing = PrimitiveId {
-                    shape: Self::MISS,
-                    primitive: Self::MISS,
-                };
-                (nothing, f32::INFINITY, [0.0; 2])
-            }
+    /// Says what one ray hits.
+    ///
+    /// # Panics
+    /// If there is none with this index.
+    #[inline]
+    pub fn set(&mut self, index: usize, hit: Option<Hit>) {
+        let nothing = Hit {
+            id: PrimitiveId {
+                shape: Self::MISS,
+                primitive: Self::MISS,
+            },
+            t: f32::INFINITY,
+            uv: [0.0; 2],
         };
-        self.t.push(t);
-        self.u.push(u);
-        self.v.push(v);
-        self.shape.push(id.shape);
-        self.primitive.push(id.primitive);
+        let Hit { id, t, uv } = hit.unwrap_or(nothing);
+        self.t[index] = t;
+        [self.u[index], self.v[index]] = uv;
+        self.shape[index] = id.shape;
+        self.primitive[index] = id.primitive;
     }
 
     /// What one ray hits.

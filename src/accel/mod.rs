@@ -97,6 +97,8 @@ impl Precision {
 }
 
 /// How much work goes into an acceleration structure: more makes rays faster.
+///
+/// Embree ignores `High` for robust scenes, which it never splits triangles of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Quality {
     /// For scenes that are traced little.
@@ -210,26 +212,30 @@ impl Accel {
             Self::Obvhs(accel) => accel.memory(),
         }
     }
-    /// The closest hit of every active ray, as [`Self::intersect`] without a departure finds it.
-    pub fn intersect_batch(&self, rays: &RayBatch, _packets: Packets, hits: &mut HitBatch) {
-        hits.clear();
-        for index in 0..rays.len() {
-            let (ray, time) = rays.get(index);
-            let hit = rays
-                .is_active(index)
-                .then(|| self.intersect(&ray, time, None))
-                .flatten();
-            hits.push(hit);
+
+    /// The closest hit of every active ray, as [`Self::intersect`] without a departure finds it. Of primitives at the same
+    /// distance packets may report another one, and their hits may differ in the last bits.
+    #[cfg_attr(not(feature = "embree"), allow(unused_variables))] // obvhs has no packets
+    pub fn intersect_batch(&self, rays: &RayBatch, packets: Packets, hits: &mut HitBatch) {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(accel) => accel.intersect_batch(rays, packets, hits),
+            Self::Obvhs(accel) => {
+                rays.intersect_each(hits, |ray, time| accel.intersect(ray, time));
+            }
         }
     }
 
     /// Whether anything lies on each active ray; `false` for the others.
-    pub fn occluded_batch(&self, rays: &RayBatch, _packets: Packets, occluded: &mut Vec<bool>) {
-        occluded.clear();
-        occluded.extend((0..rays.len()).map(|index| {
-            let (ray, time) = rays.get(index);
-            rays.is_active(index) && self.occluded(&ray, time)
-        }));
+    #[cfg_attr(not(feature = "embree"), allow(unused_variables))] // obvhs has no packets
+    pub fn occluded_batch(&self, rays: &RayBatch, packets: Packets, occluded: &mut Vec<bool>) {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(accel) => accel.occluded_batch(rays, packets, occluded),
+            Self::Obvhs(accel) => {
+                rays.occluded_each(occluded, |ray, time| accel.occluded(ray, time));
+            }
+        }
     }
 
     /// Nodes of the structure; `None` where the library does not tell.

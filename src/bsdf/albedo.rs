@@ -12,8 +12,9 @@
 
 use super::fresnel::schlick_weight;
 use super::microfacet::{Ggx, SMOOTH_ALPHA};
+use crate::math::turn::sin_cos_turns;
 use crate::math::vec::{Vec2, Vec3, reflect};
-use std::f32::consts::{FRAC_1_PI, PI};
+use std::f32::consts::FRAC_1_PI;
 use std::sync::LazyLock;
 
 /// Nodes along mu.
@@ -49,8 +50,12 @@ pub struct AlbedoRow {
     rows: Option<(&'static [Row; 2], f32)>,
     alpha: f32,
     mean: SingleScatter,
+    /// 1 / (pi mean loss), or 0 where nothing is lost: normalises [`AlbedoRow::multiple_scattering`].
+    multiple_scale: f32,
     /// ln(1 + 1 / alpha^2), which normalises [`AlbedoRow::pdf_multiple`].
     log: f32,
+    /// 1 / (pi log).
+    pdf_scale: f32,
 }
 
 /// What is tabulated: the root of the loss, and B - (1 - mu)^5.
@@ -73,7 +78,9 @@ impl AlbedoRow {
                 loss: 0.0,
                 schlick: 1.0 / 21.0,
             },
+            multiple_scale: 0.0,
             log: 1.0,
+            pdf_scale: FRAC_1_PI,
         }
     }
 
@@ -97,8 +104,9 @@ impl AlbedoRow {
         let Some((rows, t)) = self.rows else {
             return SingleScatter { loss: 0.0, schlick };
         };
-        let x = coordinate_of_mu(mu, self.alpha);
-        let entry = look_up(&rows[0], x).lerp(look_up(&rows[1], x), t);
+        let (i, s) = split(coordinate_of_mu(mu, self.alpha), NODES_MU);
+        let across = |node: usize| rows[0][node].lerp(rows[1][node], t);
+        let entry = across(i).lerp(across(i + 1), s);
         SingleScatter {
             loss: entry.root_loss * entry.root_loss,
             schlick: entry.excess + schlick,
@@ -115,10 +123,7 @@ impl AlbedoRow {
     /// Kulla and Conty 2017, with the losses of both directions as [`AlbedoRow::at`] gives them.
     #[inline]
     pub fn multiple_scattering(&self, o: SingleScatter, i: SingleScatter) -> f32 {
-        if o.loss * i.loss <= 0.0 {
-            return 0.0;
-        }
-        FRAC_1_PI * o.loss * i.loss / self.mean.loss
+        o.loss * i.loss * self.multiple_scale
     }
 
     /// A direction for [`AlbedoRow::multiple_scattering`], by the shape of the loss: mu / (mu^2 + alpha^2), uniform in
@@ -126,7 +131,7 @@ impl AlbedoRow {
     #[inline]
     pub fn sample_multiple(&self, u: Vec2) -> Vec3 {
         let mu = (self.alpha * ((u.x * self.log).exp() - 1.0).sqrt()).min(1.0);
-        let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+        let (sin, cos) = sin_cos_turns(u.y);
         let r = ((1.0 - mu) * (1.0 + mu)).sqrt();
         Vec3::new(r * cos, r * sin, mu)
     }
@@ -134,7 +139,7 @@ impl AlbedoRow {
     /// The density of [`AlbedoRow::sample_multiple`] per steradian; nothing for a smooth surface.
     #[inline]
     pub fn pdf_multiple(&self, mu: f32) -> f32 {
-        FRAC_1_PI * mu / ((mu * mu + self.alpha * self.alpha) * self.log)
+        self.pdf_scale * mu / (mu * mu + self.alpha * self.alpha)
     }
 }
 
@@ -229,11 +234,14 @@ impl Tables {
         };
         let (i, t) = split(coordinate_of_alpha(alpha), NODES_ROUGHNESS);
         let rows = self.rows[i..].first_chunk().map(|rows| (rows, t));
+        let log = (1.0 + 1.0 / alpha2).ln();
         AlbedoRow {
             rows,
             alpha,
             mean,
-            log: (1.0 + 1.0 / alpha2).ln(),
+            multiple_scale: FRAC_1_PI / mean.loss,
+            log,
+            pdf_scale: FRAC_1_PI / log,
         }
     }
 

@@ -10,12 +10,12 @@
 
 use super::albedo::{AlbedoRow, SingleScatter};
 use super::fresnel;
-use super::microfacet::{Ggx, mirror_normal};
+use super::microfacet::Ggx;
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
 use crate::math::{
     measure::PdfSolidAngle,
     rgb::Rgb,
-    vec::{Vec2, Vec3, reflect},
+    vec::{Vec2, Vec3},
 };
 
 /// A metal surface.
@@ -136,7 +136,7 @@ impl Conductor {
         let mut wi = if u_lobe < o.loss {
             self.albedo.sample_multiple(u)
         } else {
-            reflect(up, ggx.sample_visible(up, u))
+            ggx.sample_mirrored(up, u)
         };
         if wi.z <= 0.0 {
             return None;
@@ -155,13 +155,12 @@ impl Conductor {
     /// Both directions above; `o` is the single scattering towards `wo`.
     #[inline]
     fn eval_rough(&self, ggx: &Ggx, wo: Vec3, wi: Vec3, o: SingleScatter) -> BsdfValue {
-        let (m, cos_m) = mirror_normal(wo, wi);
-        let fresnel = fresnel::conductor_rgb(cos_m, self.eta, self.k);
+        let facets = ggx.mirroring(wo, wi);
+        let fresnel = fresnel::conductor_rgb(facets.cos, self.eta, self.k);
         let ms = self.albedo.multiple_scattering(o, self.albedo.at(wi.z));
-        let pdf =
-            (1.0 - o.loss) * ggx.pdf_mirrored(wo, m) + o.loss * self.albedo.pdf_multiple(wi.z);
+        let pdf = (1.0 - o.loss) * facets.pdf + o.loss * self.albedo.pdf_multiple(wi.z);
         BsdfValue {
-            f: (ggx.d(m) * ggx.visibility(wo, wi)) * fresnel + ms * self.f_ms,
+            f: facets.d_v * fresnel + ms * self.f_ms,
             pdf: PdfSolidAngle(pdf),
         }
     }

@@ -9,7 +9,7 @@
 //! `tests/bsdf.rs` and `tests/furnace.rs`.
 
 use super::fresnel::{self, Interface};
-use super::microfacet::{Ggx, SMOOTH_ALPHA, mirror_normal};
+use super::microfacet::{Ggx, SMOOTH_ALPHA};
 use super::types::{BsdfSample, BsdfValue, Lobe};
 use crate::math::{
     measure::PdfSolidAngle,
@@ -42,6 +42,12 @@ impl Dielectric {
         let facets = Ggx::from_roughness(roughness)
             .filter(|ggx| ggx.alpha() * (ior - 1.0).abs() >= SMOOTH_ALPHA);
         Self { ior, tint, facets }
+    }
+
+    /// The same surface with another tint.
+    #[inline]
+    pub fn tinted(&self, tint: Rgb) -> Self {
+        Self { tint, ..*self }
     }
 
     /// Refractive index, inside over outside.
@@ -163,11 +169,11 @@ impl Side {
     /// Both directions above. Walter et al. eq. 20: f = F G D / (4 cos_o cos_i).
     #[inline]
     fn eval_reflection(&self, ggx: &Ggx, wo: Vec3, wi: Vec3) -> BsdfValue {
-        let (m, cos_m) = mirror_normal(wo, wi);
-        let r = fresnel::dielectric(cos_m, self.n_o, self.n_t).reflectance;
+        let facets = ggx.mirroring(wo, wi);
+        let r = fresnel::dielectric(facets.cos, self.n_o, self.n_t).reflectance;
         BsdfValue {
-            f: Rgb::grey(r * ggx.d(m) * ggx.visibility(wo, wi)),
-            pdf: PdfSolidAngle(r * ggx.pdf_mirrored(wo, m)),
+            f: Rgb::grey(r * facets.d_v),
+            pdf: PdfSolidAngle(r * facets.pdf),
         }
     }
 

@@ -6,21 +6,24 @@
 //! Source: Walter et al. 2007; Heitz 2014 (JCGT 3-2), "Understanding the Masking-Shadowing Function"; Dupuy and Benyoub
 //! 2023, "Sampling Visible GGX Normals with Spherical Caps". Tested in `tests/bsdf.rs` and `tests/furnace.rs`.
 
+use crate::math::turn::sin_cos_turns;
 use crate::math::vec::{Vec2, Vec3};
-use std::f32::consts::{FRAC_1_PI, PI};
+use std::f32::consts::FRAC_1_PI;
 
 /// Below this alpha a surface counts as smooth: its lobe, 1e-4 rad wide, is at the resolution of `f32` directions.
 pub const SMOOTH_ALPHA: f32 = 1e-4;
 
-/// The normal that mirrors `wo` into `wi`, and the cosine of both to it.
-///
-/// The cosine is half the length of wo + wi: exactly the same both ways, and good also at grazing angles, where wo.m
-/// cancels.
-#[inline]
-pub fn mirror_normal(wo: Vec3, wi: Vec3) -> (Vec3, f32) {
-    let h = wo + wi;
-    let length = h.length();
-    (h / length, (0.5 * length).min(1.0))
+/// Reflection by the facets that mirror one direction into another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mirroring {
+    /// The cosine of both directions to those facets: half the length of wo + wi, which is exactly the same both ways, and
+    /// good also at grazing angles, where wo.m cancels.
+    pub cos: f32,
+    /// D V, by which Fresnel's reflectance gives f: V = G2(wo, wi) / (4 cos_o cos_i) with G2 = 1 / (1 + Lambda_o + Lambda_i),
+    /// correlated in height. Heitz 2014 eq. 99.
+    pub d_v: f32,
+    /// The density of [`Ggx::sample_mirrored`] per steradian.
+    pub pdf: f32,
 }
 
 /// The GGX distribution of one roughness.
@@ -81,12 +84,6 @@ impl Ggx {
         2.0 / (w.z + self.stretched_cos(w))
     }
 
-    /// V = G2(wo, wi) / (4 cos_o cos_i) with G2 = 1 / (1 + Lambda_o + Lambda_i), correlated in height. Heitz 2014 eq. 99.
-    #[inline]
-    pub fn visibility(&self, wo: Vec3, wi: Vec3) -> f32 {
-        0.5 / (wi.z * self.stretched_cos(wo) + wo.z * self.stretched_cos(wi))
-    }
-
     /// 1 - G2(wo, wi) / G1(wo): the share of what `wo`'s visible facets mirror that others shadow, exact also where small.
     #[inline]
     pub fn shadowed(&self, wo: Vec3, wi: Vec3) -> f32 {
@@ -96,14 +93,27 @@ impl Ggx {
         wo.z * excess / (wi.z * so + wo.z * si)
     }
 
-    /// A microfacet normal that `wo` sees, with density [`Ggx::pdf_visible`]. Dupuy and Benyoub 2023, listing 3.
+    /// A microfacet normal that `wo` sees, with density [`Ggx::pdf_visible`].
     #[inline]
     pub fn sample_visible(&self, wo: Vec3, u: Vec2) -> Vec3 {
+        self.visible(wo, u).normalize()
+    }
+
+    /// `wo` mirrored about a normal that it sees, with density [`Ggx::pdf_mirrored`]; may lie below the surface.
+    #[inline]
+    pub fn sample_mirrored(&self, wo: Vec3, u: Vec2) -> Vec3 {
+        let m = self.visible(wo, u);
+        (2.0 * wo.dot(m) / m.length_squared()) * m - wo
+    }
+
+    /// A visible normal, of any length. Dupuy and Benyoub 2023, listing 3.
+    #[inline]
+    fn visible(&self, wo: Vec3, u: Vec2) -> Vec3 {
         let w = Vec3::new(self.alpha * wo.x, self.alpha * wo.y, wo.z).normalize();
         // A point on the cap of the sphere above -w.z; `t` is its depth below the pole, which keeps 1 - z^2 exact.
         let t = u.y * (1.0 + w.z);
         let sin = (t * (2.0 - t)).max(0.0).sqrt();
-        let (sin_phi, cos_phi) = (2.0 * PI * u.x).sin_cos();
+        let (sin_phi, cos_phi) = sin_cos_turns(u.x);
         // z + w.z in the form that stays positive.
         let h_z = (1.0 - u.y) * (1.0 + w.z);
         Vec3::new(
@@ -111,7 +121,25 @@ impl Ggx {
             self.alpha * (sin * sin_phi + w.y),
             h_z,
         )
-        .normalize()
+    }
+
+    /// What facets that mirror one of two directions into the other say, both above the surface.
+    ///
+    /// D needs no unit normal: with h = wo + wi it is alpha^2 / pi (|h|^2 / (alpha^2 h_z^2 + h_x^2 + h_y^2))^2.
+    #[inline]
+    pub fn mirroring(&self, wo: Vec3, wi: Vec3) -> Mirroring {
+        let h = wo + wi;
+        let length2 = h.length_squared();
+        let stretched = h.z * h.z * self.alpha2 + (h.x * h.x + h.y * h.y);
+        // Both are zero where the squares of opposite, ever so grazing directions underflow: nothing mirrors there.
+        let ratio = length2 / stretched.max(f32::MIN_POSITIVE);
+        let half_d = 0.5 * FRAC_1_PI * self.alpha2 * (ratio * ratio);
+        let (so, si) = (self.stretched_cos(wo), self.stretched_cos(wi));
+        Mirroring {
+            cos: (0.5 * length2.sqrt()).min(1.0),
+            d_v: half_d / (wi.z * so + wo.z * si),
+            pdf: half_d / (wo.z + so),
+        }
     }
 
     /// The density of [`Ggx::sample_visible`] per steradian of `m`: G1(wo) max(0, wo.m) D(m) / cos_o. Heitz 2014 eq. 16.
@@ -120,7 +148,7 @@ impl Ggx {
         4.0 * wo.dot(m).max(0.0) * self.pdf_mirrored(wo, m)
     }
 
-    /// The density per steradian of wi = `wo` mirrored about a visible normal: pdf_visible / (4 wo.m).
+    /// The density of [`Ggx::sample_mirrored`] per steradian, by the normal: pdf_visible / (4 wo.m).
     #[inline]
     pub fn pdf_mirrored(&self, wo: Vec3, m: Vec3) -> f32 {
         0.25 * self.d(m) * self.g1_over_cos(wo)

@@ -23,6 +23,7 @@ pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use mirror::Mirror;
 pub use phong::Phong;
+use principled::Choice;
 pub use principled::{Principled, PrincipledParameters};
 pub use types::{BsdfSample, BsdfValue, Lobe};
 
@@ -44,34 +45,30 @@ pub enum Bsdf {
 }
 
 impl Bsdf {
-    /// f(wo, wi) without the cosine, and the density with which [`Bsdf::sample`] finds `wi`; without delta lobes. A
-    /// kernel evaluates only the models that its effects let into the scene.
+    /// The same seen from `wo`, for more than one question about it.
     #[inline]
-    pub fn eval<E: Effects>(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
-        match self {
-            Self::Diffuse(model) => model.eval(wo, wi),
-            Self::Mirror(model) if mirrors::<E>() => model.eval(),
-            Self::Conductor(model) if mirrors::<E>() => model.eval(wo, wi),
-            Self::Dielectric(model) if E::Transmission::ON => model.eval(wo, wi),
-            Self::Phong(model) if E::Glossy::ON => model.eval(wo, wi),
-            Self::Principled(model) if mirrors::<E>() => model.eval(wo, wi),
-            _ => beyond_kernel(),
+    pub fn seen_from<E: Effects>(&self, wo: Vec3) -> View<'_> {
+        let choice = match self {
+            Self::Principled(model) if mirrors::<E>() => Some(model.choice(wo)),
+            _ => None,
+        };
+        View {
+            bsdf: self,
+            wo,
+            choice,
         }
     }
 
-    /// A direction for light to come from, given where it goes. `u_lobe` chooses among lobes and is spent by that; `u`
-    /// chooses the direction. `None`: nothing is scattered this time, which is part of the estimate.
+    /// [`View::eval`] from `wo`.
+    #[inline]
+    pub fn eval<E: Effects>(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
+        self.seen_from::<E>(wo).eval::<E>(wi)
+    }
+
+    /// [`View::sample`] from `wo`.
     #[inline]
     pub fn sample<E: Effects>(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        match self {
-            Self::Diffuse(model) => model.sample(wo, u),
-            Self::Mirror(model) if mirrors::<E>() => model.sample(wo),
-            Self::Conductor(model) if mirrors::<E>() => model.sample(wo, u_lobe, u),
-            Self::Dielectric(model) if E::Transmission::ON => model.sample(wo, u_lobe, u),
-            Self::Phong(model) if E::Glossy::ON => model.sample(wo, u_lobe, u),
-            Self::Principled(model) if mirrors::<E>() => model.sample(wo, u_lobe, u),
-            _ => beyond_kernel(),
-        }
+        self.seen_from::<E>(wo).sample::<E>(u_lobe, u)
     }
 
     /// Refractive index inside over outside; 1 for what lets no light through.
@@ -108,6 +105,49 @@ impl Bsdf {
             Self::Dielectric(model) => lobes(model.is_delta()).with(Effect::Transmission),
             Self::Phong(_) => EffectSet::NONE.with(Effect::Glossy),
             Self::Principled(model) => model.effects(),
+        }
+    }
+}
+
+/// A BSDF seen from one direction: what both evaluation and sampling need to know of that is computed once.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    bsdf: &'a Bsdf,
+    wo: Vec3,
+    /// Of the principled model.
+    choice: Option<Choice>,
+}
+
+impl View<'_> {
+    /// f(wo, wi) without the cosine, and the density with which [`View::sample`] finds `wi`; without delta lobes. A
+    /// kernel evaluates only the models that its effects let into the scene.
+    #[inline]
+    pub fn eval<E: Effects>(&self, wi: Vec3) -> BsdfValue {
+        let wo = self.wo;
+        match (self.bsdf, &self.choice) {
+            (Bsdf::Diffuse(model), _) => model.eval(wo, wi),
+            (Bsdf::Mirror(model), _) if mirrors::<E>() => model.eval(),
+            (Bsdf::Conductor(model), _) if mirrors::<E>() => model.eval(wo, wi),
+            (Bsdf::Dielectric(model), _) if E::Transmission::ON => model.eval(wo, wi),
+            (Bsdf::Phong(model), _) if E::Glossy::ON => model.eval(wo, wi),
+            (Bsdf::Principled(model), Some(choice)) => model.eval(wo, choice, wi),
+            _ => beyond_kernel(),
+        }
+    }
+
+    /// A direction for light to come from. `u_lobe` chooses among lobes and is spent by that; `u` chooses the direction.
+    /// `None`: nothing is scattered this time, which is part of the estimate.
+    #[inline]
+    pub fn sample<E: Effects>(&self, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        let wo = self.wo;
+        match (self.bsdf, &self.choice) {
+            (Bsdf::Diffuse(model), _) => model.sample(wo, u),
+            (Bsdf::Mirror(model), _) if mirrors::<E>() => model.sample(wo),
+            (Bsdf::Conductor(model), _) if mirrors::<E>() => model.sample(wo, u_lobe, u),
+            (Bsdf::Dielectric(model), _) if E::Transmission::ON => model.sample(wo, u_lobe, u),
+            (Bsdf::Phong(model), _) if E::Glossy::ON => model.sample(wo, u_lobe, u),
+            (Bsdf::Principled(model), Some(choice)) => model.sample(wo, choice, u_lobe, u),
+            _ => beyond_kernel(),
         }
     }
 }

@@ -11,6 +11,7 @@
 
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
 use crate::math::frame::Frame;
+use crate::math::turn::sin_cos_turns;
 use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec2, vec::Vec3};
 use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -124,7 +125,7 @@ fn cosine_power(one_minus_cos: f32, n: f32) -> f32 {
 fn sample_cosine_power(u: Vec2, n: f32) -> Vec3 {
     let one_minus_cos = -((-u.x).ln_1p() / (n + 1.0)).exp_m1();
     let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
-    let (sin_phi, cos_phi) = (2.0 * PI * u.y).sin_cos();
+    let (sin_phi, cos_phi) = sin_cos_turns(u.y);
     Vec3::new(sin * cos_phi, sin * sin_phi, 1.0 - one_minus_cos)
 }
 

@@ -21,13 +21,13 @@ use super::albedo::{AlbedoRow, SingleScatter};
 use super::conductor::multiple_scattering_colour;
 use super::dielectric::Dielectric;
 use super::fresnel::{normal_reflectance, schlick_mean, schlick_weight};
-use super::microfacet::{Ggx, mirror_normal};
+use super::microfacet::Ggx;
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
 use crate::effects::{Effect, EffectSet};
 use crate::math::{
     measure::PdfSolidAngle,
     rgb::Rgb,
-    vec::{Vec2, Vec3, reflect},
+    vec::{Vec2, Vec3},
 };
 use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
 use std::f32::consts::FRAC_1_PI;
@@ -47,7 +47,7 @@ pub struct PrincipledParameters {
     pub transmission: f32,
 }
 
-/// A principled surface at one point; cheap to make.
+/// A principled surface at one point; of another colour it is cheap to make, by [`Principled::coloured`].
 #[derive(Debug, Clone, Copy)]
 pub struct Principled {
     facets: Option<Ggx>,
@@ -60,16 +60,20 @@ pub struct Principled {
     metal_ms: Rgb,
     /// Colour of the matte base.
     base: Rgb,
+    /// The shares of the surface that are metal, coat over base, and glass: all of it.
+    metal_share: f32,
+    coat_share: f32,
+    glass_share: f32,
     /// Reflectance of the coat alone at normal incidence.
     coat_f0: f32,
-    /// 1 / (1 - S_mean).
+    /// 1 / (pi (1 - S_mean)).
     base_scale: f32,
     glass: Dielectric,
-    glass_share: f32,
 }
 
 /// The probabilities of the lobes towards one `wo`, which sum to one.
-struct Choice {
+#[derive(Debug, Clone, Copy)]
+pub struct Choice {
     facets: f32,
     /// Light between the metal's facets.
     metal_ms: f32,
@@ -92,21 +96,40 @@ impl Principled {
         } = parameters;
         let facets = Ggx::from_roughness(roughness);
         let albedo = AlbedoRow::of(facets);
-        let mean = albedo.mean();
         let coat_f0 = normal_reflectance(ior);
         let coat_share = (1.0 - metallic) * (1.0 - transmission);
-        let metal_ms = multiple_scattering_colour(schlick_mean(base_color), mean);
+        let mean = albedo.mean();
         Self {
             facets,
             albedo,
-            f0: metallic * base_color + Rgb::grey(coat_share * coat_f0),
+            f0: Rgb::BLACK,
             f90: metallic + coat_share,
-            metal_ms: metallic * metal_ms,
-            base: coat_share * base_color,
-            coat_f0,
-            base_scale: 1.0 / (1.0 - mean.reflected(coat_f0, 1.0)),
-            glass: Dielectric::new(ior, roughness, base_color),
+            metal_ms: Rgb::BLACK,
+            base: Rgb::BLACK,
+            metal_share: metallic,
+            coat_share,
             glass_share: (1.0 - metallic) * transmission,
+            coat_f0,
+            base_scale: FRAC_1_PI / (1.0 - mean.reflected(coat_f0, 1.0)),
+            glass: Dielectric::new(ior, roughness, base_color),
+        }
+        .coloured(base_color)
+    }
+
+    /// The same surface with another base colour.
+    #[inline]
+    pub fn coloured(&self, base_color: Rgb) -> Self {
+        let metal_ms = if self.metal_share > 0.0 {
+            multiple_scattering_colour(schlick_mean(base_color), self.albedo.mean())
+        } else {
+            Rgb::BLACK
+        };
+        Self {
+            f0: self.metal_share * base_color + Rgb::grey(self.coat_share * self.coat_f0),
+            metal_ms: self.metal_share * metal_ms,
+            base: self.coat_share * base_color,
+            glass: self.glass.tinted(base_color),
+            ..*self
         }
     }
 
@@ -143,24 +166,14 @@ impl Principled {
             .with_if(Effect::Transmission, has_glass)
     }
 
-    /// All lobes but deltas.
+    /// A lobe by its share of the albedo, then its direction; `choice` is that of `wo`.
     #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
-        if wo.z == 0.0 || wi.z == 0.0 {
-            return BsdfValue::default();
-        }
-        self.eval_chosen(wo, wi, &self.choice(wo.z.abs()))
-    }
-
-    /// A lobe by its share of the albedo, then its direction.
-    #[inline]
-    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+    pub fn sample(&self, wo: Vec3, choice: &Choice, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         if wo.z == 0.0 {
             return None;
         }
-        let choice = self.choice(wo.z.abs());
         if u_lobe < choice.glass {
-            return self.sample_glass(wo, u_lobe / choice.glass, u, &choice);
+            return self.sample_glass(wo, u_lobe / choice.glass, u, choice);
         }
         let up = Vec3::new(wo.x, wo.y, wo.z.abs());
         let (mut wi, lobe) = if u_lobe < choice.glass + choice.base {
@@ -168,22 +181,21 @@ impl Principled {
         } else if u_lobe < choice.glass + choice.base + choice.metal_ms {
             (self.albedo.sample_multiple(u), Lobe::GlossyReflection)
         } else if let Some(ggx) = self.facets {
-            let wi = reflect(up, ggx.sample_visible(up, u));
-            (wi, Lobe::GlossyReflection)
+            (ggx.sample_mirrored(up, u), Lobe::GlossyReflection)
         } else {
-            return self.sample_smooth(wo, &choice);
+            return self.sample_smooth(wo, choice);
         };
         if wi.z <= 0.0 {
             return None;
         }
         wi.z = wi.z.copysign(wo.z);
-        self.weigh(wo, wi, lobe, &choice)
+        self.weigh(wo, wi, lobe, choice)
     }
 
-    /// Each lobe's share of the albedo towards a direction of cosine `mu`, by the brightest channel.
+    /// Each lobe's share of the albedo towards `wo`, by the brightest channel.
     #[inline]
-    fn choice(&self, mu: f32) -> Choice {
-        let o = self.albedo.at(mu);
+    pub fn choice(&self, wo: Vec3) -> Choice {
+        let o = self.albedo.at(wo.z.abs());
         let facets = o.reflected(self.f0.max_channel(), self.f90);
         let through = 1.0 - o.reflected(self.coat_f0, 1.0);
         let base = self.base.max_channel() * through;
@@ -199,8 +211,9 @@ impl Principled {
         }
     }
 
+    /// All lobes but deltas; `choice` is that of `wo`.
     #[inline]
-    fn eval_chosen(&self, wo: Vec3, wi: Vec3, choice: &Choice) -> BsdfValue {
+    pub fn eval(&self, wo: Vec3, choice: &Choice, wi: Vec3) -> BsdfValue {
         let mut value = BsdfValue::default();
         if let Some((wo, wi)) = facing_up(wo, wi) {
             value = self.eval_opaque(wo, wi, choice);
@@ -218,15 +231,14 @@ impl Principled {
     fn eval_opaque(&self, wo: Vec3, wi: Vec3, choice: &Choice) -> BsdfValue {
         let (o, i) = (choice.o, self.albedo.at(wi.z));
         let through = |s: SingleScatter| 1.0 - s.reflected(self.coat_f0, 1.0);
-        let base = FRAC_1_PI * self.base_scale * through(o) * through(i);
+        let base = self.base_scale * through(o) * through(i);
         let ms = self.albedo.multiple_scattering(o, i);
         let mut f = base * self.base + ms * self.metal_ms;
         let mut pdf = choice.base * pdf_hemisphere_cosine(wi.z);
         if let Some(ggx) = self.facets {
-            let (m, cos_m) = mirror_normal(wo, wi);
-            f += (ggx.d(m) * ggx.visibility(wo, wi)) * self.schlick(cos_m);
-            pdf += choice.facets * ggx.pdf_mirrored(wo, m)
-                + choice.metal_ms * self.albedo.pdf_multiple(wi.z);
+            let facets = ggx.mirroring(wo, wi);
+            f += facets.d_v * self.schlick(facets.cos);
+            pdf += choice.facets * facets.pdf + choice.metal_ms * self.albedo.pdf_multiple(wi.z);
         }
         BsdfValue {
             f,
@@ -265,7 +277,7 @@ impl Principled {
     /// The sample `wi` with its weight over all lobes.
     #[inline]
     fn weigh(&self, wo: Vec3, wi: Vec3, lobe: Lobe, choice: &Choice) -> Option<BsdfSample> {
-        let value = self.eval_chosen(wo, wi, choice);
+        let value = self.eval(wo, choice, wi);
         (value.pdf.0 > 0.0).then(|| BsdfSample {
             wi,
             weight: (wi.z.abs() / value.pdf.0) * value.f,

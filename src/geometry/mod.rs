@@ -3,6 +3,7 @@
 pub mod disk;
 pub mod instance;
 pub mod mesh;
+pub mod packed;
 pub mod placed;
 pub mod sphere;
 pub mod surface;

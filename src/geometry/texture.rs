@@ -33,7 +33,10 @@ impl Texture {
     #[inline]
     pub fn lookup(&self, uv: Vec2) -> Rgb {
         match self {
-            Self::Image { image, scale } => *scale * bilinear(image, uv),
+            Self::Image { image, scale } => {
+                let size = (image.width(), image.height());
+                *scale * bilinear(size, uv, |x, y| image.get(x, y))
+            }
             Self::Checker { colours, repeat } => {
                 let field = uv * *repeat;
                 colours[usize::from(is_odd(field.x) != is_odd(field.y))]
@@ -54,16 +57,23 @@ impl Texture {
     }
 }
 
-fn bilinear(image: &Image, uv: Vec2) -> Rgb {
-    let (left, right, x) = neighbours(uv.x, image.width());
+/// The colour at `uv` of a picture of this width and height, between those of the nearest texels by column and row.
+#[inline]
+pub(super) fn bilinear(
+    (width, height): (u32, u32),
+    uv: Vec2,
+    texel: impl Fn(u32, u32) -> Rgb,
+) -> Rgb {
+    let (left, right, x) = neighbours(uv.x, width);
     // Rows go down, v goes up.
-    let (above, below, y) = neighbours(-uv.y, image.height());
-    let top = image.get(left, above).lerp(image.get(right, above), x);
-    let bottom = image.get(left, below).lerp(image.get(right, below), x);
+    let (above, below, y) = neighbours(-uv.y, height);
+    let top = texel(left, above).lerp(texel(right, above), x);
+    let bottom = texel(left, below).lerp(texel(right, below), x);
     top.lerp(bottom, y)
 }
 
 /// The two texels, of `count` that repeat, whose centres enclose `t`, and the way from the first to the second.
+#[inline]
 fn neighbours(t: f32, count: u32) -> (u32, u32, f32) {
     // In [0, count], counted from the centre of the last texel of the period before.
     let position = (t - t.floor()) * count as f32 + 0.5;

@@ -20,7 +20,7 @@
 use super::observer::{PathObserver, RayKind};
 use super::{RayCounts, Roulette};
 use crate::accel::Departure;
-use crate::bsdf::Bsdf;
+use crate::bsdf::View;
 use crate::effects::{Effects, Slot, State, Switch};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::ray::Ray;
@@ -138,9 +138,11 @@ impl PathIntegrator {
                 observer.absorbed();
                 break;
             };
+            let wo = at.frame.to_local(at.wo);
+            let seen = bsdf.seen_from::<E>(wo);
             if !bsdf.is_delta::<E>() && !scene.lights.is_empty() {
                 let u = sampler.draw(Decision::Light(bounce));
-                if let Some(light) = sample_light(scene, &at, time, &bsdf, u) {
+                if let Some(light) = sample_light(scene, &at, time, wo, &seen, u) {
                     rays.shadow += 1;
                     observer.traced(RayKind::Shadow, &light.ray, time);
                     let visible = scene.visibility::<E>(&light.ray, time);
@@ -154,9 +156,8 @@ impl PathIntegrator {
             }
 
             // Onward by the BSDF.
-            let wo = at.frame.to_local(at.wo);
             let [u, v, u_lobe] = sampler.draw(Decision::Bsdf(bounce));
-            let Some(sample) = bsdf.sample::<E>(wo, u_lobe, Vec2::new(u, v)) else {
+            let Some(sample) = seen.sample::<E>(u_lobe, Vec2::new(u, v)) else {
                 observer.absorbed();
                 break;
             };
@@ -225,7 +226,8 @@ fn sample_light<E: Effects>(
     scene: &Scene,
     at: &Interaction<E>,
     time: f32,
-    bsdf: &Bsdf,
+    wo: Vec3,
+    seen: &View,
     u: [f32; 4],
 ) -> Option<DirectLight> {
     let light = scene.sample_light::<E>(at.p, time, u)?;
@@ -233,13 +235,12 @@ fn sample_light<E: Effects>(
         return None;
     }
     let wi = at.frame.to_local(light.wi);
-    let wo = at.frame.to_local(at.wo);
     // Reflection in the shading frame has to be reflection at the true surface.
     let goes_through = wi.z * wo.z < 0.0;
     if !at.agrees(light.wi, goes_through) {
         return None;
     }
-    let value = bsdf.eval::<E>(wo, wi);
+    let value = seen.eval::<E>(wi);
     if value.f.is_black() {
         return None;
     }

@@ -8,4 +8,5 @@ pub mod rgb;
 pub mod robust;
 pub mod stats;
 pub mod triangle;
+pub mod turn;
 pub mod vec;

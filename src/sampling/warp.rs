@@ -4,6 +4,7 @@
 //! Range: u in [0, 1 - 2^-24] in each dimension; every result is finite and inside its domain.
 //! Source: named at each function. Round trips and chi-square in `tests/sampling.rs`.
 
+use crate::math::turn::{sin_cos_eighths, sin_cos_turns};
 use crate::math::vec::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -12,17 +13,20 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
 /// Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
 #[inline]
 pub fn sample_disk_concentric(u: Vec2) -> Vec2 {
-    let offset = 2.0 * u - Vec2::ONE;
-    if offset == Vec2::ZERO {
+    let Vec2 { x, y } = 2.0 * u - Vec2::ONE;
+    // Four quadrants of the square, each around one axis: the angle is counted from there.
+    let along_x = x.abs() > y.abs();
+    let (radius, across) = if along_x { (x, y) } else { (y, x) };
+    if radius == 0.0 {
         return Vec2::ZERO;
     }
-    let (radius, angle) = if offset.x.abs() > offset.y.abs() {
-        (offset.x, FRAC_PI_4 * (offset.y / offset.x))
-    } else {
-        (offset.y, FRAC_PI_2 - FRAC_PI_4 * (offset.x / offset.y))
-    };
-    let (sin, cos) = angle.sin_cos();
-    radius * Vec2::new(cos, sin)
+    let (sin, cos) = sin_cos_eighths(across / radius);
+    radius
+        * if along_x {
+            Vec2::new(cos, sin)
+        } else {
+            Vec2::new(sin, cos)
+        }
 }
 
 /// Density of [`sample_disk_concentric`] per unit of area: 1 / pi inside.
@@ -83,7 +87,7 @@ pub fn sample_sphere_uniform(u: Vec2) -> Vec3 {
     let z = 1.0 - 2.0 * u.x;
     // 1 - z^2 without cancellation at the poles.
     let r = (4.0 * u.x * (1.0 - u.x)).sqrt();
-    let (sin, cos) = (2.0 * PI * u.y).sin_cos();
+    let (sin, cos) = sin_cos_turns(u.y);
     Vec3::new(r * cos, r * sin, z)
 }
 
@@ -104,7 +108,7 @@ pub fn invert_sphere_uniform(w: Vec3) -> Vec2 {
 pub fn sample_cone_uniform(u: Vec2, one_minus_cos: f32) -> Vec3 {
     let h = u.x * one_minus_cos;
     let sin = (h * (2.0 - h)).max(0.0).sqrt();
-    let (sin_phi, cos_phi) = (2.0 * PI * u.y).sin_cos();
+    let (sin_phi, cos_phi) = sin_cos_turns(u.y);
     Vec3::new(sin * cos_phi, sin * sin_phi, 1.0 - h)
 }
 

@@ -9,6 +9,7 @@ use super::normal_map::NormalMap;
 use crate::bsdf::principled::PrincipledParameters;
 use crate::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Mirror, Phong, Principled};
 use crate::effects::{Effect, EffectSet, Effects, Switch, beyond_kernel};
+use crate::geometry::packed::{PackedImage, PackedImages};
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -19,6 +20,8 @@ use std::sync::Arc;
 enum Colour {
     Constant(Rgb),
     Texture(Arc<Texture>),
+    /// A picture, packed, and what multiplies it.
+    Packed(Arc<PackedImage>, f32),
 }
 
 impl Colour {
@@ -30,8 +33,17 @@ impl Colour {
         }
     }
 
+    /// The same, to be looked up faster.
+    fn pack(&mut self, images: &mut PackedImages) {
+        if let Self::Texture(texture) = self
+            && let Texture::Image { image, scale } = texture.as_ref()
+        {
+            *self = Self::Packed(images.pack(image), *scale);
+        }
+    }
+
     fn is_textured(&self) -> bool {
-        matches!(self, Self::Texture(_))
+        !matches!(self, Self::Constant(_))
     }
 
     #[inline]
@@ -39,6 +51,7 @@ impl Colour {
         match self {
             Self::Constant(colour) => *colour,
             Self::Texture(texture) => texture.lookup(uv),
+            Self::Packed(image, scale) => *scale * image.lookup(uv),
         }
     }
 }
@@ -60,20 +73,15 @@ enum Kind {
     Uniform(Bsdf),
     Diffuse(Colour),
     Mirror(Colour),
-    Dielectric {
-        ior: f32,
-        roughness: f32,
-        tint: Colour,
-    },
+    /// The glass, but for its tint.
+    Dielectric(Dielectric, Colour),
     Phong {
         diffuse: Colour,
         specular: Colour,
         exponent: f32,
     },
-    Principled {
-        base_color: Colour,
-        parameters: PrincipledParameters,
-    },
+    /// The surface, but for its base colour.
+    Principled(Principled, Colour),
 }
 
 impl Material {
@@ -89,6 +97,15 @@ impl Material {
             alpha: (!all_there).then_some(alpha),
             normal_map: description.normal_map.as_ref().and_then(NormalMap::new),
         }
+    }
+
+    /// The same with its pictures packed, so that lookups are faster.
+    pub fn packed(mut self, images: &mut PackedImages) -> Self {
+        let colours = self.kind.colours_mut().into_iter().flatten();
+        for colour in colours.chain(&mut self.alpha) {
+            colour.pack(images);
+        }
+        self
     }
 
     /// What a kernel needs for it.
@@ -135,7 +152,7 @@ impl Material {
     pub fn alpha(&self, uv: impl FnOnce() -> Vec2) -> Option<f32> {
         let alpha = match self.alpha.as_ref()? {
             Colour::Constant(alpha) => *alpha,
-            Colour::Texture(texture) => texture.lookup(uv()),
+            varying => varying.at(uv()),
         };
         Some(alpha.luminance().clamp(0.0, 1.0))
     }
@@ -164,11 +181,10 @@ impl Kind {
                 ior,
                 roughness,
                 tint,
-            } => Self::Dielectric {
-                ior: *ior,
-                roughness: *roughness,
-                tint: Colour::new(tint),
-            },
+            } => Self::Dielectric(
+                Dielectric::new(*ior, *roughness, Rgb::WHITE),
+                Colour::new(tint),
+            ),
             // Without a highlight it is a simpler model.
             MaterialModel::Phong {
                 diffuse, specular, ..
@@ -186,33 +202,32 @@ impl Kind {
                 reflectance,
                 ior,
                 roughness,
-            } => Self::Principled {
-                base_color: Colour::new(reflectance),
-                parameters: PrincipledParameters {
-                    base_color: Rgb::WHITE,
-                    metallic: 0.0,
-                    roughness: *roughness,
-                    ior: *ior,
-                    transmission: 0.0,
-                },
-            },
+            } => Self::principled(reflectance, 0.0, *roughness, *ior, 0.0),
             MaterialModel::Principled {
                 base_color,
                 metallic,
                 roughness,
                 ior,
                 transmission,
-            } => Self::Principled {
-                base_color: Colour::new(base_color),
-                parameters: PrincipledParameters {
-                    base_color: Rgb::WHITE,
-                    metallic: *metallic,
-                    roughness: *roughness,
-                    ior: *ior,
-                    transmission: *transmission,
-                },
-            },
+            } => Self::principled(base_color, *metallic, *roughness, *ior, *transmission),
         }
+    }
+
+    fn principled(
+        base_color: &ColourDescription,
+        metallic: f32,
+        roughness: f32,
+        ior: f32,
+        transmission: f32,
+    ) -> Self {
+        let parameters = PrincipledParameters {
+            base_color: Rgb::WHITE,
+            metallic,
+            roughness,
+            ior,
+            transmission,
+        };
+        Self::Principled(Principled::new(&parameters), Colour::new(base_color))
     }
 
     /// The same with all that does not vary computed once.
@@ -228,15 +243,27 @@ impl Kind {
         self.bsdf(Vec2::ZERO).effects()
     }
 
+    /// The colours that may vary.
+    fn colours_mut(&mut self) -> [Option<&mut Colour>; 2] {
+        match self {
+            Self::Uniform(_) => [None, None],
+            Self::Diffuse(colour)
+            | Self::Mirror(colour)
+            | Self::Dielectric(_, colour)
+            | Self::Principled(_, colour) => [Some(colour), None],
+            Self::Phong {
+                diffuse, specular, ..
+            } => [Some(diffuse), Some(specular)],
+        }
+    }
+
     fn is_textured(&self) -> bool {
         match self {
             Self::Uniform(_) => false,
             Self::Diffuse(colour)
             | Self::Mirror(colour)
-            | Self::Dielectric { tint: colour, .. }
-            | Self::Principled {
-                base_color: colour, ..
-            } => colour.is_textured(),
+            | Self::Dielectric(_, colour)
+            | Self::Principled(_, colour) => colour.is_textured(),
             Self::Phong {
                 diffuse, specular, ..
             } => diffuse.is_textured() || specular.is_textured(),
@@ -249,23 +276,15 @@ impl Kind {
             Self::Uniform(bsdf) => *bsdf,
             Self::Diffuse(reflectance) => Bsdf::Diffuse(Diffuse::new(reflectance.at(uv))),
             Self::Mirror(reflectance) => Bsdf::Mirror(Mirror::new(reflectance.at(uv))),
-            Self::Dielectric {
-                ior,
-                roughness,
-                tint,
-            } => Bsdf::Dielectric(Dielectric::new(*ior, *roughness, tint.at(uv))),
+            Self::Dielectric(glass, tint) => Bsdf::Dielectric(glass.tinted(tint.at(uv))),
             Self::Phong {
                 diffuse,
                 specular,
                 exponent,
             } => Bsdf::Phong(Phong::new(diffuse.at(uv), specular.at(uv), *exponent)),
-            Self::Principled {
-                base_color,
-                parameters,
-            } => Bsdf::Principled(Principled::new(&PrincipledParameters {
-                base_color: base_color.at(uv),
-                ..*parameters
-            })),
+            Self::Principled(surface, base_color) => {
+                Bsdf::Principled(surface.coloured(base_color.at(uv)))
+            }
         }
     }
 }

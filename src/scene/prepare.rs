@@ -20,6 +20,7 @@ use crate::accel::{Accel, AccelOptions};
 use crate::camera::{Camera, CameraParameters};
 use crate::effects::Effect;
 use crate::error::Result;
+use crate::geometry::packed::PackedImages;
 use crate::geometry::texture::Texture;
 use crate::geometry::world::{Instance, World};
 use crate::light::select::Lights;
@@ -58,7 +59,11 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     let normalisation = Normalisation::of(&boxes);
     let radius = scene_radius(&boxes, &normalisation);
 
-    let materials: Vec<Material> = description.materials.iter().map(Material::new).collect();
+    let mut packed = PackedImages::default();
+    let materials = description.materials.iter();
+    let materials: Vec<Material> = materials
+        .map(|material| Material::new(material).packed(&mut packed))
+        .collect();
     let mut build = Build::new(description, &materials);
     let roots = build.trace(&roots, &normalisation);
     let frames: Vec<Normalisation> = groups.iter().map(|group| frame_of(group)).collect();

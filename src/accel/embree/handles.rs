@@ -8,6 +8,9 @@
 //! Range: Embree 4 with the layout of hits that its headers say, which `layout.rs` makes sure of.
 //! Source: Embree's manual; embree4 headers. Tested in `tests/tracing.rs`.
 
+use super::lanes::{ActiveLanes, RayHitLanes, RayLanes};
+use crate::accel::batch::PacketWidth;
+use crate::accel::{AccelOptions, Precision, Quality};
 use crate::error::{Error, Result};
 use crate::geometry::mesh::Mesh;
 use crate::math::vec::Vec3;
@@ -37,7 +40,8 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl Device {
-    /// A device that builds with `threads` threads.
+    /// A device that builds with `threads` threads, or as many as there are cores if those are fewer. The limit is the
+    /// process's: of several devices that live, the largest counts.
     ///
     /// # Errors
     /// Embree's own words, or that its library does not fit its headers.
@@ -71,6 +75,15 @@ impl Device {
     pub fn property(&self, property: RTCDeviceProperty) -> isize {
         // SAFETY: the handle is valid while `self` is; an unknown property is reported as an error, not undefined.
         unsafe { rtcGetDeviceProperty(self.handle, property) as isize }
+    }
+
+    /// Whether the library traces packets of this width as such on this machine.
+    pub fn is_native(&self, width: PacketWidth) -> bool {
+        match width {
+            PacketWidth::One => true,
+            PacketWidth::Eight => self.property(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0,
+            PacketWidth::Sixteen => self.property(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0,
+        }
     }
 
     /// Bytes that Embree holds for this device.
@@ -135,19 +148,22 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// An empty scene of the best build quality; `robust` makes it watertight along edges.
-    pub fn new(device: Arc<Device>, robust: bool) -> Result<Self> {
+    /// An empty scene; robust precision makes it watertight along edges.
+    pub fn new(device: Arc<Device>, options: AccelOptions) -> Result<Self> {
         // SAFETY: the device is valid, and kept alive by the scene.
         let handle = unsafe { rtcNewScene(device.handle) };
         device.take_error()?;
-        let flags = if robust {
-            RTC_SCENE_FLAG_ROBUST
-        } else {
-            RTC_SCENE_FLAG_NONE
+        let flags = match options.precision {
+            Precision::Robust => RTC_SCENE_FLAG_ROBUST,
+            Precision::Fast => RTC_SCENE_FLAG_NONE,
+        };
+        let quality = match options.quality {
+            Quality::Medium => RTC_BUILD_QUALITY_MEDIUM,
+            Quality::High => RTC_BUILD_QUALITY_HIGH,
         };
         // SAFETY: the handle is valid, as no error was reported.
         unsafe {
-            rtcSetSceneBuildQuality(handle, RTC_BUILD_QUALITY_HIGH);
+            rtcSetSceneBuildQuality(handle, quality);
             rtcSetSceneFlags(handle, flags);
         }
         Ok(Self {
@@ -327,5 +343,79 @@ impl CommittedScene {
     pub fn occluded(&self, ray: &mut RTCRay) {
         // SAFETY: as in `intersect`.
         unsafe { rtcOccluded1(self.0.handle, ray, ptr::null_mut()) };
+    }
+
+    /// Fills in the hits of the active lanes of a packet and leaves the others alone.
+    #[inline]
+    pub fn intersect_packet<const N: usize>(
+        &self,
+        active: &ActiveLanes<N>,
+        packet: &mut RayHitLanes<N>,
+        query: &mut PacketQuery,
+    ) {
+        const { assert!(N == 8 || N == 16) };
+        let (active, packet) = (active.0.as_ptr(), ptr::from_mut(packet));
+        let arguments = &mut query.intersect;
+        // SAFETY: the scene is committed; mask and packet have Embree's layout and alignment for `N` lanes, as `lanes.rs`
+        // asserts, and live through the call; the arguments name no callback.
+        unsafe {
+            if N == 8 {
+                rtcIntersect8(active, self.0.handle, packet.cast(), arguments);
+            } else {
+                rtcIntersect16(active, self.0.handle, packet.cast(), arguments);
+            }
+        }
+    }
+
+    /// Sets `t_max` of the active lanes of a packet to minus infinity if anything lies on their rays.
+    #[inline]
+    pub fn occluded_packet<const N: usize>(
+        &self,
+        active: &ActiveLanes<N>,
+        packet: &mut RayLanes<N>,
+        query: &mut PacketQuery,
+    ) {
+        const { assert!(N == 8 || N == 16) };
+        let (active, packet) = (active.0.as_ptr(), ptr::from_mut(packet));
+        let arguments = &mut query.occluded;
+        // SAFETY: as in `intersect_packet`.
+        unsafe {
+            if N == 8 {
+                rtcOccluded8(active, self.0.handle, packet.cast(), arguments);
+            } else {
+                rtcOccluded16(active, self.0.handle, packet.cast(), arguments);
+            }
+        }
+    }
+}
+
+/// How packets are traced: what Embree is told with each, made once for all of them.
+#[derive(Debug)]
+pub struct PacketQuery {
+    intersect: RTCIntersectArguments,
+    occluded: RTCOccludedArguments,
+}
+
+impl PacketQuery {
+    /// Of rays that go much the same way, or not. Embree's defaults otherwise.
+    pub fn new(coherent: bool) -> Self {
+        let flags = if coherent {
+            RTC_RAY_QUERY_FLAG_COHERENT
+        } else {
+            RTC_RAY_QUERY_FLAG_INCOHERENT
+        };
+        let feature_mask = RTC_FEATURE_FLAG_ALL;
+        Self {
+            intersect: RTCIntersectArguments {
+                flags,
+                feature_mask,
+                ..Default::default()
+            },
+            occluded: RTCOccludedArguments {
+                flags,
+                feature_mask,
+                ..Default::default()
+            },
+        }
     }
 }

@@ -1,41 +1,45 @@
-//! One known hit, traced before any other: an Embree built with more instance levels than its headers say would write
-//! past the end of every hit, and cannot be asked.
+//! Known hits, traced before any other: an Embree built with more instance levels than its headers say would write past
+//! the end of every hit, and cannot be asked.
 //!
 //! Measure: none.
-//! Range: every device.
-//! Source: embree4-sys asserts the headers' side at compile time. Tested by every test that builds a scene.
+//! Range: every device, with single rays and with the packets that it traces natively.
+//! Source: embree4-sys and `lanes.rs` assert the headers' side at compile time. Tested by every test that builds a scene.
 
-use super::handles::{Device, Scene};
+use super::handles::{CommittedScene, Device, PacketQuery, Scene};
+use super::lanes::RayHitLanes;
 use super::new_ray_hit;
+use crate::accel::batch::{PacketWidth, RayBatch};
+use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::error::{Error, Result};
 use crate::math::ray::Ray;
 use crate::math::vec::Vec3;
-use embree4_sys::{RTC_INVALID_GEOMETRY_ID, RTCHit};
+use embree4_sys::{RTC_INVALID_GEOMETRY_ID, RTCHit, RTCRayHit};
 use std::sync::Arc;
+
+/// The id of the sphere that is traced.
+const ID: u32 = 3;
 
 /// Traces past a sphere and at it, and looks at every field that is read later.
 ///
 /// # Errors
 /// That the library does not fit its headers.
 pub fn check(device: &Arc<Device>) -> Result<()> {
-    const ID: u32 = 3;
-    let mut scene = Scene::new(Arc::clone(device), false)?;
+    let options = AccelOptions {
+        backend: Backend::Embree,
+        precision: Precision::Fast,
+        quality: Quality::Medium,
+        threads: 1,
+    };
+    let mut scene = Scene::new(Arc::clone(device), options)?;
     scene.attach_sphere(ID, [0.0, 0.0, 0.0, 1.0]);
     let scene = scene.commit()?;
-
-    let mut at = Guarded::new(&Ray::new(Vec3::new(0.0, 0.0, -3.0), Vec3::Z));
-    scene.intersect(at.ray_hit());
-    let hit = at.ray_hit().hit;
-    // Instruction sets differ in the last digits.
-    let found = (at.ray_hit().ray.tfar - 2.0).abs() < 1e-5
-        && (hit.geomID, hit.primID) == (ID, 0)
-        && hit.instID == [RTC_INVALID_GEOMETRY_ID];
-
-    let mut past = Guarded::new(&Ray::new(Vec3::new(3.0, 0.0, -3.0), Vec3::Z));
-    scene.intersect(past.ray_hit());
-    let missed = past.ray_hit().hit.geomID == RTC_INVALID_GEOMETRY_ID;
-
-    if found && missed && at.is_intact() && past.is_intact() {
+    let fits = PacketWidth::ALL.iter().all(|&width| match width {
+        PacketWidth::One => single_rays_fit(&scene),
+        _ if !device.is_native(width) => true,
+        PacketWidth::Eight => packets_fit::<8>(&scene),
+        PacketWidth::Sixteen => packets_fit::<16>(&scene),
+    });
+    if fits {
         return Ok(());
     }
     Err(Error::render(format!(
@@ -45,25 +49,73 @@ pub fn check(device: &Arc<Device>) -> Result<()> {
     )))
 }
 
-/// A ray and its hit, with room behind them for what a library of another layout would write.
-#[repr(C)]
-struct Guarded {
-    ray_hit: embree4_sys::RTCRayHit,
-    guard: [u32; 64],
+/// A ray that hits the sphere at 2, and one that passes it.
+fn at_and_past() -> [Ray; 2] {
+    [0.0, 3.0].map(|x| Ray::new(Vec3::new(x, 0.0, -3.0), Vec3::Z))
 }
 
-impl Guarded {
+/// Instruction sets differ in the last digits.
+fn is_at_two(t: f32) -> bool {
+    (t - 2.0).abs() < 1e-5
+}
+
+fn single_rays_fit(scene: &CommittedScene) -> bool {
+    let [mut at, mut past] = at_and_past().map(|ray| Guarded::new(new_ray_hit(&ray, 0.0)));
+    scene.intersect(&mut at.query);
+    scene.intersect(&mut past.query);
+    let RTCRayHit { ray, hit } = at.query;
+    let found = is_at_two(ray.tfar)
+        && (hit.geomID, hit.primID) == (ID, 0)
+        && hit.instID == [RTC_INVALID_GEOMETRY_ID];
+    let missed = past.query.hit.geomID == RTC_INVALID_GEOMETRY_ID;
+    found && missed && at.is_intact() && past.is_intact()
+}
+
+/// Lanes in turn hit, miss, and are masked out though they would hit.
+fn packets_fit<const N: usize>(scene: &CommittedScene) -> bool {
+    let [at, past] = at_and_past();
+    let mut rays = RayBatch::default();
+    for lane in 0..N {
+        rays.push(if lane % 3 == 1 { &past } else { &at }, 0.0);
+        rays.active[lane] = lane % 3 != 2;
+    }
+    let mut query = PacketQuery::new(false);
+    let mut guarded = Guarded::new(RayHitLanes::<N>::new());
+    let active = guarded.query.rays.load(&rays, 0);
+    scene.intersect_packet(&active, &mut guarded.query, &mut query);
+    let mut occlusion = Guarded::new(guarded.query.rays.clone());
+    occlusion.query.t_max = [f32::INFINITY; N];
+    scene.occluded_packet(&active, &mut occlusion.query, &mut query);
+
+    let RayHitLanes { rays: ends, hits } = &guarded.query;
+    let lane_fits = |lane: usize| {
+        let ids = (hits.geometry[lane], hits.primitive[lane]);
+        let occluded = occlusion.query.t_max[lane] < 0.0;
+        if lane.is_multiple_of(3) {
+            is_at_two(ends.t_max[lane]) && ids == (ID, 0) && occluded
+        } else {
+            let nothing = (RTC_INVALID_GEOMETRY_ID, RTC_INVALID_GEOMETRY_ID);
+            ends.t_max[lane] == f32::INFINITY && ids == nothing && !occluded
+        }
+    };
+    (0..N).all(|lane| lane_fits(lane) && hits.instance[lane] == RTC_INVALID_GEOMETRY_ID)
+        && guarded.is_intact()
+        && occlusion.is_intact()
+}
+
+/// A query, with room behind it for what a library of another layout would write.
+#[repr(C)]
+struct Guarded<Q> {
+    query: Q,
+    guard: [u32; 256],
+}
+
+impl<Q> Guarded<Q> {
     const CANARY: u32 = 0xC0FF_EE00;
 
-    fn new(ray: &Ray) -> Box<Self> {
-        Box::new(Self {
-            ray_hit: new_ray_hit(ray, 0.0),
-            guard: [Self::CANARY; 64],
-        })
-    }
-
-    fn ray_hit(&mut self) -> &mut embree4_sys::RTCRayHit {
-        &mut self.ray_hit
+    fn new(query: Q) -> Box<Self> {
+        let guard = [Self::CANARY; 256];
+        Box::new(Self { query, guard })
     }
 
     fn is_intact(&self) -> bool {

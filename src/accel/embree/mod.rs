@@ -1,7 +1,7 @@
 //! The Embree backend.
 //!
-//! Single rays through `rtcIntersect1` and `rtcOccluded1`. In robust precision every hit on a triangle is checked: where
-//! the point along the ray and the point by barycentric coordinates disagree, double precision decides, because Embree's
+//! Single rays through `rtcIntersect1` and `rtcOccluded1`, batches through packets (`packets.rs`). In robust precision every
+//! hit on a triangle is checked: where the point along the ray and the point by barycentric coordinates disagree, double precision decides, because Embree's
 //! robust mode is known to report hits far off the triangle (Embree issue 387).
 //!
 //! A group is a scene of its own, built once; its instances stand in the main scene under the ids after those of the
@@ -14,10 +14,13 @@
 
 mod handles;
 mod info;
+mod lanes;
 mod layout;
+mod packets;
 
 pub use info::{EmbreeInfo, info};
 
+use super::batch::PacketWidth;
 use super::{AccelOptions, Hit, Precision, PrimitiveId};
 use crate::error::Result;
 use crate::geometry::Geometry;
@@ -41,23 +44,26 @@ pub struct EmbreeAccel {
     /// Embree's id of the first instance.
     first_instance: u32,
     precision: Precision,
+    /// What the library traces without taking the packet apart.
+    native_widths: Vec<PacketWidth>,
 }
 
 impl EmbreeAccel {
-    /// Builds a BVH of the best quality.
+    /// Builds a BVH of the quality asked for, which groups have too.
     ///
     /// # Errors
     /// Embree's own words.
     pub fn build(world: Arc<World>, options: AccelOptions) -> Result<Self> {
         let device = Device::new(options.threads)?;
         layout::check(&device)?;
-        let robust = options.precision == Precision::Robust;
-        let mut scene = Scene::new(Arc::clone(&device), robust)?;
+        let mut scene = Scene::new(Arc::clone(&device), options)?;
         // SAFETY: the shapes are immutable behind their `Arc`, which outlives the scene in `Self`.
         unsafe { attach_shapes(&mut scene, world.geometries()) };
         // SAFETY: as above.
-        unsafe { attach_instances(&mut scene, &device, robust, &world)? };
+        unsafe { attach_instances(&mut scene, &device, options, &world)? };
+        let widths = PacketWidth::ALL.iter().copied();
         Ok(Self {
+            native_widths: widths.filter(|&w| device.is_native(w)).collect(),
             scene: scene.commit()?,
             first_instance: world.geometries().len() as u32,
             world,
@@ -68,17 +74,8 @@ impl EmbreeAccel {
     /// The closest hit.
     #[inline]
     pub fn intersect(&self, ray: &Ray, time: f32) -> Option<Hit> {
-        let mut ray = *ray;
-        loop {
-            let hit = self.query(&ray, time)?;
-            if self.precision == Precision::Fast {
-                return Some(hit);
-            }
-            match self.check(&ray, time, hit) {
-                Some(checked) => return Some(checked),
-                None => ray.t_min = hit.t.max(ray.t_min).next_up(),
-            }
-        }
+        let hit = self.query(ray, time)?;
+        self.confirm(ray, time, hit)
     }
 
     /// Whether anything lies on the ray.
@@ -110,6 +107,14 @@ impl EmbreeAccel {
             instID: [instance],
             ..
         } = query.hit;
+        let ids = [geometry, primitive, instance];
+        self.hit(ids, query.ray.tfar, [query.hit.u, query.hit.v])
+    }
+
+    /// What Embree says with its ids of the geometry, of the primitive and of the instance.
+    #[inline]
+    fn hit(&self, ids: [u32; 3], t: f32, uv: [f32; 2]) -> Option<Hit> {
+        let [geometry, primitive, instance] = ids;
         if geometry == RTC_INVALID_GEOMETRY_ID {
             return None;
         }
@@ -119,11 +124,24 @@ impl EmbreeAccel {
             let instance = instance - self.first_instance;
             self.world.first_shape(instance as usize) + geometry
         };
-        Some(Hit {
-            id: PrimitiveId { shape, primitive },
-            t: query.ray.tfar,
-            uv: [query.hit.u, query.hit.v],
-        })
+        let id = PrimitiveId { shape, primitive };
+        Some(Hit { id, t, uv })
+    }
+
+    /// The hit that Embree has found on a ray, or the first one after it that passes the check, if this one does not.
+    #[inline]
+    fn confirm(&self, ray: &Ray, time: f32, mut hit: Hit) -> Option<Hit> {
+        if self.precision == Precision::Fast {
+            return Some(hit);
+        }
+        let mut ray = *ray;
+        loop {
+            if let Some(checked) = self.check(&ray, time, hit) {
+                return Some(checked);
+            }
+            ray.t_min = hit.t.max(ray.t_min).next_up();
+            hit = self.query(&ray, time)?;
+        }
     }
 
     /// The hit itself, or what double precision makes of it; `None` if it is nowhere near its triangle.
@@ -222,7 +240,7 @@ unsafe fn attach_shapes(scene: &mut Scene, shapes: &[Geometry]) {
 unsafe fn attach_instances(
     scene: &mut Scene,
     device: &Arc<Device>,
-    robust: bool,
+    options: AccelOptions,
     world: &World,
 ) -> Result<()> {
     let mut groups: Vec<Option<Arc<CommittedScene>>> = vec![None; world.groups().len()];
@@ -231,7 +249,7 @@ unsafe fn attach_instances(
         let group = match &mut groups[instance.group] {
             Some(built) => built,
             unbuilt => {
-                let mut group = Scene::new(Arc::clone(device), robust)?;
+                let mut group = Scene::new(Arc::clone(device), options)?;
                 // SAFETY: what the caller promises of the world.
                 unsafe { attach_shapes(&mut group, &world.groups()[instance.group]) };
                 unbuilt.insert(Arc::new(group.commit()?))

@@ -1,0 +1,198 @@
+//! A picture packed for lookups at random places, which wait for memory more than for arithmetic.
+//!
+//! A picture of 8 bits has at most 256 values, all channels together: a texel is kept as codes of them, four bytes
+//! instead of twelve, in tiles of 4 x 4 that fill a cache line each. So neighbours mostly come with one line.
+//!
+//! Measure: as in [`super::texture`].
+//! Range: any picture; one of more values is kept as it is. Nothing is lost: lookups are the same to the last bit.
+//! Source: tiles after Igehy, Eldridge and Proudfoot 1998, "Prefetching in a Texture Cache Architecture". Tested below.
+
+use super::texture::bilinear;
+use crate::image::Image;
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec2;
+use std::sync::Arc;
+
+/// Texels along a side of a tile.
+const SIDE: u32 = 4;
+
+/// Codes that a byte has.
+const CODES: usize = 256;
+
+/// Places of a codebook: enough that few values collide. A power of two.
+const SLOTS: usize = 4 * CODES;
+
+/// A packed picture.
+#[derive(Debug, Clone)]
+pub enum PackedImage {
+    /// Of few values.
+    Codes(Codes),
+    /// Of many values.
+    Values(Arc<Image>),
+}
+
+/// A picture as codes of its values.
+#[derive(Debug, Clone)]
+pub struct Codes {
+    size: (u32, u32),
+    tiles_per_row: u32,
+    tiles: Vec<Tile>,
+    values: Box<[f32; CODES]>,
+}
+
+/// Codes of red, green and blue, and one to make it four.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(align(64))]
+struct Tile([[u8; 4]; (SIDE * SIDE) as usize]);
+
+impl PackedImage {
+    /// A picture, packed.
+    pub fn new(image: &Arc<Image>) -> Self {
+        Codes::new(image).map_or_else(|| Self::Values(Arc::clone(image)), Self::Codes)
+    }
+
+    /// The colour at `uv`, as [`Texture::lookup`](super::texture::Texture::lookup) has it.
+    #[inline]
+    pub fn lookup(&self, uv: Vec2) -> Rgb {
+        match self {
+            Self::Codes(codes) => bilinear(codes.size, uv, |x, y| codes.get(x, y)),
+            Self::Values(image) => {
+                bilinear((image.width(), image.height()), uv, |x, y| image.get(x, y))
+            }
+        }
+    }
+}
+
+impl Codes {
+    /// `None` if a byte cannot count the picture's values.
+    fn new(image: &Image) -> Option<Self> {
+        let size = (image.width(), image.height());
+        let tiles_per_row = size.0.div_ceil(SIDE);
+        let count = tiles_per_row as usize * size.1.div_ceil(SIDE) as usize;
+        let mut codes = Self {
+            size,
+            tiles_per_row,
+            tiles: vec![Tile::default(); count],
+            values: Box::new([0.0; CODES]),
+        };
+        let mut codebook = Codebook::default();
+        for (i, row) in image.pixels().chunks(size.0 as usize).enumerate() {
+            for (j, texel) in row.iter().enumerate() {
+                let (tile, place) = codes.place(j as u32, i as u32);
+                for (code, value) in codes.tiles[tile].0[place].iter_mut().zip(texel.to_array()) {
+                    *code = codebook.code(value)?;
+                }
+            }
+        }
+        codes.values[..codebook.values.len()].copy_from_slice(&codebook.values);
+        Some(codes)
+    }
+
+    /// The tile of a texel, and the place in it.
+    #[inline]
+    fn place(&self, x: u32, y: u32) -> (usize, usize) {
+        let tile = (y / SIDE) as usize * self.tiles_per_row as usize + (x / SIDE) as usize;
+        (tile, (SIDE * (y % SIDE) + x % SIDE) as usize)
+    }
+
+    #[inline]
+    fn get(&self, x: u32, y: u32) -> Rgb {
+        let (tile, place) = self.place(x, y);
+        let [r, g, b, _] = self.tiles[tile].0[place];
+        let value = |code: u8| self.values[usize::from(code)];
+        Rgb::new(value(r), value(g), value(b))
+    }
+}
+
+/// The values met so far; a code is the order of appearance.
+struct Codebook {
+    values: Vec<f32>,
+    /// By a hash of the value, codes plus one; 0 is empty.
+    slots: [u16; SLOTS],
+}
+
+impl Default for Codebook {
+    fn default() -> Self {
+        Self {
+            values: Vec::with_capacity(CODES),
+            slots: [0; SLOTS],
+        }
+    }
+}
+
+impl Codebook {
+    /// The code of a value, by its bits; `None` if there are no codes left.
+    fn code(&mut self, value: f32) -> Option<u8> {
+        let bits = value.to_bits();
+        // Fibonacci hashing: the high bits are well mixed. A few slots on, one is free or has the value.
+        let mut slot = (bits.wrapping_mul(0x9E37_79B1) >> (32 - SLOTS.ilog2())) as usize;
+        loop {
+            match usize::from(self.slots[slot]) {
+                0 if self.values.len() == CODES => return None,
+                0 => {
+                    self.values.push(value);
+                    self.slots[slot] = self.values.len() as u16;
+                }
+                found if self.values[found - 1].to_bits() == bits => {
+                    return u8::try_from(found - 1).ok();
+                }
+                _ => slot = (slot + 1) % SLOTS,
+            }
+        }
+    }
+}
+
+/// Packed pictures beside those they were made from: each is packed once, however many materials look it up.
+#[derive(Debug, Default)]
+pub struct PackedImages(Vec<(Arc<Image>, Arc<PackedImage>)>);
+
+impl PackedImages {
+    /// A picture, packed now or before.
+    pub fn pack(&mut self, image: &Arc<Image>) -> Arc<PackedImage> {
+        if let Some((_, packed)) = self.0.iter().find(|(known, _)| Arc::ptr_eq(known, image)) {
+            return Arc::clone(packed);
+        }
+        let packed = Arc::new(PackedImage::new(image));
+        self.0.push((Arc::clone(image), Arc::clone(&packed)));
+        packed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::texture::Texture;
+
+    /// A picture with this many values, of a size that tiles do not divide.
+    fn image(values: u32) -> Arc<Image> {
+        let (width, height) = (37, 23);
+        let value = |i: u32| (i * 7919 % values) as f32 / 255.0;
+        let pixels = (0..width * height)
+            .map(|i| Rgb::new(value(3 * i), value(3 * i + 1), value(3 * i + 2)))
+            .collect();
+        Arc::new(Image::new(width, height, pixels))
+    }
+
+    #[test]
+    fn packed_or_not_lookups_are_the_same_to_the_last_bit() {
+        for (values, packs) in [(2, true), (256, true), (257, false)] {
+            let image = image(values);
+            let packed = PackedImage::new(&image);
+            assert_eq!(matches!(packed, PackedImage::Codes(_)), packs, "{values}");
+            let texture = Texture::Image { image, scale: 1.0 };
+            for i in 0..4000 {
+                let uv = Vec2::new(i as f32 * 0.0137 - 20.0, i as f32 * 0.0071 - 3.0);
+                assert_eq!(packed.lookup(uv), texture.lookup(uv), "{values} {uv}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_picture_is_packed_once() {
+        let (one, other) = (image(20), image(20));
+        let mut packed = PackedImages::default();
+        let first = packed.pack(&one);
+        assert!(Arc::ptr_eq(&first, &packed.pack(&one)));
+        assert!(!Arc::ptr_eq(&first, &packed.pack(&other)));
+    }
+}

@@ -291,6 +291,40 @@ fn behind_an_edge_both_have_to_go_on_to_the_same_place() {
     assert_eq!(between(&world, [&world, &nothing], &rays, false), wrong);
 }
 
+#[test]
+fn what_is_grazed_may_hide_what_is_at_the_same_place() {
+    // The ray lies in the plane of the first triangle, and meets the second at 2 for certain.
+    let grazed = [
+        Vec3::new(-1.0, 0.0, -1.0),
+        Vec3::new(1.0, 0.0, -1.0),
+        Vec3::Z,
+    ];
+    let met = [
+        Vec3::new(0.0, -1.0, -1.0),
+        Vec3::new(0.0, 1.0, -1.0),
+        Vec3::new(0.0, 0.0, 2.0),
+    ];
+    let far = CORNER.map(|p| p + Vec3::splat(100.0));
+    let world = triangles(&[grazed, met]);
+    let rays = batch([Ray::new(Vec3::new(-2.0, 0.0, 0.0), Vec3::X)]);
+    let edge = Counts {
+        edges: 1,
+        ..Counts::default()
+    };
+    let wrong = Counts {
+        real: 1,
+        ..Counts::default()
+    };
+    let only_met = triangles(&[far, met]);
+    // One side says that it meets the first at 2, or a little behind.
+    for (behind, expected) in [(0.0, edge), (1e-2, wrong)] {
+        let instead = triangles(&[met.map(|p| p + behind * Vec3::X), far]);
+        for sides in [[&only_met, &instead], [&instead, &only_met]] {
+            assert_eq!(between(&world, sides, &rays, false), expected, "{behind}");
+        }
+    }
+}
+
 /// Triangles, spheres and disks: standing, and placed by transforms of every sort, still and moving.
 fn worlds() -> Vec<(String, Arc<World>)> {
     let mut rng = TestRng::new(21);

@@ -121,6 +121,8 @@ impl Pair<'_> {
         let real = |what: &str| Verdict::Real(self.words(ray, time, first, what));
         let mut hits = first;
         let mut passed_edge = false;
+        // How far each side was sent on: what it would have found until there it cannot find any more.
+        let mut skipped = [f32::NEG_INFINITY; 2];
         loop {
             let mut found: [Option<Meeting>; 2] = [None; 2];
             for (found, hit) in found.iter_mut().zip(hits) {
@@ -151,11 +153,16 @@ impl Pair<'_> {
             let (Some(hit), Some(meeting)) = (hits[near], found[near]) else {
                 return Verdict::Edge;
             };
-            if meeting.certain {
-                let passing = self.sides[1 - near].0.name();
+            // What is at the same distance but for rounding may hide it.
+            let far = 1 - near;
+            let passes = f64::from(distance(hits[far])) > meeting.to
+                && f64::from(skipped[far]) < meeting.from;
+            if meeting.certain && passes {
+                let passing = self.sides[far].0.name();
                 return real(&format!("{passing} passes {}", name(hit.id)));
             }
             passed_edge = true;
+            skipped[near] = hit.t;
             hits[near] = self.behind(near, ray, time, hit);
         }
     }

@@ -5,6 +5,7 @@
 //! Source: what the stages took on the machine of docs/bench.md. Nothing but progress depends on it.
 
 use super::settings::BenchSettings;
+use super::target::Target;
 use crate::accel::Quality;
 use crate::integrator::observer::RayKind;
 use crate::scene::description::{GeometryDescription, SceneDescription};
@@ -16,7 +17,7 @@ const PLACING: f64 = 5e-7;
 const TRACING: f64 = 2e-7;
 
 /// Seconds of one core to compare a hit.
-const COMPARING: f64 = 5e-7;
+const COMPARING: f64 = 1e-6;
 
 /// Seconds that stages are likely to take.
 #[derive(Debug, Clone, Copy)]
@@ -40,11 +41,7 @@ impl Work {
         let primitives = primitives.sum::<usize>() as f64;
         let (threads, rounds) = (settings.threads as f64, settings.rounds as f64 + 1.0);
         let targets = settings.targets.iter();
-        let building = targets.clone().map(|target| match target.quality {
-            Quality::Medium => 1e-6,
-            Quality::High => 4e-6,
-        });
-        let building = primitives * building.sum::<f64>();
+        let building = primitives * targets.clone().map(building).sum::<f64>();
         let variants = targets.map(|t| t.variants().len()).sum::<usize>() as f64;
         let others = settings.targets.len() as f64 - 1.0;
         Self {
@@ -63,11 +60,21 @@ impl Work {
     }
 }
 
+/// Seconds of one core to build over a triangle, by quality.
+fn building(target: &Target) -> f64 {
+    match target.quality {
+        Quality::Medium => 1e-6,
+        Quality::High => 4e-6,
+    }
+}
+
 /// Seconds to look for leaks.
 pub fn leaks(settings: &BenchSettings) -> f64 {
-    let meshes_and_aims = 18.0;
-    let targets = settings.targets.len() as f64;
-    meshes_and_aims * targets * settings.segments as f64 * TRACING / settings.threads as f64
+    // Six meshes of about 50 000 triangles, three aims.
+    let tracing = 3.0 * settings.segments as f64 * TRACING;
+    let targets = settings.targets.iter();
+    let seconds = targets.map(|target| 6.0 * (tracing + 5e4 * building(target)));
+    seconds.sum::<f64>() / settings.threads as f64
 }
 
 /// Primitives of a shape.

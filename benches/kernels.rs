@@ -173,8 +173,6 @@ fn filters(c: &mut Criterion) {
     }
 }
 
-/// Light sampling and single rays, in the suzanne-room.
-fn room(c: &mut Criterion) {
 /// The suzanne-room as written.
 fn suzanne_room() -> SceneDescription {
     let file = format!(

@@ -93,16 +93,37 @@ pub struct BuildReport {
 }
 
 /// Tracing all recorded rays of a kind in one way.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize)]
+#[serde(into = "WrittenTrace")]
 pub struct TraceReport {
     /// The rays.
-    #[serde(serialize_with = "kind_name")]
     pub kind: RayKind,
     /// The way.
-    #[serde(flatten)]
     pub variant: Variant,
     /// Nanoseconds of one core a ray.
     pub nanoseconds: Spread,
+}
+
+/// With what a reader would have to compute.
+#[derive(Serialize)]
+struct WrittenTrace {
+    #[serde(serialize_with = "kind_name")]
+    kind: RayKind,
+    #[serde(flatten)]
+    variant: Variant,
+    nanoseconds: Spread,
+    millions_per_second: f64,
+}
+
+impl From<TraceReport> for WrittenTrace {
+    fn from(trace: TraceReport) -> Self {
+        Self {
+            kind: trace.kind,
+            variant: trace.variant,
+            nanoseconds: trace.nanoseconds,
+            millions_per_second: trace.millions_per_second(),
+        }
+    }
 }
 
 impl TraceReport {

@@ -8,7 +8,7 @@ use super::durations::parse_duration;
 use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::effects::Kernel;
 use crate::render::settings::{IntegratorKind, SamplerKind, available_threads};
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -29,6 +29,8 @@ pub enum Verb {
     Render(Box<RenderArguments>),
     /// Print which effects a scene calls for, why, and which kernel renders it.
     Plan(PlanArguments),
+    /// Trace the rays of real renders by each backend, and say which is faster, by how much, and whether they agree.
+    Bench(BenchArguments),
     /// Print versions, features and what this machine and its Embree can do.
     Info(InfoArguments),
     /// Print a completion script for a shell.
@@ -70,6 +72,53 @@ pub struct PlanArguments {
     pub tracing: TracingArguments,
 }
 
+/// Arguments of `bench`.
+#[derive(Debug, Args)]
+pub struct BenchArguments {
+    /// Scenes: .toml files, bare .obj models, or names of the bench's own: cornell-box, suzanne-room, terrain, needles,
+    /// stadium, soup. Default: all of its own.
+    pub scenes: Vec<PathBuf>,
+    /// A library to measure; may be repeated. Default: all of this build.
+    #[arg(long = "backend", value_name = "NAME", value_parser = backend())]
+    pub backends: Vec<Backend>,
+    /// Runs for each number, interleaved, at least 9: it is their median, with the least and the greatest.
+    #[arg(long, value_name = "N", default_value_t = 9,
+          value_parser = clap::value_parser!(u64).range(9..=1000))]
+    pub rounds: u64,
+    /// Rays recorded of each kind, and traced again in each run.
+    #[arg(long, value_name = "N", default_value_t = 131_072,
+          value_parser = clap::value_parser!(u64).range(1..=1 << 28))]
+    pub rays: u64,
+    /// Rays of each scene for which the hits of the backends are compared; 0 for none.
+    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
+    pub compare: u64,
+    /// Segments from inside to outside of each closed mesh, none of which may leak; 0 for none.
+    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
+    pub segments: u64,
+    /// About how long one of our own renders takes that are held against the floor; each is run as often as --rounds says.
+    #[arg(long, value_name = "DURATION", value_parser = parse_duration, default_value = "1s")]
+    pub render_time: Duration,
+    /// How our own render traces where it is held against the floor. fast by default, since speed is in question; a
+    /// render's own default is robust. Rays are traced in both.
+    #[arg(long, value_parser = precision(), default_value = Precision::Fast.name())]
+    pub precision: Precision,
+    /// Threads. Default: all that this process may use.
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Folder for bench.json and bench.html; made where it is missing.
+    #[arg(short, long = "out", value_name = "DIR", default_value = "out/bench")]
+    pub out: PathBuf,
+    /// Print bench.json instead of the tables.
+    #[arg(long)]
+    pub json: bool,
+    /// When to show progress.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub progress: ProgressMode,
+    /// Show no progress and print no notes.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArguments {
@@ -82,12 +131,10 @@ pub struct InfoArguments {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct TracingArguments {
     /// The library that traces rays.
-    #[arg(long, value_parser = named(Backend::ALL, Backend::name),
-          default_value = Backend::ALL[0].name())]
+    #[arg(long, value_parser = backend(), default_value = Backend::ALL[0].name())]
     pub backend: Backend,
     /// robust is watertight along edges; fast saves about a third of the tracing and may miss an edge.
-    #[arg(long, value_parser = named(&[Precision::Robust, Precision::Fast], Precision::name),
-          default_value = Precision::Robust.name())]
+    #[arg(long, value_parser = precision(), default_value = Precision::Robust.name())]
     pub precision: Precision,
     /// Threads. Default: all that this process may use.
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
@@ -181,6 +228,23 @@ pub struct RenderArguments {
     /// The sample to replay, counted from 0.
     #[arg(long, value_name = "N", requires = "pixel")]
     pub sample: Option<u64>,
+}
+
+/// Parses a backend of this build. Of Embree, which others have, a build without says so.
+fn backend() -> impl TypedValueParser<Value = Backend> {
+    let known = Backend::ALL
+        .iter()
+        .map(|backend| PossibleValue::new(backend.name()));
+    let missing = (!cfg!(feature = "embree")).then(|| PossibleValue::new("embree").hide(true));
+    PossibleValuesParser::new(known.chain(missing)).try_map(|chosen| {
+        let mut all = Backend::ALL.iter().copied();
+        all.find(|backend| backend.name() == chosen)
+            .ok_or("this build is without Embree; it has to be built with the feature `embree`")
+    })
+}
+
+fn precision() -> impl TypedValueParser<Value = Precision> {
+    named(&[Precision::Robust, Precision::Fast], Precision::name)
 }
 
 /// Parses one of `values` by its name; clap lists the names and suggests the nearest.

@@ -4,16 +4,20 @@
 //! invalid, 4 input or output, 6 too many non-finite samples (image written), 130 interrupted (image written).
 
 pub mod args;
+mod bench;
+mod chart;
 mod durations;
 mod info;
 mod job;
 mod output;
+mod page;
 mod plan;
 mod render;
 mod replay;
 mod report;
 mod settings;
 mod stats;
+mod table;
 
 use crate::error::{Error, ErrorKind};
 use args::{Arguments, Verb};
@@ -35,6 +39,7 @@ pub fn run() -> ExitCode {
     let result = match &arguments.verb {
         Verb::Render(render) => render::run(render),
         Verb::Plan(plan) => plan::run(plan),
+        Verb::Bench(bench) => bench::run(bench),
         Verb::Info(info) => info::run(info),
         Verb::Completions { shell } => {
             let mut script = Vec::new();

@@ -1,0 +1,177 @@
+//! `etendue bench`: backends side by side, as tables, as JSON and as a page.
+//!
+//! Measure: that of `bench/report.rs`.
+//! Range: scenes that load, and those of the bench's own. What is measured is written part by part, so that an end by
+//! Ctrl-C keeps it.
+//! Source: docs/bench.md. Tested in `tests/bench_command.rs`.
+
+mod compare;
+mod html;
+mod json;
+#[cfg(test)]
+mod sample;
+mod scene_tables;
+mod scenes;
+mod tables;
+mod wording;
+
+use super::args::{BenchArguments, ProgressMode};
+use super::durations::format_duration;
+use super::output::{Watcher, time_left};
+use super::{Outcome, print};
+use crate::accel::Backend;
+use crate::bench::report::BenchReport;
+use crate::bench::settings::{BenchObserver, BenchSettings};
+use crate::bench::target::Target;
+use crate::error::{Error, Result};
+use crate::image::atomic::{check_creatable, write_atomically};
+use crate::render::RenderObserver;
+use crate::render::settings::available_threads;
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+pub fn run(arguments: &BenchArguments) -> Result<Outcome> {
+    let start = Instant::now();
+    let mode = match arguments.quiet {
+        true => ProgressMode::None,
+        false => arguments.progress,
+    };
+    let watcher = Watcher::new(mode)?;
+    let note = |text: &str| {
+        if !arguments.quiet {
+            eprintln!("note: {text}");
+        }
+    };
+    let scenes = scenes::given(&arguments.scenes, &note)?;
+    for text in scenes.iter().flat_map(|given| &given.scene.notes) {
+        note(text);
+    }
+    let files = Files::new(arguments)?;
+    let keeper = Keeper {
+        watcher: &watcher,
+        start: Instant::now(),
+        files: &files,
+        failure: Mutex::new(None),
+    };
+    let report = crate::bench::run(&scenes, &settings(arguments), &keeper);
+    watcher.finish();
+    let report = report?;
+    keeper.result()?;
+
+    let page = html::of_report(&report, &files.command);
+    write(&files.html, &page)?;
+    if arguments.json {
+        print(json::of_report(&report, &files.command).as_bytes())?;
+    } else {
+        print(tables::markdown(&report, &files.command).as_bytes())?;
+    }
+    if !arguments.quiet {
+        let (json, html) = (files.json.display(), files.html.display());
+        let time = format_duration(start.elapsed());
+        let end = if report.complete {
+            "done"
+        } else {
+            "interrupted"
+        };
+        eprintln!("{json}, {html}: {end} after {time}");
+    }
+    Ok(match report.complete {
+        true => Outcome::Done,
+        false => Outcome::Interrupted,
+    })
+}
+
+fn settings(arguments: &BenchArguments) -> BenchSettings {
+    let wanted = &arguments.backends;
+    let backends = Backend::ALL.iter().copied();
+    let backends: Vec<Backend> = backends
+        .filter(|backend| wanted.is_empty() || wanted.contains(backend))
+        .collect();
+    BenchSettings {
+        threads: arguments
+            .threads
+            .map_or_else(available_threads, usize::from),
+        rounds: arguments.rounds as usize,
+        rays: arguments.rays as usize,
+        targets: Target::all(&backends),
+        precision: arguments.precision,
+        render_seconds: arguments.render_time.as_secs_f64(),
+        compared_rays: arguments.compare as usize,
+        segments: arguments.segments,
+        ..BenchSettings::default()
+    }
+}
+
+/// Where a bench is written to, and the command that measured it.
+struct Files {
+    json: PathBuf,
+    html: PathBuf,
+    command: String,
+}
+
+impl Files {
+    /// Makes the folder, and sees to it that both files can be written before anything is measured.
+    fn new(arguments: &BenchArguments) -> Result<Self> {
+        let folder = &arguments.out;
+        std::fs::create_dir_all(folder)
+            .map_err(|error| Error::io("cannot make the folder", folder, error))?;
+        let words = std::env::args().skip(1);
+        let command: Vec<String> = ["etendue".to_owned()].into_iter().chain(words).collect();
+        let files = Self {
+            json: folder.join("bench.json"),
+            html: folder.join("bench.html"),
+            command: command.join(" "),
+        };
+        check_creatable(&files.json)?;
+        check_creatable(&files.html)?;
+        Ok(files)
+    }
+}
+
+fn write(path: &std::path::Path, text: &str) -> Result<()> {
+    write_atomically(path, |writer| writer.write_all(text.as_bytes()))
+}
+
+/// Shows progress, passes Ctrl-C on, and writes what is measured as soon as it is.
+struct Keeper<'a> {
+    watcher: &'a Watcher,
+    start: Instant,
+    files: &'a Files,
+    /// Why writing failed, which ends the bench.
+    failure: Mutex<Option<Error>>,
+}
+
+impl Keeper<'_> {
+    /// Whether everything could be written.
+    fn result(self) -> Result<()> {
+        let failure = self.failure.into_inner();
+        match failure.unwrap_or_else(PoisonError::into_inner) {
+            Some(error) => Err(error),
+            None => Ok(()),
+        }
+    }
+}
+
+impl BenchObserver for Keeper<'_> {
+    fn progress(&self, fraction: f64, what: &str) {
+        self.watcher.show(fraction, || {
+            let left = time_left(fraction, self.start.elapsed());
+            left.map_or(what.to_owned(), |left| format!("{what}, {left} left"))
+        });
+    }
+
+    fn is_cancelled(&self) -> bool {
+        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        failure.is_some() || self.watcher.is_cancelled()
+    }
+
+    fn report(&self, report: &BenchReport) {
+        let json = json::of_report(report, &self.files.command);
+        if let Err(error) = write(&self.files.json, &json) {
+            let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+            failure.get_or_insert(error);
+        }
+    }
+}

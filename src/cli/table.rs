@@ -1,0 +1,158 @@
+//! Tables for people: as aligned Markdown, which reads well in a terminal too, and as HTML.
+//!
+//! Measure: none; cells are text.
+//! Range: rows have as many cells as the head; a bar or a line break within a cell does not break the table.
+//! Source: GitHub Flavored Markdown, "Tables". Tested below.
+
+use maud::{Markup, html};
+use std::fmt::Write;
+
+/// On which side of its column a cell stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Words.
+    Left,
+    /// Numbers.
+    Right,
+}
+
+impl Side {
+    /// What cells are marked with on a page.
+    fn class(self) -> Option<&'static str> {
+        (self == Self::Right).then_some("number")
+    }
+}
+
+/// A table, with what has to be said before it.
+#[derive(Debug, Clone)]
+pub struct Table {
+    /// Its title.
+    pub title: String,
+    /// What is shown, which way is better, in which unit.
+    pub says: String,
+    /// The names of the columns.
+    pub head: Vec<(String, Side)>,
+    /// The cells, row by row.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// A column of words.
+pub fn words(name: impl Into<String>) -> (String, Side) {
+    (name.into(), Side::Left)
+}
+
+/// A column of numbers.
+pub fn numbers(name: impl Into<String>) -> (String, Side) {
+    (name.into(), Side::Right)
+}
+
+impl Table {
+    /// As Markdown below a heading of a level, such as 2 for `##`.
+    pub fn markdown(&self, level: usize) -> String {
+        let mut text = format!("{} {}\n\n{}\n\n", "#".repeat(level), self.title, self.says);
+        if self.rows.is_empty() {
+            return text;
+        }
+        let head: Vec<String> = self.head.iter().map(|(name, _)| one_line(name)).collect();
+        let rows: Vec<Vec<String>> = self
+            .rows
+            .iter()
+            .map(|row| row.iter().map(|cell| one_line(cell)).collect())
+            .collect();
+        let widths: Vec<usize> = (0..head.len())
+            .map(|column| {
+                let cells = rows.iter().chain([&head]).map(|row| &row[column]);
+                cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+            })
+            .collect();
+        self.push_row(&mut text, &head, &widths);
+        for ((_, side), width) in self.head.iter().zip(&widths) {
+            // As wide as a cell with its two spaces.
+            match side {
+                Side::Left => text += &format!("|{}", "-".repeat(width + 2)),
+                Side::Right => text += &format!("|{}:", "-".repeat(width + 1)),
+            }
+        }
+        text += "|\n";
+        for row in &rows {
+            self.push_row(&mut text, row, &widths);
+        }
+        text.push('\n');
+        text
+    }
+
+    fn push_row(&self, text: &mut String, cells: &[String], widths: &[usize]) {
+        for ((cell, width), (_, side)) in cells.iter().zip(widths).zip(&self.head) {
+            match side {
+                Side::Left => write!(text, "| {cell:<width$} "),
+                Side::Right => write!(text, "| {cell:>width$} "),
+            }
+            .expect("writing to a string cannot fail");
+        }
+        text.push_str("|\n");
+    }
+
+    /// As HTML, without its title and what it says.
+    pub fn html(&self) -> Markup {
+        html! {
+            div.table {
+                table {
+                    thead { tr {
+                        @for (name, side) in &self.head { th class=[side.class()] { (name) } }
+                    } }
+                    tbody { @for row in &self.rows { tr {
+                        @for (cell, (_, side)) in row.iter().zip(&self.head) {
+                            td class=[side.class()] { (cell) }
+                        }
+                    } } }
+                }
+            }
+        }
+    }
+}
+
+fn one_line(cell: &str) -> String {
+    cell.replace(['\n', '\r'], " ").replace('|', "\\|")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        Table {
+            title: "Speeds".to_owned(),
+            says: "Lower is better.".to_owned(),
+            head: vec![words("who"), numbers("ns")],
+            rows: vec![
+                vec!["a|b\nc".to_owned(), "7".to_owned()],
+                vec!["<d>".to_owned(), "1234".to_owned()],
+            ],
+        }
+    }
+
+    #[test]
+    fn markdown_is_aligned_and_no_cell_breaks_it() {
+        let expected = "## Speeds\n\nLower is better.\n\n\
+                        | who    |   ns |\n\
+                        |--------|-----:|\n\
+                        | a\\|b c |    7 |\n\
+                        | <d>    | 1234 |\n\n";
+        assert_eq!(table().markdown(2), expected);
+    }
+
+    #[test]
+    fn html_holds_every_cell_as_text() {
+        let html = table().html().into_string();
+        assert!(html.contains("<td>&lt;d&gt;</td><td class=\"number\">1234</td>"));
+    }
+
+    #[test]
+    fn a_table_without_rows_says_what_it_says() {
+        let empty = Table {
+            rows: Vec::new(),
+            ..table()
+        };
+        assert_eq!(empty.markdown(3), "### Speeds\n\nLower is better.\n\n");
+    }
+}

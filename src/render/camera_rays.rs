@@ -1,9 +1,9 @@
 //! The samples of a pixel on their way from the film into the scene, with what their camera rays meet.
 //!
-//! Camera rays of one pixel go much the same way: those of sixteen samples are traced as one packet. Which of two
+//! Camera rays of one pixel go much the same way: those of a block of samples are traced as one packet. Which of two
 //! primitives at the same distance a ray meets may depend on its packet. So that a sample stays a pure function of seed,
-//! pixel and index, packets are always of the same samples, whichever of them are asked for; and the first sixteen, which
-//! passes take in smaller portions, go one by one.
+//! pixel and index, a block is always traced whole, whichever of its samples are asked for. Blocks double in size up to
+//! sixteen samples, as passes do, so that those seldom ask for a part of one.
 //!
 //! Measure: pixels; sample indices.
 //! Range: any indices; those of one call lie in one block, see [`blocks`].
@@ -22,18 +22,30 @@ use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use std::ops::Range;
 
-/// Samples of a pixel whose camera rays are traced together: their indices begin at a multiple of this.
-const BLOCK: u64 = 16;
+/// Samples in a block at most.
+pub const LARGEST_BLOCK: u64 = 16;
+
+/// The block of a sample: 0, 1, 2..4, 4..8, 8..16, 16..32, 32..48 and so on.
+fn block_of(index: u64) -> Range<u64> {
+    let size = match index {
+        0 => 1,
+        _ => (1 << index.ilog2()).min(LARGEST_BLOCK),
+    };
+    let first = index / size * size;
+    first..first + size
+}
 
 /// Cuts a range of sample indices where blocks begin.
 pub fn blocks(range: Range<u64>) -> impl Iterator<Item = Range<u64>> {
-    let first = range.start / BLOCK;
-    let last = range.end.div_ceil(BLOCK);
-    let cut = (first..last).map(move |block| {
-        let start = block * BLOCK;
-        start.max(range.start)..(start + BLOCK).min(range.end)
-    });
-    cut.filter(|block| !block.is_empty())
+    let mut rest = range;
+    std::iter::from_fn(move || {
+        let start = rest.start;
+        if rest.is_empty() {
+            return None;
+        }
+        rest.start = block_of(start).end.min(rest.end);
+        Some(start..rest.start)
+    })
 }
 
 /// A pixel that is looked through.
@@ -96,7 +108,7 @@ impl<S: Sampler> CameraRays<S> {
     /// Room for a block.
     pub fn new() -> Self {
         Self {
-            samples: Vec::with_capacity(BLOCK as usize),
+            samples: Vec::with_capacity(LARGEST_BLOCK as usize),
             rays: RayBatch::default(),
             hits: HitBatch::default(),
         }
@@ -111,19 +123,20 @@ impl<S: Sampler> CameraRays<S> {
         range: Range<u64>,
         observer: &mut O,
     ) -> impl Iterator<Item = (u64, usize)> + use<E, O, S> {
-        let (first, end, packets) = if range.start < BLOCK {
-            (range.start, range.end, Packets::default())
-        } else {
-            let first = range.start / BLOCK * BLOCK;
-            let packets = Packets {
-                width: PacketWidth::Sixteen,
-                coherent: true,
-            };
-            (first, first + BLOCK, packets)
+        let block = block_of(range.start);
+        let width = match block.end - block.start {
+            0..4 => PacketWidth::One,
+            4..16 => PacketWidth::Eight,
+            _ => PacketWidth::Sixteen,
         };
+        let packets = Packets {
+            width,
+            coherent: true,
+        };
+        let first = block.start;
         self.samples.clear();
         self.rays.clear();
-        for index in first..end {
+        for index in block {
             let (sample, ray, time) = pixel.sample::<E, S>(sampler.clone(), index);
             if range.contains(&index) {
                 observer.traced(RayKind::Camera, &ray, time);
@@ -161,11 +174,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blocks_cut_a_range_at_multiples_and_nowhere_else() {
+    fn ranges_are_cut_where_blocks_begin_and_nowhere_else() {
         let cut = |range| blocks(range).collect::<Vec<_>>();
         assert_eq!(cut(3..3), []);
-        assert_eq!(cut(3..5), [3..5]);
-        assert_eq!(cut(0..16), [0..16]);
-        assert_eq!(cut(15..34), [15..16, 16..32, 32..34]);
+        assert_eq!(cut(0..3), [0..1, 1..2, 2..3]);
+        assert_eq!(cut(0..16), [0..1, 1..2, 2..4, 4..8, 8..16]);
+        assert_eq!(cut(15..37), [15..16, 16..32, 32..37]);
+        for index in 0..100 {
+            let block = block_of(index);
+            assert!(block.contains(&index));
+            assert!(block.clone().all(|other| block_of(other) == block));
+        }
     }
 }

@@ -56,6 +56,9 @@ impl FilterKind {
 /// 4/7) between two cells: within a cell, no filter changes its sign.
 const CELLS: usize = 448;
 
+/// Steps of the guide into the table: so many more than there are cells that the cell found is mostly the right one.
+const STEPS: usize = 4 * CELLS;
+
 /// A filter f(x) f(y), ready to be sampled.
 ///
 /// The profile f is linear between tabulated values, which differ from the named shape by less than 10^-4 of its peak;
@@ -67,7 +70,7 @@ pub struct Filter {
     values: Vec<f64>,
     /// What sampling looks up, cell by cell.
     cells: Vec<Cell>,
-    /// For each of `CELLS` equal steps of the cumulative share, the cell that it begins in.
+    /// For each of `STEPS` equal steps of the cumulative share, the cell that it begins in.
     guide: Vec<u16>,
     /// The radius, for sampling.
     reach: f32,
@@ -127,8 +130,8 @@ impl Filter {
         }
 
         let cell_of = |share: f64| cumulative[1..CELLS].partition_point(|&end| end <= share);
-        let guide = (0..CELLS)
-            .map(|step| cell_of(step as f64 / CELLS as f64) as u16)
+        let guide = (0..STEPS)
+            .map(|step| cell_of(step as f64 / STEPS as f64) as u16)
             .collect();
         let unit = 2.0 * integral * radius / CELLS as f64;
         values.iter_mut().for_each(|value| *value /= unit);
@@ -178,8 +181,8 @@ impl Filter {
     fn sample_axis(&self, u: f32) -> (f32, f32) {
         let signed = 2.0 * u - 1.0;
         let share = signed.abs();
-        // A share of 1 belongs to the last cell.
-        let step = ((share * CELLS as f32) as usize).min(CELLS - 1);
+        // A share of 1 belongs to the last step.
+        let step = ((share * STEPS as f32) as usize).min(STEPS - 1);
         let mut cell = usize::from(self.guide[step]);
         while self.cells[cell].to <= share && cell + 1 < CELLS {
             cell += 1;

@@ -13,6 +13,7 @@ use crate::geometry::packed::{PackedImage, PackedImages};
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// A colour that may vary over a surface; textures of one colour have become that colour.
@@ -127,10 +128,10 @@ impl Material {
 
     /// How it scatters at a texture coordinate.
     #[inline]
-    pub fn bsdf<E: Effects>(&self, uv: Vec2) -> Bsdf {
+    pub fn bsdf<E: Effects>(&self, uv: Vec2) -> Cow<'_, Bsdf> {
         match &self.kind {
-            Kind::Uniform(bsdf) => *bsdf,
-            textured if E::Textures::ON => textured.bsdf(uv),
+            Kind::Uniform(bsdf) => Cow::Borrowed(bsdf),
+            textured if E::Textures::ON => Cow::Owned(textured.bsdf(uv)),
             _ => beyond_kernel(),
         }
     }

@@ -29,6 +29,7 @@ use crate::math::vec::{ONE_MINUS_EPSILON, Vec2, Vec3};
 use interaction::Interaction;
 use material::Material;
 use normalisation::Normalisation;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// A scene, ready to be rendered: normalised, in single precision, its acceleration structure built.
@@ -190,7 +191,7 @@ impl Scene {
 
     /// How an interaction's surface scatters; `None` if it absorbs everything.
     #[inline]
-    pub fn bsdf<E: Effects>(&self, at: &Interaction<E>) -> Option<Bsdf> {
+    pub fn bsdf<E: Effects>(&self, at: &Interaction<E>) -> Option<Cow<'_, Bsdf>> {
         let material = self.material(at.id);
         if E::OneSided::ON && at.is_behind() && material.is_one_sided() {
             return None;

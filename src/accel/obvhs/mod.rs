@@ -28,7 +28,7 @@ use box_ray::clip;
 use box_tree::Layout;
 use level::{Item, Level, TreeOptions};
 use std::sync::Arc;
-use trace_ray::TraceRay;
+use trace_ray::{TraceRay, WatertightRay};
 
 /// Trees over the world and over each group.
 #[derive(Debug)]
@@ -83,7 +83,7 @@ impl ObvhsAccel {
             return None;
         }
         match self.precision {
-            Precision::Robust => self.closest(DRay::from(ray), time),
+            Precision::Robust => self.closest(WatertightRay::narrow(&ray.into()), time),
             Precision::Fast => self.closest(*ray, time),
         }
     }
@@ -95,7 +95,7 @@ impl ObvhsAccel {
             return false;
         }
         match self.precision {
-            Precision::Robust => self.any(DRay::from(ray), time),
+            Precision::Robust => self.any(WatertightRay::narrow(&ray.into()), time),
             Precision::Fast => self.any(*ray, time),
         }
     }

@@ -17,9 +17,8 @@ use super::vec::{DVec3, Vec3};
 pub struct Line {
     /// The two axes of the plane, and the one across it, along which the direction is longest.
     axes: [usize; 3],
-    /// A point of the line, and its direction, along these axes.
-    origin: [f64; 3],
-    dir: f64,
+    origin: DVec3,
+    dir: DVec3,
     /// How far the line moves in the plane for each unit across.
     shear: [f64; 2],
 }
@@ -33,8 +32,8 @@ impl Line {
         let [x, y, z] = axes.map(|axis| dir[axis]);
         Self {
             axes,
-            origin: axes.map(|axis| origin[axis]),
-            dir: z,
+            origin,
+            dir,
             shear: [x / z, y / z],
         }
     }
@@ -47,31 +46,36 @@ impl Line {
         let sides = [side(b, c), side(c, a), side(a, b)];
         let inside = sides.iter().all(|&side| side >= 0.0) || sides.iter().all(|&side| side <= 0.0);
         let area = sides[0] + sides[1] + sides[2];
-        if !inside || area == 0.0 || is_degenerate(triangle) {
+        if !inside || area == 0.0 {
             return None;
         }
-        // Weights of the vertices, none of them negative: the parameter is between theirs however steep the plane.
-        let [w, u, v] = sides.map(|side| side / area);
-        let across = w * a[2] + u * b[2] + v * c[2];
-        Some((across / self.dir, [u, v]))
+        let t = self.meet_plane_of(triangle, [a[2], b[2], c[2]])?;
+        Some((t, [sides[1] / area, sides[2] / area]))
+    }
+
+    /// The parameter at the plane of a triangle that is met. Where the plane is so steep that rounding would have a say, the
+    /// parameter is still between those of the vertices, which lie this far across. `None` if the triangle is degenerate: the
+    /// normal is exactly 0 then, unless single precision has its vertices at sizes far apart.
+    #[inline]
+    fn meet_plane_of(&self, triangle: &[Vec3; 3], across: [f64; 3]) -> Option<f64> {
+        let [a, b, c] = triangle.map(|vertex| vertex.as_dvec3());
+        let normal = (b - a).cross(c - a);
+        if normal == DVec3::ZERO {
+            return None;
+        }
+        let [x, y, z] = across.map(|z| z / self.dir[self.axes[2]]);
+        let t = (a - self.origin).dot(normal) / self.dir.dot(normal);
+        // Not a number gives way to its bound.
+        Some(t.max(x.min(y).min(z)).min(x.max(y).max(z)))
     }
 
     /// A vertex as seen along the line, and how far it lies across the plane.
     #[inline]
     fn project(&self, vertex: &Vec3) -> [f64; 3] {
-        let vertex: &[f32; 3] = vertex.as_ref();
-        let along = |i: usize| f64::from(vertex[self.axes[i]]) - self.origin[i];
-        let [x, y, z] = [along(0), along(1), along(2)];
+        let (vertex, origin): (&[f32; 3], &[f64; 3]) = (vertex.as_ref(), self.origin.as_ref());
+        let [x, y, z] = self.axes.map(|axis| f64::from(vertex[axis]) - origin[axis]);
         [x - self.shear[0] * z, y - self.shear[1] * z, z]
     }
-}
-
-/// Whether the vertices are on one line. The differences of single precision, and their products, are exact unless they are
-/// of sizes far apart.
-#[inline]
-fn is_degenerate(triangle: &[Vec3; 3]) -> bool {
-    let [a, b, c] = triangle.map(|vertex| vertex.as_dvec3());
-    (b - a).cross(c - a) == DVec3::ZERO
 }
 
 /// Where a line meets a triangle's plane: the parameter, and the barycentric coordinates of the second and third
@@ -152,7 +156,7 @@ mod tests {
         let not_a_number = [Vec3::NAN; 3];
         assert_eq!(up.meet(&not_a_number), None);
         // Rounding gives these an area as seen along nearly every line.
-        let ends = [Vec3::new(0.1, 0.3, 0.7), Vec3::new(0.5, 1.7, 3.1)];
+        let ends = [Vec3::new(0.125, 0.25, 0.75), Vec3::new(0.5, 1.75, 3.125)];
         let middle = 0.5 * (ends[0] + ends[1]);
         for degenerate in [[ends[0], ends[0], ends[1]], [ends[0], middle, ends[1]]] {
             for i in 0..1000 {

@@ -1,9 +1,9 @@
 //! The backend in Rust: BVHs that obvhs builds, of two children a node or of eight, traversed here.
 //!
 //! There are two levels: a tree over the primitives that stand in the world and over the instances, and one tree for each
-//! group, in which rays are traced in the group's units. In robust precision triangles are met in double precision, in
-//! fast precision in single; spheres, disks and the way into an instance are in double precision in both. Neither misses
-//! a box that the ray truly meets.
+//! group, in which rays are traced in the group's units. In robust precision triangles are met in double precision, and no
+//! ray slips between two that share an edge or a vertex; in fast precision they are met in single. Spheres, disks and the
+//! way into an instance are in double precision in both. Neither misses a box that the ray truly meets.
 //!
 //! Measure: normalised scene units.
 //! Range: as in `accel/mod.rs`, with coordinates up to 1e18 in magnitude.

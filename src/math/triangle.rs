@@ -181,7 +181,7 @@ mod tests {
             let hub = Vec3::new(next(scale), next(scale), next(1.0));
             let rim: Vec<_> = (0..6)
                 .map(|k| {
-                    let (sin, cos) = (1.047_197_6 * k as f32).sin_cos();
+                    let (sin, cos) = (std::f32::consts::FRAC_PI_3 * k as f32).sin_cos();
                     hub + Vec3::new(cos, sin, next(0.2))
                 })
                 .collect();

@@ -151,7 +151,7 @@ impl PathObserver for Count {
 /// What the render's own rays met, kind by kind in the order of a recording.
 #[derive(Default)]
 struct Meetings {
-    /// The kind of the ray under way.
+    /// The kind of the ray under way, after the camera's: those are told beforehand.
     kind: Option<RayKind>,
     /// The surface that the path is on.
     left: Option<PrimitiveId>,
@@ -161,7 +161,7 @@ struct Meetings {
 
 impl Meetings {
     fn met(&mut self, id: Option<PrimitiveId>) {
-        let kind = self.kind.take().expect("a ray was traced before");
+        let kind = self.kind.take().unwrap_or(RayKind::Camera);
         self.closest.push((kind, self.left, id));
         self.left = id;
     }
@@ -169,12 +169,12 @@ impl Meetings {
 
 impl PathObserver for Meetings {
     fn traced(&mut self, kind: RayKind, _ray: &Ray, _time: f32) {
-        if kind == RayKind::Camera {
-            self.left = None;
-        }
-        if kind != RayKind::Shadow {
+        if !matches!(kind, RayKind::Camera | RayKind::Shadow) {
             self.kind = Some(kind);
         }
+    }
+    fn filmed(&mut self, _value: Rgb) {
+        self.left = None;
     }
     fn arrived<E: Effects>(&mut self, at: &Interaction<E>, _beta: Rgb) {
         self.met(Some(at.id));

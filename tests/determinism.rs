@@ -3,11 +3,19 @@
 mod common;
 
 use common::scene_folder::{SMALL, in_repository, load_text, picture};
+use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::film::Film;
+use etendue::film::filter::Filter;
+use etendue::film::pixel::PixelSums;
 use etendue::image::{Image, metrics};
+use etendue::integrator::observer::Unobserved;
 use etendue::math::vec::{DAffine3, DVec3};
+use etendue::render::observe_tile;
+use etendue::render::replay::replay;
 use etendue::render::settings::{RenderSettings, SamplerKind};
 use etendue::scene::description::{GeometryDescription, SceneDescription};
 use etendue::scene::load::load;
+use etendue::scene::prepare::prepare;
 use std::sync::Arc;
 
 fn settings(scene: &SceneDescription, spp: u64) -> RenderSettings {
@@ -87,6 +95,70 @@ fn assert_same(got: &Image, want: &Image, what: &str) {
         .filter(differ)
         .count();
     assert_eq!(differing, 0, "{what}: so many pixels differ");
+}
+
+/// Surfaces at exactly the same place, of which each ray sees one: which one is a matter of how rays are traced together.
+fn coincident() -> SceneDescription {
+    let mut text = String::from(
+        "version = 1\n[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n[film]\nsize = [24, 16]\n",
+    );
+    for emission in 1..=6 {
+        let turn = 37 * emission;
+        text += &format!(
+            "[[shape]]\ntype = \"rectangle\"\ncorner = [-1, -1, 0]\nedge_u = [2, 0, 0]\nedge_v = [0, 2, 0]\n\
+             transform = [{{ rotate = {{ axis = [0, 0, 1], angle = {turn} }} }}]\n\
+             emission = {emission}\n"
+        );
+    }
+    load_text(&text)
+}
+
+#[test]
+fn a_sample_does_not_depend_on_those_that_are_taken_with_it() {
+    let description = coincident();
+    let filter = Filter::new(&description.film.filter);
+    for &backend in Backend::ALL {
+        for precision in [Precision::Fast, Precision::Robust] {
+            let options = AccelOptions {
+                backend,
+                precision,
+                quality: Quality::default(),
+                threads: 1,
+            };
+            let scene = prepare(&description, options).expect("it is valid").scene;
+            let settings = settings(&description, 53);
+            let image = |cuts: &[u64]| {
+                let mut film = Film::new(settings.window, 1000);
+                let tile = &mut film.tiles_mut()[0];
+                for ends in cuts.windows(2) {
+                    let range = ends[0]..ends[1];
+                    observe_tile(&scene, &filter, &settings, tile, range, &mut Unobserved);
+                }
+                film.develop()
+            };
+            let reference = image(&[0, 53]);
+            for cuts in [
+                &[0, 5, 6, 7, 11, 19, 40, 41, 53][..],
+                &[0, 16, 32, 48, 53],
+                &Vec::from_iter(0..=53),
+            ] {
+                let what = format!("{} {}: {cuts:?}", backend.name(), precision.name());
+                assert_same(&image(cuts), &reference, &what);
+            }
+            let replayed = |pixel: [u32; 2]| {
+                let mut sums = PixelSums::default();
+                for sample in 0..53 {
+                    sums.add(replay(&scene, &filter, &settings, pixel, sample).radiance);
+                }
+                sums.mean(53).map(|x| x as f32)
+            };
+            for pixel in [[12, 8], [9, 6], [15, 9]] {
+                let got = replayed(pixel);
+                let at = (pixel[1] * reference.width() + pixel[0]) as usize;
+                assert_eq!(reference.pixels()[at].to_array(), got);
+            }
+        }
+    }
 }
 
 #[test]

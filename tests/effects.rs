@@ -9,7 +9,8 @@ use common::scene_folder::in_repository;
 use etendue::accel::{AccelOptions, Backend, Precision, Quality};
 use etendue::bsdf::conductor;
 use etendue::effects::kernel::types::{Everything, Matte};
-use etendue::effects::{Effect, EffectSet, Effects, Kernel};
+use etendue::effects::switch::{Off, On};
+use etendue::effects::{Effect, EffectSet, Effects, Kernel, State};
 use etendue::film::filter::Filter;
 use etendue::geometry::texture::Texture;
 use etendue::image::Image;
@@ -442,15 +443,17 @@ fn a_scene_is_not_rendered_by_a_kernel_that_lacks_one_of_its_effects() {
 #[test]
 fn state_of_absent_effects_has_no_size() {
     assert!(Matte::SET.len() == 1 && Everything::SET == EffectSet::ALL);
-    // A time and the scale of roulette.
+    assert_eq!(size_of::<State<Off, [f32; 3]>>(), 0);
+    assert_eq!(size_of::<State<On, [f32; 3]>>(), 12);
+    // A time and the scale of roulette, in a structure whose size goes in steps of a vector's 16 bytes.
     assert_eq!(
         size_of::<PathState<Everything>>() - size_of::<PathState<Matte>>(),
-        8
+        16
     );
-    // A texture coordinate, and whether the shading normal is the geometric one, with what aligns it.
+    // A texture coordinate, and whether the shading normal is the geometric one, likewise.
     assert_eq!(
         size_of::<Interaction<Everything>>() - size_of::<Interaction<Matte>>(),
-        12
+        16
     );
 }
 

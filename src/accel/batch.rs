@@ -94,6 +94,7 @@ impl RayBatch {
     }
 
     /// Adds an active ray.
+    #[inline]
     pub fn push(&mut self, ray: &Ray, time: f32) {
         for axis in 0..3 {
             self.origin[axis].push(ray.origin[axis]);
@@ -124,6 +125,7 @@ impl RayBatch {
     ///
     /// # Panics
     /// If there is none with this index.
+    #[inline]
     pub fn get(&self, index: usize) -> (Ray, f32) {
         let [x, y, z] = &self.origin;
         let [u, v, w] = &self.dir;
@@ -235,6 +237,7 @@ impl HitBatch {
     ///
     /// # Panics
     /// If there is none with this index.
+    #[inline]
     pub fn get(&self, index: usize) -> Option<Hit> {
         let shape = self.shape[index];
         (shape != Self::MISS).then(|| Hit {

@@ -12,8 +12,11 @@ use crate::render::settings::RenderSettings;
 use crate::render::{RenderObserver, Rendered, observe_tile, render};
 use crate::scene::Scene;
 
-/// Samples that are watched in each pixel of a tile before the next tile is turned to.
-const SAMPLES_AT_ONCE: u64 = 4;
+/// Samples that are watched in each pixel of a tile before the next tile is turned to: as many as are traced together.
+const SAMPLES_AT_ONCE: u64 = 16;
+
+/// Edge of a tile in pixels: small ones are spread over the picture sooner.
+const TILE_SIZE: u32 = 8;
 
 /// A render.
 #[derive(Debug, Clone, Copy)]
@@ -48,7 +51,7 @@ impl Subject<'_> {
 
     /// Shows `observer` whole tiles until it has seen `enough` or every sample. The film has the samples shown.
     pub fn observe<O: PathObserver>(&self, observer: &mut O, enough: impl Fn(&O) -> bool) -> Film {
-        let mut film = Film::new(self.settings.window, self.settings.tile_size);
+        let mut film = Film::new(self.settings.window, TILE_SIZE);
         let spp = self.settings.budget.spp.unwrap_or(u64::MAX);
         let count = film.tiles().len();
         let stride = even_stride(count);

@@ -69,20 +69,22 @@ pub struct Filter {
     cells: Vec<Cell>,
     /// For each of `CELLS` equal steps of the cumulative share, the cell that it begins in.
     guide: Vec<u16>,
-    /// The integral of |f| over that of f, in one dimension: 1 without negative lobes.
-    excess: f64,
+    /// The radius, for sampling.
+    reach: f32,
 }
 
 /// A cell of the table, as sampling needs it.
 #[derive(Debug, Clone, Copy)]
 struct Cell {
     /// The share of the integral of |f| from 0 to the cell's end.
-    to: f64,
+    to: f32,
     /// One over the cell's own share.
-    scale: f64,
-    /// f at both ends, up to a factor.
-    a: f64,
-    b: f64,
+    scale: f32,
+    /// |f| at both ends, up to a factor.
+    a: f32,
+    b: f32,
+    /// The weight of a sample in the cell, for one axis: of the sign that f has there.
+    weight: f32,
 }
 
 /// Where to take a sample, and what it counts.
@@ -130,12 +132,15 @@ impl Filter {
             .collect();
         let unit = 2.0 * integral * radius / CELLS as f64;
         values.iter_mut().for_each(|value| *value /= unit);
+        // The integral of |f| over that of f, in one dimension: 1 without negative lobes.
+        let excess = total / integral;
         let cells = (0..CELLS)
             .map(|i| Cell {
-                to: cumulative[i + 1],
-                scale: 1.0 / (cumulative[i + 1] - cumulative[i]),
-                a: values[i],
-                b: values[i + 1],
+                to: cumulative[i + 1] as f32,
+                scale: (1.0 / (cumulative[i + 1] - cumulative[i])) as f32,
+                a: values[i].abs() as f32,
+                b: values[i + 1].abs() as f32,
+                weight: excess.copysign(values[i] + values[i + 1]) as f32,
             })
             .collect();
         Self {
@@ -143,7 +148,7 @@ impl Filter {
             values,
             cells,
             guide,
-            excess: total / integral,
+            reach: radius as f32,
         }
     }
 
@@ -159,7 +164,7 @@ impl Filter {
         let (y, y_weight) = self.sample_axis(u.y);
         FilterSample {
             offset: Vec2::new(x, y),
-            weight: (x_weight * y_weight) as f32,
+            weight: x_weight * y_weight,
         }
     }
 
@@ -170,22 +175,19 @@ impl Filter {
 
     /// One coordinate and its factor of the weight. The map from `u` rises, so that strata stay strata.
     #[inline]
-    fn sample_axis(&self, u: f32) -> (f32, f64) {
-        let signed = 2.0 * f64::from(u) - 1.0;
+    fn sample_axis(&self, u: f32) -> (f32, f32) {
+        let signed = 2.0 * u - 1.0;
         let share = signed.abs();
         // A share of 1 belongs to the last cell.
-        let step = ((share * CELLS as f64) as usize).min(CELLS - 1);
+        let step = ((share * CELLS as f32) as usize).min(CELLS - 1);
         let mut cell = usize::from(self.guide[step]);
         while self.cells[cell].to <= share && cell + 1 < CELLS {
             cell += 1;
         }
-        let Cell { to, scale, a, b } = self.cells[cell];
-        let within = invert_linear(1.0 - (to - share) * scale, a.abs(), b.abs());
-        let distance = (cell as f64 + within) * (self.radius / CELLS as f64);
-        (
-            distance.copysign(signed) as f32,
-            self.excess.copysign(a + b),
-        )
+        let found = &self.cells[cell];
+        let within = invert_linear(1.0 - (found.to - share) * found.scale, found.a, found.b);
+        let distance = (cell as f32 + within) / CELLS as f32 * self.reach;
+        (distance.copysign(signed), found.weight)
     }
 
     fn evaluate_axis(&self, x: f64) -> f64 {
@@ -201,11 +203,11 @@ impl Filter {
 
 /// The place in [0, 1] that has the share `u` before it, where the density goes from `a` to `b`, not both 0.
 #[inline]
-fn invert_linear(u: f64, a: f64, b: f64) -> f64 {
+fn invert_linear(u: f32, a: f32, b: f32) -> f32 {
     // The root of a x + (b - a) x^2 / 2 = u (a + b) / 2, in the form that does not cancel.
     let root = (a * a + u * (b * b - a * a)).max(0.0).sqrt();
     if a + root > 0.0 {
-        (u * (a + b) / (a + root)).min(1.0)
+        (u * (a + b) / (a + root)).clamp(0.0, 1.0)
     } else {
         0.0
     }
@@ -306,6 +308,11 @@ mod tests {
         }
     }
 
+    /// The integral of |f| over that of f, in one dimension.
+    fn excess(filter: &Filter) -> f64 {
+        filter.cells[0].weight.into()
+    }
+
     /// Equidistant numbers leave only a rounding: every bin's share of the samples, times the excess and the sign, is the
     /// integral of f over the bin, to the 2^-16 of one sample at either end of each of its pieces.
     #[test]
@@ -318,7 +325,7 @@ mod tests {
             for u in midpoints(SAMPLES) {
                 let (x, weight) = filter.sample_axis(u as f32);
                 let bin = ((f64::from(x) + filter.radius()) / width) as usize;
-                shares[bin.min(BINS - 1)] += weight / f64::from(SAMPLES);
+                shares[bin.min(BINS - 1)] += f64::from(weight) / f64::from(SAMPLES);
             }
             for (bin, share) in shares.into_iter().enumerate() {
                 let integral: f64 = midpoints(1000)
@@ -339,16 +346,18 @@ mod tests {
     fn weights_are_one_without_negative_lobes_and_one_on_average_with_them() {
         for (kind, filter) in filters() {
             let weights: Vec<f64> = midpoints(1 << 16)
-                .map(|u| filter.sample_axis(u as f32).1)
+                .map(|u| filter.sample_axis(u as f32).1.into())
                 .collect();
             if kind == FilterKind::Mitchell {
                 let mean = weights.iter().sum::<f64>() / weights.len() as f64;
                 // Two changes of sign on either side, each at one of 65536 samples.
                 assert!(
-                    (mean - 1.0).abs() < 4.0 * 2.0 * filter.excess / 65536.0,
+                    (mean - 1.0).abs() < 4.0 * 2.0 * excess(&filter) / 65536.0,
                     "{mean}"
                 );
-                assert!(filter.excess > 1.0 && weights.iter().all(|w| w.abs() == filter.excess));
+                assert!(
+                    excess(&filter) > 1.0 && weights.iter().all(|w| w.abs() == excess(&filter))
+                );
             } else {
                 assert!(weights.iter().all(|&weight| weight == 1.0), "{kind:?}");
             }
@@ -381,7 +390,7 @@ mod tests {
     fn the_plane_is_the_product_of_its_axes() {
         for (_, filter) in filters() {
             let sample = filter.sample(Vec2::new(0.02, 0.6));
-            let density = f64::from(filter.evaluate(sample.offset).abs()) / filter.excess.powi(2);
+            let density = f64::from(filter.evaluate(sample.offset).abs()) / excess(&filter).powi(2);
             let expected = filter.evaluate(sample.offset) / density as f32;
             assert!((sample.weight - expected).abs() < 1e-5);
         }

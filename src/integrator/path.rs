@@ -150,7 +150,7 @@ impl PathIntegrator {
             let wo = at.frame.to_local(at.wo);
             let seen = bsdf.seen_from::<E>(wo);
             if !bsdf.is_delta::<E>() && !scene.lights.is_empty() {
-                let u = sampler.draw(Decision::Light(bounce));
+                let u = draw_light::<E, S>(sampler, bounce);
                 if let Some(light) = sample_light(scene, &at, time, wo, &seen, u) {
                     rays.shadow += 1;
                     observer.traced(RayKind::Shadow, &light.ray, time);
@@ -204,6 +204,16 @@ impl PathIntegrator {
         }
         path.radiance
     }
+}
+
+/// The numbers that choose a point on a light and, where there are several, the light.
+#[inline]
+fn draw_light<E: Effects, S: Sampler>(sampler: &mut S, bounce: u32) -> [f32; 4] {
+    if E::ManyLights::ON {
+        return sampler.draw(Decision::Light(bounce));
+    }
+    let [u, v] = sampler.draw(Decision::Light(bounce));
+    [u, v, 0.0, 0.0]
 }
 
 /// Radiance from beyond the scene along the path's ray.

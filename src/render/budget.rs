@@ -5,6 +5,7 @@
 //! sample of every pixel takes long, that is the best that whole passes can do.
 //! Source: none needed. Tested below and in `tests/command.rs`.
 
+use super::camera_rays::LARGEST_BLOCK;
 use super::settings::Budget;
 use std::time::Duration;
 
@@ -55,6 +56,12 @@ impl PassPlanner {
                 affordable
             };
             pass = pass.min(careful);
+            // Half of a block costs as many camera rays as all of it.
+            let end = self.spp + pass;
+            let whole = end - end % LARGEST_BLOCK;
+            if whole > self.spp {
+                pass = whole - self.spp;
+            }
         }
         (pass > 0).then_some(pass)
     }

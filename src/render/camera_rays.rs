@@ -1,37 +1,50 @@
 //! The samples of a pixel on their way from the film into the scene, with what their camera rays meet.
 //!
-//! Camera rays of one pixel go much the same way: those of sixteen samples are traced as one packet. Which of two
+//! Camera rays of one pixel go much the same way: those of a block of samples are traced as one packet. Which of two
 //! primitives at the same distance a ray meets may depend on its packet. So that a sample stays a pure function of seed,
-//! pixel and index, packets are always of the same samples, whichever of them are asked for; and the first sixteen, which
-//! passes take in smaller portions, go one by one.
+//! pixel and index, a block is always traced whole, whichever of its samples are asked for. Blocks double in size up to
+//! sixteen samples, as passes do, so that those seldom ask for a part of one.
 //!
 //! Measure: pixels; sample indices.
 //! Range: any indices; those of one call lie in one block, see [`blocks`].
 //! Source: docs/architecture.md, "The way of a sample". Tested in `tests/determinism.rs`.
 
-use crate::accel::Hit;
 use crate::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
 use crate::effects::{Effects, Switch};
 use crate::film::filter::Filter;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::{PathObserver, RayKind};
 use crate::integrator::path::{CameraRay, PathIntegrator};
+use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use std::ops::Range;
 
-/// Samples of a pixel whose camera rays are traced together: their indices begin at a multiple of this.
-const BLOCK: u64 = 16;
+/// Samples in a block at most.
+pub const LARGEST_BLOCK: u64 = 16;
+
+/// The block of a sample: 0, 1, 2..4, 4..8, 8..16, 16..32, 32..48 and so on.
+fn block_of(index: u64) -> Range<u64> {
+    let size = match index {
+        0 => 1,
+        _ => (1 << index.ilog2()).min(LARGEST_BLOCK),
+    };
+    let first = index / size * size;
+    first..first + size
+}
 
 /// Cuts a range of sample indices where blocks begin.
 pub fn blocks(range: Range<u64>) -> impl Iterator<Item = Range<u64>> {
-    let first = range.start / BLOCK;
-    let last = range.end.div_ceil(BLOCK);
-    (first..last).map(move |block| {
-        let start = block * BLOCK;
-        start.max(range.start)..(start + BLOCK).min(range.end)
+    let mut rest = range;
+    std::iter::from_fn(move || {
+        let start = rest.start;
+        if rest.is_empty() {
+            return None;
+        }
+        rest.start = block_of(start).end.min(rest.end);
+        Some(start..rest.start)
     })
 }
 
@@ -43,46 +56,47 @@ pub struct Pixel<'a> {
     pub position: [u32; 2],
 }
 
-/// A sample, seen from the camera.
+/// A sample whose camera ray is known.
 #[derive(Debug, Clone)]
-pub struct CameraSample<S> {
-    pub index: u64,
+struct CameraSample<S> {
     /// Its random numbers.
-    pub sampler: S,
-    pub ray: CameraRay,
+    sampler: S,
     /// What its radiance counts in the pixel.
-    pub weight: f32,
-    /// What its ray meets.
-    pub found: Option<Hit>,
+    weight: f32,
 }
 
 impl Pixel<'_> {
-    fn sample<E: Effects, S: Sampler>(&self, sampler: &S, index: u64) -> CameraSample<S> {
-        let mut sampler = sampler.clone();
+    /// A sample, its ray and its time.
+    #[inline]
+    fn sample<E: Effects, S: Sampler>(
+        &self,
+        mut sampler: S,
+        index: u64,
+    ) -> (CameraSample<S>, Ray, f32) {
         sampler.start(self.position, index);
-        let [film_x, film_y, lens_x, lens_y] = sampler.draw(Decision::Camera);
-        let filtered = self.filter.sample(Vec2::new(film_x, film_y));
+        let (film, lens) = if E::Lens::ON {
+            let [film_x, film_y, lens_x, lens_y] = sampler.draw(Decision::Camera);
+            (Vec2::new(film_x, film_y), Vec2::new(lens_x, lens_y))
+        } else {
+            let film = sampler.draw(Decision::Camera);
+            (Vec2::from_array(film), Vec2::ZERO)
+        };
         let time = if E::Motion::ON {
             let [time] = sampler.draw(Decision::Time);
             time
         } else {
             0.0
         };
+        let filtered = self.filter.sample(film);
         let [x, y] = self.position.map(|i| i as f32 + 0.5);
         let film = Vec2::new(x, y) + filtered.offset;
-        let lens = Vec2::new(lens_x, lens_y);
         let ray = self.scene.camera.ray::<E>(film, lens, time);
-        CameraSample {
-            index,
-            sampler,
-            ray: CameraRay { ray, time },
-            weight: filtered.weight,
-            found: None,
-        }
+        let weight = filtered.weight;
+        (CameraSample { sampler, weight }, ray, time)
     }
 }
 
-/// Room for the samples of one block.
+/// The camera rays of a block, and what they meet.
 #[derive(Debug)]
 pub struct CameraRays<S> {
     samples: Vec<CameraSample<S>>,
@@ -94,68 +108,64 @@ impl<S: Sampler> CameraRays<S> {
     /// Room for a block.
     pub fn new() -> Self {
         Self {
-            samples: Vec::with_capacity(BLOCK as usize),
+            samples: Vec::with_capacity(LARGEST_BLOCK as usize),
             rays: RayBatch::default(),
             hits: HitBatch::default(),
         }
     }
 
-    /// Traces the camera rays of the samples of `range`, which lies in one block.
+    /// Traces the camera rays of the samples of `range`, which lies in one block. Tells their indices, and where their
+    /// [`value`](Self::value)s are to be had.
     pub fn trace<E: Effects, O: PathObserver>(
         &mut self,
         pixel: &Pixel<'_>,
         sampler: &S,
         range: Range<u64>,
         observer: &mut O,
-    ) -> &mut [CameraSample<S>] {
-        let (traced, packets) = if range.start < BLOCK {
-            (range.clone(), Packets::default())
-        } else {
-            let first = range.start / BLOCK * BLOCK;
-            let packets = Packets {
-                width: PacketWidth::Sixteen,
-                coherent: true,
-            };
-            (first..first + BLOCK, packets)
+    ) -> impl Iterator<Item = (u64, usize)> + use<E, O, S> {
+        let block = block_of(range.start);
+        let width = match block.end - block.start {
+            0..4 => PacketWidth::One,
+            4..16 => PacketWidth::Eight,
+            _ => PacketWidth::Sixteen,
         };
+        let packets = Packets {
+            width,
+            coherent: true,
+        };
+        let first = block.start;
         self.samples.clear();
         self.rays.clear();
-        for index in traced.clone() {
-            let sample = pixel.sample::<E, S>(sampler, index);
+        for index in block {
+            let (sample, ray, time) = pixel.sample::<E, S>(sampler.clone(), index);
             if range.contains(&index) {
-                observer.traced(RayKind::Camera, &sample.ray.ray, sample.ray.time);
+                observer.traced(RayKind::Camera, &ray, time);
             }
-            self.rays.push(&sample.ray.ray, sample.ray.time);
+            self.rays.push(&ray, time);
             self.samples.push(sample);
         }
         let accel = &pixel.scene.accel;
         accel.intersect_batch(&self.rays, packets, &mut self.hits);
-        for (index, sample) in self.samples.iter_mut().enumerate() {
-            sample.found = self.hits.get(index);
-        }
-        let skipped = (range.start - traced.start) as usize;
-        let asked = (range.end - range.start) as usize;
-        &mut self.samples[skipped..skipped + asked]
+        range.map(move |index| (index, (index - first) as usize))
     }
-}
 
-impl<S> CameraSample<S> {
-    /// The sample's value: radiance along the camera ray, times the filter's weight.
+    /// A sample's value: radiance along the camera ray, times the filter's weight.
     #[inline]
     pub fn value<E: Effects, O: PathObserver>(
         &mut self,
+        place: usize,
         scene: &Scene,
         integrator: PathIntegrator,
         rays: &mut RayCounts,
         observer: &mut O,
-    ) -> Rgb
-    where
-        S: Sampler,
-    {
-        let (ray, found) = (&self.ray, self.found);
-        let sampler = &mut self.sampler;
-        let radiance = integrator.radiance::<E, _, _>(scene, sampler, ray, found, rays, observer);
-        self.weight * radiance
+    ) -> Rgb {
+        let (ray, time) = self.rays.get(place);
+        let camera_ray = CameraRay { ray, time };
+        let found = self.hits.get(place);
+        let CameraSample { sampler, weight } = &mut self.samples[place];
+        let radiance =
+            integrator.radiance::<E, _, _>(scene, sampler, &camera_ray, found, rays, observer);
+        *weight * radiance
     }
 }
 
@@ -164,11 +174,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn blocks_cut_a_range_at_multiples_and_nowhere_else() {
+    fn ranges_are_cut_where_blocks_begin_and_nowhere_else() {
         let cut = |range| blocks(range).collect::<Vec<_>>();
         assert_eq!(cut(3..3), []);
-        assert_eq!(cut(3..5), [3..5]);
-        assert_eq!(cut(0..16), [0..16]);
-        assert_eq!(cut(15..34), [15..16, 16..32, 32..34]);
+        assert_eq!(cut(0..3), [0..1, 1..2, 2..3]);
+        assert_eq!(cut(0..16), [0..1, 1..2, 2..4, 4..8, 8..16]);
+        assert_eq!(cut(15..37), [15..16, 16..32, 32..37]);
+        for index in 0..100 {
+            let block = block_of(index);
+            assert!(block.contains(&index));
+            assert!(block.clone().all(|other| block_of(other) == block));
+        }
     }
 }

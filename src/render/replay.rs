@@ -129,9 +129,10 @@ impl Dispatched for ReplayJob<'_, '_> {
     fn run<E: Effects, S: Sampler>(self, sampler: S) -> Rgb {
         let mut camera_rays = CameraRays::new();
         let only = self.sample..self.sample + 1;
-        let samples = camera_rays.trace::<E, _>(&self.pixel, &sampler, only, self.recorder);
-        let rays = &mut RayCounts::default();
-        samples[0].value::<E, _>(self.pixel.scene, self.integrator, rays, self.recorder)
+        let mut traced = camera_rays.trace::<E, _>(&self.pixel, &sampler, only, self.recorder);
+        let (_, place) = traced.next().expect("one sample was asked for");
+        let (scene, rays) = (self.pixel.scene, &mut RayCounts::default());
+        camera_rays.value::<E, _>(place, scene, self.integrator, rays, self.recorder)
     }
 }
 

@@ -82,13 +82,13 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
                 position: [x, y],
             };
             for block in blocks(range.clone()) {
-                for sample in camera_rays.trace::<E, O>(&pixel, &sampler, block, observer) {
+                for (sample, place) in camera_rays.trace::<E, O>(&pixel, &sampler, block, observer)
+                {
                     let rays = &mut outcome.rays;
-                    let value = sample.value::<E, _>(scene, integrator, rays, observer);
+                    let value = camera_rays.value::<E, O>(place, scene, integrator, rays, observer);
                     if value.is_finite() {
                         sums.add(value);
                     } else {
-                        let sample = sample.index;
                         let first = Some(NonFiniteSample { y, x, sample });
                         outcome.rejected.merge(Rejected { count: 1, first });
                     }

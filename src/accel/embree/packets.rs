@@ -12,8 +12,8 @@
 use super::EmbreeAccel;
 use super::handles::PacketQuery;
 use super::lanes::{HitLanes, RayHitLanes, RayLanes};
-use crate::accel::Hit;
 use crate::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
+use crate::accel::{Hit, Precision};
 
 impl EmbreeAccel {
     /// The closest hit of every active ray.
@@ -61,10 +61,11 @@ impl EmbreeAccel {
             }
             for lane in 0..N.min(rays.len() - start) {
                 let index = start + lane;
-                let hit = self.hit_of_lane(&packet, lane).and_then(|hit| {
+                let mut hit = self.hit_of_lane(&packet, lane);
+                if self.precision == Precision::Robust {
                     let (ray, time) = rays.get(index);
-                    self.confirm(&ray, time, hit)
-                });
+                    hit = hit.and_then(|hit| self.confirm(&ray, time, hit));
+                }
                 hits.set(index, hit);
             }
         }

@@ -169,8 +169,8 @@ mod tests {
         }
     }
 
-    /// Lines at a vertex in the middle of a fan of triangles, and at its edges, from a place that is far or close: of six
-    /// signs that rounding decides, as Plücker coordinates give them, all would be the same once in 32 lines if they were independent.
+    /// Lines at a vertex in the middle of a fan of triangles, and at its edges. Of the six signs that rounding decides in
+    /// Plücker coordinates, all would be the same once in 32 lines if they were independent.
     #[test]
     fn no_line_slips_through_a_fan() {
         let mut numbers =

@@ -1,11 +1,12 @@
 //! Nanoseconds of the parts that a path is made of: random numbers, warps, scattering, textures,
-//! filters, light sampling, single rays; and of batches of rays.
+//! filters, light sampling.
 //!
 //! Run: `cargo bench --bench kernels`.
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use etendue::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
-use etendue::accel::{Accel, AccelOptions, Backend, Precision, Quality};
+mod common;
+
+use common::numbers;
+use criterion::{Criterion, criterion_group, criterion_main};
 use etendue::bsdf::principled::PrincipledParameters;
 use etendue::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Phong, Principled, conductor};
 use etendue::effects::kernel::types::Everything;
@@ -17,42 +18,40 @@ use etendue::light::Light;
 use etendue::light::rectangle::RectangleLight;
 use etendue::light::triangle::TriangleLight;
 use etendue::light::types::Emission;
-use etendue::math::ray::Ray;
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{Vec2, Vec3};
-use etendue::sampler::{Decision, Independent, Sampler, Sobol};
+use etendue::sampler::{Decision, Independent, Sampler, Sobol, Stratified};
 use etendue::sampling::warp;
-use etendue::scene::description::SceneDescription;
-use etendue::scene::load::load;
-use etendue::scene::prepare::prepare;
 use std::hint::black_box;
-use std::path::Path;
 use std::sync::Arc;
 
-/// Uniform numbers to draw inputs from, the same in every run.
-fn numbers(count: usize) -> Vec<[f32; 4]> {
-    let mut sampler = Independent::new(1);
-    let draw = |i: usize| {
-        sampler.start([0, 0], i as u64);
-        sampler.draw(Decision::Light(0))
-    };
-    (0..count).map(draw).collect()
+fn samplers(c: &mut Criterion) {
+    sampler(c, "independent", Independent::new(0));
+    sampler(c, "stratified", Stratified::new(0, Some(64)));
+    sampler(c, "sobol", Sobol::new(0));
 }
 
-fn samplers(c: &mut Criterion) {
-    let mut group = c.benchmark_group("sampler");
+/// What a sample costs before its first number, its numbers by how many are drawn at once, and all those of a bounce.
+fn sampler(c: &mut Criterion, name: &str, mut sampler: impl Sampler) {
+    let mut group = c.benchmark_group(format!("sampler/{name}"));
     let mut sample = 0;
     let mut next = || {
-        sample += 1;
-        sample
+        sample = (sample + 1) % 64;
+        black_box(sample)
     };
-    let mut independent = Independent::new(0);
-    group.bench_function("independent, camera and one bounce", |b| {
-        b.iter(|| one_bounce(&mut independent, next()));
+    group.bench_function("start", |b| b.iter(|| sampler.start([3, 5], next())));
+    let decision = || black_box(Decision::Light(1));
+    group.bench_function("one number", |b| {
+        b.iter(|| sampler.draw::<1>(decision()));
     });
-    let mut sobol = Sobol::new(0);
-    group.bench_function("sobol, camera and one bounce", |b| {
-        b.iter(|| one_bounce(&mut sobol, next()));
+    group.bench_function("two numbers", |b| {
+        b.iter(|| sampler.draw::<2>(decision()));
+    });
+    group.bench_function("four numbers", |b| {
+        b.iter(|| sampler.draw::<4>(decision()));
+    });
+    group.bench_function("camera and one bounce", |b| {
+        b.iter(|| one_bounce(&mut sampler, next()));
     });
 }
 
@@ -227,125 +226,25 @@ fn flat_lights(c: &mut Criterion) {
     }
 }
 
-/// The suzanne-room as written.
-fn suzanne_room() -> SceneDescription {
-    let file = format!(
-        "{}/scenes/suzanne-room/suzanne-room.toml",
-        env!("CARGO_MANIFEST_DIR")
-    );
-    load(Path::new(&file)).expect("a scene of our own loads")
-}
-
-/// Light sampling and single rays, in the suzanne-room.
-fn room(c: &mut Criterion) {
-    let description = suzanne_room();
+/// The choice of a light and a point on it, from what the camera sees of the suzanne-room.
+fn lights_of_a_room(c: &mut Criterion) {
+    let description = common::written("suzanne-room");
+    let scene = common::ready(&description);
+    let (width, height) = description.film.size;
     let u = numbers(4096);
-    for &backend in Backend::ALL {
-        for precision in [Precision::Fast, Precision::Robust] {
-            let options = AccelOptions {
-                backend,
-                precision,
-                quality: Quality::default(),
-                threads: 1,
-            };
-            let scene = prepare(&description, options)
-                .expect("it was built before")
-                .scene;
-            let rays: Vec<Ray> = u
-                .iter()
-                .map(|u| {
-                    let film = Vec2::new(768.0 * u[0], 512.0 * u[1]);
-                    scene.camera.ray::<Everything>(film, Vec2::ZERO, 0.0)
-                })
-                .collect();
-            let mut group =
-                c.benchmark_group(format!("ray/{}/{}", backend.name(), precision.name()));
-            let mut i = 0;
-            let mut next = || {
-                i = (i + 1) % rays.len();
-                &rays[i]
-            };
-            let accel: &Accel = &scene.accel;
-            group.bench_function("camera, closest", |b| {
-                b.iter(|| accel.intersect(next(), 0.0, None))
-            });
-            group.bench_function("camera, occluded", |b| {
-                b.iter(|| accel.occluded(next(), 0.0))
-            });
-            group.finish();
-            if (backend, precision) == (Backend::ALL[0], Precision::Fast) {
-                let hits: Vec<_> = rays
-                    .iter()
-                    .filter_map(|ray| scene.intersect::<Everything>(ray, 0.0, None, 0.5))
-                    .collect();
-                let mut i = 0;
-                c.bench_function("light/sample", |b| {
-                    b.iter(|| {
-                        i = (i + 1) % hits.len();
-                        scene.lights.sample::<Everything>(hits[i].p, 0.0, u[i])
-                    });
-                });
-            }
-        }
-    }
-}
-
-/// Batches of 4096 rays in the suzanne-room, in packets of every width: divide by that for a ray. The camera's go through
-/// squares of 4 x 4 pixels; those that bounce start where these end, at random.
-fn batches(c: &mut Criterion) {
-    let description = suzanne_room();
-    let u = numbers(4096);
-    for precision in [Precision::Fast, Precision::Robust] {
-        let options = AccelOptions {
-            backend: Backend::ALL[0],
-            precision,
-            quality: Quality::default(),
-            threads: 1,
-        };
-        let scene = prepare(&description, options)
-            .expect("it was built before")
-            .scene;
-        let (mut camera, mut bounced) = (RayBatch::default(), RayBatch::default());
-        for (i, u) in u.iter().enumerate() {
-            let (square, pixel) = (96 * (i / 16), i % 16);
-            let [x, y] = [
-                4 * (square % 192) + pixel % 4,
-                4 * (square / 192) + pixel / 4,
-            ];
-            let film = Vec2::new(x as f32 + u[0], y as f32 + u[1]);
-            let ray = scene.camera.ray::<Everything>(film, Vec2::ZERO, 0.0);
-            camera.push(&ray, 0.0);
-            if let Some(hit) = scene.accel.intersect(&ray, 0.0, None) {
-                // A little before the surface, so that the ray is not stopped there at once.
-                let towards = warp::sample_sphere_uniform(Vec2::new(u[2], u[3]));
-                bounced.push(&Ray::new(ray.at(0.999 * hit.t), towards), 0.0);
-            }
-        }
-        let name = format!(
-            "batch/{}/{}",
-            options.backend.name(),
-            options.precision.name()
-        );
-        let mut group = c.benchmark_group(name);
-        let (mut hits, mut occluded) = (HitBatch::default(), Vec::new());
-        for (kind, rays) in [("camera", &camera), ("bounced", &bounced)] {
-            group.throughput(Throughput::Elements(rays.len() as u64));
-            for (&width, coherent) in PacketWidth::ALL
-                .iter()
-                .flat_map(|width| [(width, false), (width, true)])
-            {
-                let packets = Packets { width, coherent };
-                let way = if coherent { "coherent" } else { "incoherent" };
-                let name = format!("{kind}, {} {way}", width.lanes());
-                group.bench_function(format!("{name}, closest"), |b| {
-                    b.iter(|| scene.accel.intersect_batch(rays, packets, &mut hits));
-                });
-                group.bench_function(format!("{name}, occluded"), |b| {
-                    b.iter(|| scene.accel.occluded_batch(rays, packets, &mut occluded));
-                });
-            }
-        }
-    }
+    let hits = u.iter().filter_map(|u| {
+        let film = Vec2::new(width as f32 * u[0], height as f32 * u[1]);
+        let ray = scene.camera.ray::<Everything>(film, Vec2::ZERO, 0.0);
+        scene.intersect::<Everything>(&ray, 0.0, None, 0.5)
+    });
+    let hits: Vec<_> = hits.collect();
+    let mut i = 0;
+    c.bench_function("light/choice and sample", |b| {
+        b.iter(|| {
+            i = (i + 1) % hits.len();
+            scene.lights.sample::<Everything>(hits[i].p, 0.0, u[i])
+        });
+    });
 }
 
 criterion_group!(
@@ -356,7 +255,6 @@ criterion_group!(
     textures,
     filters,
     flat_lights,
-    room,
-    batches
+    lights_of_a_room
 );
 criterion_main!(benches);

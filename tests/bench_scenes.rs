@@ -157,38 +157,36 @@ fn every_segment_leads_out_of_its_mesh() {
                 let segment = mesh.segment(aim, &mut random);
                 missed += usize::from(!brute::occluded(world, &segment, 0.0));
             }
-            // Along edges and at vertices double precision is no more watertight than single.
-            let allowed = if aim == Aim::Anywhere { 0 } else { 30 };
-            assert!(
-                missed <= allowed,
-                "{}, {}: {missed}",
-                mesh.name(),
-                aim.name()
-            );
+            assert_eq!(missed, 0, "{}, {}", mesh.name(), aim.name());
         }
     }
 }
 
+/// At vertices Embree lets some segments out even so (Embree issue 181): 1 to 5 of 20,000 here, and 1.4 % of them with a
+/// bumpy sphere as fine as that of `etendue bench`.
 #[test]
-fn what_is_robust_lets_nothing_through_faces_and_edges() {
+fn what_is_robust_lets_nothing_through_faces_edges_and_vertices() {
+    const SEGMENTS: u64 = 20_000;
     for mesh in ClosedMesh::all(6) {
         for (name, accel) in every_accel(mesh.world()) {
             for &aim in Aim::ALL {
-                let report = leaks(&mesh, aim, (TARGET, &accel), 20_000, 3, &never);
-                assert_eq!((report.segments, report.aim.as_str()), (20_000, aim.name()));
-                let share = report.leaks as f64 / 20_000.0;
-                println!("{name}, {}, {}: {share}", report.mesh, report.aim);
-                // Fast mode is measured, not judged, where it says that rays slip through. Segments aimed exactly at a
-                // vertex slip between its triangles, a few in 10^3 in Embree and one in 10^2 in double precision; and
-                // at an edge whose points are exact in single precision, some of those that double precision tests.
+                let report = leaks(&mesh, aim, (TARGET, &accel), SEGMENTS, 3, &never);
+                let counted = (report.segments, report.aim.as_str());
+                assert_eq!(counted, (SEGMENTS, aim.name()));
+                println!("{name}, {}, {}: {}", report.mesh, report.aim, report.leaks);
+                // Fast mode is measured, not judged, where it says that rays slip through.
                 let allowed = match aim {
-                    Aim::Anywhere => 0.0,
-                    _ if name.ends_with("fast") => 1.0,
-                    Aim::Edge if name.starts_with("embree") => 0.0,
-                    Aim::Edge => 5e-3,
-                    Aim::Vertex => 2e-2,
+                    Aim::Edge | Aim::Vertex if name.ends_with("fast") => SEGMENTS,
+                    Aim::Vertex if name.starts_with("embree") => SEGMENTS / 100,
+                    _ => 0,
                 };
-                assert!(share <= allowed, "{name}, {}, {}", report.mesh, report.aim);
+                assert!(
+                    report.leaks <= allowed,
+                    "{name}, {}, {}: {}",
+                    report.mesh,
+                    report.aim,
+                    report.leaks
+                );
             }
         }
     }

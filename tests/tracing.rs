@@ -141,7 +141,8 @@ fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
 /// Escapes from within closed meshes, of 20,000 rays each: aimed at vertices, at points of edges, anywhere.
 ///
 /// Embree's robust mode is watertight along edges. At a vertex it is not quite (Embree issue 181): of rays aimed
-/// exactly at one, about one in 10^4 passes. Fast mode is measured and printed, not judged.
+/// exactly at one, about one in 10^4 passes here, and more if the mesh is finer. obvhs's lets none out. Fast mode is
+/// measured and printed, not judged.
 #[test]
 fn robust_tracing_lets_nothing_out_of_a_closed_mesh() {
     const RAYS: usize = 20_000;
@@ -167,11 +168,12 @@ fn robust_tracing_lets_nothing_out_of_a_closed_mesh() {
             println!("{name}, {n} squares an edge, round {round}: {escaped:?} of {RAYS} escaped");
             if name.ends_with("robust") {
                 assert_eq!(escaped[1..], [0, 0], "{name}");
-                assert!(
-                    escaped[0] * 1_000 <= RAYS,
-                    "{name}: {} at vertices",
-                    escaped[0]
-                );
+                let at_vertices = if name.starts_with("embree") {
+                    RAYS / 1_000
+                } else {
+                    0
+                };
+                assert!(escaped[0] <= at_vertices, "{name}: {escaped:?}");
             }
         }
     }

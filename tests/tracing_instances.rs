@@ -238,7 +238,12 @@ fn robust_tracing_lets_nothing_out_of_an_instance_of_a_closed_mesh() {
                 }
                 println!("{kind} {name}: {escaped:?} of {RAYS} escaped");
                 assert_eq!(escaped[1..], [0, 0], "{kind} {name}");
-                assert!(escaped[0] * 1_000 <= RAYS, "{kind} {name}: {escaped:?}");
+                let at_vertices = if name.starts_with("embree") {
+                    RAYS / 1_000
+                } else {
+                    0
+                };
+                assert!(escaped[0] <= at_vertices, "{kind} {name}: {escaped:?}");
             }
         }
     }

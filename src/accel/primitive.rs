@@ -2,12 +2,12 @@
 //!
 //! Measure: normalised scene units, or a group's own units with the ray brought there.
 //! Range: any ray and primitive; a degenerate triangle is never hit.
-//! Source: Möller and Trumbore 1997 for triangles; the sphere's quadratic in the stable form of Kahan. Tested in
+//! Source: `math/triangle.rs` for triangles; the sphere's quadratic in the stable form of Kahan. Tested in
 //! `tests/tracing.rs`.
 
 use crate::geometry::Geometry;
 use crate::math::ray::Ray;
-use crate::math::triangle::meet_plane;
+use crate::math::triangle::Line;
 use crate::math::vec::{DAffine3, DVec3};
 
 /// A ray in double precision.
@@ -53,8 +53,7 @@ pub fn intersect(geometry: &Geometry, primitive: u32, ray: &DRay) -> Option<(f64
     let inside = |t: f64| t > ray.t_min && t <= ray.t_max;
     match geometry {
         Geometry::Mesh(mesh) => {
-            let vertices = mesh.triangle(primitive).map(|v| v.as_dvec3());
-            let (t, uv) = intersect_triangle(vertices, origin, dir)?;
+            let (t, uv) = Line::new(origin, dir).meet(&mesh.triangle(primitive))?;
             inside(t).then_some((t, uv))
         }
         Geometry::Sphere(sphere) => {
@@ -72,12 +71,6 @@ pub fn intersect(geometry: &Geometry, primitive: u32, ray: &DRay) -> Option<(f64
             (within && inside(t)).then_some((t, [0.0; 2]))
         }
     }
-}
-
-/// Where a line meets a triangle, whatever the parameter.
-fn intersect_triangle(vertices: [DVec3; 3], origin: DVec3, dir: DVec3) -> Option<(f64, [f64; 2])> {
-    let (t, [u, v]) = meet_plane(vertices, origin, dir)?;
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some((t, [u, v]))
 }
 
 /// Both parameters at which a line meets a sphere about the origin, in order.

@@ -68,7 +68,13 @@ fn enters(node: &Bvh2Node, ray: &BoxRay) -> Option<f32> {
     let bounds = node.aabb();
     let a = (bounds.min - ray.origin) * ray.inverse;
     let b = (bounds.max - ray.origin) * ray.inverse;
-    let near = (a.min(b) - ray.slack).max_element().max(ray.t_min);
-    let far = ((a.max(b) + ray.slack).min_element() * SLACK).min(ray.t_max);
+    let (mut near, mut far) = (a.min(b), a.max(b));
+    if ray.is_parallel {
+        (near, far) = (near - ray.slack, far + ray.slack);
+    }
+    let (near, far) = (near.max_element(), far.min_element() * SLACK);
+    // One instruction each, as `f32::max` is not: that has to tell what is not a number.
+    let near = if near > ray.t_min { near } else { ray.t_min };
+    let far = if far < ray.t_max { far } else { ray.t_max };
     (near <= far).then_some(near)
 }

@@ -30,6 +30,8 @@ pub struct BoxRay {
     pub inverse: Vec3A,
     /// By how much the parameters at a plane of a box may be off, beside roundings.
     pub slack: Vec3A,
+    /// Whether there is an axis with that: it is 0 otherwise.
+    pub is_parallel: bool,
     /// Boxes that end before this parameter do not count.
     pub t_min: f32,
     /// Boxes that begin beyond this parameter do not count.
@@ -60,6 +62,7 @@ impl BoxRay {
             origin: (ray.origin + start * ray.dir).as_vec3a(),
             inverse: (1.0 / entries).copysign((dir + DVec3::ZERO).as_vec3a()),
             slack: slack.as_vec3a(),
+            is_parallel: small.any(),
             t_min: parameter.low(ray.t_min),
             t_max: parameter.high(ray.t_max),
         };

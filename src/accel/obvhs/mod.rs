@@ -1,9 +1,9 @@
 //! The backend in Rust: BVHs that obvhs builds, of two children a node or of eight, traversed here.
 //!
 //! There are two levels: a tree over the primitives that stand in the world and over the instances, and one tree for each
-//! group, in which rays are traced in the group's units. In robust precision triangles are met in double precision, in
-//! fast precision in single; spheres, disks and the way into an instance are in double precision in both. Neither misses
-//! a box that the ray truly meets.
+//! group, in which rays are traced in the group's units. In robust precision triangles are met in double precision, and no
+//! ray slips between two that share an edge or a vertex; in fast precision they are met in single. Spheres, disks and the
+//! way into an instance are in double precision in both. Neither misses a box that the ray truly meets.
 //!
 //! Measure: normalised scene units.
 //! Range: as in `accel/mod.rs`, with coordinates up to 1e18 in magnitude.
@@ -28,7 +28,7 @@ use box_ray::clip;
 use box_tree::Layout;
 use level::{Item, Level, TreeOptions};
 use std::sync::Arc;
-use trace_ray::TraceRay;
+use trace_ray::{TraceRay, WatertightRay};
 
 /// Trees over the world and over each group.
 #[derive(Debug)]
@@ -83,7 +83,7 @@ impl ObvhsAccel {
             return None;
         }
         match self.precision {
-            Precision::Robust => self.closest(DRay::from(ray), time),
+            Precision::Robust => self.closest(WatertightRay::narrow(&ray.into()), time),
             Precision::Fast => self.closest(*ray, time),
         }
     }
@@ -95,7 +95,7 @@ impl ObvhsAccel {
             return false;
         }
         match self.precision {
-            Precision::Robust => self.any(DRay::from(ray), time),
+            Precision::Robust => self.any(WatertightRay::narrow(&ray.into()), time),
             Precision::Fast => self.any(*ray, time),
         }
     }

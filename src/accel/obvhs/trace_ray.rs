@@ -2,12 +2,13 @@
 //!
 //! Measure: normalised scene units, or a group's own units with the ray brought there.
 //! Range: any ray and triangle; a triangle seen edge-on, or without an area, is never hit.
-//! Source: Möller and Trumbore 1997, in the form whose distance is measured along the geometric normal, which is what the
-//! error bounds of surface points are made for. Tested below, in `tests/tracing.rs` and in `tests/tracing_hard.rs`.
+//! Source: `math/triangle.rs` for double precision; for single Möller and Trumbore 1997, in the form whose distance is
+//! measured along the geometric normal, which is what the error bounds of surface points are made for. Tested below, in
+//! `tests/tracing.rs` and in `tests/tracing_hard.rs`.
 
 use crate::accel::primitive::DRay;
 use crate::math::ray::Ray;
-use crate::math::triangle::meet_plane;
+use crate::math::triangle::Line;
 use crate::math::vec::Vec3;
 
 /// A ray that meets triangles.
@@ -25,28 +26,36 @@ pub trait TraceRay: Copy {
     fn end_at(&mut self, t: f64);
 }
 
-impl TraceRay for DRay {
+/// A ray in double precision that slips through no edge and no vertex.
+#[derive(Debug, Clone, Copy)]
+pub struct WatertightRay {
+    ray: DRay,
+    line: Line,
+}
+
+impl TraceRay for WatertightRay {
     #[inline]
     fn widen(&self) -> DRay {
-        *self
+        self.ray
     }
 
     #[inline]
     fn narrow(ray: &DRay) -> Self {
-        *ray
+        Self {
+            ray: *ray,
+            line: Line::new(ray.origin, ray.dir),
+        }
     }
 
     #[inline]
     fn meet(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f32; 2])> {
-        let vertices = triangle.map(|vertex| vertex.as_dvec3());
-        let (t, [u, v]) = meet_plane(vertices, self.origin, self.dir)?;
-        let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0;
-        (inside && t > self.t_min && t <= self.t_max).then_some((t, [u as f32, v as f32]))
+        let (t, [u, v]) = self.line.meet(triangle)?;
+        (t > self.ray.t_min && t <= self.ray.t_max).then_some((t, [u as f32, v as f32]))
     }
 
     #[inline]
     fn end_at(&mut self, t: f64) {
-        self.t_max = t;
+        self.ray.t_max = t;
     }
 }
 
@@ -103,7 +112,8 @@ mod tests {
     ];
 
     fn meets(ray: &Ray) -> Option<(f64, [f32; 2])> {
-        let (single, double) = (ray.meet(&TRIANGLE), ray.widen().meet(&TRIANGLE));
+        let watertight = WatertightRay::narrow(&ray.widen());
+        let (single, double) = (ray.meet(&TRIANGLE), watertight.meet(&TRIANGLE));
         assert_eq!(single, double, "{ray:?}");
         single
     }

@@ -1,0 +1,47 @@
+//! Seconds to build each backend's structure in each quality, on all threads.
+//!
+//! In fast precision: Embree builds robust scenes in one quality, and to obvhs it makes no difference.
+//! Run: `cargo bench --bench build`.
+
+mod common;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use etendue::accel::{Accel, Backend, Precision};
+use etendue::bench::build::{build, pool};
+use etendue::bench::scenes::SCENES;
+use etendue::bench::target::Target;
+use etendue::render::settings::available_threads;
+use etendue::scene::description::SceneDescription;
+
+/// Triangles of the terrain.
+const TRIANGLES: usize = 200_000;
+
+fn scenes() -> [(&'static str, SceneDescription); 2] {
+    let mut made = SCENES.iter();
+    let terrain = made.find(|scene| scene.name == "terrain");
+    let terrain = terrain.expect("the bench has a terrain");
+    [
+        ("suzanne-room", common::written("suzanne-room")),
+        ("terrain", terrain.describe(TRIANGLES)),
+    ]
+}
+
+fn builds(c: &mut Criterion) {
+    let pool = pool(available_threads()).expect("as many threads as the machine has");
+    for (name, description) in scenes() {
+        let world = common::ready(&description).world;
+        let mut group = c.benchmark_group(format!("build/{name}"));
+        group.sample_size(10);
+        let targets = Target::all(Backend::ALL).into_iter();
+        for target in targets.filter(|target| target.precision == Precision::Fast) {
+            let id = [target.backend.name(), target.quality.name()].join("/");
+            let build = || -> Accel { build(&world, target, &pool).expect("it was built before") };
+            group.bench_function(id, |b| {
+                b.iter_with_large_drop(build);
+            });
+        }
+    }
+}
+
+criterion_group!(benches, builds);
+criterion_main!(benches);

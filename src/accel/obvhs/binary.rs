@@ -12,57 +12,61 @@ use obvhs::bvh2::node::Bvh2Node;
 use std::ops::ControlFlow;
 
 /// Visits the primitives of every leaf whose box the ray meets, until told to stop.
-#[inline]
+#[inline(always)]
 pub fn traverse(
     nodes: &[Bvh2Node],
     ray: &mut BoxRay,
     mut visit: impl FnMut(usize, &mut f32) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
-    let Some(mut node) = nodes.first().filter(|root| enters(root, ray).is_some()) else {
+    let mut visit_leaf = |leaf: &Bvh2Node, ray: &mut BoxRay| {
+        let mut places = leaf.first_index..leaf.first_index + leaf.prim_count;
+        places.try_for_each(|place| visit(place as usize, &mut ray.t_max))
+    };
+    let Some(root) = nodes.first().filter(|root| enters(root, ray) <= ray.t_max) else {
         return ControlFlow::Continue(());
     };
+    if root.is_leaf() {
+        return visit_leaf(root, ray);
+    }
+    let mut first = root.first_index;
     let mut stack = Stack::<_, 32>::new();
     loop {
-        if node.is_leaf() {
-            for index in node.first_index..node.first_index + node.prim_count {
-                visit(index as usize, &mut ray.t_max)?;
+        let children = &nodes[first as usize..][..2];
+        let mut nearer = (&children[0], enters(&children[0], ray));
+        let mut farther = (&children[1], enters(&children[1], ray));
+        if farther.1 < nearer.1 {
+            (nearer, farther) = (farther, nearer);
+        }
+        let mut next = None;
+        for (child, near) in [nearer, farther] {
+            if near > ray.t_max {
+                break;
             }
-        } else {
-            let first = node.first_index;
-            let children = &nodes[first as usize..][..2];
-            match (enters(&children[0], ray), enters(&children[1], ray)) {
-                (Some(left), Some(right)) => {
-                    let right_first = usize::from(right < left);
-                    let later = [(first + 1, right), (first, left)][right_first];
-                    stack.push(later);
-                    node = &children[right_first];
-                    continue;
-                }
-                (Some(_), None) => {
-                    node = &children[0];
-                    continue;
-                }
-                (None, Some(_)) => {
-                    node = &children[1];
-                    continue;
-                }
-                (None, None) => {}
+            if child.is_leaf() {
+                visit_leaf(child, ray)?;
+            } else if next.is_none() {
+                next = Some(child.first_index);
+            } else {
+                stack.push((child.first_index, near));
             }
         }
-        node = loop {
-            let Some((index, near)) = stack.pop() else {
-                return ControlFlow::Continue(());
-            };
-            if near <= ray.t_max {
-                break &nodes[index as usize];
-            }
+        first = match next {
+            Some(first) => first,
+            None => loop {
+                let Some((first, near)) = stack.pop() else {
+                    return ControlFlow::Continue(());
+                };
+                if near <= ray.t_max {
+                    break first;
+                }
+            },
         };
     }
 }
 
-/// Where the ray comes into a node's box, if it does.
-#[inline]
-fn enters(node: &Bvh2Node, ray: &BoxRay) -> Option<f32> {
+/// Where the ray comes into a node's box, or infinity, which is beyond its end, if it passes.
+#[inline(always)]
+fn enters(node: &Bvh2Node, ray: &BoxRay) -> f32 {
     // Three roundings each for where the ray comes in and where it goes out.
     const SLACK: f32 = 1.0 + 2.0 * gamma(3);
     let bounds = node.aabb();
@@ -73,8 +77,7 @@ fn enters(node: &Bvh2Node, ray: &BoxRay) -> Option<f32> {
         (near, far) = (near - ray.slack, far + ray.slack);
     }
     let (near, far) = (near.max_element(), far.min_element() * SLACK);
-    // One instruction each, as `f32::max` is not: that has to tell what is not a number.
+    // One instruction, as `f32::max` is not: that has to tell what is not a number.
     let near = if near > ray.t_min { near } else { ray.t_min };
-    let far = if far < ray.t_max { far } else { ray.t_max };
-    (near <= far).then_some(near)
+    if near <= far { near } else { f32::INFINITY }
 }

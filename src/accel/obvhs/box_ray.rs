@@ -11,12 +11,16 @@
 
 use crate::accel::primitive::DRay;
 use crate::math::bounds::Bounds;
+use crate::math::ray::Ray;
 use crate::math::robust::gamma;
 use crate::math::vec::DVec3;
 use glam::Vec3A;
 
 /// 2^-63: what direction entries are at least.
 const SMALLEST_ENTRY: f64 = 1.0 / (1u64 << 63) as f64;
+
+/// 2^-32: in single precision, a direction whose entries are between this and its inverse is taken as it is.
+const SMALLEST_PLAIN_ENTRY: f32 = 1.0 / (1u64 << 32) as f32;
 
 /// 2^40: what a parameter may be off by along an axis where the direction's entry is that small.
 const SLACK_ALONG: f32 = (1u64 << 40) as f32;
@@ -34,7 +38,7 @@ pub struct BoxRay {
     pub is_parallel: bool,
     /// Boxes that end before this parameter do not count.
     pub t_min: f32,
-    /// Boxes that begin beyond this parameter do not count.
+    /// Boxes that begin beyond this parameter do not count. Finite, even if the ray has no end.
     pub t_max: f32,
 }
 
@@ -68,6 +72,37 @@ impl BoxRay {
         };
         (query, parameter)
     }
+
+    /// The same for a ray in single precision, tested from its start on: with its numbers as they are, unless an entry of
+    /// its direction is very small or large.
+    #[inline]
+    pub fn single(ray: &Ray) -> (Self, Parameter) {
+        let entries = ray.dir.abs();
+        let small = entries.cmplt(Vec3A::splat(SMALLEST_PLAIN_ENTRY));
+        let large = entries.cmpgt(Vec3A::splat(1.0 / SMALLEST_PLAIN_ENTRY));
+        if (small | large).any() {
+            return Self::of_extremes(ray);
+        }
+        let query = Self {
+            origin: ray.origin,
+            inverse: 1.0 / ray.dir,
+            slack: Vec3A::ZERO,
+            is_parallel: false,
+            t_min: ray.t_min,
+            t_max: ray.t_max.min(f32::MAX),
+        };
+        let parameter = Parameter {
+            start: 0.0,
+            unit: 1.0,
+        };
+        (query, parameter)
+    }
+
+    /// Apart, to keep what surrounds the common case small.
+    #[cold]
+    fn of_extremes(ray: &Ray) -> (Self, Parameter) {
+        Self::new(&ray.into(), 0.0)
+    }
 }
 
 impl Parameter {
@@ -77,10 +112,11 @@ impl Parameter {
         (((t - self.start) * self.unit) as f32).next_down()
     }
 
-    /// The parameter of the box ray, or a little beyond.
+    /// The parameter of the box ray, or a little beyond; finite.
     #[inline]
     pub fn high(self, t: f64) -> f32 {
-        (((t - self.start) * self.unit) as f32).next_up()
+        let t = (((t - self.start) * self.unit) as f32).next_up();
+        t.min(f32::MAX)
     }
 }
 

@@ -67,7 +67,7 @@ impl BoxTree {
 
     /// Visits the places, in the order of the leaves, whose boxes the ray meets, until told to stop. A visitor may bring
     /// the end of the ray nearer.
-    #[inline]
+    #[inline(always)]
     pub fn traverse(
         &self,
         mut ray: BoxRay,

@@ -7,7 +7,7 @@
 //! Range: as in `accel/mod.rs`.
 //! Source: none needed. Tested in `tests/tracing.rs` and `tests/tracing_instances.rs`.
 
-use super::box_ray::{BoxRay, largest_coordinate};
+use super::box_ray::largest_coordinate;
 use super::box_tree::{BoxTree, Layout, widened};
 use super::trace_ray::TraceRay;
 use crate::accel::{Hit, PrimitiveId, Quality};
@@ -101,7 +101,7 @@ impl Level {
         start: f64,
         mut other: impl FnMut(Item, &R) -> Option<(f64, Hit)>,
     ) -> Option<(f64, Hit)> {
-        let (query, parameter) = BoxRay::new(&ray.widen(), start);
+        let (query, parameter) = ray.to_boxes(start);
         let mut closest = None;
         let _ = self.tree.traverse(query, |place, end| {
             let triangle = &self.triangles[place];
@@ -123,6 +123,7 @@ impl Level {
         closest.map(|(t, found)| (t, self.resolve(t, found)))
     }
 
+    #[inline]
     fn resolve(&self, t: f64, found: Found) -> Hit {
         match found {
             Found::Other(hit) => hit,
@@ -145,7 +146,7 @@ impl Level {
         start: f64,
         mut other: impl FnMut(Item, &R) -> bool,
     ) -> bool {
-        let (query, _) = BoxRay::new(&ray.widen(), start);
+        let (query, _) = ray.to_boxes(start);
         let flow = self.tree.traverse(query, |place, _| {
             let triangle = &self.triangles[place];
             let met = ray.meet(triangle).is_some()

@@ -6,6 +6,7 @@
 //! measured along the geometric normal, which is what the error bounds of surface points are made for. Tested below, in
 //! `tests/tracing.rs` and in `tests/tracing_hard.rs`.
 
+use super::box_ray::{BoxRay, Parameter};
 use crate::accel::primitive::DRay;
 use crate::math::ray::Ray;
 use crate::math::triangle::Line;
@@ -18,6 +19,9 @@ pub trait TraceRay: Copy {
 
     /// The ray from double precision.
     fn narrow(ray: &DRay) -> Self;
+
+    /// The ray as boxes are tested with it from the parameter `start` on, and how its parameters translate.
+    fn to_boxes(&self, start: f64) -> (BoxRay, Parameter);
 
     /// Parameter and barycentric coordinates of a hit in (t_min, t_max].
     fn meet(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f32; 2])>;
@@ -48,6 +52,11 @@ impl TraceRay for WatertightRay {
     }
 
     #[inline]
+    fn to_boxes(&self, start: f64) -> (BoxRay, Parameter) {
+        BoxRay::new(&self.ray, start)
+    }
+
+    #[inline(always)]
     fn meet(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f32; 2])> {
         let (t, [u, v]) = self.line.meet(triangle)?;
         (t > self.ray.t_min && t <= self.ray.t_max).then_some((t, [u as f32, v as f32]))
@@ -76,6 +85,15 @@ impl TraceRay for Ray {
     }
 
     #[inline]
+    fn to_boxes(&self, start: f64) -> (BoxRay, Parameter) {
+        if start == 0.0 {
+            BoxRay::single(self)
+        } else {
+            BoxRay::new(&self.into(), start)
+        }
+    }
+
+    #[inline(always)]
     fn meet(&self, &[a, b, c]: &[Vec3; 3]) -> Option<(f64, [f32; 2])> {
         let (e1, e2) = (b - a, c - a);
         let normal = e1.cross(e2);

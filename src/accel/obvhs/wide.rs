@@ -31,7 +31,7 @@ struct Group {
 }
 
 /// Visits the primitives of every leaf whose box the ray meets, until told to stop.
-#[inline]
+#[inline(always)]
 pub fn traverse(
     nodes: &[CwBvhNode],
     ray: &mut BoxRay,
@@ -73,7 +73,7 @@ pub fn traverse(
 }
 
 /// What the places of children are turned by, so that the first to be visited has the highest.
-#[inline]
+#[inline(always)]
 fn octant(ray: &BoxRay) -> u32 {
     let positive = ray.inverse.cmpge(Vec3A::ZERO).bitmask();
     // The axes count from the highest bit down.
@@ -81,21 +81,21 @@ fn octant(ray: &BoxRay) -> u32 {
 }
 
 /// Which children the ray meets: a bit for each primitive of those that are leaves, and for each that is a node.
-#[inline]
+#[inline(always)]
 fn hits(node: &CwBvhNode, ray: &BoxRay, octant: u32) -> u32 {
     let (bits, shifts) = node.get_child_and_index_bits(octant * 0x0101_0101);
-    let mut met = children_met(node, ray);
-    let mut hits = 0;
-    while met != 0 {
-        let child = 8 * met.trailing_zeros();
-        met &= met - 1;
-        hits |= ((bits >> child) as u32 & 0xff) << ((shifts >> child) & 0xff);
-    }
-    hits
+    let met = children_met(node, ray);
+    // Every child, met or not: a loop over those that are met costs more in branches that are guessed wrongly.
+    let of_child = |child: u32| {
+        let is_met = 0u32.wrapping_sub(met >> child & 1);
+        let bits = (bits >> (8 * child)) as u32 & 0xff;
+        (bits & is_met) << (shifts >> (8 * child) & 0x1f)
+    };
+    (0..8).fold(0, |hits, child| hits | of_child(child))
 }
 
 /// One bit for each child whose box the ray meets.
-#[inline]
+#[inline(always)]
 fn children_met(node: &CwBvhNode, ray: &BoxRay) -> u32 {
     let unit = node.compute_extent();
     let offset = Vec3A::from(node.p) - ray.origin;

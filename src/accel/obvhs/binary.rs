@@ -18,15 +18,21 @@ pub fn traverse(
     ray: &mut BoxRay,
     mut visit: impl FnMut(usize, &mut f32) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
-    let mut visit_leaf = |leaf: &Bvh2Node, ray: &mut BoxRay| {
-        let mut places = leaf.first_index..leaf.first_index + leaf.prim_count;
-        places.try_for_each(|place| visit(place as usize, &mut ray.t_max))
+    // Whether there is more to do in a node that the ray comes into here: what is in a leaf is visited at once.
+    let mut descends = |(node, near): (&Bvh2Node, f32), ray: &mut BoxRay| {
+        if near > ray.t_max {
+            return ControlFlow::Continue(false);
+        }
+        for place in node.first_index..node.first_index + node.prim_count {
+            visit(place as usize, &mut ray.t_max)?;
+        }
+        ControlFlow::Continue(!node.is_leaf())
     };
-    let Some(root) = nodes.first().filter(|root| enters(root, ray) <= ray.t_max) else {
+    let Some(root) = nodes.first() else {
         return ControlFlow::Continue(());
     };
-    if root.is_leaf() {
-        return visit_leaf(root, ray);
+    if !descends((root, enters(root, ray)), ray)? {
+        return ControlFlow::Continue(());
     }
     let mut first = root.first_index;
     let mut stack = Stack::<_, 32>::new();
@@ -37,22 +43,15 @@ pub fn traverse(
         if farther.1 < nearer.1 {
             (nearer, farther) = (farther, nearer);
         }
-        let mut next = None;
-        for (child, near) in [nearer, farther] {
-            if near > ray.t_max {
-                break;
+        let (into_nearer, into_farther) = (descends(nearer, ray)?, descends(farther, ray)?);
+        first = match (into_nearer, into_farther) {
+            (true, true) => {
+                stack.push((farther.0.first_index, farther.1));
+                nearer.0.first_index
             }
-            if child.is_leaf() {
-                visit_leaf(child, ray)?;
-            } else if next.is_none() {
-                next = Some(child.first_index);
-            } else {
-                stack.push((child.first_index, near));
-            }
-        }
-        first = match next {
-            Some(first) => first,
-            None => loop {
+            (true, false) => nearer.0.first_index,
+            (false, true) => farther.0.first_index,
+            (false, false) => loop {
                 let Some((first, near)) = stack.pop() else {
                     return ControlFlow::Continue(());
                 };

@@ -112,6 +112,8 @@ impl ObvhsAccel {
         self.root.nodes() + groups.sum::<usize>()
     }
 
+    /// The closest hit. Not part of the caller, so that either precision has the registers for itself.
+    #[inline(never)]
     fn closest<R: TraceRay>(&self, ray: R, time: f32) -> Option<Hit> {
         let closest = self.root.closest(ray, 0.0, |item, ray| match item {
             Item::Primitive(id) => meet(self.world.geometries(), id, &ray.widen()),
@@ -120,6 +122,7 @@ impl ObvhsAccel {
         closest.map(|(_, hit)| hit)
     }
 
+    #[inline(never)]
     fn any<R: TraceRay>(&self, ray: R, time: f32) -> bool {
         self.root.occluded(ray, 0.0, |item, ray| match item {
             Item::Primitive(id) => meet(self.world.geometries(), id, &ray.widen()).is_some(),

@@ -35,7 +35,7 @@ pub fn traverse(
         return ControlFlow::Continue(());
     }
     let mut first = root.first_index;
-    let mut stack = Stack::<_, 32>::new();
+    let mut stack = Stack::<_, 24>::new();
     loop {
         let children = &nodes[first as usize..][..2];
         let mut nearer = (&children[0], enters(&children[0], ray));

@@ -44,9 +44,16 @@ pub struct BoxRay {
 
 /// How parameters of a ray become those of its [`BoxRay`].
 #[derive(Debug, Clone, Copy)]
-pub struct Parameter {
-    start: f64,
-    unit: f64,
+pub enum Parameter {
+    /// They stay as they are.
+    Same,
+    /// They count from `start` on, and in multiples of `unit`.
+    Scaled {
+        /// The parameter where the box ray begins.
+        start: f64,
+        /// How much longer the ray's direction is than the box ray's.
+        unit: f64,
+    },
 }
 
 impl BoxRay {
@@ -61,13 +68,13 @@ impl BoxRay {
         let entries = dir.abs().max(DVec3::splat(SMALLEST_ENTRY)).as_vec3a();
         let small = dir.abs().cmple(DVec3::splat(SMALLEST_ENTRY));
         let slack = DVec3::select(small, DVec3::splat(SLACK_ALONG.into()), DVec3::ZERO);
-        let parameter = Parameter { start, unit };
+        let parameter = Parameter::Scaled { start, unit };
         let query = Self {
             origin: (ray.origin + start * ray.dir).as_vec3a(),
             inverse: (1.0 / entries).copysign((dir + DVec3::ZERO).as_vec3a()),
             slack: slack.as_vec3a(),
             is_parallel: small.any(),
-            t_min: parameter.low(ray.t_min),
+            t_min: (((ray.t_min - start) * unit) as f32).next_down(),
             t_max: parameter.high(ray.t_max),
         };
         (query, parameter)
@@ -91,11 +98,7 @@ impl BoxRay {
             t_min: ray.t_min,
             t_max: ray.t_max.min(f32::MAX),
         };
-        let parameter = Parameter {
-            start: 0.0,
-            unit: 1.0,
-        };
-        (query, parameter)
+        (query, Parameter::Same)
     }
 
     /// Apart, to keep what surrounds the common case small.
@@ -106,16 +109,13 @@ impl BoxRay {
 }
 
 impl Parameter {
-    /// The parameter of the box ray, or a little before.
-    #[inline]
-    fn low(self, t: f64) -> f32 {
-        (((t - self.start) * self.unit) as f32).next_down()
-    }
-
-    /// The parameter of the box ray, or a little beyond; finite.
+    /// The parameter of the box ray, or up to two roundings beyond; finite.
     #[inline]
     pub fn high(self, t: f64) -> f32 {
-        let t = (((t - self.start) * self.unit) as f32).next_up();
+        let t = match self {
+            Self::Same => t as f32,
+            Self::Scaled { start, unit } => (((t - start) * unit) as f32).next_up(),
+        };
         t.min(f32::MAX)
     }
 }
@@ -172,6 +172,24 @@ mod tests {
                 assert_eq!(query.inverse.x > 0.0, x >= 0.0, "{x} {y} {query:?}");
                 assert!(query.inverse.abs().max_element() <= 1.0 / SMALLEST_ENTRY as f32);
             }
+        }
+    }
+
+    #[test]
+    fn in_single_precision_the_set_up_is_that_of_double() {
+        for dir in [[0.5, -1.5, 1.25], [0.0, 1.0, 1.5], [1e-30, 2e-30, 2e-30]] {
+            let single = Ray::new(Vec3A::new(1.0, -2.0, 3.0), Vec3A::from_array(dir));
+            let (a, in_a) = BoxRay::single(&single);
+            let (b, in_b) = BoxRay::new(&(&single).into(), 0.0);
+            assert_eq!(
+                (a.origin, a.inverse, a.slack),
+                (b.origin, b.inverse, b.slack)
+            );
+            assert!(
+                a.t_max == f32::MAX && b.t_max == f32::MAX,
+                "finite without an end"
+            );
+            assert!(a.t_min >= b.t_min && in_a.high(7.0) <= in_b.high(7.0));
         }
     }
 

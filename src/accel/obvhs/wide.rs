@@ -41,7 +41,7 @@ pub fn traverse(
         return ControlFlow::Continue(());
     };
     let octant = octant(ray);
-    let mut stack = Stack::<_, 16>::new();
+    let mut stack = Stack::<_, 12>::new();
     loop {
         let hits = hits(node, ray, octant);
         let mut primitives = hits & !INNER;

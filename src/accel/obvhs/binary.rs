@@ -66,17 +66,21 @@ pub fn traverse(
 /// Where the ray comes into a node's box, or infinity, which is beyond its end, if it passes.
 #[inline(always)]
 fn enters(node: &Bvh2Node, ray: &BoxRay) -> f32 {
-    // Three roundings each for where the ray comes in and where it goes out.
-    const SLACK: f32 = 1.0 + 2.0 * gamma(3);
+    // Three roundings for where the ray comes in; one more, that of the slack, for where it goes out.
+    const SLACK: f32 = 1.0 + 2.0 * gamma(4);
     let bounds = node.aabb();
-    let a = (bounds.min - ray.origin) * ray.inverse;
-    let b = (bounds.max - ray.origin) * ray.inverse;
-    let (mut near, mut far) = (a.min(b), a.max(b));
+    let (to_min, to_max) = (bounds.min - ray.origin, bounds.max - ray.origin);
+    let outward = ray.inverse * SLACK;
+    let mut near = (to_min * ray.inverse).min(to_max * ray.inverse);
+    let mut far = (to_min * outward).max(to_max * outward);
     if ray.is_parallel {
         (near, far) = (near - ray.slack, far + ray.slack);
     }
-    let (near, far) = (near.max_element(), far.min_element() * SLACK);
-    // One instruction, as `f32::max` is not: that has to tell what is not a number.
-    let near = if near > ray.t_min { near } else { ray.t_min };
-    if near <= far { near } else { f32::INFINITY }
+    let (near, far) = (near.max_element(), far.min_element());
+    // Both at once: a branch on either would often be guessed wrongly.
+    if (near <= far) & (ray.t_min <= far) {
+        near
+    } else {
+        f32::INFINITY
+    }
 }

@@ -101,7 +101,8 @@ fn children_met(node: &CwBvhNode, ray: &BoxRay) -> u32 {
     let offset = Vec3A::from(node.p) - ray.origin;
     // Up to ten roundings in the planes and in their parameters. A power of two is chosen by a logarithm, whose
     // rounding can make it too small by another 22.
-    let slack = gamma(32) * (offset.abs() + 255.0 * unit) * ray.inverse.abs() + ray.slack;
+    let relative = gamma(32) * ray.inverse.abs();
+    let slack = offset.abs() * relative + (unit * (255.0 * relative) + ray.slack);
     let scale = unit * ray.inverse;
     let shift = offset * ray.inverse;
     let (near, far) = (shift - slack, shift + slack);

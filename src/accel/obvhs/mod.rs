@@ -195,7 +195,8 @@ fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Resul
     Ok(pool.install(work))
 }
 
-/// A hit on any primitive, in double precision.
+/// A hit on any primitive, in double precision. Apart from the loop over triangles, to keep that small.
+#[inline(never)]
 fn meet(shapes: &[Geometry], id: PrimitiveId, ray: &DRay) -> Option<(f64, Hit)> {
     let (t, uv) = primitive::intersect(&shapes[id.shape as usize], id.primitive, ray)?;
     let hit = Hit {

@@ -85,7 +85,7 @@ pub fn rays(report: &BenchReport, scene: &SceneReport) -> Table {
     let rows = compare::fastest(scene).into_iter().map(|fastest| {
         vec![
             fastest.trace.kind.name().to_owned(),
-            fastest.backend().name().to_owned(),
+            fastest.contender.name(),
             way(&fastest.trace.variant),
             spread(&fastest.trace.nanoseconds, 1.0),
             digits(fastest.trace.millions_per_second()),

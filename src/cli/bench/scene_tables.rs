@@ -65,7 +65,7 @@ pub fn builds(report: &BenchReport, scene: &SceneReport) -> Table {
         title: "Building".to_owned(),
         says: format!(
             "Milliseconds to build each structure, and its size: lower is better. Times are the {}; a dash stands where \
-             a library does not tell.",
+             a library does not tell. obvhs builds the same for both precisions, which is listed once.",
             runs(report.build_rounds)
         ),
         head: vec![

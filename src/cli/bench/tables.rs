@@ -60,9 +60,7 @@ pub fn summary(report: &BenchReport) -> Table {
         rows.push(row("all scenes", &compare::overall(report)));
     }
     let reference = reference(report);
-    let names = contenders
-        .iter()
-        .map(|contender| numbers(&contender.name()));
+    let names = contenders.iter().map(|contender| numbers(contender.name()));
     Table {
         title: "Summary".to_owned(),
         says: format!(

@@ -27,7 +27,7 @@ demo: setup ## Renders the scenes cornell-box and suzanne-room to out/.
 test: setup ## Runs all tests.
 	$(CARGO) test --workspace
 
-bench: setup ## Runs the benchmarks.
+bench: setup ## Runs the benchmarks of single parts; backends are compared by `etendue bench`.
 	$(CARGO) bench
 
 instructions: setup ## Counts instructions a sample, of the chosen kernel and of the one with everything.

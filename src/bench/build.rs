@@ -35,7 +35,7 @@ pub fn build(world: &Arc<World>, target: Target, pool: &ThreadPool) -> Result<Ac
     pool.install(|| Accel::build(Arc::clone(world), options))
 }
 
-/// Measures the builds of all targets on one thread and on all; `None` if cancelled.
+/// Measures the builds of all targets on one thread and on all, those that are alike once; `None` if cancelled.
 ///
 /// # Errors
 /// As [`Accel::build`].
@@ -50,8 +50,14 @@ pub fn builds(
     if threads > 1 {
         pools.push(pool(threads)?);
     }
-    let pairs = targets
-        .iter()
+    let mut distinct: Vec<&Target> = vec![];
+    for target in targets {
+        if !distinct.iter().any(|known| known.builds_like(*target)) {
+            distinct.push(target);
+        }
+    }
+    let pairs = distinct
+        .into_iter()
         .flat_map(|t| pools.iter().map(move |p| (t, p)));
     let pairs: Vec<(&Target, &ThreadPool)> = pairs.collect();
     let mut outcomes: Vec<Vec<Outcome>> = vec![vec![]; pairs.len()];

@@ -76,6 +76,13 @@ impl Target {
         }
     }
 
+    /// Whether the same structure is built for both: obvhs heeds precision only when it traces.
+    pub fn builds_like(self, other: Self) -> bool {
+        let precision_matters = self.is_embree();
+        (self.backend, self.quality) == (other.backend, other.quality)
+            && (self.precision == other.precision || !precision_matters)
+    }
+
     /// Its name in tables, such as `embree fast high`.
     pub fn name(self) -> String {
         [

@@ -1,17 +1,50 @@
-//! What a reader of a bench would have to compute: the fastest way of each backend, and how it compares.
+//! What a reader of a bench would have to compute: the fastest way of each backend, and how it compares. A backend with
+//! packets is held up twice, with them and without, so that a program that traces single rays can be compared, too.
 //!
 //! Measure: ratios of times to those of a reference, Embree where it took part: below 1 is faster.
 //! Range: `None` where a time is missing, or was too short for the clock.
 //! Source: Fleming and Wallace 1986 (ratios are averaged by the geometric mean). Tested below.
 
 use crate::accel::Backend;
+use crate::accel::batch::PacketWidth;
 use crate::bench::report::{BenchReport, SceneReport, TraceReport};
+use crate::bench::target::Variant;
 use crate::integrator::observer::RayKind;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+
+/// Who is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Contender {
+    /// Who traces.
+    pub backend: Backend,
+    /// Whether it may use packets, which it has.
+    pub packets: bool,
+}
+
+impl Contender {
+    /// The name in tables.
+    pub fn name(self) -> String {
+        let without = if self.packets { "" } else { " without packets" };
+        format!("{}{without}", self.backend.name())
+    }
+
+    fn admits(self, trace: &TraceReport) -> bool {
+        let is_single = trace.variant.packets.width == PacketWidth::One;
+        trace.variant.target.backend == self.backend && (self.packets || is_single)
+    }
+}
+
+impl Serialize for Contender {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.name())
+    }
+}
 
 /// A backend in its fastest way with the rays of a kind.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Fastest<'a> {
+    /// Who traced.
+    pub contender: Contender,
     /// The way, and its time.
     #[serde(flatten)]
     pub trace: &'a TraceReport,
@@ -19,18 +52,11 @@ pub struct Fastest<'a> {
     pub times_reference: Option<f64>,
 }
 
-impl Fastest<'_> {
-    /// Who traced.
-    pub fn backend(&self) -> Backend {
-        self.trace.variant.target.backend
-    }
-}
-
 /// How a backend does on average.
 #[derive(Debug, Clone, Serialize)]
 pub struct Mean {
-    /// Its name.
-    pub backend: &'static str,
+    /// Who traced.
+    pub contender: Contender,
     /// The geometric mean of its times over those of the reference.
     pub times_reference: Option<f64>,
 }
@@ -45,6 +71,29 @@ pub fn backends<'a>(scenes: impl IntoIterator<Item = &'a SceneReport>) -> Vec<Ba
     Backend::ALL.iter().copied().filter(traced).collect()
 }
 
+/// All that are compared, the reference first.
+pub fn contenders<'a>(scenes: impl IntoIterator<Item = &'a SceneReport> + Copy) -> Vec<Contender> {
+    let traces: Vec<_> = scenes.into_iter().flat_map(|scene| &scene.traces).collect();
+    let mut contenders = Vec::new();
+    for backend in backends(scenes) {
+        contenders.push(Contender {
+            backend,
+            packets: true,
+        });
+        let has_packets = |trace: &TraceReport| {
+            let Variant { target, packets } = trace.variant;
+            target.backend == backend && packets.width > PacketWidth::One
+        };
+        if traces.iter().any(|trace| has_packets(trace)) {
+            contenders.push(Contender {
+                backend,
+                packets: false,
+            });
+        }
+    }
+    contenders
+}
+
 /// What all others are compared to, by name.
 pub fn reference(report: &BenchReport) -> &'static str {
     let backends = backends(&report.scenes);
@@ -53,14 +102,18 @@ pub fn reference(report: &BenchReport) -> &'static str {
         .map_or("the first", |backend| backend.name())
 }
 
-/// The rays of each kind, traced by each backend in its fastest way.
+/// The rays of each kind, traced by each contender in its fastest way.
 pub fn fastest(scene: &SceneReport) -> Vec<Fastest<'_>> {
-    let backends = backends([scene]);
+    let contenders = contenders([scene]);
     let mut all = Vec::new();
     for &kind in RayKind::ALL {
-        let reference = backends.first().and_then(|&b| of_backend(scene, kind, b));
-        for trace in backends.iter().filter_map(|&b| of_backend(scene, kind, b)) {
+        let reference = contenders.first().and_then(|&c| fastest_of(scene, kind, c));
+        for &contender in &contenders {
+            let Some(trace) = fastest_of(scene, kind, contender) else {
+                continue;
+            };
             all.push(Fastest {
+                contender,
                 trace,
                 times_reference: reference.and_then(|reference| ratio(trace, reference)),
             });
@@ -69,12 +122,11 @@ pub fn fastest(scene: &SceneReport) -> Vec<Fastest<'_>> {
     all
 }
 
-/// The least median among the ways of a backend.
-fn of_backend(scene: &SceneReport, kind: RayKind, backend: Backend) -> Option<&TraceReport> {
-    scene
-        .traces
-        .iter()
-        .filter(|trace| trace.kind == kind && trace.variant.target.backend == backend)
+/// The least median among the ways of a contender.
+fn fastest_of(scene: &SceneReport, kind: RayKind, contender: Contender) -> Option<&TraceReport> {
+    let traces = scene.traces.iter();
+    traces
+        .filter(|trace| trace.kind == kind && contender.admits(trace))
         .min_by(|a, b| a.nanoseconds.median.total_cmp(&b.nanoseconds.median))
 }
 
@@ -83,22 +135,20 @@ fn ratio(one: &TraceReport, other: &TraceReport) -> Option<f64> {
     (one > 0.0 && other > 0.0).then(|| one / other)
 }
 
-/// Each backend over the kinds of rays of a scene.
+/// Each contender over the kinds of rays of a scene.
 pub fn means(scene: &SceneReport) -> Vec<Mean> {
     let fastest = fastest(scene);
-    let mean = |&backend: &Backend| {
-        let own = fastest
-            .iter()
-            .filter(|fastest| fastest.backend() == backend);
+    let mean = |&contender: &Contender| {
+        let own = fastest.iter().filter(|one| one.contender == contender);
         Mean {
-            backend: backend.name(),
-            times_reference: geometric_mean(own.map(|fastest| fastest.times_reference)),
+            contender,
+            times_reference: geometric_mean(own.map(|one| one.times_reference)),
         }
     };
-    backends([scene]).iter().map(mean).collect()
+    contenders([scene]).iter().map(mean).collect()
 }
 
-/// Each backend over all scenes, each of which counts the same.
+/// Each contender over all scenes, each of which counts the same.
 pub fn overall(report: &BenchReport) -> Vec<Mean> {
     let scenes: Vec<Vec<Mean>> = report
         .scenes
@@ -106,19 +156,19 @@ pub fn overall(report: &BenchReport) -> Vec<Mean> {
         .filter(|scene| !scene.traces.is_empty())
         .map(means)
         .collect();
-    let mean = |backend: &Backend| {
+    let mean = |&contender: &Contender| {
         let own = scenes.iter().map(|means| {
             let mut means = means.iter();
             means
-                .find(|mean| mean.backend == backend.name())?
+                .find(|mean| mean.contender == contender)?
                 .times_reference
         });
         Mean {
-            backend: backend.name(),
+            contender,
             times_reference: geometric_mean(own),
         }
     };
-    backends(&report.scenes).iter().map(mean).collect()
+    contenders(&report.scenes).iter().map(mean).collect()
 }
 
 fn geometric_mean(ratios: impl Iterator<Item = Option<f64>>) -> Option<f64> {
@@ -140,7 +190,13 @@ mod tests {
         let fastest = fastest(&report.scenes[0]);
         let found: Vec<_> = fastest
             .iter()
-            .map(|f| (f.trace.kind.name(), f.backend().name(), f.times_reference))
+            .map(|f| {
+                (
+                    f.trace.kind.name(),
+                    f.contender.backend.name(),
+                    f.times_reference,
+                )
+            })
             .collect();
         let [a, b] = [Backend::ALL[0].name(), Backend::ALL[1].name()];
         assert_eq!(
@@ -152,6 +208,22 @@ mod tests {
                 ("shadow", b, Some(0.5)),
             ]
         );
+    }
+
+    #[test]
+    fn packets_are_left_out_of_the_comparison_without_them() {
+        let mut report = report();
+        let mut packets = trace(RayKind::Camera, Backend::ALL[0], 20.0);
+        packets.variant.packets.width = PacketWidth::Eight;
+        report.scenes[0].traces.push(packets);
+        let fastest = fastest(&report.scenes[0]);
+        let found = fastest
+            .iter()
+            .take(3)
+            .map(|f| (f.contender.packets, f.times_reference));
+        // 20 ns with packets, 50 without, and 100 that the other one takes.
+        let want = [(true, Some(1.0)), (false, Some(2.5)), (true, Some(5.0))];
+        assert_eq!(found.collect::<Vec<_>>(), want);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! Range: any report; what is not measured yet is left out.
 //! Source: none needed. Tested in `tests/bench_command.rs` and below.
 
-use super::compare::{self, Mean};
+use super::compare::{self, Contender, Mean};
 use super::wording::{digits, ratio, spread, way};
 use super::{scene_tables, tables};
 use crate::accel::Backend;
@@ -55,7 +55,7 @@ fn headline(report: &BenchReport) -> Markup {
             ul.headline {
                 @for other in others {
                     @if let Some(times) = other.times_reference {
-                        li { (comparison(other.backend, times, reference.backend)) }
+                        li { (comparison(&other.contender.name(), times, &reference.contender.name())) }
                     }
                 }
             }
@@ -92,11 +92,11 @@ fn summary_chart(report: &BenchReport) -> Markup {
 
 fn bar_of_mean(mean: &Mean) -> Option<Bar> {
     Some(Bar {
-        label: mean.backend.to_owned(),
+        label: mean.contender.name(),
         value: mean.times_reference?,
         range: None,
         text: ratio(mean.times_reference),
-        hue: Backend::ALL.iter().position(|b| b.name() == mean.backend)?,
+        hue: hue(mean.contender.backend),
     })
 }
 
@@ -211,7 +211,7 @@ fn rays(scene: &SceneReport) -> Vec<Group> {
                 bars: Vec::new(),
             });
         }
-        let backend = fastest.backend();
+        let Contender { backend, .. } = fastest.contender;
         let label = format!("{} ({})", backend.name(), way(&fastest.trace.variant));
         let bar = bar(label, &fastest.trace.nanoseconds, "ns", hue(backend));
         groups.last_mut().expect("one was pushed").bars.push(bar);

@@ -65,7 +65,7 @@ pub fn builds(report: &BenchReport, scene: &SceneReport) -> Table {
         title: "Building".to_owned(),
         says: format!(
             "Milliseconds to build each structure, and its size: lower is better. Times are the {}; a dash stands where \
-             a library does not tell.",
+             a library does not tell. obvhs builds the same for both precisions, which is listed once.",
             runs(report.build_rounds)
         ),
         head: vec![
@@ -85,7 +85,7 @@ pub fn rays(report: &BenchReport, scene: &SceneReport) -> Table {
     let rows = compare::fastest(scene).into_iter().map(|fastest| {
         vec![
             fastest.trace.kind.name().to_owned(),
-            fastest.backend().name().to_owned(),
+            fastest.contender.name(),
             way(&fastest.trace.variant),
             spread(&fastest.trace.nanoseconds, 1.0),
             digits(fastest.trace.millions_per_second()),

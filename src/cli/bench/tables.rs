@@ -41,10 +41,10 @@ pub fn machine(report: &BenchReport) -> Table {
 
 /// Each backend over each scene.
 pub fn summary(report: &BenchReport) -> Table {
-    let backends = compare::backends(&report.scenes);
+    let contenders = compare::contenders(&report.scenes);
     let row = |name: &str, means: &[Mean]| {
-        let cells = backends.iter().map(|backend| {
-            let mean = means.iter().find(|mean| mean.backend == backend.name());
+        let cells = contenders.iter().map(|contender| {
+            let mean = means.iter().find(|mean| mean.contender == *contender);
             ratio(mean.and_then(|mean| mean.times_reference))
         });
         [name.to_owned()].into_iter().chain(cells).collect()
@@ -60,7 +60,7 @@ pub fn summary(report: &BenchReport) -> Table {
         rows.push(row("all scenes", &compare::overall(report)));
     }
     let reference = reference(report);
-    let names = backends.iter().map(|backend| numbers(backend.name()));
+    let names = contenders.iter().map(|contender| numbers(contender.name()));
     Table {
         title: "Summary".to_owned(),
         says: format!(

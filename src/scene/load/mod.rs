@@ -21,8 +21,7 @@ mod toml;
 mod transform;
 mod wording;
 
-// The names of integrators and samplers are known further up, where the command reads them.
-#[cfg(feature = "cli")]
+// The names of integrators and samplers are known further up, where renders are set.
 pub(crate) use wording::unknown_name;
 
 use super::description::SceneDescription;

@@ -5,6 +5,9 @@
 //! not a number. A ray in the face of a box would then leave it at once: along such an axis the ray counts as 2^40 longer
 //! on either side, 2^-23 units across.
 //!
+//! A ray in single precision whose direction has no very small or large entry is taken as it is, without double precision:
+//! nothing of this can happen to it.
+//!
 //! Measure: any unit of length; parameters in multiples of the scaled direction's length, from the start of the query.
 //! Range: finite rays and boxes with coordinates up to 1e18 in magnitude.
 //! Source: Pharr, Jakob, Humphreys, section 6.8.2 for the roundings. Tested below and in `tests/tracing_hard.rs`.

@@ -41,16 +41,16 @@ pub const SCENES: &[BenchScene] = &[
         make: |_| cornell_box(),
     },
     BenchScene {
+        name: "needles",
+        sentence: "A ball of long thin triangles like hair, whose boxes are mostly empty.",
+        triangles: 10_000,
+        make: needles,
+    },
+    BenchScene {
         name: "soup",
         sentence: "Triangles of all sizes and directions at random, which share no edges.",
         triangles: 50_000,
         make: soup,
-    },
-    BenchScene {
-        name: "needles",
-        sentence: "A ball of long thin triangles like hair, whose boxes are mostly empty.",
-        triangles: 100_000,
-        make: needles,
     },
     BenchScene {
         name: "stadium",

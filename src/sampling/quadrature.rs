@@ -77,7 +77,8 @@ impl Rule {
     fn most_nodes(self, limit: usize) -> Option<usize> {
         let most = match self {
             Self::Trapezoid => limit,
-            Self::Simpson => limit - usize::from(limit % 2 == 0 && limit > 0),
+            // The odd number up to it.
+            Self::Simpson => limit.saturating_sub(1) | 1,
         };
         (most >= self.least_nodes()).then_some(most)
     }

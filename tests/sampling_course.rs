@@ -23,7 +23,7 @@ use etendue::sampling::triangle::{
     invert_triangle_by_root, pdf_triangle_uniform, sample_triangle_by_root,
 };
 use etendue::sampling::warp;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 const DRAWS: u32 = 1 << 17;
 /// Uniform numbers where maps break first: no generator of this house gives more than the last.

@@ -143,9 +143,12 @@ fn extremes_stay_in_the_domain_and_what_cannot_start_is_refused() {
     ] {
         assert!(!refused);
     }
-    // Where the density is no number, the chain does not go.
-    let holes = |x: f64| if x < 0.5 { 1.0 } else { f64::NAN };
-    let mut chain = Chain::new(holes, [0.0, 1.0], Proposal::Uniform, 0.2).expect("a valid start");
-    let mut rng = TestRng::new(31);
-    assert!((0..1000).all(|_| chain.step(&mut || rng.uniform_f64()) < 0.5));
+    // Where the density is no number, or endless, the chain does not go.
+    for hole in [f64::NAN, f64::INFINITY, -1.0] {
+        let density = |x: f64| if x < 0.5 { 1.0 } else { hole };
+        let chain = Chain::new(density, [0.0, 1.0], Proposal::Uniform, 0.2);
+        let mut chain = chain.expect("a valid start");
+        let mut rng = TestRng::new(31);
+        assert!((0..1000).all(|_| chain.step(&mut || rng.uniform_f64()) < 0.5));
+    }
 }

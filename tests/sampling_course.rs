@@ -23,7 +23,7 @@ use etendue::sampling::triangle::{
     invert_triangle_by_root, pdf_triangle_uniform, sample_triangle_by_root,
 };
 use etendue::sampling::warp;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 const DRAWS: u32 = 1 << 17;
 /// Uniform numbers where maps break first: no generator of this house gives more than the last.
@@ -80,6 +80,10 @@ fn the_right_disk_is_uniform_and_the_wrong_one_fails_the_same_test() {
     assert!(right > sidak(1e-3, 2), "{right:.1e}");
     assert!(wrong_as_it_is > sidak(1e-3, 2), "{wrong_as_it_is:.1e}");
     assert!(wrong < 1e-100, "the wrong disk passes: {wrong:.1e}");
+    // What lies within r is r of the wrong points and r^2 of the right ones.
+    let (p, r) = (Vec2::new(-0.12, 0.16), 0.2);
+    assert!((f64::from(pdf_disk_uniform(p)) * PI - 1.0).abs() < 1e-6);
+    assert!((f64::from(pdf_disk_crowded_at_the_centre(p)) * TAU * r - 1.0).abs() < 1e-6);
     // Both densities integrate to one: over rings, 2 pi r dr.
     for pdf in [pdf_disk_uniform, pdf_disk_crowded_at_the_centre] {
         let ring = |r: f64| TAU * r * f64::from(pdf(Vec2::new(0.6, 0.8) * r as f32));

@@ -1,7 +1,7 @@
 //! The command: typed arguments, one file a verb, and what is printed where.
 //!
 //! Data goes to standard output, everything else to standard error. Exit codes: 0 done, 1 failed, 2 usage, 3 scene
-//! invalid, 4 input or output, 6 too many non-finite samples (image written), 130 interrupted (image written).
+//! invalid, 4 input or output, 5 the error asked for was not reached (image written), 6 too many non-finite samples (image written), 130 interrupted (image written).
 
 pub mod args;
 mod bench;
@@ -9,6 +9,7 @@ mod chart;
 mod durations;
 mod info;
 mod job;
+mod layers;
 mod output;
 mod page;
 mod plan;
@@ -29,6 +30,7 @@ use std::process::ExitCode;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
     Done,
+    ErrorNotReached,
     TooManyNonFinite,
     Interrupted,
 }
@@ -50,6 +52,7 @@ pub fn run() -> ExitCode {
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::ErrorNotReached) => ExitCode::from(5),
         Ok(Outcome::TooManyNonFinite) => ExitCode::from(6),
         Ok(Outcome::Interrupted) => ExitCode::from(130),
         Err(error) => {

@@ -25,6 +25,11 @@ pub struct ErrorEstimate {
     pub uncalibrated_fraction: f64,
 }
 
+/// How far neighbours are that tell of a pixel's samples.
+const NEAR: usize = 3;
+/// How far those are whose doubts make a pixel doubtful.
+const FAR: usize = 7;
+
 impl Film {
     /// The estimated error of the picture; `None` before every pixel has two samples, or for a black picture.
     ///
@@ -42,7 +47,12 @@ impl Film {
         }
         let estimates = self.estimates();
         let means: Vec<[f64; 3]> = estimates.iter().map(|pixel| pixel.mean).collect();
-        let limits = brightest_neighbours(&means, self.window.width as usize);
+        let limits = (0..means.len()).map(|index| {
+            // Of a pixel without neighbours its own value.
+            let near = self.around(index, 1).map(|other| means[other]);
+            near.reduce(|a, b| std::array::from_fn(|c| a[c].max(b[c])))
+                .unwrap_or(means[index])
+        });
         let mut per_pixel = Moments::default();
         let mut squares = 0.0;
         for (pixel, limit) in estimates.iter().zip(limits) {
@@ -67,53 +77,84 @@ impl Film {
     }
 
     /// The standard error of each pixel; `None` without error bars.
+    ///
+    /// A pixel's own samples tell it, but where [`flags`](Self::flags) doubts them: a pixel that missed a rare event has a low
+    /// mean and a small spread at once. There it is at least that of the neighbours.
     pub fn standard_errors(&self) -> Option<Image> {
-        self.has_bars().then(|| {
-            let errors = self
-                .estimates()
-                .into_iter()
-                .map(|pixel| Rgb::from(pixel.variance.map(|variance| variance.sqrt() as f32)));
-            Image::new(self.window.width, self.window.height, errors.collect())
-        })
+        let flags = self.flags()?;
+        let estimates = self.estimates();
+        let errors = estimates
+            .iter()
+            .zip(flags)
+            .enumerate()
+            .map(|(index, (own, flag))| {
+                let mut variance = own.variance;
+                let others: Vec<usize> = self.around(index, NEAR).collect();
+                if flag && !others.is_empty() {
+                    for (c, variance) in variance.iter_mut().enumerate() {
+                        let sum: f64 = others
+                            .iter()
+                            .map(|&other| estimates[other].variance[c])
+                            .sum();
+                        *variance = variance.max(sum / others.len() as f64);
+                    }
+                }
+                Rgb::from(variance.map(|variance| variance.sqrt() as f32))
+            });
+        let errors = errors.collect();
+        Some(Image::new(self.window.width, self.window.height, errors))
     }
 
     /// Which pixels' error bars are not to be trusted, row by row; `None` without error bars.
     ///
-    /// Decided by the neighbours within three pixels, not by the pixel's own samples: those would be lucky where they
-    /// seem to be good.
+    /// Decided by the neighbours, not by the pixel's own samples: those would be lucky where they seem to be good. A pixel
+    /// is doubtful if its neighbours' samples are too far from normal numbers, or if many pixels about it are doubtful: rare
+    /// events that some have met, the others have yet to meet.
     pub fn flags(&self) -> Option<Vec<bool>> {
-        const REACH: usize = 3;
-        if !self.has_bars() {
-            return None;
-        }
-        let (width, height) = (self.window.width as usize, self.window.height as usize);
-        let mut own = vec![CentralMoments::default(); width * height];
-        let mut samples = vec![0; width * height];
+        /// Doubtful pixels among those farther about, from which share on they make others doubtful.
+        const MANY: f64 = 0.2;
+        let mut moments = vec![CentralMoments::default(); self.window.pixel_count() as usize];
+        let mut samples = vec![0; moments.len()];
         for tile in &self.tiles {
-            let bars = tile.bars.as_ref()?;
-            for (pixel, bars) in tile.window.pixels().zip(bars) {
+            for (pixel, bars) in tile.window.pixels().zip(tile.bars.as_ref()?) {
                 let index = self.index(pixel);
-                own[index] = bars.central_moments(tile.samples);
+                moments[index] = bars.central_moments(tile.samples);
                 samples[index] = tile.samples;
             }
         }
+        let doubtful: Vec<bool> = (0..moments.len())
+            .map(|index| {
+                let (count, sum) = self
+                    .around(index, NEAR)
+                    .fold((0, CentralMoments::default()), |(count, sum), other| {
+                        (count + 1, sum + moments[other])
+                    });
+                let mean = match count {
+                    0 => moments[index],
+                    _ => (1.0 / f64::from(count)) * sum,
+                };
+                !mean.is_calibrated(samples[index])
+            })
+            .collect();
         let unlit = self.unlit_among_lit();
-        let flags = (0..own.len()).map(|index| {
-            let (x, y) = (index % width, index / width);
-            let rows = y.saturating_sub(REACH)..(y + REACH + 1).min(height);
-            let columns = x.saturating_sub(REACH)..(x + REACH + 1).min(width);
-            let count = rows.len() * columns.len();
-            let sum = rows
-                .flat_map(|row| columns.clone().map(move |column| row * width + column))
-                .fold(CentralMoments::default(), |sum, i| sum + own[i]);
-            let others = if count > 1 {
-                (1.0 / (count - 1) as f64) * (sum - own[index])
-            } else {
-                own[index]
+        let flags = (0..doubtful.len()).map(|index| {
+            let count = |is: &dyn Fn(usize) -> bool| {
+                self.around(index, FAR).filter(|&other| is(other)).count() as f64
             };
-            unlit[index] || !others.is_calibrated(samples[index])
+            let share = count(&|other| doubtful[other]) / count(&|_| true).max(1.0);
+            unlit[index] || doubtful[index] || share > MANY
         });
         Some(flags.collect())
+    }
+
+    /// The pixels about one, at most `reach` rows and columns away, without itself.
+    fn around(&self, index: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
+        let (width, height) = (self.window.width as usize, self.window.height as usize);
+        let (x, y) = (index % width, index / width);
+        let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
+        let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+            .filter(move |&other| other != index)
     }
 
     /// What is known of each pixel, row by row; nothing of one with fewer samples than that takes.
@@ -165,24 +206,6 @@ struct PixelEstimate {
     mean: [f64; 3],
     /// Of the mean.
     variance: [f64; 3],
-}
-
-/// The brightest of the up to eight neighbours of each pixel, channel by channel; of a pixel without neighbours its own
-/// value.
-fn brightest_neighbours(pixels: &[[f64; 3]], width: usize) -> Vec<[f64; 3]> {
-    let height = pixels.len() / width;
-    let around = |i: usize, length: usize| i.saturating_sub(1)..(i + 2).min(length);
-    (0..pixels.len())
-        .map(|index| {
-            let (x, y) = (index % width, index / width);
-            let near = around(y, height)
-                .flat_map(|row| around(x, width).map(move |column| row * width + column));
-            near.filter(|&other| other != index)
-                .map(|other| pixels[other])
-                .reduce(|a, b| std::array::from_fn(|c| a[c].max(b[c])))
-                .unwrap_or(pixels[index])
-        })
-        .collect()
 }
 
 /// Spreads `true` by `reach` along one axis: `length` entries, `stride` apart.

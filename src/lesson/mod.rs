@@ -10,8 +10,13 @@
 //! Source: docs/lessons.md. Tested in `tests/lesson.rs`.
 
 mod dice;
+mod disk;
+mod error_curve;
+mod hemisphere;
 pub mod number;
 pub mod page;
+mod pdf_cdf;
+mod power;
 pub mod topic;
 mod uniform;
 
@@ -20,7 +25,13 @@ use page::Page;
 use topic::{Lesson, LessonObserver, Settings, Topic};
 
 /// All topics, in the order of the course.
-pub const TOPICS: &[Topic] = &[dice::TOPIC];
+pub const TOPICS: &[Topic] = &[
+    dice::TOPIC,
+    pdf_cdf::TOPIC,
+    power::TOPIC,
+    disk::TOPIC,
+    hemisphere::TOPIC,
+];
 
 /// Runs a topic; `None` if the observer ended it.
 ///

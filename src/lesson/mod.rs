@@ -9,14 +9,20 @@
 //! seed, on any number of threads.
 //! Source: docs/lessons.md. Tested in `tests/lesson.rs`.
 
+mod convergence;
 mod dice;
 mod disk;
 mod error_curve;
 mod hemisphere;
+mod importance;
 pub mod number;
 pub mod page;
 mod pdf_cdf;
+mod phong;
 mod power;
+mod quadrature;
+mod roulette;
+mod stratified;
 pub mod topic;
 mod uniform;
 
@@ -31,6 +37,12 @@ pub const TOPICS: &[Topic] = &[
     power::TOPIC,
     disk::TOPIC,
     hemisphere::TOPIC,
+    phong::TOPIC,
+    quadrature::TOPIC,
+    convergence::TOPIC,
+    importance::TOPIC,
+    stratified::TOPIC,
+    roulette::TOPIC,
 ];
 
 /// Runs a topic; `None` if the observer ended it.

@@ -1,18 +1,18 @@
 //! Phong's lobe: directions about z with a density in proportion to a power of the cosine.
 //!
 //! Measure: densities per steradian. Angles come as 1 - cos, for the cosine itself keeps no digits of small angles.
-//! Range: exponents n from 0 (the uniform hemisphere) to 1e6; u in [0, 1 - 2^-24] in each dimension. The density is 0 from
-//! 90 degrees on.
-//! Source: Lafortune and Willems 1994, "Using the Modified Phong Reflectance Model for Physically Based Rendering", eq. 8.
-//! Tested in `tests/sampling_course.rs`, and in `bsdf/phong.rs` against double precision.
+//! Range: exponents n from 0 (the uniform hemisphere) to 1e6; u in [0, 1 - 2^-24] in each dimension. The density is 0
+//! from 90 degrees on.
+//! Source: Lafortune and Willems 1994, "Using the Modified Phong Reflectance Model for Physically Based Rendering", eq.
+//! 8. Tested in `tests/sampling_course.rs`, and in `bsdf/phong.rs` against double precision.
 
 use super::warp::invert_sphere_uniform;
 use crate::math::trig::sin_cos_turns;
 use crate::math::vec::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// 1 - cos of the angle between two unit vectors, as half of their squared chord: the cosine itself would keep no digits
-/// of small angles.
+/// 1 - cos of the angle between two unit vectors, as half of their squared chord: the cosine itself would keep no
+/// digits of small angles.
 #[inline]
 pub fn one_minus_cos(a: Vec3, b: Vec3) -> f32 {
     0.5 * (a - b).length_squared()

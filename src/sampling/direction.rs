@@ -1,9 +1,11 @@
 //! Directions as a course meets them: by rejection, flipped up from the sphere, and by inversion.
 //!
 //! Measure: densities per steradian. The hemisphere is the one about z.
-//! Range: u in [0, 1 - 2^-24] in each dimension; every direction has unit length up to rounding, and a positive density.
-//! Source: the cap of height h has the area 2 pi h (Archimedes), and holds 1 - cos^2 of what falls by the cosine. Tested in
-//! `tests/sampling_course.rs`. The sphere by inversion and the cosine by Malley's method stand in [`warp`].
+//! Range: u in [0, 1 - 2^-24] in each dimension; every direction has unit length up to rounding, and a positive
+//! density.
+//! Source: the cap of height h has the area 2 pi h (Archimedes), and holds 1 - cos^2 of what falls by the cosine. The
+//! sphere by inversion and the cosine by Malley's method stand in [`warp`]. Tested in `tests/sampling_course.rs` and
+//! `tests/rejection.rs`.
 //!
 //! [`warp`]: super::warp
 

@@ -2,8 +2,9 @@
 //!
 //! Measure: densities per unit of area.
 //! Range: u in [0, 1 - 2^-24] in each dimension; every point has a length of at most 1, up to rounding.
-//! Source: inversion: the share of the disk within r is r^2, so that r = sqrt(u). Tested in `tests/sampling_course.rs`.
-//! Renderers take [`sample_disk_concentric`], which also keeps strata in shape.
+//! Source: inversion: the share of the disk within r is r^2, so that r = sqrt(u). Renderers take
+//! [`sample_disk_concentric`], which also keeps strata in shape. Tested in `tests/sampling_course.rs` and
+//! `tests/rejection.rs`.
 //!
 //! [`sample_disk_concentric`]: super::warp::sample_disk_concentric
 
@@ -16,8 +17,9 @@ use std::f32::consts::PI;
 /// The efficiency of [`sample_disk_by_rejection`]: the disk's share of its square.
 pub const DISK_IN_SQUARE: f64 = std::f64::consts::FRAC_PI_4;
 
-/// The classic mistake: r = u, which is NOT uniform, as half of all points fall into a quarter of the area. What is wrong
-/// with it shows when its points are taken for uniform ones; with its own density it is a way to sample like another.
+/// The classic mistake: r = u, which is NOT uniform, as half of all points fall into a quarter of the area. What is
+/// wrong with it shows when its points are taken for uniform ones; with its own density it is a way to sample like
+/// another.
 pub fn sample_disk_crowded_at_the_centre(u: Vec2) -> Vec2 {
     at_polar(u.x, u.y)
 }
@@ -48,8 +50,8 @@ pub fn invert_disk_polar(p: Vec2) -> Vec2 {
     Vec2::new(p.length_squared(), turns(p))
 }
 
-/// A uniform point: the first of the square that lies in the disk. `None` if [`MOST_TRIALS`] did not, which happens with
-/// a broken generator only.
+/// A uniform point: the first of the square that lies in the disk. `None` if [`MOST_TRIALS`] did not, which happens
+/// with a broken generator only.
 pub fn sample_disk_by_rejection(uniform: &mut impl FnMut() -> f32) -> Option<Accepted<Vec2>> {
     sample_until(MOST_TRIALS, || {
         let p = 2.0 * Vec2::new(uniform(), uniform()) - Vec2::ONE;

@@ -1,10 +1,12 @@
-//! Functions on the unit cube of any dimension whose integrals and variances are known: what rules and chance are tried on.
+//! Functions on the unit cube of any dimension whose integrals and variances are known: what rules and chance are tried
+//! on.
 //!
 //! Measure: none; the cube has the volume 1.
-//! Range: dimensions from 1 to 12. From about 20 on, the share of [`Integrand::HalfSpace`] loses digits to cancellation.
-//! Source: products and sums by Fubini; the ball's volume by its recurrence; the half space by Hall 1927, "The Distribution
-//! of Means for Samples of Size N Drawn from a Population in which the Variate Takes Values Between 0 and 1". Tested in
-//! `tests/sampling_course.rs`.
+//! Range: dimensions from 1 to 12. From about 20 on, the share of [`Integrand::HalfSpace`] loses digits to
+//! cancellation.
+//! Source: products and sums by Fubini; the ball's volume by its recurrence; the half space by Hall 1927, "The
+//! Distribution of Means for Samples of Size N Drawn from a Population in which the Variate Takes Values Between 0 and
+//! 1". Tested in `tests/integration_course.rs`.
 
 use std::f64::consts::{E, FRAC_PI_2, PI};
 
@@ -18,10 +20,10 @@ pub enum Integrand {
     /// The mean of 3 x^2 over the coordinates: smooth, and a sum, so that each axis can be stratified on its own. Its
     /// integral is 1.
     Squares,
-    /// 1 within the unit ball about a corner, else 0.
+    /// 1 within the unit ball about a corner, else 0; on the line that is 1 throughout.
     Ball,
-    /// 1 where the coordinates add up to less than d / 2 + 1 / 4, else 0: a slanted edge, of about half of the volume in
-    /// every dimension.
+    /// 1 where the coordinates add up to less than d / 2 + 1 / 4, else 0: a slanted edge, of about half of the volume
+    /// in every dimension.
     HalfSpace,
 }
 
@@ -42,7 +44,7 @@ impl Integrand {
             Self::Sine => x.iter().map(|x| FRAC_PI_2 * (PI * x).sin()).product(),
             Self::Exponential => x.iter().map(|x| x.exp() / (E - 1.0)).product(),
             Self::Squares => 3.0 / x.len() as f64 * x.iter().map(|x| x * x).sum::<f64>(),
-            Self::Ball => indicator(x.iter().map(|x| x * x).sum::<f64>() < 1.0),
+            Self::Ball => indicator(x.iter().map(|x| x * x).sum::<f64>() <= 1.0),
             Self::HalfSpace => indicator(x.iter().sum::<f64>() < half_space_bound(x.len() as u32)),
         }
     }

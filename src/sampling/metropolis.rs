@@ -1,11 +1,11 @@
 //! Metropolis sampling of a density in one dimension: a chain of numbers that need no inverse and no norm.
 //!
 //! Measure: the density is relative; only ratios of it count.
-//! Range: a finite range, and a start of positive density. Proposals outside the range, or where the density is no positive
-//! finite number, are rejected. The chain's numbers are correlated, and follow the density only after a while.
+//! Range: a finite range, and a start of positive density. Proposals outside the range, or where the density is no
+//! positive finite number, are rejected. The chain's numbers are correlated, and follow the density only after a while.
 //! Source: Metropolis et al. 1953, "Equation of State Calculations by Fast Computing Machines". Both proposals are
-//! symmetric, T(x -> y) = T(y -> x), which therefore cancels in the probability of acceptance, min(1, f(y) / f(x)). Tested
-//! in `tests/sampling_course.rs`.
+//! symmetric, T(x -> y) = T(y -> x), which therefore cancels in the probability of acceptance, min(1, f(y) / f(x)).
+//! Tested in `tests/metropolis.rs`.
 
 /// How the chain's next number is proposed.
 #[derive(Debug, Clone, Copy, PartialEq)]

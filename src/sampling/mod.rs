@@ -1,5 +1,5 @@
-//! Sampling: warps of uniform numbers, discrete choices, the weights of combined techniques, and integration, by rules and
-//! by chance.
+//! Sampling: warps of uniform numbers, discrete choices, the weights of combined techniques, and integration, by rules
+//! and by chance.
 
 pub mod clear_triangle;
 pub mod cosine_power;

@@ -1,11 +1,11 @@
 //! Integration by chance: plain, stratified, and with a density that follows the integrand.
 //!
 //! Measure: that of the integrand; the domain is the unit cube, or what a density covers.
-//! Range: any dimension from 1. Variances are of order 1/N for plain and importance sampling; jittered ones are
-//! N^(-1 - 2/d) for smooth integrands and N^(-1 - 1/d) for those with an edge. None is above the plain one's with as many
+//! Range: any dimension from 1. Variances are of order 1/N for plain and importance sampling; jittered ones are N^(-1 -
+//! 2/d) for smooth integrands and N^(-1 - 1/d) for those with an edge. None is above the plain one's with as many
 //! calls, but for N / (N - 1) with Latin hypercubes.
-//! Source: Owen, "Monte Carlo Theory, Methods and Examples", chapters 2 and 8 to 10; McKay, Beckman and Conover 1979 for
-//! Latin hypercubes, their bound by Owen 1997. Tested in `tests/sampling_course.rs`.
+//! Source: Owen, "Monte Carlo Theory, Methods and Examples", chapters 2 and 8 to 10; McKay, Beckman and Conover 1979
+//! for Latin hypercubes, their bound by Owen 1997. Tested in `tests/integration_course.rs`.
 
 use super::grid::Grid;
 use super::quadrature::Estimate;
@@ -25,8 +25,8 @@ pub fn integrate_plain(
     }))
 }
 
-/// Stratified: jittered where `calls` pays for a grid of two cells along each axis, else a Latin hypercube. One run tells
-/// nothing about its error; several do. `None` without calls or dimensions.
+/// Stratified: jittered where `calls` pays for a grid of two cells along each axis, else a Latin hypercube. One run
+/// tells nothing about its error; several do. `None` without calls or dimensions.
 pub fn integrate_stratified(
     f: impl Fn(&[f64]) -> f64,
     dimension: u32,
@@ -66,8 +66,8 @@ fn jitter(f: impl Fn(&[f64]) -> f64, grid: Grid, uniform: &mut impl FnMut() -> f
     }
 }
 
-/// A Latin hypercube: along each axis one point in each of `calls` intervals, which are matched by chance. `None` without
-/// calls or dimensions.
+/// A Latin hypercube: along each axis one point in each of `calls` intervals, which are matched by chance. `None`
+/// without calls or dimensions.
 pub fn integrate_latin_hypercube(
     f: impl Fn(&[f64]) -> f64,
     dimension: u32,

@@ -1,10 +1,10 @@
 //! A density tabulated: samples of a function, joined by straight lines, inverted exactly.
 //!
 //! Measure: densities per unit of x.
-//! Range: at least two values, each at least 0 and finite, over a finite range; u in [0, 1). Outside the range the density
-//! is 0. Where the function is 0 at a node, rounding may find the node itself, at density 0.
+//! Range: at least two values, each at least 0 and finite, over a finite range; u in [0, 1). Outside the range the
+//! density is 0. Where the function is 0 at a node, rounding may find the node itself, at density 0.
 //! Source: inversion of the distribution function: first the piece, by [`Piecewise1d`], then the root of a quadratic.
-//! Tested in `tests/sampling_course.rs`.
+//! Tested in `tests/inversion.rs`.
 
 use super::piecewise::Piecewise1d;
 
@@ -25,19 +25,22 @@ struct Place {
 }
 
 impl PiecewiseLinear {
-    /// The density with these values at nodes from one end of the range to the other. `None` if there are fewer than two,
-    /// one is negative or not finite, the area is not positive and finite, or the range is none.
-    pub fn new(range: [f64; 2], values: Vec<f64>) -> Option<Self> {
+    /// The density with these values at nodes from one end of the range to the other. `None` if there are fewer than
+    /// two, one is negative or not finite, all are 0, or the range is none.
+    pub fn new(range: [f64; 2], values: &[f64]) -> Option<Self> {
         let width = range[1] - range[0];
-        let areas: Vec<f64> = values
-            .windows(2)
-            .map(|ends| 0.5 * ends[0] + 0.5 * ends[1])
-            .collect();
         let is_valid =
             width > 0.0 && width.is_finite() && values.iter().all(|&v| v >= 0.0 && v.is_finite());
-        if !is_valid {
+        let greatest = values.iter().copied().fold(0.0, f64::max);
+        if !is_valid || greatest == 0.0 {
             return None;
         }
+        // Relative to the greatest, no area is too small or too great for a number.
+        let values: Vec<f64> = values.iter().map(|v| v / greatest).collect();
+        let areas: Vec<f64> = values
+            .windows(2)
+            .map(|ends| mean(ends[0], ends[1]))
+            .collect();
         Some(Self {
             range,
             pieces: Piecewise1d::new(&areas)?,
@@ -52,7 +55,8 @@ impl PiecewiseLinear {
             let at = i as f64 / pieces as f64;
             (1.0 - at) * range[0] + at * range[1]
         };
-        Self::new(range, (0..=pieces).map(|i| f(node(i))).collect())
+        let values: Vec<f64> = (0..=pieces).map(|i| f(node(i))).collect();
+        Self::new(range, &values)
     }
 
     /// The x for a uniform number: it grows with u.
@@ -74,7 +78,7 @@ impl PiecewiseLinear {
             return 0.0;
         }
         let [a, b] = self.ends(place.piece);
-        let in_piece = (a + place.offset * (b - a)) / (0.5 * a + 0.5 * b);
+        let in_piece = (a + place.offset * (b - a)) / mean(a, b);
         let width = (self.range[1] - self.range[0]) / self.count() as f64;
         probability * in_piece / width
     }
@@ -112,8 +116,12 @@ impl PiecewiseLinear {
     }
 }
 
-/// The x in [0, 1] up to which a line from a to b has the share `u` of its area: a x + (b - a) x^2 / 2 = u (a + b) / 2, by
-/// the root that does not cancel where a and b are close.
+fn mean(a: f64, b: f64) -> f64 {
+    0.5 * (a + b)
+}
+
+/// The x in [0, 1] up to which a line from a to b has the share `u` of its area: a x + (b - a) x^2 / 2 = u (a + b) / 2,
+/// by the root that does not cancel where a and b are close.
 fn sample_linear(u: f64, [a, b]: [f64; 2]) -> f64 {
     // Squares of tiny numbers would be none.
     let greatest = a.max(b);
@@ -129,7 +137,7 @@ fn sample_linear(u: f64, [a, b]: [f64; 2]) -> f64 {
 
 /// The share of its area that a line from a to b has up to x in [0, 1].
 fn invert_linear(x: f64, [a, b]: [f64; 2]) -> f64 {
-    let area = 0.5 * a + 0.5 * b;
+    let area = mean(a, b);
     if area > 0.0 {
         x * (a + 0.5 * x * (b - a)) / area
     } else {

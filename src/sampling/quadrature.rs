@@ -1,9 +1,9 @@
 //! Integration by rules: trapezoids and Simpson's, along one axis and as tensor products over the unit cube.
 //!
 //! Measure: that of the integrand times the domain's.
-//! Range: integrands that are finite, also at the ends; dimensions from 1, as many as the number of calls pays for. With N
-//! calls the error of smooth integrands falls as N^(-2/d) and N^(-4/d), where chance has N^(-1/2) for any d.
-//! Source: Davis and Rabinowitz, "Methods of Numerical Integration". Tested in `tests/sampling_course.rs`.
+//! Range: integrands that are finite, also at the ends; dimensions from 1, as many as the number of calls pays for.
+//! With N calls the error of smooth integrands falls as N^(-2/d) and N^(-4/d), where chance has N^(-1/2) for any d.
+//! Source: Davis and Rabinowitz, "Methods of Numerical Integration". Tested in `tests/integration_course.rs`.
 
 use super::grid::Grid;
 
@@ -40,8 +40,8 @@ impl Rule {
         Some((range[1] - range[0]) * sum)
     }
 
-    /// The integral of `f` over the unit cube by the rule's tensor product, with as many nodes as `calls` pays for; `None`
-    /// if that is less than the rule needs along each axis, 2^d or 3^d.
+    /// The integral of `f` over the unit cube by the rule's tensor product, with as many nodes as `calls` pays for;
+    /// `None` if that is less than the rule needs along each axis, 2^d or 3^d.
     pub fn integrate_cube(
         self,
         f: impl Fn(&[f64]) -> f64,
@@ -77,7 +77,8 @@ impl Rule {
     fn most_nodes(self, limit: usize) -> Option<usize> {
         let most = match self {
             Self::Trapezoid => limit,
-            Self::Simpson => limit - usize::from(limit % 2 == 0 && limit > 0),
+            // The odd number up to it.
+            Self::Simpson => limit.saturating_sub(1) | 1,
         };
         (most >= self.least_nodes()).then_some(most)
     }

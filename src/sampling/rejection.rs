@@ -1,11 +1,11 @@
 //! Rejection: points drawn in a box until one lies inside a set, or under the graph of a density.
 //!
-//! Measure: the set's or the density's share of its box is the efficiency, a probability; 1 / efficiency is the mean number
-//! of trials.
-//! Range: any set that a box bounds, any density with a bound. Trials are limited: with efficiency e nothing is found within
-//! T of them with probability (1 - e)^T, and an empty set ends after T as nothing, not never.
+//! Measure: the set's or the density's share of its box is the efficiency, a probability; 1 / efficiency is the mean
+//! number of trials.
+//! Range: any set that a box bounds, any density with a bound. Trials are limited: with efficiency e nothing is found
+//! within T of them with probability (1 - e)^T, and an empty set ends after T as nothing, not never.
 //! Source: von Neumann 1951, "Various Techniques Used in Connection with Random Digits". Tested in
-//! `tests/sampling_course.rs`.
+//! `tests/rejection.rs`.
 
 use crate::math::stats::Moments;
 
@@ -79,7 +79,8 @@ pub fn sample_inside<const D: usize>(
     })
 }
 
-/// A point of the box with a density in proportion to `density`, which is at most `bound`: a uniform point under its graph.
+/// A point of the box with a density in proportion to `density`, which is at most `bound`: a uniform point under its
+/// graph.
 ///
 /// The efficiency is the density's mean over the box, divided by the bound.
 pub fn sample_density<const D: usize>(
@@ -103,8 +104,8 @@ pub fn sample_density<const D: usize>(
     value.map(|value| Accepted { value, trials })
 }
 
-/// The efficiency measured: the share of `trials` points of the box that lie inside, as numbers 0 and 1. Times the box's
-/// volume this estimates the set's.
+/// The efficiency measured: the share of `trials` points of the box that lie inside, as numbers 0 and 1. Times the
+/// box's volume this estimates the set's.
 pub fn measure_efficiency<const D: usize>(
     bounds: &BoundingBox<D>,
     inside: impl Fn(&[f64; D]) -> bool,

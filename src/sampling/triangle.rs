@@ -1,10 +1,10 @@
 //! Uniform points of a triangle by the map with the square root, as courses derive it.
 //!
-//! Measure: barycentric coordinates (b1, b2); densities per unit of b1 b2, of which the triangle has 1/2. Per unit of area
-//! the density is 1 / area.
+//! Measure: barycentric coordinates (b1, b2); densities per unit of b1 b2, of which the triangle has 1/2. Per unit of
+//! area the density is 1 / area.
 //! Range: u in [0, 1 - 2^-24] in each dimension; every point lies in the triangle.
-//! Source: inversion: b1 has the density 2 (1 - b1), and b2 is uniform in [0, 1 - b1]. Turk 1990, "Generating Random Points
-//! in Triangles". Tested in `tests/sampling_course.rs`. Renderers take the folded square of `warp.rs`.
+//! Source: inversion: b1 has the density 2 (1 - b1), and b2 is uniform in [0, 1 - b1]. Turk 1990, "Generating Random
+//! Points in Triangles". Tested in `tests/sampling_course.rs`. Renderers take the folded square of `warp.rs`.
 
 use crate::math::vec::Vec2;
 

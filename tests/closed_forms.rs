@@ -12,6 +12,7 @@ use etendue::effects::Slot;
 use etendue::effects::kernel::types::Everything;
 use etendue::geometry::surface::SurfacePoint;
 use etendue::integrator::Roulette;
+use etendue::light::types::PointRule;
 use etendue::math::ray::Ray;
 use etendue::math::stats::Moments;
 use etendue::math::vec::{DAffine3, DVec3, Vec2, Vec3};
@@ -275,8 +276,11 @@ fn form_factor(
             };
             let uv = Slot::new(|| Vec2::ZERO);
             let at = Interaction::<Everything>::new(&from_above, &hit, &surface, false, uv);
-            let u = sampler.draw(Decision::Light(0));
-            let Some(s) = scene.sample_light::<Everything>(p, 0.0, u) else {
+            let [u, v, u_choice, v_choice] = sampler.draw(Decision::Light(0));
+            let choice = scene.lights.choose::<Everything>([u_choice, v_choice]);
+            let choice = choice.expect("something shines");
+            let (points, u) = (PointRule::SolidAngle, Vec2::new(u, v));
+            let Some(s) = scene.sample_light::<Everything>(choice, points, p, 0.0, u) else {
                 continue;
             };
             let cos = f64::from(s.wi.dot(normal)).max(0.0);

@@ -11,10 +11,12 @@
 
 mod convergence;
 mod dice;
+mod direct;
 mod disk;
 mod error_curve;
 mod hemisphere;
 mod importance;
+mod ladder;
 pub mod number;
 pub mod page;
 mod pdf_cdf;
@@ -22,6 +24,7 @@ mod phong;
 mod power;
 mod quadrature;
 mod roulette;
+mod stage;
 mod stratified;
 pub mod topic;
 mod uniform;
@@ -43,6 +46,8 @@ pub const TOPICS: &[Topic] = &[
     importance::TOPIC,
     stratified::TOPIC,
     roulette::TOPIC,
+    direct::TOPIC,
+    ladder::TOPIC,
 ];
 
 /// Runs a topic; `None` if the observer ended it.

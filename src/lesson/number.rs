@@ -108,6 +108,8 @@ pub struct Technique {
     pub cost: f64,
     /// 1 / (variance x cost); infinite without variance.
     pub efficiency: f64,
+    /// The least and the greatest efficiency of several runs, where there were several.
+    pub efficiency_range: Option<[f64; 2]>,
 }
 
 impl Technique {
@@ -122,6 +124,7 @@ impl Technique {
             exact_variance: None,
             cost,
             efficiency: 1.0 / (variance * cost),
+            efficiency_range: None,
         }
     }
 

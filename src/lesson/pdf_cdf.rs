@@ -28,7 +28,7 @@ const VALUES: [f64; 6] = [0.3, 2.2, 0.8, 0.6, 1.9, 0.0];
 const SAMPLES: usize = 1 << 21;
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
-    let density = PiecewiseLinear::new([0.0, 1.0], VALUES.to_vec()).expect("positive values");
+    let density = PiecewiseLinear::new([0.0, 1.0], &VALUES).expect("positive values");
     Ok(Page {
         claim: "A density p says how likely numbers are, relative to each other; it may exceed 1, but its integral is 1. \
                 The distribution function P(x) is the probability of a number up to x. It climbs from 0 to 1, steeply \

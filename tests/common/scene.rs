@@ -109,7 +109,7 @@ pub fn see(
 ) -> Moments {
     let settings = RenderSettings {
         max_bounces,
-        roulette,
+        roulette: Some(roulette),
         tile_size: 1,
         ..RenderSettings::new(SIZE, spp)
     };

@@ -107,7 +107,7 @@ pub fn technique_table(reading: &str, all: &[Technique]) -> Table {
         }
         cells.extend([
             duration(technique.cost),
-            significant(technique.efficiency, 3),
+            efficiency(technique),
             format!("{}×", significant(technique.efficiency / first, 3)),
         ]);
         cells
@@ -126,6 +126,18 @@ pub fn technique_table(reading: &str, all: &[Technique]) -> Table {
         says: reading.to_owned(),
         head,
         rows: all.iter().map(row).collect(),
+    }
+}
+
+/// With the least and the greatest, where there are several.
+fn efficiency(technique: &Technique) -> String {
+    let middle = significant(technique.efficiency, 3);
+    match technique.efficiency_range {
+        None => middle,
+        Some(range) => {
+            let [least, greatest] = range.map(|end| significant(end, 3));
+            format!("{middle} ({least} to {greatest})")
+        }
     }
 }
 

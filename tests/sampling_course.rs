@@ -228,7 +228,7 @@ fn extreme_numbers_stay_in_the_domain() {
 /// Estimates of the irradiance under a sky of radiance cos^n about the zenith, from directions with their densities.
 fn irradiance(n: i32, sample: impl Fn(Vec2) -> (Vec3, f32)) -> Moments {
     let mut rng = TestRng::new(70);
-    Moments::of((0..2_000_000).map(|_| {
+    Moments::of((0..3_000_000).map(|_| {
         let (w, pdf) = sample(rng.uniform_2d());
         f64::from(w.z).powi(n + 1) / f64::from(pdf)
     }))

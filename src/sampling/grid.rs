@@ -81,7 +81,9 @@ mod tests {
         for dimension in 1..=12 {
             for m in 2_usize..=if dimension < 7 { 20 } else { 5 } {
                 let all = m.pow(dimension);
-                for (calls, expected) in [(all - 1, m - 1), (all, m), (all + 1, m)] {
+                for (calls, expected) in
+                    [(all - 1, m - 1), (all, m), ((m + 1).pow(dimension) - 1, m)]
+                {
                     let grid = Grid::of_calls(calls, dimension, 1).expect("at least one place");
                     assert_eq!(grid.per_axis(), expected, "{calls} {dimension}");
                 }

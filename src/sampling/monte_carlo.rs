@@ -1,9 +1,9 @@
 //! Integration by chance: plain, stratified, and with a density that follows the integrand.
 //!
 //! Measure: that of the integrand; the domain is the unit cube, or what a density covers.
-//! Range: any dimension from 1. Variances are of order 1/N for plain and importance sampling; jittered ones are N^(-1 -
-//! 2/d) for smooth integrands and N^(-1 - 1/d) for those with an edge. None is above the plain one's with as many
-//! calls, but for N / (N - 1) with Latin hypercubes.
+//! Range: any dimension from 1. Variances fall as 1/N for plain and importance sampling; jittered ones by a further
+//! factor of N^(-2/d) for smooth integrands, or N^(-1/d) for those with an edge. None is above the plain one's with as
+//! many calls, but for a factor of N / (N - 1) with Latin hypercubes.
 //! Source: Owen, "Monte Carlo Theory, Methods and Examples", chapters 2 and 8 to 10; McKay, Beckman and Conover 1979
 //! for Latin hypercubes, their bound by Owen 1997. Tested in `tests/integration_course.rs`.
 

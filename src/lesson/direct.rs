@@ -7,7 +7,7 @@
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page, Picture};
-use super::stage::Stage;
+use super::stage::{Light, Stage};
 use super::topic::{Lesson, Topic};
 use crate::bench::cornell_box::cornell_box;
 use crate::bench::staging::{matte, scene, shape, shining};
@@ -32,6 +32,9 @@ pub const TOPIC: Topic = Topic {
 const REFLECTANCE: f64 = 0.8;
 
 const RADII: [f64; 7] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
+
+/// The radii of the tables.
+const SHOWN: [f64; 3] = [0.1, 1.0, 10.0];
 
 /// The film of a measurement: so many pixels look at the same point.
 const SIZE: (u32, u32) = (16, 16);
@@ -73,6 +76,15 @@ impl Way {
     fn relative_variance(&self, a: f64) -> f64 {
         (self.second_moment)(a) / exact(a).powi(2) - 1.0
     }
+
+    /// Its root, for all radii.
+    fn curve(&self, hue: usize) -> Series {
+        let at = |step: i32| {
+            let a = 10.0_f64.powf(f64::from(step) / 30.0);
+            [a, self.relative_variance(a).sqrt()]
+        };
+        Series::new(self.name, Mark::Line, hue, (-30..=30).map(at).collect())
+    }
 }
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
@@ -85,16 +97,20 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"L_o = \int_{H} f_r\, L_i(\omega)\cos\theta\,\mathrm{d}\omega, \qquad p(\omega) = \frac{1}{2\pi}: \qquad \langle L_o\rangle = 2\pi\, f_r\, L_i(\omega)\cos\theta",
+                r"L_o = \int_{H} f_r\, L_i(\omega)\cos\theta\,\mathrm{d}\omega, \quad p(\omega) = \frac{1}{2\pi}: \quad \langle L_o\rangle = 2\pi\, f_r\, L_i(\omega)\cos\theta",
                 "Directional: over the hemisphere.",
             ),
             Formula::new(
-                r"L_o = \int_{A} f_r\, L_e(y)\,V(x,y)\,\frac{\cos\theta\cos\theta'}{r^2}\,\mathrm{d}A, \qquad p(y) = \frac{1}{A}: \qquad \langle L_o\rangle = A\, f_r\, L_e\, V\,\frac{\cos\theta\cos\theta'}{r^2}",
+                r"L_o = \int_{A} f_r\, L_e(y)\,V(x,y)\,\frac{\cos\theta\cos\theta'}{r^2}\,\mathrm{d}A, \quad p(y) = \frac{1}{A}: \quad \langle L_o\rangle = A\, f_r\, L_e\, V\,\frac{\cos\theta\cos\theta'}{r^2}",
                 "Area: over the lamp, as dω = cos θ′ dA / r². V is 1 if x sees y, else 0.",
             ),
             Formula::new(
-                r"L_o = \rho\,L_e\,\frac{a^2}{1+a^2}, \qquad E\big[\langle L_o\rangle_\omega^2\big] = \frac{4}{3}\Big(1 - (1+a^2)^{-\frac{3}{2}}\Big)(\rho L_e)^2, \qquad E\big[\langle L_o\rangle_A^2\big] = \frac{a^2}{3}\Big(1 - (1+a^2)^{-3}\Big)(\rho L_e)^2",
-                "Below the centre of a disk of radius a at height 1, all in closed form.",
+                r"L_o = \rho\,L_e\,\frac{a^2}{1+a^2}",
+                "Below the centre of a disk of radius a at height 1, in closed form.",
+            ),
+            Formula::new(
+                r"E\big[\langle L_o\rangle_\omega^2\big] = \frac{4}{3}\Big(1 - (1+a^2)^{-3/2}\Big)(\rho L_e)^2, \qquad E\big[\langle L_o\rangle_A^2\big] = \frac{a^2}{3}\Big(1 - (1+a^2)^{-3}\Big)(\rho L_e)^2",
+                "The second moments of both estimators there; the variance is what they exceed the square of the radiance by.",
             ),
         ],
         experiment: format!(
@@ -140,7 +156,15 @@ struct Measured {
 }
 
 impl Measured {
-    fn technique(&self, name: String) -> Technique {
+    fn numbers(&self, name: &str, expected: f64, variance: f64) -> [Number; 2] {
+        [
+            Number::mean(format!("L, {name}"), expected, &self.mean, 0.03),
+            // 256 pixels tell a variance to a tenth.
+            Number::mean(format!("V, {name}"), variance, &self.variances, 0.25),
+        ]
+    }
+
+    fn technique(&self, name: &str) -> Technique {
         let variance = self.variances.mean();
         let technique = Technique::new(name, &self.mean, self.cost);
         Technique {
@@ -159,7 +183,7 @@ fn measure(lesson: &Lesson<'_>, way: &Way, a: f64) -> Result<Measured> {
         time: None,
     };
     let seed = lesson.seed(way.name, (10.0 * a) as usize);
-    let rendered = stage.render(way.integrator, budget, seed, None)?;
+    let rendered = stage.render(way.integrator, budget, seed, Light::Direct)?;
     let image = rendered.film.develop();
     let pixels: Vec<f64> = image
         .pixels()
@@ -178,70 +202,62 @@ fn measure(lesson: &Lesson<'_>, way: &Way, a: f64) -> Result<Measured> {
 
 fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
     let mut numbers = Vec::new();
-    let mut techniques = Vec::new();
     let mut series = Vec::new();
+    let mut techniques = SHOWN.map(|_| Vec::new());
     for (hue, way) in WAYS.iter().enumerate() {
         let mut dots = Vec::new();
         for (index, a) in RADII.into_iter().enumerate() {
             let measured = measure(lesson, way, a)?;
             let expected = REFLECTANCE * exact(a);
             dots.push([a, measured.variances.mean().sqrt() / expected]);
-            if [0.1, 1.0, 10.0].contains(&a) {
+            if let Some(place) = SHOWN.iter().position(|&shown| shown == a) {
                 let variance = way.relative_variance(a) * expected * expected;
-                let name = format!("a = {a}, {}", way.name);
-                numbers.push(Number::mean(
-                    format!("L, {name}"),
+                numbers.extend(measured.numbers(
+                    &format!("a = {a}, {}", way.name),
                     expected,
-                    &measured.mean,
-                    0.03,
-                ));
-                // The variance of a variance: a quarter at most, by 256 pixels.
-                numbers.push(Number::mean(
-                    format!("V, {name}"),
                     variance,
-                    &measured.variances,
-                    0.25,
                 ));
-                techniques.push(measured.technique(name).exactly(variance));
+                techniques[place].push(measured.technique(way.name).exactly(variance));
             }
             lesson.progress(0.3 * (hue as f64 + (index as f64 + 1.0) / 7.0));
         }
-        let exact = |step: i32| {
-            let a = 10.0_f64.powf(f64::from(step) / 30.0);
-            [a, way.relative_variance(a).sqrt()]
-        };
-        series.push(Series::new(
-            way.name,
-            Mark::Line,
-            hue,
-            (-30..=30).map(exact).collect(),
-        ));
-        series.push(Series::new("", Mark::Dots, hue, dots));
+        series.extend([way.curve(hue), Series::new("", Mark::Dots, hue, dots)]);
     }
-    // Side by side, lamp by lamp.
-    techniques.sort_by(|x, y| x.name.cmp(&y.name));
-    let plot = Plot {
+    let numbers = Finding::Numbers {
+        reading: "Both estimate the same light, and their variances are those of the formulas."
+            .to_owned(),
+        numbers,
+    };
+    let plots = vec![deviations(series)];
+    let readings = [
+        "A small lamp, of a tenth of its height: hardly a direction meets it.",
+        "A lamp whose radius is its height.",
+        "A large lamp, ten times as far to its rim as to its centre: most of its points add next to nothing.",
+    ];
+    let tables = readings.into_iter().zip(techniques);
+    let tables = tables.map(|(reading, techniques)| Finding::Techniques {
+        reading: reading.to_owned(),
+        techniques,
+    });
+    let before = [numbers, Finding::Plots { plots }];
+    Ok(before
+        .into_iter()
+        .chain(tables)
+        .chain([pictures(lesson)?])
+        .collect())
+}
+
+fn deviations(series: Vec<Series>) -> Plot {
+    Plot {
         title: "Relative standard deviation of one sample".to_owned(),
-        reading: "Lines are exact, dots rendered. Where the lamp is as wide as it is high, both are about even; from there on each \
-                  goes its own way."
+        reading: "Lines are exact, dots rendered. Where the lamp's radius is about twice its height both are even; from \
+                  there on each goes its own way."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("radius of the lamp / its height"),
         y: Axis::log("σ / L"),
         series,
-    };
-    Ok(vec![
-        Finding::Numbers {
-            reading: "Both estimate the same light, and their variances are those of the formulas.".to_owned(),
-            numbers,
-        },
-        Finding::Plots { plots: vec![plot] },
-        Finding::Techniques {
-            reading: "To be compared in pairs, for each radius: a small lamp, one as wide as high, a large one.".to_owned(),
-            techniques,
-        },
-        pictures(lesson)?,
-    ])
+    }
 }
 
 fn pictures(lesson: &Lesson<'_>) -> Result<Finding> {
@@ -258,7 +274,12 @@ fn pictures(lesson: &Lesson<'_>) -> Result<Finding> {
     ];
     let mut pictures = Vec::new();
     for (index, (integrator, name)) in all.into_iter().enumerate() {
-        let rendered = stage.render(integrator, budget, lesson.seed("picture", index), Some(1))?;
+        let rendered = stage.render(
+            integrator,
+            budget,
+            lesson.seed("picture", index),
+            Light::Direct,
+        )?;
         pictures.push(Picture {
             name: name.to_owned(),
             says: format!("`{}`, {} samples a pixel", integrator.name(), rendered.spp),

@@ -223,7 +223,7 @@ fn runs(lesson: &Lesson<'_>) -> Plot {
     let all = (0..4).flat_map(|index| [run(12.0, 1, index), run(2.0, 2, index)]);
     Plot {
         title: "Eight single runs".to_owned(),
-        reading: "The runs of k = 12 settle below 1, because the rare large ratios have not come yet; when one comes, the mean \
+        reading: "Most runs of k = 12 settle below 1, because the rare large ratios have not come yet; when one comes, the mean \
                   leaps. An error bar from the same samples would have called them right."
             .to_owned(),
         shape: Shape::Wide,

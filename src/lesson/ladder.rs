@@ -6,7 +6,7 @@
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page, Picture};
-use super::stage::Stage;
+use super::stage::{Light, Stage};
 use super::topic::{Lesson, Topic};
 use crate::bench::cornell_box::cornell_box;
 use crate::error::Result;
@@ -79,7 +79,7 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
                 "The rendering equation: what leaves x is emitted there, or came from elsewhere and is reflected.",
             ),
             Formula::new(
-                r"\text{naive:}\quad \langle L\rangle = \begin{cases} L_e/q & \text{with probability } q \\ \dfrac{2\pi f_r \cos\theta}{1-q}\,\langle L(y)\rangle & \text{else} \end{cases}",
+                r"\text{naive:}\quad \langle L\rangle = \frac{L_e}{q} \;\text{ with probability } q, \qquad \langle L\rangle = \frac{2\pi f_r \cos\theta}{1-q}\,\langle L(y)\rangle \;\text{ else}",
                 "The first rung reads it as it stands: a coin chooses a term, a uniform direction the point y.",
             ),
             Formula::new(
@@ -136,7 +136,7 @@ fn reference(lesson: &Lesson<'_>, stage: &Stage<'_>) -> Result<Reference> {
     let spp = lesson.samples(REFERENCE_SPP) as u64;
     for index in 0..REFERENCES {
         let seed = lesson.seed("reference", index);
-        let rendered = stage.render(IntegratorKind::Path, budget(spp), seed, None)?;
+        let rendered = stage.render(IntegratorKind::Path, budget(spp), seed, Light::Whole)?;
         let image = rendered.film.develop();
         luminances.push(luminance(&image));
         for (sum, pixel) in sum.pixels_mut().iter_mut().zip(image.pixels()) {
@@ -168,7 +168,7 @@ fn climb(
         let (mut seconds, mut squares) = (0.0, 0.0);
         for index in 0..SEEDS {
             let seed = lesson.seed(&format!("{} {full}", kind.name()), index);
-            let rendered = stage.render(kind, budget(spp), seed, None)?;
+            let rendered = stage.render(kind, budget(spp), seed, Light::Whole)?;
             let image = rendered.film.develop();
             let square = mse(&image, &reference.image)?;
             let time = rendered.elapsed.as_secs_f64();
@@ -187,7 +187,7 @@ fn climb(
         spp: None,
         time: Some(Duration::from_secs_f64(seconds)),
     };
-    let rendered = stage.render(kind, time, lesson.seed("picture", 0), None)?;
+    let rendered = stage.render(kind, time, lesson.seed("picture", 0), Light::Whole)?;
     Ok(Rung {
         kind,
         says,

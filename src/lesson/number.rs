@@ -115,11 +115,16 @@ pub struct Technique {
 impl Technique {
     /// A technique by what was measured of it.
     pub fn new(name: impl Into<String>, samples: &Moments, cost: f64) -> Self {
-        let variance = samples.variance().unwrap_or(f64::NAN);
+        let rounding = (f64::EPSILON * samples.mean()).powi(2);
+        let variance = match samples.variance() {
+            // Samples that differ by the rounding of their mean are all the same.
+            Some(variance) if variance <= rounding => 0.0,
+            variance => variance.unwrap_or(f64::NAN),
+        };
         Self {
             name: name.into(),
             mean: samples.mean(),
-            standard_error: samples.standard_error().unwrap_or(f64::NAN),
+            standard_error: (variance / samples.count() as f64).sqrt(),
             variance,
             exact_variance: None,
             cost,

@@ -90,11 +90,11 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"\rho = \int_{H} \frac{n+2}{2\pi}\cos^n\theta\,\cos\theta\,\mathrm{d}\omega = 1",
+                r"\rho = \int_{H} \frac{n+2}{2\pi}(\cos\theta)^n\,\cos\theta\,\mathrm{d}\omega = 1",
                 "The quantity: what share of the light the lobe reflects, seen along the normal.",
             ),
             Formula::new(
-                r"p(\omega) = \frac{n+1}{2\pi}\cos^n\theta: \qquad \cos\theta = (1-U_1)^{\frac{1}{n+1}}, \qquad \varphi = 2\pi U_2",
+                r"p(\omega) = \frac{n+1}{2\pi}(\cos\theta)^n: \qquad \cos\theta = (1-U_1)^{\frac{1}{n+1}}, \qquad \varphi = 2\pi U_2",
                 "The lobe by inversion.",
             ),
             Formula::new(

@@ -23,6 +23,9 @@ pub const TOPIC: Topic = Topic {
 /// What each bounce leaves.
 const R: f64 = 0.5;
 
+/// The chances of the numbers; the first is the course's.
+const SHOWN: [f64; 2] = [R, 0.8];
+
 /// Samples for each number.
 const SAMPLES: usize = 1 << 21;
 
@@ -51,7 +54,7 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"F_{\text{RR}} = \begin{cases} F/q & \text{with probability } q \\ 0 & \text{else} \end{cases} \qquad E[F_{\text{RR}}] = q\,\frac{E[F]}{q} = E[F]",
+                r"F_{\text{RR}} = \frac{F}{q} \;\text{ with probability } q, \quad F_{\text{RR}} = 0 \;\text{ else:} \qquad E[F_{\text{RR}}] = q\,\frac{E[F]}{q} = E[F]",
                 "Roulette leaves the expected value as it is.",
             ),
             Formula::new(
@@ -82,34 +85,32 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     let mut measured = Vec::new();
     for q in [0.5, 0.4, 0.6, 0.7, 0.8, 0.9] {
         let sums = lesson.sample(&format!("sum {q}"), SAMPLES, |u| path(q, u).0);
-        let bounces = lesson.sample(&format!("bounces {q}"), SAMPLES / 4, |u| {
-            f64::from(path(q, u).1)
-        });
         measured.push([q, sums.variances().mean()]);
-        techniques.push(
-            Technique::new(format!("q = {q}"), &sums.all(), sums.cost()).exactly(variance(q)),
-        );
-        numbers.push(Number::mean(
-            format!("L, q = {q}"),
-            exact,
-            &sums.all(),
-            2e-3,
-        ));
-        // Below, the measurement of the variance has none itself.
-        if q >= 0.5 {
+        let technique = Technique::new(format!("q = {q}"), &sums.all(), sums.cost());
+        techniques.push(technique.exactly(variance(q)));
+        if SHOWN.contains(&q) {
+            let bounces = lesson.sample(&format!("bounces {q}"), SAMPLES / 4, |u| {
+                f64::from(path(q, u).1)
+            });
+            numbers.push(Number::mean(
+                format!("L, q = {q}"),
+                exact,
+                &sums.all(),
+                2e-3,
+            ));
             numbers.push(Number::mean(
                 format!("V, q = {q}"),
                 variance(q),
                 &sums.variances(),
                 2e-2,
             ));
+            numbers.push(Number::mean(
+                format!("bounces, q = {q}"),
+                q / (1.0 - q),
+                &bounces.all(),
+                1e-2,
+            ));
         }
-        numbers.push(Number::mean(
-            format!("bounces, q = {q}"),
-            q / (1.0 - q),
-            &bounces.all(),
-            1e-2,
-        ));
     }
     let kept = |u: &mut Uniform| {
         if u.double() < 0.5 {

@@ -10,12 +10,22 @@ use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::effects::Kernel;
 use crate::error::Result;
 use crate::film::filter::Filter;
+use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::render::settings::{Budget, RenderSettings, SamplerKind};
 use crate::render::{Rendered, render};
 use crate::scene::Scene;
 use crate::scene::description::{FilterDescription, FilterKind, SceneDescription};
 use crate::scene::prepare::prepare;
+
+/// Which light is rendered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Light {
+    /// What is emitted, and what is reflected once.
+    Direct,
+    /// All of it.
+    Whole,
+}
 
 /// A scene that is ready.
 pub struct Stage<'a> {
@@ -56,8 +66,13 @@ impl<'a> Stage<'a> {
         integrator: IntegratorKind,
         budget: Budget,
         seed: u64,
-        max_bounces: Option<u32>,
+        light: Light,
     ) -> Result<Rendered> {
+        let (max_bounces, roulette) = match light {
+            // With nothing to save after the only bounce, roulette would add to its variance.
+            Light::Direct => (Some(1), Some(Roulette::None)),
+            Light::Whole => (None, None),
+        };
         let settings = RenderSettings {
             integrator,
             sampler: SamplerKind::Independent,
@@ -65,6 +80,7 @@ impl<'a> Stage<'a> {
             seed,
             budget,
             max_bounces,
+            roulette,
             threads: self.lesson.settings.threads,
             tile_size: 16,
             ..RenderSettings::new(self.size, 1)

@@ -262,15 +262,14 @@ fn scatter(lesson: &Lesson<'_>, way: Way) -> Plot {
         0.0
     };
     way.estimate(note, 2, 64, &mut lesson.uniform("scatter", way as usize));
-    let cells = if way == Way::LatinHypercube { 64 } else { 8 };
-    let lines = (1..cells).flat_map(|cell| {
-        let at = f64::from(cell) / f64::from(cells);
+    let lines = (1..8).flat_map(|cell| {
+        let at = f64::from(cell) / 8.0;
         let gap = [f64::NAN; 2];
         [[at, 0.0], [at, 1.0], gap, [0.0, at], [1.0, at], gap]
     });
     let cells = Series::new("", Mark::Guide, 6, lines.collect());
     let samples = Series::new("", Mark::Dots, way as usize, points.into_inner());
-    let strata = if way == Way::Plain { None } else { Some(cells) };
+    let strata = (way == Way::Jittered).then_some(cells);
     Plot {
         title: format!("64 samples, {}", way.name()),
         reading: match way {

@@ -23,7 +23,8 @@ pub fn significant(number: f64, digits: usize) -> String {
     let scientific = format!("{number:.*e}", digits - 1);
     let (factor, power) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let power: i32 = power.parse().unwrap_or(0);
-    let text = if (-3..6).contains(&power) {
+    let whole = (digits as i32).max(4);
+    let text = if (-3..whole).contains(&power) {
         let decimals = (digits as i32 - 1 - power).max(0) as usize;
         trimmed(&format!("{number:.decimals$}"))
     } else {
@@ -41,7 +42,8 @@ fn trimmed(text: &str) -> String {
 
 /// A number with its standard error; without one if that is 0.
 pub fn with_error(number: f64, error: f64) -> String {
-    if error == 0.0 {
+    // An error of rounding is none of chance.
+    if error <= f64::EPSILON * number.abs() {
         return significant(number, 7);
     }
     if !error.is_finite() || !number.is_finite() {
@@ -93,11 +95,7 @@ pub fn technique_table(reading: &str, all: &[Technique]) -> Table {
         .iter()
         .any(|technique| technique.exact_variance.is_some());
     let row = |technique: &Technique| {
-        let mut cells = vec![
-            technique.name.clone(),
-            with_error(technique.mean, technique.standard_error),
-            significant(technique.variance, 4),
-        ];
+        let mut cells = vec![technique.name.clone(), significant(technique.variance, 4)];
         if exact {
             cells.push(
                 technique
@@ -109,18 +107,15 @@ pub fn technique_table(reading: &str, all: &[Technique]) -> Table {
             duration(technique.cost),
             efficiency(technique),
             format!("{}×", significant(technique.efficiency / first, 3)),
+            with_error(technique.mean, technique.standard_error),
         ]);
         cells
     };
-    let mut head = vec![
-        words("technique"),
-        numbers("estimate"),
-        numbers("variance V"),
-    ];
+    let mut head = vec![words("technique"), numbers("variance V")];
     if exact {
         head.push(numbers("V, exact"));
     }
-    head.extend(["cost T", "efficiency 1/(V·T)", "to the first"].map(numbers));
+    head.extend(["cost T", "efficiency 1/(V·T)", "to the first", "estimate"].map(numbers));
     Table {
         title: "The techniques".to_owned(),
         says: reading.to_owned(),
@@ -152,6 +147,17 @@ fn duration(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::stats::Moments;
+
+    #[test]
+    fn rows_are_as_long_as_the_head() {
+        let technique = Technique::new("it", &Moments::of([1.0, 2.0]), 1e-9);
+        for technique in [technique.clone(), technique.exactly(0.5)] {
+            let table = technique_table("", &[technique]);
+            assert_eq!(table.rows[0].len(), table.head.len());
+            assert_eq!(table.rows[0][1], "0.5");
+        }
+    }
 
     #[test]
     fn numbers_have_as_many_digits_as_they_bear() {
@@ -159,6 +165,8 @@ mod tests {
         assert_eq!(significant(3.5, 7), "3.5");
         assert_eq!(significant(-1.5e-7, 3), "−1.5·10⁻⁷");
         assert_eq!(significant(2e9, 3), "2·10⁹");
+        assert_eq!(significant(103_306.0, 3), "1.03·10⁵");
+        assert_eq!(significant(5372.0, 3), "5372");
         assert_eq!(significant(100.0, 3), "100");
         assert_eq!(significant(f64::INFINITY, 3), "∞");
         assert_eq!(with_error(3.500_123, 0.000_83), "3.50012 ± 0.00083");

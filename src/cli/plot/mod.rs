@@ -31,8 +31,12 @@ const FEW: usize = 200;
 /// A plot with its title, its legend and how to read it.
 pub fn figure(plot: &Plot) -> Markup {
     let named = plot.series.iter().filter(|series| !series.name.is_empty());
+    let class = match plot.shape {
+        Shape::Wide => "plot",
+        Shape::Square => "plot square",
+    };
     html! {
-        figure.plot {
+        figure class=(class) {
             figcaption { strong { (prose(&plot.title)) } }
             ul.keys { @for series in named { li { (key(series)) (series.name) } } }
             (svg(plot))
@@ -43,7 +47,9 @@ pub fn figure(plot: &Plot) -> Markup {
 
 /// Plots beside each other where there is room.
 pub fn figures(plots: &[Plot]) -> Markup {
-    html! { div.plots { @for plot in plots { (figure(plot)) } } }
+    let squares = plots.iter().all(|plot| plot.shape == Shape::Square);
+    let class = if squares { "plots squares" } else { "plots" };
+    html! { div class=(class) { @for plot in plots { (figure(plot)) } } }
 }
 
 /// The frame of a plot: its inner size, and its rulers.
@@ -71,8 +77,8 @@ impl Frame {
         Self {
             width,
             height,
-            x: Ruler::new(&plot.x, xs),
-            y: Ruler::new(&plot.y, ys),
+            x: Ruler::new(&plot.x, false, xs),
+            y: Ruler::new(&plot.y, floor, ys),
         }
     }
 
@@ -241,6 +247,7 @@ fn round(x: f64) -> f64 {
 /// What plots look like; it goes with [`super::page::STYLE`], which has the colours.
 pub const STYLE: &str = "
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 21rem), 1fr)); gap: 0 2rem; }
+.squares { grid-template-columns: repeat(auto-fit, minmax(min(100%, 15rem), 1fr)); } .plot.square { max-width: 22rem; }
 .plot { margin: 1rem 0; max-width: 44rem; min-width: 0; container-type: inline-size; break-inside: avoid; }
 .plot > svg { display: block; width: 100%; height: auto; }
 .plot text { fill: var(--text); font: 15px system-ui, sans-serif; font-variant-numeric: tabular-nums; }
@@ -249,7 +256,7 @@ pub const STYLE: &str = "
 .plot .name { fill: var(--faint); } .plot .end { text-anchor: end; }
 .plot .grid { stroke: var(--line); stroke-width: .7; } .plot .axes { fill: none; stroke: var(--faint); stroke-width: 1.2; }
 .plot .line { fill: none; stroke: currentColor; stroke-width: 2; stroke-linejoin: round; }
-.plot .guide { stroke-dasharray: 7 5; stroke-width: 1.6; }
+.plot .guide { stroke-dasharray: 6 4; stroke-width: 1.3; }
 .plot .mark, .plot .bars { fill: currentColor; } .plot .bars { fill-opacity: .55; stroke: none; }
 .plot .dot { fill: none; stroke: currentColor; stroke-width: 6; stroke-linecap: round; } .plot .small { stroke-width: 2.4; }
 .plot .ribbon { fill: currentColor; fill-opacity: .16; stroke: none; }

@@ -28,8 +28,8 @@ pub struct Tick {
 }
 
 impl Ruler {
-    /// The axis over its own range, or else over all values.
-    pub fn new(axis: &Axis, values: impl Iterator<Item = f64>) -> Self {
+    /// The axis over its own range, or else over all values; the lowest of them at its end if it is `grounded`.
+    pub fn new(axis: &Axis, grounded: bool, values: impl Iterator<Item = f64>) -> Self {
         let inner = |x: f64| match axis.scale {
             Scale::Linear => x,
             Scale::Log => x.log10(),
@@ -46,7 +46,8 @@ impl Ruler {
             None if all[0] == all[1] => [all[0] - 0.5, all[1] + 0.5],
             None => {
                 let margin = 0.04 * (all[1] - all[0]);
-                [all[0] - margin, all[1] + margin]
+                let below = if grounded { 0.0 } else { margin };
+                [all[0] - below, all[1] + margin]
             }
         };
         let scale = axis.scale;
@@ -90,8 +91,8 @@ impl Ruler {
     fn log_ticks(&self) -> Vec<Tick> {
         let [first, last] = [self.start.ceil() as i32, self.end.floor() as i32];
         let span = self.end - self.start;
-        if span < 1.5 {
-            // Hardly a decade: its parts are marked, too.
+        if span < 2.0 {
+            // Hardly a decade or two: their parts are marked, too.
             let parts = [1.0, 2.0, 5.0];
             return (first - 1..=last)
                 .flat_map(|power| parts.map(|part| (part, power)))
@@ -148,7 +149,7 @@ mod tests {
     use super::*;
 
     fn labels(axis: &Axis, values: &[f64]) -> Vec<String> {
-        let ruler = Ruler::new(axis, values.iter().copied());
+        let ruler = Ruler::new(axis, false, values.iter().copied());
         ruler.ticks().into_iter().map(|tick| tick.label).collect()
     }
 
@@ -174,7 +175,7 @@ mod tests {
     #[test]
     fn an_axis_runs_over_what_can_be_drawn() {
         let odd = [f64::NAN, f64::INFINITY, -1.0, 0.0, 1.0, 100.0];
-        let ruler = Ruler::new(&Axis::log("x"), odd.into_iter());
+        let ruler = Ruler::new(&Axis::log("x"), false, odd.into_iter());
         assert_eq!(ruler.place(0.0), None);
         assert_eq!(ruler.place(f64::NAN), None);
         let middle = ruler.place(10.0).expect("it is positive");

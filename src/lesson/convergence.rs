@@ -26,6 +26,9 @@ pub const TOPIC: Topic = Topic {
 
 const INTEGRAND: Integrand = Integrand::Exponential;
 
+/// Samples of the estimates in the tables.
+const SIZES: [usize; 3] = [1, 16, 256];
+
 /// Runs for each number of samples; its standard error is about the root of 2 / RUNS.
 const RUNS: usize = 4096;
 
@@ -35,33 +38,41 @@ fn estimate(samples: usize, uniform: &mut Uniform) -> f64 {
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "The mean of N samples of f/p is an unbiased estimate of the integral. Its variance is that of one sample divided \
-                by N, and the root of it, the standard error, falls as one over the root of N: one more digit takes a hundred \
-                times the samples, in whatever dimension. By the central limit theorem the errors are spread like a bell \
-                curve, so that 68 of 100 are within one standard error, and 95 within two."
+        claim: "The mean of N samples of f/p is an unbiased estimate of the integral. Its \
+                variance is that of one sample divided by N, and the root of it, the standard \
+                error, falls as one over the root of N: one more digit takes a hundred times the \
+                samples, in whatever dimension. By the central limit theorem the errors are \
+                spread like a bell curve, so that 68 of 100 are within one standard error, and 95 \
+                within two."
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"\langle I\rangle_N = \frac{1}{N}\sum_{i=1}^{N}\frac{f(x_i)}{p(x_i)}, \qquad E\big[\langle I\rangle_N\big] = \int f(x)\,\mathrm{d}x = I",
+                r"\langle I\rangle_N = \frac{1}{N}\sum_{i=1}^{N}\frac{f(x_i)}{p(x_i)}, \qquad
+                  E\big[\langle I\rangle_N\big] = \int f(x)\,\mathrm{d}x = I",
                 "The estimator, and that it is unbiased.",
             ),
             Formula::new(
-                r"V\big[\langle I\rangle_N\big] = \frac{1}{N}\,V\Big[\frac{f(X)}{p(X)}\Big] = \frac{1}{N}\left(\int\frac{f^2(x)}{p(x)}\,\mathrm{d}x - I^2\right), \qquad \sigma_N = \frac{\sigma}{\sqrt{N}}",
+                r"V\big[\langle I\rangle_N\big] = \frac{1}{N}\,V\Big[\frac{f(X)}{p(X)}\Big] =
+                  \frac{1}{N}\left(\int\frac{f^2(x)}{p(x)}\,\mathrm{d}x - I^2\right), \qquad
+                  \sigma_N = \frac{\sigma}{\sqrt{N}}",
                 "Its variance, and its standard error.",
             ),
             Formula::new(
-                r"f(x) = \frac{e^x}{e-1}, \quad p(x) = 1: \qquad I = 1, \qquad V = \frac{e+1}{2(e-1)} - 1 = 0.0820",
+                r"f(x) = \frac{e^x}{e-1}, \quad p(x) = 1: \qquad I = 1, \qquad V =
+                  \frac{e+1}{2(e-1)} - 1 = 0.0820",
                 "What is integrated here.",
             ),
             Formula::new(
                 r"\epsilon = \frac{1}{V\,T}",
-                "Efficiency: variance times the time T that it took. As V falls with 1/N while T grows with N, it does not depend \
-                 on N, and can be compared between techniques.",
+                "Efficiency: one over the variance times the time T that it took. As V falls with \
+                 1/N while T grows with N, it does not depend on N, and can be compared between \
+                 techniques.",
             ),
         ],
         experiment: format!(
-            "The integral is estimated by N samples, {RUNS} times over with new random numbers for each of N = 1, 4, 16 … 4096. \
-             The spread of these estimates is the variance, and the root of their mean squared distance from 1 the error."
+            "The integral is estimated by N samples, {RUNS} times over with new random numbers \
+             for each of N = 1, 4, 16 … 4096. The spread of these estimates is the variance, and \
+             the root of their mean squared distance from 1 the error."
         ),
         findings: findings(lesson),
     })
@@ -69,27 +80,8 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
 
 fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     let runs = lesson.samples(RUNS).max(1024);
-    let one = INTEGRAND.variance(1);
-    let sizes = [1_usize, 16, 256];
-    let spreads: Vec<Samples> = sizes
-        .iter()
-        .map(|&n| lesson.sample(&format!("spread {n}"), 4 * runs, |u| estimate(n, u)))
-        .collect();
-    let mut numbers = Vec::new();
-    for (n, spread) in sizes.iter().zip(&spreads) {
-        numbers.push(Number::mean(
-            format!("E of estimates of N = {n}"),
-            1.0,
-            &spread.all(),
-            1e-2,
-        ));
-        numbers.push(Number::mean(
-            format!("V of estimates of N = {n}"),
-            one / *n as f64,
-            &spread.variances(),
-            4e-2,
-        ));
-    }
+    let spread = |n: usize| lesson.sample(&format!("spread {n}"), 4 * runs, |u| estimate(n, u));
+    let spreads = SIZES.map(|n| (n, spread(n)));
     let curve = ErrorCurve::measure(
         lesson,
         "errors",
@@ -98,6 +90,46 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         1.0,
         |u, n| Some((estimate(n, u), n)),
     );
+    let shares = Shares::measure(lesson, runs);
+    let techniques = spreads.iter().map(|(n, spread)| {
+        let technique = Technique::new(format!("N = {n}"), &spread.all(), spread.cost());
+        technique.exactly(variance(*n))
+    });
+    vec![
+        Finding::Numbers {
+            reading: "Estimates with more samples are as right on average, and less spread."
+                .to_owned(),
+            numbers: numbers(&spreads, &curve, &shares),
+        },
+        Finding::Plots {
+            plots: vec![errors(&curve), shares.plot()],
+        },
+        Finding::Techniques {
+            reading: "One estimate of N samples as a technique: its variance falls as its time \
+                      grows, and the efficiency stays, but for what starting an estimate costs."
+                .to_owned(),
+            techniques: techniques.collect(),
+        },
+    ]
+}
+
+/// The variance of an estimate of so many samples.
+fn variance(samples: usize) -> f64 {
+    INTEGRAND.variance(1) / samples as f64
+}
+
+fn numbers(spreads: &[(usize, Samples)], curve: &ErrorCurve, shares: &Shares) -> Vec<Number> {
+    let mut numbers = Vec::new();
+    for (n, spread) in spreads {
+        let named = |what: &str| format!("{what} of estimates of N = {n}");
+        numbers.push(Number::mean(named("E"), 1.0, &spread.all(), 1e-2));
+        numbers.push(Number::mean(
+            named("V"),
+            variance(*n),
+            &spread.variances(),
+            4e-2,
+        ));
+    }
     let [slope, error] = curve.slope();
     numbers.push(Number::new(
         "slope of the error, log-log",
@@ -106,49 +138,27 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         error,
         0.02,
     ));
-    let shares = Shares::measure(lesson, runs);
     for (sigmas, exact) in [(1, 0.682_689), (2, 0.954_500)] {
         let within = shares.within(f64::from(sigmas));
-        numbers.push(Number::mean(
-            format!("share of errors within {sigmas} σ, N = 64"),
-            exact,
-            &within,
-            2e-2,
-        ));
+        let name = format!("share of errors within {sigmas} σ, N = 64");
+        numbers.push(Number::mean(name, exact, &within, 2e-2));
     }
-    let techniques = sizes.iter().zip(&spreads).map(|(n, spread)| {
-        let technique = Technique::new(format!("N = {n}"), &spread.all(), spread.cost());
-        technique.exactly(one / *n as f64)
-    });
-    vec![
-        Finding::Numbers {
-            reading: "Estimates with more samples are as right on average, and less spread.".to_owned(),
-            numbers,
-        },
-        Finding::Plots {
-            plots: vec![errors(&curve, one), shares.plot()],
-        },
-        Finding::Techniques {
-            reading: "One estimate of N samples as a technique: its variance falls as its time grows, and the efficiency stays, \
-                      but for what starting an estimate costs."
-                .to_owned(),
-            techniques: techniques.collect(),
-        },
-    ]
+    numbers
 }
 
-fn errors(curve: &ErrorCurve, one: f64) -> Plot {
-    let guide = |n: f64| [n, (one / n).sqrt()];
+fn errors(curve: &ErrorCurve) -> Plot {
+    let guide = |n: usize| [n as f64, variance(n).sqrt()];
     Plot {
         title: "Root mean square error".to_owned(),
-        reading: "A power of N is a straight line on logarithmic axes, and its exponent is the slope: the error loses one power of \
-                  ten while N gains two. The band is two standard errors wide to each side."
+        reading: "A power of N is a straight line on logarithmic axes, and its exponent is the \
+                  slope: the error loses one power of ten while N gains two. The band is two \
+                  standard errors wide to each side."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("samples N"),
         y: Axis::log("error"),
         series: vec![
-            Series::new("σ/√N", Mark::Guide, 1, vec![guide(1.0), guide(4096.0)]),
+            Series::new("σ/√N", Mark::Guide, 1, vec![guide(1), guide(4096)]),
             curve.series("measured", Mark::Marks, 0),
         ],
     }
@@ -162,7 +172,7 @@ struct Shares {
 impl Shares {
     fn measure(lesson: &Lesson<'_>, runs: usize) -> Self {
         const N: usize = 64;
-        let sigma = (INTEGRAND.variance(1) / N as f64).sqrt();
+        let sigma = variance(N).sqrt();
         let errors = lesson.repeat("shares", 4 * runs, |u| (estimate(N, u) - 1.0) / sigma);
         Self { errors }
     }
@@ -187,8 +197,8 @@ impl Shares {
         let bell = |x: f64| (-0.5 * x * x).exp() / TAU.sqrt();
         Plot {
             title: "Errors of estimates of 64 samples".to_owned(),
-            reading: "In units of the standard error. The samples themselves follow an exponential curve; their means follow the \
-                      bell."
+            reading: "In units of the standard error. The samples themselves follow an \
+                      exponential curve; their means follow the bell."
                 .to_owned(),
             shape: Shape::Wide,
             x: Axis::linear("error / σ").over(-4.0, 4.0),

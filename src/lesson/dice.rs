@@ -47,9 +47,10 @@ impl Die {
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     let die = Die::new();
     Ok(Page {
-        claim: "The mean of N independent throws is itself a random variable. Its expected value is that of one throw, \
-                E[X] = 3.5, however large N is; its variance is that of one throw, V[X] = 35/12, divided by N. So means \
-                gather around 3.5, and as N grows they do so in the shape of a bell, although a single throw is flat."
+        claim: "The mean of N independent throws is itself a random variable. Its expected value \
+                is that of one throw, E[X] = 3.5, however large N is; its variance is that of one \
+                throw, V[X] = 35/12, divided by N. So means gather around 3.5, and as N grows \
+                they do so in the shape of a bell, although a single throw is flat."
             .to_owned(),
         formulas: vec![
             Formula::new(
@@ -57,20 +58,24 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
                 "The expected value: every value that can occur, weighed by its probability.",
             ),
             Formula::new(
-                r"V[X] = E\big[(X - E[X])^2\big] = E[X^2] - E[X]^2 = \frac{91}{6} - \frac{49}{4} = \frac{35}{12}",
-                "The variance: the expected squared distance from the expected value. Its root is the standard deviation \
-                 σ, here 1.71 pips.",
+                r"V[X] = E\big[(X - E[X])^2\big] = E[X^2] - E[X]^2 = \frac{91}{6} - \frac{49}{4} =
+                  \frac{35}{12}",
+                "The variance: the expected squared distance from the expected value. Its root is \
+                 the standard deviation σ, here 1.71 pips.",
             ),
             Formula::new(
-                r"V\Big[\frac{1}{N}\sum_{i=1}^{N} X_i\Big] = \frac{1}{N^2}\sum_{i=1}^{N} V[X_i] = \frac{V[X]}{N}",
-                "Variances of independent variables add up, and a factor leaves a variance squared.",
+                r"V\Big[\frac{1}{N}\sum_{i=1}^{N} X_i\Big] = \frac{1}{N^2}\sum_{i=1}^{N} V[X_i] =
+                  \frac{V[X]}{N}",
+                "Variances of independent variables add up, and a factor leaves a variance \
+                 squared.",
             ),
         ],
         experiment: format!(
-            "A die is thrown {} million times, by uniform numbers that are mapped to six faces of equal probability. Then \
-             means of 2, 5 and 20 throws are taken again and again, and their histogram is held against the exact \
-             probabilities, which follow from those of one die by convolution. Last, twelve people throw 10 000 times \
-             each and write down the mean after every throw.",
+            "A die is thrown {} million times, by uniform numbers that are mapped to six faces of \
+             equal probability. Then means of 2, 5 and 20 throws are taken again and again, and \
+             their histogram is held against the exact probabilities, which follow from those of \
+             one die by convolution. Last, twelve people throw 10 000 times each and write down \
+             the mean after every throw.",
             THROWS >> 20
         ),
         findings: vec![
@@ -94,15 +99,31 @@ fn numbers(lesson: &Lesson<'_>, die: &Die) -> Finding {
         f64::from(u8::from(die.throw(uniform) == 6.0))
     });
     Finding::Numbers {
-        reading: "Each number stands beside its exact value, with its standard error: the spread that chance leaves. It \
-                  passes if both are within 5.2 standard errors, and these are small enough to tell."
+        reading: "Each number stands beside its exact value, with its standard error: the spread \
+                  that chance leaves. It passes if both are within 5.2 standard errors, and these \
+                  are small enough to tell."
             .to_owned(),
         numbers: vec![
-            Number::mean("E[X], the expected value of a throw", EXPECTED, &throws.all(), 1e-3),
+            Number::mean(
+                "E[X], the expected value of a throw",
+                EXPECTED,
+                &throws.all(),
+                1e-3,
+            ),
             Number::mean("V[X], its variance", VARIANCE, &throws.variances(), 1e-3),
-            Number::mean("P{X = 6}, how often a six comes", 1.0 / 6.0, &sixes.all(), 2e-3),
+            Number::mean(
+                "P{X = 6}, how often a six comes",
+                1.0 / 6.0,
+                &sixes.all(),
+                2e-3,
+            ),
             Number::mean("E of the mean of ten throws", EXPECTED, &means.all(), 1e-3),
-            Number::mean("V of the mean of ten throws", VARIANCE / 10.0, &means.variances(), 3e-3),
+            Number::mean(
+                "V of the mean of ten throws",
+                VARIANCE / 10.0,
+                &means.variances(),
+                3e-3,
+            ),
         ],
     }
 }
@@ -122,16 +143,24 @@ fn faces(lesson: &Lesson<'_>, die: &Die) -> Plot {
     let spread = 2.0 * (p * (1.0 - p) / SHOWN as f64).sqrt();
     Plot {
         title: format!("{SHOWN} throws"),
-        reading: "The bars are the shares of the faces, the dashed line is 1/6. The band holds about 95 of 100 such \
-                  shares: none of the faces is special, chance alone makes the bars uneven."
+        reading: "The bars are the shares of the faces, the dashed line is 1/6. The band holds \
+                  about 95 of 100 such shares: none of the faces is special, chance alone makes \
+                  the bars uneven."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("pips").over(0.5, 6.5),
         y: Axis::linear("share of the throws"),
         series: vec![
-            Series::new("thrown", Mark::Bars, 0, counts.iter().enumerate().map(share).collect()),
-            Series::new("1/6, ± 2σ", Mark::Guide, 1, vec![[0.5, p], [6.5, p]])
-                .within(vec![[0.5, p - spread, p + spread], [6.5, p - spread, p + spread]]),
+            Series::new(
+                "thrown",
+                Mark::Bars,
+                0,
+                counts.iter().enumerate().map(share).collect(),
+            ),
+            Series::new("1/6, ± 2σ", Mark::Guide, 1, vec![[0.5, p], [6.5, p]]).within(vec![
+                [0.5, p - spread, p + spread],
+                [6.5, p - spread, p + spread],
+            ]),
         ],
     }
 }
@@ -168,8 +197,9 @@ fn bells(lesson: &Lesson<'_>, die: &Die) -> Plot {
         });
     Plot {
         title: "Means of more and more throws".to_owned(),
-        reading: "Lines are exact, dots were thrown. One throw is flat, the mean of two a triangle, that of twenty a bell: \
-                  four times as many throws make it half as wide."
+        reading: "Lines are exact, dots were thrown. One throw is flat, the mean of two a \
+                  triangle, that of twenty a bell: four times as many throws make it half as \
+                  wide."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("mean of the throws"),
@@ -227,8 +257,9 @@ fn running_means(lesson: &Lesson<'_>, die: &Die) -> Plot {
     );
     Plot {
         title: "The mean after N throws".to_owned(),
-        reading: "No line is drawn towards 3.5 by anything: each throw merely counts less and less. Almost all lines stay \
-                  within two standard deviations of the mean, and this funnel narrows as one over the root of N."
+        reading: "No line is drawn towards 3.5 by anything: each throw merely counts less and \
+                  less. Almost all lines stay within two standard deviations of the mean, and \
+                  this funnel narrows as one over the root of N."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("throws N"),

@@ -24,7 +24,8 @@ use std::time::Duration;
 pub const TOPIC: Topic = Topic {
     name: "direct",
     title: "Directional against area sampling",
-    summary: "Direct light by directions over the hemisphere, or by points on the lamp: each is good where the other is bad.",
+    summary: "Direct light by directions over the hemisphere, or by points on the lamp: each is \
+              good where the other is bad.",
     weight: 16.0,
     run,
 };
@@ -89,19 +90,25 @@ impl Way {
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "The light that a point reflects is an integral over directions. It can as well be written over the points of the \
-                lamp: a piece of area seen from afar, and at a slant, covers little solid angle. Both integrals are the same, \
-                their estimators are not. Directions rarely meet a small lamp, and the variance grows without limit as it \
-                shrinks. Points on the lamp always do, but near a large lamp 1/r² varies without limit, and most points are far \
-                off. Neither is best: this is why a renderer combines them, or samples the solid angle of the lamp itself."
+        claim: "The light that a point reflects is an integral over directions. It can as well be \
+                written over the points of the lamp: a piece of area seen from afar, and at a \
+                slant, covers little solid angle. Both integrals are the same, their estimators \
+                are not. Directions rarely meet a small lamp, and the variance grows without \
+                limit as it shrinks. Points on the lamp always do, but near a large lamp 1/r² \
+                varies without limit, and most points are far off. Neither is best: this is why a \
+                renderer combines them, or samples the solid angle of the lamp itself."
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"L_o = \int_{H} f_r\, L_i(\omega)\cos\theta\,\mathrm{d}\omega, \quad p(\omega) = \frac{1}{2\pi}: \quad \langle L_o\rangle = 2\pi\, f_r\, L_i(\omega)\cos\theta",
+                r"L_o = \int_{H} f_r\, L_i(\omega)\cos\theta\,\mathrm{d}\omega, \quad p(\omega) =
+                  \frac{1}{2\pi}: \quad \langle L_o\rangle = 2\pi\, f_r\, L_i(\omega)\cos\theta",
                 "Directional: over the hemisphere.",
             ),
             Formula::new(
-                r"L_o = \int_{A} f_r\, L_e(y)\,V(x,y)\,\frac{\cos\theta\cos\theta'}{r^2}\,\mathrm{d}A, \quad p(y) = \frac{1}{A}: \quad \langle L_o\rangle = A\, f_r\, L_e\, V\,\frac{\cos\theta\cos\theta'}{r^2}",
+                r"L_o = \int_{A} f_r\,
+                  L_e(y)\,V(x,y)\,\frac{\cos\theta\cos\theta'}{r^2}\,\mathrm{d}A, \quad p(y) =
+                  \frac{1}{A}: \quad \langle L_o\rangle = A\, f_r\, L_e\,
+                  V\,\frac{\cos\theta\cos\theta'}{r^2}",
                 "Area: over the lamp, as dω = cos θ′ dA / r². V is 1 if x sees y, else 0.",
             ),
             Formula::new(
@@ -109,14 +116,18 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
                 "Below the centre of a disk of radius a at height 1, in closed form.",
             ),
             Formula::new(
-                r"E\big[\langle L_o\rangle_\omega^2\big] = \frac{4}{3}\Big(1 - (1+a^2)^{-3/2}\Big)(\rho L_e)^2, \qquad E\big[\langle L_o\rangle_A^2\big] = \frac{a^2}{3}\Big(1 - (1+a^2)^{-3}\Big)(\rho L_e)^2",
-                "The second moments of both estimators there; the variance is what they exceed the square of the radiance by.",
+                r"E\big[\langle L_o\rangle_\omega^2\big] = \frac{4}{3}\Big(1 -
+                  (1+a^2)^{-3/2}\Big)(\rho L_e)^2, \qquad E\big[\langle L_o\rangle_A^2\big] =
+                  \frac{a^2}{3}\Big(1 - (1+a^2)^{-3}\Big)(\rho L_e)^2",
+                "The second moments of both estimators there; the variance is what they exceed \
+                 the square of the radiance by.",
             ),
         ],
         experiment: format!(
-            "The renderer looks at one point of a matte floor, ρ = {REFLECTANCE}, below a disk that emits 1, by both estimators and for \
-             seven radii: {SPP} samples in each of {} pixels. Then both render the Cornell box, its direct light only, each for \
-             the same time.",
+            "The renderer looks at one point of a matte floor, ρ = {REFLECTANCE}, below a disk \
+             that emits 1, by both estimators and for seven radii: {SPP} samples in each of {} \
+             pixels. Then both render the Cornell box, its direct light only, each for the same \
+             time.",
             SIZE.0 * SIZE.1
         ),
         findings: findings(lesson)?,
@@ -232,7 +243,8 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
     let readings = [
         "A small lamp, of a tenth of its height: hardly a direction meets it.",
         "A lamp whose radius is its height.",
-        "A large lamp, ten times as far to its rim as to its centre: most of its points add next to nothing.",
+        "A large lamp, ten times as far to its rim as to its centre: most of its points add next \
+         to nothing.",
     ];
     let tables = readings.into_iter().zip(techniques);
     let tables = tables.map(|(reading, techniques)| Finding::Techniques {
@@ -250,8 +262,8 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
 fn deviations(series: Vec<Series>) -> Plot {
     Plot {
         title: "Relative standard deviation of one sample".to_owned(),
-        reading: "Lines are exact, dots rendered. Where the lamp's radius is about twice its height both are even; from \
-                  there on each goes its own way."
+        reading: "Lines are exact, dots rendered. Where the lamp's radius is about twice its \
+                  height both are even; from there on each goes its own way."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("radius of the lamp / its height"),
@@ -290,8 +302,9 @@ fn pictures(lesson: &Lesson<'_>) -> Result<Finding> {
     Ok(Finding::Pictures {
         title: "Direct light of the Cornell box, at equal time".to_owned(),
         reading: format!(
-            "{seconds} seconds each. The lamp is small: of all directions only a few percent meet it. On the ceiling's \
-                          edge beside the lamp nothing arrives, for the lamp shines downwards."
+            "{seconds} seconds each. The lamp is small: of all directions only a few percent meet \
+             it. On the ceiling's edge beside the lamp nothing arrives, for the lamp shines \
+             downwards."
         ),
         pictures,
     })

@@ -6,7 +6,7 @@
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page};
-use super::topic::{Lesson, Topic};
+use super::topic::{Lesson, Samples, Topic};
 use super::uniform::Uniform;
 use crate::error::Result;
 use crate::math::vec::Vec3;
@@ -69,6 +69,16 @@ const WAYS: [Way; 4] = [
 ];
 
 impl Way {
+    /// The variance of an estimate for a sky of radiance cos(theta).
+    fn variance(self) -> f64 {
+        PI * PI
+            * if self.by_cosine {
+                1.0 / 18.0
+            } else {
+                16.0 / 45.0
+            }
+    }
+
     /// L cos / p for a sky of radiance cos^`power`.
     fn estimate(self, power: i32, uniform: &mut Uniform) -> f64 {
         let cos = (self.draw)(uniform).z;
@@ -78,98 +88,53 @@ impl Way {
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "A surface receives light from all directions above it, each weighed by its cosine. Uniform directions spend half \
-                of their number within 30 degrees of the horizon, where the cosine leaves little. Directions whose \
-                density follows the cosine spare that: what is left to average is the light alone. Under an even sky not even \
-                that varies, and a single sample is exact."
+        claim: "A surface receives light from all directions above it, each weighed by its \
+                cosine. Uniform directions spend half of their number within 30 degrees of the \
+                horizon, where the cosine leaves little. Directions whose density follows the \
+                cosine spare that: what is left to average is the light alone. Under an even sky \
+                not even that varies, and a single sample is exact."
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"E = \int_{H} L(\omega)\cos\theta\,\mathrm{d}\omega \;\approx\; \frac{1}{N}\sum_{i=1}^{N} \frac{L(\omega_i)\cos\theta_i}{p(\omega_i)}",
+                r"E = \int_{H} L(\omega)\cos\theta\,\mathrm{d}\omega \;\approx\;
+                  \frac{1}{N}\sum_{i=1}^{N} \frac{L(\omega_i)\cos\theta_i}{p(\omega_i)}",
                 "Irradiance, and its estimate from directions with density p per steradian.",
             ),
             Formula::new(
-                r"p(\omega) = \frac{1}{2\pi}: \quad \cos\theta = 1 - U_1, \qquad\quad p(\omega) = \frac{\cos\theta}{\pi}: \quad \theta = \arccos\sqrt{1 - U_1}, \qquad \varphi = 2\pi U_2",
-                "Both by inversion: the area of a cap grows evenly with its height (Archimedes), its projection on the ground \
-                 as the squared sine.",
+                r"p(\omega) = \frac{1}{2\pi}: \quad \cos\theta = 1 - U_1, \qquad\quad p(\omega) =
+                  \frac{\cos\theta}{\pi}: \quad \theta = \arccos\sqrt{1 - U_1}, \qquad \varphi =
+                  2\pi U_2",
+                "Both by inversion: the area of a cap grows evenly with its height (Archimedes), \
+                 its projection on the ground as the squared sine.",
             ),
             Formula::new(
-                r"L = \cos\theta: \qquad E = \frac{2\pi}{3}, \qquad V_{\text{uniform}} = \frac{16\pi^2}{45}, \qquad V_{\cos} = \frac{\pi^2}{18}",
-                "A sky that is brightest overhead, in closed form: the cosine divides the variance by 6.4.",
+                r"L = \cos\theta: \qquad E = \frac{2\pi}{3}, \qquad V_{\text{uniform}} =
+                  \frac{16\pi^2}{45}, \qquad V_{\cos} = \frac{\pi^2}{18}",
+                "A sky that is brightest overhead, in closed form: the cosine divides the \
+                 variance by 6.4.",
             ),
         ],
-        experiment: "Two skies light a surface: an even one, with E = π, and one of radiance cos θ, with E = 2π/3. A million \
-                     directions are drawn in each of four ways. Malley's way lifts uniform points of the disk up to the \
-                     hemisphere, which makes their density that of the cosine."
+        experiment: "Two skies light a surface: an even one, with E = π, and one of radiance cos \
+                     θ, with E = 2π/3. A million directions are drawn in each of four ways. \
+                     Malley's way lifts uniform points of the disk up to the hemisphere, which \
+                     makes their density that of the cosine."
             .to_owned(),
         findings: findings(lesson),
     })
 }
 
 fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
-    let mut numbers = Vec::new();
-    let mut techniques = Vec::new();
-    for way in WAYS {
-        let name = way.name;
-        let variance = PI
-            * PI
-            * if way.by_cosine {
-                1.0 / 18.0
-            } else {
-                16.0 / 45.0
-            };
-        let sky = lesson.sample(name, SAMPLES, |u| way.estimate(1, u));
-        numbers.push(Number::mean(
-            format!("E under L = cos θ: {name}"),
-            2.0 * PI / 3.0,
-            &sky.all(),
-            2e-3,
-        ));
-        numbers.push(Number::mean(
-            format!("its variance: {name}"),
-            variance,
-            &sky.variances(),
-            5e-3,
-        ));
-        let technique = Technique::new(name, &sky.all(), sky.cost());
-        techniques.push(technique.exactly(variance));
-    }
-    let even = lesson.sample("even sky", SAMPLES, |u| WAYS[1].estimate(0, u));
-    numbers.push(Number::mean(
-        "E under L = 1: uniform",
-        PI,
-        &even.all(),
-        2e-3,
-    ));
-    numbers.push(Number::mean(
-        "its variance, π²/3",
-        PI * PI / 3.0,
-        &even.variances(),
-        5e-3,
-    ));
-    let even = lesson.sample("even sky by cosine", SAMPLES, |u| WAYS[3].estimate(0, u));
-    numbers.push(Number::mean(
-        "E under L = 1: cosine, each sample",
-        PI,
-        &even.all(),
-        1e-6,
-    ));
-    let trials = lesson.sample("trials", SAMPLES, |u| {
-        let drawn = sample_hemisphere_by_rejection(&mut || u.single());
-        drawn.map_or(f64::NAN, |drawn| f64::from(drawn.trials))
-    });
-    numbers.push(Number::mean(
-        "trials of rejection, 6/π",
-        1.0 / BALL_IN_CUBE,
-        &trials.all(),
-        2e-3,
-    ));
+    let bright = WAYS.map(|way| lesson.sample(way.name, SAMPLES, |u| way.estimate(1, u)));
+    let technique = |(way, samples): (Way, &Samples)| {
+        Technique::new(way.name, &samples.all(), samples.cost()).exactly(way.variance())
+    };
     vec![
         Finding::Numbers {
-            reading: "All ways have the same expected value; their variance depends on the density alone. Under an even sky the \
-                      cosine leaves none but that of rounding."
+            reading: "All ways have the same expected value; their variance depends on the \
+                      density alone. Under an even sky the cosine leaves none but that of \
+                      rounding."
                 .to_owned(),
-            numbers,
+            numbers: numbers(lesson, &bright),
         },
         Finding::Plots {
             plots: vec![
@@ -181,12 +146,56 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             plots: vec![cosines(lesson)],
         },
         Finding::Techniques {
-            reading: "Irradiance under the sky of radiance cos θ. A better density gains a factor of 6.4; a better program for \
-                      the same density gains what its time does."
+            reading: "Irradiance under the sky of radiance cos θ. A better density gains a factor \
+                      of 6.4; a better program for the same density gains what its time does."
                 .to_owned(),
-            techniques,
+            techniques: WAYS.into_iter().zip(&bright).map(technique).collect(),
         },
     ]
+}
+
+/// `bright` are the samples of each way under the sky of radiance cos(theta).
+fn numbers(lesson: &Lesson<'_>, bright: &[Samples]) -> Vec<Number> {
+    let mut numbers = Vec::new();
+    for (way, sky) in WAYS.into_iter().zip(bright) {
+        let named = |what: &str| format!("{what}: {}", way.name);
+        numbers.push(Number::mean(
+            named("E under L = cos θ"),
+            2.0 * PI / 3.0,
+            &sky.all(),
+            2e-3,
+        ));
+        numbers.push(Number::mean(
+            named("its variance"),
+            way.variance(),
+            &sky.variances(),
+            5e-3,
+        ));
+    }
+    let even = lesson.sample("even sky", SAMPLES, |u| WAYS[1].estimate(0, u));
+    let by_cosine = lesson.sample("even sky by cosine", SAMPLES, |u| WAYS[3].estimate(0, u));
+    let trials = lesson.sample("trials", SAMPLES, |u| {
+        let drawn = sample_hemisphere_by_rejection(&mut || u.single());
+        drawn.map_or(f64::NAN, |drawn| f64::from(drawn.trials))
+    });
+    let of_even = PI * PI / 3.0;
+    numbers.extend([
+        Number::mean("E under L = 1: uniform", PI, &even.all(), 2e-3),
+        Number::mean("its variance, π²/3", of_even, &even.variances(), 5e-3),
+        Number::mean(
+            "E under L = 1: cosine, each sample",
+            PI,
+            &by_cosine.all(),
+            1e-6,
+        ),
+        Number::mean(
+            "trials of rejection, 6/π",
+            1.0 / BALL_IN_CUBE,
+            &trials.all(),
+            2e-3,
+        ),
+    ]);
+    numbers
 }
 
 fn from_above(lesson: &Lesson<'_>, title: &str, way: Way) -> Plot {
@@ -240,15 +249,17 @@ fn cosines(lesson: &Lesson<'_>) -> Plot {
     let range = [0.0, 1.0];
     Plot {
         title: "How often each cosine comes".to_owned(),
-        reading: "Lines are exact, dots were drawn. Among uniform directions all cosines are alike; by the cosine, their density \
-                  grows with the cosine itself."
+        reading: "Lines are exact, dots were drawn. Among uniform directions all cosines are \
+                  alike; by the cosine, their density grows with the cosine itself."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("cos θ").over(0.0, 1.0),
         y: Axis::linear("density").over(0.0, 2.1),
         series: vec![
             Series::curve("uniform: 1", Mark::Line, 0, range, |_| 1.0),
-            Series::curve("by the cosine: 2 cos θ", Mark::Line, 1, range, |cos| 2.0 * cos),
+            Series::curve("by the cosine: 2 cos θ", Mark::Line, 1, range, |cos| {
+                2.0 * cos
+            }),
             histogram(WAYS[1], 0),
             histogram(WAYS[3], 1),
         ],

@@ -16,7 +16,8 @@ use crate::study::plot::{Axis, Mark, Plot, Series, Shape};
 pub const TOPIC: Topic = Topic {
     name: "importance",
     title: "Importance sampling",
-    summary: "A density like the integrand helps, the right one is perfect, a wrong one has infinite variance.",
+    summary: "A density like the integrand helps, the right one is perfect, a wrong one has \
+              infinite variance.",
     weight: 3.0,
     run,
 };
@@ -48,24 +49,30 @@ fn variance(k: f64) -> f64 {
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "Any density that is positive where the integrand is not zero estimates the integral without bias. The variance \
-                is in the ratio f/p: a density that follows f makes it even, and one in proportion to f makes it constant, so \
-                that a single sample is exact. A density that goes to zero faster than f does lets the ratio grow without \
-                limit, rare as that may be, and the variance can be infinite. Such an estimate looks right most of the time, \
-                which is what makes it dangerous."
+        claim: "Any density that is positive where the integrand is not zero estimates the \
+                integral without bias. The variance is in the ratio f/p: a density that follows f \
+                makes it even, and one in proportion to f makes it constant, so that a single \
+                sample is exact. A density that goes to zero faster than f does lets the ratio \
+                grow without limit, rare as that may be, and the variance can be infinite. Such \
+                an estimate looks right most of the time, which is what makes it dangerous."
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"\langle I\rangle_N = \frac{1}{N}\sum_{i=1}^{N}\frac{f(x_i)}{p(x_i)}, \qquad V = \int\frac{f^2(x)}{p(x)}\,\mathrm{d}x - I^2, \qquad p = \frac{f}{I} \;\Rightarrow\; V = 0",
-                "What would be perfect takes the integral itself to norm it; what is close to f is what can be had.",
+                r"\langle I\rangle_N = \frac{1}{N}\sum_{i=1}^{N}\frac{f(x_i)}{p(x_i)}, \qquad V =
+                  \int\frac{f^2(x)}{p(x)}\,\mathrm{d}x - I^2, \qquad p = \frac{f}{I}
+                  \;\Rightarrow\; V = 0",
+                "What would be perfect takes the integral itself to norm it; what is close to f \
+                 is what can be had.",
             ),
             Formula::new(
-                r"f(x) = 5x^4, \quad p_k(x) = (k+1)\,x^k: \qquad V_k = \frac{25}{(k+1)(9-k)} - 1 \;\;(k < 9), \qquad V_k = \infty \;\;(k \ge 9)",
+                r"f(x) = 5x^4, \quad p_k(x) = (k+1)\,x^k: \qquad V_k = \frac{25}{(k+1)(9-k)} - 1
+                  \;\;(k < 9), \qquad V_k = \infty \;\;(k \ge 9)",
                 "One integrand, a family of densities: too flat below k = 4, too steep above.",
             ),
         ],
-        experiment: "The integral of 5x⁴, which is 1, is estimated with densities from k = 0, plain Monte Carlo, to k = 12. For the \
-                     steep ones the root mean square error has no meaning, so the mean absolute error is plotted, over 400 runs."
+        experiment: "The integral of 5x⁴, which is 1, is estimated with densities from k = 0, \
+                     plain Monte Carlo, to k = 12. For the steep ones the root mean square error \
+                     has no meaning, so the mean absolute error is plotted, over 400 runs."
             .to_owned(),
         findings: findings(lesson),
     })
@@ -110,7 +117,9 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     };
     vec![
         Finding::Numbers {
-            reading: "Every density has the same expected value. At k = 4 each single sample is the integral.".to_owned(),
+            reading: "Every density has the same expected value. At k = 4 each single sample is \
+                      the integral."
+                .to_owned(),
             numbers,
         },
         Finding::Plots {
@@ -120,8 +129,8 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             plots: vec![errors(lesson), runs(lesson)],
         },
         Finding::Techniques {
-            reading: "At k = 12 the measured variance is finite, as that of any finite number of samples is; with another seed it is \
-                      another one, and it does not settle."
+            reading: "At k = 12 the measured variance is finite, as that of any finite number of \
+                      samples is; with another seed it is another one, and it does not settle."
                 .to_owned(),
             techniques: [0.0, 2.0, 4.0, 6.0, 12.0].map(technique).to_vec(),
         },
@@ -135,8 +144,8 @@ fn shapes() -> Plot {
     };
     Plot {
         title: "The integrand and densities".to_owned(),
-        reading: "Below f a density misses what matters, and above it wastes samples. Look at the left: there p₁₂ is far below f, \
-                  and f/p goes to infinity."
+        reading: "Below f a density misses what matters, and above it wastes samples. Look at the \
+                  left: there p₁₂ is far below f, and f/p goes to infinity."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("x").over(0.0, 1.0),
@@ -153,8 +162,9 @@ fn shapes() -> Plot {
 fn variances(measured: Vec<[f64; 2]>) -> Plot {
     Plot {
         title: "Variance of one sample".to_owned(),
-        reading: "It is zero at k = 4 and rises to both sides, but not alike: to the left it ends at that of plain Monte Carlo, to \
-                  the right it leaves every bound at k = 9. Too flat is safe, too steep is not."
+        reading: "It is zero at k = 4 and rises to both sides, but not alike: to the left it ends \
+                  at that of plain Monte Carlo, to the right it leaves every bound at k = 9. Too \
+                  flat is safe, too steep is not."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("exponent k").over(0.0, 9.2),
@@ -189,8 +199,9 @@ fn errors(lesson: &Lesson<'_>) -> Plot {
     );
     Plot {
         title: "Mean absolute error".to_owned(),
-        reading: "Without a variance there is no law of 1/√N: the error of k = 12 falls more slowly, as about N to the power \
-                  −0.38. For few samples it looks no worse than the others."
+        reading: "Without a variance there is no law of 1/√N: the error of k = 12 falls more \
+                  slowly, as about N to the power −0.38. For few samples it looks no worse than \
+                  the others."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("samples N"),
@@ -223,8 +234,9 @@ fn runs(lesson: &Lesson<'_>) -> Plot {
     let all = (0..4).flat_map(|index| [run(12.0, 1, index), run(2.0, 2, index)]);
     Plot {
         title: "Eight single runs".to_owned(),
-        reading: "Most runs of k = 12 settle below 1, because the rare large ratios have not come yet; when one comes, the mean \
-                  leaps. An error bar from the same samples would have called them right."
+        reading: "Most runs of k = 12 settle below 1, because the rare large ratios have not come \
+                  yet; when one comes, the mean leaps. An error bar from the same samples would \
+                  have called them right."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("samples N"),

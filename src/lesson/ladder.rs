@@ -21,7 +21,8 @@ use std::time::Duration;
 pub const TOPIC: Topic = Topic {
     name: "ladder",
     title: "The ladder of path tracers",
-    summary: "From the naive path tracer to next event estimation with weights, at equal time on the Cornell box.",
+    summary: "From the naive path tracer to next event estimation with weights, at equal time on \
+              the Cornell box.",
     weight: 70.0,
     run,
 };
@@ -67,35 +68,51 @@ const RUNGS: [(IntegratorKind, &str); 6] = [
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "The light in a pixel is one integral over all paths. Every path tracer here estimates it without bias, so that all \
-                come to the same picture; they differ in the variance that one path leaves, and in what it costs. Each step of \
-                the ladder uses something that is known: where light is emitted, how surfaces reflect, where the lamps are. \
-                What counts at the end is efficiency, one over variance times time: a trick that halves the variance and takes \
-                twice the time gains nothing."
+        claim: "The light in a pixel is one integral over all paths. Every path tracer here \
+                estimates it without bias, so that all come to the same picture; they differ in \
+                the variance that one path leaves, and in what it costs. Each step of the ladder \
+                uses something that is known: where light is emitted, how surfaces reflect, where \
+                the lamps are. What counts at the end is efficiency, one over variance times \
+                time: a trick that halves the variance and takes twice the time gains nothing."
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"L(x,\omega_o) = L_e(x,\omega_o) + \int_{H} f_r(\omega_i,\omega_o)\,L(y,-\omega_i)\cos\theta_i\,\mathrm{d}\omega_i",
-                "The rendering equation: what leaves x is emitted there, or came from elsewhere and is reflected.",
+                r"L(x,\omega_o) = L_e(x,\omega_o) + \int_{H}
+                  f_r(\omega_i,\omega_o)\,L(y,-\omega_i)\cos\theta_i\,\mathrm{d}\omega_i",
+                "The rendering equation: what leaves x is emitted there, or came from elsewhere \
+                 and is reflected.",
             ),
             Formula::new(
-                r"\text{naive:}\quad \langle L\rangle = \frac{L_e}{q} \;\text{ with probability } q, \qquad \langle L\rangle = \frac{2\pi f_r \cos\theta}{1-q}\,\langle L(y)\rangle \;\text{ else}",
-                "The first rung reads it as it stands: a coin chooses a term, a uniform direction the point y.",
+                r"\text{naive:}\quad \langle L\rangle = \frac{L_e}{q} \;\text{ with probability }
+                  q, \qquad \langle L\rangle = \frac{2\pi f_r \cos\theta}{1-q}\,\langle
+                  L(y)\rangle \;\text{ else}",
+                "The first rung reads it as it stands: a coin chooses a term, a uniform direction \
+                 the point y.",
             ),
             Formula::new(
-                r"\text{next event:}\quad L_r = \int_{A} f_r\, L_e\, V\,\frac{\cos\theta\cos\theta'}{r^2}\,\mathrm{d}A + \int_{H} f_r\, L_r(y)\cos\theta\,\mathrm{d}\omega",
-                "The reflected light in two parts: straight from the lamps, and what was reflected before.",
+                r"\text{next event:}\quad L_r = \int_{A} f_r\, L_e\,
+                  V\,\frac{\cos\theta\cos\theta'}{r^2}\,\mathrm{d}A + \int_{H} f_r\,
+                  L_r(y)\cos\theta\,\mathrm{d}\omega",
+                "The reflected light in two parts: straight from the lamps, and what was \
+                 reflected before.",
             ),
             Formula::new(
                 r"w_i = \frac{p_i^2}{\sum_k p_k^2}, \qquad \epsilon = \frac{1}{V\,T}",
-                "Two ways to the same light are weighted by the power heuristic; estimators are compared by their efficiency.",
+                "Two ways to the same light are weighted by the power heuristic; estimators are \
+                 compared by their efficiency.",
             ),
         ],
         experiment: format!(
-            "The Cornell box in {} × {} pixels is rendered by all six, compiled alike and with independent random numbers. Each renders \
-             it with {}, {} and {} samples a pixel, {SEEDS} times with different seeds, and is held against a reference of {} \
-             samples a pixel by the last of them. Last, each gets {SECONDS} seconds.",
-            SIZE.0, SIZE.1, SPP[0], SPP[1], SPP[2], REFERENCES * REFERENCE_SPP
+            "The Cornell box in {} × {} pixels is rendered by all six, compiled alike and with \
+             independent random numbers. Each renders it with {}, {} and {} samples a pixel, \
+             {SEEDS} times with different seeds, and is held against a reference of {} samples a \
+             pixel by the last of them. Last, each gets {SECONDS} seconds.",
+            SIZE.0,
+            SIZE.1,
+            SPP[0],
+            SPP[1],
+            SPP[2],
+            REFERENCES * REFERENCE_SPP
         ),
         findings: findings(lesson)?,
     })
@@ -263,9 +280,10 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
             pictures,
         },
         Finding::Techniques {
-            reading: "Variance is that of one sample of a pixel, the mean over the picture, of the squared distance from the \
-                      reference; T is the time of such a sample. The efficiency is the median over the seeds, with the least and \
-                      the greatest; it depends on the machine, its ratio to the first hardly."
+            reading: "Variance is that of one sample of a pixel, the mean over the picture, of \
+                      the squared distance from the reference; T is the time of such a sample. \
+                      The efficiency is the median over the seeds, with the least and the \
+                      greatest; it depends on the machine, its ratio to the first hardly."
                 .to_owned(),
             techniques: rungs.iter().map(Rung::technique).collect(),
         },
@@ -273,7 +291,9 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
             plots: vec![against_time(&rungs)],
         },
         Finding::Numbers {
-            reading: "The mean luminance of each, held against that of the reference: all estimate the same picture.".to_owned(),
+            reading: "The mean luminance of each, held against that of the reference: all \
+                      estimate the same picture."
+                .to_owned(),
             numbers: rungs.iter().map(|rung| rung.number(&reference)).collect(),
         },
     ])
@@ -286,8 +306,9 @@ fn against_time(rungs: &[Rung]) -> Plot {
         .map(|(hue, rung)| Series::new(rung.kind.name(), Mark::Marks, hue, rung.errors.clone()));
     Plot {
         title: "Error against time".to_owned(),
-        reading: "All lines fall as one over the root of the time: no step changes the law, each shifts the line. The horizontal \
-                  distance between two lines is how much longer one has to wait."
+        reading: "All lines fall as one over the root of the time: no step changes the law, each \
+                  shifts the line. The horizontal distance between two lines is how much longer \
+                  one has to wait."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("seconds"),

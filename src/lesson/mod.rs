@@ -1,8 +1,9 @@
 //! The classic course on Monte Carlo integration as experiments: each topic claims something, tries it, and holds the
 //! numbers against their exact values.
 //!
-//! A topic yields a [`page::Page`], which knows nothing of HTML or terminals. Random numbers, distributions and quadrature
-//! come from `sampling/` and `bsdf/`, pictures from `render/`: a lesson shows what the renderer runs on, not a copy of it.
+//! A topic yields a [`page::Page`], which knows nothing of HTML or terminals. Random numbers, distributions and
+//! quadrature come from `sampling/` and `bsdf/`, pictures from `render/`: a lesson shows what the renderer runs on,
+//! not a copy of it.
 //!
 //! Measure: said by each topic.
 //! Range: settings as in [`topic::Settings`]. All but times and what is rendered for a time is the same for the same

@@ -1,9 +1,10 @@
 //! A number that was measured beside its exact value, and a technique with its efficiency.
 //!
-//! Measure: that of the number; costs in seconds a sample; efficiencies per second and per squared unit of the estimate.
+//! Measure: that of the number; costs in seconds a sample; efficiencies per second and per squared unit of the
+//! estimate.
 //! Range: standard errors come from at least 16 independent numbers; 0 is for what has no chance in it.
-//! Source: the acceptance rule of docs/accuracy.md, |ours - exact| <= 5.2 SE + 4e-6 |exact|, and SE at most the power limit,
-//! since a run that cannot tell must not pass. Tested below.
+//! Source: the acceptance rule of docs/accuracy.md, |ours - exact| <= 5.2 SE + 4e-6 |exact|, and SE at most the power
+//! limit, since a run that cannot tell must not pass. Tested below.
 
 use crate::math::stats::Moments;
 use serde::Serialize;

@@ -42,10 +42,11 @@ pub struct Formula {
 }
 
 impl Formula {
-    /// A formula, with what it says.
-    pub fn new(latex: impl Into<String>, says: impl Into<String>) -> Self {
+    /// A formula, with what it says. Where its lines break does not matter.
+    pub fn new(latex: &str, says: impl Into<String>) -> Self {
+        let words: Vec<&str> = latex.split_whitespace().collect();
         Self {
-            latex: latex.into(),
+            latex: words.join(" "),
             says: says.into(),
         }
     }

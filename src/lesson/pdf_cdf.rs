@@ -16,7 +16,8 @@ use crate::study::plot::{Axis, Mark, Plot, Series, Shape};
 pub const TOPIC: Topic = Topic {
     name: "pdf-cdf",
     title: "Density and distribution function",
-    summary: "From a density to its distribution function, and back from uniform numbers by inversion.",
+    summary: "From a density to its distribution function, and back from uniform numbers by \
+              inversion.",
     weight: 1.0,
     run,
 };
@@ -30,30 +31,36 @@ const SAMPLES: usize = 1 << 21;
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     let density = PiecewiseLinear::new([0.0, 1.0], &VALUES).expect("positive values");
     Ok(Page {
-        claim: "A density p says how likely numbers are, relative to each other; it may exceed 1, but its integral is 1. \
-                The distribution function P(x) is the probability of a number up to x. It climbs from 0 to 1, steeply \
-                where the density is high. Uniform numbers between 0 and 1, read off through P from its ordinate to its \
-                abscissa, therefore gather where the density is high: they have just this density."
+        claim: "A density p says how likely numbers are, relative to each other; it may exceed 1, \
+                but its integral is 1. The distribution function P(x) is the probability of a \
+                number up to x. It climbs from 0 to 1, steeply where the density is high. Uniform \
+                numbers between 0 and 1, read off through P from its ordinate to its abscissa, \
+                therefore gather where the density is high: they have just this density."
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"P(x) = \mathrm{P}\{X \le x\} = \int_{0}^{x} p(t)\,\mathrm{d}t, \qquad p(x) = \frac{\mathrm{d}P(x)}{\mathrm{d}x}",
+                r"P(x) = \mathrm{P}\{X \le x\} = \int_{0}^{x} p(t)\,\mathrm{d}t, \qquad p(x) =
+                  \frac{\mathrm{d}P(x)}{\mathrm{d}x}",
                 "The distribution function (CDF) is the integral of the density (PDF).",
             ),
             Formula::new(
                 r"X = P^{-1}(U), \qquad \mathrm{P}\{X \le x\} = \mathrm{P}\{U \le P(x)\} = P(x)",
-                "Inversion: a uniform U, mapped by the inverse of P, has the distribution function P.",
+                "Inversion: a uniform U, mapped by the inverse of P, has the distribution \
+                 function P.",
             ),
             Formula::new(
-                r"E[X] = \int_{0}^{1} x\,p(x)\,\mathrm{d}x, \qquad V[X] = \int_{0}^{1} x^2 p(x)\,\mathrm{d}x - E[X]^2",
-                "Expected value and variance, now with a density in place of single probabilities.",
+                r"E[X] = \int_{0}^{1} x\,p(x)\,\mathrm{d}x, \qquad V[X] = \int_{0}^{1} x^2
+                  p(x)\,\mathrm{d}x - E[X]^2",
+                "Expected value and variance, now with a density in place of single \
+                 probabilities.",
             ),
         ],
         experiment: format!(
-            "A density of five straight lines is tabulated, as a renderer tabulates a measured one. {} million uniform \
-             numbers are mapped by its inverse. Expected value and variance are held against exact integrals, and the \
-             histogram against the density. Then the numbers are put through P again: what comes out has to be uniform, \
-             with E = 1/2 and V = 1/12.",
+            "A density of five straight lines is tabulated, as a renderer tabulates a measured \
+             one. {} million uniform numbers are mapped by its inverse. Expected value and \
+             variance are held against exact integrals, and the histogram against the density. \
+             Then the numbers are put through P again: what comes out has to be uniform, with E = \
+             1/2 and V = 1/12.",
             SAMPLES >> 20
         ),
         findings: vec![
@@ -82,7 +89,8 @@ fn numbers(lesson: &Lesson<'_>, density: &PiecewiseLinear) -> Finding {
     });
     let below_half = density.invert(0.5);
     Finding::Numbers {
-        reading: "The numbers have the moments of the density, and put through P they are uniform."
+        reading: "The numbers have the moments of the density, and put through P they are \
+                  uniform."
             .to_owned(),
         numbers: vec![
             Number::certain("∫ p(x) dx", 1.0, moment(0)),
@@ -113,8 +121,8 @@ fn histogram(lesson: &Lesson<'_>, density: &PiecewiseLinear) -> Plot {
     Plot {
         title: "Density p, and a histogram".to_owned(),
         reading: format!(
-            "{SHOWN} samples fall into {BINS} bins as the density asks. Where p exceeds 1 numbers are more frequent than \
-             uniform ones."
+            "{SHOWN} samples fall into {BINS} bins as the density asks. Where p exceeds 1 numbers \
+             are more frequent than uniform ones."
         ),
         shape: Shape::Wide,
         x: Axis::linear("x").over(0.0, 1.0),
@@ -137,8 +145,8 @@ fn inversion(density: &PiecewiseLinear) -> Plot {
     let curve = Series::curve("P(x)", Mark::Line, 1, [0.0, 1.0], |x| density.invert(x));
     Plot {
         title: "Distribution function P, and its inverse".to_owned(),
-        reading: "Sixteen evenly spaced u on the ordinate are read off through P. On the abscissa they stand close where P \
-                  is steep, that is, where p is high."
+        reading: "Sixteen evenly spaced u on the ordinate are read off through P. On the abscissa \
+                  they stand close where P is steep, that is, where p is high."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("x").over(0.0, 1.0),

@@ -1,7 +1,7 @@
 //! Phong's lobe, sampled with three densities.
 //!
-//! Measure: the albedo of a lobe of exponent n seen along the normal, (n + 2) / (2 pi) times the integral of cos^(n + 1),
-//! which is 1.
+//! Measure: the albedo of a lobe of exponent n seen along the normal, (n + 2) / (2 pi) times the integral of cos^(n +
+//! 1), which is 1.
 //! Range: exponents from 1 to 1000.
 //! Source: moments of powers of the cosine. Tested in `tests/lesson.rs`.
 
@@ -83,10 +83,11 @@ impl Density {
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "A glossy surface reflects into a lobe that is the narrower, the higher its exponent n. Directions that do not \
-                know of it rarely hit it, and when they do, the value is high: their variance grows in proportion to n. \
-                Directions that follow the lobe's own density keep only what the lobe does not know, here the cosine, and \
-                that varies the less, the narrower the lobe."
+        claim: "A glossy surface reflects into a lobe that is the narrower, the higher its \
+                exponent n. Directions that do not know of it rarely hit it, and when they do, \
+                the value is high: their variance grows in proportion to n. Directions that \
+                follow the lobe's own density keep only what the lobe does not know, here the \
+                cosine, and that varies the less, the narrower the lobe."
             .to_owned(),
         formulas: vec![
             Formula::new(
@@ -94,16 +95,18 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
                 "The quantity: what share of the light the lobe reflects, seen along the normal.",
             ),
             Formula::new(
-                r"p(\omega) = \frac{n+1}{2\pi}(\cos\theta)^n: \qquad \cos\theta = (1-U_1)^{\frac{1}{n+1}}, \qquad \varphi = 2\pi U_2",
+                r"p(\omega) = \frac{n+1}{2\pi}(\cos\theta)^n: \qquad \cos\theta =
+                  (1-U_1)^{\frac{1}{n+1}}, \qquad \varphi = 2\pi U_2",
                 "The lobe by inversion.",
             ),
             Formula::new(
-                r"V_{\text{uniform}} = \frac{(n+2)^2}{2n+3} - 1, \qquad V_{\cos} = \frac{n^2}{4(n+1)}, \qquad V_{\text{lobe}} = \frac{1}{(n+1)(n+3)}",
+                r"V_{\text{uniform}} = \frac{(n+2)^2}{2n+3} - 1, \qquad V_{\cos} =
+                  \frac{n^2}{4(n+1)}, \qquad V_{\text{lobe}} = \frac{1}{(n+1)(n+3)}",
                 "The variances of one sample, in closed form.",
             ),
         ],
-        experiment: "The albedo, which is 1, is estimated by each of the three densities for exponents from 1 to 1000, with a \
-                     million samples each."
+        experiment: "The albedo, which is 1, is estimated by each of the three densities for \
+                     exponents from 1 to 1000, with a million samples each."
             .to_owned(),
         findings: findings(lesson),
     })
@@ -141,8 +144,9 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     });
     let plot = Plot {
         title: "Standard deviation of one sample".to_owned(),
-        reading: "Lines are exact, dots measured. To halve an error takes four times the samples: at n = 1000 the lobe's own \
-                  density saves a factor of half a billion over uniform directions."
+        reading: "Lines are exact, dots measured. To halve an error takes four times the samples: \
+                  at n = 1000 the lobe's own density saves a factor of half a billion over \
+                  uniform directions."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("exponent n"),
@@ -160,7 +164,8 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         },
         Finding::Techniques {
             reading: format!(
-                "For the exponent {SHOWN}. A sample of the lobe costs a logarithm and an exponential more, and is worth it."
+                "For the exponent {SHOWN}. A sample of the lobe costs a logarithm and an \
+                 exponential more, and is worth it."
             ),
             techniques: techniques.to_vec(),
         },

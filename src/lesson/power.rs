@@ -36,26 +36,30 @@ fn as_maximum(n: u32, uniform: &mut Uniform) -> f64 {
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "The density of the power function can be sampled by inversion, at the price of a root. It can also be sampled \
-                without any: the greatest of n + 1 uniform numbers has the same density, for it is at most x just if all \
-                of them are."
+        claim: "The density of the power function can be sampled by inversion, at the price of a \
+                root. It can also be sampled without any: the greatest of n + 1 uniform numbers \
+                has the same density, for it is at most x just if all of them are."
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"p(x) = (n+1)\,x^n, \qquad P(x) = x^{n+1}, \qquad X = P^{-1}(U) = \sqrt[n+1]{U}",
+                r"p(x) = (n+1)\,x^n, \qquad P(x) = x^{n+1}, \qquad X = P^{-1}(U) =
+                  U^{\frac{1}{n+1}}",
                 "Density, distribution function and its inverse, on the interval from 0 to 1.",
             ),
             Formula::new(
-                r"\mathrm{P}\{\max(U_1,\dots,U_{n+1}) \le x\} = \prod_{i=1}^{n+1} \mathrm{P}\{U_i \le x\} = x^{n+1}",
-                "Independent probabilities multiply, so the maximum has the same distribution function.",
+                r"\mathrm{P}\{\max(U_1,\dots,U_{n+1}) \le x\} = \prod_{i=1}^{n+1} \mathrm{P}\{U_i
+                  \le x\} = x^{n+1}",
+                "Independent probabilities multiply, so the maximum has the same distribution \
+                 function.",
             ),
             Formula::new(
                 r"E[X] = \frac{n+1}{n+2}, \qquad V[X] = \frac{n+1}{(n+2)^2 (n+3)}",
                 "What both have to come out at.",
             ),
         ],
-        experiment: "For n = 1, 4 and 15 a million numbers are drawn in each way. Expected values and variances are held \
-                     against the exact ones, histograms against the density, and the time of both ways against each other."
+        experiment: "For n = 1, 4 and 15 a million numbers are drawn in each way. Expected values \
+                     and variances are held against the exact ones, histograms against the \
+                     density, and the time of both ways against each other."
             .to_owned(),
         findings: findings(lesson),
     })
@@ -97,8 +101,9 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             numbers,
         },
         Finding::Techniques {
-            reading: "The variance is that of the density, whichever way: efficiency 1/(V·T) here compares times alone. The \
-                      maximum takes time in proportion to n + 1, the root takes the same for any n."
+            reading: "The variance is that of the density, whichever way: efficiency 1/(V·T) here \
+                      compares times alone. The maximum takes time in proportion to n + 1, the \
+                      root takes the same for any n."
                 .to_owned(),
             techniques,
         },
@@ -130,8 +135,8 @@ fn densities(lesson: &Lesson<'_>) -> Plot {
     });
     Plot {
         title: "Densities, and histograms of maxima".to_owned(),
-        reading: "Lines are (n + 1) xⁿ, dots the shares of maxima in 40 bins. The more numbers there are, the closer to 1 is \
-                  the greatest of them."
+        reading: "Lines are (n + 1) xⁿ, dots the shares of maxima in 40 bins. The more numbers \
+                  there are, the closer to 1 is the greatest of them."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("x").over(0.0, 1.0),

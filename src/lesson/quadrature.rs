@@ -52,32 +52,38 @@ fn stratified(
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "A rule such as the trapezoid's places its nodes on a grid. With N calls in d dimensions a grid is only N^(1/d) nodes \
-                fine along each axis: at d = 12, four thousand calls are two nodes an axis. The error of Monte Carlo does not \
-                know of d. So rules win by far in one dimension, and chance wins in many; for an integrand with an edge, where \
-                rules lose their order, it wins earlier. Light transport has two dimensions for every bounce, and edges \
-                everywhere."
+        claim: "A rule such as the trapezoid's places its nodes on a grid. With N calls in d \
+                dimensions a grid is only N^(1/d) nodes fine along each axis: at d = 12, four \
+                thousand calls are two nodes an axis. The error of Monte Carlo does not know of \
+                d. So rules win by far in one dimension, and chance wins in many; for an \
+                integrand with an edge, where rules lose their order, it wins earlier. Light \
+                transport has two dimensions for every bounce, and edges everywhere."
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"\int_{[0,1]^d} f \;\approx\; \sum_{i_1=1}^{m}\cdots\sum_{i_d=1}^{m} w_{i_1}\cdots w_{i_d}\, f(x_{i_1},\dots,x_{i_d}), \qquad N = m^d",
-                "A rule in d dimensions, as a tensor product: m nodes along each axis cost m to the power d calls.",
+                r"\int_{[0,1]^d} f \;\approx\; \sum_{i_1=1}^{m}\cdots\sum_{i_d=1}^{m}
+                  w_{i_1}\cdots w_{i_d}\, f(x_{i_1},\dots,x_{i_d}), \qquad N = m^d",
+                "A rule in d dimensions, as a tensor product: m nodes along each axis cost m to \
+                 the power d calls.",
             ),
             Formula::new(
-                r"\text{trapezoid: } O(N^{-2/d}), \qquad \text{Simpson: } O(N^{-4/d}), \qquad \text{Monte Carlo: } \sigma\,N^{-1/2}",
-                "How the errors fall for smooth integrands. By order alone chance overtakes the trapezoid from d = 4 on, Simpson \
-                 from d = 8 on.",
+                r"\text{trapezoid: } O(N^{-2/d}), \qquad \text{Simpson: } O(N^{-4/d}), \qquad
+                  \text{Monte Carlo: } \sigma\,N^{-1/2}",
+                "How the errors fall for smooth integrands. By order alone chance overtakes the \
+                 trapezoid from d = 4 on, Simpson from d = 8 on.",
             ),
             Formula::new(
-                r"f(x) = \prod_{i=1}^{d} \frac{e^{x_i}}{e-1}, \qquad g(x) = 1 \;\text{ where }\; x_1 + \dots + x_d < \frac{d}{2} + \frac{1}{4}, \;\text{ else } 0",
+                r"f(x) = \prod_{i=1}^{d} \frac{e^{x_i}}{e-1}, \qquad g(x) = 1 \;\text{ where }\;
+                  x_1 + \dots + x_d < \frac{d}{2} + \frac{1}{4}, \;\text{ else } 0",
                 "A smooth integrand and one with an edge, both with exact integrals for every d.",
             ),
         ],
         experiment: format!(
-            "Both integrands are integrated by two rules, by plain and by stratified Monte Carlo, with up to {} calls in 1, 2, 4 and \
-             8 dimensions. Stratified means jittered where the calls pay for a grid, else a Latin hypercube. For Monte Carlo \
-             the root mean square error of many runs is shown, for rules the error itself, which has no chance in it. Then \
-             the calls are fixed at {CALLS}, and d runs from 1 to 12.",
+            "Both integrands are integrated by two rules, by plain and by stratified Monte Carlo, \
+             with up to {} calls in 1, 2, 4 and 8 dimensions. Stratified means jittered where the \
+             calls pay for a grid, else a Latin hypercube. For Monte Carlo the root mean square \
+             error of many runs is shown, for rules the error itself, which has no chance in it. \
+             Then the calls are fixed at {CALLS}, and d runs from 1 to 12.",
             1 << MOST_CALLS
         ),
         findings: findings(lesson),
@@ -85,38 +91,7 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
 }
 
 fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
-    let mut numbers = vec![
-        Number::certain(
-            "Simpson, d = 1, 1025 nodes, smooth",
-            1.0,
-            rule(Rule::Simpson, SMOOTH, 1, 1025),
-        ),
-        Number::certain(
-            "Simpson, d = 2, 65 × 65 nodes, smooth",
-            1.0,
-            rule(Rule::Simpson, SMOOTH, 2, 65 * 65),
-        ),
-    ];
-    for d in [1, 4, 12] {
-        for (integrand, name) in [(SMOOTH, "smooth"), (EDGE, "edge")] {
-            let experiment = format!("mean {d} {name}");
-            let samples = lesson.sample(&experiment, 1 << 19, |u| plain(integrand, d, 1, u));
-            let exact = integrand.integral(d);
-            numbers.push(Number::mean(
-                format!("Monte Carlo, d = {d}, {name}"),
-                exact,
-                &samples.all(),
-                1e-2,
-            ));
-            let name = format!("its variance, d = {d}, {name}");
-            numbers.push(Number::mean(
-                name,
-                integrand.variance(d),
-                &samples.variances(),
-                3e-2,
-            ));
-        }
-    }
+    let mut numbers = numbers(lesson);
     let mut plots = Vec::new();
     for d in [1, 2, 4, 8] {
         let (curve, plot) = by_calls(lesson, SMOOTH, d);
@@ -126,7 +101,6 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         plots.push(plot);
         lesson.progress(0.1 * f64::from(d));
     }
-    let edges = [1, 4].map(|d| by_calls(lesson, EDGE, d).1);
     vec![
         Finding::Plots {
             plots: vec![
@@ -134,22 +108,50 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
                 by_dimension(lesson, EDGE, "Integrand with an edge"),
             ],
         },
+        Finding::Plots { plots },
+        Finding::Plots {
+            plots: [1, 4].map(|d| by_calls(lesson, EDGE, d).1).to_vec(),
+        },
         Finding::Numbers {
             reading: "The slope of Monte Carlo's error is −1/2 in every dimension.".to_owned(),
             numbers,
         },
-        Finding::Plots { plots },
-        Finding::Plots {
-            plots: edges.to_vec(),
-        },
         Finding::Techniques {
             reading: format!(
-                "One estimate of the smooth integral from {CALLS} calls, in two and in eight dimensions. Where a grid is \
-                              fine, strata are worth thousands of times the samples; where it is coarse they help little."
+                "One estimate of the smooth integral from {CALLS} calls, in two and in eight \
+                 dimensions. Where a grid is fine, strata are worth many times the samples; where \
+                 it is coarse they help little."
             ),
             techniques: techniques(lesson),
         },
     ]
+}
+
+fn numbers(lesson: &Lesson<'_>) -> Vec<Number> {
+    let simpson = |d, nodes| rule(Rule::Simpson, SMOOTH, d, nodes);
+    let mut numbers = vec![
+        Number::certain("Simpson, d = 1, 1025 nodes, smooth", 1.0, simpson(1, 1025)),
+        Number::certain(
+            "Simpson, d = 2, 65 × 65 nodes, smooth",
+            1.0,
+            simpson(2, 65 * 65),
+        ),
+    ];
+    for d in [1, 4, 12] {
+        for (integrand, name) in [(SMOOTH, "smooth"), (EDGE, "edge")] {
+            let experiment = format!("mean {d} {name}");
+            let samples = lesson.sample(&experiment, 1 << 19, |u| plain(integrand, d, 1, u));
+            let exact = integrand.integral(d);
+            let title = format!("Monte Carlo, d = {d}, {name}");
+            numbers.push(Number::mean(title, exact, &samples.all(), 1e-2));
+            let (exact, title) = (
+                integrand.variance(d),
+                format!("its variance, d = {d}, {name}"),
+            );
+            numbers.push(Number::mean(title, exact, &samples.variances(), 3e-2));
+        }
+    }
+    numbers
 }
 
 fn rule(rule: Rule, integrand: Integrand, d: u32, calls: usize) -> f64 {
@@ -207,22 +209,27 @@ fn by_calls(lesson: &Lesson<'_>, integrand: Integrand, d: u32) -> (ErrorCurve, P
 fn reading(smooth: bool, d: u32) -> &'static str {
     match (smooth, d) {
         (true, 1) => {
-            "Simpson's rule ends at what double precision can hold; Monte Carlo has three digits by then."
+            "Simpson's rule ends at what double precision can hold; Monte Carlo has three digits \
+             by then."
         }
         (true, 2) => {
             "Still rules, but every digit costs them twice as many powers of ten as before."
         }
         (true, 4) => {
-            "The trapezoid falls as fast as chance now, and lies beside it; Simpson still falls faster."
+            "The trapezoid falls as fast as chance now, and lies beside it; Simpson still falls \
+             faster."
         }
         (true, _) => {
-            "A grid of 65536 calls has four nodes an axis: the trapezoid is far behind, and Simpson can pay for one grid only."
+            "A grid of 65536 calls has four nodes an axis: the trapezoid is far behind, and \
+             Simpson can pay for one grid only."
         }
         (false, 1) => {
-            "An edge leaves either rule an error of about 1/N. That of strata falls faster: only the cell with the edge adds to it, now more, now less."
+            "An edge leaves either rule an error of about 1/N. That of strata falls faster: only \
+             the cell with the edge adds to it, now more, now less."
         }
         (false, _) => {
-            "The errors of rules jump about without an order: one lucky grid says nothing about the next, and nothing warns of it."
+            "The errors of rules jump about without an order: one lucky grid says nothing about \
+             the next, and nothing warns of it."
         }
     }
 }
@@ -266,8 +273,9 @@ fn by_dimension(lesson: &Lesson<'_>, integrand: Integrand, title: &str) -> Plot 
     }));
     Plot {
         title: title.to_owned(),
-        reading: "The error in standard deviations of the integrand. Monte Carlo is a horizontal line. A rule ends where not even \
-                  its least grid, two or three nodes an axis, can be paid for."
+        reading: "The error in standard deviations of the integrand. Monte Carlo is a horizontal \
+                  line. A rule ends where not even its least grid, two or three nodes an axis, \
+                  can be paid for."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("dimension d").over(0.5, 12.5),

@@ -6,7 +6,7 @@
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page};
-use super::topic::{Lesson, Topic};
+use super::topic::{Lesson, Samples, Topic};
 use super::uniform::Uniform;
 use crate::error::Result;
 use crate::math::stats::Moments;
@@ -25,6 +25,9 @@ const R: f64 = 0.5;
 
 /// The chances of the numbers; the first is the course's.
 const SHOWN: [f64; 2] = [R, 0.8];
+
+/// All chances to go on that are tried.
+const CHANCES: [f64; 6] = [R, 0.4, 0.6, 0.7, 0.8, 0.9];
 
 /// Samples for each number.
 const SAMPLES: usize = 1 << 21;
@@ -47,14 +50,16 @@ fn variance(q: f64) -> f64 {
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "Light bounces for ever, a program cannot. To stop after a fixed number of bounces loses light: a bias that more \
-                samples do not mend. Russian roulette stops by chance. With probability q the path goes on, and what it finds \
-                is divided by q; else it ends. The expected value stays what it was. The variance grows, but the time saved \
-                goes into more paths."
+        claim: "Light bounces for ever, a program cannot. To stop after a fixed number of bounces \
+                loses light: a bias that more samples do not mend. Russian roulette stops by \
+                chance. With probability q the path goes on, and what it finds is divided by q; \
+                else it ends. The expected value stays what it was. The variance grows, but the \
+                time saved goes into more paths."
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"F_{\text{RR}} = \frac{F}{q} \;\text{ with probability } q, \quad F_{\text{RR}} = 0 \;\text{ else:} \qquad E[F_{\text{RR}}] = q\,\frac{E[F]}{q} = E[F]",
+                r"F_{\text{RR}} = \frac{F}{q} \;\text{ with probability } q, \quad F_{\text{RR}} =
+                  0 \;\text{ else:} \qquad E[F_{\text{RR}}] = q\,\frac{E[F]}{q} = E[F]",
                 "Roulette leaves the expected value as it is.",
             ),
             Formula::new(
@@ -62,94 +67,53 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
                 "It never lowers the variance of a sample; what it lowers is the cost.",
             ),
             Formula::new(
-                r"L = L_e + R\,L \;\Rightarrow\; L = L_e \sum_{k=0}^{\infty} R^k = \frac{L_e}{1-R} = 2 \qquad (L_e = 1,\; R = 0.5)",
+                r"L = L_e + R\,L \;\Rightarrow\; L = L_e \sum_{k=0}^{\infty} R^k = \frac{L_e}{1-R}
+                  = 2 \qquad (L_e = 1,\; R = 0.5)",
                 "The example: a closed box whose walls emit 1 and reflect one half.",
             ),
             Formula::new(
-                r"V = \frac{1 + \frac{2R}{1-R}}{1 - R^2/q} - \frac{1}{(1-R)^2}, \qquad q = R:\; V = \frac{R}{(1-R)^2} = 2, \quad E[\text{bounces}] = \frac{q}{1-q} = 1",
-                "Variance and length of paths that go on with probability q. Below q = R² = 1/4 the variance is infinite.",
+                r"V = \frac{1 + \frac{2R}{1-R}}{1 - R^2/q} - \frac{1}{(1-R)^2}, \qquad q = R:\; V
+                  = \frac{R}{(1-R)^2} = 2, \quad E[\text{bounces}] = \frac{q}{1-q} = 1",
+                "Variance and length of paths that go on with probability q. Below q = R² = 1/4 \
+                 the variance is infinite.",
             ),
         ],
-        experiment: "Two million paths each walk through the box, for several q. With q = R nothing has to be divided: every bounce \
-                     counts 1, and the result is the mean number of surfaces that a path sees. A second experiment plays \
-                     roulette, q = 1/2, for the samples of a plain integral, ∫ 3x² dx = 1."
+        experiment: "Two million paths each walk through the box, for several q. With q = R \
+                     nothing has to be divided: every bounce counts 1, and the result is the mean \
+                     number of surfaces that a path sees. A second experiment plays roulette, q = \
+                     1/2, for the samples of a plain integral, ∫ 3x² dx = 1."
             .to_owned(),
         findings: findings(lesson),
     })
 }
 
 fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
-    let exact = 1.0 / (1.0 - R);
-    let mut numbers = Vec::new();
-    let mut techniques = Vec::new();
-    let mut measured = Vec::new();
-    for q in [0.5, 0.4, 0.6, 0.7, 0.8, 0.9] {
-        let sums = lesson.sample(&format!("sum {q}"), SAMPLES, |u| path(q, u).0);
-        measured.push([q, sums.variances().mean()]);
+    let paths = CHANCES.map(|q| {
+        (
+            q,
+            lesson.sample(&format!("sum {q}"), SAMPLES, |u| path(q, u).0),
+        )
+    });
+    let technique = |(q, sums): &(f64, Samples)| {
         let technique = Technique::new(format!("q = {q}"), &sums.all(), sums.cost());
-        techniques.push(technique.exactly(variance(q)));
-        if SHOWN.contains(&q) {
-            let bounces = lesson.sample(&format!("bounces {q}"), SAMPLES / 4, |u| {
-                f64::from(path(q, u).1)
-            });
-            numbers.push(Number::mean(
-                format!("L, q = {q}"),
-                exact,
-                &sums.all(),
-                2e-3,
-            ));
-            numbers.push(Number::mean(
-                format!("V, q = {q}"),
-                variance(q),
-                &sums.variances(),
-                2e-2,
-            ));
-            numbers.push(Number::mean(
-                format!("bounces, q = {q}"),
-                q / (1.0 - q),
-                &bounces.all(),
-                1e-2,
-            ));
-        }
-    }
-    let kept = |u: &mut Uniform| {
-        if u.double() < 0.5 {
-            3.0 * u.double().powi(2) / 0.5
-        } else {
-            0.0
-        }
+        technique.exactly(variance(*q))
     };
-    let plain = lesson.sample("plain", SAMPLES, |u| 3.0 * u.double().powi(2));
-    let with = lesson.sample("with roulette", SAMPLES, kept);
-    numbers.push(Number::mean(
-        "∫ 3x² dx, V without roulette",
-        0.8,
-        &plain.variances(),
-        1e-2,
-    ));
-    numbers.push(Number::mean(
-        "∫ 3x² dx with roulette",
-        1.0,
-        &with.all(),
-        3e-3,
-    ));
-    numbers.push(Number::mean(
-        "V with roulette, (0.8 + 1)/0.5 − 1",
-        2.6,
-        &with.variances(),
-        1e-2,
-    ));
+    let mut measured: Vec<[f64; 2]> = paths
+        .iter()
+        .map(|(q, sums)| [*q, sums.variances().mean()])
+        .collect();
     measured.sort_by(|a, b| a[0].total_cmp(&b[0]));
     vec![
         Finding::Numbers {
             reading: "The box shines with 2, whatever the chance to go on.".to_owned(),
-            numbers,
+            numbers: [of_paths(lesson, &paths), of_samples(lesson)].concat(),
         },
         Finding::Techniques {
-            reading: "Here every path is worth its length, as all of its bounces tell the same: the longer, the more efficient. In a \
-                      picture a dim path tells less than a new one, so that q follows what the path still carries."
+            reading: "Here every path is worth its length, as all of its bounces tell the same: \
+                      the longer, the more efficient. In a picture a dim path tells less than a \
+                      new one, so that q follows what the path still carries."
                 .to_owned(),
-            techniques,
+            techniques: paths.iter().map(technique).collect(),
         },
         Finding::Plots {
             plots: vec![variances(measured), truncated(lesson)],
@@ -157,11 +121,64 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     ]
 }
 
+fn of_paths(lesson: &Lesson<'_>, paths: &[(f64, Samples)]) -> Vec<Number> {
+    let mut numbers = Vec::new();
+    for (q, sums) in paths.iter().filter(|(q, _)| SHOWN.contains(q)) {
+        let bounces = lesson.sample(&format!("bounces {q}"), SAMPLES, |u| {
+            f64::from(path(*q, u).1)
+        });
+        let named = |what: &str| format!("{what}, q = {q}");
+        numbers.push(Number::mean(named("L"), 1.0 / (1.0 - R), &sums.all(), 2e-3));
+        numbers.push(Number::mean(
+            named("V"),
+            variance(*q),
+            &sums.variances(),
+            2e-2,
+        ));
+        numbers.push(Number::mean(
+            named("bounces"),
+            q / (1.0 - q),
+            &bounces.all(),
+            1e-2,
+        ));
+    }
+    numbers
+}
+
+/// Roulette for the samples of a plain integral.
+fn of_samples(lesson: &Lesson<'_>) -> Vec<Number> {
+    let f = |x: f64| 3.0 * x * x;
+    let plain = lesson.sample("plain", SAMPLES, |u| f(u.double()));
+    let with = lesson.sample("with roulette", SAMPLES, |u| {
+        if u.double() < 0.5 {
+            f(u.double()) / 0.5
+        } else {
+            0.0
+        }
+    });
+    vec![
+        Number::mean(
+            "∫ 3x² dx, V without roulette",
+            0.8,
+            &plain.variances(),
+            1e-2,
+        ),
+        Number::mean("∫ 3x² dx with roulette", 1.0, &with.all(), 3e-3),
+        Number::mean(
+            "V with roulette, (0.8 + 1)/0.5 − 1",
+            2.6,
+            &with.variances(),
+            1e-2,
+        ),
+    ]
+}
+
 fn variances(measured: Vec<[f64; 2]>) -> Plot {
     Plot {
         title: "Variance of a path, R = 0.5".to_owned(),
-        reading: "Dots are measured. Going on more rarely than the walls reflect is dear; below q = 1/4 the variance is infinite, \
-                  as dividing by q makes the path heavier faster than it dies."
+        reading: "Dots are measured. Going on more rarely than the walls reflect is dear; below q \
+                  = 1/4 the variance is infinite, as dividing by q makes the path heavier faster \
+                  than it dies."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("probability q of going on").over(0.2, 1.0),
@@ -192,14 +209,19 @@ fn truncated(lesson: &Lesson<'_>) -> Plot {
     };
     Plot {
         title: "Chance against a limit".to_owned(),
-        reading: "Stopping after so many bounces costs no variance here, but its error stays for ever. That of roulette falls below \
-                  any limit, if one waits."
+        reading: "Stopping after so many bounces costs no variance here, but its error stays for \
+                  ever. That of roulette falls below any limit, if one waits."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("paths N"),
         y: Axis::log("error of L"),
         series: vec![
-            Series::new("roulette, q = R", Mark::Marks, 0, PATHS.iter().map(point).collect()),
+            Series::new(
+                "roulette, q = R",
+                Mark::Marks,
+                0,
+                PATHS.iter().map(point).collect(),
+            ),
             bias(1, 1),
             bias(3, 2),
             bias(5, 3),

@@ -20,7 +20,8 @@ use std::cell::RefCell;
 pub const TOPIC: Topic = Topic {
     name: "stratified",
     title: "Stratified sampling",
-    summary: "One sample in each cell: the variance falls faster, the smoother the integrand and the fewer the dimensions.",
+    summary: "One sample in each cell: the variance falls faster, the smoother the integrand and \
+              the fewer the dimensions.",
     weight: 4.0,
     run,
 };
@@ -63,6 +64,18 @@ impl Way {
         };
         estimate.map(|estimate| (estimate.value, estimate.calls))
     }
+
+    /// Its value alone.
+    fn value(
+        self,
+        f: impl Fn(&[f64]) -> f64,
+        dimension: u32,
+        samples: usize,
+        uniform: &mut Uniform,
+    ) -> f64 {
+        let estimate = self.estimate(f, dimension, samples, uniform);
+        estimate.map_or(f64::NAN, |(value, _)| value)
+    }
 }
 
 /// Climbs along the interval; its integral is 1.
@@ -77,19 +90,23 @@ fn slope(x: &[f64]) -> f64 {
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "Independent samples leave gaps and clusters. If the domain is cut into N cells of equal size with one sample in \
-                each, only the variance within the cells remains; that between them is gone. It is never worse than plain \
-                sampling. How much better it is depends on the integrand: within small cells a smooth one is almost constant, \
-                one with an edge is not where the edge runs through. And it depends on the dimension d, as N cells are only \
-                N^(1/d) fine along each axis."
+        claim: "Independent samples leave gaps and clusters. If the domain is cut into N cells of \
+                equal size with one sample in each, only the variance within the cells remains; \
+                that between them is gone. It is never worse than plain sampling. How much better \
+                it is depends on the integrand: within small cells a smooth one is almost \
+                constant, one with an edge is not where the edge runs through. And it depends on \
+                the dimension d, as N cells are only N^(1/d) fine along each axis."
             .to_owned(),
         formulas: vec![
             Formula::new(
-                r"\langle I\rangle = \frac{1}{N}\sum_{j=1}^{N} f(x_j), \quad x_j \in S_j, \qquad V_{\text{strat}} = \frac{1}{N^2}\sum_{j=1}^{N} V_j \;\le\; V_{\text{plain}}",
-                "One sample x in each stratum S; the variances within the strata are all that is left.",
+                r"\langle I\rangle = \frac{1}{N}\sum_{j=1}^{N} f(x_j), \quad x_j \in S_j, \qquad
+                  V_{\text{strat}} = \frac{1}{N^2}\sum_{j=1}^{N} V_j \;\le\; V_{\text{plain}}",
+                "One sample x in each stratum S; the variances within the strata are all that is \
+                 left.",
             ),
             Formula::new(
-                r"V \sim N^{-1-2/d} \;\text{(smooth)}, \qquad V \sim N^{-1-1/d} \;\text{(with an edge)}, \qquad V \sim N^{-1} \;\text{(plain)}",
+                r"V \sim N^{-1-2/d} \;\text{(smooth)}, \qquad V \sim N^{-1-1/d}
+                  \;\text{(with an edge)}, \qquad V \sim N^{-1} \;\text{(plain)}",
                 "How it falls. The error is the root of it.",
             ),
             Formula::new(
@@ -97,73 +114,15 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
                 "Two examples in closed form, in one and two dimensions.",
             ),
         ],
-        experiment: "Ramps and a quarter of a disk are integrated by plain samples, by jittered ones (one in each cell of a grid), and \
-                     by a Latin hypercube (one in each row and one in each column, for any N), each many times over."
+        experiment: "Ramps and a quarter of a disk are integrated by plain samples, by jittered \
+                     ones (one in each cell of a grid), and by a Latin hypercube (one in each row \
+                     and one in each column, for any N), each many times over."
             .to_owned(),
         findings: findings(lesson),
     })
 }
 
 fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
-    let runs = lesson.samples(20_000).max(8192);
-    let variance = |name: &str, f: fn(&[f64]) -> f64, dimension, samples, way: Way, exact: f64| {
-        let estimate = |u: &mut Uniform| {
-            way.estimate(f, dimension, samples, u)
-                .map_or(f64::NAN, |(value, _)| value)
-        };
-        let all = lesson.sample(name, runs, estimate);
-        Number::mean(name, exact, &all.variances(), 5e-2)
-    };
-    let numbers = vec![
-        variance(
-            "V for 2x, 16 plain samples: 1/(3N)",
-            ramp,
-            1,
-            16,
-            Way::Plain,
-            1.0 / 48.0,
-        ),
-        variance(
-            "V for 2x, 16 strata: 1/(3N³)",
-            ramp,
-            1,
-            16,
-            Way::Jittered,
-            1.0 / 12_288.0,
-        ),
-        variance(
-            "V for 2x, 64 strata",
-            ramp,
-            1,
-            64,
-            Way::Jittered,
-            1.0 / 786_432.0,
-        ),
-        variance(
-            "V for x + y, 64 plain samples: 1/(6N)",
-            slope,
-            2,
-            64,
-            Way::Plain,
-            1.0 / 384.0,
-        ),
-        variance(
-            "V for x + y, 8 × 8 strata: 1/(6N²)",
-            slope,
-            2,
-            64,
-            Way::Jittered,
-            1.0 / 24_576.0,
-        ),
-        variance(
-            "V for x + y, Latin hypercube: 1/(6N³)",
-            slope,
-            2,
-            64,
-            Way::LatinHypercube,
-            1.0 / 1_572_864.0,
-        ),
-    ];
     let smooth = curves(lesson, "smooth", slope, 1.0);
     let edge = curves(
         lesson,
@@ -171,25 +130,19 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         |x| Integrand::Ball.eval(x),
         Integrand::Ball.integral(2),
     );
-    let fallen = |name: &str, curve: &ErrorCurve, exact: f64| {
-        let [slope, error] = curve.slope();
-        Number::new(name, exact, slope, error, 0.03)
-    };
-    let numbers = numbers.into_iter().chain([
-        fallen("slope of the error, x + y, plain", &smooth[0].1, -0.5),
-        fallen("slope of the error, x + y, jittered", &smooth[1].1, -1.0),
-        fallen("slope of the error, edge, plain", &edge[0].1, -0.5),
-    ]);
     let readings = [
-        "Jittered samples gain half a power of N. The Latin hypercube gains a whole one here, since x + y is a sum of functions \
-         of one coordinate each; it is rarely that lucky.",
-        "The share of a square in a quarter of a disk. Cells that the edge runs through keep their variance, but these are only \
-         about √N of them: the error falls as N to the power −0.75. A Latin hypercube does not see a curved edge.",
+        "Jittered samples gain half a power of N. The Latin hypercube gains a whole one here, \
+         since x + y is a sum of functions of one coordinate each; it is rarely that lucky.",
+        "The share of a square in a quarter of a disk. Cells that the edge runs through keep \
+         their variance, but these are only about √N of them: the error falls as N to the power \
+         −0.75. A Latin hypercube does not see a curved edge.",
     ];
     vec![
         Finding::Numbers {
-            reading: "Measured over many estimates. The slopes are those of the error, half of the variance's.".to_owned(),
-            numbers: numbers.collect(),
+            reading: "Measured over many estimates. The slopes are those of the error, half of \
+                      the variance's."
+                .to_owned(),
+            numbers: [variances(lesson), slopes(&smooth, &edge)].concat(),
         },
         Finding::Plots {
             plots: Way::ALL.map(|way| scatter(lesson, way)).to_vec(),
@@ -201,9 +154,66 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             ],
         },
         Finding::Techniques {
-            reading: "One estimate of the quarter disk from 256 samples as a technique. Strata cost next to nothing.".to_owned(),
+            reading: "One estimate of the quarter disk from 256 samples as a technique. Strata \
+                      cost next to nothing."
+                .to_owned(),
             techniques: Way::ALL.map(|way| technique(lesson, way)).to_vec(),
         },
+    ]
+}
+
+/// Variances that have a closed form.
+fn variances(lesson: &Lesson<'_>) -> Vec<Number> {
+    let runs = lesson.samples(20_000).max(8192);
+    let of_ramp = |name: &str, samples: usize, way: Way, exact: f64| {
+        let all = lesson.sample(name, runs, |u| way.value(ramp, 1, samples, u));
+        Number::mean(name, exact, &all.variances(), 5e-2)
+    };
+    let of_slope = |name: &str, way: Way, exact: f64| {
+        let all = lesson.sample(name, runs, |u| way.value(slope, 2, 64, u));
+        Number::mean(name, exact, &all.variances(), 5e-2)
+    };
+    vec![
+        of_ramp(
+            "V for 2x, 16 plain samples: 1/(3N)",
+            16,
+            Way::Plain,
+            1.0 / 48.0,
+        ),
+        of_ramp(
+            "V for 2x, 16 strata: 1/(3N³)",
+            16,
+            Way::Jittered,
+            1.0 / 12_288.0,
+        ),
+        of_ramp("V for 2x, 64 strata", 64, Way::Jittered, 1.0 / 786_432.0),
+        of_slope(
+            "V for x + y, 64 plain samples: 1/(6N)",
+            Way::Plain,
+            1.0 / 384.0,
+        ),
+        of_slope(
+            "V for x + y, 8 × 8 strata: 1/(6N²)",
+            Way::Jittered,
+            1.0 / 24_576.0,
+        ),
+        of_slope(
+            "V for x + y, Latin hypercube: 1/(6N³)",
+            Way::LatinHypercube,
+            1.0 / 1_572_864.0,
+        ),
+    ]
+}
+
+fn slopes(smooth: &[(Way, ErrorCurve)], edge: &[(Way, ErrorCurve)]) -> Vec<Number> {
+    let fallen = |name: &str, curve: &ErrorCurve, exact: f64| {
+        let [slope, error] = curve.slope();
+        Number::new(name, exact, slope, error, 0.03)
+    };
+    vec![
+        fallen("slope of the error, x + y, plain", &smooth[0].1, -0.5),
+        fallen("slope of the error, x + y, jittered", &smooth[1].1, -1.0),
+        fallen("slope of the error, edge, plain", &edge[0].1, -0.5),
     ]
 }
 
@@ -243,9 +253,7 @@ fn technique(lesson: &Lesson<'_>, way: Way) -> Technique {
     let runs = lesson.samples(20_000);
     let experiment = format!("technique {}", way.name());
     let all = lesson.sample(&experiment, runs, |u| {
-        let f = |x: &[f64]| Integrand::Ball.eval(x);
-        way.estimate(f, 2, 256, u)
-            .map_or(f64::NAN, |(value, _)| value)
+        way.value(|x| Integrand::Ball.eval(x), 2, 256, u)
     });
     let technique = Technique::new(way.name(), &all.all(), all.cost());
     match way {

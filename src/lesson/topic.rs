@@ -104,8 +104,8 @@ impl<'a> Lesson<'a> {
         Uniform::new(self.seed(experiment, index))
     }
 
-    /// Does an experiment `count` times, each with random numbers of its own, on all threads; in order. When the lesson is
-    /// cancelled the rest is left out.
+    /// Does an experiment `count` times, each with random numbers of its own, on all threads; in order. When the
+    /// lesson is cancelled the rest is left out.
     pub fn repeat<T: Send>(
         &self,
         experiment: &str,

@@ -48,8 +48,9 @@ pub fn index(done: &[Done], topics: &[Topic], seed: u64) -> String {
     let is_done = |topic: &Topic| done.iter().any(|done| done.topic.name == topic.name);
     let body = html! {
         h1 { "Monte Carlo integration, by experiment" }
-        p.text { "Each page claims something, tries it, and holds what came out against the exact value. All random \
-                  numbers, distributions and pictures come from the renderer itself." }
+        p.text { "Each page claims something, tries it, and holds what came out against the exact \
+                  value. All random numbers, distributions and pictures come from the renderer \
+                  itself." }
         ol.contents {
             @for topic in topics {
                 li {
@@ -88,8 +89,17 @@ fn way(topic: &Topic, all: &[Topic]) -> Markup {
 fn foot(command: &str) -> Markup {
     html! {
         p.says.foot {
-            "Made by " code { (command) } " with etendue " (env!("CARGO_PKG_VERSION")) ". The same seed gives the same \
-             numbers, but for times and what follows from them."
+            "Made by " code { (command) } " with etendue " (env!("CARGO_PKG_VERSION")) ". The \
+                                                                                        same seed \
+                                                                                        gives the \
+                                                                                        same \
+                                                                                        numbers, \
+                                                                                        but for \
+                                                                                        times and \
+                                                                                        what \
+                                                                                        follows \
+                                                                                        from \
+                                                                                        them."
         }
     }
 }

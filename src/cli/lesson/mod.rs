@@ -1,7 +1,8 @@
 //! `etendue lesson`: the table of contents, topics as pages, and their numbers in the terminal.
 //!
 //! Measure: that of each topic.
-//! Range: topics of the course. A page is written as soon as its topic is done, so that an end by Ctrl-C keeps those before.
+//! Range: topics of the course. A page is written as soon as its topic is done, so that an end by Ctrl-C keeps those
+//! before.
 //! Source: docs/lessons.md. Tested in `tests/lesson_command.rs`.
 
 mod html;

@@ -1,8 +1,8 @@
 //! Plots for pages of HTML: lines, dots, bars and ribbons on two axes, as SVG that follows the page's light or dark.
 //!
-//! Written by hand, since plotters 0.3.7 was tried and turned out unfit: it rounds places to whole pixels, so that curves have
-//! kinks where a small frame is shown large; it moves points outside of an axis to its rim, where they look measured;
-//! its labels overlapped the axis's name; and its legend stands on the data.
+//! Written by hand, since plotters 0.3.7 was tried and turned out unfit: it rounds places to whole pixels, so that
+//! curves have kinks where a small frame is shown large; it moves points outside of an axis to its rim, where they
+//! look measured; its labels overlapped the axis's name; and its legend stands on the data.
 //!
 //! Measure: that of the axes; lengths in units of the frame, which scales to the width that there is.
 //! Range: any plot; what has no place on an axis is left out, what is outside of the frame is cut.

@@ -43,6 +43,9 @@ const SIZE: (u32, u32) = (16, 16);
 /// Samples per pixel of a measurement.
 const SPP: usize = 4096;
 
+/// The least of them that tell the light of the smallest lamp.
+const LEAST_SPP: usize = 1024;
+
 /// Seconds of each picture.
 const SECONDS: f64 = 2.0;
 
@@ -188,7 +191,7 @@ impl Measured {
 
 fn measure(lesson: &Lesson<'_>, way: &Way, a: f64) -> Result<Measured> {
     let stage = Stage::new(lesson, below_disk(a), SIZE)?;
-    let spp = lesson.samples(SPP) as u64;
+    let spp = lesson.samples(SPP).max(LEAST_SPP) as u64;
     let budget = Budget {
         spp: Some(spp),
         time: None,

@@ -154,8 +154,9 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             ],
         },
         Finding::Techniques {
-            reading: "One estimate of the quarter disk from 256 samples as a technique. Strata \
-                      cost next to nothing."
+            reading: "One estimate of the quarter disk from 256 samples as a technique. This \
+                      integrand costs next to nothing, so that placing the samples counts; beside \
+                      a traced path it would not."
                 .to_owned(),
             techniques: Way::ALL.map(|way| technique(lesson, way)).to_vec(),
         },

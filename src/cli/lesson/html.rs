@@ -172,5 +172,6 @@ math { font-family: 'Latin Modern Math', 'STIX Two Math', 'Cambria Math', math; 
 .picture img { display: block; width: 100%; height: auto; image-rendering: pixelated; margin-bottom: .3rem; }
 .way { display: flex; flex-wrap: wrap; justify-content: space-between; gap: .2rem 1rem; font-size: .9rem; }
 .way a { margin: 0; } .foot { margin-top: 2.5rem; border-top: 1px solid var(--line); padding-top: .8rem; }
-.contents li { margin: .5rem 0; }
+.contents li { margin: .5rem 0; } td:first-child { min-width: 6.5rem; }
+@media (max-width: 40rem) { table { font-size: .8rem; } th, td { padding-right: .5rem; } .math { font-size: 1rem; } }
 ";

@@ -283,7 +283,7 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
             reading: "Variance is that of one sample of a pixel, the mean over the picture, of \
                       the squared distance from the reference; T is the time of such a sample. \
                       The efficiency is the median over the seeds, with the least and the \
-                      greatest; it depends on the machine, its ratio to the first hardly."
+                      greatest; it depends on the machine, its ratio to the first much less."
                 .to_owned(),
             techniques: rungs.iter().map(Rung::technique).collect(),
         },

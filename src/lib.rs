@@ -12,6 +12,7 @@ pub mod film;
 pub mod geometry;
 pub mod image;
 pub mod integrator;
+pub mod lesson;
 pub mod light;
 pub mod math;
 pub mod plan;

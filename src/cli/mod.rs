@@ -9,9 +9,11 @@ mod chart;
 mod durations;
 mod info;
 mod job;
+mod lesson;
 mod output;
 mod page;
 mod plan;
+mod plot;
 mod render;
 mod replay;
 mod report;
@@ -40,6 +42,7 @@ pub fn run() -> ExitCode {
         Verb::Render(render) => render::run(render),
         Verb::Plan(plan) => plan::run(plan),
         Verb::Bench(bench) => bench::run(bench),
+        Verb::Lesson(lesson) => lesson::run(lesson),
         Verb::Info(info) => info::run(info),
         Verb::Completions { shell } => {
             let mut script = Vec::new();

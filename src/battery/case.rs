@@ -1,0 +1,143 @@
+//! A case of the battery: a claim, and how it is measured.
+//!
+//! Measure: said by each case.
+//! Range: any backend and seed; what a case needs of them it says in its name.
+//! Source: docs/hard-cases.md. Tested in `tests/battery.rs`.
+
+use super::claim::Claim;
+use super::staging::{Look, see};
+use crate::accel::AccelOptions;
+use crate::error::Result;
+use crate::render::RenderObserver;
+use crate::scene::description::SceneDescription;
+use serde::Serialize;
+
+/// How much is measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Effort {
+    /// As little as the power limits allow.
+    Quick,
+    /// Eight times as many samples, and the long rows at full length.
+    Full,
+}
+
+/// With what a case is measured.
+pub struct Trial<'a> {
+    /// How rays are traced.
+    pub options: AccelOptions,
+    /// Picks one of 2^64 sets of random numbers.
+    pub seed: u64,
+    /// How much is measured.
+    pub effort: Effort,
+    /// Whether to end as soon as possible; what was measured until then is thrown away.
+    pub is_cancelled: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl Trial<'_> {
+    /// The samples that a case takes that needs at least `quick` of them.
+    pub fn samples(&self, quick: u64) -> u64 {
+        self.either(quick, 8 * quick)
+    }
+
+    /// One of two, by the effort.
+    pub fn either<T>(&self, quick: T, full: T) -> T {
+        match self.effort {
+            Effort::Quick => quick,
+            Effort::Full => full,
+        }
+    }
+}
+
+impl RenderObserver for Trial<'_> {
+    fn is_cancelled(&self) -> bool {
+        (self.is_cancelled)()
+    }
+}
+
+/// What other renderers gave for the same case, as published in docs/hard-cases.md; "-" where it was not run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Peers {
+    /// Mitsuba 3.9.1, scalar_rgb.
+    pub mitsuba: &'static str,
+    /// Cycles in Blender 5.0.1, CPU.
+    pub cycles: &'static str,
+    /// LuxCore 2.11.2, PATHCPU.
+    pub luxcore: &'static str,
+}
+
+type Measure = Box<dyn Fn(&Trial<'_>) -> Result<Vec<f64>> + Send + Sync>;
+
+/// One case.
+pub struct Case {
+    /// Its row in the catalogue of docs/hard-cases.md.
+    pub row: u32,
+    /// The subject that it belongs to.
+    pub subject: &'static str,
+    /// What it is, in a few words.
+    pub name: String,
+    /// What is claimed.
+    pub claim: Claim,
+    /// What others gave, where that is known.
+    pub peers: Option<Peers>,
+    /// About how long it takes with full effort, in units of the usual case.
+    pub cost: f64,
+    measure: Measure,
+}
+
+impl Case {
+    /// A case that `measure` yields independent numbers of.
+    pub fn new(
+        row: u32,
+        name: impl Into<String>,
+        claim: Claim,
+        measure: impl Fn(&Trial<'_>) -> Result<Vec<f64>> + Send + Sync + 'static,
+    ) -> Self {
+        Self {
+            row,
+            subject: "",
+            name: name.into(),
+            claim,
+            peers: None,
+            cost: 1.0,
+            measure: Box::new(measure),
+        }
+    }
+
+    /// A case about what each pixel sees of a scene.
+    pub fn seen(
+        row: u32,
+        name: impl Into<String>,
+        claim: Claim,
+        scene: SceneDescription,
+        look: Look,
+    ) -> Self {
+        Self::new(row, name, claim, move |trial| see(trial, &scene, look))
+    }
+
+    /// The same case of a subject.
+    pub fn about(self, subject: &'static str) -> Self {
+        Self { subject, ..self }
+    }
+
+    /// The same case, known to take that many times as long as others with full effort.
+    pub fn costing(self, cost: f64) -> Self {
+        Self { cost, ..self }
+    }
+
+    /// The same case with what others gave.
+    pub fn beside(self, peers: Peers) -> Self {
+        Self {
+            peers: Some(peers),
+            ..self
+        }
+    }
+
+    /// Independent numbers of what the case is about.
+    ///
+    /// # Errors
+    /// What the scene or the backend says.
+    pub fn measure(&self, trial: &Trial<'_>) -> Result<Vec<f64>> {
+        (self.measure)(trial)
+    }
+}

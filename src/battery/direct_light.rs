@@ -176,32 +176,32 @@ fn polygons() -> Vec<Case> {
 }
 
 fn rectangles_nearby() -> Vec<Case> {
-    let case = |row, name, light, reach, factor| {
+    let case = |row, name, light, reach, claim| {
         let scene = floor_under(light, 1.0, reach);
-        Case::seen(
-            row,
-            name,
-            Claim::mean(lit(factor), 1e-3),
-            scene,
-            direct(1 << 11),
-        )
+        Case::seen(row, name, claim, scene, direct(1 << 11))
     };
+    let lit_by = |factor| Claim::mean(lit(factor), 1e-3);
     let middle = [1e-1, 1e-2, 1e-4, 1e-6].map(|h| {
         let name = format!("2 x 2 light {h:e} over its middle");
         let light = ceiling([-1.0, 1.0], [-1.0, 1.0], h);
-        case(25, name, light, h, 4.0 * parallel_rectangle(1.0, 1.0, h))
+        let claim = lit_by(4.0 * parallel_rectangle(1.0, 1.0, h));
+        case(25, name, light, h, claim)
     });
     let corner = [1.0, 1e-2, 1e-4].map(|h| {
         let name = format!("2 x 2 light {h:e} over its corner");
         let light = ceiling([0.0, 2.0], [0.0, 2.0], h);
-        case(25, name, light, h, parallel_rectangle(2.0, 2.0, h))
+        // Right under a corner the factor changes by 1 / (4 h) a unit of length, along either axis; where a ray meets the
+        // floor is known to one rounding of the scene's size.
+        let rounding = 2.5 * f64::from(f32::EPSILON) / 2.0 / (2.0 * h);
+        let claim = lit_by(parallel_rectangle(2.0, 2.0, h)).within(lit(rounding));
+        case(25, name, light, h, claim)
     });
     let huge = case(
         27,
         "light of half-width 1e6 at distance 1".to_owned(),
         ceiling([-1e6, 1e6], [-1e6, 1e6], 1.0),
         1.0,
-        4.0 * parallel_rectangle(1e6, 1e6, 1.0),
+        lit_by(4.0 * parallel_rectangle(1e6, 1e6, 1.0)),
     );
     middle.into_iter().chain(corner).chain([huge]).collect()
 }
@@ -211,7 +211,7 @@ fn walls() -> Vec<Case> {
         let wall = rectangle([c, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 2.0, 0.0]);
         let mut scene = floor_under(wall, 1.0, c.min(0.5));
         // The floor ends at the wall, and the view comes from the other side.
-        let floor = rectangle([c - 1.0, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        let floor = rectangle([c - 2.0, -0.5, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         scene.shapes[0] = shape(floor, 0.0);
         let eye = c.min(0.5) * DVec3::new(-0.3, 0.2, 0.4);
         scene.camera = looking(eye, DVec3::ZERO, diffuse(ALBEDO)).camera;

@@ -21,7 +21,7 @@ use crate::scene::interaction::Interaction;
 use std::f64::consts::PI;
 
 /// The points of a replicate that tell a form factor to 5e-4.
-const POINTS: u64 = 1 << 15;
+const POINTS: u64 = 1 << 17;
 
 /// The form factor, replicate by replicate; `point` maps the unit square onto the first shape, evenly.
 pub fn form_factor(

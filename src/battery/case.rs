@@ -6,7 +6,7 @@
 
 use super::claim::Claim;
 use super::staging::{Look, see};
-use crate::accel::AccelOptions;
+use crate::accel::{AccelOptions, Backend};
 use crate::error::Result;
 use crate::render::RenderObserver;
 use crate::scene::description::SceneDescription;
@@ -82,6 +82,7 @@ pub struct Case {
     pub peers: Option<Peers>,
     /// About how long it takes with full effort, in units of the usual case.
     pub cost: f64,
+    known: Option<(&'static str, &'static str)>,
     measure: Measure,
 }
 
@@ -100,6 +101,7 @@ impl Case {
             claim,
             peers: None,
             cost: 1.0,
+            known: None,
             measure: Box::new(measure),
         }
     }
@@ -123,6 +125,17 @@ impl Case {
     /// The same case, known to take that many times as long as others with full effort.
     pub fn costing(self, cost: f64) -> Self {
         Self { cost, ..self }
+    }
+
+    /// The same case, of which it is known that a backend fails it, and why: its name, and a sentence.
+    pub fn known_to_fail(self, known: Option<(&'static str, &'static str)>) -> Self {
+        Self { known, ..self }
+    }
+
+    /// Why a backend is known to fail it, if it is.
+    pub fn known_failure(&self, backend: Backend) -> Option<&'static str> {
+        let (name, why) = self.known?;
+        (name == backend.name()).then_some(why)
     }
 
     /// The same case with what others gave.

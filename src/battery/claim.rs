@@ -129,21 +129,27 @@ impl Claim {
     /// Holds numbers against the claim.
     pub fn judge(&self, numbers: &[f64]) -> Judged {
         let moments = Moments::of(numbers.iter().copied());
+        if self.power_limit.is_some() {
+            return self.judge_mean(&moments);
+        }
+        let farthest = self.farthest(numbers);
+        let holds = !numbers.is_empty() && self.excess(farthest) <= self.tolerance;
+        Judged {
+            ours: farthest,
+            standard_error: moments.standard_error(),
+            verdict: if holds {
+                Verdict::Passed
+            } else {
+                Verdict::Failed
+            },
+        }
+    }
+
+    /// Holds the mean of numbers against a claim about one.
+    pub fn judge_mean(&self, moments: &Moments) -> Judged {
         let standard_error = moments.standard_error();
-        let Some(power_limit) = self.power_limit else {
-            let farthest = self.farthest(numbers);
-            let holds = !numbers.is_empty() && self.excess(farthest) <= self.tolerance;
-            return Judged {
-                ours: farthest,
-                standard_error,
-                verdict: if holds {
-                    Verdict::Passed
-                } else {
-                    Verdict::Failed
-                },
-            };
-        };
         let known = standard_error.filter(|_| moments.count() >= REPLICATES);
+        let power_limit = self.power_limit.unwrap_or(f64::INFINITY);
         // Nothing compares with NaN: such a mean has failed, such an error says nothing.
         let holds = |error: f64| self.excess(moments.mean()) <= self.tolerance + SIGMAS * error;
         let verdict = match known {

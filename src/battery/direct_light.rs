@@ -27,6 +27,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
         rectangles_nearby(),
         walls(),
         distant_spheres(),
+        winding(),
     ]
     .into_iter()
     .flatten()
@@ -51,8 +52,11 @@ fn form_factors() -> Vec<Case> {
     let between = |row, name: &str, [receiver, light]: [GeometryDescription; 2], claim, point| {
         let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(ALBEDO));
         scene.shapes = vec![shape(receiver, 0.0), shape(light, 1.0)];
+        // Discs are sampled by area.
+        let points = if row == 18 { 1 << 18 } else { 1 << 16 };
         let point: fn(f64, f64) -> DVec3 = point;
-        let measure = move |trial: &Trial<'_>| form_factor(trial, &scene, DVec3::Z, point);
+        let measure =
+            move |trial: &Trial<'_>| form_factor(trial, &scene, DVec3::Z, (point, points));
         Case::new(row, name, claim, measure)
     };
     let disc = |z: f64, radius: f64, up: f64| GeometryDescription::Disk {
@@ -230,4 +234,35 @@ fn distant_spheres() -> Vec<Case> {
         Case::seen(28, name, claim, scene, direct(1 << 8))
     };
     [1e6, 1e8, 1e10, 1e12].map(case).into()
+}
+
+/// Surfaces scatter on both sides, whichever way their triangles are wound; lamps shine on the side of their normal.
+fn winding() -> Vec<Case> {
+    let square = |z: f64, reversed: bool| {
+        let mut corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        if reversed {
+            corners.reverse();
+        }
+        polygon(corners.map(|(x, y)| DVec3::new(x, y, z)).to_vec())
+    };
+    let exact = lit(4.0 * parallel_rectangle(1.0, 1.0, 1.0));
+    let case = |(floor, lamp): (bool, bool)| {
+        let mut scene = floor_under(square(1.0, lamp), 1.0, 1.0);
+        scene.shapes[0] = shape(square(0.0, floor), 0.0);
+        let claim = if lamp {
+            Claim::mean(exact, 1e-3)
+        } else {
+            Claim::exactly(0.0)
+        };
+        let way = |down: bool| if down { "down" } else { "up" };
+        let name = format!(
+            "floor wound to face {}, lamp above it {}",
+            way(floor),
+            way(lamp)
+        );
+        Case::seen(42, name, claim, scene, direct(1 << 11))
+    };
+    [(false, true), (true, true), (false, false)]
+        .map(case)
+        .into()
 }

@@ -20,18 +20,16 @@ use crate::scene::description::SceneDescription;
 use crate::scene::interaction::Interaction;
 use std::f64::consts::PI;
 
-/// The points of a replicate that tell a form factor to 5e-4.
-const POINTS: u64 = 1 << 17;
-
 /// The form factor, replicate by replicate; `point` maps the unit square onto the first shape, evenly.
+/// Each replicate takes at least so many points.
 pub fn form_factor(
     trial: &Trial<'_>,
     description: &SceneDescription,
     normal: DVec3,
-    point: fn(f64, f64) -> DVec3,
+    (point, points): (fn(f64, f64) -> DVec3, u64),
 ) -> Result<Vec<f64>> {
     let scene = ready(trial, description)?;
-    let points = trial.samples(POINTS);
+    let points = trial.samples(points);
     let replicate = |replicate: u64| {
         let mut sampler = Sobol::new(combine(trial.seed, replicate));
         let sample = |sample| {

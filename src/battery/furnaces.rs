@@ -7,19 +7,23 @@
 
 use super::case::{Case, Effort};
 use super::claim::Claim;
-use super::staging::{Look, diffuse, direct, glass, looking, shape, sky, sphere};
+use super::staging::{
+    Look, ceiling, diffuse, direct, glass, looking, rectangle, shape, sky, sphere,
+};
 use crate::integrator::Roulette;
 use crate::math::rgb::Rgb;
 use crate::math::vec::DVec3;
 use crate::scene::description::{
-    GeometryDescription, MaterialModel, MeshDescription, SceneDescription,
+    GeometryDescription, MaterialDescription, MaterialModel, MeshDescription, Place,
+    SceneDescription,
 };
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
+/// Without roulette, and with a limit that a path within what is white and closed ends at.
 const PATIENT: Look = Look {
     spp: 64,
-    max_bounces: None,
+    max_bounces: Some(1000),
     roulette: Roulette::None,
 };
 
@@ -76,19 +80,15 @@ fn gaps() -> Vec<Case> {
         let target = DVec3::new(0.3, 0.0, f64::sqrt(1.0 - 0.09));
         let shells = [sphere(DVec3::ZERO, 1.0 + gap), ball()];
         let mut scene = under_the_sky(eye, target, glass(1.5, 0.0), shells);
-        let air = crate::scene::description::MaterialDescription::new(
-            "air",
-            crate::scene::description::Place::default(),
-            glass(1.0 / 1.5, 0.0),
-        );
+        let air = MaterialDescription::new("air", Place::default(), glass(1.0 / 1.5, 0.0));
         scene.materials.push(air);
         scene.shapes[1].material = 1;
         let name = format!("glass shell {gap:e} thick");
         Case::seen(41, name, Claim::without_noise(1.0, 4e-6), scene, PATIENT)
     });
     let sheets = [1e-4, 1e-6].map(|gap: f64| {
-        let floor = super::staging::rectangle([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
-        let cover = super::staging::ceiling([-1.0, 1.0], [-1.0, 1.0], gap);
+        let floor = rectangle([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
+        let cover = ceiling([-1.0, 1.0], [-1.0, 1.0], gap);
         let eye = gap * DVec3::new(0.3, 0.2, 0.4);
         let scene = under_the_sky(eye, DVec3::ZERO, diffuse(1.0), [floor, cover]);
         let name = format!("light between two sheets {gap:e} apart");
@@ -101,9 +101,10 @@ fn cameras_in_odd_places() -> Vec<Case> {
     let seen = |name: &str, exact, scene| {
         Case::seen(47, name, Claim::without_noise(exact, 4e-6), scene, PATIENT)
     };
-    let surface = DVec3::new(0.6, 0.0, 0.8);
     let across = under_the_sky(1.5 * DVec3::Z, DVec3::Z, diffuse(1.0), [ball()]);
-    let on_surface = under_the_sky(surface, 3.0 * surface, diffuse(1.0), [ball()]);
+    let floor = || rectangle([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
+    let on_floor = under_the_sky(DVec3::ZERO, DVec3::Z, diffuse(1.0), [floor()]);
+    let along = under_the_sky(DVec3::ZERO, DVec3::X, diffuse(1.0), [floor()]);
     // Radiance is n^2 times as large in glass.
     let within = under_the_sky(DVec3::ZERO, DVec3::X, glass(1.5, 0.0), [ball()]);
     let at_lamp = {
@@ -114,7 +115,8 @@ fn cameras_in_odd_places() -> Vec<Case> {
     };
     vec![
         seen("camera half a radius above a white sphere", 1.0, across),
-        seen("camera on a white sphere, looking away", 1.0, on_surface),
+        seen("camera on a white floor, looking up", 1.0, on_floor),
+        seen("camera on a white floor, looking along it", 1.0, along),
         seen("camera in the middle of a glass sphere", 2.25, within),
         seen("camera within a lamp", 0.5, at_lamp),
     ]

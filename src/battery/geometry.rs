@@ -28,6 +28,12 @@ use std::sync::Arc;
 /// Squares along an edge of the cube that closed meshes are made from.
 const SQUARES: u32 = 16;
 
+/// The backend that lets some segments pass.
+const EMBREE: &str = "embree";
+
+const AT_VERTICES: &str = "Embree's robust mode is watertight along edges, not at vertices (its issue 181): of segments \
+     aimed at the very bits of a vertex some pass, one in 10^4 to one in 100 by the fineness of the mesh";
+
 /// Every case.
 pub fn cases(effort: Effort) -> Vec<Case> {
     [
@@ -59,6 +65,7 @@ fn closed_meshes(effort: Effort) -> Vec<Case> {
     let all = meshes.flat_map(|mesh| Aim::ALL.iter().map(move |&aim| (mesh, aim)));
     let case = |(((what, form), (size, offset)), aim): (((&str, Form), (f64, f64)), Aim)| {
         let row = if aim == Aim::Vertex { 37 } else { 36 };
+        let known = (aim == Aim::Vertex).then_some((EMBREE, AT_VERTICES));
         let aimed = match aim {
             Aim::Anywhere => "anywhere",
             Aim::Edge => "at edges",
@@ -70,6 +77,7 @@ fn closed_meshes(effort: Effort) -> Vec<Case> {
             escaped(trial, &mesh, aim, segments)
         })
         .costing(cost)
+        .known_to_fail(known)
     };
     all.map(case).collect()
 }
@@ -171,18 +179,22 @@ fn blurred_edges() -> Vec<Case> {
     let lenses = [(2.0, 0.1, 1.0), (1.0, 0.05, 1e30), (100.0, 3.0, 80.0)];
     let all = lenses
         .into_iter()
-        .flat_map(|lens| [-0.9, 0.0, 0.7].map(|x: f64| (lens, x)));
+        .flat_map(|lens| [-1.02, -0.9, 0.0, 0.7, 1.02].map(|x: f64| (lens, x)));
     let case = |((height, lens_radius, focus), x): ((f64, f64, f64), f64)| {
         let radius = lens_radius * f64::abs(height / focus - 1.0);
         // As far as any ray goes, and no farther: single precision is shared by the whole scene.
         let mut scene = half_plane(x * radius, height, 1.0 + 4.0 * radius);
         scene.camera.lens_radius = lens_radius;
         scene.camera.focus_distance = focus;
-        let exact = disc_segment(x);
+        let exact = disc_segment(x.clamp(-1.0, 1.0));
         let name = format!(
             "edge at {x} of the blur of a lens of {lens_radius} at {height}, focused at {focus:e}"
         );
-        let claim = Claim::mean(exact, 2e-3 / exact);
+        let claim = if x.abs() < 1.0 {
+            Claim::mean(exact, 2e-3 / exact)
+        } else {
+            Claim::exactly(exact)
+        };
         Case::seen(45, name, claim, scene, bounces(0, 1 << 12))
     };
     all.map(case).collect()

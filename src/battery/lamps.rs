@@ -7,7 +7,7 @@
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
-use super::closed_forms::bright_texel;
+use super::closed_forms::{bright_texel, parallel_rectangle};
 use super::staging::{
     Look, bounces, ceiling, diffuse, direct, light, looking, mesh, rectangle, see, shape,
 };
@@ -312,7 +312,7 @@ fn panoramas() -> Vec<Case> {
 
 /// What light sampling says that the sphere around a point receives.
 fn integrals(trial: &Trial<'_>, map: &EnvironmentMap) -> Vec<f64> {
-    let samples = trial.samples(1 << 14);
+    let samples = trial.samples(1 << 16);
     let replicate = |replicate: u64| {
         let mut random = Random::new(trial.seed, replicate);
         let one = |_| {
@@ -332,7 +332,7 @@ fn useless_emitters() -> Vec<Case> {
     const COUNT: u32 = 100_000;
     let look: Look = direct(1 << 11);
     let name = "one lamp among 1e5 emitters of no area and one of radiance 1e-40";
-    let exact = 0.5 * 4.0 * super::closed_forms::parallel_rectangle(1.0, 1.0, 1.0);
+    let exact = 0.5 * 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
     let case = Case::new(33, name, Claim::mean(exact, 1e-3), move |trial| {
         let mut scene = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(0.5));
         let ground = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);

@@ -30,6 +30,19 @@ pub struct BatteryReport {
     pub complete: bool,
     /// Case by case.
     pub results: Vec<CaseReport>,
+    /// What was not measured, as it is known to fail.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A case that was left out.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct LeftOut {
+    /// Its row in the catalogue.
+    pub row: u32,
+    /// What it is.
+    pub name: String,
+    /// Why it fails.
+    pub why: &'static str,
 }
 
 /// One case.

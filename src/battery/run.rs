@@ -7,7 +7,7 @@
 
 use super::case::{Case, Effort, Trial};
 use super::claim::{Judged, Verdict};
-use super::report::{BatteryReport, CaseReport};
+use super::report::{BatteryReport, CaseReport, LeftOut};
 use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::bench::machine::machine;
 use crate::error::{Error, Result};
@@ -28,6 +28,8 @@ pub struct BatterySettings {
     pub seed: u64,
     /// How much is measured.
     pub effort: Effort,
+    /// Whether cases are measured, too, that the backend is known to fail.
+    pub known_failures: bool,
 }
 
 impl Default for BatterySettings {
@@ -38,6 +40,7 @@ impl Default for BatterySettings {
             threads: available_threads(),
             seed: 0,
             effort: Effort::Quick,
+            known_failures: false,
         }
     }
 }
@@ -70,7 +73,15 @@ pub fn run(
     if settings.threads == 0 {
         return Err(Error::usage("threads must be at least 1"));
     }
-    let battery = Battery::new(cases, settings, observer);
+    let is_known =
+        |case: &&Case| !settings.known_failures && case.known_failure(settings.backend).is_some();
+    let (left_out, cases): (Vec<_>, Vec<_>) = cases.iter().partition(is_known);
+    let left_out = left_out.into_iter().filter_map(|case| {
+        let why = case.known_failure(settings.backend)?;
+        let (row, name) = (case.row, case.name.clone());
+        Some(LeftOut { row, name, why })
+    });
+    let battery = Battery::new(&cases, settings, observer);
     std::thread::scope(|scope| {
         for _ in 0..settings.threads.min(cases.len()) {
             scope.spawn(|| battery.work());
@@ -89,11 +100,12 @@ pub fn run(
         threads: settings.threads,
         complete,
         results: queue.results.into_iter().flatten().collect(),
+        left_out: left_out.collect(),
     })
 }
 
 struct Battery<'a> {
-    cases: &'a [Case],
+    cases: &'a [&'a Case],
     settings: &'a BatterySettings,
     observer: &'a dyn BatteryObserver,
     queue: Mutex<Queue>,
@@ -110,7 +122,7 @@ struct Queue {
 
 impl<'a> Battery<'a> {
     fn new(
-        cases: &'a [Case],
+        cases: &'a [&'a Case],
         settings: &'a BatterySettings,
         observer: &'a dyn BatteryObserver,
     ) -> Self {
@@ -137,7 +149,7 @@ impl<'a> Battery<'a> {
             let Some(index) = self.lock().open.pop() else {
                 return;
             };
-            let report = self.measure(&self.cases[index]);
+            let report = self.measure(self.cases[index]);
             if self.observer.is_cancelled() {
                 return;
             }

@@ -7,7 +7,7 @@
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
-use super::staging::{Look, diffuse, light, looking, see, see_exactly, shape, sphere};
+use super::staging::{Look, bounces, diffuse, light, looking, see, see_exactly, shape, sphere};
 use crate::error::Result;
 use crate::integrator::Roulette;
 use crate::math::rgb::Rgb;
@@ -71,12 +71,12 @@ fn grey_furnaces() -> Vec<Case> {
     table.into_iter().map(case).collect()
 }
 
-/// With a point of flux Phi in the middle of a sphere of radius R, L = rho Phi / (4 pi^2 R^2 (1 - rho)) everywhere.
+/// With a point of flux Phi in the middle of a sphere of radius R, L = rho Phi / (4 pi^2 R^2 (1 - rho)) everywhere. Without
+/// roulette every path has that sum, up to its end.
 fn integrating_spheres() -> Vec<Case> {
-    let case = |(radius, albedo): (f64, f32)| {
+    let case = |(radius, albedo, max_bounces): (f64, f32, Option<u32>)| {
         let intensity = (PI * radius * radius) as f32;
-        let rho = f64::from(albedo);
-        let exact = rho * f64::from(intensity) / (PI * radius * radius * (1.0 - rho));
+        let direct = f64::from(intensity) / (PI * radius * radius);
         let eye = radius * DVec3::new(0.2, -0.3, 0.1);
         let mut scene = looking(eye, radius * DVec3::new(0.5, 0.6, 0.7), diffuse(albedo));
         scene.shapes = vec![shape(sphere(DVec3::ZERO, radius), 0.0)];
@@ -84,15 +84,34 @@ fn integrating_spheres() -> Vec<Case> {
             position: DVec3::ZERO,
             intensity: Rgb::grey(intensity),
         })];
-        let look = Look {
-            spp: 1 << 13,
-            max_bounces: None,
-            roulette: Roulette::Throughput,
+        let exact = direct * (series(f64::from(albedo), max_bounces) - 1.0);
+        let (claim, ending, look) = match max_bounces {
+            Some(depth) => (
+                Claim::without_noise(exact, 1e-5),
+                format!("to depth {depth}"),
+                bounces(depth, 16),
+            ),
+            None => (
+                Claim::mean(exact, 1e-3),
+                "with roulette".to_owned(),
+                Look {
+                    spp: 1 << 14,
+                    max_bounces: None,
+                    roulette: Roulette::Throughput,
+                },
+            ),
         };
-        let name = format!("integrating sphere of radius {radius:e} and albedo {albedo}");
-        Case::seen(48, name, Claim::mean(exact, 1e-3), scene, look)
+        let name = format!("integrating sphere of radius {radius:e} and albedo {albedo}, {ending}");
+        Case::seen(48, name, claim, scene, look)
     };
-    [(1.0, 0.5), (1e5, 0.5), (1.0, 0.8)].map(case).into()
+    [
+        (1.0, 0.5, None),
+        (1.0, 0.5, Some(50)),
+        (1e5, 0.5, Some(50)),
+        (1.0, 0.9, Some(200)),
+    ]
+    .map(case)
+    .into()
 }
 
 /// A room that keeps 999 of 1000: long paths, without roulette.
@@ -119,24 +138,22 @@ fn white_rooms(effort: Effort) -> Vec<Case> {
 
 /// The same light with roulette and without, as a ratio.
 fn roulette() -> Vec<Case> {
-    let case = |depth: u32| {
+    let case = |(depth, spp): (u32, u64)| {
         let name = format!("roulette on over roulette off, to depth {depth}");
-        Case::new(50, name, Claim::mean(1.0, 1.5e-3), move |trial| {
-            ratio(trial, depth)
-        })
+        let measure = move |trial: &Trial<'_>| ratio(trial, depth, spp);
+        Case::new(50, name, Claim::mean(1.0, 1e-3), measure).costing(4.0)
     };
-    [2, 3, 10].map(case).into()
+    [(2, 1 << 12), (3, 1 << 13), (10, 1 << 14)].map(case).into()
 }
 
-fn ratio(trial: &Trial<'_>, depth: u32) -> Result<Vec<f64>> {
-    // A lamp in a room of its own albedo, which is not the same everywhere.
+fn ratio(trial: &Trial<'_>, depth: u32, spp: u64) -> Result<Vec<f64>> {
+    // A lamp in a room, so that the light is not the same everywhere.
     let mut scene = room(0.4);
     scene.shapes[0].emission = None;
-    scene
-        .shapes
-        .push(shape(sphere(DVec3::new(-0.4, 0.3, -0.2), 0.3), 2.0));
+    let lamp = sphere(DVec3::new(-0.4, 0.3, -0.2), 0.3);
+    scene.shapes.push(shape(lamp, 2.0));
     let look = |roulette| Look {
-        spp: 1 << 12,
+        spp,
         max_bounces: Some(depth),
         roulette,
     };

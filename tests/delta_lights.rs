@@ -1,4 +1,5 @@
-//! Point, spot and distant lights: their closed forms, alone and in pictures. Without noise, every pixel is exact.
+//! Point, spot and distant lights: what each samples, and that pictures do not show them. Their closed forms in
+//! pictures are row 31 of the battery.
 
 mod common;
 

@@ -1,5 +1,5 @@
 //! Hard case 17: shading normals far from the geometric one, on its other side, and of no length. No surface reflects more
-//! than arrives, and no light comes through it.
+//! than arrives, and no light comes through it. How much a matte one reflects is row 17 of the battery.
 
 mod common;
 

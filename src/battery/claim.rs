@@ -3,8 +3,8 @@
 //! Measure: the unit of the number. A case is measured as independent numbers of the same expectation, one a replicate.
 //! Range: a claim about a mean needs at least [`REPLICATES`] numbers; with fewer, or with a standard error above the
 //! claim's limit, a measurement says nothing, which counts as a failure.
-//! Source: the acceptance rule |mean - exact| <= 5.2 SE + 4e-6 |exact|, in which 5.2 sigma is Šidák's correction for 500
-//! checks at a family-wise significance of 1e-4. Tested below.
+//! Source: the acceptance rule |mean - exact| <= 5.2 SE + 4e-6 |exact|, in which 5.2 sigma is Šidák's correction for
+//! 500 checks at a family-wise significance of 1e-4. Tested below.
 
 use crate::math::stats::Moments;
 use serde::Serialize;
@@ -37,8 +37,8 @@ pub struct Claim {
     pub exact: f64,
     /// How far off a measurement may be beside its noise.
     pub tolerance: f64,
-    /// The greatest standard error that tells anything; `None` where there is no noise, and every single number has to be
-    /// within the tolerance.
+    /// The greatest standard error that tells anything; `None` where there is no noise, and every single number has to
+    /// be within the tolerance.
     pub power_limit: Option<f64>,
 }
 

@@ -35,7 +35,8 @@ pub fn parallel_rectangle(a: f64, b: f64, c: f64) -> f64 {
     (part(a / c, b / c) + part(b / c, a / c)) / TAU
 }
 
-/// That of a rectangle of height a and width b at right angles to an element at distance c from its lower corner (C-12).
+/// That of a rectangle of height a and width b at right angles to an element at distance c from its lower corner
+/// (C-12).
 pub fn perpendicular_rectangle(a: f64, b: f64, c: f64) -> f64 {
     let (x, y) = (a / b, c / b);
     ((1.0 / y).atan() - y / x.hypot(y) * (1.0 / x.hypot(y)).atan()) / TAU
@@ -53,8 +54,8 @@ pub fn perpendicular_sphere(x: f64) -> f64 {
     ((1.0 / root).atan() - root / (x * x)) / PI
 }
 
-/// Lambert's formula: the configuration factor of a polygon whose vertices are given relative to an element with normal z;
-/// what is below the horizon is cut off.
+/// Lambert's formula: the configuration factor of a polygon whose vertices are given relative to an element with normal
+/// z; what is below the horizon is cut off.
 pub fn lambert_polygon(vertices: &[DVec3]) -> f64 {
     let next = |v: &[DVec3], i: usize| v[(i + 1) % v.len()];
     let mut above = Vec::new();

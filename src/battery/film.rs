@@ -1,4 +1,5 @@
-//! Film and camera: filters of a constant, scenes with nothing in them, fields of view next to nothing and next to a plane.
+//! Film and camera: filters of a constant, scenes with nothing in them, fields of view next to nothing and next to a
+//! plane.
 //!
 //! Measure: radiance; pixels.
 //! Range: all filters; fields of view from 1e-6 to 179.9 degrees.

@@ -1,5 +1,5 @@
-//! Rays and surfaces: closed meshes that let nothing out, surfaces that do not meet their own rays, and what moves or is out
-//! of focus.
+//! Rays and surfaces: closed meshes that let nothing out, surfaces that do not meet their own rays, and what moves or
+//! is out of focus.
 //!
 //! Measure: rays that go wrong; radiance.
 //! Range: triangles from 1e-8 to 1e8, meshes far from the origin.
@@ -174,7 +174,8 @@ fn moving_edges() -> Vec<Case> {
     [0.03, 0.5, 0.9].map(case).into()
 }
 
-/// Through a lens of radius r, focused at f, the origin is seen as a disc of radius r |d / f - 1| on a plane at distance d.
+/// Through a lens of radius r, focused at f, the origin is seen as a disc of radius r |d / f - 1| on a plane at
+/// distance d.
 fn blurred_edges() -> Vec<Case> {
     let lenses = [(2.0, 0.1, 1.0), (1.0, 0.05, 1e30), (100.0, 3.0, 80.0)];
     let all = lenses

@@ -254,7 +254,7 @@ fn delta_lights() -> Vec<Case> {
         "a point and parallel light together",
         Claim::mean(reflected(4.0 * cos / d2 + 2.0), 2e-3),
         floor(3.0, both),
-        direct(1 << 12),
+        direct(1 << 9),
     ));
     // What scattered rays alone find of a point: nothing.
     let mut towards = looking(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, diffuse(0.5));
@@ -277,7 +277,7 @@ fn picture_of(width: u32, height: u32, texel: impl Fn(u32, u32) -> f32) -> Image
 
 fn panoramas() -> Vec<Case> {
     let (width, height) = (4096, 2048);
-    let texels = [1023, 0, 2047].map(|row| {
+    let texels = [1023, 0].map(|row| {
         let name = format!("one texel of 1e6 in row {row} of a panorama of 4096 x 2048");
         let claim = Claim::mean(1e6 * bright_texel(row, width, height), 1e-3);
         Case::new(32, name, claim, move |trial| {
@@ -330,7 +330,7 @@ fn integrals(trial: &Trial<'_>, map: &EnvironmentMap) -> Vec<f64> {
 /// A point under one lamp, and a hundred thousand emitters of no area and of almost no radiance.
 fn useless_emitters() -> Vec<Case> {
     const COUNT: u32 = 100_000;
-    let look: Look = direct(1 << 11);
+    let look: Look = direct(1 << 9);
     let name = "one lamp among 1e5 emitters of no area and one of radiance 1e-40";
     let exact = 0.5 * 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
     let case = Case::new(33, name, Claim::mean(exact, 1e-3), move |trial| {

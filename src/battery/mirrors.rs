@@ -2,7 +2,8 @@
 //!
 //! Measure: radiance; cosines.
 //! Range: up to 100 reflections.
-//! Source: products of reflectances; three mirrors at right angles turn a direction round. Tested in `tests/battery.rs`.
+//! Source: products of reflectances; three mirrors at right angles turn a direction round. Tested in
+//! `tests/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
@@ -81,8 +82,8 @@ fn follow(scene: &Scene, mut ray: Ray) -> Option<(Vec3, u32)> {
     None
 }
 
-/// How many coordinates of directions that come out after three reflections are off, in a thousand rays; all of them if fewer
-/// than half meet three mirrors.
+/// How many coordinates of directions that come out after three reflections are off, in a thousand rays; all of them if
+/// fewer than half meet three mirrors.
 fn turned_wrongly(trial: &Trial<'_>, place: DAffine3, allowed: f32) -> Result<f64> {
     const RAYS: u32 = 1000;
     let mut scene = looking(DVec3::splat(3.0), DVec3::ZERO, mirror(1.0));

@@ -1,7 +1,7 @@
 //! The battery of hard cases: scenes and formulas with exact answers, on which renderers are known to break.
 //!
-//! A case claims a number and says how to measure it; [`run`] measures cases and holds them against their claims. The cases
-//! stand in one file a subject.
+//! A case claims a number and says how to measure it; [`run`] measures cases and holds them against their claims. The
+//! cases stand in one file a subject.
 
 pub mod albedo;
 pub mod case;

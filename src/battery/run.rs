@@ -1,8 +1,8 @@
 //! Runs cases on all threads, each case on one of them.
 //!
 //! Measure: seconds.
-//! Range: any cases. A battery that is cancelled reports those that were done. Verdicts depend on the seed and the effort,
-//! never on the number of threads.
+//! Range: any cases. A battery that is cancelled reports those that were done. Verdicts depend on the seed and the
+//! effort, never on the number of threads.
 //! Source: none needed. Tested in `tests/battery.rs`.
 
 use super::case::{Case, Effort, Trial};

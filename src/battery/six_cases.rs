@@ -1,5 +1,5 @@
-//! The six cases that no renderer passed of those that were measured: scale, distance from the origin, a light nearby, an
-//! occluder before the light, a distant light, a closed box, and a plain picture of very many samples.
+//! The six cases that no renderer passed of those that were measured: scale, distance from the origin, a light nearby,
+//! an occluder before the light, a distant light, a closed box, and a plain picture of very many samples.
 //!
 //! Measure: radiance.
 //! Range: a light of 2 x 2 and radiance 1 over a floor of 2 x 2 and albedo 1/2, direct light only, the floor's middle.
@@ -8,7 +8,9 @@
 use super::case::{Case, Effort, Peers};
 use super::claim::Claim;
 use super::closed_forms::parallel_rectangle;
-use super::staging::{Look, ceiling, diffuse, direct, looking, rectangle, see_exactly, shape, sky};
+use super::staging::{
+    Look, bounces, ceiling, diffuse, direct, looking, rectangle, see_exactly, shape, sky,
+};
 use crate::integrator::Roulette;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec3};
@@ -170,12 +172,7 @@ fn closed_boxes() -> Vec<Case> {
         (1e4, peers("2.0e5", "-", "-")),
         (1e5, peers("-", "-", "-")),
     ];
-    // A path meets the walls a thousand times.
-    let look = Look {
-        spp: 16,
-        max_bounces: None,
-        roulette: Roulette::Throughput,
-    };
+    let look = bounces(1000, 16);
     let case = |(t, peers): (f64, Peers)| {
         let name = format!("light from outside in a closed white box at {t:e}");
         let claim = Claim::exactly(0.0);

@@ -1,8 +1,8 @@
 //! `etendue battery`: hard cases with exact answers, as tables, as JSON and as a page.
 //!
 //! Measure: that of `battery/report.rs`.
-//! Range: every case, or those of the rows that are asked for. What is done is written as soon as it is, so that an end by
-//! Ctrl-C keeps it.
+//! Range: every case, or those of the rows that are asked for. What is done is written as soon as it is, so that an end
+//! by Ctrl-C keeps it.
 //! Source: docs/hard-cases.md. Tested in `tests/battery_command.rs`.
 
 mod html;

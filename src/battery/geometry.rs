@@ -8,7 +8,7 @@
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::disc_segment;
-use super::staging::{bounces, diffuse, looking, rectangle, shape};
+use super::staging::{bounces, diffuse, looking, rectangle, shape, sky};
 use crate::accel::Accel;
 use crate::bench::closed::{Aim, ClosedMesh, Form};
 use crate::bench::leaks::leaks;
@@ -19,10 +19,11 @@ use crate::geometry::Geometry;
 use crate::geometry::mesh::Mesh;
 use crate::geometry::world::World;
 use crate::math::ray::Ray;
+use crate::math::rgb::Rgb;
 use crate::math::robust::offset_point;
 use crate::math::vec::{DAffine3, DVec3, Vec2, Vec3};
 use crate::sampling::warp::sample_triangle_uniform;
-use crate::scene::description::{Key, SceneDescription};
+use crate::scene::description::{GeometryDescription, Key, SceneDescription};
 use std::sync::Arc;
 
 /// Squares along an edge of the cube that closed meshes are made from.
@@ -38,6 +39,7 @@ const AT_VERTICES: &str = "Embree's robust mode is watertight along edges, not a
 pub fn cases(effort: Effort) -> Vec<Case> {
     [
         closed_meshes(effort),
+        turned_boxes(),
         self_hits(),
         moving_edges(),
         blurred_edges(),
@@ -100,6 +102,30 @@ fn escaped(trial: &Trial<'_>, mesh: &ClosedMesh, aim: Aim, segments: u64) -> Res
         trial.is_cancelled,
     );
     Ok(vec![report.leaks as f64])
+}
+
+/// Light from outside in closed white boxes whose walls are along no axis: whether paths get out that meet a wall right at an
+/// edge.
+fn turned_boxes() -> Vec<Case> {
+    let turn = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
+    let case = |(what, height): (&str, f64)| {
+        let place = turn * DAffine3::from_scale(DVec3::new(1.0, height, 1.0));
+        let [eye, target] = [DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.3, 1.0, 0.1)];
+        let [eye, target] = [eye, target].map(|p| place.transform_point3(p));
+        let mut scene = looking(eye, target, diffuse(0.999));
+        let (min, max) = (DVec3::splat(-1.0), DVec3::ONE);
+        scene.shapes = vec![shape(GeometryDescription::Box { min, max }, 0.0)];
+        scene.shapes[0].transform = place;
+        scene.lights = vec![sky(Rgb::grey(1e6))];
+        let name = format!("light from outside in a closed white {what}");
+        let look = bounces(1000, 16);
+        Case::seen(36, name, Claim::exactly(0.0), scene, look).costing(3.0)
+    };
+    let boxes = [
+        ("box, turned", 1.0),
+        ("box a hundred times as wide as high, turned", 0.01),
+    ];
+    boxes.map(case).into()
 }
 
 /// Rays that leave a triangle alone in the world, towards either side.

@@ -3,26 +3,20 @@
 
 mod common;
 
-use common::TestRng;
-use common::closed_forms::{FRESNEL_MEAN_INSIDE, FRESNEL_MEAN_OUTSIDE, GGX_NORMAL_ALBEDO};
-use common::quadrature::{Adaptive, Rectangle, integrate};
-use common::scene::{diffuse, looking, see, shape, sky};
+use common::closed_forms::GGX_NORMAL_ALBEDO;
+use common::quadrature::{Adaptive, Rectangle};
 use common::verdict::assert_mean;
-use etendue::accel::Backend;
+use etendue::battery::albedo::view;
 use etendue::bsdf::albedo::single_scatter;
 use etendue::bsdf::microfacet::Ggx;
 use etendue::bsdf::{
     Bsdf, Conductor, Dielectric, Diffuse, Lobe, Mirror, Phong, Principled, PrincipledParameters,
-    fresnel,
 };
 use etendue::effects::kernel::types::Everything;
-use etendue::integrator::Roulette;
 use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
-use etendue::math::vec::{DVec3, Vec2, Vec3, reflect};
-use etendue::scene::description::{
-    ColourDescription, GeometryDescription, MaterialDescription, MaterialModel, Place,
-};
+use etendue::math::vec::{Vec2, Vec3};
+use etendue::scene::description::{ColourDescription, MaterialDescription, MaterialModel, Place};
 use etendue::scene::material::Material;
 use std::f64::consts::{FRAC_PI_2, PI};
 

@@ -26,7 +26,7 @@ pub fn of_report(report: &BatteryReport, command: &str) -> String {
         @for table in all(report) {
             section {
                 h2 { (table.title) }
-                @if !table.says.is_empty() { p.says { (prose(&table.says)) } }
+                p.says { (prose(&table.says)) }
                 (table.html())
             }
         }

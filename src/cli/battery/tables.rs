@@ -7,6 +7,7 @@
 use crate::battery::case::{Effort, Peers};
 use crate::battery::claim::{Relation, Verdict};
 use crate::battery::report::{BatteryReport, CaseReport};
+use crate::battery::{SUBJECTS, Subject};
 use crate::cli::durations::format_duration;
 use crate::cli::table::{Table, numbers, words};
 use std::time::Duration;
@@ -41,14 +42,12 @@ pub fn markdown(report: &BatteryReport, command: &str) -> String {
 /// All tables that have rows.
 pub fn all(report: &BatteryReport) -> Vec<Table> {
     let mut tables = vec![peers(report)];
-    let mut subjects: Vec<&str> = report.results.iter().map(|case| case.subject).collect();
-    subjects.dedup();
-    let of_subject = |subject: &str| {
+    let of_subject = |subject: &Subject| {
         let cases = report.results.iter();
-        let cases: Vec<_> = cases.filter(|case| case.subject == subject).collect();
+        let cases: Vec<_> = cases.filter(|case| case.subject == subject.name).collect();
         cases_table(subject, &cases)
     };
-    tables.extend(subjects.into_iter().map(of_subject));
+    tables.extend(SUBJECTS.iter().map(of_subject));
     tables.push(left_out(report));
     tables.retain(|table| !table.rows.is_empty());
     tables
@@ -90,7 +89,7 @@ fn peers(report: &BatteryReport) -> Table {
     }
 }
 
-fn cases_table(subject: &str, cases: &[&CaseReport]) -> Table {
+fn cases_table(subject: &Subject, cases: &[&CaseReport]) -> Table {
     let row = |case: &&CaseReport| {
         let at_most = match case.claim.relation {
             Relation::Equal => "",
@@ -113,8 +112,8 @@ fn cases_table(subject: &str, cases: &[&CaseReport]) -> Table {
         ]
     };
     Table {
-        title: subject.to_owned(),
-        says: String::new(),
+        title: subject.name.to_owned(),
+        says: subject.says.to_owned(),
         head: vec![
             numbers("row"),
             words("case"),

@@ -17,7 +17,7 @@ use etendue::image::Image;
 use etendue::light::Light;
 use etendue::light::rectangle::RectangleLight;
 use etendue::light::triangle::TriangleLight;
-use etendue::light::types::Emission;
+use etendue::light::types::{Emission, PointRule};
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{Vec2, Vec3};
 use etendue::sampler::{Decision, Independent, Sampler, Sobol, Stratified};
@@ -242,7 +242,12 @@ fn lights_of_a_room(c: &mut Criterion) {
     c.bench_function("light/choice and sample", |b| {
         b.iter(|| {
             i = (i + 1) % hits.len();
-            scene.lights.sample::<Everything>(hits[i].p, 0.0, u[i])
+            let [u, v, u_choice, v_choice] = u[i];
+            let choice = scene.lights.choose::<Everything>([u_choice, v_choice])?;
+            let (points, u) = (PointRule::SolidAngle, Vec2::new(u, v));
+            scene
+                .lights
+                .sample::<Everything>(choice, points, hits[i].p, 0.0, u)
         });
     });
 }

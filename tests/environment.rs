@@ -16,8 +16,8 @@ use etendue::integrator::Roulette;
 use etendue::light::Light;
 use etendue::light::environment::EnvironmentMap;
 use etendue::light::point::PointLight;
-use etendue::light::select::Lights;
-use etendue::light::types::LightEnd;
+use etendue::light::select::{Beyond, Lights};
+use etendue::light::types::{LightEnd, PointRule};
 use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
 use etendue::math::vec::{DMat3, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
@@ -290,8 +290,11 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
     let mut found = 0;
     for _ in 0..1000 {
         let (a, b) = (rng.uniform_2d(), rng.uniform_2d());
-        let (light, s) = lights
-            .sample::<Everything>(Vec3::ZERO, 0.0, [a.x, a.y, b.x, b.y])
+        let choice = lights.choose::<Everything>([b.x, b.y]);
+        let choice = choice.expect("both shine");
+        let light = choice.0;
+        let s = lights
+            .sample::<Everything>(choice, PointRule::SolidAngle, Vec3::ZERO, 0.0, a)
             .expect("both shine anywhere");
         let Some(pdf) = s.pdf else {
             // The irradiance, too, counts four times where it is found once.
@@ -299,14 +302,23 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
             continue;
         };
         found += 1;
-        assert_eq!((light, lights.beyond(s.wi)), (1, Some((s.radiance, pdf))));
+        let beyond = Beyond {
+            light: 1,
+            radiance: s.radiance,
+            pdf,
+        };
+        assert_eq!((light, lights.beyond(s.wi)), (1, Some(beyond)));
         assert!((pdf.0 / map.eval(s.wi).1.0 - 0.75).abs() < 1e-6);
     }
     // 750 +- 14.
     assert!((680..820).contains(&found), "{found}");
     // A map that is never chosen is still seen.
     let lights = Lights::new(vec![Light::Environment(map)], &[0.0]);
-    assert!(lights.beyond(Vec3::X).is_some_and(|(_, pdf)| pdf.0 == 0.0));
+    assert!(
+        lights
+            .beyond(Vec3::X)
+            .is_some_and(|beyond| beyond.pdf.0 == 0.0)
+    );
     assert!(
         Lights::new(vec![Light::Point(point)], &[1.0])
             .beyond(Vec3::X)

@@ -16,7 +16,7 @@ use etendue::light::rectangle::{self, RectangleLight};
 use etendue::light::select::Lights;
 use etendue::light::sphere::SphereLight;
 use etendue::light::triangle::{self, TriangleLight};
-use etendue::light::types::{Emission, LightEnd, LightSample};
+use etendue::light::types::{Emission, LightEnd, LightSample, PointRule};
 use etendue::math::frame::Frame;
 use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
@@ -55,10 +55,9 @@ fn by_power(lights: Vec<Light>) -> Lights {
     Lights::new(lights, &powers)
 }
 
-fn sampled(lights: &Lights, p: Vec3, u: [f32; 4]) -> Option<LightSample> {
-    lights
-        .sample::<Everything>(p, 0.0, u)
-        .map(|(_, sample)| sample)
+fn sampled(lights: &Lights, p: Vec3, [u, v, a, b]: [f32; 4]) -> Option<LightSample> {
+    let choice = lights.choose::<Everything>([a, b])?;
+    lights.sample::<Everything>(choice, PointRule::SolidAngle, p, 0.0, Vec2::new(u, v))
 }
 
 /// Whether a ray from `p` along `w` meets a light.
@@ -434,11 +433,10 @@ fn one_light_among_a_million_of_no_weight_is_as_good_as_alone() {
         .collect();
     for choice in choices {
         let u = [0.3, 0.6, choice.x, choice.y];
-        let (light, s) = lights
-            .sample::<Everything>(Vec3::ZERO, 0.0, u)
-            .expect("it shines");
+        let s = sampled(&lights, Vec3::ZERO, u).expect("it shines");
         let alone = sampled(&single, Vec3::ZERO, u).expect("it shines");
-        assert_eq!(light as usize, shining);
+        let light = lights.choose::<Everything>([choice.x, choice.y]);
+        assert_eq!(light.map(|(light, _)| light as usize), Some(shining));
         assert_eq!(
             (s.wi, s.radiance, s.pdf),
             (alone.wi, alone.radiance, alone.pdf)

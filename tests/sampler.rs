@@ -9,11 +9,13 @@ use etendue::math::vec::ONE_MINUS_EPSILON;
 use etendue::sampler::{Decision, Independent, Sampler, Sobol, Stratified};
 
 /// Decisions of all kinds, also where the independent sampler changes its stream (bounce 8191) and far beyond.
-const DECISIONS: [Decision; 17] = [
+const DECISIONS: [Decision; 19] = [
     Decision::Camera,
     Decision::Time,
     Decision::Alpha(0),
     Decision::Alpha(9),
+    Decision::Emission(0),
+    Decision::Emission(9),
     Decision::Light(0),
     Decision::Bsdf(0),
     Decision::Roulette(0),
@@ -33,7 +35,7 @@ fn count(decision: Decision) -> usize {
     match decision {
         Decision::Camera | Decision::Light(_) => 4,
         Decision::Bsdf(_) => 3,
-        Decision::Time | Decision::Alpha(_) | Decision::Roulette(_) => 1,
+        Decision::Time | Decision::Alpha(_) | Decision::Emission(_) | Decision::Roulette(_) => 1,
     }
 }
 

@@ -11,6 +11,7 @@ use crate::effects::Slot;
 use crate::effects::kernel::types::Everything;
 use crate::error::Result;
 use crate::geometry::surface::SurfacePoint;
+use crate::light::types::PointRule;
 use crate::math::ray::Ray;
 use crate::math::vec::{DVec3, Vec2, Vec3};
 use crate::sampler::hash::combine;
@@ -68,7 +69,11 @@ fn share(scene: &Scene, p: Vec3, normal: Vec3, u: [f32; 4]) -> f64 {
     };
     let uv = Slot::new(|| Vec2::ZERO);
     let at = Interaction::<Everything>::new(&from_above, &hit, &surface, false, uv);
-    let Some(sample) = scene.sample_light::<Everything>(p, 0.0, u) else {
+    let [u, v, u_choice, v_choice] = u;
+    let choice = scene.lights.choose::<Everything>([u_choice, v_choice]);
+    let (points, u) = (PointRule::SolidAngle, Vec2::new(u, v));
+    let sample = choice.and_then(|c| scene.sample_light::<Everything>(c, points, p, 0.0, u));
+    let Some(sample) = sample else {
         return 0.0;
     };
     let shadow_ray = at.ray_to(&sample.end, sample.wi, false);

@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::film::Tile;
 use crate::film::filter::{Filter, FilterDescription, FilterKind};
 use crate::integrator::Roulette;
+use crate::integrator::kind::IntegratorKind;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 use crate::render::render;
@@ -185,11 +186,25 @@ pub fn see_exactly(
     description: &SceneDescription,
     look: Look,
 ) -> Result<Vec<f64>> {
+    see_by(trial, IntegratorKind::default(), description, look)
+}
+
+/// The same by an integrator.
+///
+/// # Errors
+/// What the scene or the backend says.
+pub fn see_by(
+    trial: &Trial<'_>,
+    integrator: IntegratorKind,
+    description: &SceneDescription,
+    look: Look,
+) -> Result<Vec<f64>> {
     let size = description.film.size;
     let settings = RenderSettings {
+        integrator,
         seed: trial.seed,
         max_bounces: look.max_bounces,
-        roulette: look.roulette,
+        roulette: Some(look.roulette),
         threads: trial.options.threads,
         tile_size: 1,
         ..RenderSettings::new(size, look.spp)

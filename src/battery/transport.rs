@@ -7,9 +7,14 @@
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
-use super::staging::{Look, bounces, diffuse, light, looking, see, see_exactly, shape, sphere};
+use super::closed_forms::parallel_rectangle;
+use super::staging::{
+    Look, bounces, ceiling, diffuse, light, looking, rectangle, see, see_by, see_exactly, shape,
+    sphere,
+};
 use crate::error::Result;
 use crate::integrator::Roulette;
+use crate::integrator::kind::IntegratorKind;
 use crate::math::rgb::Rgb;
 use crate::math::vec::DVec3;
 use crate::scene::description::{GeometryDescription, LightModel, SceneDescription};
@@ -22,6 +27,7 @@ pub fn cases(effort: Effort) -> Vec<Case> {
         integrating_spheres(),
         white_rooms(effort),
         roulette(),
+        techniques(),
     ]
     .into_iter()
     .flatten()
@@ -55,9 +61,10 @@ fn grey_furnaces() -> Vec<Case> {
     ];
     let case = |(max_bounces, roulette, spp): (Option<u32>, Roulette, u64)| {
         let depth = max_bounces.map_or("without a limit".to_owned(), |d| format!("to depth {d}"));
-        let ending = match roulette {
-            Roulette::None => "",
-            Roulette::Throughput => ", with roulette",
+        let ending = if roulette == Roulette::None {
+            ""
+        } else {
+            ", with roulette"
         };
         let look = Look {
             spp,
@@ -139,15 +146,21 @@ fn white_rooms(effort: Effort) -> Vec<Case> {
 
 /// The same light with roulette and without, as a ratio.
 fn roulette() -> Vec<Case> {
-    let case = |(depth, spp): (u32, u64)| {
-        let name = format!("roulette on over roulette off, to depth {depth}");
-        let measure = move |trial: &Trial<'_>| ratio(trial, depth, spp);
-        Case::new(50, name, Claim::mean(1.0, 1e-3), measure)
-    };
-    [(1, 1 << 11), (2, 1 << 11), (3, 1 << 12)].map(case).into()
+    let mut cases = Vec::new();
+    for roulette in [Roulette::Throughput, Roulette::Albedo] {
+        for (depth, spp) in [(1, 1 << 11), (3, 1 << 12)] {
+            let name = format!(
+                "roulette by {} over none, to depth {depth}",
+                roulette.name()
+            );
+            let measure = move |trial: &Trial<'_>| ratio(trial, roulette, depth, spp);
+            cases.push(Case::new(50, name, Claim::mean(1.0, 1e-3), measure));
+        }
+    }
+    cases
 }
 
-fn ratio(trial: &Trial<'_>, depth: u32, spp: u64) -> Result<Vec<f64>> {
+fn ratio(trial: &Trial<'_>, roulette: Roulette, depth: u32, spp: u64) -> Result<Vec<f64>> {
     // A lamp in a room, so that the light is not the same everywhere.
     let mut scene = room(0.4);
     scene.shapes[0].emission = None;
@@ -163,9 +176,44 @@ fn ratio(trial: &Trial<'_>, depth: u32, spp: u64) -> Result<Vec<f64>> {
         seed: !trial.seed,
         ..*trial
     };
-    let on = see(&other, &scene, look(Roulette::Throughput))?;
+    let on = see(&other, &scene, look(roulette))?;
     let mean = off.iter().sum::<f64>() / off.len() as f64;
     // To first order the ratio of means, replicate by replicate.
     let pairs = on.iter().zip(&off);
     Ok(pairs.map(|(on, off)| 1.0 + (on - off) / mean).collect())
+}
+
+/// Light found by scattering alone, by light sampling alone, and by both.
+fn techniques() -> Vec<Case> {
+    let kinds = [
+        IntegratorKind::Bsdf,
+        IntegratorKind::NextEvent,
+        IntegratorKind::Path,
+    ];
+    let mut floor = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(0.5));
+    let ground = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let lamp = ceiling([-1.0, 1.0], [-1.0, 1.0], 1.0);
+    floor.shapes = vec![shape(ground, 0.0), shape(lamp, 1.0)];
+    let lit = 0.5 * 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
+    let scenes = [
+        ("floor under a lamp", floor, lit, bounces(1, 1 << 15)),
+        (
+            "grey room to depth 3",
+            room(0.5),
+            series(0.5, Some(3)),
+            bounces(3, 1 << 11),
+        ),
+    ];
+    let mut cases = Vec::new();
+    for kind in kinds {
+        for (what, scene, exact, look) in scenes.clone() {
+            let name = format!("{what} by the integrator {}", kind.name());
+            let measure = move |trial: &Trial<'_>| {
+                let spp = trial.samples(look.spp);
+                see_by(trial, kind, &scene, Look { spp, ..look })
+            };
+            cases.push(Case::new(51, name, Claim::mean(exact, 2e-3), measure));
+        }
+    }
+    cases
 }

@@ -119,6 +119,12 @@ pub struct View<'a> {
 }
 
 impl View<'_> {
+    /// From where it is seen.
+    #[inline]
+    pub fn wo(&self) -> Vec3 {
+        self.wo
+    }
+
     /// f(wo, wi) without the cosine, and the density with which [`View::sample`] finds `wi`; without delta lobes. A
     /// kernel evaluates only the models that its effects let into the scene.
     #[inline]

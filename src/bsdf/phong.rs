@@ -11,8 +11,8 @@
 
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
 use crate::math::frame::Frame;
-use crate::math::trig::sin_cos_turns;
 use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec2, vec::Vec3};
+use crate::sampling::cosine_power::{cosine_power, one_minus_cos, sample_cosine_power};
 use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -101,32 +101,6 @@ impl Phong {
 #[inline]
 fn mirrored(w: Vec3) -> Vec3 {
     Vec3::new(-w.x, -w.y, w.z)
-}
-
-/// 1 - cos of the angle between two unit vectors, as half of their squared chord: the cosine itself would keep no digits
-/// of small angles.
-#[inline]
-fn one_minus_cos(a: Vec3, b: Vec3) -> f32 {
-    0.5 * (a - b).length_squared()
-}
-
-/// cos^n of an angle below 90 degrees, else 0.
-#[inline]
-fn cosine_power(one_minus_cos: f32, n: f32) -> f32 {
-    if one_minus_cos < 1.0 {
-        (n * (-one_minus_cos).ln_1p()).exp()
-    } else {
-        0.0
-    }
-}
-
-/// A direction about z with density (n + 1) / (2 pi) cos^n: cos = (1 - u)^(1 / (n + 1)).
-#[inline]
-fn sample_cosine_power(u: Vec2, n: f32) -> Vec3 {
-    let one_minus_cos = -((-u.x).ln_1p() / (n + 1.0)).exp_m1();
-    let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
-    let (sin_phi, cos_phi) = sin_cos_turns(u.y);
-    Vec3::new(sin * cos_phi, sin * sin_phi, 1.0 - one_minus_cos)
 }
 
 #[cfg(test)]

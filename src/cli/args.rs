@@ -7,7 +7,9 @@
 use super::durations::parse_duration;
 use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::effects::Kernel;
-use crate::render::settings::{IntegratorKind, SamplerKind, available_threads};
+use crate::integrator::Roulette;
+use crate::integrator::kind::IntegratorKind;
+use crate::render::settings::{SamplerKind, available_threads};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -209,7 +211,11 @@ pub struct RenderArguments {
     /// Time to render, such as 30s, 5m or 1h30m. With --spp, whichever comes first.
     #[arg(long, value_name = "DURATION", value_parser = parse_duration)]
     pub time: Option<Duration>,
-    /// The estimator. Default: the scene's, or path.
+    /// The estimator. The path tracers of the course, from the first to the best: naive (a coin decides between emission and
+    /// a direction anywhere), emit-or-reflect (a better coin), bsdf (no coin, directions by the BSDF), light-or-rest (a ray to
+    /// a light, a ray anywhere else), nee (next event estimation), path (with multiple importance sampling). Direct light alone,
+    /// by uniform directions or by uniform points on lights: direct-directional, direct-area. And ambient-occlusion.
+    /// Default: the scene's, or path.
     #[arg(long, value_parser = named(IntegratorKind::ALL, IntegratorKind::name))]
     pub integrator: Option<IntegratorKind>,
     /// Where random numbers come from. Default: the scene's, or sobol.
@@ -224,6 +230,14 @@ pub struct RenderArguments {
     /// Scattering events at most: 0 shows emitters only, 1 is direct light. Biases. Default: the scene's, or no limit.
     #[arg(long, value_name = "N")]
     pub max_bounces: Option<u32>,
+    /// When paths end by chance: never, by what the last surface reflected, or by what the path has left. It changes noise and
+    /// time, not the mean. Default: the scene's, or the integrator's own: throughput, and none for naive, which has a coin.
+    #[arg(long, value_parser = named(Roulette::ALL, Roulette::name))]
+    pub roulette: Option<Roulette>,
+    /// How far, in the scene's units, something may be and still count for ambient-occlusion. Default: the scene's, or any
+    /// distance.
+    #[arg(long, value_name = "DISTANCE", value_parser = parse_distance)]
+    pub occlusion_distance: Option<f64>,
     /// Picks one of 2^64 sets of random numbers. Default: the scene's, or 0.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
@@ -311,6 +325,13 @@ fn parse_numbers<const N: usize>(text: &str) -> Result<[u32; N], String> {
         .ok()
         .and_then(|numbers| numbers.try_into().ok())
         .ok_or_else(|| format!("expected {N} whole numbers of pixels, separated by commas"))
+}
+
+fn parse_distance(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|distance: &f64| distance.is_finite() && *distance > 0.0)
+        .ok_or_else(|| "expected a number above 0".to_owned())
 }
 
 fn parse_exposure(text: &str) -> Result<f32, String> {

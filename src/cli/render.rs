@@ -58,7 +58,8 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         settings: &settings,
     };
     if !arguments.quiet {
-        for note in description.notes.iter().chain(&notes) {
+        let bias = settings.integrator.bias(scene.effects);
+        for note in description.notes.iter().chain(&notes).chain(&bias) {
             eprintln!("note: {note}");
         }
     }
@@ -127,7 +128,7 @@ impl Job<'_> {
         error: Option<&ErrorEstimate>,
     ) -> Vec<(String, MetadataValue)> {
         let text = |text: &str| MetadataValue::Text(text.to_owned());
-        let bias = match self.settings.bias() {
+        let bias = match self.settings.bias(self.scene.effects) {
             none if none.is_empty() => "none".to_owned(),
             all => all.join("; "),
         };

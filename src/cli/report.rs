@@ -89,7 +89,7 @@ impl Job<'_> {
             error: error.map(Into::into),
             rejected: rendered.rejected.into(),
             image: ImageStats::of(&rendered.film),
-            bias: self.settings.bias(),
+            bias: self.settings.bias(self.scene.effects),
             interrupted: rendered.cancelled,
         }
     }
@@ -108,6 +108,15 @@ impl Job<'_> {
             ("size", size),
             ("spp", flags.spp.map(|spp| spp.to_string())),
             ("sampler", flags.sampler.map(|it| it.name().to_owned())),
+            (
+                "integrator",
+                flags.integrator.map(|it| it.name().to_owned()),
+            ),
+            ("roulette", flags.roulette.map(|it| it.name().to_owned())),
+            (
+                "occlusion-distance",
+                flags.occlusion_distance.map(|it| it.to_string()),
+            ),
             ("max-bounces", flags.max_bounces.map(|it| it.to_string())),
             ("backend", backend),
             ("precision", precision),

@@ -7,6 +7,8 @@
 use super::args::RenderArguments;
 use crate::error::{Error, Result};
 use crate::film::Window;
+use crate::integrator::Roulette;
+use crate::integrator::technique::EmissionRule;
 use crate::render::settings::{Budget, RenderSettings};
 use crate::scene::description::SceneDescription;
 
@@ -36,7 +38,7 @@ pub fn settings(
             )));
         }
     };
-    Ok(RenderSettings {
+    let settings = RenderSettings {
         integrator: arguments.integrator.unwrap_or(of_scene.integrator),
         sampler: arguments.sampler.unwrap_or(of_scene.sampler),
         seed: arguments.seed.unwrap_or(of_scene.seed),
@@ -49,9 +51,25 @@ pub fn settings(
             time: arguments.time,
         },
         max_bounces: arguments.max_bounces.or(of_scene.max_bounces),
+        roulette: arguments.roulette.or(of_scene.roulette),
+        occlusion_distance: arguments.occlusion_distance.or(of_scene.occlusion_distance),
         kernel: arguments.kernel,
         threads: arguments.tracing.options().threads,
         window,
         ..of_scene
-    })
+    };
+    if may_be_endless(&settings) {
+        return Err(Error::usage(
+            "without roulette a path between white walls never ends: give --max-bounces too, such as --max-bounces 1000",
+        ));
+    }
+    Ok(settings)
+}
+
+/// Whether nothing but absorption ends a path.
+fn may_be_endless(settings: &RenderSettings) -> bool {
+    let has_coin = settings.integrator.technique().is_none_or(
+        |technique| matches!(technique.emission, EmissionRule::Coin { unlit, .. } if unlit > 0.0),
+    );
+    settings.roulette() == Roulette::None && settings.most_bounces().is_none() && !has_coin
 }

@@ -147,8 +147,16 @@ kernels! {
 impl Kernel {
     /// The smallest kernel that has all of these effects.
     pub fn smallest_for(effects: EffectSet) -> Self {
-        let fitting = Self::ALL.iter().filter(|k| k.effects().contains(effects));
-        *fitting
+        Self::smallest_of(Self::ALL.iter().copied(), effects)
+    }
+
+    /// The smallest of some kernels that has all of these effects.
+    ///
+    /// # Panics
+    /// If none of them has.
+    pub fn smallest_of(kernels: impl Iterator<Item = Self>, effects: EffectSet) -> Self {
+        let fitting = kernels.filter(|k| k.effects().contains(effects));
+        fitting
             .min_by_key(|kernel| kernel.effects().len())
             .expect("the last kernel has every effect")
     }

@@ -2,10 +2,43 @@
 //!
 //! An integrator is handed one sample at a time and knows nothing of pixels, passes or threads.
 
+pub mod ambient_occlusion;
+pub mod kind;
 pub mod observer;
 pub mod path;
+pub mod technique;
 
+use crate::accel::Hit;
+use crate::effects::Effects;
+use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use observer::PathObserver;
+
+/// A ray from the camera into the scene.
+#[derive(Debug, Clone, Copy)]
+pub struct CameraRay {
+    /// The ray.
+    pub ray: Ray,
+    /// When, from 0 to 1 while the shutter is open.
+    pub time: f32,
+}
+
+/// An estimator, one sample at a time.
+pub trait Integrator: Copy + Send + Sync {
+    /// One estimate of the radiance that arrives along a camera ray, given what is found on it: camera rays are traced
+    /// side by side.
+    fn radiance<E: Effects, S: Sampler, O: PathObserver>(
+        &self,
+        scene: &Scene,
+        sampler: &mut S,
+        camera_ray: &CameraRay,
+        found: Option<Hit>,
+        rays: &mut RayCounts,
+        observer: &mut O,
+    ) -> Rgb;
+}
 
 /// How many rays were traced, by kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -36,27 +69,42 @@ impl std::ops::AddAssign for RayCounts {
 /// When a path ends by chance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Roulette {
-    /// Never: only absorption and the bounce limit end it.
+    /// Never: only absorption, the bounce limit and, where there is one, the integrator's coin end it.
     None,
+    /// With a probability that follows what the last surface reflected.
+    Albedo,
     /// With a probability that follows the path's throughput.
     #[default]
     Throughput,
 }
 
 impl Roulette {
-    /// The probability with which a path goes on after its scattering event number `bounce`, given its throughput.
+    /// Every way.
+    pub const ALL: &'static [Self] = &[Self::None, Self::Albedo, Self::Throughput];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Albedo => "albedo",
+            Self::Throughput => "throughput",
+        }
+    }
+
+    /// The probability with which a path goes on after its scattering event number `bounce`, which multiplied its
+    /// throughput by `weight` and left it at `beta`.
     ///
     /// Paths that lose nothing would never end in a closed scene: after many bounces they get an upper limit.
     #[inline]
-    pub fn survival(self, bounce: u32, beta: Rgb) -> f32 {
+    pub fn survival(self, bounce: u32, weight: Rgb, beta: Rgb) -> f32 {
         const PATIENCE: u32 = 32;
         const LONG_RUN: f32 = 0.99;
-        match self {
-            Self::None => 1.0,
-            Self::Throughput => {
-                let limit = if bounce < PATIENCE { 1.0 } else { LONG_RUN };
-                beta.max_channel().min(limit)
-            }
-        }
+        let share = match self {
+            Self::None => return 1.0,
+            Self::Albedo => weight,
+            Self::Throughput => beta,
+        };
+        let limit = if bounce < PATIENCE { 1.0 } else { LONG_RUN };
+        share.max_channel().min(limit)
     }
 }

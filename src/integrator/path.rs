@@ -1,52 +1,49 @@
-//! Path tracing with next event estimation, multiple importance sampling and Russian roulette.
+//! Path tracing: with next event estimation, multiple importance sampling and Russian roulette, or by any simpler
+//! [`Technique`] of the course.
 //!
 //! The radiance along a ray is the sum over paths x_0 x_1 ... x_k from the eye to a light,
 //!
 //!   L = sum_k  beta_k [ w_bsdf Le(x_k) + w_light f(x_k) |cos| Le(y) V(x_k, y) / p_light(y) ],
 //!   beta_k = prod_{j<k} f(x_j) |cos| / p_bsdf / q_j,
 //!
-//! where each way of reaching a light is weighted by the power heuristic of both densities, and q_j is the probability
-//! of surviving the roulette. Delta lobes cannot be found by light sampling, nor can the constant environment, which is
-//! not a light that one samples: there w_bsdf = 1. Delta lights cannot be found by scattering: there w_light = 1.
+//! where each way of reaching a light is weighted by the power heuristic of both densities (other techniques: by 0 or 1),
+//! and q_j is the probability of surviving the roulette. Where a coin decides, with probability p, that the path ends with
+//! what its surface emits, that is divided by p and all that comes later by 1 - p. Delta lobes cannot be found by light
+//! sampling, nor can the constant environment, which is not a light that one samples: there w_bsdf = 1. Delta lights
+//! cannot be found by scattering: there w_light = 1.
 //!
 //! The integrator is compiled for the effects `E`; with others it gives the same numbers.
 //!
 //! Measure: radiance; densities per steradian.
 //! Range: any scene that calls for no effect beyond `E`; without a bounce limit a path ends by absorption, by leaving, or
 //! by roulette.
-//! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `tests/closed_forms.rs`,
-//! `tests/furnace.rs` and `tests/effects.rs`.
+//! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `battery/`,
+//! `tests/furnace.rs`, `tests/effects.rs` and `tests/integrators.rs`.
 
 use super::observer::{PathObserver, RayKind};
-use super::{RayCounts, Roulette};
+use super::technique::{Chosen, DirectionRule, EmissionRule, LightRule, Technique, Weighted};
+use super::{CameraRay, Integrator, RayCounts, Roulette};
 use crate::accel::{Departure, Hit};
-use crate::bsdf::View;
-use crate::effects::{Effects, Slot, State, Switch};
-use crate::math::measure::PdfSolidAngle;
+use crate::bsdf::{Bsdf, BsdfSample, Lobe, View};
+use crate::effects::{Effect, Effects, Slot, State, Switch};
+use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
 use crate::sampler::{Decision, Sampler};
-use crate::sampling::mis::power_heuristic;
+use crate::sampling::warp::{PDF_SPHERE_UNIFORM, sample_sphere_uniform};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
 /// The path integrator's choices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct PathIntegrator {
+pub struct PathIntegrator<C = Weighted> {
+    /// How it finds light.
+    pub technique: C,
     /// Scattering events at most; `None` does not limit them.
     pub max_bounces: Option<u32>,
     /// When paths end by chance.
     pub roulette: Roulette,
-}
-
-/// A ray from the camera into the scene.
-#[derive(Debug, Clone, Copy)]
-pub struct CameraRay {
-    /// The ray.
-    pub ray: Ray,
-    /// When, from 0 to 1 while the shutter is open.
-    pub time: f32,
 }
 
 /// A path under construction, with what the effects `E` need of it.
@@ -83,27 +80,34 @@ impl<E: Effects> PathState<E> {
         }
     }
 
-    /// Multiplies the throughput that roulette goes by, on the way through a surface of index `eta`, inside over outside.
+    /// Multiplies the throughput that roulette goes by, on the way through a surface of index `eta`, inside over outside,
+    /// and tells the factor.
     #[inline]
-    fn refract(&mut self, eta: f32, enters: bool) {
+    fn refract(&mut self, eta: f32, enters: bool) -> f32 {
         let eta = if enters { eta } else { 1.0 / eta };
         self.eta_scale.update(|scale| scale * eta * eta);
+        eta * eta
     }
 
-    /// The weight of light found by scattering, against sampling it with density `p_light`.
+    /// The weight of light found by scattering, where light sampling finds it with density `p_light`.
     #[inline]
-    fn weight_of_scattering(&self, p_light: impl FnOnce(Vec3) -> PdfSolidAngle) -> f32 {
+    fn weight_of_scattering(
+        &self,
+        technique: Technique,
+        p_light: impl FnOnce(Vec3) -> PdfSolidAngle,
+        is_chosen: impl FnOnce() -> bool,
+    ) -> f32 {
         match self.scattered_from {
-            Some((from, p_bsdf)) => power_heuristic(p_bsdf, p_light(from)),
+            Some((from, p_bsdf)) => {
+                technique.weight_of_scattering(p_bsdf, || p_light(from), is_chosen)
+            }
             None => 1.0,
         }
     }
 }
 
-impl PathIntegrator {
-    /// One estimate of the radiance that arrives along a camera ray, given what is found on it: camera rays are traced
-    /// side by side.
-    pub fn radiance<E: Effects, S: Sampler, O: PathObserver>(
+impl<C: Chosen> Integrator for PathIntegrator<C> {
+    fn radiance<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         scene: &Scene,
         sampler: &mut S,
@@ -112,7 +116,10 @@ impl PathIntegrator {
         rays: &mut RayCounts,
         observer: &mut O,
     ) -> Rgb {
+        let technique = self.technique.technique();
         let mut path = PathState::<E>::new(camera_ray.ray, camera_ray.time);
+        // The light that the last surface looked for, where that matters.
+        let mut chosen = None;
         rays.camera += 1;
         for bounce in 0.. {
             let time = path.time.or(0.0);
@@ -124,7 +131,7 @@ impl PathIntegrator {
             };
             let Some(at) = scene.meet::<E>(&path.ray, time, path.departure, u_alpha, found) else {
                 observer.escaped(path.ray.dir);
-                let contribution = path.beta * beyond(scene, &path);
+                let contribution = path.beta * beyond(scene, &path, technique, chosen);
                 path.radiance += contribution;
                 observer.environment(contribution);
                 break;
@@ -132,16 +139,23 @@ impl PathIntegrator {
             observer.arrived(&at, path.beta);
 
             // Emission, in the light of how else it could have been found.
-            if let Some(emitted) = scene.emitted(&at) {
-                let weight = path.weight_of_scattering(|from| scene.light_pdf(from, time, &at));
-                let contribution = path.beta * emitted * weight;
+            let emitted = scene.emitted(&at);
+            let coin = toss::<S>(technique, emitted, sampler, bounce);
+            if let Some(emitted) = emitted {
+                let weight = path.weight_of_scattering(
+                    technique,
+                    |from| scene.light_pdf(from, time, &at),
+                    || scene.light_of(&at) == chosen,
+                );
+                let contribution = path.beta * emitted * (weight * coin.taken);
                 observer.emission(contribution, weight);
                 path.radiance += contribution;
             }
-            if self.max_bounces.is_some_and(|limit| bounce >= limit) {
+            if coin.ends || self.max_bounces.is_some_and(|limit| bounce >= limit) {
                 observer.absorbed();
                 break;
             }
+            path.beta *= coin.left;
 
             let Some(bsdf) = scene.bsdf(&at) else {
                 observer.absorbed();
@@ -149,9 +163,13 @@ impl PathIntegrator {
             };
             let wo = at.frame.to_local(at.wo);
             let seen = bsdf.seen_from::<E>(wo);
-            if !bsdf.is_delta::<E>() && !scene.lights.is_empty() {
-                let u = draw_light::<E, S>(sampler, bounce);
-                if let Some(light) = sample_light(scene, &at, time, wo, &seen, u) {
+            if technique.samples_lights() && !bsdf.is_delta::<E>() && !scene.lights.is_empty() {
+                let (u, u_choice) = draw_light::<E, S>(sampler, bounce);
+                let choice = scene.lights.choose::<E>(u_choice);
+                chosen = choice.map(|(light, _)| light);
+                if let Some(choice) = choice
+                    && let Some(light) = sample_light(scene, &at, time, &seen, technique, choice, u)
+                {
                     rays.shadow += 1;
                     observer.traced(RayKind::Shadow, &light.ray, time);
                     let visible = scene.visibility::<E>(&light.ray, time);
@@ -164,9 +182,9 @@ impl PathIntegrator {
                 }
             }
 
-            // Onward by the BSDF.
-            let [u, v, u_lobe] = sampler.draw(Decision::Bsdf(bounce));
-            let Some(sample) = seen.sample::<E>(u_lobe, Vec2::new(u, v)) else {
+            // Onward.
+            let u = sampler.draw(Decision::Bsdf(bounce));
+            let Some(sample) = sample_direction::<E>(&bsdf, &seen, technique, u) else {
                 observer.absorbed();
                 break;
             };
@@ -180,12 +198,12 @@ impl PathIntegrator {
             path.beta *= sample.weight;
             observer.scattered(wi, sample.lobe, path.beta);
 
+            let mut reflected = sample.weight;
             if goes_through {
-                path.refract(bsdf.ior(), wo.z > 0.0);
+                reflected *= path.refract(bsdf.ior(), wo.z > 0.0);
             }
-            let survival = self
-                .roulette
-                .survival(bounce, path.eta_scale.or(1.0) * path.beta);
+            let left = path.eta_scale.or(1.0) * path.beta;
+            let survival = self.roulette.survival(bounce, reflected, left);
             if survival < 1.0 {
                 let [u] = sampler.draw(Decision::Roulette(bounce));
                 if u >= survival {
@@ -206,27 +224,131 @@ impl PathIntegrator {
     }
 }
 
+/// Whether a path ends with what a surface emits, and what either way is multiplied by.
+struct Coin {
+    ends: bool,
+    /// One over the probability of taking what is emitted, or 0 if it is not taken.
+    taken: f32,
+    /// One over the probability of going on.
+    left: f32,
+}
+
+/// Tosses the technique's coin, if it has one.
+#[inline(always)]
+fn toss<S: Sampler>(
+    technique: Technique,
+    emitted: Option<Rgb>,
+    sampler: &mut S,
+    bounce: u32,
+) -> Coin {
+    let p = match technique.emission {
+        EmissionRule::Always => {
+            return Coin {
+                ends: false,
+                taken: 1.0,
+                left: 1.0,
+            };
+        }
+        EmissionRule::Coin { lit, .. } if emitted.is_some_and(|light| !light.is_black()) => lit,
+        EmissionRule::Coin { unlit, .. } => unlit,
+    };
+    let [u] = sampler.draw(Decision::Emission(bounce));
+    let ends = u < p;
+    Coin {
+        ends,
+        taken: if ends { 1.0 / p } else { 0.0 },
+        left: 1.0 / (1.0 - p),
+    }
+}
+
+/// A direction for the path to go on, by the technique's rule.
+#[inline(always)]
+fn sample_direction<E: Effects>(
+    bsdf: &Bsdf,
+    seen: &View,
+    technique: Technique,
+    [u, v, u_lobe]: [f32; 3],
+) -> Option<BsdfSample> {
+    match technique.directions {
+        DirectionRule::Bsdf => seen.sample::<E>(u_lobe, Vec2::new(u, v)),
+        DirectionRule::Uniform => sample_uniformly::<E>(bsdf, seen, u_lobe, Vec2::new(u, v)),
+    }
+}
+
+/// A direction that is uniform on the viewer's side, or on both sides of a surface that lets light through.
+///
+/// No such direction is that of a delta lobe. Of a surface that has one, half of the samples are taken by the BSDF, and
+/// what they find counts where it is the delta lobe.
+fn sample_uniformly<E: Effects>(
+    bsdf: &Bsdf,
+    seen: &View,
+    u_lobe: f32,
+    u: Vec2,
+) -> Option<BsdfSample> {
+    if bsdf.is_delta::<E>() {
+        return seen.sample::<E>(u_lobe, u);
+    }
+    let effects = bsdf.effects();
+    let mut share = 1.0;
+    if effects.has(Effect::Specular) {
+        share = 0.5;
+        if u_lobe < share {
+            let sample = seen.sample::<E>(u_lobe / share, u)?;
+            return sample.pdf.is_none().then(|| BsdfSample {
+                weight: sample.weight * (1.0 / share),
+                ..sample
+            });
+        }
+    }
+    let wo = seen.wo();
+    let mut wi = sample_sphere_uniform(u);
+    let mut pdf = share * PDF_SPHERE_UNIFORM;
+    if !effects.has(Effect::Transmission) {
+        wi.z = wi.z.abs().copysign(wo.z);
+        pdf *= 2.0;
+    }
+    let f = seen.eval::<E>(wi).f;
+    (!f.is_black()).then(|| BsdfSample {
+        wi,
+        weight: f * (wi.z.abs() / pdf),
+        pdf: Some(PdfSolidAngle(pdf)),
+        lobe: if wi.z * wo.z < 0.0 {
+            Lobe::GlossyTransmission
+        } else {
+            Lobe::Diffuse
+        },
+    })
+}
+
 /// The numbers that choose a point on a light and, where there are several, the light.
 #[inline]
-fn draw_light<E: Effects, S: Sampler>(sampler: &mut S, bounce: u32) -> [f32; 4] {
+fn draw_light<E: Effects, S: Sampler>(sampler: &mut S, bounce: u32) -> (Vec2, [f32; 2]) {
     if E::ManyLights::ON {
-        return sampler.draw(Decision::Light(bounce));
+        let [u, v, u_choice, v_choice] = sampler.draw(Decision::Light(bounce));
+        return (Vec2::new(u, v), [u_choice, v_choice]);
     }
-    let [u, v] = sampler.draw(Decision::Light(bounce));
-    [u, v, 0.0, 0.0]
+    let u = sampler.draw(Decision::Light(bounce));
+    (Vec2::from_array(u), [0.0; 2])
 }
 
 /// Radiance from beyond the scene along the path's ray.
 #[inline]
-fn beyond<E: Effects>(scene: &Scene, path: &PathState<E>) -> Rgb {
+fn beyond<E: Effects>(
+    scene: &Scene,
+    path: &PathState<E>,
+    technique: Technique,
+    chosen: Option<u32>,
+) -> Rgb {
     if !E::Environment::ON {
         return Rgb::BLACK;
     }
     let mut radiance = scene.environment;
     if E::EnvironmentMap::ON
-        && let Some((map, p_light)) = scene.lights.beyond(path.ray.dir)
+        && let Some(beyond) = scene.lights.beyond(path.ray.dir)
     {
-        radiance += map * path.weight_of_scattering(|_| p_light);
+        let is_chosen = || Some(beyond.light) == chosen;
+        radiance +=
+            beyond.radiance * path.weight_of_scattering(technique, |_| beyond.pdf, is_chosen);
     }
     radiance
 }
@@ -246,17 +368,18 @@ fn sample_light<E: Effects>(
     scene: &Scene,
     at: &Interaction<E>,
     time: f32,
-    wo: Vec3,
     seen: &View,
-    u: [f32; 4],
+    technique: Technique,
+    choice: (u32, Pmf),
+    u: Vec2,
 ) -> Option<DirectLight> {
-    let light = scene.sample_light::<E>(at.p, time, u)?;
+    let light = scene.sample_light::<E>(choice, technique.points, at.p, time, u)?;
     if light.radiance.is_black() {
         return None;
     }
     let wi = at.frame.to_local(light.wi);
     // Reflection in the shading frame has to be reflection at the true surface.
-    let goes_through = wi.z * wo.z < 0.0;
+    let goes_through = wi.z * seen.wo().z < 0.0;
     if !at.agrees(light.wi, goes_through) {
         return None;
     }
@@ -265,7 +388,8 @@ fn sample_light<E: Effects>(
         return None;
     }
     let (weight, over_pdf) = match light.pdf {
-        Some(pdf) => (power_heuristic(pdf, value.pdf), 1.0 / pdf.0),
+        Some(pdf) if technique.lights == LightRule::OneAndRest => (1.0, choice.1.0 / pdf.0),
+        Some(pdf) => (technique.weight_of_light(pdf, value.pdf), 1.0 / pdf.0),
         None => (1.0, 1.0),
     };
     Some(DirectLight {

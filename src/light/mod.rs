@@ -89,6 +89,17 @@ impl Light {
         }
     }
 
+    /// The same, with points on surfaces chosen uniformly by area.
+    pub fn sample_by_area<E: Effects>(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
+        match self {
+            Self::Triangle(light) if E::AreaLights::ON => light.sample_by_area(p, u),
+            Self::MovingTriangle(light) if E::Motion::ON => light.sample_by_area(p, time, u),
+            Self::Rectangle(light) if E::AreaLights::ON => light.sample_by_area(p, u),
+            Self::Sphere(light) if E::AreaLights::ON => light.sample_by_area(p, u),
+            _ => self.sample::<E>(p, time, u),
+        }
+    }
+
     /// The density of [`sample`](Self::sample) at `p` for the point of this light that lies at `towards` from it and
     /// has the unit normal `normal`; `None` for a light that is no surface.
     #[inline]

@@ -42,6 +42,11 @@ impl MovingTriangle {
         self.at(time).sample(p, u)
     }
 
+    /// The same, chosen uniformly by area.
+    pub fn sample_by_area(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
+        self.at(time).sample_by_area(p, u)
+    }
+
     /// The density of [`sample`](Self::sample), as [`TriangleLight::pdf`].
     pub fn pdf(&self, p: Vec3, time: f32, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
         self.at(time).pdf(p, distance2, cos)

@@ -84,6 +84,17 @@ impl RectangleLight {
         let Some(density) = self.density_of_points(p) else {
             return self.sample_near(p, u);
         };
+        self.sample_points(p, density, u)
+    }
+
+    /// A point chosen uniformly by area.
+    pub fn sample_by_area(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        self.sample_points(p, LinearSquare::UNIFORM, u)
+    }
+
+    /// A point that lights `p`, chosen with this density in shares of the edges.
+    #[inline]
+    fn sample_points(&self, p: Vec3, density: LinearSquare, u: Vec2) -> Option<LightSample> {
         let at = density.sample(u);
         let position = self.corner + at.x * self.edges[0] + at.y * self.edges[1];
         self.found(p, position, |distance2, cos| {

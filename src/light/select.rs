@@ -6,7 +6,7 @@
 
 use super::Light;
 use super::environment::EnvironmentMap;
-use super::types::LightSample;
+use super::types::{LightSample, PointRule};
 use crate::effects::{Effects, Switch};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
@@ -22,6 +22,17 @@ pub struct Lights {
     choice: Option<AliasTable>,
     /// Which of them is the environment map, if there is one.
     map: Option<(usize, Arc<EnvironmentMap>)>,
+}
+
+/// Light from beyond the scene that is sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beyond {
+    /// Which light it is.
+    pub light: u32,
+    /// Its radiance.
+    pub radiance: Rgb,
+    /// The density with which [`Lights::sample`] finds the direction, the choice of the light included.
+    pub pdf: PdfSolidAngle,
 }
 
 impl Lights {
@@ -57,28 +68,38 @@ impl Lights {
         self.choice.is_none()
     }
 
-    /// Which light was chosen, and a direction from which it lights `p` at a time of the shutter. The sample's density, or
-    /// the irradiance of a delta light, includes the choice of the light. The first two numbers, which low-discrepancy
-    /// points place best, choose the direction, the others the light.
+    /// One of the lights, and the probability of choosing it; `None` where nothing emits.
+    #[inline]
+    pub fn choose<E: Effects>(&self, u: [f32; 2]) -> Option<(u32, Pmf)> {
+        let choice = self.choice.as_ref()?;
+        if !E::ManyLights::ON {
+            return Some((0, Pmf(1.0)));
+        }
+        let (light, pmf) = choice.sample(u);
+        Some((light as u32, pmf))
+    }
+
+    /// A direction from which a light lights `p` at a time of the shutter. The sample's density, or the irradiance of a
+    /// delta light, includes the probability `pmf` of choosing the light.
     #[inline]
     pub fn sample<E: Effects>(
         &self,
+        (light, pmf): (u32, Pmf),
+        points: PointRule,
         p: Vec3,
         time: f32,
-        u: [f32; 4],
-    ) -> Option<(u32, LightSample)> {
-        let choice = self.choice.as_ref()?;
-        let (chosen, pmf) = if E::ManyLights::ON {
-            choice.sample([u[2], u[3]])
-        } else {
-            (0, Pmf(1.0))
+        u: Vec2,
+    ) -> Option<LightSample> {
+        let light = &self.lights[light as usize];
+        let mut sample = match points {
+            PointRule::SolidAngle => light.sample::<E>(p, time, u)?,
+            PointRule::Area => light.sample_by_area::<E>(p, time, u)?,
         };
-        let mut sample = self.lights[chosen].sample::<E>(p, time, Vec2::new(u[0], u[1]))?;
         match &mut sample.pdf {
             Some(pdf) => *pdf = pmf * *pdf,
             None => sample.radiance *= 1.0 / pmf.0,
         }
-        Some((chosen as u32, sample))
+        Some(sample)
     }
 
     /// The density of [`sample`](Self::sample) at `p` for the point of light `light` at `towards`, with normal
@@ -96,13 +117,16 @@ impl Lights {
         pdf.map_or(PdfSolidAngle(0.0), |pdf| self.pmf(light as usize) * pdf)
     }
 
-    /// What is sampled of the light from beyond the scene: the radiance from a direction, and the density with which
-    /// [`sample`](Self::sample) finds that direction, the choice of the light included.
+    /// What is sampled of the light from beyond the scene along a direction.
     #[inline]
-    pub fn beyond(&self, direction: Vec3) -> Option<(Rgb, PdfSolidAngle)> {
+    pub fn beyond(&self, direction: Vec3) -> Option<Beyond> {
         let (light, map) = self.map.as_ref()?;
         let (radiance, pdf) = map.eval(direction);
-        Some((radiance, self.pmf(*light) * pdf))
+        Some(Beyond {
+            light: *light as u32,
+            radiance,
+            pdf: self.pmf(*light) * pdf,
+        })
     }
 
     /// The probability of choosing a light.

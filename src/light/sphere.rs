@@ -8,7 +8,7 @@
 use super::types::{Emission, LightEnd, LightSample};
 use crate::geometry::sphere::Sphere;
 use crate::math::frame::Frame;
-use crate::math::measure::PdfSolidAngle;
+use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::vec::{Vec2, Vec3};
 use crate::sampling::warp;
 use std::f64::consts::PI;
@@ -40,8 +40,7 @@ impl SphereLight {
 
     /// Radiant power in normalised units.
     pub fn power(&self) -> f64 {
-        let radius = f64::from(self.sphere.radius);
-        self.emission.power(4.0 * PI * radius * radius)
+        self.emission.power(self.area())
     }
 
     /// A point that lights `p`.
@@ -81,6 +80,29 @@ impl SphereLight {
             pdf: Some(view.density()),
             end: LightEnd::Surface(point, [0.0; 2]),
         })
+    }
+
+    /// A point chosen uniformly by area, on the near side or on the far one.
+    pub fn sample_by_area(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let normal = warp::sample_sphere_uniform(u);
+        let point = self.sphere.surface_along(normal);
+        let towards = point.p - p;
+        let wi = towards.normalize();
+        let cos = -wi.dot(normal);
+        Some(LightSample {
+            wi,
+            radiance: self.emission.towards(cos),
+            pdf: Some(
+                PdfArea((1.0 / self.area()) as f32)
+                    .to_solid_angle(towards.length_squared(), cos)?,
+            ),
+            end: LightEnd::Surface(point, [0.0; 2]),
+        })
+    }
+
+    fn area(&self) -> f64 {
+        let radius = f64::from(self.sphere.radius);
+        4.0 * PI * radius * radius
     }
 
     /// The density with which [`sample`](Self::sample) finds any visible point from `p`.

@@ -69,7 +69,7 @@ impl TriangleLight {
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         match self.view(p) {
-            Some(View::ByArea) => self.sample_area(p, u),
+            Some(View::ByArea) => self.sample_by_area(p, u),
             Some(View::Clear(triangle)) => {
                 let pdf = PdfSolidAngle(1.0 / triangle.solid_angle());
                 self.found(p, triangle.sample(u), |_, _| Some(pdf))
@@ -105,8 +105,9 @@ impl TriangleLight {
         ClearTriangle::new([a, b, c], triple.abs() as f32, 2.0 * self.area).map(View::Clear)
     }
 
+    /// A point chosen uniformly by area.
     #[inline]
-    fn sample_area(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+    pub fn sample_by_area(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let b = warp::sample_triangle_uniform(u).to_array();
         self.found(p, b, |distance2, cos| self.pdf_area(distance2, cos))
     }
@@ -122,7 +123,7 @@ impl TriangleLight {
         let vertices = self.seen_from(p);
         let omega = spherical_triangle::solid_angle(vertices);
         if omega < spherical_triangle::SMALLEST {
-            return self.sample_area(p, u);
+            return self.sample_by_area(p, u);
         }
         let b = spherical_triangle::sample(vertices, omega, u).map_or_else(
             || warp::sample_triangle_uniform(u).to_array(),

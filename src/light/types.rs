@@ -22,6 +22,16 @@ pub struct LightSample {
     pub end: LightEnd,
 }
 
+/// How a point on a light is chosen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PointRule {
+    /// By the solid angle under which the light is seen, as nearly as it pays.
+    #[default]
+    SolidAngle,
+    /// Uniformly by area, wherever the light is a surface.
+    Area,
+}
+
 /// What is at the light's end of a shadow ray.
 #[derive(Debug, Clone, Copy)]
 pub enum LightEnd {

@@ -12,9 +12,8 @@
 use crate::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
 use crate::effects::{Effects, Switch};
 use crate::film::filter::Filter;
-use crate::integrator::RayCounts;
 use crate::integrator::observer::{PathObserver, RayKind};
-use crate::integrator::path::{CameraRay, PathIntegrator};
+use crate::integrator::{CameraRay, Integrator, RayCounts};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -151,11 +150,11 @@ impl<S: Sampler> CameraRays<S> {
 
     /// A sample's value: radiance along the camera ray, times the filter's weight.
     #[inline]
-    pub fn value<E: Effects, O: PathObserver>(
+    pub fn value<E: Effects, I: Integrator, O: PathObserver>(
         &mut self,
         place: usize,
         scene: &Scene,
-        integrator: PathIntegrator,
+        integrator: I,
         rays: &mut RayCounts,
         observer: &mut O,
     ) -> Rgb {

@@ -1,60 +1,102 @@
-//! The one place where settings become types: which kernel runs.
+//! The one place where settings become types: which integrator, which kernel, which sampler run.
+//!
+//! `path` is compiled for every kernel. The other integrators, which are there to be compared with it, have two: the first,
+//! and the one with everything.
 //!
 //! Measure: none.
 //! Range: every combination of settings.
-//! Source: none needed. Tested in `tests/determinism.rs`.
+//! Source: none needed. Tested in `tests/determinism.rs` and `tests/integrators.rs`.
 
-use super::settings::{IntegratorKind, RenderSettings, SamplerKind};
-use crate::effects::kernel::KernelJob;
+use super::settings::{RenderSettings, SamplerKind};
+use crate::effects::kernel::{KernelJob, types};
 use crate::effects::{Effects, Kernel};
+use crate::integrator::Integrator;
+use crate::integrator::ambient_occlusion::AmbientOcclusion;
+use crate::integrator::kind::IntegratorKind;
 use crate::integrator::path::PathIntegrator;
+use crate::integrator::technique::Weighted;
 use crate::sampler::{Independent, Sampler, Sobol, Stratified};
 use crate::scene::Scene;
 
-/// The integrator that the settings ask for.
-pub fn integrator(settings: &RenderSettings) -> PathIntegrator {
-    match settings.integrator {
-        IntegratorKind::Path => PathIntegrator {
-            max_bounces: settings.max_bounces,
-            roulette: settings.roulette,
-        },
+/// The kernels that an integrator is compiled for.
+pub fn kernels(integrator: IntegratorKind) -> &'static [Kernel] {
+    match integrator {
+        IntegratorKind::Path => Kernel::ALL,
+        _ => &[Kernel::Matte, Kernel::Everything],
     }
 }
 
 /// The kernel that renders a scene.
 pub fn kernel(scene: &Scene, settings: &RenderSettings) -> Kernel {
+    let compiled = kernels(settings.integrator).iter().copied();
     settings
         .kernel
-        .unwrap_or_else(|| Kernel::smallest_for(scene.effects))
+        .unwrap_or_else(|| Kernel::smallest_of(compiled, scene.effects))
 }
 
-/// Something to do with a kernel and a sampler that are known only when running.
+/// Something to do with an integrator, a kernel and a sampler that are known only when running.
 pub trait Dispatched {
     /// What it yields.
     type Output;
-    /// Does it for the effects `E`, with the numbers of `sampler`.
-    fn run<E: Effects, S: Sampler>(self, sampler: S) -> Self::Output;
+    /// Does it with an integrator for the effects `E`, with the numbers of `sampler`.
+    fn run<E: Effects, S: Sampler, I: Integrator>(self, integrator: I, sampler: S) -> Self::Output;
 }
 
-/// Does something with the kernel and the sampler of the settings.
+/// Does something with the integrator, the kernel and the sampler of the settings.
 pub fn dispatch<D: Dispatched>(scene: &Scene, settings: &RenderSettings, job: D) -> D::Output {
-    let kernel = kernel(scene, settings);
     let seed = settings.seed;
     match settings.sampler {
-        SamplerKind::Independent => kernel.run(With(job, Independent::new(seed))),
+        SamplerKind::Independent => with_sampler(scene, settings, job, Independent::new(seed)),
         SamplerKind::Stratified => {
-            kernel.run(With(job, Stratified::new(seed, settings.budget.spp)))
+            let sampler = Stratified::new(seed, settings.budget.spp);
+            with_sampler(scene, settings, job, sampler)
         }
-        SamplerKind::Sobol => kernel.run(With(job, Sobol::new(seed))),
+        SamplerKind::Sobol => with_sampler(scene, settings, job, Sobol::new(seed)),
     }
 }
 
-/// A job whose sampler is known and whose kernel is not.
-struct With<D, S>(D, S);
+fn with_sampler<D: Dispatched, S: Sampler>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    job: D,
+    sampler: S,
+) -> D::Output {
+    let kernel = kernel(scene, settings);
+    match settings.integrator.technique() {
+        Some(_) if settings.integrator == IntegratorKind::Path => {
+            kernel.run(With(job, path(settings, Weighted), sampler))
+        }
+        Some(technique) => first_or_last(kernel, With(job, path(settings, technique), sampler)),
+        None => {
+            let far = settings.occlusion_distance;
+            let distance = far.map_or(f32::INFINITY, |far| scene.normalisation.length(far));
+            first_or_last(kernel, With(job, AmbientOcclusion { distance }, sampler))
+        }
+    }
+}
 
-impl<D: Dispatched, S: Sampler> KernelJob for With<D, S> {
+fn path<C>(settings: &RenderSettings, technique: C) -> PathIntegrator<C> {
+    PathIntegrator {
+        technique,
+        max_bounces: settings.most_bounces(),
+        roulette: settings.roulette(),
+    }
+}
+
+/// Runs a job of which only two kernels are compiled.
+fn first_or_last<J: KernelJob>(kernel: Kernel, job: J) -> J::Output {
+    match kernel {
+        Kernel::Matte => job.run::<types::Matte>(),
+        _ => job.run::<types::Everything>(),
+    }
+}
+
+/// A job whose integrator and sampler are known and whose kernel is not.
+struct With<D, I, S>(D, I, S);
+
+impl<D: Dispatched, I: Integrator, S: Sampler> KernelJob for With<D, I, S> {
     type Output = D::Output;
     fn run<E: Effects>(self) -> D::Output {
-        self.0.run::<E, S>(self.1)
+        self.0.run::<E, S, I>(self.1, self.2)
     }
 }

@@ -94,6 +94,16 @@ pub fn render(
 ) -> Result<Rendered> {
     settings.validate(size)?;
     let kernel = dispatch::kernel(scene, settings);
+    let compiled = dispatch::kernels(settings.integrator);
+    if !compiled.contains(&kernel) {
+        let compiled: Vec<&str> = compiled.iter().map(|kernel| kernel.name()).collect();
+        return Err(Error::usage(format!(
+            "the integrator {} has no kernel {}, only {}",
+            settings.integrator.name(),
+            kernel.name(),
+            compiled.join(" and ")
+        )));
+    }
     if !kernel.effects().contains(scene.effects) {
         let lacking = scene.effects.iter().filter(|&e| !kernel.effects().has(e));
         let lacking: Vec<&str> = lacking.map(|effect| effect.name()).collect();
@@ -157,7 +167,6 @@ impl Run<'_> {
                 let job = TileJob {
                     scene,
                     filter: self.filter,
-                    integrator: dispatch::integrator(self.settings),
                     tile,
                     range,
                     observer: &mut Unobserved,

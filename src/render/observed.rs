@@ -25,7 +25,6 @@ pub fn observe_tile<O: PathObserver>(
     let job = TileJob {
         scene,
         filter,
-        integrator: dispatch::integrator(settings),
         tile,
         range,
         observer,

@@ -10,9 +10,8 @@ use super::settings::RenderSettings;
 use crate::bsdf::types::Lobe;
 use crate::effects::Effects;
 use crate::film::filter::Filter;
-use crate::integrator::RayCounts;
 use crate::integrator::observer::PathObserver;
-use crate::integrator::path::PathIntegrator;
+use crate::integrator::{Integrator, RayCounts};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec3, Vec3};
 use crate::sampler::Sampler;
@@ -100,7 +99,6 @@ pub fn replay(
     };
     let job = ReplayJob {
         pixel,
-        integrator: dispatch::integrator(settings),
         sample,
         recorder: &mut recorder,
     };
@@ -118,7 +116,6 @@ struct Recorder<'a> {
 
 struct ReplayJob<'a, 'b> {
     pixel: Pixel<'a>,
-    integrator: PathIntegrator,
     sample: u64,
     recorder: &'a mut Recorder<'b>,
 }
@@ -126,13 +123,13 @@ struct ReplayJob<'a, 'b> {
 impl Dispatched for ReplayJob<'_, '_> {
     type Output = Rgb;
 
-    fn run<E: Effects, S: Sampler>(self, sampler: S) -> Rgb {
+    fn run<E: Effects, S: Sampler, I: Integrator>(self, integrator: I, sampler: S) -> Rgb {
         let mut camera_rays = CameraRays::new();
         let only = self.sample..self.sample + 1;
         let mut traced = camera_rays.trace::<E, _>(&self.pixel, &sampler, only, self.recorder);
         let (_, place) = traced.next().expect("one sample was asked for");
         let (scene, rays) = (self.pixel.scene, &mut RayCounts::default());
-        camera_rays.value::<E, _>(place, scene, self.integrator, rays, self.recorder)
+        camera_rays.value::<E, I, _>(place, scene, integrator, rays, self.recorder)
     }
 }
 

@@ -4,10 +4,11 @@
 //! Range: said at each field; [`RenderSettings::validate`] names what is out of it.
 //! Source: design of the command line. Tested below and in `tests/bad_flags.rs`.
 
-use crate::effects::Kernel;
+use crate::effects::{EffectSet, Kernel};
 use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::integrator::Roulette;
+use crate::integrator::kind::IntegratorKind;
 use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
 use std::time::Duration;
@@ -41,26 +42,6 @@ impl SamplerKind {
     }
 }
 
-/// The estimator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum IntegratorKind {
-    /// Path tracing with next event estimation and multiple importance sampling.
-    #[default]
-    Path,
-}
-
-impl IntegratorKind {
-    /// Every integrator.
-    pub const ALL: &'static [Self] = &[Self::Path];
-
-    /// The name in scenes and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Path => "path",
-        }
-    }
-}
-
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
@@ -83,8 +64,10 @@ pub struct RenderSettings {
     pub budget: Budget,
     /// Scattering events at most; `None` does not limit them.
     pub max_bounces: Option<u32>,
-    /// When paths end by chance.
-    pub roulette: Roulette,
+    /// When paths end by chance; `None` for the integrator's own way.
+    pub roulette: Option<Roulette>,
+    /// How far, in world units, something may be and still count for ambient occlusion; `None` for any distance.
+    pub occlusion_distance: Option<f64>,
     /// The code that runs; `None` takes the smallest that has all effects of the scene. It changes nothing but the speed.
     pub kernel: Option<Kernel>,
     /// Threads, at least 1.
@@ -107,7 +90,8 @@ impl RenderSettings {
                 time: None,
             },
             max_bounces: None,
-            roulette: Roulette::default(),
+            roulette: None,
+            occlusion_distance: None,
             kernel: None,
             threads: available_threads(),
             window: Window {
@@ -130,12 +114,16 @@ impl RenderSettings {
         let integrator = chosen(description, "integrator", &render.integrator, integrators)?;
         let samplers = SamplerKind::ALL.iter().map(|&s| (s.name(), s));
         let sampler = chosen(description, "sampler", &render.sampler, samplers)?;
+        let ways = Roulette::ALL.iter().map(|&r| (r.name(), r));
+        let roulette = chosen(description, "roulette", &render.roulette, ways)?;
         let spp = render.spp.unwrap_or(DEFAULT_SPP);
         Ok(Self {
             integrator: integrator.unwrap_or_default(),
             sampler: sampler.unwrap_or_default(),
             seed: render.seed.unwrap_or(0),
             max_bounces: render.max_bounces,
+            roulette,
+            occlusion_distance: render.occlusion_distance,
             ..Self::new(description.film.size, spp)
         })
     }
@@ -175,12 +163,24 @@ impl RenderSettings {
         }
     }
 
-    /// What biases the picture, in words; empty for an unbiased one.
-    pub fn bias(&self) -> Vec<String> {
+    /// Scattering events at most, by these settings and by what the integrator is for.
+    pub fn most_bounces(&self) -> Option<u32> {
+        let limits = [self.max_bounces, self.integrator.most_bounces()];
+        limits.into_iter().flatten().min()
+    }
+
+    /// When paths end by chance.
+    pub fn roulette(&self) -> Roulette {
+        self.roulette.unwrap_or(self.integrator.roulette())
+    }
+
+    /// What biases the picture of a scene with these effects, in words; empty for an unbiased one.
+    pub fn bias(&self, effects: EffectSet) -> Vec<String> {
         let limit = self
             .max_bounces
             .map(|n| format!("max_bounces {n}: light that scatters more often is missing"));
-        limit.into_iter().collect()
+        let integrator = self.integrator.bias(effects);
+        integrator.into_iter().chain(limit).collect()
     }
 }
 
@@ -261,8 +261,8 @@ mod tests {
     #[test]
     fn a_bounce_limit_is_named_as_bias() {
         let mut settings = RenderSettings::new((8, 4), 1);
-        assert!(settings.bias().is_empty());
+        assert!(settings.bias(EffectSet::NONE).is_empty());
         settings.max_bounces = Some(3);
-        assert!(settings.bias()[0].contains("max_bounces 3"));
+        assert!(settings.bias(EffectSet::NONE)[0].contains("max_bounces 3"));
     }
 }

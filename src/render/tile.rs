@@ -9,9 +9,8 @@ use super::dispatch::Dispatched;
 use crate::effects::Effects;
 use crate::film::Tile;
 use crate::film::filter::Filter;
-use crate::integrator::RayCounts;
 use crate::integrator::observer::PathObserver;
-use crate::integrator::path::PathIntegrator;
+use crate::integrator::{Integrator, RayCounts};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use std::ops::Range;
@@ -55,7 +54,6 @@ pub struct Outcome {
 pub struct TileJob<'a, O> {
     pub scene: &'a Scene,
     pub filter: &'a Filter,
-    pub integrator: PathIntegrator,
     pub tile: &'a mut Tile,
     pub range: Range<u64>,
     pub observer: &'a mut O,
@@ -64,11 +62,10 @@ pub struct TileJob<'a, O> {
 impl<O: PathObserver> Dispatched for TileJob<'_, O> {
     type Output = Outcome;
 
-    fn run<E: Effects, S: Sampler>(self, sampler: S) -> Outcome {
+    fn run<E: Effects, S: Sampler, I: Integrator>(self, integrator: I, sampler: S) -> Outcome {
         let Self {
             scene,
             filter,
-            integrator,
             tile,
             range,
             observer,
@@ -85,7 +82,8 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
                 for (sample, place) in camera_rays.trace::<E, O>(&pixel, &sampler, block, observer)
                 {
                     let rays = &mut outcome.rays;
-                    let value = camera_rays.value::<E, O>(place, scene, integrator, rays, observer);
+                    let value =
+                        camera_rays.value::<E, I, O>(place, scene, integrator, rays, observer);
                     if value.is_finite() {
                         sums.add(value);
                     } else {

@@ -26,6 +26,8 @@ pub enum Decision {
     Time,
     /// Whether a surface that is only partly there is met, after so many scattering events: one number.
     Alpha(u32),
+    /// Whether a path ends with what a surface emits, after so many scattering events: one number.
+    Emission(u32),
     /// Next event estimation at a scattering event: two for the point on a light, two for which light.
     Light(u32),
     /// The direction after a scattering event: two numbers for the direction, one for the lobe.
@@ -40,6 +42,9 @@ const BLOCK: u64 = 8;
 /// The first of the numbers for partly transparent surfaces, beyond those of any bounce: few scenes need them.
 const ALPHA: u64 = 1 << 40;
 
+/// The first of the numbers for coins, which few integrators toss.
+const EMISSION: u64 = 1 << 41;
+
 impl Decision {
     /// The decision's first number in the sample's own sequence of numbers.
     #[inline]
@@ -49,6 +54,7 @@ impl Decision {
             Self::Camera => 0,
             Self::Time => 4,
             Self::Alpha(b) => ALPHA + u64::from(b),
+            Self::Emission(b) => EMISSION + u64::from(b),
             Self::Light(b) => bounce(b, 0),
             Self::Bsdf(b) => bounce(b, 4),
             Self::Roulette(b) => bounce(b, 7),
@@ -87,6 +93,7 @@ mod tests {
         take(Decision::Time, 1);
         for bounce in [0, 1, 2, u32::MAX - 1, u32::MAX] {
             take(Decision::Alpha(bounce), 1);
+            take(Decision::Emission(bounce), 1);
             take(Decision::Light(bounce), 4);
             take(Decision::Bsdf(bounce), 3);
             take(Decision::Roulette(bounce), 1);

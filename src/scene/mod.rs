@@ -20,8 +20,8 @@ use crate::effects::{EffectSet, Effects, Slot, State, Switch};
 use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
 use crate::light::select::Lights;
-use crate::light::types::{Emission, LightEnd, LightSample};
-use crate::math::measure::PdfSolidAngle;
+use crate::light::types::{Emission, LightEnd, LightSample, PointRule};
+use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::robust::offset_point;
@@ -215,6 +215,18 @@ impl Scene {
         }
     }
 
+    /// The light that an emitting interaction is on; `None` for one that only scattered rays find.
+    #[inline]
+    pub fn light_of<E: Effects>(&self, at: &Interaction<E>) -> Option<u32> {
+        let emitter = self.emitter(at.id)?;
+        let offset = if emitter.per_primitive {
+            at.id.primitive
+        } else {
+            0
+        };
+        emitter.first_light.map(|first| first + offset)
+    }
+
     /// The density with which light sampling at `from` would have found the emitting interaction `at`.
     #[inline]
     pub fn light_pdf<E: Effects>(
@@ -223,26 +235,25 @@ impl Scene {
         time: f32,
         at: &Interaction<E>,
     ) -> PdfSolidAngle {
-        let light = self.emitter(at.id).and_then(|emitter| {
-            let offset = if emitter.per_primitive {
-                at.id.primitive
-            } else {
-                0
-            };
-            emitter.first_light.map(|first| first + offset)
-        });
-        light.map_or(PdfSolidAngle(0.0), |light| {
+        self.light_of(at).map_or(PdfSolidAngle(0.0), |light| {
             self.lights.pdf::<E>(light, from, time, at.p - from, at.ng)
         })
     }
 
-    /// A direction from which some light shines on `p`. The numbers are those of [`Lights::sample`].
+    /// A direction from which a light shines on `p`, as [`Lights::sample`].
     #[inline]
-    pub fn sample_light<E: Effects>(&self, p: Vec3, time: f32, u: [f32; 4]) -> Option<LightSample> {
-        let (light, mut sample) = self.lights.sample::<E>(p, time, u)?;
+    pub fn sample_light<E: Effects>(
+        &self,
+        choice: (u32, Pmf),
+        points: PointRule,
+        p: Vec3,
+        time: f32,
+        u: Vec2,
+    ) -> Option<LightSample> {
+        let mut sample = self.lights.sample::<E>(choice, points, p, time, u)?;
         if (E::Textures::ON || E::Alpha::ON || E::Instances::ON)
             && !self.light_primitives.is_empty()
-            && let Some(id) = self.light_primitives[light as usize]
+            && let Some(id) = self.light_primitives[choice.0 as usize]
             && let LightEnd::Surface(point, barycentric) = &mut sample.end
         {
             if let Some(error) = self.world.error_at::<E>(id, time, point.p) {

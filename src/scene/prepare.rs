@@ -374,6 +374,8 @@ mod tests {
     use crate::accel::{Backend, Precision, Quality};
     use crate::effects::Slot;
     use crate::effects::kernel::types::Everything;
+    use crate::light::types::PointRule;
+    use crate::math::measure::Pmf;
     use crate::math::ray::Ray;
     use crate::math::rgb::Rgb;
     use crate::math::vec::{Vec2, Vec3};
@@ -579,7 +581,9 @@ mod tests {
             }];
             let scene = prepare(&scene, options()).expect("it is a box").scene;
             let p = scene.normalisation.point(DVec3::new(0.0, scale, 0.0));
-            let sample = scene.sample_light::<Everything>(p, 0.0, [0.5; 4]);
+            let only = (0, Pmf(1.0));
+            let u = Vec2::splat(0.5);
+            let sample = scene.sample_light::<Everything>(only, PointRule::SolidAngle, p, 0.0, u);
             sample.expect("it is lit").radiance
         };
         for exponent in [-70, -40, 0, 40, 60] {

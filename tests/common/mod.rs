@@ -44,6 +44,11 @@ impl TestRng {
         Vec2::new(self.uniform(), self.uniform())
     }
 
+    /// Uniform in [0, 1 - 2^-48], for what is computed in double precision.
+    pub fn uniform_f64(&mut self) -> f64 {
+        f64::from(self.uniform()) + f64::from(self.uniform()) / 16_777_216.0
+    }
+
     /// A unit vector whose |z| is log-uniform in [`low`, 1], of either sign.
     pub fn direction_log_uniform(&mut self, low: f32) -> Vec3 {
         let z = low.powf(self.uniform());

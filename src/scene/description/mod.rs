@@ -173,6 +173,10 @@ pub struct RenderDescription {
     pub sampler: Option<Written<String>>,
     /// Scattering events at most.
     pub max_bounces: Option<u32>,
+    /// The name of a way for paths to end by chance.
+    pub roulette: Option<Written<String>>,
+    /// How far, in world units, something may be and still count for ambient occlusion; above 0.
+    pub occlusion_distance: Option<f64>,
     /// The seed.
     pub seed: Option<u64>,
 }

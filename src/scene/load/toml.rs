@@ -138,6 +138,11 @@ fn render_table(table: Table<'_>) -> Result<RenderDescription> {
         sampler: name("sampler")?,
         spp: whole("spp", 1, u64::MAX)?,
         max_bounces: whole("max_bounces", 0, u64::from(u32::MAX))?.map(|n| n as u32),
+        roulette: name("roulette")?,
+        occlusion_distance: table
+            .optional("occlusion_distance")
+            .map(|value| value.number_where("a number above 0", |x| x > 0.0))
+            .transpose()?,
         seed: whole("seed", 0, u64::MAX)?,
     };
     table.finish()?;

@@ -1,0 +1,112 @@
+//! The integrators by name, and what each is.
+//!
+//! Measure: none.
+//! Range: every integrator.
+//! Source: the course's own names. Tested in `tests/integrators.rs` and `tests/command.rs`.
+
+use super::Roulette;
+use super::technique::Technique;
+use crate::effects::{Effect, EffectSet};
+
+/// The estimator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum IntegratorKind {
+    /// A coin, and directions anywhere.
+    Naive,
+    /// A coin that looks, and directions anywhere.
+    EmitOrReflect,
+    /// Directions by the BSDF.
+    Bsdf,
+    /// A ray to a light, and one anywhere else.
+    LightOrRest,
+    /// Next event estimation without multiple importance sampling.
+    NextEvent,
+    /// Path tracing with next event estimation and multiple importance sampling.
+    #[default]
+    Path,
+    /// Direct light by uniform directions.
+    DirectDirectional,
+    /// Direct light by uniform points on the lights.
+    DirectArea,
+    /// Ambient occlusion.
+    AmbientOcclusion,
+}
+
+impl IntegratorKind {
+    /// Every integrator, from the first path tracer of the course to the last, then those that are no path tracers.
+    pub const ALL: &'static [Self] = &[
+        Self::Naive,
+        Self::EmitOrReflect,
+        Self::Bsdf,
+        Self::LightOrRest,
+        Self::NextEvent,
+        Self::Path,
+        Self::DirectDirectional,
+        Self::DirectArea,
+        Self::AmbientOcclusion,
+    ];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Naive => "naive",
+            Self::EmitOrReflect => "emit-or-reflect",
+            Self::Bsdf => "bsdf",
+            Self::LightOrRest => "light-or-rest",
+            Self::NextEvent => "nee",
+            Self::Path => "path",
+            Self::DirectDirectional => "direct-directional",
+            Self::DirectArea => "direct-area",
+            Self::AmbientOcclusion => "ambient-occlusion",
+        }
+    }
+
+    /// How it finds light; `None` for one that looks for none.
+    pub fn technique(self) -> Option<Technique> {
+        match self {
+            Self::Naive => Some(Technique::NAIVE),
+            Self::EmitOrReflect => Some(Technique::EMIT_OR_REFLECT),
+            Self::Bsdf => Some(Technique::BSDF),
+            Self::LightOrRest => Some(Technique::LIGHT_OR_REST),
+            Self::NextEvent => Some(Technique::NEXT_EVENT),
+            Self::Path => Some(Technique::PATH),
+            Self::DirectDirectional => Some(Technique::DIRECT_DIRECTIONAL),
+            Self::DirectArea => Some(Technique::DIRECT_AREA),
+            Self::AmbientOcclusion => None,
+        }
+    }
+
+    /// When its paths end by chance where nobody says: those of the first path tracer do so by its coin alone.
+    pub fn roulette(self) -> Roulette {
+        match self {
+            Self::Naive => Roulette::None,
+            _ => Roulette::Throughput,
+        }
+    }
+
+    /// Scattering events at most, if it is not meant for more.
+    pub fn most_bounces(self) -> Option<u32> {
+        match self {
+            Self::DirectDirectional | Self::DirectArea => Some(1),
+            _ => None,
+        }
+    }
+
+    /// What its picture of a scene with these effects lacks, in words.
+    pub fn bias(self, effects: EffectSet) -> Option<String> {
+        let name = self.name();
+        let Some(technique) = self.technique() else {
+            return Some(format!("{name}: the picture shows no light"));
+        };
+        let mut lacks = Vec::new();
+        if self.most_bounces().is_some() {
+            lacks.push("light that scatters more than once is missing");
+        }
+        if effects.has(Effect::DeltaLights) && !technique.samples_lights() {
+            lacks.push(
+                "no scattered ray can meet point, spot and distant lights, whose light is missing",
+            );
+        }
+        (!lacks.is_empty()).then(|| format!("{name}: {}", lacks.join("; ")))
+    }
+}

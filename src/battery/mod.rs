@@ -22,6 +22,7 @@ mod scattering;
 mod six_cases;
 pub mod staging;
 mod transport;
+mod trial;
 
 use case::{Case, Effort};
 pub use run::{BatteryObserver, BatterySettings, Unattended, run};

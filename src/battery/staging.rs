@@ -4,7 +4,7 @@
 //! Range: a film of 32 pixels that all look at one point, so that each is an independent replicate.
 //! Source: none needed. Tested through all that is built with it.
 
-use super::case::Trial;
+use super::trial::Trial;
 use crate::error::Result;
 use crate::film::Tile;
 use crate::film::filter::{Filter, FilterDescription, FilterKind};

@@ -1,6 +1,7 @@
 //! Etendue: a Monte Carlo renderer on Intel Embree 4.
 
 pub mod accel;
+pub mod battery;
 pub mod bench;
 pub mod bsdf;
 pub mod camera;

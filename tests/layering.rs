@@ -28,6 +28,7 @@ const HOUSE: &[(&str, u32)] = &[
     ("study", 7),
     ("bench", 7),
     ("lesson", 7),
+    ("battery", 7),
     ("cli", 8),
 ];
 

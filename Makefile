@@ -4,7 +4,7 @@
 CARGO ?= cargo
 OUT ?= out
 
-.PHONY: help setup demo test bench instructions check clean
+.PHONY: help setup demo test battery bench instructions check clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
@@ -26,6 +26,11 @@ demo: setup ## Renders the scenes cornell-box and suzanne-room to out/.
 # Optimised by the profile `test` of Cargo.toml, as most tests are statistics over many samples.
 test: setup ## Runs all tests.
 	$(CARGO) test --workspace
+
+# Every run has other random numbers; its report says which.
+battery: setup ## Runs the long battery of hard cases with exact answers; reports go to out/battery/.
+	$(CARGO) build --release
+	$(CARGO) run --release --quiet -- battery --full -o $(OUT)/battery
 
 bench: setup ## Runs the benchmarks of single parts; backends are compared by `etendue bench`.
 	$(CARGO) bench

@@ -4,15 +4,18 @@
 //! invalid, 4 input or output, 5 the error asked for was not reached (image written), 6 too many non-finite samples (image written), 130 interrupted (image written).
 
 pub mod args;
+mod battery;
 mod bench;
 mod chart;
 mod durations;
 mod info;
 mod job;
 mod layers;
+mod lesson;
 mod output;
 mod page;
 mod plan;
+mod plot;
 mod render;
 mod replay;
 mod report;
@@ -31,6 +34,7 @@ use std::process::ExitCode;
 enum Outcome {
     Done,
     ErrorNotReached,
+    Failed,
     TooManyNonFinite,
     Interrupted,
 }
@@ -42,6 +46,8 @@ pub fn run() -> ExitCode {
         Verb::Render(render) => render::run(render),
         Verb::Plan(plan) => plan::run(plan),
         Verb::Bench(bench) => bench::run(bench),
+        Verb::Lesson(lesson) => lesson::run(lesson),
+        Verb::Battery(battery) => battery::run(battery),
         Verb::Info(info) => info::run(info),
         Verb::Completions { shell } => {
             let mut script = Vec::new();
@@ -53,6 +59,7 @@ pub fn run() -> ExitCode {
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::ErrorNotReached) => ExitCode::from(5),
+        Ok(Outcome::Failed) => ExitCode::FAILURE,
         Ok(Outcome::TooManyNonFinite) => ExitCode::from(6),
         Ok(Outcome::Interrupted) => ExitCode::from(130),
         Err(error) => {

@@ -11,9 +11,10 @@ use common::scene_folder::load_text;
 use etendue::accel::Backend;
 use etendue::film::Film;
 use etendue::film::filter::Filter;
+use etendue::image::Image;
 use etendue::math::stats::student_quantile;
 use etendue::math::vec::DVec3;
-use etendue::render::settings::{RenderSettings, SamplerKind};
+use etendue::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
 use etendue::render::{Unwatched, render};
 use etendue::scene::Scene;
 use etendue::scene::description::{GeometryDescription, SceneDescription};
@@ -233,4 +234,63 @@ fn bars_that_rare_events_have_yet_to_reach_are_flagged() {
     // Paths from the floor over the metal to the lamp are rare and bright: the bars of one pixel in eight cover too seldom.
     let coverage = of_room(0.3, SamplerKind::Sobol, 256);
     assert!(coverage.flagged() > 0.95, "{}", coverage.flagged());
+}
+
+#[test]
+fn an_error_that_is_asked_for_is_kept_and_hardly_undercut() {
+    let description = load_text(&ROOM.replace("roughness = 0.3", "roughness = 1"));
+    let scene = ready(&description, Backend::ALL[0]);
+    let truth = settings(&description, SamplerKind::Sobol, 1000, 1 << 15);
+    let truth = film(&scene, &description, &truth).develop();
+    let channels = |image: &Image| -> Vec<f64> {
+        let pixels = image.pixels().iter();
+        pixels
+            .flat_map(|pixel| pixel.to_array().map(f64::from))
+            .collect()
+    };
+    let truth = channels(&truth);
+    let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+    let filter = Filter::new(&description.film.filter);
+    for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
+        for target in [0.08, 0.04] {
+            let renders = 24;
+            let (mut kept, mut sum, mut off) = (0, 0.0, 0.0_f64);
+            for seed in 0..renders {
+                let settings = RenderSettings {
+                    budget: Budget {
+                        error: Some(ErrorTarget {
+                            rel_rmse: target,
+                            confidence: 0.95,
+                        }),
+                        ..Budget::default()
+                    },
+                    ..settings(&description, sampler, seed, 1)
+                };
+                let size = description.film.size;
+                let rendered = render(&scene, &filter, size, &settings, &Unwatched);
+                let rendered = rendered.expect("the settings are valid");
+                assert!(rendered.reached);
+                let picture = channels(&rendered.film.develop());
+                let squares = picture.iter().zip(&truth);
+                let squares = squares.map(|(x, r)| (x - r).powi(2) / (r * r + 0.01 * mean * mean));
+                let error = (squares.sum::<f64>() / truth.len() as f64).sqrt();
+                kept += u32::from(error <= target);
+                sum += error / target;
+                if let Some(predicted) = rendered.predicted {
+                    off = off.max((predicted.spp as f64 / rendered.spp as f64).ln().abs());
+                }
+            }
+            let mean = sum / renders as f64;
+            println!(
+                "{}, {target}: {kept} of {renders} kept, {mean:.3} of it in the mean, samples foreseen to within a \
+                 factor {:.2}",
+                sampler.name(),
+                off.exp()
+            );
+            // Of 24 renders of which 95 % keep it, fewer than 19 do with probability 1e-3.
+            assert!(kept >= 19, "{kept} of {renders}");
+            assert!(mean > 0.75, "{mean}");
+            assert!(off < 1.7_f64.ln(), "{}", off.exp());
+        }
+    }
 }

@@ -55,6 +55,24 @@ pub struct Budget {
     pub error: Option<ErrorTarget>,
 }
 
+impl Budget {
+    /// So many samples per pixel.
+    pub fn samples(spp: u64) -> Self {
+        Self {
+            spp: Some(spp),
+            ..Self::default()
+        }
+    }
+
+    /// So much time.
+    pub fn time(time: Duration) -> Self {
+        Self {
+            time: Some(time),
+            ..Self::default()
+        }
+    }
+}
+
 /// An error to reach.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorTarget {
@@ -100,10 +118,7 @@ impl RenderSettings {
             integrator: IntegratorKind::default(),
             sampler: SamplerKind::default(),
             seed: 0,
-            budget: Budget {
-                spp: Some(spp),
-                ..Budget::default()
-            },
+            budget: Budget::samples(spp),
             bars: false,
             max_bounces: None,
             roulette: None,
@@ -265,7 +280,11 @@ mod tests {
             ..fine.clone()
         };
         let budget = |spp, time| RenderSettings {
-            budget: Budget { spp, time },
+            budget: Budget {
+                spp,
+                time,
+                error: None,
+            },
             ..fine.clone()
         };
         for wrong in [

@@ -171,7 +171,11 @@ impl PassPlanner {
 fn power((n0, e0): (u64, f64), (n1, e1): (u64, f64)) -> f64 {
     let power = (e0 / e1).ln() / (n1 as f64 / n0 as f64).ln();
     // What is no number is the slowest.
-    power.max(SLOWEST).min(FASTEST)
+    if power.is_finite() {
+        power.clamp(SLOWEST, FASTEST)
+    } else {
+        SLOWEST
+    }
 }
 
 #[cfg(test)]

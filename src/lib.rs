@@ -15,6 +15,7 @@ pub mod integrator;
 pub mod light;
 pub mod math;
 pub mod plan;
+pub mod planted;
 pub mod render;
 pub mod sampler;
 pub mod sampling;

@@ -17,6 +17,7 @@ use crate::math::{
     rgb::Rgb,
     vec::{Vec2, Vec3},
 };
+use crate::planted::planted;
 
 /// A metal surface.
 #[derive(Debug, Clone, Copy)]
@@ -170,5 +171,7 @@ impl Conductor {
 /// Comprehensive Framework for Rendering Layered Materials", section 5.6.
 #[inline]
 pub fn multiple_scattering_colour(f_mean: Rgb, mean: SingleScatter) -> Rgb {
-    f_mean.map(|f| f * f * (1.0 - mean.loss) / (1.0 - f * mean.loss))
+    f_mean.map(|f| {
+        f * planted!("facets-met-but-once", 1.0, f) * (1.0 - mean.loss) / (1.0 - f * mean.loss)
+    })
 }

@@ -7,6 +7,7 @@
 use super::surface::SurfacePoint;
 use crate::math::robust::{gamma, never_zero};
 use crate::math::vec::{Vec2, Vec3};
+use crate::planted::planted;
 
 /// A triangle mesh.
 #[derive(Debug, Clone)]
@@ -68,6 +69,7 @@ impl Mesh {
             ng
         } else {
             let [na, nb, nc] = indices.map(|i| self.normals[i]);
+            let [nb, nc] = planted!("normals-of-exchanged-corners", [nc, nb], [nb, nc]);
             let ns = (w * na + u * nb + v * nc).normalize_or(ng);
             if ns.dot(ng) < 0.0 { -ns } else { ns }
         };

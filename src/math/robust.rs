@@ -6,6 +6,7 @@
 //! Tested below and by the self-intersection tests of `tests/tracing.rs`.
 
 use super::vec::Vec3;
+use crate::planted::planted;
 
 /// Unit roundoff of `f32`, 2^-24.
 pub const UNIT_ROUNDOFF: f32 = f32::EPSILON / 2.0;
@@ -29,9 +30,13 @@ pub fn never_zero(error: Vec3, size: f32) -> Vec3 {
 #[inline]
 pub fn offset_point(p: Vec3, error: Vec3, n: Vec3) -> Vec3 {
     let offset = n.abs().dot(error) * n;
-    let moved = p + offset;
+    let moved = planted!("origin-not-offset", p, p + offset);
     // Adding may round back towards the surface: one more unit in the last place away from it.
-    moved + offset.signum() * (f32::EPSILON * moved.abs())
+    planted!(
+        "offset-rounds-back",
+        moved,
+        moved + offset.signum() * (f32::EPSILON * moved.abs())
+    )
 }
 
 #[cfg(test)]

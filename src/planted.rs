@@ -45,7 +45,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "offset-rounds-back",
         "a ray's start may be rounded back towards the surface",
-        "lib::math::robust::tests",
+        "lib::math::robust::tests::an_offset_point_is_beyond_its_error_bound_on_the_asked_side",
     ),
     bug(
         "edges-open",
@@ -60,7 +60,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "balance-heuristic",
         "weights are of the first power of the densities instead of the second",
-        "lib::sampling::mis::tests",
+        "lib::sampling::mis::tests::twice_the_density_counts_four_times",
     ),
     bug(
         "cone-pdf-off-by-two",
@@ -70,32 +70,27 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "alias-off-by-one",
         "an alias is the item before the one that gave its share",
-        "lib::sampling::distribution::tests",
+        "lib::sampling::distribution::tests::items_are_chosen_in_proportion_to_their_weights",
     ),
     bug(
         "shuffle-in-one-cycle",
         "the shuffle of Latin hypercubes leaves nothing in its place",
-        "integration_course::jittered_and_latin_variances_are_exact",
+        "integration_course::intervals_are_matched_in_every_way_alike",
     ),
     bug(
         "light-and-bsdf-share-numbers",
         "the point on a light and the scattered direction take the same numbers",
-        "sampler::no_numbers_repeat",
+        "lib::sampler::tests::decisions_never_share_a_number",
     ),
     bug(
         "one-is-drawn",
         "a uniform number may be rounded to 1",
-        "lib::sampler",
-    ),
-    bug(
-        "samples-a-power-apart",
-        "the samples of a pixel lie a power of two apart in one stream",
-        "sampler::successive_independent_samples_are_independent",
+        "lib::sampler::tests::the_largest_number_is_below_one",
     ),
     bug(
         "sobol-order-shared",
         "all decisions of a sample take the same place in Sobol's sequence",
-        "sampler::numbers_and_pairs_are_uniform",
+        "sampler::sobol_decisions_take_orders_of_their_own",
     ),
     bug(
         "strata-shared-by-decisions",
@@ -105,7 +100,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "half-a-texel",
         "texels have their value at a corner instead of their centre",
-        "lib::geometry::texture::tests",
+        "lib::geometry::texture::tests::texel_centres_give_the_texels_with_v_up",
     ),
     bug(
         "normals-by-the-matrix",
@@ -115,12 +110,12 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "normals-of-exchanged-corners",
         "shading normals are interpolated with two corners exchanged",
-        "tracing::every_backend_finds_what_the_oracle_finds",
+        "lib::geometry::mesh::tests::each_corner_has_its_own_normal_and_texture_coordinate",
     ),
     bug(
         "sphere-exact-where-it-is",
         "the error of a sphere's point is bounded as if its centre were the origin",
-        "tracing::a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never",
+        "tracing::rays_that_leave_a_sphere_far_from_the_origin_do_not_meet_it_again",
     ),
     bug(
         "one-percent-of-albedo",
@@ -135,7 +130,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "shadowing-uncorrelated",
         "masking and shadowing are multiplied as if they were independent",
-        "furnace::single_scattering_loses_what_theory_says",
+        "furnace::compensated_white_metal_gives_everything_back",
     ),
     bug(
         "refraction-jacobian",
@@ -150,7 +145,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "facets-met-but-once",
         "light between a metal's facets is coloured by one meeting too few",
-        "furnace",
+        "lib::bsdf::conductor::tests::light_between_facets_is_the_sum_over_its_meetings",
     ),
     bug(
         "lobe-left-out-of-pdf",
@@ -175,17 +170,17 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "focus-on-a-sphere",
         "what is in focus has the same distance instead of the same depth",
-        "lens::an_edge_in_focus_is_sharp",
+        "lib::camera::tests::all_rays_of_a_lens_meet_in_the_plane_in_focus",
     ),
     bug(
         "departure-ignored",
-        "a ray may meet again what it has just left",
-        "tracing::a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never",
+        "a primitive just left counts even where it cannot truly be met",
+        "tracing::what_has_just_been_left_is_passed_up_to_its_free_distance",
     ),
     bug(
         "box-without-slack",
         "the test of boxes does not allow for its rounding",
-        "tracing_hard::robust_tracing_finds_on_hard_rays_what_the_oracle_finds",
+        "tracing::robust_tracing_lets_nothing_out_of_a_closed_mesh",
     ),
     bug(
         "film-in-single-precision",
@@ -195,7 +190,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "alpha-number-reused",
         "the number that passed one veil decides about the next one as well",
-        "materials::a_veil_mixes_with_what_is_behind",
+        "materials::a_veiled_sphere_is_met_twice",
     ),
     bug(
         "sides-unchecked",
@@ -205,7 +200,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "long-rays-exact",
         "a shadow ray's end is bounded as if the ray had no length",
-        "tracing::a_segment_sees_an_occluder_right_before_the_light_but_not_the_light",
+        "tracing::a_long_segment_does_not_end_on_its_light",
     ),
     bug(
         "rounded-before-centred",
@@ -215,27 +210,27 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "the-longer-way-round",
         "what turns between two keys turns the other way round",
-        "lib::scene::keyframes::tests",
+        "lib::scene::keyframes::tests::a_turntable_turns_evenly",
     ),
     bug(
         "intensity-in-world-units",
         "a point light's intensity ignores the unit of length",
-        "delta_lights::a_floor_under_one_light_has_its_irradiance_whatever_the_unit_of_length",
+        "lib::scene::prepare::tests::points_light_scenes_of_any_size_alike",
     ),
     bug(
         "roulette-on-radiance",
-        "roulette goes by the radiance found so far instead of the throughput",
-        "integrators::no_roulette_changes_the_mean",
+        "what survives roulette has its radiance divided by the probability, not its throughput",
+        "roulette::no_roulette_changes_what_a_highlight_shows",
     ),
     bug(
         "roulette-takes-a-spent-number",
         "roulette takes the number that has chosen the lobe",
-        "integrators::no_roulette_changes_the_mean",
+        "roulette::no_roulette_changes_what_a_highlight_shows",
     ),
     bug(
         "roulette-without-division",
         "what survives roulette is not divided by its probability",
-        "integrators::no_roulette_changes_the_mean",
+        "roulette::no_roulette_changes_what_a_highlight_shows",
     ),
     bug(
         "light-without-cosine",
@@ -250,7 +245,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "mirror-weighted-as-what-it-shows",
         "light seen in a mirror is weighted as if seen from where the mirror was",
-        "mirrors",
+        "mirrors::a_lamp_in_a_mirror_lights_as_its_image_does",
     ),
     bug(
         "heuristics-mixed",
@@ -260,17 +255,17 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "filter-weight-dropped",
         "a filter's negative lobes count as positive",
-        "lib::render",
+        "pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
     ),
     bug(
         "half-a-pixel",
         "pixels have their centre at their corner",
-        "lens::an_edge_in_focus_is_sharp",
+        "pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
     ),
     bug(
         "passes-repeat-samples",
         "each pass takes the same samples again",
-        "determinism::threads_and_tiles_change_nothing",
+        "pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
     ),
 ];
 

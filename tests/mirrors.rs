@@ -2,7 +2,8 @@
 
 mod common;
 
-use common::scene::{looking, ready, rectangle, see, shape, sky};
+use common::closed_forms::parallel_rectangle;
+use common::scene::{diffuse, looking, ready, rectangle, see, shape, sky};
 use etendue::accel::Backend;
 use etendue::effects::kernel::types::Everything;
 use etendue::integrator::Roulette;
@@ -10,7 +11,11 @@ use etendue::math::ray::Ray;
 use etendue::math::rgb::Rgb;
 use etendue::math::vec::{DAffine3, DVec3, Vec2, Vec3};
 use etendue::scene::Scene;
-use etendue::scene::description::{ColourDescription, MaterialModel, SceneDescription};
+use etendue::scene::description::{
+    ColourDescription, MaterialDescription, MaterialModel, Place, SceneDescription,
+};
+
+use common::verdict::assert_mean;
 
 const REFLECTANCE: f32 = 0.99;
 
@@ -108,5 +113,29 @@ fn a_corner_cube_sends_light_back() {
             }
             assert!(thrice > 500, "{thrice}");
         }
+    }
+}
+
+/// A lamp that shines up at a mirror lights the floor as its image behind the mirror would: what the floor's scattering finds
+/// there, no light sampling does.
+#[test]
+fn a_lamp_in_a_mirror_lights_as_its_image_does() {
+    let albedo = 0.5;
+    let mut scene = looking(DVec3::new(-0.3, 0.2, 0.4), DVec3::ZERO, diffuse(albedo));
+    let model = mirror(REFLECTANCE);
+    scene
+        .materials
+        .push(MaterialDescription::new("mirror", Place::default(), model));
+    let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let lamp = rectangle([0.6, -0.5, 0.3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let above = rectangle([-2.0, -2.0, 1.0], [0.0, 4.0, 0.0], [4.0, 0.0, 0.0]);
+    scene.shapes = vec![shape(floor, 0.0), shape(lamp, 1.0), shape(above, 0.0)];
+    scene.shapes[2].material = 1;
+    // From x = 0.6 to 1.6, as far above the mirror as the lamp is below it.
+    let up_to = |x: f64| 2.0 * parallel_rectangle(x, 0.5, 1.7);
+    let exact = f64::from(albedo * REFLECTANCE) * (up_to(1.6) - up_to(0.6));
+    for &backend in Backend::ALL {
+        let seen = see(&scene, backend, 1 << 12, Some(2), Roulette::None);
+        assert_mean(backend.name(), &seen, exact, 1e-2);
     }
 }

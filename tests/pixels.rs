@@ -72,7 +72,7 @@ fn beside_an_edge_a_pixel_is_the_integral_of_its_filter() {
         for (edge, turned) in [(4.3, false), (5.0, false), (4.3, true)] {
             let scene = half_lit(edge, turned);
             let size = scene.film.size;
-            let settings = RenderSettings::new(size, 1 << 8);
+            let settings = RenderSettings::new(size, 1 << 10);
             let filter = Filter::new(&description);
             let scene = ready(&scene, Backend::ALL[0]);
             let rendered = render(&scene, &filter, size, &settings, &Unwatched);

@@ -124,3 +124,26 @@ pub fn triangle_point([a, b, c]: [Vec3; 3], [u, v]: [f32; 2]) -> SurfacePoint {
         ns: ng,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_corner_has_its_own_normal_and_texture_coordinate() {
+        let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        let normals = [(0.0, 0.0), (0.6, 0.0), (0.0, 0.8)];
+        let normals =
+            normals.map(|(x, y): (f32, f32)| Vec3::new(x, y, (1.0 - x * x - y * y).sqrt()));
+        let uvs = vec![Vec2::ZERO, Vec2::new(0.5, 0.0), Vec2::new(0.0, 0.25)];
+        let mesh = Mesh::new(positions, normals.to_vec(), uvs.clone(), vec![[0, 1, 2]]);
+        for (corner, at) in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].into_iter().enumerate() {
+            let surface = mesh.surface_at(0, at);
+            assert!(
+                (surface.ns - normals[corner]).length() < 1e-6,
+                "{surface:?}"
+            );
+            assert_eq!(mesh.uv_at(0, at), uvs[corner]);
+        }
+    }
+}

@@ -204,8 +204,7 @@ impl<C: Chosen> Integrator for PathIntegrator<C> {
             if goes_through {
                 reflected *= path.refract(bsdf.ior(), wo.z > 0.0);
             }
-            let left = planted!("roulette-on-radiance", path.radiance, path.beta);
-            let left = path.eta_scale.or(1.0) * left;
+            let left = path.eta_scale.or(1.0) * path.beta;
             let survival = self.roulette.survival(bounce, reflected, left);
             if survival < 1.0 {
                 let [_, _, spent] = u;
@@ -215,7 +214,8 @@ impl<C: Chosen> Integrator for PathIntegrator<C> {
                     observer.terminated(survival);
                     break;
                 }
-                path.beta *= planted!("roulette-without-division", 1.0, 1.0 / survival);
+                let lifted = planted!("roulette-on-radiance", &mut path.radiance, &mut path.beta);
+                *lifted *= planted!("roulette-without-division", 1.0, 1.0 / survival);
             }
             let forgotten = planted!(
                 "mirror-weighted-as-what-it-shows",

@@ -45,14 +45,25 @@ mod tests {
 
     #[test]
     fn an_offset_point_is_beyond_its_error_bound_on_the_asked_side() {
-        let n = Vec3::new(1.0, 2.0, -3.0).normalize();
-        for exponent in -30..30 {
-            let p = Vec3::new(0.7, -1.3, 2.1) * 2.0_f32.powi(exponent);
-            let error = gamma(7) * p.abs();
-            for side in [n, -n] {
-                let q = offset_point(p, error, side);
-                let moved = (q - p).as_dvec3().dot(side.as_dvec3());
-                assert!(moved >= f64::from(error.dot(n.abs())) * (1.0 - 1e-6));
+        for i in 0..6000 {
+            let (turn, exponent) = (i as f32, i % 60 - 30);
+            let n = Vec3::new(turn.sin(), (1.7 * turn).cos(), (0.3 * turn).sin()).normalize();
+            let p = Vec3::new(0.7, -1.3, (0.01 * turn).cos()) * 2.0_f32.powi(exponent);
+            // Also where rounding brings the sum back to the point itself.
+            for error in [
+                gamma(7) * p.abs(),
+                gamma(1) * p.abs(),
+                1e-3 * gamma(1) * p.abs(),
+            ] {
+                for side in [n, -n] {
+                    let q = offset_point(p, error, side);
+                    let moved = (q.as_dvec3() - p.as_dvec3()).dot(side.as_dvec3());
+                    let bound = f64::from(error.dot(n.abs()));
+                    assert!(
+                        moved >= bound * (1.0 - 1e-6),
+                        "{p} {error} {side}: {moved:e}"
+                    );
+                }
             }
         }
     }

@@ -9,7 +9,6 @@
 //! Source: O'Neill 2014 (PCG), Brown 1994 (jumping), both in rand_pcg. Tested in `tests/sampler.rs`.
 
 use super::{Decision, Sampler, hash, to_unit};
-use crate::planted::planted;
 use rand_core::Rng;
 use rand_pcg::Pcg32;
 
@@ -62,11 +61,7 @@ impl Independent {
         self.generator = Pcg32::new(self.pixel_seed, stream_seed);
         self.generator.advance(
             self.sample
-                .wrapping_mul(planted!(
-                    "samples-a-power-apart",
-                    SAMPLE_STRIDE - 1,
-                    SAMPLE_STRIDE
-                ))
+                .wrapping_mul(SAMPLE_STRIDE)
                 .wrapping_add(first - (stream << NUMBERS_PER_SAMPLE_BITS)),
         );
         self.next_slot = first;

@@ -83,13 +83,6 @@ fn to_unit(bits: u32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::vec::ONE_MINUS_EPSILON;
-
-    #[test]
-    fn the_largest_number_is_the_last_before_one() {
-        assert_eq!(to_unit(u32::MAX), ONE_MINUS_EPSILON);
-        assert_eq!(to_unit(0), 0.0);
-    }
 
     #[test]
     fn decisions_never_share_a_number() {

@@ -113,11 +113,6 @@ pub const PLANTED: &[Planted] = &[
         "lib::geometry::mesh::tests::each_corner_has_its_own_normal_and_texture_coordinate",
     ),
     bug(
-        "sphere-exact-where-it-is",
-        "the error of a sphere's point is bounded as if its centre were the origin",
-        "tracing::rays_that_leave_a_sphere_far_from_the_origin_do_not_meet_it_again",
-    ),
-    bug(
         "one-percent-of-albedo",
         "matte surfaces reflect one percent less along a path",
         "furnace::white_diffuse_and_mirror_give_everything_back",

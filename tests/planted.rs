@@ -51,6 +51,7 @@ fn file_of(killer: &str) -> (PathBuf, &str) {
 #[test]
 fn the_table_names_each_bug_once_and_a_test_that_exists() {
     let mut names = BTreeSet::new();
+    println!();
     for bug in PLANTED {
         println!("planted\t{}\t{}\t{}", bug.name, bug.killer, bug.wrong);
         assert!(names.insert(bug.name), "{} stands there twice", bug.name);

@@ -138,26 +138,6 @@ fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
     }
 }
 
-/// The point of a sphere is rounded as its centre is, however small its radius.
-#[test]
-fn rays_that_leave_a_sphere_far_from_the_origin_do_not_meet_it_again() {
-    let mut rng = TestRng::new(6);
-    for _ in 0..200 {
-        let radius = 10.0_f32.powf(4.0 * rng.uniform() - 2.0);
-        let away = 10.0_f32.powf(3.0 * rng.uniform()) * radius;
-        let sphere = Sphere::new(away * point(&mut rng), radius);
-        for (name, accel) in every_accel(&standing(vec![Geometry::Sphere(sphere)])) {
-            for _ in 0..50 {
-                let surface = sphere.surface_along(direction(&mut rng));
-                let w = direction(&mut rng);
-                let w = if w.dot(surface.ng) < 0.0 { -w } else { w };
-                let ray = Ray::new(offset_point(surface.p, surface.error, surface.ng), w);
-                assert!(!accel.occluded(&ray, 0.0), "{name} {sphere:?} {ray:?}");
-            }
-        }
-    }
-}
-
 /// A ray that begins a little before what it has left, as rounding may have it.
 #[test]
 fn what_has_just_been_left_is_passed_up_to_its_free_distance() {

@@ -9,7 +9,6 @@ use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
 use crate::math::robust::gamma;
 use crate::math::vec::{DVec3, Mat3, Vec2, Vec3, reflect};
-use crate::planted::planted;
 use std::f32::consts::{FRAC_1_PI, TAU};
 
 /// A sphere.
@@ -78,10 +77,9 @@ impl Sphere {
     #[inline]
     pub fn surface_along(&self, n: Vec3) -> SurfacePoint {
         let p = self.center + self.radius * n;
-        let center = planted!("sphere-exact-where-it-is", Vec3::ZERO, self.center.abs());
         SurfacePoint {
             p,
-            error: gamma(8) * (center + Vec3::splat(self.radius)),
+            error: gamma(8) * (self.center.abs() + Vec3::splat(self.radius)),
             ng: n,
             ns: n,
         }

@@ -4,7 +4,7 @@
 CARGO ?= cargo
 OUT ?= out
 
-.PHONY: help setup demo test mutants mutants-some bench instructions check clean
+.PHONY: help setup demo test mutants mutants-some battery bench instructions check clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
@@ -32,6 +32,11 @@ mutants: setup ## Makes each planted bug live and shows that a test finds it.
 
 mutants-some: setup ## The same for those that quick tests find.
 	@scripts/mutants.sh some
+
+# Every run has other random numbers; its report says which.
+battery: setup ## Runs the long battery of hard cases with exact answers; reports go to out/battery/.
+	$(CARGO) build --release
+	$(CARGO) run --release --quiet -- battery --full -o $(OUT)/battery
 
 bench: setup ## Runs the benchmarks of single parts; backends are compared by `etendue bench`.
 	$(CARGO) bench

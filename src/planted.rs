@@ -40,7 +40,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "origin-not-offset",
         "rays start on the surface, not beyond the bound of its error",
-        "tracing::rays_that_leave_a_triangle_do_not_meet_it_again",
+        "lib::math::robust::tests::an_offset_point_is_beyond_its_error_bound_on_the_asked_side",
     ),
     bug(
         "offset-rounds-back",
@@ -55,7 +55,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "shadow-ray-cut-short",
         "shadow rays end a thousandth before the light",
-        "closed_forms::occluders_next_to_the_light",
+        "tracing::a_segment_sees_an_occluder_right_before_the_light_but_not_the_light",
     ),
     bug(
         "balance-heuristic",
@@ -230,7 +230,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "light-without-cosine",
         "light sampling leaves out the cosine at the surface",
-        "closed_forms::rectangles",
+        "lamps::a_large_lamp_lights_by_its_form_factor",
     ),
     bug(
         "shadows-as-the-shutter-opens",
@@ -240,12 +240,12 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "mirror-weighted-as-what-it-shows",
         "light seen in a mirror is weighted as if seen from where the mirror was",
-        "mirrors::a_lamp_in_a_mirror_lights_as_its_image_does",
+        "lamps::a_lamp_in_a_mirror_lights_as_its_image_does",
     ),
     bug(
         "heuristics-mixed",
         "light sampling is weighted by the balance heuristic, scattering by the power heuristic",
-        "closed_forms::rectangles",
+        "lamps::a_large_lamp_lights_by_its_form_factor",
     ),
     bug(
         "filter-weight-dropped",

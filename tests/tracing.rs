@@ -4,7 +4,7 @@
 mod common;
 
 use common::TestRng;
-use common::tracing::{closed_mesh, direction, every_accel, point, same, soup, standing};
+use common::tracing::{closed_mesh, direction, every_accel, point, same, soup, standing, triangle};
 use etendue::accel::{Departure, Hit, PrimitiveId, brute};
 use etendue::effects::Slot;
 use etendue::effects::kernel::types::Everything;

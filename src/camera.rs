@@ -117,8 +117,8 @@ impl Camera {
         // Squares of a distance of 1e20 leave single precision: far off, the lens is measured in it instead.
         let near = self.focus_distance.min(1.0);
         let across = near / self.focus_distance * offset;
-        let towards = planted!("focus-on-a-sphere", towards.normalize(), towards);
-        Ray::new(pose.eye + offset, (near * towards - across).normalize())
+        let in_focus = planted!("focus-on-a-sphere", towards.normalize(), towards);
+        Ray::new(pose.eye + offset, (near * in_focus - across).normalize())
     }
 }
 

@@ -189,7 +189,7 @@ mod tests {
         let mut sum = Rgb::BLACK;
         let mut left = loss * colour;
         for _ in 0..1000 {
-            left = left * colour;
+            left *= colour;
             sum += (1.0 - loss) * left;
             left = loss * left;
         }

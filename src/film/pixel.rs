@@ -25,10 +25,10 @@ impl PixelSums {
             .zip(&mut self.sum_of_squares)
             .zip(channels)
         {
-            *sum = planted!(
+            *sum += planted!(
                 "film-in-single-precision",
-                f64::from((*sum + x) as f32),
-                *sum + x
+                f64::from((*sum + x) as f32) - *sum,
+                x
             );
             *squares += x * x;
         }

@@ -173,8 +173,8 @@ impl<C: Chosen> Integrator for PathIntegrator<C> {
                 {
                     rays.shadow += 1;
                     observer.traced(RayKind::Shadow, &light.ray, time);
-                    let time = planted!("shadows-as-the-shutter-opens", 0.0, time);
-                    let visible = scene.visibility::<E>(&light.ray, time);
+                    let then = planted!("shadows-as-the-shutter-opens", 0.0, time);
+                    let visible = scene.visibility::<E>(&light.ray, then);
                     observer.light(path.beta * light.contribution, light.weight, visible);
                     if visible > 0.0 {
                         path.radiance += path.beta * light.contribution * visible;
@@ -207,9 +207,12 @@ impl<C: Chosen> Integrator for PathIntegrator<C> {
             let left = path.eta_scale.or(1.0) * path.beta;
             let survival = self.roulette.survival(bounce, reflected, left);
             if survival < 1.0 {
-                let [_, _, spent] = u;
-                let [u] = sampler.draw(Decision::Roulette(bounce));
-                let u = planted!("roulette-takes-a-spent-number", spent, u);
+                let decision = Decision::Roulette(bounce);
+                let [u] = planted!(
+                    "roulette-takes-a-spent-number",
+                    [u[2]],
+                    sampler.draw(decision)
+                );
                 if u >= survival {
                     observer.terminated(survival);
                     break;

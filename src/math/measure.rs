@@ -23,8 +23,8 @@ impl PdfArea {
     /// light's normal and the connecting line: p_omega = p_A r^2 / |cos|. `None` edge-on.
     #[inline]
     pub fn to_solid_angle(self, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        let cos = planted!("area-pdf-without-cosine", 1.0_f32, cos);
-        let pdf = self.0 * distance2 / cos.abs();
+        let tilt = planted!("area-pdf-without-cosine", 1.0, cos.abs());
+        let pdf = self.0 * distance2 / tilt;
         pdf.is_finite().then_some(PdfSolidAngle(pdf))
     }
 }

@@ -46,9 +46,8 @@ impl Line {
         let side = |p: [f64; 3], q: [f64; 3]| p[0] * q[1] - p[1] * q[0];
         let sides = [side(b, c), side(c, a), side(a, b)];
         let inside = sides.iter().all(|&side| side >= 0.0) || sides.iter().all(|&side| side <= 0.0);
-        let inside = planted!("edges-open", inside && !sides.contains(&0.0), inside);
         let area = sides[0] + sides[1] + sides[2];
-        if !inside || area == 0.0 {
+        if !planted!("edges-open", inside && !sides.contains(&0.0), inside) || area == 0.0 {
             return None;
         }
         let t = self.meet_plane_of(triangle, [a[2], b[2], c[2]])?;

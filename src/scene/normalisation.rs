@@ -47,8 +47,8 @@ impl Normalisation {
 
     /// A point, rounded to single precision last.
     pub fn point(&self, p: DVec3) -> Vec3 {
-        let p = planted!("rounded-before-centred", p.as_vec3a().as_dvec3(), p);
-        ((p - self.centre) * self.scale).as_vec3a()
+        let exact = planted!("rounded-before-centred", p.as_vec3a().as_dvec3(), p);
+        ((exact - self.centre) * self.scale).as_vec3a()
     }
 
     /// A length.

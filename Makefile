@@ -4,11 +4,11 @@
 CARGO ?= cargo
 OUT ?= out
 
-.PHONY: help setup demo test battery bench instructions check clean
+.PHONY: help setup demo test mutants mutants-some battery bench instructions check clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
-	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 16
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 24
 
 setup: ## Finds or fetches Embree 4 and what a build needs.
 	@scripts/setup.sh
@@ -26,6 +26,12 @@ demo: setup ## Renders the scenes cornell-box and suzanne-room to out/.
 # Optimised by the profile `test` of Cargo.toml, as most tests are statistics over many samples.
 test: setup ## Runs all tests.
 	$(CARGO) test --workspace
+
+mutants: setup ## Makes each planted bug live and shows that a test finds it.
+	@scripts/mutants.sh
+
+mutants-some: setup ## The same for those that quick tests find.
+	@scripts/mutants.sh some
 
 # Every run has other random numbers; its report says which.
 battery: setup ## Runs the long battery of hard cases with exact answers; reports go to out/battery/.

@@ -85,7 +85,7 @@ fn a_sphere_that_absorbs_nothing_cannot_be_told_from_its_sky() {
 fn a_grey_box_that_emits_glows_twice_as_bright() {
     let film = rendered(&furnace("grey-box"), (64, 64), 64);
     // The film's own estimate for one pixel, which with epsilon = 0.01 mean^2 is a little too small, over 4096 pixels.
-    let relative = film.error().expect("64 samples a pixel").rel_rmse;
+    let relative = film.error(0.95).expect("64 samples a pixel").rel_rmse;
     let standard_error = 1.01 * 2.0 * relative / 64.0;
     assert!(standard_error < 0.01, "without power: {standard_error}");
     for mean in film.mean() {

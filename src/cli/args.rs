@@ -244,6 +244,21 @@ pub struct RenderArguments {
     /// Time to render, such as 30s, 5m or 1h30m. With --spp, whichever comes first.
     #[arg(long, value_name = "DURATION", value_parser = parse_duration)]
     pub time: Option<Duration>,
+    /// Render until the error, the root of relMSE, is at most this, such as 1% or 0.01. --spp and --max-time limit it; exit code
+    /// 5 if they came first.
+    #[arg(long, value_name = "SHARE", value_parser = parse_share, conflicts_with = "time")]
+    pub error: Option<f64>,
+    /// The probability with which the error asked for is kept.
+    #[arg(long, value_name = "SHARE", value_parser = parse_share, default_value = "95%")]
+    pub confidence: f64,
+    /// Time to render at most, with --error.
+    #[arg(long, value_name = "DURATION", value_parser = parse_duration, requires = "error")]
+    pub max_time: Option<Duration>,
+    /// Keep error bars, and write layers to EXR files: se (standard error), spp, flag (1 where se is not to be trusted), and
+    /// albedo, normal and depth of what is seen first. Samples come in 16 independent batches then: their count is rounded
+    /// up, and low-discrepancy samplers gain a little less.
+    #[arg(long)]
+    pub layers: bool,
     /// The estimator. The path tracers of the course, from the first to the best: naive (a coin decides between emission and
     /// a direction anywhere), emit-or-reflect (a better coin), bsdf (no coin, directions by the BSDF), light-or-rest (a ray to
     /// a light, a ray anywhere else), nee (next event estimation), path (with multiple importance sampling). Direct light alone,
@@ -358,6 +373,21 @@ fn parse_numbers<const N: usize>(text: &str) -> Result<[u32; N], String> {
         .ok()
         .and_then(|numbers| numbers.try_into().ok())
         .ok_or_else(|| format!("expected {N} whole numbers of pixels, separated by commas"))
+}
+
+/// A share above 0 and below 1, also in percent.
+fn parse_share(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.trim().strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text.trim(), 1.0),
+    };
+    number
+        .trim()
+        .parse()
+        .ok()
+        .map(|number: f64| unit * number)
+        .filter(|share| *share > 0.0 && *share < 1.0)
+        .ok_or_else(|| "expected a share above 0 and below 1, such as 1% or 0.01".to_owned())
 }
 
 fn parse_distance(text: &str) -> Result<f64, String> {

@@ -1,7 +1,7 @@
 //! The command: typed arguments, one file a verb, and what is printed where.
 //!
 //! Data goes to standard output, everything else to standard error. Exit codes: 0 done, 1 failed, 2 usage, 3 scene
-//! invalid, 4 input or output, 6 too many non-finite samples (image written), 130 interrupted (image written).
+//! invalid, 4 input or output, 5 the error asked for was not reached (image written), 6 too many non-finite samples (image written), 130 interrupted (image written).
 
 pub mod args;
 mod battery;
@@ -10,6 +10,7 @@ mod chart;
 mod durations;
 mod info;
 mod job;
+mod layers;
 mod lesson;
 mod output;
 mod page;
@@ -32,6 +33,7 @@ use std::process::ExitCode;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
     Done,
+    ErrorNotReached,
     Failed,
     TooManyNonFinite,
     Interrupted,
@@ -56,6 +58,7 @@ pub fn run() -> ExitCode {
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::ErrorNotReached) => ExitCode::from(5),
         Ok(Outcome::Failed) => ExitCode::FAILURE,
         Ok(Outcome::TooManyNonFinite) => ExitCode::from(6),
         Ok(Outcome::Interrupted) => ExitCode::from(130),

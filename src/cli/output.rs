@@ -7,7 +7,7 @@
 use super::args::ProgressMode;
 use super::durations::format_duration;
 use crate::error::{Error, Result};
-use crate::render::{Progress, RenderObserver};
+use crate::render::{Predicted, Progress, RenderObserver};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,6 +23,8 @@ const BAR_LENGTH: u64 = 1000;
 /// Shows progress and passes Ctrl-C on.
 pub struct Watcher {
     display: Display,
+    /// Whether it was said when an error will be reached.
+    has_predicted: AtomicBool,
     interrupted: Arc<AtomicBool>,
 }
 
@@ -48,6 +50,7 @@ impl Watcher {
         .map_err(|error| Error::render("cannot watch for Ctrl-C").because(error))?;
         Ok(Self {
             display: Display::new(mode),
+            has_predicted: AtomicBool::new(false),
             interrupted,
         })
     }
@@ -98,8 +101,35 @@ impl Watcher {
     }
 }
 
+impl Watcher {
+    /// Says something once, above the bar.
+    fn note(&self, words: &str) {
+        match &self.display {
+            Display::Nothing => {}
+            Display::Bar(bar) => bar.suspend(|| eprintln!("{words}")),
+            Display::Lines(_) => eprintln!("{words}"),
+        }
+    }
+}
+
+/// When an error will be reached, by what the pilot told.
+fn describe_prediction(predicted: &Predicted) -> String {
+    format!(
+        "after {} spp the error is below {}; what is asked for takes about {} spp, {}",
+        predicted.pilot,
+        format_percent(predicted.error),
+        predicted.spp,
+        format_duration(predicted.time)
+    )
+}
+
 impl RenderObserver for Watcher {
     fn progress(&self, progress: &Progress) {
+        if let Some(predicted) = &progress.predicted
+            && !self.has_predicted.swap(true, Ordering::Relaxed)
+        {
+            self.note(&describe_prediction(predicted));
+        }
         self.show(progress.fraction, || describe(progress));
     }
 

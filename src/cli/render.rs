@@ -10,7 +10,7 @@ use super::output::Watcher;
 use super::settings::settings;
 use super::stats::Times;
 use super::{Outcome, replay};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::ErrorEstimate;
 use crate::film::filter::Filter;
 use crate::image::atomic::check_creatable;
@@ -34,6 +34,15 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     if arguments.pixel.is_none() {
         for output in &outputs {
             image::check_writable(output)?;
+        }
+        let is_exr = |path: &PathBuf| {
+            path.extension()
+                .is_some_and(|it| it.eq_ignore_ascii_case("exr"))
+        };
+        if arguments.layers && !outputs.iter().any(is_exr) {
+            return Err(Error::usage(
+                "--layers needs an output with room for them, such as -o image.exr",
+            ));
         }
         if let Some(stats) = &arguments.stats {
             check_creatable(stats)?;
@@ -85,7 +94,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         render: rendered.elapsed.as_secs_f64(),
         ..Times::default()
     };
-    let error = rendered.film.error();
+    let error = rendered.film.error(arguments.confidence);
     let writing = Instant::now();
     job.write(&outputs, &rendered, error.as_ref())?;
     times.write = writing.elapsed().as_secs_f64();
@@ -113,7 +122,11 @@ impl Job<'_> {
         let options = WriteOptions {
             exposure: self.arguments.exposure,
             metadata: self.metadata(rendered, error),
-            layers: Vec::new(),
+            layers: if self.arguments.layers {
+                self.layers(rendered)
+            } else {
+                Vec::new()
+            },
         };
         let picture = rendered.film.develop();
         outputs

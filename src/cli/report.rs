@@ -7,7 +7,7 @@
 use super::durations::format_duration;
 use super::job::Job;
 use super::output::format_percent;
-use super::stats::{self, ImageStats, Memory, Stats, Times};
+use super::stats::{self, ImageStats, Memory, Stats, TargetStats, Times};
 use super::{Outcome, print};
 use crate::accel::{Backend, Precision};
 use crate::effects::Effect;
@@ -55,6 +55,8 @@ impl Job<'_> {
             Outcome::Interrupted
         } else if rejected.count as f64 > NON_FINITE_LIMIT * stats.samples as f64 {
             Outcome::TooManyNonFinite
+        } else if self.settings.budget.error.is_some() && !rendered.reached {
+            Outcome::ErrorNotReached
         } else {
             Outcome::Done
         })
@@ -87,6 +89,12 @@ impl Job<'_> {
                 accel: self.scene.accel.memory() as u64,
             },
             error: error.map(Into::into),
+            target: self.settings.budget.error.map(|target| TargetStats {
+                rel_rmse: target.rel_rmse,
+                confidence: target.confidence,
+                reached: rendered.reached,
+                predicted: rendered.predicted.map(Into::into),
+            }),
             rejected: rendered.rejected.into(),
             image: ImageStats::of(&rendered.film),
             bias: self.settings.bias(self.scene.effects),
@@ -171,8 +179,15 @@ fn last_line(outputs: &[PathBuf], rendered: &Rendered, stats: &Stats) -> String 
     } else {
         format!(", biased by {}", stats.bias.join("; "))
     };
+    let missed = match &stats.target {
+        Some(target) if !target.reached => format!(
+            "the error {} asked for was not reached; ",
+            format_percent(target.rel_rmse)
+        ),
+        _ => String::new(),
+    };
     format!(
-        "{}: {interrupted}{} x {} pixels, {} spp in {}, {:.2} million samples/s, {error}{bias}",
+        "{}: {interrupted}{missed}{} x {} pixels, {} spp in {}, {:.2} million samples/s, {error}{bias}",
         files.join(", "),
         stats.width,
         stats.height,

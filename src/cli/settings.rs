@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::integrator::Roulette;
 use crate::integrator::technique::EmissionRule;
-use crate::render::settings::{Budget, RenderSettings};
+use crate::render::settings::{Budget, ErrorTarget, RenderSettings};
 use crate::scene::description::SceneDescription;
 
 /// The command line over the scene over the defaults.
@@ -43,13 +43,19 @@ pub fn settings(
         sampler: arguments.sampler.unwrap_or(of_scene.sampler),
         seed: arguments.seed.unwrap_or(of_scene.seed),
         budget: Budget {
-            // A time that is asked for is not cut short by what the scene says by default.
-            spp: match arguments.time {
-                Some(_) => arguments.spp,
-                None => arguments.spp.or(of_scene.budget.spp),
+            // A time or an error that is asked for is not cut short by what the scene says by default.
+            spp: if arguments.time.is_some() || arguments.error.is_some() {
+                arguments.spp
+            } else {
+                arguments.spp.or(of_scene.budget.spp)
             },
-            time: arguments.time,
+            time: arguments.time.or(arguments.max_time),
+            error: arguments.error.map(|rel_rmse| ErrorTarget {
+                rel_rmse,
+                confidence: arguments.confidence,
+            }),
         },
+        bars: arguments.layers,
         max_bounces: arguments.max_bounces.or(of_scene.max_bounces),
         roulette: arguments.roulette.or(of_scene.roulette),
         occlusion_distance: arguments.occlusion_distance.or(of_scene.occlusion_distance),

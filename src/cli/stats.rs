@@ -6,7 +6,7 @@
 
 use crate::film::{ErrorEstimate, Film};
 use crate::integrator::RayCounts;
-use crate::render::Rejected;
+use crate::render::{Predicted, Rejected};
 use serde::Serialize;
 
 /// All of it.
@@ -32,6 +32,8 @@ pub struct Stats {
     pub rays_per_second: f64,
     pub memory: Memory,
     pub error: Option<ErrorStats>,
+    /// The error asked for.
+    pub target: Option<TargetStats>,
     pub rejected: RejectedStats,
     pub image: ImageStats,
     pub bias: Vec<String>,
@@ -68,6 +70,33 @@ pub struct ErrorStats {
     pub rel_rmse_upper: f64,
     pub confidence: f64,
     pub uncalibrated_fraction: f64,
+}
+
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct TargetStats {
+    pub rel_rmse: f64,
+    pub confidence: f64,
+    pub reached: bool,
+    /// What the pilot told.
+    pub predicted: Option<PredictedStats>,
+}
+
+/// Samples per pixel and seconds in all.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct PredictedStats {
+    pub pilot: u64,
+    pub spp: u64,
+    pub seconds: f64,
+}
+
+impl From<Predicted> for PredictedStats {
+    fn from(predicted: Predicted) -> Self {
+        Self {
+            pilot: predicted.pilot,
+            spp: predicted.spp,
+            seconds: predicted.time.as_secs_f64(),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, Serialize)]

@@ -7,12 +7,16 @@
 //! Range: a window of at least one pixel; tiles may have different sample counts after an interruption.
 //! Source: the image error of docs/accuracy.md. Tested below and in `tests/determinism.rs`.
 
+pub mod bars;
+mod error;
 pub mod filter;
 pub mod pixel;
 
 use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;
+use bars::PixelBars;
+pub use error::ErrorEstimate;
 use pixel::PixelSums;
 
 /// A rectangle of pixels.
@@ -48,6 +52,9 @@ pub struct Tile {
     pub window: Window,
     /// Sums of its pixels, row by row.
     pub pixels: Vec<PixelSums>,
+    /// What the error bars of its pixels are made of, if they are asked for: the samples are as many as in whole rounds of
+    /// batches then.
+    pub bars: Option<Vec<PixelBars>>,
     /// Samples in every pixel of it.
     pub samples: u64,
 }
@@ -57,20 +64,6 @@ pub struct Tile {
 pub struct Film {
     window: Window,
     tiles: Vec<Tile>,
-}
-
-/// How far the picture is likely to be from the truth.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ErrorEstimate {
-    /// Estimated root of relMSE, the mean over pixels and channels of (x - r)^2 / (r^2 + eps).
-    pub rel_rmse: f64,
-    /// With this confidence ...
-    pub confidence: f64,
-    /// ... the root of relMSE is below this.
-    pub upper_bound: f64,
-    /// The share of pixels whose estimate cannot be trusted: nothing arrived in them, but something in their
-    /// neighbourhood.
-    pub uncalibrated_fraction: f64,
 }
 
 impl Film {
@@ -90,11 +83,25 @@ impl Film {
                 tiles.push(Tile {
                     window: tile,
                     pixels: vec![PixelSums::default(); tile.pixel_count() as usize],
+                    bars: None,
                     samples: 0,
                 });
             }
         }
         Self { window, tiles }
+    }
+
+    /// The same with error bars.
+    pub fn with_bars(mut self) -> Self {
+        for tile in &mut self.tiles {
+            tile.bars = Some(vec![PixelBars::default(); tile.pixels.len()]);
+        }
+        self
+    }
+
+    /// Whether it keeps error bars.
+    pub fn has_bars(&self) -> bool {
+        self.tiles.iter().all(|tile| tile.bars.is_some())
     }
 
     /// The part of the picture that it covers.
@@ -120,6 +127,15 @@ impl Film {
             .sum()
     }
 
+    /// Samples in each pixel, row by row.
+    pub fn sample_counts(&self) -> Vec<u64> {
+        let mut counts = vec![0; self.window.pixel_count() as usize];
+        for (index, _, _, samples) in self.means() {
+            counts[index] = samples;
+        }
+        counts
+    }
+
     /// The picture so far: the mean of each pixel.
     pub fn develop(&self) -> Image {
         let [width, height] = [self.window.width, self.window.height];
@@ -141,32 +157,9 @@ impl Film {
         channels.map(|moments| moments.mean())
     }
 
-    /// The estimated error of the picture; `None` before every pixel has two samples, or for a black picture.
-    ///
-    /// It takes samples as independent. Those of a low-discrepancy sampler err less: for them it is an upper bound.
-    pub fn error(&self) -> Option<ErrorEstimate> {
-        if self.tiles.iter().any(|tile| tile.samples < 2) {
-            return None;
-        }
-        let mean = self.mean().iter().sum::<f64>() / 3.0;
-        let epsilon = 0.01 * mean * mean;
-        if epsilon == 0.0 {
-            return None;
-        }
-        let mut per_pixel = Moments::default();
-        for (_, sums, mean, samples) in self.means() {
-            let variance = sums.variance_of_mean(samples)?;
-            let relative = |c: usize| variance[c] / (mean[c] * mean[c] + epsilon);
-            per_pixel.push((relative(0) + relative(1) + relative(2)) / 3.0);
-        }
-        // The one-sided 95 % bound of a mean over many pixels.
-        let margin = 1.645 * per_pixel.standard_error().unwrap_or(f64::INFINITY);
-        Some(ErrorEstimate {
-            rel_rmse: per_pixel.mean().sqrt(),
-            confidence: 0.95,
-            upper_bound: (per_pixel.mean() + margin).sqrt(),
-            uncalibrated_fraction: self.uncalibrated_fraction(),
-        })
+    /// The index in the window of a pixel of the picture.
+    fn index(&self, [x, y]: [u32; 2]) -> usize {
+        (y - self.window.y) as usize * self.window.width as usize + (x - self.window.x) as usize
     }
 
     /// Each pixel's index in the window, sums, mean and sample count.
@@ -175,44 +168,15 @@ impl Film {
             tile.window
                 .pixels()
                 .zip(&tile.pixels)
-                .map(move |([x, y], sums)| {
-                    let row = (y - self.window.y) as usize;
-                    let index = row * self.window.width as usize + (x - self.window.x) as usize;
-                    (index, sums, sums.mean(tile.samples), tile.samples)
+                .map(move |(pixel, sums)| {
+                    (
+                        self.index(pixel),
+                        sums,
+                        sums.mean(tile.samples),
+                        tile.samples,
+                    )
                 })
         })
-    }
-
-    /// The share of pixels without light among whose neighbours, up to four pixels away, there is some.
-    fn uncalibrated_fraction(&self) -> f64 {
-        const REACH: usize = 4;
-        let (width, height) = (self.window.width as usize, self.window.height as usize);
-        let mut lit = vec![false; width * height];
-        for (index, _, mean, _) in self.means() {
-            lit[index] = mean != [0.0; 3];
-        }
-        let mut near = lit.clone();
-        spread(&mut near, width, 1, REACH);
-        spread(&mut near, height, width, REACH);
-        let doubtful = lit
-            .iter()
-            .zip(&near)
-            .filter(|(lit, near)| !**lit && **near)
-            .count();
-        doubtful as f64 / lit.len() as f64
-    }
-}
-
-/// Spreads `true` by `reach` along one axis: `length` entries, `stride` apart.
-fn spread(mask: &mut [bool], length: usize, stride: usize, reach: usize) {
-    let lines = mask.len() / length;
-    for line in 0..lines {
-        let start = if stride == 1 { line * length } else { line };
-        let before: Vec<bool> = (0..length).map(|i| mask[start + i * stride]).collect();
-        for i in 0..length {
-            let around = i.saturating_sub(reach)..(i + reach + 1).min(length);
-            mask[start + i * stride] = before[around].contains(&true);
-        }
     }
 }
 
@@ -257,29 +221,10 @@ mod tests {
     fn the_picture_and_its_error_do_not_depend_on_the_tiles() {
         assert_eq!(filled(1).develop(), filled(4).develop());
         let (a, b) = (
-            filled(2).error().expect("two samples"),
-            filled(64).error().expect("two"),
+            filled(2).error(0.95).expect("two samples"),
+            filled(64).error(0.95).expect("two"),
         );
         assert!((a.rel_rmse - b.rel_rmse).abs() < 1e-12);
         assert!(a.upper_bound > a.rel_rmse);
-    }
-
-    #[test]
-    fn a_dark_pixel_beside_a_lit_one_is_not_trusted() {
-        let mut film = Film::new(
-            Window {
-                x: 0,
-                y: 0,
-                width: 20,
-                height: 1,
-            },
-            32,
-        );
-        for tile in film.tiles_mut() {
-            tile.samples = 2;
-            tile.pixels[0].add(Rgb::WHITE);
-        }
-        // The four pixels next to the lit one.
-        assert_eq!(film.uncalibrated_fraction(), 0.2);
     }
 }

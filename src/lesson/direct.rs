@@ -192,10 +192,7 @@ impl Measured {
 fn measure(lesson: &Lesson<'_>, way: &Way, a: f64) -> Result<Measured> {
     let stage = Stage::new(lesson, below_disk(a), SIZE)?;
     let spp = lesson.samples(SPP).max(LEAST_SPP) as u64;
-    let budget = Budget {
-        spp: Some(spp),
-        time: None,
-    };
+    let budget = Budget::samples(spp);
     let seed = lesson.seed(way.name, (10.0 * a) as usize);
     let rendered = stage.render(way.integrator, budget, seed, Light::Direct)?;
     let image = rendered.film.develop();
@@ -278,10 +275,7 @@ fn deviations(series: Vec<Series>) -> Plot {
 fn pictures(lesson: &Lesson<'_>) -> Result<Finding> {
     let stage = Stage::new(lesson, cornell_box(), (160, 160))?;
     let seconds = (SECONDS * lesson.settings.effort).max(0.05);
-    let budget = Budget {
-        spp: None,
-        time: Some(Duration::from_secs_f64(seconds)),
-    };
+    let budget = Budget::time(Duration::from_secs_f64(seconds));
     let all = [
         (IntegratorKind::DirectDirectional, "by directions"),
         (IntegratorKind::DirectArea, "by points on the lamp"),

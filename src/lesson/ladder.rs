@@ -139,13 +139,6 @@ struct Reference {
     luminances: Moments,
 }
 
-fn budget(spp: u64) -> Budget {
-    Budget {
-        spp: Some(spp),
-        time: None,
-    }
-}
-
 fn reference(lesson: &Lesson<'_>, stage: &Stage<'_>) -> Result<Reference> {
     let mut sum = Image::filled(SIZE.0, SIZE.1, Default::default());
     let mut luminances = Moments::default();
@@ -153,7 +146,12 @@ fn reference(lesson: &Lesson<'_>, stage: &Stage<'_>) -> Result<Reference> {
     let spp = lesson.samples(REFERENCE_SPP) as u64;
     for index in 0..REFERENCES {
         let seed = lesson.seed("reference", index);
-        let rendered = stage.render(IntegratorKind::Path, budget(spp), seed, Light::Whole)?;
+        let rendered = stage.render(
+            IntegratorKind::Path,
+            Budget::samples(spp),
+            seed,
+            Light::Whole,
+        )?;
         let image = rendered.film.develop();
         luminances.push(luminance(&image));
         for (sum, pixel) in sum.pixels_mut().iter_mut().zip(image.pixels()) {
@@ -185,7 +183,7 @@ fn climb(
         let (mut seconds, mut squares) = (0.0, 0.0);
         for index in 0..SEEDS {
             let seed = lesson.seed(&format!("{} {full}", kind.name()), index);
-            let rendered = stage.render(kind, budget(spp), seed, Light::Whole)?;
+            let rendered = stage.render(kind, Budget::samples(spp), seed, Light::Whole)?;
             let image = rendered.film.develop();
             let square = mse(&image, &reference.image)?;
             let time = rendered.elapsed.as_secs_f64();
@@ -200,10 +198,7 @@ fn climb(
         errors.push([seconds, squares.sqrt()]);
     }
     let seconds = (SECONDS * lesson.settings.effort).max(0.05);
-    let time = Budget {
-        spp: None,
-        time: Some(Duration::from_secs_f64(seconds)),
-    };
+    let time = Budget::time(Duration::from_secs_f64(seconds));
     let rendered = stage.render(kind, time, lesson.seed("picture", 0), Light::Whole)?;
     Ok(Rung {
         kind,

@@ -2,9 +2,29 @@
 //!
 //! Measure: the unit of the numbers, squared for the variance.
 //! Range: variance needs two numbers, before that it is `None`.
-//! Source: Welford 1962; merging by Chan, Golub and LeVeque 1983. Tested below.
+//! Source: Welford 1962; merging by Chan, Golub and LeVeque 1983; quantiles by the statrs crate. Tested below.
 
 use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
+/// The number below which a standard normal number is with this probability.
+///
+/// # Panics
+/// If it is no probability.
+pub fn normal_quantile(probability: f64) -> f64 {
+    Normal::standard().inverse_cdf(probability)
+}
+
+/// How many standard errors a mean of `count` normal numbers is at most away from its expectation, with this probability:
+/// the two-sided quantile of Student's t.
+///
+/// # Panics
+/// If there are fewer than two numbers, or it is no probability.
+pub fn student_quantile(count: u64, probability: f64) -> f64 {
+    let freedom = count as f64 - 1.0;
+    let t = StudentsT::new(0.0, 1.0, freedom).expect("two numbers have a degree of freedom");
+    t.inverse_cdf(0.5 + 0.5 * probability)
+}
 
 /// Median, least and greatest of several numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -107,6 +127,12 @@ mod tests {
         assert_eq!(die.mean(), 3.5);
         assert!((die.variance().expect("six numbers") - 3.5).abs() < 1e-12);
         assert_eq!(Moments::of([1.0]).variance(), None);
+    }
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        assert!((normal_quantile(0.975) - 1.959_963_984_540).abs() < 1e-8);
+        assert!((student_quantile(16, 0.95) - 2.131_449_545_6).abs() < 1e-8);
     }
 
     #[test]

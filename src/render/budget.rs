@@ -6,23 +6,60 @@
 //! Source: none needed. Tested below and in `tests/command.rs`.
 
 use super::camera_rays::LARGEST_BLOCK;
-use super::settings::Budget;
+use super::settings::{Budget, ErrorTarget};
+use crate::film::ErrorEstimate;
 use std::time::Duration;
 
 /// Samples per pixel in one pass at most: between passes a render can report its error.
 const LARGEST_PASS: u64 = 64;
 
+/// Samples per pixel after which the error is estimated for the first and for the second time: what the pilot tells.
+const PILOT: [u64; 2] = [16, 64];
+
+/// An error falls at least as the root of the samples does ...
+const SLOWEST: f64 = 0.5;
+/// ... and hardly faster than this power of them.
+const FASTEST: f64 = 1.5;
+
+/// More samples than are thought to be needed, so that the error is not missed by a hair.
+const MARGIN: f64 = 1.02;
+
+/// When an error is thought to be reached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Forecast {
+    /// Samples per pixel that it takes.
+    pub spp: u64,
+    /// The error so far, as [`ErrorEstimate::upper_bound`].
+    pub error: f64,
+}
+
 /// Decides on passes as time goes by.
 #[derive(Debug, Clone)]
 pub struct PassPlanner {
     budget: Budget,
+    /// Passes are multiples of this.
+    step: u64,
     spp: u64,
+    /// Where the error is looked at next.
+    next_look: u64,
+    /// The last look: samples and estimated error.
+    last_look: Option<(u64, f64)>,
+    forecast: Option<Forecast>,
+    is_reached: bool,
 }
 
 impl PassPlanner {
-    /// For a render that has not begun.
-    pub fn new(budget: Budget) -> Self {
-        Self { budget, spp: 0 }
+    /// For a render that has not begun, and whose samples come in so many batches of the same size.
+    pub fn new(budget: Budget, batches: u64) -> Self {
+        Self {
+            budget,
+            step: batches,
+            spp: 0,
+            next_look: PILOT[0],
+            last_look: None,
+            forecast: None,
+            is_reached: false,
+        }
     }
 
     /// Samples per pixel that are complete.
@@ -30,17 +67,67 @@ impl PassPlanner {
         self.spp
     }
 
+    /// When the error that is asked for is thought to be reached, once the pilot is done.
+    pub fn forecast(&self) -> Option<Forecast> {
+        self.forecast
+    }
+
+    /// Whether the error that is asked for is reached.
+    pub fn is_reached(&self) -> bool {
+        self.is_reached
+    }
+
     /// Takes note of a complete pass.
     pub fn pass_done(&mut self, samples: u64) {
         self.spp += samples;
     }
 
+    /// The error to reach, if it is time to look how far it is.
+    pub fn look(&self) -> Option<ErrorTarget> {
+        self.budget.error.filter(|_| self.spp >= self.next_look)
+    }
+
+    /// Takes note of an error, and decides when to look again: where it is thought to be reached, and before that
+    /// whenever the samples have doubled, since no power law holds for ever.
+    pub fn looked(&mut self, target: ErrorTarget, error: Option<ErrorEstimate>) {
+        let Some(error) = error else {
+            // A black picture: there may be light yet to be found.
+            self.next_look = 2 * self.spp;
+            return;
+        };
+        let (now, before) = ((self.spp, error.rel_rmse), self.last_look);
+        self.last_look = Some(now);
+        let is_pilot = self.spp < PILOT[1];
+        if error.upper_bound <= target.rel_rmse && !is_pilot {
+            self.is_reached = true;
+            return;
+        }
+        let Some(power) = before.map(|before| power(before, now)) else {
+            self.next_look = PILOT[1];
+            return;
+        };
+        let factor = (MARGIN * error.upper_bound / target.rel_rmse).powf(1.0 / power);
+        let needed = (self.spp as f64 * factor).min(u64::MAX as f64) as u64;
+        let needed = needed.max(self.spp + 1).next_multiple_of(self.step);
+        self.forecast = Some(Forecast {
+            spp: needed,
+            error: error.upper_bound,
+        });
+        self.next_look = needed.min(2 * self.spp);
+    }
+
     /// The next pass's samples per pixel, `elapsed` after the start; `None` when the budget is used up.
     pub fn next_pass(&self, elapsed: Duration) -> Option<u64> {
+        if self.is_reached {
+            return None;
+        }
         // Passes grow with what is already there, so that their overhead stays a fixed small share.
-        let mut pass = self.spp.clamp(1, LARGEST_PASS);
+        let mut pass = self.spp.clamp(self.step, LARGEST_PASS);
         if let Some(spp) = self.budget.spp {
-            pass = pass.min(spp.saturating_sub(self.spp));
+            pass = pass.min(spp.next_multiple_of(self.step).saturating_sub(self.spp));
+        }
+        if self.budget.error.is_some() {
+            pass = pass.min(self.next_look.saturating_sub(self.spp).max(self.step));
         }
         if let Some(time) = self.budget.time
             && self.spp > 0
@@ -62,18 +149,32 @@ impl PassPlanner {
             if whole > self.spp {
                 pass = whole - self.spp;
             }
+            pass -= pass % self.step;
         }
         (pass > 0).then_some(pass)
     }
 
     /// The share of the budget used up after `per_pixel` samples per pixel and `elapsed`.
     pub fn fraction(&self, per_pixel: f64, elapsed: Duration) -> f64 {
-        let by_samples = self.budget.spp.map_or(0.0, |spp| per_pixel / spp as f64);
+        let share = |limit: Option<u64>| limit.map_or(0.0, |spp| per_pixel / spp as f64);
+        let by_samples = share(self.budget.spp);
+        let by_error = share(self.forecast.map(|forecast| forecast.spp));
         let by_time = self
             .budget
             .time
             .map_or(0.0, |time| elapsed.as_secs_f64() / time.as_secs_f64());
-        by_samples.max(by_time).clamp(0.0, 1.0)
+        by_samples.max(by_error).max(by_time).clamp(0.0, 1.0)
+    }
+}
+
+/// The power of the samples with which the error falls, by two looks.
+fn power((n0, e0): (u64, f64), (n1, e1): (u64, f64)) -> f64 {
+    let power = (e0 / e1).ln() / (n1 as f64 / n0 as f64).ln();
+    // What is no number is the slowest.
+    if power.is_finite() {
+        power.clamp(SLOWEST, FASTEST)
+    } else {
+        SLOWEST
     }
 }
 
@@ -83,7 +184,7 @@ mod tests {
 
     /// Runs a planner against a clock on which one sample per pixel takes `cost` seconds.
     fn run(budget: Budget, cost: f64) -> (u64, f64) {
-        let mut planner = PassPlanner::new(budget);
+        let mut planner = PassPlanner::new(budget, 1);
         let mut now = 0.0;
         while let Some(samples) = planner.next_pass(Duration::from_secs_f64(now)) {
             planner.pass_done(samples);
@@ -99,7 +200,7 @@ mod tests {
                 run(
                     Budget {
                         spp: Some(spp),
-                        time: None
+                        ..Budget::default()
                     },
                     1.0
                 )
@@ -113,8 +214,8 @@ mod tests {
     fn a_time_is_met_within_half_a_sample() {
         for cost in [0.001, 0.013, 0.3, 1.9] {
             let budget = Budget {
-                spp: None,
                 time: Some(Duration::from_secs(10)),
+                ..Budget::default()
             };
             let (_, now) = run(budget, cost);
             assert!(
@@ -129,11 +230,13 @@ mod tests {
         let budget = Budget {
             spp: Some(5),
             time: Some(Duration::from_secs(100)),
+            ..Budget::default()
         };
         assert_eq!(run(budget, 1.0).0, 5);
         let budget = Budget {
             spp: Some(500),
             time: Some(Duration::from_secs(10)),
+            ..Budget::default()
         };
         assert_eq!(run(budget, 1.0).0, 10);
     }
@@ -141,9 +244,70 @@ mod tests {
     #[test]
     fn there_is_always_a_first_sample() {
         let budget = Budget {
-            spp: None,
             time: Some(Duration::ZERO),
+            ..Budget::default()
         };
-        assert_eq!(PassPlanner::new(budget).next_pass(Duration::ZERO), Some(1));
+        assert_eq!(
+            PassPlanner::new(budget, 1).next_pass(Duration::ZERO),
+            Some(1)
+        );
+    }
+
+    /// The samples and looks that a target takes if the error is `scale` times this power of the samples.
+    fn reach(target: f64, scale: f64, power: f64) -> (u64, Vec<u64>, Option<Forecast>) {
+        let error = ErrorTarget {
+            rel_rmse: target,
+            confidence: 0.95,
+        };
+        let budget = Budget {
+            error: Some(error),
+            ..Budget::default()
+        };
+        let mut planner = PassPlanner::new(budget, 16);
+        let (mut looks, mut first) = (Vec::new(), None);
+        while let Some(samples) = planner.next_pass(Duration::ZERO) {
+            assert_eq!(samples % 16, 0);
+            planner.pass_done(samples);
+            if let Some(target) = planner.look() {
+                looks.push(planner.spp());
+                let rel_rmse = scale * (planner.spp() as f64).powf(-power);
+                let estimate = ErrorEstimate {
+                    rel_rmse,
+                    confidence: 0.95,
+                    upper_bound: rel_rmse,
+                    uncalibrated_fraction: 0.0,
+                };
+                planner.looked(target, Some(estimate));
+                first = first.or(planner.forecast());
+            }
+        }
+        assert!(planner.is_reached());
+        (planner.spp(), looks, first)
+    }
+
+    #[test]
+    fn an_error_is_reached_and_foreseen_and_hardly_undercut() {
+        for power in [0.5, 0.75, 1.0] {
+            for target in [0.1, 0.05, 0.01, 0.003] {
+                let (spp, looks, forecast) = reach(target, 1.0, power);
+                let needed = target.powf(-1.0 / power);
+                assert!(spp as f64 >= needed || spp == 64, "{target} {power}: {spp}");
+                assert!(
+                    spp as f64 <= 1.05 * needed + 64.0,
+                    "{target} {power}: {spp} of {needed}"
+                );
+                assert!(looks.len() < 20, "{looks:?}");
+                if let Some(forecast) = forecast {
+                    let ratio = forecast.spp as f64 / spp as f64;
+                    assert!((0.99..1.01).contains(&ratio), "{target} {power}: {ratio}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_error_that_is_small_at_once_takes_the_pilot() {
+        let (spp, looks, forecast) = reach(0.5, 0.1, 0.5);
+        assert_eq!((spp, looks, forecast), (64, vec![16, 64], None));
     }
 }

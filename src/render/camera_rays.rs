@@ -9,6 +9,7 @@
 //! Range: any indices; those of one call lie in one block, see [`blocks`].
 //! Source: docs/architecture.md, "The way of a sample". Tested in `tests/determinism.rs`.
 
+use crate::accel::Hit;
 use crate::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
 use crate::effects::{Effects, Switch};
 use crate::film::filter::Filter;
@@ -150,6 +151,14 @@ impl<S: Sampler> CameraRays<S> {
         range.map(move |index| (index, (index - first) as usize))
     }
 
+    /// A sample's camera ray, what it meets, and where its random numbers come from.
+    pub fn get(&mut self, place: usize) -> (CameraRay, Option<Hit>, &mut S) {
+        let (ray, time) = self.rays.get(place);
+        let found = self.hits.get(place);
+        let sampler = &mut self.samples[place].sampler;
+        (CameraRay { ray, time }, found, sampler)
+    }
+
     /// A sample's value: radiance along the camera ray, times the filter's weight.
     #[inline]
     pub fn value<E: Effects, I: Integrator, O: PathObserver>(
@@ -160,13 +169,11 @@ impl<S: Sampler> CameraRays<S> {
         rays: &mut RayCounts,
         observer: &mut O,
     ) -> Rgb {
-        let (ray, time) = self.rays.get(place);
-        let camera_ray = CameraRay { ray, time };
-        let found = self.hits.get(place);
-        let CameraSample { sampler, weight } = &mut self.samples[place];
+        let weight = self.samples[place].weight;
+        let (camera_ray, found, sampler) = self.get(place);
         let radiance =
             integrator.radiance::<E, _, _>(scene, sampler, &camera_ray, found, rays, observer);
-        *weight * radiance
+        weight * radiance
     }
 }
 

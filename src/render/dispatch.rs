@@ -44,33 +44,62 @@ pub trait Dispatched {
 
 /// Does something with the integrator, the kernel and the sampler of the settings.
 pub fn dispatch<D: Dispatched>(scene: &Scene, settings: &RenderSettings, job: D) -> D::Output {
-    let seed = settings.seed;
+    let job = Full {
+        scene,
+        settings,
+        job,
+    };
+    with_sampler(settings, job)
+}
+
+/// Something to do with a sampler that is known only when running.
+pub trait SamplerJob {
+    /// What it yields.
+    type Output;
+    /// Does it with the numbers of `sampler`.
+    fn run<S: Sampler>(self, sampler: S) -> Self::Output;
+}
+
+/// Does something with the sampler of the settings.
+pub fn with_sampler<J: SamplerJob>(settings: &RenderSettings, job: J) -> J::Output {
+    let (seed, batches) = (settings.seed, settings.batches());
     match settings.sampler {
-        SamplerKind::Independent => with_sampler(scene, settings, job, Independent::new(seed)),
+        SamplerKind::Independent => job.run(Independent::new(seed)),
         SamplerKind::Stratified => {
-            let sampler = Stratified::new(seed, settings.budget.spp);
-            with_sampler(scene, settings, job, sampler)
+            let samples = settings.budget.spp;
+            job.run(Stratified::in_batches(seed, samples, batches))
         }
-        SamplerKind::Sobol => with_sampler(scene, settings, job, Sobol::new(seed)),
+        SamplerKind::Sobol => job.run(Sobol::new(seed).in_batches(batches)),
     }
 }
 
-fn with_sampler<D: Dispatched, S: Sampler>(
-    scene: &Scene,
-    settings: &RenderSettings,
+/// A job of which nothing is known yet.
+struct Full<'a, D> {
+    scene: &'a Scene,
+    settings: &'a RenderSettings,
     job: D,
-    sampler: S,
-) -> D::Output {
-    let kernel = kernel(scene, settings);
-    match settings.integrator.technique() {
-        Some(_) if settings.integrator == IntegratorKind::Path => {
-            kernel.run(With(job, path(settings, Weighted), sampler))
-        }
-        Some(technique) => first_or_last(kernel, With(job, path(settings, technique), sampler)),
-        None => {
-            let far = settings.occlusion_distance;
-            let distance = far.map_or(f32::INFINITY, |far| scene.normalisation.length(far));
-            first_or_last(kernel, With(job, AmbientOcclusion { distance }, sampler))
+}
+
+impl<D: Dispatched> SamplerJob for Full<'_, D> {
+    type Output = D::Output;
+
+    fn run<S: Sampler>(self, sampler: S) -> D::Output {
+        let Full {
+            scene,
+            settings,
+            job,
+        } = self;
+        let kernel = kernel(scene, settings);
+        match settings.integrator.technique() {
+            Some(_) if settings.integrator == IntegratorKind::Path => {
+                kernel.run(With(job, path(settings, Weighted), sampler))
+            }
+            Some(technique) => first_or_last(kernel, With(job, path(settings, technique), sampler)),
+            None => {
+                let far = settings.occlusion_distance;
+                let distance = far.map_or(f32::INFINITY, |far| scene.normalisation.length(far));
+                first_or_last(kernel, With(job, AmbientOcclusion { distance }, sampler))
+            }
         }
     }
 }

@@ -11,6 +11,7 @@
 pub mod budget;
 mod camera_rays;
 mod dispatch;
+pub mod first_hit;
 mod observed;
 pub mod replay;
 pub mod settings;
@@ -18,6 +19,7 @@ mod tile;
 
 use crate::error::{Error, Result};
 use crate::film::Film;
+use crate::film::bars::BATCHES;
 use crate::film::filter::Filter;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::Unobserved;
@@ -47,6 +49,21 @@ pub struct Progress {
     pub fraction: f64,
     /// Estimated root of relMSE, once it can be told.
     pub rel_rmse: Option<f64>,
+    /// What the pilot told of the error that is asked for.
+    pub predicted: Option<Predicted>,
+}
+
+/// What the pilot told of an error that is to be reached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Predicted {
+    /// Samples per pixel of the pilot.
+    pub pilot: u64,
+    /// The error after the pilot, as [`ErrorEstimate::upper_bound`](crate::film::ErrorEstimate::upper_bound).
+    pub error: f64,
+    /// Samples per pixel in all.
+    pub spp: u64,
+    /// Time in all.
+    pub time: Duration,
 }
 
 /// Is told how a render goes on, from any of its threads, and can end it.
@@ -80,6 +97,10 @@ pub struct Rendered {
     pub rejected: Rejected,
     /// Whether the observer ended it.
     pub cancelled: bool,
+    /// Whether it ended because the error that is asked for was reached.
+    pub reached: bool,
+    /// What the pilot told of that.
+    pub predicted: Option<Predicted>,
 }
 
 /// Renders a scene.
@@ -131,6 +152,9 @@ pub fn render(
     Ok(pool.install(|| run.all_passes()))
 }
 
+/// The confidence of the error's upper bound where nobody asks for another.
+pub const CONFIDENCE: f64 = 0.95;
+
 /// How often the error is estimated while the render goes on.
 const TIME_BETWEEN_LOOKS: Duration = Duration::from_secs(2);
 
@@ -155,8 +179,13 @@ struct Totals {
 impl Run<'_> {
     fn all_passes(self) -> Rendered {
         let mut film = Film::new(self.settings.window, self.settings.tile_size);
-        let mut planner = PassPlanner::new(self.settings.budget);
-        let mut error = None;
+        let mut batches = 1;
+        if self.settings.has_bars() {
+            film = film.with_bars();
+            batches = BATCHES;
+        }
+        let mut planner = PassPlanner::new(self.settings.budget, batches);
+        let (mut error, mut predicted) = (None, None);
         let mut last_look = self.start;
         while let Some(samples) = planner.next_pass(self.start.elapsed()) {
             film.tiles_mut().par_iter_mut().for_each(|tile| {
@@ -181,15 +210,30 @@ impl Run<'_> {
                 totals.rays += outcome.rays;
                 totals.rejected.merge(outcome.rejected);
                 drop(totals);
-                self.report(&planner, pixels * samples, error);
+                self.report(&planner, pixels * samples, error, predicted);
             });
             if self.is_cancelled() {
                 break;
             }
             planner.pass_done(samples);
             // It takes one thread's time, and nobody reads it more often.
-            if last_look.elapsed() > TIME_BETWEEN_LOOKS {
-                error = film.error().map(|error| error.rel_rmse);
+            let target = planner.look();
+            if target.is_some() || last_look.elapsed() > TIME_BETWEEN_LOOKS {
+                let confidence = target.map_or(CONFIDENCE, |target| target.confidence);
+                let estimate = film.error(confidence);
+                if let Some(target) = target {
+                    planner.looked(target, estimate);
+                }
+                predicted = predicted.or(planner.forecast().map(|forecast| Predicted {
+                    pilot: planner.spp(),
+                    error: forecast.error,
+                    spp: forecast.spp,
+                    time: self
+                        .start
+                        .elapsed()
+                        .mul_f64(forecast.spp as f64 / planner.spp() as f64),
+                }));
+                error = estimate.map(|error| error.rel_rmse);
                 last_look = Instant::now();
             }
         }
@@ -203,6 +247,8 @@ impl Run<'_> {
             rays: totals.rays,
             rejected: totals.rejected,
             cancelled: self.cancelled.into_inner(),
+            reached: planner.is_reached(),
+            predicted,
             film,
         }
     }
@@ -215,7 +261,13 @@ impl Run<'_> {
         self.cancelled.load(Ordering::Relaxed)
     }
 
-    fn report(&self, planner: &PassPlanner, new_samples: u64, rel_rmse: Option<f64>) {
+    fn report(
+        &self,
+        planner: &PassPlanner,
+        new_samples: u64,
+        rel_rmse: Option<f64>,
+        predicted: Option<Predicted>,
+    ) {
         let samples = self.samples.fetch_add(new_samples, Ordering::Relaxed) + new_samples;
         let elapsed = self.start.elapsed();
         let per_pixel = samples as f64 / self.settings.window.pixel_count() as f64;
@@ -225,6 +277,7 @@ impl Run<'_> {
             elapsed,
             fraction: planner.fraction(per_pixel, elapsed),
             rel_rmse,
+            predicted,
         });
     }
 }

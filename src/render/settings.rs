@@ -7,8 +7,10 @@
 use crate::effects::{EffectSet, Kernel};
 use crate::error::{Error, Result};
 use crate::film::Window;
+use crate::film::bars::BATCHES;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
+use crate::sampler::Batches;
 use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
 use std::time::Duration;
@@ -42,13 +44,42 @@ impl SamplerKind {
     }
 }
 
-/// When to stop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// When to stop: at the first of what is given.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Budget {
     /// Samples per pixel at most, at least 1.
     pub spp: Option<u64>,
     /// Time at most, for the rendering alone. The last pass ends as near to it as passes allow.
     pub time: Option<Duration>,
+    /// The error that is good enough.
+    pub error: Option<ErrorTarget>,
+}
+
+impl Budget {
+    /// So many samples per pixel.
+    pub fn samples(spp: u64) -> Self {
+        Self {
+            spp: Some(spp),
+            ..Self::default()
+        }
+    }
+
+    /// So much time.
+    pub fn time(time: Duration) -> Self {
+        Self {
+            time: Some(time),
+            ..Self::default()
+        }
+    }
+}
+
+/// An error to reach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ErrorTarget {
+    /// The root of relMSE, above 0 and below 1.
+    pub rel_rmse: f64,
+    /// The probability with which it is below that, above 0 and below 1.
+    pub confidence: f64,
 }
 
 /// The settings of a render.
@@ -60,8 +91,10 @@ pub struct RenderSettings {
     pub sampler: SamplerKind,
     /// Picks one of 2^64 sets of random numbers.
     pub seed: u64,
-    /// When to stop; at least one of its two has to be given.
+    /// When to stop; at least one of its limits has to be given.
     pub budget: Budget,
+    /// Whether to keep error bars. Samples then come in independent batches, as many in each: their count is rounded up.
+    pub bars: bool,
     /// Scattering events at most; `None` does not limit them.
     pub max_bounces: Option<u32>,
     /// When paths end by chance; `None` for the integrator's own way.
@@ -85,10 +118,8 @@ impl RenderSettings {
             integrator: IntegratorKind::default(),
             sampler: SamplerKind::default(),
             seed: 0,
-            budget: Budget {
-                spp: Some(spp),
-                time: None,
-            },
+            budget: Budget::samples(spp),
+            bars: false,
             max_bounces: None,
             roulette: None,
             occlusion_distance: None,
@@ -147,16 +178,24 @@ impl RenderSettings {
                 "the window from ({x}, {y}) of {w} x {h} pixels is not within the picture of {width} x {height}"
             )));
         }
+        let is_share = |x: f64| x > 0.0 && x < 1.0;
         match self.budget {
             Budget {
                 spp: None,
                 time: None,
+                error: None,
             } => Err(Error::usage(
-                "neither samples per pixel nor a time to stop at was given",
+                "neither samples per pixel nor a time nor an error to stop at was given",
             )),
             Budget { spp: Some(0), .. } => {
                 Err(Error::usage("samples per pixel must be at least 1"))
             }
+            Budget {
+                error: Some(target),
+                ..
+            } if !(is_share(target.rel_rmse) && is_share(target.confidence)) => Err(Error::usage(
+                "the error to reach and its confidence must be above 0 and below 1",
+            )),
             _ if self.threads == 0 => Err(Error::usage("threads must be at least 1")),
             _ if self.tile_size == 0 => Err(Error::usage("the tile size must be at least 1")),
             _ => Ok(()),
@@ -167,6 +206,20 @@ impl RenderSettings {
     pub fn most_bounces(&self) -> Option<u32> {
         let limits = [self.max_bounces, self.integrator.most_bounces()];
         limits.into_iter().flatten().min()
+    }
+
+    /// Into how many batches the samples of a pixel are dealt out.
+    pub fn batches(&self) -> Batches {
+        if self.has_bars() {
+            Batches::new(BATCHES)
+        } else {
+            Batches::ONE
+        }
+    }
+
+    /// Whether error bars are kept: also to know when an error is reached.
+    pub fn has_bars(&self) -> bool {
+        self.bars || self.budget.error.is_some()
     }
 
     /// When paths end by chance.
@@ -227,7 +280,11 @@ mod tests {
             ..fine.clone()
         };
         let budget = |spp, time| RenderSettings {
-            budget: Budget { spp, time },
+            budget: Budget {
+                spp,
+                time,
+                error: None,
+            },
             ..fine.clone()
         };
         for wrong in [

@@ -72,7 +72,8 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
         } = self;
         let mut outcome = Outcome::default();
         let mut camera_rays = CameraRays::new();
-        for ([x, y], sums) in tile.window.pixels().zip(&mut tile.pixels) {
+        let mut bars = tile.bars.as_mut();
+        for (i, ([x, y], sums)) in tile.window.pixels().zip(&mut tile.pixels).enumerate() {
             let pixel = Pixel {
                 scene,
                 filter,
@@ -86,6 +87,9 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
                         camera_rays.value::<E, I, O>(place, scene, integrator, rays, observer);
                     if value.is_finite() {
                         sums.add(value);
+                        if let Some(bars) = &mut bars {
+                            bars[i].add(sample, value);
+                        }
                     } else {
                         let first = Some(NonFiniteSample { y, x, sample });
                         outcome.rejected.merge(Rejected { count: 1, first });

@@ -64,6 +64,36 @@ impl Decision {
     }
 }
 
+/// A division of the samples of a pixel into batches that know nothing of each other: sample i is in batch i mod n.
+///
+/// The points of a set that fills its domain evenly are not independent, so that their spread does not tell their error.
+/// Several sets of which each has scrambles of its own are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Batches(u64);
+
+impl Batches {
+    /// All samples together.
+    pub const ONE: Self = Self(1);
+
+    /// So many batches, at least one.
+    pub fn new(count: u64) -> Self {
+        Self(count.max(1))
+    }
+
+    /// The seed of a sample's batch, and the sample's index in it.
+    #[inline]
+    fn split(self, pixel_seed: u64, sample: u64) -> (u64, u64) {
+        if self == Self::ONE {
+            return (pixel_seed, sample);
+        }
+        let seed = hash::combine(pixel_seed, BATCH + sample % self.0);
+        (seed, sample / self.0)
+    }
+}
+
+/// What batches are combined with to seeds: above all that pixels are.
+const BATCH: u64 = 1 << 48;
+
 /// A source of random numbers.
 pub trait Sampler: Clone + Send + Sync {
     /// Turns to the given sample of the given pixel.

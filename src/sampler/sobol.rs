@@ -9,13 +9,14 @@
 //! Source: Burley 2020, "Practical Hash-based Owen Scrambling" (JCGT 9-4); the hash by Vegdahl 2021, "Building a Better
 //! LK Hash"; direction numbers of Joe and Kuo 2008. Elementary intervals and uniformity in `tests/sampler.rs`.
 
-use super::{Decision, Sampler, hash, to_unit};
+use super::{Batches, Decision, Sampler, hash, to_unit};
 use crate::planted::planted;
 
 /// The Sobol' sampler.
 #[derive(Debug, Clone)]
 pub struct Sobol {
     seed: u64,
+    batches: Batches,
     /// Seed of the pixel and of the block of 2^32 samples.
     sequence_seed: u64,
     /// The sample index within its block, bits reversed.
@@ -27,9 +28,15 @@ impl Sobol {
     pub fn new(seed: u64) -> Self {
         Self {
             seed,
+            batches: Batches::ONE,
             sequence_seed: 0,
             reversed_index: 0,
         }
+    }
+
+    /// The same with a sequence for each batch.
+    pub fn in_batches(self, batches: Batches) -> Self {
+        Self { batches, ..self }
     }
 }
 
@@ -37,6 +44,7 @@ impl Sampler for Sobol {
     #[inline]
     fn start(&mut self, pixel: [u32; 2], sample: u64) {
         let pixel_seed = hash::pixel_seed(self.seed, pixel);
+        let (pixel_seed, sample) = self.batches.split(pixel_seed, sample);
         self.sequence_seed = hash::combine(pixel_seed, sample >> 32);
         self.reversed_index = (sample as u32).reverse_bits();
     }

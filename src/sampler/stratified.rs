@@ -10,7 +10,7 @@
 //! Source: Kensler 2013, "Correlated Multi-Jittered Sampling" (Pixar TM 13-01), with permutations of our own. Strata,
 //! cells, uniformity and variance in `tests/sampler.rs`.
 
-use super::{Decision, Sampler, hash, to_unit};
+use super::{Batches, Decision, Sampler, hash, to_unit};
 use crate::planted::planted;
 
 /// Samples in a set where their number is unknown or large.
@@ -23,6 +23,7 @@ const LARGEST_SET: u32 = 1 << 16;
 #[derive(Debug, Clone)]
 pub struct Stratified {
     seed: u64,
+    batches: Batches,
     grid: Grid,
     /// Seed of the pixel and of the set.
     set_seed: u64,
@@ -33,10 +34,16 @@ pub struct Stratified {
 impl Stratified {
     /// A sampler for the given seed and samples per pixel, if these are known.
     pub fn new(seed: u64, samples: Option<u64>) -> Self {
-        let known = samples.and_then(|n| u32::try_from(n).ok());
+        Self::in_batches(seed, samples, Batches::ONE)
+    }
+
+    /// The same with sets for each batch, which has its part of the samples.
+    pub fn in_batches(seed: u64, samples: Option<u64>, batches: Batches) -> Self {
+        let known = samples.and_then(|n| u32::try_from(n.div_ceil(batches.0)).ok());
         let usable = known.filter(|n| (1..=LARGEST_SET).contains(n));
         Self {
             seed,
+            batches,
             grid: Grid::new(usable.unwrap_or(USUAL_SET)),
             set_seed: 0,
             index: 0,
@@ -48,7 +55,9 @@ impl Sampler for Stratified {
     #[inline]
     fn start(&mut self, pixel: [u32; 2], sample: u64) {
         let samples = u64::from(self.grid.samples);
-        self.set_seed = hash::combine(hash::pixel_seed(self.seed, pixel), sample / samples);
+        let pixel_seed = hash::pixel_seed(self.seed, pixel);
+        let (pixel_seed, sample) = self.batches.split(pixel_seed, sample);
+        self.set_seed = hash::combine(pixel_seed, sample / samples);
         self.index = (sample % samples) as u32;
     }
 

@@ -1,0 +1,60 @@
+//! The layers of an EXR: how wrong each pixel is, and what is seen first in it.
+//!
+//! Measure: `se` is the standard error of R, G and B; `spp` the samples; `flag` 1 where the standard error is not to be
+//! trusted; `albedo`, `normal` and `depth` as in `render/first_hit.rs`.
+//! Range: renders with error bars.
+//! Source: the channels of docs/accuracy.md. Tested in `tests/layers.rs`.
+
+use super::job::Job;
+use crate::film::filter::Filter;
+use crate::image::Layer;
+use crate::render::Rendered;
+use crate::render::first_hit::{FirstHit, first_hits};
+
+/// Samples that the first hits are averaged over at most: they have little noise.
+const MOST_SAMPLES: u64 = 64;
+
+impl Job<'_> {
+    /// All layers of a render.
+    pub fn layers(&self, rendered: &Rendered) -> Vec<Layer> {
+        let film = &rendered.film;
+        let filter = Filter::new(&self.description.film.filter);
+        let spp = rendered.spp.clamp(1, MOST_SAMPLES);
+        let first = first_hits(self.scene, &filter, self.settings, spp);
+        let of_first = |name: &str, get: &dyn Fn(&FirstHit) -> f32| Layer {
+            name: name.to_owned(),
+            samples: first.iter().map(get).collect(),
+        };
+        let mut layers = vec![
+            of_first("albedo.R", &|hit| hit.albedo.to_array()[0]),
+            of_first("albedo.G", &|hit| hit.albedo.to_array()[1]),
+            of_first("albedo.B", &|hit| hit.albedo.to_array()[2]),
+            of_first("normal.X", &|hit| hit.normal.x),
+            of_first("normal.Y", &|hit| hit.normal.y),
+            of_first("normal.Z", &|hit| hit.normal.z),
+            of_first("depth.Z", &|hit| hit.distance),
+        ];
+        let errors = film.standard_errors().expect("layers come with error bars");
+        for (c, name) in ["se.R", "se.G", "se.B"].into_iter().enumerate() {
+            let samples = errors.pixels().iter().map(|error| error.to_array()[c]);
+            layers.push(Layer {
+                name: name.to_owned(),
+                samples: samples.collect(),
+            });
+        }
+        let flags = film.flags().expect("layers come with error bars");
+        let counts = film.sample_counts();
+        layers.push(Layer {
+            name: "flag.Y".to_owned(),
+            samples: flags
+                .into_iter()
+                .map(|is| if is { 1.0 } else { 0.0 })
+                .collect(),
+        });
+        layers.push(Layer {
+            name: "spp.Y".to_owned(),
+            samples: counts.into_iter().map(|count| count as f32).collect(),
+        });
+        layers
+    }
+}

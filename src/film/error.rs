@@ -1,0 +1,247 @@
+//! How wrong a film is: the error of the picture, the standard error of each pixel, and which of these are not to be
+//! trusted.
+//!
+//! Measure: relMSE, the mean over pixels and channels of (x - r)^2 / (r^2 + eps), eps = 0.01 mean(r)^2, and its root.
+//! Range: films of at least two samples a pixel, with error bars of at least one round of batches.
+//! Source: docs/accuracy.md. Tested below, in `tests/error_bars.rs` and `tests/determinism.rs`.
+
+use super::Film;
+use super::bars::{self, CentralMoments};
+use crate::image::Image;
+use crate::math::rgb::Rgb;
+use crate::math::stats::{Moments, normal_quantile};
+
+/// How far the picture is likely to be from the truth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ErrorEstimate {
+    /// Estimated root of relMSE, the mean over pixels and channels of (x - r)^2 / (r^2 + eps).
+    pub rel_rmse: f64,
+    /// With this confidence ...
+    pub confidence: f64,
+    /// ... the root of relMSE is below this.
+    pub upper_bound: f64,
+    /// The share of pixels whose estimate cannot be trusted: nothing arrived in them, but something in their
+    /// neighbourhood.
+    pub uncalibrated_fraction: f64,
+}
+
+/// How far neighbours are that tell of a pixel's samples.
+const NEAR: usize = 3;
+/// How far those are whose doubts make a pixel doubtful.
+const FAR: usize = 7;
+
+impl Film {
+    /// The estimated error of the picture; `None` before every pixel has two samples, or for a black picture.
+    ///
+    /// With error bars it is that of their batches. Without, it takes samples as independent; those of a low-discrepancy
+    /// sampler err less: for them it is an upper bound.
+    pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
+        let least = if self.has_bars() { bars::BATCHES } else { 2 };
+        if self.tiles.iter().any(|tile| tile.samples < least) {
+            return None;
+        }
+        let mean = self.mean().iter().sum::<f64>() / 3.0;
+        let epsilon = 0.01 * mean * mean;
+        if epsilon == 0.0 {
+            return None;
+        }
+        let estimates = self.estimates();
+        let means: Vec<[f64; 3]> = estimates.iter().map(|pixel| pixel.mean).collect();
+        let limits = (0..means.len()).map(|index| {
+            // Of a pixel without neighbours its own value.
+            let near = self.around(index, 1).map(|other| means[other]);
+            near.reduce(|a, b| std::array::from_fn(|c| a[c].max(b[c])))
+                .unwrap_or(means[index])
+        });
+        let mut per_pixel = Moments::default();
+        let mut squares = 0.0;
+        for (pixel, limit) in estimates.iter().zip(limits) {
+            // A pixel that outshines its neighbours may do so by chance: then it is them that it is measured by.
+            let truth = |c: usize| pixel.mean[c].abs().min(limit[c]);
+            let relative = |c: usize| pixel.variance[c] / (truth(c) * truth(c) + epsilon);
+            let relative = (relative(0) + relative(1) + relative(2)) / 3.0;
+            per_pixel.push(relative);
+            squares += relative * relative;
+        }
+        // Of the estimate, and of the one picture about its expectation: the square of a normal number has twice the
+        // squared variance.
+        let of_estimate = per_pixel.standard_error().unwrap_or(f64::INFINITY);
+        let of_picture2 = 2.0 * squares / (per_pixel.count() as f64).powi(2);
+        let margin = normal_quantile(confidence) * of_estimate.hypot(of_picture2.sqrt());
+        Some(ErrorEstimate {
+            rel_rmse: per_pixel.mean().sqrt(),
+            confidence,
+            upper_bound: (per_pixel.mean() + margin).sqrt(),
+            uncalibrated_fraction: self.uncalibrated_fraction(),
+        })
+    }
+
+    /// The standard error of each pixel; `None` without error bars.
+    ///
+    /// A pixel's own samples tell it, but where [`flags`](Self::flags) doubts them: a pixel that missed a rare event has a low
+    /// mean and a small spread at once. There it is at least that of the neighbours.
+    pub fn standard_errors(&self) -> Option<Image> {
+        let flags = self.flags()?;
+        let estimates = self.estimates();
+        let errors = estimates
+            .iter()
+            .zip(flags)
+            .enumerate()
+            .map(|(index, (own, flag))| {
+                let mut variance = own.variance;
+                let others: Vec<usize> = self.around(index, NEAR).collect();
+                if flag && !others.is_empty() {
+                    for (c, variance) in variance.iter_mut().enumerate() {
+                        let sum: f64 = others
+                            .iter()
+                            .map(|&other| estimates[other].variance[c])
+                            .sum();
+                        *variance = variance.max(sum / others.len() as f64);
+                    }
+                }
+                Rgb::from(variance.map(|variance| variance.sqrt() as f32))
+            });
+        let errors = errors.collect();
+        Some(Image::new(self.window.width, self.window.height, errors))
+    }
+
+    /// Which pixels' error bars are not to be trusted, row by row; `None` without error bars.
+    ///
+    /// Decided by the neighbours, not by the pixel's own samples: those would be lucky where they seem to be good. A pixel
+    /// is doubtful if its neighbours' samples are too far from normal numbers, or if many pixels about it are doubtful: rare
+    /// events that some have met, the others have yet to meet.
+    pub fn flags(&self) -> Option<Vec<bool>> {
+        /// Doubtful pixels among those farther about, from which share on they make others doubtful.
+        const MANY: f64 = 0.2;
+        let mut moments = vec![CentralMoments::default(); self.window.pixel_count() as usize];
+        let mut samples = vec![0; moments.len()];
+        for tile in &self.tiles {
+            for (pixel, bars) in tile.window.pixels().zip(tile.bars.as_ref()?) {
+                let index = self.index(pixel);
+                moments[index] = bars.central_moments(tile.samples);
+                samples[index] = tile.samples;
+            }
+        }
+        let doubtful: Vec<bool> = (0..moments.len())
+            .map(|index| {
+                let (count, sum) = self
+                    .around(index, NEAR)
+                    .fold((0, CentralMoments::default()), |(count, sum), other| {
+                        (count + 1, sum + moments[other])
+                    });
+                let mean = match count {
+                    0 => moments[index],
+                    _ => (1.0 / f64::from(count)) * sum,
+                };
+                !mean.is_calibrated(samples[index])
+            })
+            .collect();
+        let unlit = self.unlit_among_lit();
+        let flags = (0..doubtful.len()).map(|index| {
+            let count = |is: &dyn Fn(usize) -> bool| {
+                self.around(index, FAR).filter(|&other| is(other)).count() as f64
+            };
+            let share = count(&|other| doubtful[other]) / count(&|_| true).max(1.0);
+            unlit[index] || doubtful[index] || share > MANY
+        });
+        Some(flags.collect())
+    }
+
+    /// The pixels about one, at most `reach` rows and columns away, without itself.
+    fn around(&self, index: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
+        let (width, height) = (self.window.width as usize, self.window.height as usize);
+        let (x, y) = (index % width, index / width);
+        let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
+        let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+            .filter(move |&other| other != index)
+    }
+
+    /// What is known of each pixel, row by row; nothing of one with fewer samples than that takes.
+    fn estimates(&self) -> Vec<PixelEstimate> {
+        let mut estimates = vec![PixelEstimate::default(); self.window.pixel_count() as usize];
+        for tile in &self.tiles {
+            for (i, pixel) in tile.window.pixels().enumerate() {
+                let sums = &tile.pixels[i];
+                let variance = match &tile.bars {
+                    Some(bars) => Some(bars[i].variance_of_mean(tile.samples)),
+                    None => sums.variance_of_mean(tile.samples),
+                };
+                estimates[self.index(pixel)] = PixelEstimate {
+                    mean: sums.mean(tile.samples),
+                    variance: variance.unwrap_or_default(),
+                };
+            }
+        }
+        estimates
+    }
+
+    /// The share of pixels without light that [`unlit_among_lit`](Self::unlit_among_lit) names.
+    fn uncalibrated_fraction(&self) -> f64 {
+        let doubtful = self.unlit_among_lit();
+        doubtful.iter().filter(|&&is| is).count() as f64 / doubtful.len() as f64
+    }
+
+    /// The pixels without light among whose neighbours, up to four pixels away, there is some.
+    fn unlit_among_lit(&self) -> Vec<bool> {
+        const REACH: usize = 4;
+        let (width, height) = (self.window.width as usize, self.window.height as usize);
+        let mut lit = vec![false; width * height];
+        for (index, _, mean, _) in self.means() {
+            lit[index] = mean != [0.0; 3];
+        }
+        let mut near = lit.clone();
+        spread(&mut near, width, 1, REACH);
+        spread(&mut near, height, width, REACH);
+        lit.iter()
+            .zip(&near)
+            .map(|(lit, near)| !lit && *near)
+            .collect()
+    }
+}
+
+/// What is known of a pixel.
+#[derive(Debug, Clone, Copy, Default)]
+struct PixelEstimate {
+    mean: [f64; 3],
+    /// Of the mean.
+    variance: [f64; 3],
+}
+
+/// Spreads `true` by `reach` along one axis: `length` entries, `stride` apart.
+fn spread(mask: &mut [bool], length: usize, stride: usize, reach: usize) {
+    let lines = mask.len() / length;
+    for line in 0..lines {
+        let start = if stride == 1 { line * length } else { line };
+        let before: Vec<bool> = (0..length).map(|i| mask[start + i * stride]).collect();
+        for i in 0..length {
+            let around = i.saturating_sub(reach)..(i + reach + 1).min(length);
+            mask[start + i * stride] = before[around].contains(&true);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Window;
+    use super::*;
+
+    #[test]
+    fn a_dark_pixel_beside_a_lit_one_is_not_trusted() {
+        let mut film = Film::new(
+            Window {
+                x: 0,
+                y: 0,
+                width: 20,
+                height: 1,
+            },
+            32,
+        );
+        for tile in film.tiles_mut() {
+            tile.samples = 2;
+            tile.pixels[0].add(Rgb::WHITE);
+        }
+        // The four pixels next to the lit one.
+        assert_eq!(film.uncalibrated_fraction(), 0.2);
+    }
+}

@@ -52,7 +52,7 @@ check: setup ## Runs the gates: format, lints, documentation, without a warning.
 fuzz: ## Feeds damaged scenes, models and pictures to the loaders: FUZZ_SECONDS each (default: 60).
 	@for target in $(FUZZ_TARGETS); do \
 		mkdir -p fuzz/found/$$target && \
-		$(CARGO) +nightly fuzz run $$target fuzz/found/$$target fuzz/corpus/$$target -- \
+		$(CARGO) +nightly fuzz run --release $$target fuzz/found/$$target fuzz/corpus/$$target -- \
 			-dict=fuzz/dictionaries/$$target.dict -max_total_time=$(FUZZ_SECONDS) \
 			-timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
 	done

@@ -5,7 +5,7 @@
 #[path = "../fuzz/src/lib.rs"]
 mod fuzz;
 
-use fuzz::{TARGETS, within_memory};
+use fuzz::{TARGETS, Target};
 use peak_alloc::PeakAlloc;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -19,22 +19,23 @@ const REPEATED: usize = 1 << 20;
 #[test]
 fn the_corpus_and_its_lines_many_times_over_are_read_within_bounds() {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
-    for (name, target) in TARGETS {
+    for target in TARGETS {
+        let name = target.name;
         let inputs = inputs(&corpus.join(name));
         assert!(inputs.len() >= 10, "{} inputs of {name}", inputs.len());
         for (file, bytes) in &inputs {
             // Printed only if the test fails.
             println!("{name}/{file}");
-            within_memory(&MEMORY, bytes, target);
+            target.feed(bytes, &MEMORY);
         }
         if name != "image" {
-            repeat_lines(name, target, &inputs);
+            repeat_lines(&target, &inputs);
         }
     }
 }
 
 /// Each line that a valid input starts with or goes on with, as often as makes a large file.
-fn repeat_lines(name: &str, target: fn(&[u8]), inputs: &[(String, Vec<u8>)]) {
+fn repeat_lines(target: &Target, inputs: &[(String, Vec<u8>)]) {
     let texts = inputs
         .iter()
         .filter_map(|(_, bytes)| std::str::from_utf8(bytes).ok());
@@ -42,16 +43,16 @@ fn repeat_lines(name: &str, target: fn(&[u8]), inputs: &[(String, Vec<u8>)]) {
         .flat_map(str::lines)
         .filter(|line| !line.is_empty())
         .collect();
-    let start = match name {
+    let start = match target.name {
         "scene_toml" => "version = 1\n[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n",
         "obj" => "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n",
         _ => "newmtl a\nnewmtl b\n",
     };
     for line in lines {
-        println!("{name}: {line}");
+        println!("{}: {line}", target.name);
         let many = REPEATED / (line.len() + 1);
         let text = start.to_owned() + &format!("{line}\n").repeat(many);
-        within_memory(&MEMORY, text.as_bytes(), target);
+        target.feed(text.as_bytes(), &MEMORY);
     }
 }
 

@@ -251,6 +251,30 @@ fn an_opaque_shape_that_is_there_twice_looks_as_if_it_were_there_once() {
 }
 
 #[test]
+fn vertices_that_no_triangle_has_change_nothing() {
+    let mut generator = Generator::new(18);
+    for index in 0..6 {
+        let wanted = generator.wanted().with(Effect::ShadingNormals);
+        let scene = generator.scene(wanted);
+        let settings = settings(&scene);
+        let mut strayed = scene.clone();
+        for shape in &mut strayed.shapes {
+            if let GeometryDescription::Mesh(mesh) = &mut shape.geometry {
+                let mesh = Arc::make_mut(mesh);
+                mesh.positions.push(DVec3::new(1e12, -1e300, 3.0));
+                mesh.normals.extend(mesh.normals.first().copied());
+                mesh.uvs.extend(mesh.uvs.first().copied());
+            }
+        }
+        for &backend in Backend::ALL {
+            let what = format!("scene {index}, {}", backend.name());
+            let got = picture(&strayed, backend, &settings);
+            assert_same(&what, &got, &picture(&scene, backend, &settings), 1.0);
+        }
+    }
+}
+
+#[test]
 fn shapes_in_another_order_look_the_same() {
     for (index, _, scene) in generated(15, 12) {
         let settings = settings(&scene);

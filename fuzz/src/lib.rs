@@ -2,7 +2,7 @@
 //!
 //! Measure: bytes.
 //! Range: any bytes. A scene or model that is not valid has to end in an error that names the file, kept short; one that
-//! is valid is made ready and sampled a little. Memory is bounded by the input's size, see [`within_memory`].
+//! is valid is made ready and sampled a little. Memory is bounded by the input's size, see [`Target::feed`].
 //! Source: cargo-fuzz runs the targets (`make fuzz`); `tests/fuzz_corpus.rs` includes this file to replay the corpus.
 
 use etendue::accel::{AccelOptions, Backend, Precision, Quality};
@@ -20,34 +20,70 @@ use std::path::Path;
 use std::sync::LazyLock;
 use tempfile::TempDir;
 
-/// Every target with its name, which is also that of its folder in the corpus.
-pub const TARGETS: [(&str, fn(&[u8])); 4] = [
-    ("scene_toml", scene_toml),
-    ("obj", obj),
-    ("mtl", mtl),
-    ("image", image),
-];
+/// What is done with an input.
+pub struct Target {
+    /// Also the name of its folder in the corpus.
+    pub name: &'static str,
+    run: fn(&[u8]),
+    /// Bytes of memory for each byte of the input, at most.
+    per_byte: usize,
+}
 
-/// Bytes of memory for each byte of the input.
-const PER_BYTE: usize = 64;
+/// A scene file. It may name `m.obj`, `t.pfm` and `broken.png`.
+pub const SCENE_TOML: Target = Target {
+    name: "scene_toml",
+    run: |bytes| load_bytes("fuzzed.toml", bytes, "fuzzed.toml"),
+    per_byte: FOR_TEXT,
+};
+
+/// A bare model. It may name the library `m.mtl`.
+pub const OBJ: Target = Target {
+    name: "obj",
+    run: |bytes| load_bytes("fuzzed.obj", bytes, "fuzzed.obj"),
+    per_byte: FOR_TEXT,
+};
+
+/// The library of a model.
+pub const MTL: Target = Target {
+    name: "mtl",
+    run: |bytes| load_bytes("fuzzed.mtl", bytes, "library.obj"),
+    per_byte: FOR_TEXT,
+};
+
+/// A picture of any format that is read; the first bytes tell which.
+pub const IMAGE: Target = Target {
+    name: "image",
+    run: image,
+    per_byte: FOR_COMPRESSED,
+};
+
+/// All of them.
+pub const TARGETS: [Target; 4] = [SCENE_TOML, OBJ, MTL, IMAGE];
+
+/// Text: the acceptance rule of the project's catalogue of hard cases.
+const FOR_TEXT: usize = 64;
+/// Pictures: deflate makes 1032 bytes of eight pixels out of one, and each takes twelve bytes and what decoders need.
+const FOR_COMPRESSED: usize = 8 * 1032 * 32;
 /// Bytes of memory for anything: tables, the trees of a few shapes, the folder's own files.
 const FOR_ANYTHING: usize = 32 << 20;
 /// Bytes of a message: it repeats little of the file.
 const LONGEST_MESSAGE: usize = 8 << 10;
 
 /// Files that what is fuzzed may name.
-const NAMED: [(&str, &[u8]); 4] = [
+const NAMED: [(&str, &[u8]); 5] = [
     (
         "m.obj",
         b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n",
     ),
     ("m.mtl", b"newmtl a\nKd 1 0 0\nKe 1 1 1\nnewmtl b\nPr 0.5\n"),
     ("t.pfm", b"Pf\n2 1\n-1\n\0\0\0\x3f\0\0\x80\x3f"),
+    ("library.obj", MODEL),
     ("broken.png", b"\x89PNG\r\n\x1a\n"),
 ];
 
 /// A model whose library is fuzzed; its faces have both of its materials.
-const MODEL: &str = "mtllib fuzzed.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n\
+const MODEL: &[u8] =
+    b"mtllib fuzzed.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n\
                      usemtl b\nf 3/1 2/1 1/1\n";
 
 /// Each process has a folder of its own.
@@ -65,44 +101,29 @@ static THREAD: LazyLock<ThreadPool> = LazyLock::new(|| {
     pool.expect("one thread can be started")
 });
 
-/// Runs a target, which may take 64 times the input's bytes and a constant at its peak.
-///
-/// # Panics
-/// If it takes more. Other threads must not allocate meanwhile.
-pub fn within_memory(memory: &PeakAlloc, bytes: &[u8], target: fn(&[u8])) {
-    LazyLock::force(&FOLDER);
-    LazyLock::force(&THREAD);
-    let before = memory.current_usage();
-    memory.reset_peak_usage();
-    target(bytes);
-    let taken = memory.peak_usage().saturating_sub(before);
-    let allowed = FOR_ANYTHING + PER_BYTE * bytes.len();
-    assert!(
-        taken <= allowed,
-        "{taken} bytes of memory for {} of input",
-        bytes.len()
-    );
+impl Target {
+    /// Feeds it.
+    ///
+    /// # Panics
+    /// If the program does, if it breaks its word, or if it takes more memory than it may at its peak. Other threads must
+    /// not allocate meanwhile.
+    pub fn feed(&self, bytes: &[u8], memory: &PeakAlloc) {
+        LazyLock::force(&FOLDER);
+        LazyLock::force(&THREAD);
+        let before = memory.current_usage();
+        memory.reset_peak_usage();
+        (self.run)(bytes);
+        let taken = memory.peak_usage().saturating_sub(before);
+        let allowed = FOR_ANYTHING + self.per_byte * bytes.len();
+        assert!(
+            taken <= allowed,
+            "{taken} bytes of memory for {} of input",
+            bytes.len()
+        );
+    }
 }
 
-/// A scene file. It may name `m.obj`, `t.pfm` and `broken.png`.
-pub fn scene_toml(bytes: &[u8]) {
-    load_bytes("fuzzed.toml", bytes, "fuzzed.toml");
-}
-
-/// A bare model. It may name the library `m.mtl`.
-pub fn obj(bytes: &[u8]) {
-    load_bytes("fuzzed.obj", bytes, "fuzzed.obj");
-}
-
-/// The library of a model.
-pub fn mtl(bytes: &[u8]) {
-    let model = FOLDER.path().join("library.obj");
-    std::fs::write(&model, MODEL).expect("the folder is writable");
-    load_bytes("fuzzed.mtl", bytes, "library.obj");
-}
-
-/// A picture of any format that is read; the first bytes tell which.
-pub fn image(bytes: &[u8]) {
+fn image(bytes: &[u8]) {
     for space in [ColourSpace::Srgb, ColourSpace::Linear] {
         match Image::decode(bytes, space) {
             Ok(image) => assert!(image.pixels().iter().all(|pixel| pixel.is_finite())),

@@ -14,10 +14,6 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// Pixels in one byte, at most: a block takes one bit at least, and where one component is sampled at a quarter along x
-/// and another along y, eight blocks make 32 x 32 pixels.
-const MOST_PER_BYTE: usize = 1024;
-
 /// A picture from the bytes of a JPEG file.
 pub(super) fn decode(bytes: &[u8], space: ColourSpace) -> Result<Image> {
     let options = DecoderOptions::default()
@@ -27,15 +23,7 @@ pub(super) fn decode(bytes: &[u8], space: ColourSpace) -> Result<Image> {
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     decoder.decode_headers().map_err(not_valid)?;
     let info = decoder.info().expect("the headers are decoded");
-    let (width, height) = (usize::from(info.width), usize::from(info.height));
-    let size = checked_size(width, height)?;
-    // The decoder would take its time to fill what is not there.
-    if width * height > MOST_PER_BYTE * bytes.len() {
-        return Err(Error::scene(format!(
-            "not a valid JPEG file: {width} x {height} pixels in {} bytes",
-            bytes.len()
-        )));
-    }
+    let (width, height) = checked_size(info.width.into(), info.height.into(), bytes.len())?;
     let colours = match decoder.input_colorspace() {
         Some(ColorSpace::Luma) => ColorSpace::Luma,
         _ => ColorSpace::RGB,
@@ -46,7 +34,7 @@ pub(super) fn decode(bytes: &[u8], space: ColourSpace) -> Result<Image> {
     let pixels = gather(&samples, colours.num_components(), |[code]: [u8; 1]| {
         values[usize::from(code)]
     });
-    Ok(Image::new(size.0, size.1, pixels))
+    Ok(Image::new(width, height, pixels))
 }
 
 fn not_valid(cause: DecodeErrors) -> Error {

@@ -33,6 +33,9 @@ const MAX_PIXELS: usize = 1 << 28;
 /// The largest file that is read: twelve bytes for each of the most pixels, and a header.
 const MAX_BYTES: u64 = 12 * MAX_PIXELS as u64 + (1 << 20);
 
+/// What no format surpasses: PNG, of which one byte may stand for 1032 bytes of eight black and white pixels each.
+const MAX_PIXELS_PER_BYTE: usize = 8 * 1032;
+
 /// A picture of linear colours, at least one pixel large.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
@@ -175,18 +178,23 @@ impl Image {
     }
 }
 
-/// The size of a picture, as a file declares it, refused before memory is asked for.
-fn checked_size(width: usize, height: usize) -> Result<(u32, u32)> {
+/// The size of a picture, as a file of so many bytes declares it, refused before memory is asked for.
+fn checked_size(width: usize, height: usize, bytes: usize) -> Result<(u32, u32)> {
+    let refuse = |why: &str| {
+        Err(Error::scene(format!(
+            "a picture of {width} x {height} pixels {why}"
+        )))
+    };
     if width == 0 || height == 0 {
-        return Err(Error::scene(format!(
-            "a picture of {width} x {height} pixels is empty"
-        )));
+        return refuse("is empty");
     }
     if width > MAX_SIDE || height > MAX_SIDE || width * height > MAX_PIXELS {
-        return Err(Error::scene(format!(
-            "a picture of {width} x {height} pixels is too large: \
-             at most {MAX_SIDE} a side and {MAX_PIXELS} in all"
-        )));
+        return refuse(&format!(
+            "is too large: at most {MAX_SIDE} a side and {MAX_PIXELS} in all"
+        ));
+    }
+    if width * height > MAX_PIXELS_PER_BYTE * bytes {
+        return refuse(&format!("does not fit in {bytes} bytes"));
     }
     Ok((width as u32, height as u32))
 }
@@ -260,9 +268,16 @@ mod tests {
     #[test]
     fn absurd_sizes_are_refused() {
         for (width, height) in [(0, 1), (1, 0), (65537, 1), (1, usize::MAX), (65536, 65536)] {
-            assert!(checked_size(width, height).is_err(), "{width} x {height}");
+            assert!(
+                checked_size(width, height, 1 << 30).is_err(),
+                "{width} x {height}"
+            );
         }
-        assert_eq!(checked_size(65536, 4096).expect("allowed"), (65536, 4096));
+        assert!(checked_size(65536, 4096, 1 << 10).is_err());
+        assert_eq!(
+            checked_size(65536, 4096, 1 << 30).expect("allowed"),
+            (65536, 4096)
+        );
     }
 
     #[test]

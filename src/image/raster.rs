@@ -17,7 +17,7 @@ use std::io::Cursor;
 pub(super) fn decode_png(bytes: &[u8], space: ColourSpace) -> Result<Image> {
     let no_png = |cause| not_valid("PNG", cause);
     let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits()).map_err(no_png)?;
-    decode(decoder, space, no_png)
+    decode(decoder, bytes.len(), space, no_png)
 }
 
 /// A picture from the bytes of a Radiance HDR file.
@@ -25,7 +25,7 @@ pub(super) fn decode_hdr(bytes: &[u8]) -> Result<Image> {
     let no_hdr = |cause| not_valid("HDR", cause);
     // Strict would refuse the signature #?RGBE, which many programs write.
     let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes)).map_err(no_hdr)?;
-    decode(decoder, ColourSpace::Linear, no_hdr)
+    decode(decoder, bytes.len(), ColourSpace::Linear, no_hdr)
 }
 
 fn limits() -> Limits {
@@ -43,11 +43,12 @@ fn not_valid(format: &str, cause: ImageError) -> Error {
 
 fn decode(
     decoder: impl ImageDecoder,
+    file_size: usize,
     space: ColourSpace,
     not_valid: impl Fn(ImageError) -> Error,
 ) -> Result<Image> {
     let (width, height) = decoder.dimensions();
-    let (width, height) = checked_size(width as usize, height as usize)?;
+    let (width, height) = checked_size(width as usize, height as usize, file_size)?;
     let colour_type = decoder.color_type();
     let channels = usize::from(colour_type.channel_count());
     let sample_size = usize::from(colour_type.bytes_per_pixel()) / channels;

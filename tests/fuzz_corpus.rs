@@ -14,7 +14,7 @@ use std::path::Path;
 static MEMORY: PeakAlloc = PeakAlloc;
 
 /// To this many bytes a line of the corpus is repeated.
-const REPEATED: usize = 1 << 20;
+const REPEATED: usize = 1 << 18;
 
 #[test]
 fn the_corpus_and_its_lines_many_times_over_are_read_within_bounds() {

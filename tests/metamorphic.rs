@@ -64,6 +64,23 @@ fn assert_close(what: &str, got: &Image, want: &Image) {
     assert!(error <= 1e-4, "{what}: {error}");
 }
 
+/// Equal but for the rounding of places in all but a few pixels: few samples that graze an edge make a pixel another.
+#[track_caller]
+fn assert_mostly_close(what: &str, got: &Image, want: &Image) {
+    let pairs = got.pixels().iter().zip(want.pixels());
+    let differing = pairs.filter(|(got, want)| {
+        let pairs = got.to_array().into_iter().zip(want.to_array());
+        pairs
+            .into_iter()
+            .any(|(got, want)| (got - want).abs() > 1e-4 * (1.0 + want.abs()))
+    });
+    let (differing, all) = (differing.count(), want.pixels().len());
+    assert!(
+        100 * differing <= 2 * all,
+        "{what}: {differing} pixels differ of {all}"
+    );
+}
+
 /// Everything that shines, so many times brighter.
 fn brighter(scene: &SceneDescription, factor: f32) -> SceneDescription {
     let scaled = |colour: &mut ColourDescription| match colour {
@@ -326,7 +343,7 @@ fn two_sided_triangles_look_the_same_inside_out() {
         for &backend in Backend::ALL {
             let what = format!("scene {index}, {}", backend.name());
             let got = picture(&inside_out, backend, &settings);
-            assert_close(&what, &got, &picture(&scene, backend, &settings));
+            assert_mostly_close(&what, &got, &picture(&scene, backend, &settings));
         }
     }
     assert!(flipped >= 20, "{flipped} triangles");

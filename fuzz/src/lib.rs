@@ -65,7 +65,7 @@ const FOR_TEXT: usize = 64;
 /// Pictures: deflate makes 1032 bytes of eight pixels out of one, and each takes twelve bytes and what decoders need.
 const FOR_COMPRESSED: usize = 8 * 1032 * 32;
 /// Bytes of memory for anything: tables, the trees of a few shapes, the folder's own files.
-const FOR_ANYTHING: usize = 32 << 20;
+const FOR_ANYTHING: usize = 8 << 20;
 /// Bytes of a message: it repeats little of the file.
 const LONGEST_MESSAGE: usize = 8 << 10;
 

@@ -5,7 +5,7 @@
 //!
 //! Measure: world units in, normalised units out.
 //! Range: what `load` lets through; a transform that stretches a sphere or disk unevenly is an error, and so is what is
-//! farther away than 2^60 times the scene's unit.
+//! farther away than 2^48 times the scene's unit.
 //! Source: docs/architecture.md. Tested below.
 
 use super::description::{CameraDescription, ColourDescription, LightModel, SceneDescription};
@@ -131,12 +131,13 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     })
 }
 
-/// In normalised units: beyond, Embree leaves shapes out without a word.
-const REACH: f64 = (1_u64 << 60) as f64;
+/// In normalised units. Farther away, areas times numbers of primitives leave single precision, and obvhs builds its trees by
+/// these; beyond 2^60, Embree leaves shapes out without a word.
+const REACH: f64 = (1_u64 << 48) as f64;
 
 fn too_far(name: &str) -> String {
     format!(
-        "{name} reaches farther than 2^60 times the size of what the scene mostly consists of, or leaves double precision"
+        "{name} reaches farther than 2^48 times the size of what the scene mostly consists of, or leaves double precision"
     )
 }
 

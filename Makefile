@@ -7,7 +7,7 @@ FUZZ_SECONDS ?= 60
 SOAK_SECONDS ?= 1800
 FUZZ_TARGETS ?= scene_toml obj mtl image
 
-.PHONY: help setup demo test bench instructions check fuzz soak clean
+.PHONY: help setup demo test battery bench instructions check fuzz soak clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
@@ -29,6 +29,11 @@ demo: setup ## Renders the scenes cornell-box and suzanne-room to out/.
 # Optimised by the profile `test` of Cargo.toml, as most tests are statistics over many samples.
 test: setup ## Runs all tests.
 	$(CARGO) test --workspace
+
+# Every run has other random numbers; its report says which.
+battery: setup ## Runs the long battery of hard cases with exact answers; reports go to out/battery/.
+	$(CARGO) build --release
+	$(CARGO) run --release --quiet -- battery --full -o $(OUT)/battery
 
 bench: setup ## Runs the benchmarks of single parts; backends are compared by `etendue bench`.
 	$(CARGO) bench

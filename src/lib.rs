@@ -1,6 +1,7 @@
 //! Etendue: a Monte Carlo renderer on Intel Embree 4.
 
 pub mod accel;
+pub mod battery;
 pub mod bench;
 pub mod bsdf;
 pub mod camera;
@@ -12,6 +13,7 @@ pub mod film;
 pub mod geometry;
 pub mod image;
 pub mod integrator;
+pub mod lesson;
 pub mod light;
 pub mod math;
 pub mod plan;

@@ -44,6 +44,14 @@ fn flags_that_make_no_sense() {
     flags_fail("--pixel 24,0 --sample 0", &["--pixel 24,0", "24x16"]);
     flags_fail("--pixel 1 --sample 0", &["--pixel", "2 whole numbers"]);
     flags_fail("--integrator pth", &["--integrator", "pth", "path"]);
+    flags_fail("--integrator brdf", &["--integrator", "bsdf"]);
+    flags_fail("--roulette never", &["--roulette", "none"]);
+    flags_fail("--roulette none", &["--max-bounces"]);
+    flags_fail(
+        "--occlusion-distance 0",
+        &["--occlusion-distance", "above 0"],
+    );
+    flags_fail("--integrator nee --kernel room", &["nee", "room", "matte"]);
     flags_fail("--sampler sobl", &["--sampler", "sobol"]);
     flags_fail("--backend embre", &["--backend"]);
     flags_fail("--sp 3", &["--sp", "--spp"]);

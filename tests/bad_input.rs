@@ -62,6 +62,16 @@ fn unknown_keys_are_answered_with_the_nearest() {
         &["render.integrator", "`path`"],
     );
     scene_fails(
+        "[render]\nroulette = \"throughputt\"",
+        2,
+        &["render.roulette", "`throughput`"],
+    );
+    scene_fails(
+        "[render]\nocclusion_distance = 0",
+        2,
+        &["render.occlusion_distance", "above 0"],
+    );
+    scene_fails(
         "[render]\nsampler = \"sobl\"",
         2,
         &["render.sampler", "`sobol`"],

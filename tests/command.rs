@@ -210,6 +210,15 @@ fn an_exr_states_how_it_was_made() {
 #[test]
 fn a_bias_is_named() {
     let folder = small();
+    let finished = succeed(
+        &folder,
+        "render small.toml --integrator direct-area --roulette none",
+    );
+    let line = last_line(&finished);
+    assert!(
+        line.contains("biased by direct-area: light that scatters more"),
+        "{line}"
+    );
     let finished = succeed(&folder, "render small.toml --max-bounces 1 --json");
     assert!(
         last_line(&finished).contains("biased by max_bounces 1"),
@@ -312,12 +321,19 @@ fn an_interrupted_render_keeps_its_samples() {
 #[test]
 fn a_replayed_sample_is_the_one_that_was_rendered() {
     let folder = small();
-    for (x, y) in [(4, 3), (8, 9), (15, 8), (12, 15)] {
-        let crop = format!("--spp 1 --crop {x},{y},{},{}", x + 1, y + 1);
+    for (x, y, integrator) in [
+        (4, 3, "path"),
+        (8, 9, "path"),
+        (15, 8, "naive"),
+        (12, 15, "light-or-rest"),
+        (12, 14, "ambient-occlusion"),
+    ] {
+        let flags = format!("--spp 1 --integrator {integrator}");
+        let crop = format!("{flags} --crop {x},{y},{},{}", x + 1, y + 1);
         let [r, g, b] = render(&folder, &crop).get(0, 0).to_array();
         let finished = succeed(
             &folder,
-            &format!("render small.toml --pixel {x},{y} --sample 0"),
+            &format!("render small.toml {flags} --pixel {x},{y} --sample 0"),
         );
         let text = &finished.stdout;
         assert!(

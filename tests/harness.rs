@@ -5,7 +5,7 @@ mod common;
 use common::TestRng;
 use common::chi_square::ChiSquareTest;
 use common::quadrature::{Adaptive, Rectangle, gauss_legendre, integrate};
-use common::verdict::{Verdict, judge, sidak};
+use common::verdict::sidak;
 use etendue::bsdf::microfacet::Ggx;
 use etendue::math::vec::{Vec3, reflect};
 use etendue::sampling::warp::{
@@ -147,11 +147,7 @@ fn planted_bugs_are_caught() {
 }
 
 #[test]
-fn verdicts_need_power() {
-    assert_eq!(judge(1.0, 1e-4, 1.0, 1e-3), Verdict::Pass);
-    assert_eq!(judge(1.001, 1e-4, 1.0, 1e-3), Verdict::Fail);
-    assert_eq!(judge(1.001, 1e-2, 1.0, 1e-3), Verdict::Inconclusive);
-    assert_eq!(judge(f64::NAN, 1e-4, 1.0, 1e-3), Verdict::Fail);
+fn many_checks_share_out_their_significance() {
     assert!((sidak(1e-4, 500) / 2e-7 - 1.0).abs() < 1e-3);
 }
 

@@ -11,7 +11,7 @@ use common::scene::{diffuse, looking, ready, rectangle, shape};
 use common::scene_folder::load_text;
 use common::verdict::{assert_mean, sidak};
 use etendue::accel::{AccelOptions, Backend, Precision, Quality};
-use etendue::effects::{Effect, EffectSet};
+use etendue::effects::{Effect, EffectSet, Kernel};
 use etendue::film::Film;
 use etendue::film::filter::Filter;
 use etendue::integrator::Roulette;
@@ -499,6 +499,30 @@ fn ambient_occlusion_is_the_share_of_the_sky() {
     );
     let none = ambient(Some(0.99));
     assert_eq!((none.mean(), none.variance()), (1.0, Some(0.0)));
+}
+
+#[test]
+fn neither_kernels_nor_tiles_nor_threads_change_a_picture() {
+    let scene = matte();
+    for &integrator in IntegratorKind::ALL {
+        let pixels = |kernel, tile_size, threads| {
+            let settings = RenderSettings {
+                kernel,
+                tile_size,
+                threads,
+                ..settings(&scene, integrator, 11, 5)
+            };
+            rendered(&scene, &settings).develop()
+        };
+        let one = pixels(None, 16, 1);
+        assert!(one.pixels().iter().any(|pixel| !pixel.is_black()));
+        for other in [
+            pixels(Some(Kernel::Everything), 16, 1),
+            pixels(Some(Kernel::Matte), 3, 2),
+        ] {
+            assert_eq!(one.pixels(), other.pixels(), "{}", integrator.name());
+        }
+    }
 }
 
 #[test]

@@ -27,6 +27,8 @@ const HOUSE: &[(&str, u32)] = &[
     ("render", 6),
     ("study", 7),
     ("bench", 7),
+    ("lesson", 7),
+    ("battery", 7),
     ("cli", 8),
 ];
 

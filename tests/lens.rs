@@ -1,15 +1,15 @@
 //! The thin lens in pictures: a lens of no width is a pinhole bit for bit, and what is out of focus is blurred by the
-//! circle of confusion, in closed form and on every backend.
+//! circle of confusion. Its closed form is row 45 of the battery.
 
 mod common;
 
 use common::scene::{diffuse, gallery, keys, looking, picture, rectangle, see, shape};
 use common::verdict::assert_mean;
 use etendue::accel::Backend;
+use etendue::battery::closed_forms::disc_segment;
 use etendue::integrator::Roulette;
 use etendue::math::vec::{DAffine3, DVec3};
 use etendue::scene::description::SceneDescription;
-use std::f64::consts::PI;
 
 #[test]
 fn a_lens_of_no_width_is_a_pinhole_bit_for_bit() {
@@ -66,41 +66,6 @@ fn half_plane(edge: f64, height: f64, lens_radius: f64, focus_distance: f64) -> 
     scene
 }
 
-/// The share of a disc of radius 1 beyond the line at `x`.
-fn segment(x: f64) -> f64 {
-    (x.acos() - x * (1.0 - x * x).sqrt()) / PI
-}
-
-/// Through the lens the origin is seen as a disc on the plane, of radius r |d / f - 1| for a lens of radius r, focused
-/// at f, at a distance of d.
-#[test]
-fn an_edge_out_of_focus_is_a_disc_cut_by_a_line() {
-    for (height, lens_radius, focus_distance) in [
-        (2.0, 0.1, 1.0),
-        (1.0, 0.1, 4.0),
-        (1.0, 0.05, 1e9),
-        (1.0, 0.05, 1e30),
-        (1.0, 0.05, 1e-3),
-        (100.0, 3.0, 80.0),
-    ] {
-        let radius = lens_radius * f64::abs(height / focus_distance - 1.0);
-        for x in [-0.9, -0.5, -0.1, 0.0, 0.3, 0.7, 0.95] {
-            let scene = half_plane(x * radius, height, lens_radius, focus_distance);
-            for &backend in Backend::ALL {
-                let seen = see(&scene, backend, 1 << 12, Some(0), Roulette::None);
-                let what = format!("{height} {focus_distance} {x} {}", backend.name());
-                println!("{what}: {seen:?}, exact {}", segment(x));
-                assert_mean(&what, &seen, segment(x), 2e-3 / segment(x));
-            }
-        }
-        for (x, radiance) in [(-1.02, 1.0), (1.02, 0.0)] {
-            let scene = half_plane(x * radius, height, lens_radius, focus_distance);
-            let seen = see(&scene, Backend::ALL[0], 1 << 8, Some(0), Roulette::None);
-            assert_eq!(seen.mean(), radiance, "{height} {focus_distance} {x}");
-        }
-    }
-}
-
 #[test]
 fn an_edge_in_focus_is_sharp() {
     // A patch of 1e-4 about the origin, and the rounding of a lens a thousand times as wide.
@@ -127,7 +92,12 @@ fn a_lens_moves_with_its_camera() {
             scene.camera.motion = keys([(0.0, start), (1.0, end)]);
             for &backend in Backend::ALL {
                 let seen = see(&scene, backend, 1 << 12, Some(0), Roulette::None);
-                assert_mean(&format!("{x}"), &seen, segment(x), 2e-3 / segment(x));
+                assert_mean(
+                    &format!("{x}"),
+                    &seen,
+                    disc_segment(x),
+                    2e-3 / disc_segment(x),
+                );
             }
         }
     }

@@ -4,7 +4,7 @@
 mod common;
 
 use common::TestRng;
-use common::tracing::{closed_mesh, direction, every_accel, point, same, soup, standing, triangle};
+use common::tracing::{closed_mesh, direction, every_accel, point, same, soup, standing};
 use etendue::accel::{Departure, Hit, PrimitiveId, brute};
 use etendue::effects::Slot;
 use etendue::effects::kernel::types::Everything;
@@ -54,48 +54,6 @@ fn every_backend_finds_what_the_oracle_finds() {
         found > 2_000,
         "only {found} rays hit anything: the test has no power"
     );
-}
-
-#[test]
-fn rays_that_leave_a_triangle_do_not_meet_it_again() {
-    let mut rng = TestRng::new(2);
-    for _ in 0..400 {
-        // From a thousandth to a million units, near the origin and away from it.
-        let size = 10.0_f32.powf(9.0 * rng.uniform() - 3.0);
-        let away = 10.0 * rng.uniform() * size * point(&mut rng);
-        let shapes = vec![triangle([0, 1, 2].map(|_| away + size * point(&mut rng)))];
-        let id = PrimitiveId {
-            shape: 0,
-            primitive: 0,
-        };
-        for (name, accel) in every_accel(&standing(shapes.clone())) {
-            for _ in 0..50 {
-                let u = etendue::sampling::warp::sample_triangle_uniform(rng.uniform_2d());
-                let nowhere = Ray::new(Vec3::ZERO, Vec3::X);
-                let surface = shapes[0].surface_at(0, &nowhere, 0.0, u.to_array());
-                let w = direction(&mut rng);
-                let normal = if w.dot(surface.ng) < 0.0 {
-                    -surface.ng
-                } else {
-                    surface.ng
-                };
-                let ray = Ray::new(offset_point(surface.p, surface.error, normal), w);
-                let left = Departure {
-                    id,
-                    free_distance: f32::INFINITY,
-                };
-                assert_eq!(
-                    accel.intersect(&ray, 0.0, Some(left)),
-                    None,
-                    "{name} {shapes:?} {ray:?}"
-                );
-                assert!(
-                    !accel.occluded(&ray, 0.0),
-                    "{name}: shadows itself, {shapes:?} {ray:?}"
-                );
-            }
-        }
-    }
 }
 
 #[test]

@@ -9,6 +9,8 @@ use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::effects::Kernel;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
+use crate::lesson::TOPICS;
+use crate::lesson::topic::Topic;
 use crate::render::settings::{SamplerKind, available_threads};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
@@ -33,6 +35,10 @@ pub enum Verb {
     Plan(PlanArguments),
     /// Trace the rays of real renders by each backend, and say which is faster, by how much, and whether they agree.
     Bench(BenchArguments),
+    /// Show the classic course on Monte Carlo integration, topic by topic: numbers beside their exact values, and a page.
+    Lesson(LessonArguments),
+    /// Check this build on this machine against hard cases with exact answers. Exit code 0 only if all pass.
+    Battery(BatteryArguments),
     /// Print versions, features and what this machine and its Embree can do.
     Info(InfoArguments),
     /// Print a completion script for a shell.
@@ -117,6 +123,64 @@ pub struct BenchArguments {
     #[arg(long, value_enum, default_value = "auto")]
     pub progress: ProgressMode,
     /// Show no progress and print no notes.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `lesson`.
+#[derive(Debug, Args)]
+pub struct LessonArguments {
+    /// Topics, each of which becomes a page. Default: only the table of contents is printed.
+    #[arg(value_name = "TOPIC", value_parser = named(TOPICS, |topic| topic.name))]
+    pub topics: Vec<Topic>,
+    /// All topics, and an index of them.
+    #[arg(long, conflicts_with = "topics")]
+    pub all: bool,
+    /// Picks one of 2^64 sets of random numbers.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Threads. Default: all that this process may use.
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Folder for the pages; made where it is missing.
+    #[arg(short, long = "out", value_name = "DIR", default_value = "out/lesson")]
+    pub out: PathBuf,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+    /// When to show progress.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub progress: ProgressMode,
+    /// Show no progress and print no notes.
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Arguments of `battery`.
+#[derive(Debug, Args)]
+pub struct BatteryArguments {
+    /// Rows of the catalogue in docs/hard-cases.md, such as 25 28. Default: all.
+    #[arg(value_name = "ROW")]
+    pub rows: Vec<u32>,
+    /// Eight times as many samples, the long rows at full length, and other random numbers each time.
+    #[arg(long)]
+    pub full: bool,
+    /// Picks one of 2^64 sets of random numbers. Default: 0, or with --full the time.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// How rays are traced.
+    #[command(flatten)]
+    pub tracing: TracingArguments,
+    /// Folder for battery.json and battery.html; made where it is missing.
+    #[arg(short, long = "out", value_name = "DIR", default_value = "out/battery")]
+    pub out: PathBuf,
+    /// Print battery.json instead of the tables.
+    #[arg(long)]
+    pub json: bool,
+    /// When to show progress.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub progress: ProgressMode,
+    /// Show no progress and print no last line.
     #[arg(short, long)]
     pub quiet: bool,
 }

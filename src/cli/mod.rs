@@ -4,14 +4,17 @@
 //! invalid, 4 input or output, 6 too many non-finite samples (image written), 130 interrupted (image written).
 
 pub mod args;
+mod battery;
 mod bench;
 mod chart;
 mod durations;
 mod info;
 mod job;
+mod lesson;
 mod output;
 mod page;
 mod plan;
+mod plot;
 mod render;
 mod replay;
 mod report;
@@ -29,6 +32,7 @@ use std::process::ExitCode;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
     Done,
+    Failed,
     TooManyNonFinite,
     Interrupted,
 }
@@ -40,6 +44,8 @@ pub fn run() -> ExitCode {
         Verb::Render(render) => render::run(render),
         Verb::Plan(plan) => plan::run(plan),
         Verb::Bench(bench) => bench::run(bench),
+        Verb::Lesson(lesson) => lesson::run(lesson),
+        Verb::Battery(battery) => battery::run(battery),
         Verb::Info(info) => info::run(info),
         Verb::Completions { shell } => {
             let mut script = Vec::new();
@@ -50,6 +56,7 @@ pub fn run() -> ExitCode {
     };
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Failed) => ExitCode::FAILURE,
         Ok(Outcome::TooManyNonFinite) => ExitCode::from(6),
         Ok(Outcome::Interrupted) => ExitCode::from(130),
         Err(error) => {

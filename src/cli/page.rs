@@ -4,11 +4,16 @@
 //! Range: any browser with CSS grid; light and dark, on a phone and in print.
 //! Source: HTML Living Standard. Tested in `tests/bench_command.rs`.
 
-use super::chart;
+use super::{chart, plot};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The page, with its title.
 pub fn page(title: &str, body: &Markup) -> String {
+    styled_page(title, "", body)
+}
+
+/// The page, with its title and with styles of its own.
+pub fn styled_page(title: &str, style: &str, body: &Markup) -> String {
     let markup = html! {
         (DOCTYPE)
         html lang="en" {
@@ -17,7 +22,7 @@ pub fn page(title: &str, body: &Markup) -> String {
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(chart::STYLE)) }
+                style { (PreEscaped(STYLE)) (PreEscaped(chart::STYLE)) (PreEscaped(plot::STYLE)) (PreEscaped(style)) }
             }
             body { main { (body) } }
         }

@@ -69,7 +69,10 @@ impl Mesh {
         let indices = self.indices[primitive as usize].map(|i| i as usize);
         let [a, b, c] = indices.map(|i| self.positions[i]);
         let w = 1.0 - u - v;
-        let point = triangle_point([a, b, c], [u, v]);
+        let mut point = triangle_point([a, b, c], [u, v]);
+        if may_be_outside(&point, [a, b, c], [u, v]) {
+            point = inset(point, [a, b, c]);
+        }
         let ng = point.ng;
         let ns = if self.normals.is_empty() {
             ng
@@ -109,6 +112,34 @@ impl Mesh {
         let [a, b, c] = self.indices[primitive as usize].map(|i| self.uvs[i as usize]);
         (1.0 - u - v) * a + u * b + v * c
     }
+}
+
+/// Whether a point with these barycentric coordinates may, for its error, lie beyond an edge of its triangle.
+#[inline]
+fn may_be_outside(point: &SurfacePoint, [a, b, c]: [Vec3; 3], [u, v]: [f32; 2]) -> bool {
+    let (e1, e2) = (b - a, c - a);
+    // The distance from an edge is its coordinate times twice the area over its length, which this is no shorter than.
+    let longest = (e1.abs() + e2.abs()).element_sum();
+    let nearest = u.min(v).min(1.0 - u - v);
+    nearest * e1.cross(e2).length() < point.error.element_sum() * longest
+}
+
+/// The same point, pushed in its plane as far from each edge as it may be wrong. Beyond an edge it would lie behind the
+/// neighbour in a closed mesh, and a ray from there would find its way out.
+#[cold]
+fn inset(point: SurfacePoint, triangle: [Vec3; 3]) -> SurfacePoint {
+    let [a, b, c] = triangle;
+    let mut p = point.p;
+    for (from, to, opposite) in [(a, b, c), (b, c, a), (c, a, b)] {
+        let inwards = point.ng.cross(to - from).normalize_or_zero();
+        let height = (opposite - from).dot(inwards);
+        // Not beyond the middle of a triangle that is as narrow as that.
+        let wanted = point.error.dot(inwards.abs()).min(height / 3.0);
+        p += (wanted - (p - from).dot(inwards)).max(0.0) * inwards;
+    }
+    // What pushing rounds.
+    let error = point.error + gamma(4) * p.abs();
+    SurfacePoint { p, error, ..point }
 }
 
 /// A point of a flat triangle with its error bound; the shading normal is the geometric one.

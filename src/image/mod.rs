@@ -18,6 +18,7 @@ pub mod srgb;
 mod write;
 
 pub use options::{Layer, MetadataValue, WriteOptions};
+pub use png::png_bytes;
 pub use write::{check_writable, write};
 
 use crate::error::{Error, Result};

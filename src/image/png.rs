@@ -10,6 +10,13 @@ use ::image::codecs::png::PngEncoder;
 use ::image::{ExtendedColorType, ImageEncoder};
 use std::io::{self, Write};
 
+/// `image` as the bytes of a file, made brighter by `exposure` stops.
+pub fn png_bytes(image: &Image, exposure: f32) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    encode(&mut bytes, image, exposure).expect("memory takes every picture of whole pixels");
+    bytes
+}
+
 /// Writes `image`, made brighter by `exposure` stops.
 pub(super) fn encode(writer: impl Write, image: &Image, exposure: f32) -> io::Result<()> {
     let gain = f64::from(exposure).exp2();

@@ -30,8 +30,10 @@ pub fn never_zero(error: Vec3, size: f32) -> Vec3 {
 pub fn offset_point(p: Vec3, error: Vec3, n: Vec3) -> Vec3 {
     let offset = n.abs().dot(error) * n;
     let moved = p + offset;
-    // Adding may round back towards the surface: one more unit in the last place away from it.
-    moved + offset.signum() * (f32::EPSILON * moved.abs())
+    // Adding may round back towards the surface: one more unit in the last place away from it. Not along axes that the
+    // normal has no part in, where it would be through the wall that an edge is shared with.
+    let away = Vec3::select(offset.cmpeq(Vec3::ZERO), Vec3::ZERO, offset.signum());
+    moved + away * (f32::EPSILON * moved.abs())
 }
 
 #[cfg(test)]

@@ -102,6 +102,28 @@ pub fn clamp_to_triangle(uv: [f64; 2]) -> [f64; 2] {
     [u / excess, v / excess]
 }
 
+/// The barycentric coordinates of the triangle's point that is nearest to the one with these, of the same plane. In a needle
+/// that is not the point with the nearest coordinates: across it, a hair is a large share of its width.
+pub fn nearest_in_triangle([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
+    if u >= 0.0 && v >= 0.0 && u + v <= 1.0 {
+        return [u, v];
+    }
+    let p = a + u * (b - a) + v * (c - a);
+    let along = |from: DVec3, to: DVec3| {
+        let edge = to - from;
+        let share = ((p - from).dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
+        (share, p.distance_squared(from + share * edge))
+    };
+    let (ab, bc, ca) = (along(a, b), along(b, c), along(c, a));
+    let candidates = [
+        ([ab.0, 0.0], ab.1),
+        ([1.0 - bc.0, bc.0], bc.1),
+        ([0.0, 1.0 - ca.0], ca.1),
+    ];
+    let nearest = candidates.into_iter().min_by(|x, y| x.1.total_cmp(&y.1));
+    nearest.map_or([u, v], |(coordinates, _)| coordinates)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -203,5 +225,28 @@ mod tests {
         assert_eq!(clamp_to_triangle([0.25, 0.5]), [0.25, 0.5]);
         assert_eq!(clamp_to_triangle([-1.0, 2.0]), [0.0, 1.0]);
         assert_eq!(clamp_to_triangle([1.0, 1.0]), [0.5, 0.5]);
+    }
+
+    #[test]
+    fn the_nearest_point_of_a_needle_is_across_it() {
+        let needle = [
+            DVec3::ZERO,
+            DVec3::new(1.0, 0.0, 0.0),
+            DVec3::new(1.0, 1e-3, 0.0),
+        ];
+        let at = |[u, v]: [f64; 2]| {
+            needle[0] + u * (needle[1] - needle[0]) + v * (needle[2] - needle[0])
+        };
+        // A millionth below the long edge, above the other one, and before the short one.
+        for (x, y, expected) in [
+            (0.5, -1e-6, DVec3::new(0.5, 0.0, 0.0)),
+            (1.0 + 1e-6, 5e-4, DVec3::new(1.0, 5e-4, 0.0)),
+            (-1.0, -1.0, DVec3::ZERO),
+            (0.5, 2e-4, DVec3::new(0.5, 2e-4, 0.0)),
+        ] {
+            let v = y / 1e-3;
+            let nearest = at(nearest_in_triangle(needle, [x - v, v]));
+            assert!(nearest.distance(expected) < 1e-12, "{x} {y}: {nearest}");
+        }
     }
 }

@@ -136,13 +136,15 @@ impl Placed {
         })
     }
 
-    /// The boxes of all primitives.
+    /// The boxes of all primitives, but for triangles that are none: they say nothing about where the detail is.
     pub fn boxes(&self) -> Vec<Bounds> {
         match self {
             Self::Mesh(placed) | Self::Rectangle(placed, _) => {
-                let triangles = placed.mesh.indices.iter();
+                let indices = placed.mesh.indices.iter();
+                let triangles = indices.map(|t| t.map(|i| placed.position(i)));
                 triangles
-                    .map(|t| Bounds::around(t.map(|i| placed.position(i))))
+                    .filter(|[a, b, c]| (*b - *a).cross(*c - *a) != DVec3::ZERO)
+                    .map(Bounds::around)
                     .collect()
             }
             Self::Sphere { center, radius, .. } | Self::Disk { center, radius, .. } => {

@@ -6,7 +6,7 @@
 //! Source: the acceptance rule of the project's catalogue of hard cases. The harness itself is tested in `tests/harness.rs`.
 
 // Each test binary compiles this library anew and uses a part of it.
-#![allow(dead_code)]
+#![allow(dead_code, unused_imports)]
 
 pub mod chi_square;
 pub mod closed_forms;

@@ -1,102 +1,43 @@
-//! Scenes built in code, and what a tiny patch of one looks like.
+//! Scenes built in code as those of the battery are, and what a tiny patch of one looks like.
 //!
 //! Measure: world units; radiance.
 //! Range: a film of 32 pixels that all look at one point, so that each is an independent replicate.
 //! Source: none needed.
 
 use etendue::accel::{AccelOptions, Backend, Precision, Quality};
-use etendue::film::filter::{Filter, FilterDescription, FilterKind};
+use etendue::battery::case::{Effort, Trial};
+use etendue::battery::staging::{self, Look};
+pub use etendue::battery::staging::{diffuse, looking, polygon, rectangle, shape, sky};
+use etendue::film::filter::Filter;
 use etendue::geometry::texture::Texture;
 use etendue::image::Image;
 use etendue::integrator::Roulette;
 use etendue::math::rgb::Rgb;
 use etendue::math::stats::Moments;
-use etendue::math::vec::{DAffine3, DMat3, DVec3};
+use etendue::math::vec::{DAffine3, DVec3};
 use etendue::render::settings::RenderSettings;
 use etendue::render::{Unwatched, render};
 use etendue::scene::Scene;
 use etendue::scene::description::{
-    CameraDescription, ColourDescription, FilmDescription, GeometryDescription,
-    InstanceDescription, Key, LightDescription, MaterialDescription, MaterialModel,
-    MeshDescription, Place, SceneDescription, ShapeDescription,
+    GeometryDescription, InstanceDescription, Key, MeshDescription, Place, SceneDescription,
 };
 use etendue::scene::prepare::prepare;
 use std::sync::Arc;
 
-const SIZE: (u32, u32) = (8, 4);
-
-/// An empty scene of one material, seen from `eye` within 1e-4 radians around `target`.
-pub fn looking(eye: DVec3, target: DVec3, model: MaterialModel) -> SceneDescription {
-    let back = (eye - target).normalize();
-    let (right, up) = back.any_orthonormal_pair();
-    // (right, up, back) is right-handed as (x, y, z) is.
-    let to_world = DAffine3::from_mat3_translation(DMat3::from_cols(right, up, back), eye);
-    SceneDescription {
-        film: FilmDescription {
-            size: SIZE,
-            filter: FilterDescription {
-                kind: FilterKind::Box,
-                radius: 0.5,
-            },
-        },
-        materials: vec![MaterialDescription::new(
-            "material",
-            Place::default(),
-            model,
-        )],
-        ..SceneDescription::new("test", CameraDescription::pinhole(to_world, 1e-4))
-    }
-}
-
-/// Lambert's model.
-pub fn diffuse(albedo: f32) -> MaterialModel {
-    MaterialModel::Diffuse {
-        reflectance: ColourDescription::Constant(Rgb::grey(albedo)),
-    }
-}
-
-/// The same radiance from everywhere beyond the scene.
-pub fn sky(radiance: Rgb) -> LightDescription {
-    LightDescription::sky(Place::default(), radiance)
-}
-
-/// A shape of the scene's material that emits `radiance`, if any, on the side of its normal.
-pub fn shape(geometry: GeometryDescription, radiance: f32) -> ShapeDescription {
-    let emission = ColourDescription::Constant(Rgb::grey(radiance));
-    ShapeDescription {
-        emission: (radiance > 0.0).then_some(emission),
-        ..ShapeDescription::new("shape", Place::default(), geometry)
-    }
-}
-
-/// The rectangle at `corner`, with the normal u x v.
-pub fn rectangle(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> GeometryDescription {
-    GeometryDescription::Rectangle {
-        corner: corner.into(),
-        edge_u: u.into(),
-        edge_v: v.into(),
-    }
-}
-
-/// A convex polygon as a fan of triangles.
-pub fn polygon(positions: Vec<DVec3>) -> GeometryDescription {
-    let indices = (2..positions.len() as u32).map(|i| [0, i - 1, i]).collect();
-    GeometryDescription::Mesh(Arc::new(MeshDescription {
-        positions,
-        indices,
-        ..Default::default()
-    }))
-}
-
 /// A scene made ready, robustly.
 pub fn ready(description: &SceneDescription, backend: Backend) -> Scene {
-    let options = AccelOptions {
+    prepare(description, robust(backend))
+        .expect("a valid scene")
+        .scene
+}
+
+fn robust(backend: Backend) -> AccelOptions {
+    AccelOptions {
         backend,
         precision: Precision::Robust,
         quality: Quality::default(),
         threads: 1,
-    };
-    prepare(description, options).expect("a valid scene").scene
+    }
 }
 
 /// What each pixel of the patch saw, with `spp` samples a pixel.
@@ -107,17 +48,18 @@ pub fn see(
     max_bounces: Option<u32>,
     roulette: Roulette,
 ) -> Moments {
-    let settings = RenderSettings {
-        max_bounces,
-        roulette: Some(roulette),
-        tile_size: 1,
-        ..RenderSettings::new(SIZE, spp)
+    let trial = Trial {
+        options: robust(backend),
+        seed: 0,
+        effort: Effort::Quick,
+        is_cancelled: &|| false,
     };
-    let scene = ready(description, backend);
-    let filter = Filter::new(&description.film.filter);
-    let rendered = render(&scene, &filter, SIZE, &settings, &Unwatched).expect("valid settings");
-    let tiles = rendered.film.tiles();
-    Moments::of(tiles.iter().map(|t| t.pixels[0].mean(t.samples)[1]))
+    let look = Look {
+        spp,
+        max_bounces,
+        roulette,
+    };
+    Moments::of(staging::see(&trial, description, look).expect("a valid scene"))
 }
 
 /// An octahedron with shading normals of its own, wound the wrong way round on one side.

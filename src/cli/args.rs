@@ -264,7 +264,7 @@ pub struct RenderArguments {
     #[arg(long, value_name = "N")]
     pub max_bounces: Option<u32>,
     /// When paths end by chance: never, by what the last surface reflected, or by what the path has left. It changes noise and
-    /// time, not the mean. Default: the scene's, or the integrator's own: throughput, and none for naive, which has a coin.
+    /// time, not the mean. Default: the scene's, or the integrator's own: throughput; none for naive, which has a coin, and for those that scatter once at most.
     #[arg(long, value_parser = named(Roulette::ALL, Roulette::name))]
     pub roulette: Option<Roulette>,
     /// How far, in the scene's units, something may be and still count for ambient-occlusion. Default: the scene's, or any

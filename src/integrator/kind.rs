@@ -76,11 +76,16 @@ impl IntegratorKind {
         }
     }
 
-    /// When its paths end by chance where nobody says: those of the first path tracer do so by its coin alone.
+    /// When its paths end by chance where nobody says. Those of the first path tracer do so by its coin alone, and those that
+    /// scatter once have nothing to gain.
     pub fn roulette(self) -> Roulette {
         match self {
-            Self::Naive => Roulette::None,
-            _ => Roulette::Throughput,
+            Self::Naive | Self::DirectDirectional | Self::DirectArea | Self::AmbientOcclusion => {
+                Roulette::None
+            }
+            Self::EmitOrReflect | Self::Bsdf | Self::LightOrRest | Self::NextEvent | Self::Path => {
+                Roulette::Throughput
+            }
         }
     }
 

@@ -84,7 +84,7 @@ fn assert_mostly_close(what: &str, got: &Image, want: &Image) {
 /// Everything that shines, so many times brighter.
 fn brighter(scene: &SceneDescription, factor: f32) -> SceneDescription {
     let scaled = |colour: &mut ColourDescription| match colour {
-        ColourDescription::Constant(constant) => *constant = *constant * factor,
+        ColourDescription::Constant(constant) => *constant *= factor,
         ColourDescription::Texture(texture) => match Arc::make_mut(texture) {
             Texture::Image { scale, .. } => *scale *= factor,
             Texture::Checker { colours, .. } => *colours = colours.map(|colour| colour * factor),
@@ -100,9 +100,9 @@ fn brighter(scene: &SceneDescription, factor: f32) -> SceneDescription {
         match &mut light.model {
             LightModel::Environment { radiance, .. } => scaled(radiance),
             LightModel::Point { intensity, .. } | LightModel::Spot { intensity, .. } => {
-                *intensity = *intensity * factor;
+                *intensity *= factor;
             }
-            LightModel::Distant { irradiance, .. } => *irradiance = *irradiance * factor,
+            LightModel::Distant { irradiance, .. } => *irradiance *= factor,
         }
     }
     scene
@@ -144,7 +144,7 @@ fn moved(scene: &SceneDescription, turn: DMat3, factor: f64, by: DVec3) -> Scene
                 intensity,
             } => {
                 *position = matrix.transform_point3(*position);
-                *intensity = *intensity * area;
+                *intensity *= area;
             }
             LightModel::Spot {
                 position,
@@ -154,7 +154,7 @@ fn moved(scene: &SceneDescription, turn: DMat3, factor: f64, by: DVec3) -> Scene
             } => {
                 *position = matrix.transform_point3(*position);
                 *target = matrix.transform_point3(*target);
-                *intensity = *intensity * area;
+                *intensity *= area;
             }
             LightModel::Distant { direction, .. } => *direction = turn * *direction,
         }

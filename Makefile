@@ -7,11 +7,11 @@ FUZZ_SECONDS ?= 60
 SOAK_SECONDS ?= 1800
 FUZZ_TARGETS ?= scene_toml obj mtl image
 
-.PHONY: help setup demo test battery bench instructions check fuzz soak clean
+.PHONY: help setup demo test mutants mutants-some battery bench instructions check fuzz soak clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
-	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 16
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 24
 
 setup: ## Finds or fetches Embree 4 and what a build needs.
 	@scripts/setup.sh
@@ -29,6 +29,12 @@ demo: setup ## Renders the scenes cornell-box and suzanne-room to out/.
 # Optimised by the profile `test` of Cargo.toml, as most tests are statistics over many samples.
 test: setup ## Runs all tests.
 	$(CARGO) test --workspace
+
+mutants: setup ## Makes each planted bug live and shows that a test finds it.
+	@scripts/mutants.sh
+
+mutants-some: setup ## The same for those that quick tests find.
+	@scripts/mutants.sh some
 
 # Every run has other random numbers; its report says which.
 battery: setup ## Runs the long battery of hard cases with exact answers; reports go to out/battery/.

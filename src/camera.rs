@@ -8,6 +8,7 @@
 use crate::effects::{Effects, Switch};
 use crate::math::ray::Ray;
 use crate::math::vec::{DVec3, Vec2, Vec3};
+use crate::planted::planted;
 use crate::sampling::warp;
 
 /// What a camera is made from, in normalised scene units.
@@ -116,7 +117,8 @@ impl Camera {
         // Squares of a distance of 1e20 leave single precision: far off, the lens is measured in it instead.
         let near = self.focus_distance.min(1.0);
         let across = near / self.focus_distance * offset;
-        Ray::new(pose.eye + offset, (near * towards - across).normalize())
+        let in_focus = planted!("focus-on-a-sphere", towards.normalize(), towards);
+        Ray::new(pose.eye + offset, (near * in_focus - across).normalize())
     }
 }
 

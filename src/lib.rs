@@ -17,6 +17,7 @@ pub mod lesson;
 pub mod light;
 pub mod math;
 pub mod plan;
+pub mod planted;
 pub mod render;
 pub mod sampler;
 pub mod sampling;

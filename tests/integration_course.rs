@@ -397,3 +397,16 @@ fn a_density_that_misses_the_integrand_is_not_hidden() {
     let nothing_to_miss = integrate_importance(|_: &f64| 0.0, 20, || (0.5, 0.0));
     assert_eq!(nothing_to_miss.mean(), 0.0);
 }
+
+/// Two points of a hypercube lie on one diagonal or on the other, each half of the time.
+#[test]
+fn intervals_are_matched_in_every_way_alike() {
+    let mut rng = TestRng::new(31);
+    let mut uniform = || f64::from(rng.uniform());
+    let is_rising = |x: &[f64]| f64::from(u8::from((x[0] < 0.5) == (x[1] < 0.5)));
+    let rising = Moments::of((0..4096).map(|_| {
+        let estimate = integrate_latin_hypercube(is_rising, 2, 2, &mut uniform);
+        estimate.expect("two calls").value
+    }));
+    assert_mean("rising diagonals", &rising, 0.5, 0.02);
+}

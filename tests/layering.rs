@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 /// Every module of the crate's root, from the ground up, with its floor.
 const HOUSE: &[(&str, u32)] = &[
     ("error", 0),
+    ("planted", 0),
     ("effects", 0),
     ("math", 0),
     ("sampling", 1),

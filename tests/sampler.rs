@@ -190,6 +190,29 @@ fn successive_independent_samples_are_independent() {
     p.check();
 }
 
+/// Of one pixel's samples, the products of two decisions' numbers: shuffled independently, their mean has about the variance of
+/// shuffled strata, (1/12)^2 / (n - 1). In one and the same order, first digits would agree in all samples or in none, which
+/// is more than ten times as much.
+#[test]
+fn sobol_decisions_take_orders_of_their_own() {
+    let n = 16;
+    let mut sampler = Sobol::new(5);
+    for decision in [Decision::Camera, Decision::Bsdf(1), Decision::Light(2)] {
+        let products = Moments::of((0..1 << 12).map(|pixel| {
+            let product = |sample| {
+                sampler.start([pixel, 7], sample);
+                let [[a], [b]] = [Decision::Light(1), decision].map(|d| sampler.draw(d));
+                f64::from(a) * f64::from(b)
+            };
+            (0..n).map(product).sum::<f64>() / n as f64
+        }));
+        let shuffled = (1.0 / 12.0_f64).powi(2) / (n - 1) as f64;
+        let ratio = products.variance().expect("4096 pixels") / shuffled;
+        println!("{decision:?}: {ratio:.2} of the variance of shuffled strata");
+        assert!(ratio < 4.0, "{decision:?}: {ratio}");
+    }
+}
+
 fn nothing_repeats<S: Sampler>(samplers: [S; 2]) {
     let mut tuples = Vec::new();
     for mut sampler in samplers {

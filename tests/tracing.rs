@@ -4,7 +4,7 @@
 mod common;
 
 use common::TestRng;
-use common::tracing::{closed_mesh, direction, every_accel, point, same, soup, standing};
+use common::tracing::{closed_mesh, direction, every_accel, point, same, soup, standing, triangle};
 use etendue::accel::{Departure, Hit, PrimitiveId, brute};
 use etendue::effects::Slot;
 use etendue::effects::kernel::types::Everything;
@@ -96,6 +96,33 @@ fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
     }
 }
 
+/// A ray that begins a little before what it has left, as rounding may have it.
+#[test]
+fn what_has_just_been_left_is_passed_up_to_its_free_distance() {
+    let square = |z: f32| {
+        triangle([(-1.0, -1.0), (3.0, -1.0), (-1.0, 3.0)].map(|(x, y)| Vec3::new(x, y, z)))
+    };
+    let id = |shape| PrimitiveId {
+        shape,
+        primitive: 0,
+    };
+    for (name, accel) in every_accel(&standing(vec![square(0.0), square(1.0)])) {
+        let ray = Ray::new(Vec3::new(0.1, 0.2, -0.125), Vec3::Z);
+        let met = |left, free_distance| {
+            let left = Departure {
+                id: id(left),
+                free_distance,
+            };
+            let hit = accel.intersect(&ray, 0.0, Some(left));
+            hit.expect("both are ahead").id
+        };
+        assert_eq!(met(0, f32::INFINITY), id(1), "{name}");
+        assert_eq!(met(0, 0.25), id(1), "{name}");
+        assert_eq!(met(0, 0.0625), id(0), "{name}");
+        assert_eq!(met(1, f32::INFINITY), id(0), "{name}");
+    }
+}
+
 /// Escapes from within closed meshes, of 20,000 rays each: aimed at vertices, at points of edges, anywhere.
 ///
 /// Embree's robust mode is watertight along edges. At a vertex it is not quite (Embree issue 181): of rays aimed
@@ -184,6 +211,48 @@ fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
                     accel.occluded(&segment, 0.0),
                     gap > 0.0,
                     "{name} {gap} {segment:?}"
+                );
+            }
+        }
+    }
+}
+
+/// The end of a segment is rounded as its length is: a small light about the origin is exact, a ray from afar is not.
+#[test]
+fn a_long_segment_does_not_end_on_its_light() {
+    let mut rng = TestRng::new(7);
+    let nowhere = Ray::new(Vec3::ZERO, Vec3::X);
+    for _ in 0..200 {
+        let light = triangle([0, 1, 2].map(|_| 1e-3 * point(&mut rng)));
+        let accels = every_accel(&standing(vec![light.clone()]));
+        for _ in 0..20 {
+            let u = etendue::sampling::warp::sample_triangle_uniform(rng.uniform_2d());
+            let end: SurfacePoint = light.surface_at(0, &nowhere, 0.0, u.to_array());
+            let normal = direction(&mut rng);
+            let p = 10.0_f32.powf(3.0 * rng.uniform()) * -normal;
+            let receiver = SurfacePoint {
+                p,
+                error: 1e-6 * p.abs(),
+                ng: normal,
+                ns: normal,
+            };
+            let hit = Hit {
+                id: PrimitiveId {
+                    shape: 1,
+                    primitive: 0,
+                },
+                t: 1.0,
+                uv: [0.0; 2],
+            };
+            let uv = Slot::new(|| Vec2::ZERO);
+            let from_above = Ray::new(p + normal, -normal);
+            let at = Interaction::<Everything>::new(&from_above, &hit, &receiver, false, uv);
+            let w = (end.p - p).normalize();
+            let segment = at.ray_to(&LightEnd::Surface(end, [0.0; 2]), w, false);
+            for (name, accel) in &accels {
+                assert!(
+                    !accel.occluded(&segment, 0.0),
+                    "{name} {light:?} {segment:?}"
                 );
             }
         }

@@ -17,6 +17,7 @@ use crate::math::{
     rgb::Rgb,
     vec::{Vec2, Vec3},
 };
+use crate::planted::planted;
 
 /// A metal surface.
 #[derive(Debug, Clone, Copy)]
@@ -170,5 +171,31 @@ impl Conductor {
 /// Comprehensive Framework for Rendering Layered Materials", section 5.6.
 #[inline]
 pub fn multiple_scattering_colour(f_mean: Rgb, mean: SingleScatter) -> Rgb {
-    f_mean.map(|f| f * f * (1.0 - mean.loss) / (1.0 - f * mean.loss))
+    f_mean.map(|f| {
+        f * planted!("facets-met-but-once", 1.0, f) * (1.0 - mean.loss) / (1.0 - f * mean.loss)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_between_facets_is_the_sum_over_its_meetings() {
+        let colour = Rgb::new(0.2, 0.7, 0.99);
+        let loss = 0.3;
+        let mean = SingleScatter { loss, schlick: 0.0 };
+        // After each meeting with a facet the share `loss` meets another one; what is left after two or more escapes.
+        let mut sum = Rgb::BLACK;
+        let mut left = loss * colour;
+        for _ in 0..1000 {
+            left *= colour;
+            sum += (1.0 - loss) * left;
+            left = loss * left;
+        }
+        let ratio = (loss * multiple_scattering_colour(colour, mean)).to_array();
+        for (got, want) in ratio.into_iter().zip(sum.to_array()) {
+            assert!((got / want - 1.0).abs() < 1e-5, "{got} {want}");
+        }
+    }
 }

@@ -16,6 +16,7 @@ use crate::math::{
     rgb::Rgb,
     vec::{Vec2, Vec3, reflect},
 };
+use crate::planted::planted;
 
 /// A border between two transparent media.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,7 +122,7 @@ impl Dielectric {
         let r = side.n_o / side.n_t;
         BsdfSample {
             wi: Vec3::new(-r * wo.x, -r * wo.y, -side.sign * cos_t),
-            weight: (r * r) * self.tint,
+            weight: planted!("eta-squared-forgotten", 1.0, r * r) * self.tint,
             pdf: None,
             lobe: Lobe::SpecularTransmission,
         }
@@ -200,10 +201,11 @@ impl Side {
         };
         let t = 1.0 - interface.reflectance;
         let visible = t * ggx.pdf_visible(wo, m) * cos_i / length2;
+        let n = planted!("refraction-jacobian", self.n_o, self.n_t);
         BsdfValue {
             // G1(i) / cos_i stays finite at grazing angles.
             f: (visible * self.n_o * self.n_o * ggx.g1_over_cos(flip(wi, -1.0))) * tint,
-            pdf: PdfSolidAngle(visible * self.n_t * self.n_t),
+            pdf: PdfSolidAngle(visible * n * n),
         }
     }
 }

@@ -6,6 +6,7 @@
 
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
 use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec2, vec::Vec3};
+use crate::planted::planted;
 use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
 use std::f32::consts::FRAC_1_PI;
 
@@ -42,7 +43,11 @@ impl Diffuse {
         wi.z = wi.z.copysign(wo.z);
         Some(BsdfSample {
             wi,
-            weight: self.reflectance,
+            weight: planted!(
+                "one-percent-of-albedo",
+                0.99 * self.reflectance,
+                self.reflectance
+            ),
             pdf: Some(PdfSolidAngle(pdf)),
             lobe: Lobe::Diffuse,
         })

@@ -8,6 +8,7 @@
 
 use crate::math::trig::sin_cos_turns;
 use crate::math::vec::{Vec2, Vec3};
+use crate::planted::planted;
 use std::f32::consts::FRAC_1_PI;
 
 /// Below this alpha a surface counts as smooth: its lobe, 1e-4 rad wide, is at the resolution of `f32` directions.
@@ -137,8 +138,16 @@ impl Ggx {
         let (so, si) = (self.stretched_cos(wo), self.stretched_cos(wi));
         Mirroring {
             cos: (0.5 * length2.sqrt()).min(1.0),
-            d_v: half_d / (wi.z * so + wo.z * si),
-            pdf: half_d / (wo.z + so),
+            d_v: planted!(
+                "shadowing-uncorrelated",
+                2.0 * half_d / ((wo.z + so) * (wi.z + si)),
+                half_d / (wi.z * so + wo.z * si)
+            ),
+            pdf: planted!(
+                "half-vector-jacobian",
+                2.0 * length2.sqrt() * half_d,
+                half_d
+            ) / (wo.z + so),
         }
     }
 

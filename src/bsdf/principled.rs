@@ -29,6 +29,7 @@ use crate::math::{
     rgb::Rgb,
     vec::{Vec2, Vec3},
 };
+use crate::planted::planted;
 use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
 use std::f32::consts::FRAC_1_PI;
 
@@ -238,7 +239,8 @@ impl Principled {
         if let Some(ggx) = self.facets {
             let facets = ggx.mirroring(wo, wi);
             f += facets.d_v * self.schlick(facets.cos);
-            pdf += choice.facets * facets.pdf + choice.metal_ms * self.albedo.pdf_multiple(wi.z);
+            let metal_ms = planted!("lobe-left-out-of-pdf", 0.0, choice.metal_ms);
+            pdf += choice.facets * facets.pdf + metal_ms * self.albedo.pdf_multiple(wi.z);
         }
         BsdfValue {
             f,

@@ -5,6 +5,7 @@
 //! Source: the variance of a mean, sum (x - mean)^2 / (n (n - 1)). Tested below.
 
 use crate::math::rgb::Rgb;
+use crate::planted::planted;
 
 /// Sums of samples and of their squares, for each channel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -24,7 +25,11 @@ impl PixelSums {
             .zip(&mut self.sum_of_squares)
             .zip(channels)
         {
-            *sum += x;
+            *sum += planted!(
+                "film-in-single-precision",
+                f64::from((*sum + x) as f32) - *sum,
+                x
+            );
             *squares += x * x;
         }
     }

@@ -8,6 +8,7 @@ use super::surface::SurfacePoint;
 use crate::math::bounds::Bounds;
 use crate::math::robust::{gamma, never_zero};
 use crate::math::vec::{Vec2, Vec3};
+use crate::planted::planted;
 
 /// A triangle mesh.
 #[derive(Debug, Clone)]
@@ -78,6 +79,7 @@ impl Mesh {
             ng
         } else {
             let [na, nb, nc] = indices.map(|i| self.normals[i]);
+            let [nb, nc] = planted!("normals-of-exchanged-corners", [nc, nb], [nb, nc]);
             let ns = (w * na + u * nb + v * nc).normalize_or(ng);
             if ns.dot(ng) < 0.0 { -ns } else { ns }
         };
@@ -158,5 +160,28 @@ pub fn triangle_point([a, b, c]: [Vec3; 3], [u, v]: [f32; 2]) -> SurfacePoint {
         error: never_zero(interpolation + query, e1.abs().max(e2.abs()).max_element()),
         ng,
         ns: ng,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_corner_has_its_own_normal_and_texture_coordinate() {
+        let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        let normals = [(0.0, 0.0), (0.6, 0.0), (0.0, 0.8)];
+        let normals =
+            normals.map(|(x, y): (f32, f32)| Vec3::new(x, y, (1.0 - x * x - y * y).sqrt()));
+        let uvs = vec![Vec2::ZERO, Vec2::new(0.5, 0.0), Vec2::new(0.0, 0.25)];
+        let mesh = Mesh::new(positions, normals.to_vec(), uvs.clone(), vec![[0, 1, 2]]);
+        for (corner, at) in [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].into_iter().enumerate() {
+            let surface = mesh.surface_at(0, at);
+            assert!(
+                (surface.ns - normals[corner]).length() < 1e-6,
+                "{surface:?}"
+            );
+            assert_eq!(mesh.uv_at(0, at), uvs[corner]);
+        }
     }
 }

@@ -16,6 +16,7 @@ use super::surface::SurfacePoint;
 use crate::math::ray::Ray;
 use crate::math::robust::gamma;
 use crate::math::vec::{DAffine3, DMat3, DVec3, Vec2, Vec3};
+use crate::planted::planted;
 
 /// A shape of an instance at one time.
 #[derive(Debug, Clone, Copy)]
@@ -194,7 +195,8 @@ impl<'a> Placed<'a> {
             x_axis.cross(y_axis),
         );
         let side = self.to_world.matrix3.determinant().signum();
-        (side * (cofactors * n)).normalize_or(DVec3::Z).as_vec3a()
+        let transform = planted!("normals-by-the-matrix", self.to_world.matrix3, cofactors);
+        (side * (transform * n)).normalize_or(DVec3::Z).as_vec3a()
     }
 
     fn local(&self, p: Vec3) -> Vec3 {

@@ -7,6 +7,7 @@
 use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
+use crate::planted::planted;
 use std::sync::Arc;
 
 /// A texture.
@@ -76,7 +77,7 @@ pub(super) fn bilinear(
 #[inline]
 fn neighbours(t: f32, count: u32) -> (u32, u32, f32) {
     // In [0, count], counted from the centre of the last texel of the period before.
-    let position = (t - t.floor()) * count as f32 + 0.5;
+    let position = (t - t.floor()) * count as f32 + planted!("half-a-texel", 0.0, 0.5);
     let whole = position as u32;
     let second = if whole >= count { whole - count } else { whole };
     // Only rounding, or a `t` that is not finite, can leave the range.

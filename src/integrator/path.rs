@@ -30,6 +30,7 @@ use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
+use crate::planted::planted;
 use crate::sampler::{Decision, Sampler};
 use crate::sampling::warp::{PDF_SPHERE_UNIFORM, sample_sphere_uniform};
 use crate::scene::Scene;
@@ -172,7 +173,8 @@ impl<C: Chosen> Integrator for PathIntegrator<C> {
                 {
                     rays.shadow += 1;
                     observer.traced(RayKind::Shadow, &light.ray, time);
-                    let visible = scene.visibility::<E>(&light.ray, time);
+                    let then = planted!("shadows-as-the-shutter-opens", 0.0, time);
+                    let visible = scene.visibility::<E>(&light.ray, then);
                     observer.light(path.beta * light.contribution, light.weight, visible);
                     if visible > 0.0 {
                         path.radiance += path.beta * light.contribution * visible;
@@ -205,14 +207,25 @@ impl<C: Chosen> Integrator for PathIntegrator<C> {
             let left = path.eta_scale.or(1.0) * path.beta;
             let survival = self.roulette.survival(bounce, reflected, left);
             if survival < 1.0 {
-                let [u] = sampler.draw(Decision::Roulette(bounce));
+                let decision = Decision::Roulette(bounce);
+                let [u] = planted!(
+                    "roulette-takes-a-spent-number",
+                    [u[2]],
+                    sampler.draw(decision)
+                );
                 if u >= survival {
                     observer.terminated(survival);
                     break;
                 }
-                path.beta *= 1.0 / survival;
+                let lifted = planted!("roulette-on-radiance", &mut path.radiance, &mut path.beta);
+                *lifted *= planted!("roulette-without-division", 1.0, 1.0 / survival);
             }
-            path.scattered_from = sample.pdf.map(|p_bsdf| (at.p, p_bsdf));
+            let forgotten = planted!(
+                "mirror-weighted-as-what-it-shows",
+                path.scattered_from,
+                None
+            );
+            path.scattered_from = sample.pdf.map(|p_bsdf| (at.p, p_bsdf)).or(forgotten);
             let (ray, departure) = scene.spawn(&at, time, wi, goes_through);
             (path.ray, path.departure) = (ray, Some(departure));
             rays.closest += 1;
@@ -392,8 +405,9 @@ fn sample_light<E: Effects>(
         Some(pdf) => (technique.weight_of_light(pdf, value.pdf), 1.0 / pdf.0),
         None => (1.0, 1.0),
     };
+    let cos = planted!("light-without-cosine", 1.0, wi.z.abs());
     Some(DirectLight {
-        contribution: value.f * light.radiance * (wi.z.abs() * weight * over_pdf),
+        contribution: value.f * light.radiance * (cos * weight * over_pdf),
         weight,
         ray: at.ray_to(&light.end, light.wi, goes_through),
     })

@@ -11,6 +11,7 @@
 
 use crate::light::types::PointRule;
 use crate::math::measure::PdfSolidAngle;
+use crate::planted::planted;
 use crate::sampling::mis::power_heuristic;
 
 /// Where a path arrives, how is the light counted that is emitted there?
@@ -153,7 +154,11 @@ impl Technique {
     #[inline(always)]
     pub fn weight_of_light(&self, p_light: PdfSolidAngle, p_bsdf: PdfSolidAngle) -> f32 {
         match self.lights {
-            LightRule::Weighted => power_heuristic(p_light, p_bsdf),
+            LightRule::Weighted => planted!(
+                "heuristics-mixed",
+                p_light.0 / (p_light.0 + p_bsdf.0),
+                power_heuristic(p_light, p_bsdf)
+            ),
             LightRule::None | LightRule::OneAndRest | LightRule::Alone => 1.0,
         }
     }

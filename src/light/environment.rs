@@ -16,6 +16,7 @@ use crate::image::Image;
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DMat3, DVec3, Vec2, Vec3};
+use crate::planted::planted;
 use crate::sampling::piecewise::Piecewise2d;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -81,7 +82,8 @@ impl EnvironmentMap {
         let [low, high] = [self.borders[row.piece], self.borders[row.piece + 1]];
         let half_sin2 = low + row.offset * (high - low);
         let sin = 2.0 * (half_sin2 * (1.0 - half_sin2)).sqrt();
-        let x = column.piece as f64 + column.offset + 0.5;
+        let centre = planted!("environment-half-a-texel", 0.0, 0.5);
+        let x = column.piece as f64 + column.offset + centre;
         let azimuth = TAU * (x / f64::from(self.image.width()) - 0.5);
         let local = DVec3::new(
             sin * azimuth.sin(),

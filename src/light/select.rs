@@ -11,6 +11,7 @@ use crate::effects::{Effects, Switch};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
+use crate::planted::planted;
 use crate::sampling::distribution::AliasTable;
 use std::sync::Arc;
 
@@ -114,7 +115,8 @@ impl Lights {
         normal: Vec3,
     ) -> PdfSolidAngle {
         let pdf = self.lights[light as usize].pdf::<E>(p, time, towards, normal);
-        pdf.map_or(PdfSolidAngle(0.0), |pdf| self.pmf(light as usize) * pdf)
+        let pmf = planted!("choice-left-out-of-pdf", Pmf(1.0), self.pmf(light as usize));
+        pdf.map_or(PdfSolidAngle(0.0), |pdf| pmf * pdf)
     }
 
     /// What is sampled of the light from beyond the scene along a direction.

@@ -10,6 +10,7 @@ use crate::geometry::sphere::Sphere;
 use crate::math::frame::Frame;
 use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::vec::{Vec2, Vec3};
+use crate::planted::planted;
 use crate::sampling::warp;
 use std::f64::consts::PI;
 
@@ -120,7 +121,11 @@ impl SphereLight {
             View::Cone {
                 axis: to_center.normalize().as_vec3a(),
                 sin2: sin2 as f32,
-                one_minus_cos: (sin2 / (1.0 + (1.0 - sin2).sqrt())) as f32,
+                one_minus_cos: planted!(
+                    "cone-cancels",
+                    1.0 - (1.0 - sin2 as f32).sqrt(),
+                    (sin2 / (1.0 + (1.0 - sin2).sqrt())) as f32
+                ),
             }
         } else {
             View::Inside

@@ -4,6 +4,8 @@
 //! Range: at least 0 and finite; a conversion that would divide by zero returns `None`.
 //! Source: Veach 1997, section 8.2.2.2, eq. 8.10. Tested below.
 
+use crate::planted::planted;
+
 /// A probability density per steradian.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Default)]
 pub struct PdfSolidAngle(pub f32);
@@ -21,7 +23,8 @@ impl PdfArea {
     /// light's normal and the connecting line: p_omega = p_A r^2 / |cos|. `None` edge-on.
     #[inline]
     pub fn to_solid_angle(self, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        let pdf = self.0 * distance2 / cos.abs();
+        let tilt = planted!("area-pdf-without-cosine", 1.0, cos.abs());
+        let pdf = self.0 * distance2 / tilt;
         pdf.is_finite().then_some(PdfSolidAngle(pdf))
     }
 }

@@ -4,7 +4,8 @@
 //! Range: hits are searched in (t_min, t_max]; both are at least 0.
 //! Source: pbrt, "Rays". Tested through every tracing test.
 
-use super::vec::Vec3;
+use super::vec::{ONE_MINUS_EPSILON, Vec3};
+use crate::planted::planted;
 
 /// A ray through the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +39,7 @@ impl Ray {
             origin: a,
             dir: b - a,
             t_min: 0.0,
-            t_max: super::vec::ONE_MINUS_EPSILON,
+            t_max: planted!("shadow-ray-cut-short", 1.0 - 1e-3, ONE_MINUS_EPSILON),
         }
     }
 

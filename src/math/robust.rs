@@ -6,6 +6,7 @@
 //! Tested below and by the self-intersection tests of `tests/tracing.rs`.
 
 use super::vec::Vec3;
+use crate::planted::planted;
 
 /// Unit roundoff of `f32`, 2^-24.
 pub const UNIT_ROUNDOFF: f32 = f32::EPSILON / 2.0;
@@ -29,11 +30,15 @@ pub fn never_zero(error: Vec3, size: f32) -> Vec3 {
 #[inline]
 pub fn offset_point(p: Vec3, error: Vec3, n: Vec3) -> Vec3 {
     let offset = n.abs().dot(error) * n;
-    let moved = p + offset;
+    let moved = planted!("origin-not-offset", p, p + offset);
     // Adding may round back towards the surface: one more unit in the last place away from it. Not along axes that the
     // normal has no part in, where it would be through the wall that an edge is shared with.
     let away = Vec3::select(offset.cmpeq(Vec3::ZERO), Vec3::ZERO, offset.signum());
-    moved + away * (f32::EPSILON * moved.abs())
+    planted!(
+        "offset-rounds-back",
+        moved,
+        moved + away * (f32::EPSILON * moved.abs())
+    )
 }
 
 #[cfg(test)]
@@ -42,14 +47,25 @@ mod tests {
 
     #[test]
     fn an_offset_point_is_beyond_its_error_bound_on_the_asked_side() {
-        let n = Vec3::new(1.0, 2.0, -3.0).normalize();
-        for exponent in -30..30 {
-            let p = Vec3::new(0.7, -1.3, 2.1) * 2.0_f32.powi(exponent);
-            let error = gamma(7) * p.abs();
-            for side in [n, -n] {
-                let q = offset_point(p, error, side);
-                let moved = (q - p).as_dvec3().dot(side.as_dvec3());
-                assert!(moved >= f64::from(error.dot(n.abs())) * (1.0 - 1e-6));
+        for i in 0..6000 {
+            let (turn, exponent) = (i as f32, i % 60 - 30);
+            let n = Vec3::new(turn.sin(), (1.7 * turn).cos(), (0.3 * turn).sin()).normalize();
+            let p = Vec3::new(0.7, -1.3, (0.01 * turn).cos()) * 2.0_f32.powi(exponent);
+            // Also where rounding brings the sum back to the point itself.
+            for error in [
+                gamma(7) * p.abs(),
+                gamma(1) * p.abs(),
+                1e-3 * gamma(1) * p.abs(),
+            ] {
+                for side in [n, -n] {
+                    let q = offset_point(p, error, side);
+                    let moved = (q.as_dvec3() - p.as_dvec3()).dot(side.as_dvec3());
+                    let bound = f64::from(error.dot(n.abs()));
+                    assert!(
+                        moved >= bound * (1.0 - 1e-6),
+                        "{p} {error} {side}: {moved:e}"
+                    );
+                }
             }
         }
     }

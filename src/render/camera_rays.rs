@@ -17,6 +17,7 @@ use crate::integrator::{CameraRay, Integrator, RayCounts};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
+use crate::planted::planted;
 use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use std::ops::Range;
@@ -87,10 +88,11 @@ impl Pixel<'_> {
             0.0
         };
         let filtered = self.filter.sample(film);
-        let [x, y] = self.position.map(|i| i as f32 + 0.5);
+        let middle = planted!("half-a-pixel", 0.0, 0.5);
+        let [x, y] = self.position.map(|i| i as f32 + middle);
         let film = Vec2::new(x, y) + filtered.offset;
         let ray = self.scene.camera.ray::<E>(film, lens, time);
-        let weight = filtered.weight;
+        let weight = planted!("filter-weight-dropped", 1.0, filtered.weight);
         (CameraSample { sampler, weight }, ray, time)
     }
 }

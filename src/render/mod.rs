@@ -21,6 +21,7 @@ use crate::film::Film;
 use crate::film::filter::Filter;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::Unobserved;
+use crate::planted::planted;
 use crate::scene::Scene;
 use budget::PassPlanner;
 pub use dispatch::kernel;
@@ -162,7 +163,8 @@ impl Run<'_> {
                 if self.is_cancelled() {
                     return;
                 }
-                let range = planner.spp()..planner.spp() + samples;
+                let first = planted!("passes-repeat-samples", 0, planner.spp());
+                let range = first..first + samples;
                 let (pixels, scene) = (tile.window.pixel_count(), self.scene);
                 let job = TileJob {
                     scene,

@@ -8,6 +8,8 @@
 //! Range: any seed and pixel, any sample index below 2^47, any bounce; no number repeats within these.
 //! Source: pbrt, "Sampling Interface", for the division of labour. Tested in `tests/sampler.rs`.
 
+use crate::planted::planted;
+
 pub mod hash;
 pub mod independent;
 pub mod sobol;
@@ -56,7 +58,7 @@ impl Decision {
             Self::Alpha(b) => ALPHA + u64::from(b),
             Self::Emission(b) => EMISSION + u64::from(b),
             Self::Light(b) => bounce(b, 0),
-            Self::Bsdf(b) => bounce(b, 4),
+            Self::Bsdf(b) => bounce(b, planted!("light-and-bsdf-share-numbers", 0, 4)),
             Self::Roulette(b) => bounce(b, 7),
         }
     }
@@ -74,7 +76,8 @@ pub trait Sampler: Clone + Send + Sync {
 /// The 24 high bits as a number in [0, 1).
 #[inline]
 fn to_unit(bits: u32) -> f32 {
-    (bits >> 8) as f32 * (1.0 / 16_777_216.0)
+    let bits = planted!("one-is-drawn", bits as f32 / 256.0, (bits >> 8) as f32);
+    bits * (1.0 / 16_777_216.0)
 }
 
 #[cfg(test)]

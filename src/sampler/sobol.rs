@@ -10,6 +10,7 @@
 //! LK Hash"; direction numbers of Joe and Kuo 2008. Elementary intervals and uniformity in `tests/sampler.rs`.
 
 use super::{Decision, Sampler, hash, to_unit};
+use crate::planted::planted;
 
 /// The Sobol' sampler.
 #[derive(Debug, Clone)]
@@ -45,7 +46,8 @@ impl Sampler for Sobol {
         const { assert!(N <= DIMENSIONS) };
         let seed = hash::combine(self.sequence_seed, decision.slot());
         // Scrambling the order of the points decorrelates this decision from all others.
-        let reversed_index = scramble_reversed(self.reversed_index, seed as u32);
+        let order_seed = planted!("sobol-order-shared", self.sequence_seed, seed) as u32;
+        let reversed_index = scramble_reversed(self.reversed_index, order_seed);
         let reversed_points = sobol_reversed(reversed_index);
         std::array::from_fn(|d| {
             // Two seeds from each hash.

@@ -11,6 +11,7 @@
 //! cells, uniformity and variance in `tests/sampler.rs`.
 
 use super::{Decision, Sampler, hash, to_unit};
+use crate::planted::planted;
 
 /// Samples in a set where their number is unknown or large.
 const USUAL_SET: u32 = 64;
@@ -54,7 +55,7 @@ impl Sampler for Stratified {
     #[inline]
     fn draw<const N: usize>(&mut self, decision: Decision) -> [f32; N] {
         const { assert!(N <= 4) };
-        let slot = decision.slot();
+        let slot = planted!("strata-shared-by-decisions", 0, decision.slot());
         let mut numbers = [0.0; N];
         for (pair, numbers) in (0..).zip(numbers.chunks_mut(2)) {
             let seed = hash::combine(self.set_seed, slot + 2 * pair);

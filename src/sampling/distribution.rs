@@ -7,6 +7,7 @@
 //! Tested below.
 
 use crate::math::measure::Pmf;
+use crate::planted::planted;
 
 /// The distance between uniform numbers.
 const STEP: f64 = 1.0 / 16_777_216.0;
@@ -54,7 +55,7 @@ impl AliasTable {
             (0..slots.len()).partition(|&i| slots[i].threshold < 1.0);
         while let (Some(&poor), Some(&rich)) = (small.last(), large.last()) {
             small.pop();
-            slots[poor].alias = rich as u32;
+            slots[poor].alias = planted!("alias-off-by-one", rich.saturating_sub(1), rich) as u32;
             slots[rich].threshold -= 1.0 - slots[poor].threshold;
             if slots[rich].threshold < 1.0 {
                 large.pop();

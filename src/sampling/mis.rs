@@ -6,13 +6,15 @@
 //! Source: Veach and Guibas 1995, the power heuristic with exponent 2. Tested below.
 
 use crate::math::measure::PdfSolidAngle;
+use crate::planted::planted;
 
 /// The power heuristic's weight of a sample drawn with density `p`, where `other` could have drawn it too:
 /// p^2 / (p^2 + q^2) = 1 / (1 + (q / p)^2).
 #[inline]
 pub fn power_heuristic(p: PdfSolidAngle, other: PdfSolidAngle) -> f32 {
     let ratio = f64::from(other.0) / f64::from(p.0);
-    (1.0 / (1.0 + ratio * ratio)) as f32
+    let power = planted!("balance-heuristic", ratio, ratio * ratio);
+    (1.0 / (1.0 + power)) as f32
 }
 
 #[cfg(test)]
@@ -30,5 +32,13 @@ mod tests {
             }
         }
         assert_eq!(power_heuristic(PdfSolidAngle(1.0), PdfSolidAngle(0.0)), 1.0);
+    }
+
+    /// Weights of any power sum to one; this is the second.
+    #[test]
+    fn twice_the_density_counts_four_times() {
+        let (once, twice) = (PdfSolidAngle(0.3), PdfSolidAngle(0.6));
+        assert_eq!(power_heuristic(once, twice), 0.2);
+        assert_eq!(power_heuristic(twice, once), 0.8);
     }
 }

@@ -10,6 +10,7 @@
 use super::grid::Grid;
 use super::quadrature::Estimate;
 use crate::math::stats::Moments;
+use crate::planted::planted;
 
 /// The mean of f at uniform points of the unit cube, with what its spread tells about the error.
 pub fn integrate_plain(
@@ -96,7 +97,8 @@ pub fn integrate_latin_hypercube(
 fn shuffled(count: usize, uniform: &mut impl FnMut() -> f64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     for last in (1..count).rev() {
-        let other = (uniform() * (last + 1) as f64) as usize;
+        let choices = planted!("shuffle-in-one-cycle", last, last + 1);
+        let other = (uniform() * choices as f64) as usize;
         order.swap(last, other.min(last));
     }
     order

@@ -6,6 +6,7 @@
 
 use crate::math::trig::{sin_cos_eighth, sin_cos_turns};
 use crate::math::vec::{Vec2, Vec3};
+use crate::planted::planted;
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
 
 /// A uniform point on the unit disk, keeping neighbours together.
@@ -115,7 +116,7 @@ pub fn sample_cone_uniform(u: Vec2, one_minus_cos: f32) -> Vec3 {
 /// Density of [`sample_cone_uniform`] per steradian, inside the cone.
 #[inline]
 pub fn pdf_cone_uniform(one_minus_cos: f32) -> f32 {
-    1.0 / (2.0 * PI * one_minus_cos)
+    1.0 / (planted!("cone-pdf-off-by-two", 4.0, 2.0) * PI * one_minus_cos)
 }
 
 /// The u that [`sample_cone_uniform`] maps to `w`.

@@ -13,6 +13,7 @@ use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::math::robust::{gamma, offset_point};
 use crate::math::vec::{Vec2, Vec3, reflect};
+use crate::planted::planted;
 
 /// A point of a path, with what a kernel for the effects `E` needs of it.
 #[derive(Debug, Clone, Copy)]
@@ -86,7 +87,8 @@ impl<E: Effects> Interaction<E> {
     /// are one, a grazing direction may differ in its last digit, which means nothing.
     #[inline]
     pub fn agrees(&self, w: Vec3, goes_through: bool) -> bool {
-        self.is_flat.or(true) || (w.dot(self.ng) * self.side < 0.0) == goes_through
+        let is_flat = planted!("sides-unchecked", true, self.is_flat.or(true));
+        is_flat || (w.dot(self.ng) * self.side < 0.0) == goes_through
     }
 
     /// The normal on the side to which a direction leaves that is reflected, or goes through.
@@ -106,7 +108,8 @@ impl<E: Effects> Interaction<E> {
         match end {
             LightEnd::Surface(other, _) => {
                 // A ray's rounding grows with its length: at its end it adds to that of the surface.
-                let error = other.error + gamma(8) * (other.p - self.p).abs();
+                let length = planted!("long-rays-exact", Vec3::ZERO, (other.p - self.p).abs());
+                let error = other.error + gamma(8) * length;
                 let facing = if other.ng.dot(w) < 0.0 {
                     other.ng
                 } else {

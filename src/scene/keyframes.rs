@@ -11,6 +11,7 @@
 
 use super::description::Key;
 use crate::math::vec::{DAffine3, DMat3, DQuat};
+use crate::planted::planted;
 
 /// The intervals that a shutter time is cut into at most.
 const MOST_INTERVALS: u32 = 64;
@@ -132,7 +133,8 @@ fn between(a: &DAffine3, b: &DAffine3, share: f64) -> DAffine3 {
 fn turned(a: &DMat3, b: &DMat3, share: f64) -> DMat3 {
     let turn = DQuat::from_mat3(&(*b * a.transpose()));
     // A quaternion and its negative are the same rotation: one of them goes the shorter way.
-    let turn = if turn.w < 0.0 { -turn } else { turn };
+    let is_longer = planted!("the-longer-way-round", turn.w > 0.0, turn.w < 0.0);
+    let turn = if is_longer { -turn } else { turn };
     let Some(axis) = turn.xyz().try_normalize() else {
         return *a;
     };

@@ -26,6 +26,7 @@ use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::robust::offset_point;
 use crate::math::vec::{ONE_MINUS_EPSILON, Vec2, Vec3};
+use crate::planted::planted;
 use interaction::Interaction;
 use material::Material;
 use normalisation::Normalisation;
@@ -130,7 +131,8 @@ impl Scene {
             {
                 // Uniform again: what is behind is decided with the rest of the number. Rounding may make it 1, which
                 // would pass through what is all there.
-                u_alpha = ((u_alpha - alpha) / (1.0 - alpha)).min(ONE_MINUS_EPSILON);
+                let rest = (u_alpha - alpha) / (1.0 - alpha);
+                u_alpha = planted!("alpha-number-reused", u_alpha, rest.min(ONE_MINUS_EPSILON));
                 ray.t_min = hit.t.next_up();
                 found = self.accel.intersect(&ray, time, departure);
                 continue;

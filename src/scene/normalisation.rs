@@ -10,6 +10,7 @@
 
 use crate::math::bounds::Bounds;
 use crate::math::vec::{DAffine3, DVec3, Vec3};
+use crate::planted::planted;
 
 /// The map from world to normalised units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,7 +47,8 @@ impl Normalisation {
 
     /// A point, rounded to single precision last.
     pub fn point(&self, p: DVec3) -> Vec3 {
-        ((p - self.centre) * self.scale).as_vec3a()
+        let exact = planted!("rounded-before-centred", p.as_vec3a().as_dvec3(), p);
+        ((exact - self.centre) * self.scale).as_vec3a()
     }
 
     /// A length.

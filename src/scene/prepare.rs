@@ -31,6 +31,7 @@ use crate::light::{
 use crate::math::bounds::Bounds;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec3};
+use crate::planted::planted;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -351,6 +352,7 @@ fn light_of(model: &LightModel, normalisation: &Normalisation) -> Option<Light> 
     // where its product with an intensity does not.
     let intensity = |intensity: Rgb| {
         let normalised = |x: f32| normalisation.area(f64::from(x)) as f32;
+        let normalised = |x| planted!("intensity-in-world-units", x, normalised(x));
         (!intensity.is_black()).then(|| intensity.map(normalised))
     };
     Some(match model {

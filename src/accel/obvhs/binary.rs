@@ -8,6 +8,7 @@
 use super::box_ray::BoxRay;
 use super::stack::Stack;
 use crate::math::robust::gamma;
+use crate::planted::planted;
 use obvhs::bvh2::node::Bvh2Node;
 use std::ops::ControlFlow;
 
@@ -70,7 +71,7 @@ fn enters(node: &Bvh2Node, ray: &BoxRay) -> f32 {
     const SLACK: f32 = 1.0 + 2.0 * gamma(4);
     let bounds = node.aabb();
     let (to_min, to_max) = (bounds.min - ray.origin, bounds.max - ray.origin);
-    let outward = ray.inverse * SLACK;
+    let outward = ray.inverse * planted!("box-without-slack", 1.0, SLACK);
     let mut near = (to_min * ray.inverse).min(to_max * ray.inverse);
     let mut far = (to_min * outward).max(to_max * outward);
     if ray.is_parallel {

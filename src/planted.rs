@@ -1,0 +1,323 @@
+//! Planted bugs: wrong variants of right code, each of which a test has to find.
+//!
+//! `planted!("name", wrong, right)` is `right` and nothing else, unless the crate is compiled with
+//! `--cfg etendue_mutants`, which no build without debug assertions can be. Such a build holds all of them, and the
+//! environment variable `ETENDUE_MUTANT` says which one is live, if any. `make mutants` makes each of them live in turn.
+//!
+//! Measure: none.
+//! Range: one live bug at most; a name that is not in [`PLANTED`] does not compile, and panics in `ETENDUE_MUTANT`.
+//! Source: DeMillo, Lipton and Sayward 1978, "Hints on Test Data Selection". Tested in `tests/planted.rs`.
+
+#[cfg(all(etendue_mutants, not(debug_assertions)))]
+compile_error!("planted bugs are for tests: no build without debug assertions may hold them");
+
+/// A planted bug.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Planted {
+    /// Its name, there and in `ETENDUE_MUTANT`.
+    pub name: &'static str,
+    /// What is wrong.
+    pub wrong: &'static str,
+    /// The test that finds it: the target, `lib` for the crate's own tests, and the name in it.
+    pub killer: &'static str,
+}
+
+const fn bug(name: &'static str, wrong: &'static str, killer: &'static str) -> Planted {
+    Planted {
+        name,
+        wrong,
+        killer,
+    }
+}
+
+/// All of them, from floor to floor.
+pub const PLANTED: &[Planted] = &[
+    bug(
+        "area-pdf-without-cosine",
+        "a density per area becomes one per steradian without the light's cosine",
+        "light::samples_cover_the_solid_angle",
+    ),
+    bug(
+        "origin-not-offset",
+        "rays start on the surface, not beyond the bound of its error",
+        "lib::math::robust::tests::an_offset_point_is_beyond_its_error_bound_on_the_asked_side",
+    ),
+    bug(
+        "offset-rounds-back",
+        "a ray's start may be rounded back towards the surface",
+        "lib::math::robust::tests::an_offset_point_is_beyond_its_error_bound_on_the_asked_side",
+    ),
+    bug(
+        "edges-open",
+        "a line exactly through an edge or a vertex misses both of its triangles",
+        "lib::math::triangle::tests::no_line_slips_through_a_fan",
+    ),
+    bug(
+        "shadow-ray-cut-short",
+        "shadow rays end a thousandth before the light",
+        "tracing::a_segment_sees_an_occluder_right_before_the_light_but_not_the_light",
+    ),
+    bug(
+        "balance-heuristic",
+        "weights are of the first power of the densities instead of the second",
+        "lib::sampling::mis::tests::twice_the_density_counts_four_times",
+    ),
+    bug(
+        "cone-pdf-off-by-two",
+        "the density in a cone is half of what it is",
+        "sampling::cones_disk_and_triangle_are_uniform",
+    ),
+    bug(
+        "alias-off-by-one",
+        "an alias is the item before the one that gave its share",
+        "lib::sampling::distribution::tests::items_are_chosen_in_proportion_to_their_weights",
+    ),
+    bug(
+        "shuffle-in-one-cycle",
+        "the shuffle of Latin hypercubes leaves nothing in its place",
+        "integration_course::intervals_are_matched_in_every_way_alike",
+    ),
+    bug(
+        "light-and-bsdf-share-numbers",
+        "the point on a light and the scattered direction take the same numbers",
+        "lib::sampler::tests::decisions_never_share_a_number",
+    ),
+    bug(
+        "one-is-drawn",
+        "a uniform number may be rounded to 1",
+        "lib::sampler::tests::the_largest_number_is_below_one",
+    ),
+    bug(
+        "sobol-order-shared",
+        "all decisions of a sample take the same place in Sobol's sequence",
+        "sampler::sobol_decisions_take_orders_of_their_own",
+    ),
+    bug(
+        "strata-shared-by-decisions",
+        "all decisions of a sample lie in the same stratum",
+        "stratified::decisions_and_pixels_know_nothing_of_one_another",
+    ),
+    bug(
+        "half-a-texel",
+        "texels have their value at a corner instead of their centre",
+        "lib::geometry::texture::tests::texel_centres_give_the_texels_with_v_up",
+    ),
+    bug(
+        "normals-by-the-matrix",
+        "an instance's normals are transformed as its directions are",
+        "instance_surfaces::a_triangle_has_the_points_and_normals_of_the_same_triangle_in_the_world",
+    ),
+    bug(
+        "normals-of-exchanged-corners",
+        "shading normals are interpolated with two corners exchanged",
+        "lib::geometry::mesh::tests::each_corner_has_its_own_normal_and_texture_coordinate",
+    ),
+    bug(
+        "one-percent-of-albedo",
+        "matte surfaces reflect one percent less along a path",
+        "furnace::white_diffuse_and_mirror_give_everything_back",
+    ),
+    bug(
+        "half-vector-jacobian",
+        "a mirrored direction has the density of its half vector",
+        "bsdf::directions_follow_their_density",
+    ),
+    bug(
+        "shadowing-uncorrelated",
+        "masking and shadowing are multiplied as if they were independent",
+        "furnace::compensated_white_metal_gives_everything_back",
+    ),
+    bug(
+        "refraction-jacobian",
+        "the half vector of refraction has the index of the wrong side in its Jacobian",
+        "bsdf::directions_follow_their_density",
+    ),
+    bug(
+        "eta-squared-forgotten",
+        "refracted radiance is not scaled by the square of the index",
+        "furnace::smooth_glass_gives_everything_back",
+    ),
+    bug(
+        "facets-met-but-once",
+        "light between a metal's facets is coloured by one meeting too few",
+        "lib::bsdf::conductor::tests::light_between_facets_is_the_sum_over_its_meetings",
+    ),
+    bug(
+        "lobe-left-out-of-pdf",
+        "the principled density leaves out the lobe of light between facets",
+        "bsdf::directions_follow_their_density",
+    ),
+    bug(
+        "choice-left-out-of-pdf",
+        "the density of a light met by chance leaves out the choice of the light",
+        "light::lights_are_chosen_by_power",
+    ),
+    bug(
+        "cone-cancels",
+        "one minus the cosine of a small sphere's cone is subtracted in single precision",
+        "light::sphere_cones_keep_their_digits",
+    ),
+    bug(
+        "environment-half-a-texel",
+        "directions to an environment are half a texel off",
+        "environment::directions_follow_their_density",
+    ),
+    bug(
+        "focus-on-a-sphere",
+        "what is in focus has the same distance instead of the same depth",
+        "lib::camera::tests::all_rays_of_a_lens_meet_in_the_plane_in_focus",
+    ),
+    bug(
+        "departure-ignored",
+        "a primitive just left counts even where it cannot truly be met",
+        "tracing::what_has_just_been_left_is_passed_up_to_its_free_distance",
+    ),
+    bug(
+        "box-without-slack",
+        "the test of boxes does not allow for its rounding",
+        "tracing::robust_tracing_lets_nothing_out_of_a_closed_mesh",
+    ),
+    bug(
+        "film-in-single-precision",
+        "a pixel's sum is rounded to single precision",
+        "lib::film::pixel::tests::many_equal_samples_keep_their_mean",
+    ),
+    bug(
+        "alpha-number-reused",
+        "the number that passed one veil decides about the next one as well",
+        "materials::a_veiled_sphere_is_met_twice",
+    ),
+    bug(
+        "sides-unchecked",
+        "a shading normal may reflect light to below the surface",
+        "shading_normals::no_light_comes_through_what_is_opaque",
+    ),
+    bug(
+        "long-rays-exact",
+        "a shadow ray's end is bounded as if the ray had no length",
+        "tracing::a_long_segment_does_not_end_on_its_light",
+    ),
+    bug(
+        "rounded-before-centred",
+        "points are rounded before the scene is moved to the origin",
+        "lib::scene::normalisation::tests::a_far_scene_keeps_its_digits",
+    ),
+    bug(
+        "the-longer-way-round",
+        "what turns between two keys turns the other way round",
+        "lib::scene::keyframes::tests::a_turntable_turns_evenly",
+    ),
+    bug(
+        "intensity-in-world-units",
+        "a point light's intensity ignores the unit of length",
+        "lib::scene::prepare::tests::points_light_scenes_of_any_size_alike",
+    ),
+    bug(
+        "roulette-on-radiance",
+        "what survives roulette has its radiance divided by the probability, not its throughput",
+        "roulette::no_roulette_changes_what_a_highlight_shows",
+    ),
+    bug(
+        "roulette-takes-a-spent-number",
+        "roulette takes the number that has chosen the lobe",
+        "roulette::no_roulette_changes_what_a_highlight_shows",
+    ),
+    bug(
+        "roulette-without-division",
+        "what survives roulette is not divided by its probability",
+        "roulette::no_roulette_changes_what_a_highlight_shows",
+    ),
+    bug(
+        "light-without-cosine",
+        "light sampling leaves out the cosine at the surface",
+        "lamps::a_large_lamp_lights_by_its_form_factor",
+    ),
+    bug(
+        "shadows-as-the-shutter-opens",
+        "shadow rays are traced at the time when the shutter opens",
+        "motion::moving_shadows_average_over_time",
+    ),
+    bug(
+        "mirror-weighted-as-what-it-shows",
+        "light seen in a mirror is weighted as if seen from where the mirror was",
+        "lamps::a_lamp_in_a_mirror_lights_as_its_image_does",
+    ),
+    bug(
+        "heuristics-mixed",
+        "light sampling is weighted by the balance heuristic, scattering by the power heuristic",
+        "lamps::a_large_lamp_lights_by_its_form_factor",
+    ),
+    bug(
+        "filter-weight-dropped",
+        "a filter's negative lobes count as positive",
+        "pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
+    ),
+    bug(
+        "half-a-pixel",
+        "pixels have their centre at their corner",
+        "pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
+    ),
+    bug(
+        "passes-repeat-samples",
+        "each pass takes the same samples again",
+        "pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
+    ),
+];
+
+/// Where a bug stands in [`PLANTED`].
+///
+/// # Panics
+/// If it does not stand there.
+#[cfg(etendue_mutants)]
+pub const fn place(name: &str) -> usize {
+    let mut place = 0;
+    while place < PLANTED.len() {
+        if is_same(PLANTED[place].name.as_bytes(), name.as_bytes()) {
+            return place;
+        }
+        place += 1;
+    }
+    panic!("no planted bug of this name")
+}
+
+#[cfg(etendue_mutants)]
+const fn is_same(a: &[u8], b: &[u8]) -> bool {
+    let mut i = 0;
+    while i < a.len() && i < b.len() && a[i] == b[i] {
+        i += 1;
+    }
+    i == a.len() && i == b.len()
+}
+
+/// Whether the bug at this place is the live one.
+#[cfg(etendue_mutants)]
+pub fn is_live(place: usize) -> bool {
+    use std::sync::LazyLock;
+    static LIVE: LazyLock<Option<usize>> = LazyLock::new(|| {
+        let name = std::env::var("ETENDUE_MUTANT").ok()?;
+        Some(self::place(&name))
+    });
+    *LIVE == Some(place)
+}
+
+/// The right expression.
+#[cfg(not(etendue_mutants))]
+macro_rules! planted {
+    ($name:literal, $wrong:expr, $right:expr) => {
+        $right
+    };
+}
+
+/// The right expression, or the wrong one while the bug is live.
+#[cfg(etendue_mutants)]
+macro_rules! planted {
+    ($name:literal, $wrong:expr, $right:expr) => {
+        if $crate::planted::is_live(const { $crate::planted::place($name) }) {
+            $wrong
+        } else {
+            $right
+        }
+    };
+}
+
+pub(crate) use planted;

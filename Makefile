@@ -3,8 +3,11 @@
 
 CARGO ?= cargo
 OUT ?= out
+FUZZ_SECONDS ?= 60
+SOAK_SECONDS ?= 1800
+FUZZ_TARGETS ?= scene_toml obj mtl image
 
-.PHONY: help setup demo test mutants mutants-some battery bench instructions check clean
+.PHONY: help setup demo test mutants mutants-some battery bench instructions check fuzz soak clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
@@ -49,9 +52,24 @@ instructions: setup ## Counts instructions a sample, of the chosen kernel and of
 check: setup ## Runs the gates: format, lints, documentation, without a warning.
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets -- -D warnings
+	$(CARGO) clippy --test soak -- -D warnings
 	$(CARGO) clippy --all-targets --no-default-features --features cli -- -D warnings
 	$(CARGO) clippy --all-targets --no-default-features -- -D warnings
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --workspace --no-deps
+
+# Needs `rustup toolchain install nightly` and `cargo install cargo-fuzz`. What is new goes to
+# fuzz/found/, what breaks something to fuzz/artifacts/; its smallest form belongs in fuzz/corpus/.
+# Bounds: 2 GB of memory, 10 s for one input.
+fuzz: ## Feeds damaged scenes, models and pictures to the loaders: FUZZ_SECONDS each (default: 60).
+	@for target in $(FUZZ_TARGETS); do \
+		mkdir -p fuzz/found/$$target && \
+		$(CARGO) +nightly fuzz run --release $$target fuzz/found/$$target fuzz/corpus/$$target -- \
+			-dict=fuzz/dictionaries/$$target.dict -max_total_time=$(FUZZ_SECONDS) \
+			-timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
+	done
+
+soak: setup ## Renders random scenes on all backends for SOAK_SECONDS (default: 1800).
+	SOAK_SECONDS=$(SOAK_SECONDS) $(CARGO) test --test soak
 
 clean: ## Removes what was built and rendered; keeps the private Embree.
 	$(CARGO) clean

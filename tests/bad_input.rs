@@ -185,6 +185,27 @@ fn numbers_that_are_not_finite_or_out_of_range() {
 }
 
 #[test]
+fn what_is_too_far_away_is_named() {
+    let ball = |center: &str, radius: &str, more: &str| {
+        format!("[[shape]]\ntype = \"sphere\"\ncenter = {center}\nradius = {radius}\n{more}")
+    };
+    let near = ball("[0, 0, 0]", "1", "").repeat(2);
+    for far in [
+        ball("[1e308, -1e308, 0]", "1e308", ""),
+        ball("[0, 1e15, 0]", "1", ""),
+        ball("[0, 0, 0]", "1e20", ""),
+        // Only where it stands.
+        ball("[0, 0, 0]", "1e308", "transform = [{ scale = 10 }]\n"),
+    ] {
+        scene_fails(&format!("{near}{far}"), 9, &["sphere 3 reaches farther"]);
+    }
+    let member = ball("[0, 0, 0]", "1", "group = \"a\"\n");
+    let placed = "[[instance]]\nof = \"a\"\ntransform = [{ translate = [0, 0, 1e25] }]\n";
+    let instance = format!("{near}{member}{placed}");
+    scene_fails(&instance, 14, &["instance 1 reaches farther"]);
+}
+
+#[test]
 fn geometry_that_collapses() {
     let boxed = "[[shape]]\nname = \"lid\"\ntype = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n";
     let flat = format!("{boxed}transform = [{{ scale = [1, 0, 1] }}]");

@@ -139,7 +139,7 @@ impl Job<'_> {
         let replay = rejected.first.map_or(String::new(), |first| {
             format!(
                 "; the first: etendue render {}{} --seed {} --pixel {},{} --sample {}",
-                self.arguments.scene.display(),
+                quoted(&self.arguments.scene.display().to_string()),
                 self.flags_of_samples(),
                 self.settings.seed,
                 first.x,
@@ -151,6 +151,16 @@ impl Job<'_> {
             "warning: {} samples were not finite and are left out{replay}",
             rejected.count
         )
+    }
+}
+
+/// A text as one word of a shell's command.
+fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./+,:@=".contains(c);
+    if text.chars().all(plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
     }
 }
 

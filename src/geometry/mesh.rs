@@ -5,6 +5,7 @@
 //! Source: error bounds by Pharr, Jakob, Humphreys, section 6.8.2. Tested in `tests/tracing.rs`.
 
 use super::surface::SurfacePoint;
+use crate::math::bounds::Bounds;
 use crate::math::robust::{gamma, never_zero};
 use crate::math::vec::{Vec2, Vec3};
 use crate::planted::planted;
@@ -44,6 +45,12 @@ impl Mesh {
     /// The vertices.
     pub fn positions(&self) -> &[Vec3] {
         &self.positions
+    }
+
+    /// The box around all triangles: vertices that none has do not count.
+    pub fn bounds(&self) -> Bounds {
+        let used = self.indices.iter().flatten();
+        Bounds::around(used.map(|&index| self.positions[index as usize].as_dvec3()))
     }
 
     /// Three vertices a triangle.

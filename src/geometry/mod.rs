@@ -52,7 +52,7 @@ impl Geometry {
     /// The box around all of the shape.
     pub fn bounds(&self) -> Bounds {
         match self {
-            Self::Mesh(mesh) => Bounds::around(mesh.positions().iter().map(|p| p.as_dvec3())),
+            Self::Mesh(mesh) => mesh.bounds(),
             Self::Sphere(sphere) => sphere.bounds(),
             Self::Disk(disk) => disk.bounds(),
         }

@@ -25,7 +25,7 @@ type Rows = (usize, Vec<[f32; 3]>);
 pub(super) fn decode(bytes: &[u8]) -> Result<Image> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(not_valid)?;
     for header in &meta.headers {
-        checked_size(header.layer_size.0, header.layer_size.1)?;
+        checked_size(header.layer_size.0, header.layer_size.1, bytes.len())?;
     }
     let some_part_has = |names: &[&str]| {
         meta.headers.iter().any(|header| {
@@ -64,6 +64,7 @@ fn decode_colour(bytes: &[u8]) -> Result<Image> {
             .first_valid_layer()
             .all_attributes()
             .from_buffered(Cursor::new(bytes)),
+        bytes.len(),
     )
 }
 
@@ -82,6 +83,7 @@ fn decode_grey(bytes: &[u8]) -> Result<Image> {
             .first_valid_layer()
             .all_attributes()
             .from_buffered(Cursor::new(bytes)),
+        bytes.len(),
     )
 }
 
@@ -97,9 +99,10 @@ fn finish<Channels>(
     read: ::exr::error::Result<
         ::exr::prelude::Image<Layer<::exr::image::SpecificChannels<Rows, Channels>>>,
     >,
+    file_size: usize,
 ) -> Result<Image> {
     let layer = read.map_err(not_valid)?.layer_data;
-    let (width, height) = checked_size(layer.size.0, layer.size.1)?;
+    let (width, height) = checked_size(layer.size.0, layer.size.1, file_size)?;
     let (_, pixels) = layer.channel_data.pixels;
     let pixels = pixels.into_iter().map(Rgb::from).collect();
     Ok(Image::new(width, height, pixels))

@@ -8,6 +8,7 @@
 pub mod atomic;
 mod exr;
 mod hdr;
+mod jpeg;
 pub mod metrics;
 mod options;
 mod pfm;
@@ -32,6 +33,9 @@ pub const MAX_SIDE: usize = 1 << 16;
 const MAX_PIXELS: usize = 1 << 28;
 /// The largest file that is read: twelve bytes for each of the most pixels, and a header.
 const MAX_BYTES: u64 = 12 * MAX_PIXELS as u64 + (1 << 20);
+
+/// What no format surpasses: PNG, of which one byte may stand for 1032 bytes of eight black and white pixels each.
+const MAX_PIXELS_PER_BYTE: usize = 8 * 1032;
 
 /// A picture of linear colours, at least one pixel large.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,6 +91,10 @@ impl Image {
     /// large, or has a pixel that is not finite, is an [`ErrorKind::Scene`](crate::ErrorKind::Scene).
     pub fn read(path: &Path, space: ColourSpace) -> Result<Self> {
         let cannot_read = |cause| Error::io("cannot read", path, cause);
+        // A device such as /dev/zero would be read for long, and a pipe waited for.
+        if !std::fs::metadata(path).map_err(cannot_read)?.is_file() {
+            return Err(cannot_read(std::io::Error::other("it is no regular file")));
+        }
         let mut bytes = Vec::new();
         File::open(path)
             .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
@@ -104,7 +112,7 @@ impl Image {
     pub fn decode(bytes: &[u8], space: ColourSpace) -> Result<Self> {
         let image = match bytes {
             [0x89, b'P', b'N', b'G', ..] => raster::decode_png(bytes, space),
-            [0xFF, 0xD8, 0xFF, ..] => raster::decode_jpeg(bytes, space),
+            [0xFF, 0xD8, 0xFF, ..] => jpeg::decode(bytes, space),
             [b'#', b'?', ..] => raster::decode_hdr(bytes),
             [0x76, 0x2F, 0x31, 0x01, ..] => exr::decode(bytes),
             [b'P', b'F' | b'f', b'\n' | b'\r' | b' ', ..] => pfm::decode(bytes),
@@ -171,18 +179,23 @@ impl Image {
     }
 }
 
-/// The size of a picture, as a file declares it, refused before memory is asked for.
-fn checked_size(width: usize, height: usize) -> Result<(u32, u32)> {
+/// The size of a picture, as a file of so many bytes declares it, refused before memory is asked for.
+fn checked_size(width: usize, height: usize, bytes: usize) -> Result<(u32, u32)> {
+    let refuse = |why: &str| {
+        Err(Error::scene(format!(
+            "a picture of {width} x {height} pixels {why}"
+        )))
+    };
     if width == 0 || height == 0 {
-        return Err(Error::scene(format!(
-            "a picture of {width} x {height} pixels is empty"
-        )));
+        return refuse("is empty");
     }
     if width > MAX_SIDE || height > MAX_SIDE || width * height > MAX_PIXELS {
-        return Err(Error::scene(format!(
-            "a picture of {width} x {height} pixels is too large: \
-             at most {MAX_SIDE} a side and {MAX_PIXELS} in all"
-        )));
+        return refuse(&format!(
+            "is too large: at most {MAX_SIDE} a side and {MAX_PIXELS} in all"
+        ));
+    }
+    if width * height > MAX_PIXELS_PER_BYTE * bytes {
+        return refuse(&format!("does not fit in {bytes} bytes"));
     }
     Ok((width as u32, height as u32))
 }
@@ -256,9 +269,16 @@ mod tests {
     #[test]
     fn absurd_sizes_are_refused() {
         for (width, height) in [(0, 1), (1, 0), (65537, 1), (1, usize::MAX), (65536, 65536)] {
-            assert!(checked_size(width, height).is_err(), "{width} x {height}");
+            assert!(
+                checked_size(width, height, 1 << 30).is_err(),
+                "{width} x {height}"
+            );
         }
-        assert_eq!(checked_size(65536, 4096).expect("allowed"), (65536, 4096));
+        assert!(checked_size(65536, 4096, 1 << 10).is_err());
+        assert_eq!(
+            checked_size(65536, 4096, 1 << 30).expect("allowed"),
+            (65536, 4096)
+        );
     }
 
     #[test]
@@ -287,7 +307,7 @@ mod tests {
         fn damaged_files_do_not_panic(
             damages in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
         ) {
-            for mut bytes in encoded().into_iter().chain([raster::tests::jpeg()]) {
+            for mut bytes in encoded().into_iter().chain([jpeg::tests::square()]) {
                 for (place, value) in &damages {
                     let place = place.index(bytes.len());
                     bytes[place] = *value;

@@ -14,7 +14,7 @@ use std::io::{self, Write};
 pub(super) fn decode(bytes: &[u8]) -> Result<Image> {
     let header = Header::parse(bytes)
         .ok_or_else(|| Error::scene("not a valid PFM file: expected width, height and scale"))?;
-    let (width, height) = checked_size(header.width, header.height)?;
+    let (width, height) = checked_size(header.width, header.height, bytes.len())?;
     let (samples, _) = bytes[header.length..].as_chunks::<4>();
     let row_length = header.width * header.channels;
     let expected = row_length * header.height;

@@ -1,4 +1,4 @@
-//! Reading PNG, JPEG and Radiance HDR through the `image` crate.
+//! Reading PNG and Radiance HDR through the `image` crate.
 //!
 //! Measure: integer samples are codes of the colour space asked for, over their maximum; HDR's floats are linear.
 //! Range: 8 and 16 bits, grey, palette and colour; alpha is dropped, embedded profiles and HDR's EXPOSURE are not applied.
@@ -9,7 +9,6 @@ use super::{ColourSpace, Image, MAX_PIXELS, MAX_SIDE, checked_size};
 use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
 use ::image::codecs::hdr::HdrDecoder;
-use ::image::codecs::jpeg::JpegDecoder;
 use ::image::codecs::png::PngDecoder;
 use ::image::{ImageDecoder, ImageError, Limits};
 use std::io::Cursor;
@@ -18,14 +17,7 @@ use std::io::Cursor;
 pub(super) fn decode_png(bytes: &[u8], space: ColourSpace) -> Result<Image> {
     let no_png = |cause| not_valid("PNG", cause);
     let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits()).map_err(no_png)?;
-    decode(decoder, space, no_png)
-}
-
-/// A picture from the bytes of a JPEG file.
-pub(super) fn decode_jpeg(bytes: &[u8], space: ColourSpace) -> Result<Image> {
-    let no_jpeg = |cause| not_valid("JPEG", cause);
-    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(no_jpeg)?;
-    decode(decoder, space, no_jpeg)
+    decode(decoder, bytes.len(), space, no_png)
 }
 
 /// A picture from the bytes of a Radiance HDR file.
@@ -33,7 +25,7 @@ pub(super) fn decode_hdr(bytes: &[u8]) -> Result<Image> {
     let no_hdr = |cause| not_valid("HDR", cause);
     // Strict would refuse the signature #?RGBE, which many programs write.
     let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes)).map_err(no_hdr)?;
-    decode(decoder, ColourSpace::Linear, no_hdr)
+    decode(decoder, bytes.len(), ColourSpace::Linear, no_hdr)
 }
 
 fn limits() -> Limits {
@@ -51,11 +43,12 @@ fn not_valid(format: &str, cause: ImageError) -> Error {
 
 fn decode(
     decoder: impl ImageDecoder,
+    file_size: usize,
     space: ColourSpace,
     not_valid: impl Fn(ImageError) -> Error,
 ) -> Result<Image> {
     let (width, height) = decoder.dimensions();
-    let (width, height) = checked_size(width as usize, height as usize)?;
+    let (width, height) = checked_size(width as usize, height as usize, file_size)?;
     let colour_type = decoder.color_type();
     let channels = usize::from(colour_type.channel_count());
     let sample_size = usize::from(colour_type.bytes_per_pixel()) / channels;
@@ -81,7 +74,7 @@ fn decode(
 }
 
 /// The linear value of every code from 0 to `max`.
-fn code_values(max: u32, space: ColourSpace) -> Vec<f32> {
+pub(super) fn code_values(max: u32, space: ColourSpace) -> Vec<f32> {
     (0..=max)
         .map(|code| {
             let value = f64::from(code) / f64::from(max);
@@ -95,7 +88,7 @@ fn code_values(max: u32, space: ColourSpace) -> Vec<f32> {
 
 /// Pixels of samples of `SIZE` bytes: grey with one or two channels, colour with three or four; the even ones end in
 /// alpha.
-fn gather<const SIZE: usize>(
+pub(super) fn gather<const SIZE: usize>(
     bytes: &[u8],
     channels: usize,
     value: impl Fn([u8; SIZE]) -> f32,
@@ -112,9 +105,8 @@ fn gather<const SIZE: usize>(
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
-    use ::image::codecs::jpeg::JpegEncoder;
     use ::image::codecs::png::PngEncoder;
     use ::image::{ExtendedColorType, ImageEncoder};
 
@@ -157,22 +149,5 @@ pub(super) mod tests {
         let image = decode_png(&bytes, ColourSpace::Linear).expect("a picture");
         let expected = Rgb::new(1.0 / 65535.0, 256.0 / 65535.0, 1.0);
         assert_eq!(image.get(0, 0), expected);
-    }
-
-    /// A grey square of 8 x 8 pixels.
-    pub(in crate::image) fn jpeg() -> Vec<u8> {
-        let mut bytes = Vec::new();
-        JpegEncoder::new_with_quality(&mut bytes, 100)
-            .write_image(&[128; 8 * 8 * 3], 8, 8, ExtendedColorType::Rgb8)
-            .expect("encoded");
-        bytes
-    }
-
-    #[test]
-    fn a_jpeg_is_read() {
-        let image = decode_jpeg(&jpeg(), ColourSpace::Linear).expect("a picture");
-        assert_eq!((image.width(), image.height()), (8, 8));
-        let [r, g, b] = image.get(3, 4).to_array();
-        assert!([r, g, b].iter().all(|c| (c - 128.0 / 255.0).abs() < 0.01));
     }
 }

@@ -51,6 +51,13 @@ impl Bounds {
         !self.min.cmple(self.max).all()
     }
 
+    /// Whether no coordinate of it is farther than `reach` from 0; one that is not a number is not within anything. An empty
+    /// box is.
+    pub fn is_within(&self, reach: f64) -> bool {
+        let within = |p: DVec3| p.abs().cmple(DVec3::splat(reach)).all();
+        *self == Self::default() || (within(self.min) && within(self.max))
+    }
+
     /// The middle, for a box that is not empty.
     pub fn centre(&self) -> DVec3 {
         0.5 * (self.min + self.max)

@@ -76,6 +76,14 @@ struct Contents {
     instances: Vec<usize>,
 }
 
+/// What a group, or the world itself, leads to.
+#[derive(Debug, Clone, Copy)]
+struct Count {
+    placements: u64,
+    /// How deep groups are nested in it.
+    levels: usize,
+}
+
 struct Walk<'a> {
     description: &'a SceneDescription,
     world: Contents,
@@ -145,27 +153,37 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// How many placements a group, or the world itself, leads to. `counts` holds those that are known.
+    /// What a group, or the world itself, leads to. `counts` holds what is known.
     fn count(
         &self,
         parent: Option<usize>,
         depth: usize,
-        counts: &mut [Option<u64>],
-    ) -> Result<u64> {
+        counts: &mut [Option<Count>],
+    ) -> Result<Count> {
         if let Some(count) = parent.and_then(|group| counts[group]) {
             return Ok(count);
         }
         let contents = self.contents(parent);
-        let mut count = contents.alone.len() as u64;
+        let mut count = Count {
+            placements: contents.alone.len() as u64,
+            levels: 0,
+        };
         for &index in &contents.instances {
             let instance = &self.description.instances[index];
             let refuse =
                 |why: String| Err(instance.place.error(format!("{}: {why}", instance.name)));
+            let too_deep = || refuse(format!("groups are nested deeper than {DEEPEST} times"));
+            // Asked before going down, for the sake of the stack, and after: a group may be known from higher up.
             if depth >= DEEPEST {
-                return refuse(format!("groups are nested deeper than {DEEPEST} times"));
+                return too_deep();
             }
-            count += 1 + self.count(Some(instance.of), depth + 1, counts)?;
-            if count > MOST_PLACEMENTS {
+            let below = self.count(Some(instance.of), depth + 1, counts)?;
+            if depth + 1 + below.levels > DEEPEST {
+                return too_deep();
+            }
+            count.levels = count.levels.max(1 + below.levels);
+            count.placements += 1 + below.placements;
+            if count.placements > MOST_PLACEMENTS {
                 return refuse(format!(
                     "groups are placed more than {MOST_PLACEMENTS} times in all"
                 ));

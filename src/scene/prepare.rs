@@ -4,7 +4,8 @@
 //! keep their digits wherever its instances stand.
 //!
 //! Measure: world units in, normalised units out.
-//! Range: what `load` lets through; a transform that stretches a sphere or disk unevenly is an error.
+//! Range: what `load` lets through; a transform that stretches a sphere or disk unevenly is an error, and so is what is
+//! farther away than 2^48 times the scene's unit.
 //! Source: docs/architecture.md. Tested below.
 
 use super::description::{CameraDescription, ColourDescription, LightModel, SceneDescription};
@@ -66,17 +67,26 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         .map(|material| Material::new(material).packed(&mut packed))
         .collect();
     let mut build = Build::new(description, &materials);
-    let roots = build.trace(&roots, &normalisation);
+    let roots = build.trace(&layout.shapes, &roots, &normalisation)?;
     let frames: Vec<Normalisation> = groups.iter().map(|group| frame_of(group)).collect();
-    let members = groups.iter().zip(&frames);
+    let members = layout.groups.iter().zip(groups.iter().zip(&frames));
     let members: Vec<Vec<Traced>> = members
-        .map(|(group, frame)| build.trace(group, frame))
-        .collect();
+        .map(|(shapes, (group, frame))| build.trace(shapes, group, frame))
+        .collect::<Result<_>>()?;
     build.add_lights(&normalisation, radius);
     build.add_shapes(&layout.shapes, &roots, Standing::World);
     let mut instances = Vec::with_capacity(layout.placements.len());
     for placement in &layout.placements {
         let instance = instance(placement, &normalisation, &frames[placement.group])?;
+        let boxes = members[placement.group].iter();
+        let boxes = boxes.map(|traced| instance.bounds_of(&traced.geometry.bounds()));
+        if !boxes
+            .fold(Bounds::default(), Bounds::union)
+            .is_within(REACH)
+        {
+            let (name, place) = &placement.object;
+            return Err(place.error(too_far(name)));
+        }
         let standing = match instance.steps.as_slice() {
             [still] => Standing::Still(still),
             steps => Standing::Moving(steps),
@@ -120,6 +130,16 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         notes,
         build_time,
     })
+}
+
+/// In normalised units. Farther away, areas times numbers of primitives leave single precision, and obvhs builds its trees by
+/// these; beyond 2^60, Embree leaves shapes out without a word.
+const REACH: f64 = (1_u64 << 48) as f64;
+
+fn too_far(name: &str) -> String {
+    format!(
+        "{name} reaches farther than 2^48 times the size of what the scene mostly consists of, or leaves double precision"
+    )
 }
 
 fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<Placed>> {
@@ -261,13 +281,25 @@ impl<'a> Build<'a> {
         }
     }
 
-    fn trace(&mut self, placed: &[Placed], normalisation: &Normalisation) -> Vec<Traced> {
-        let trace = |placed: &Placed| {
+    /// # Errors
+    /// The first of the shapes that is out of reach.
+    fn trace(
+        &mut self,
+        shapes: &[usize],
+        placed: &[Placed],
+        normalisation: &Normalisation,
+    ) -> Result<Vec<Traced>> {
+        let trace = |(&shape, placed): (&usize, &Placed)| {
             let traced = placed.traced(normalisation);
             self.dropped += traced.dropped;
-            traced
+            let geometry = &traced.geometry;
+            if geometry.primitive_count() > 0 && !geometry.bounds().is_within(REACH) {
+                let shape = &self.description.shapes[shape];
+                return Err(shape.place.error(too_far(&shape.name)));
+            }
+            Ok(traced)
         };
-        placed.iter().map(trace).collect()
+        shapes.iter().zip(placed).map(trace).collect()
     }
 
     /// Adds shapes in the order in which rays number them.

@@ -264,15 +264,26 @@ fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
         let (number, first) = lines
             .by_ref()
             .find(|(_, line)| !line.trim_start().starts_with('#'))?;
-        let mut whole = Cow::Borrowed(first);
-        while let Some(part) = whole.trim_end().strip_suffix('\\') {
-            let Some((_, next)) = lines.next() else {
-                return Some((number, Cow::Owned(part.to_owned())));
+        let Some(part) = continued(first) else {
+            return Some((number, Cow::Borrowed(first)));
+        };
+        // Grows in place: a file may be one line of a million parts.
+        let mut whole = part.to_owned();
+        for (_, next) in lines.by_ref() {
+            whole.push(' ');
+            let Some(part) = continued(next) else {
+                whole.push_str(next);
+                break;
             };
-            whole = Cow::Owned(format!("{part} {next}"));
+            whole.push_str(part);
         }
-        Some((number, whole))
+        Some((number, Cow::Owned(whole)))
     })
+}
+
+/// A line without the backslash that it ends in, if it does.
+fn continued(line: &str) -> Option<&str> {
+    line.trim_end().strip_suffix('\\')
 }
 
 #[cfg(test)]

@@ -1,0 +1,210 @@
+//! What each fuzz target does with its bytes, and what it holds the program to.
+//!
+//! Measure: bytes.
+//! Range: any bytes. A scene or model that is not valid has to end in an error that names the file, kept short; one that
+//! is valid is made ready and sampled a little. Memory is bounded by the input's size, see [`Target::feed`].
+//! Source: cargo-fuzz runs the targets (`make fuzz`); `tests/fuzz_corpus.rs` includes this file to replay the corpus.
+
+use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::film::filter::Filter;
+use etendue::image::{ColourSpace, Image};
+use etendue::render::replay::replay;
+use etendue::render::settings::RenderSettings;
+use etendue::scene::description::{GeometryDescription, SceneDescription, ShapeDescription};
+use etendue::scene::load::load;
+use etendue::scene::prepare::prepare;
+use etendue::{Error, ErrorKind};
+use peak_alloc::PeakAlloc;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::path::Path;
+use std::sync::LazyLock;
+use tempfile::TempDir;
+
+/// What is done with an input.
+pub struct Target {
+    /// Also the name of its folder in the corpus.
+    pub name: &'static str,
+    run: fn(&[u8]),
+    /// Bytes of memory for each byte of the input, at most.
+    per_byte: usize,
+}
+
+/// A scene file. It may name `m.obj`, `t.pfm` and `broken.png`.
+pub const SCENE_TOML: Target = Target {
+    name: "scene_toml",
+    run: |bytes| load_bytes("fuzzed.toml", bytes, "fuzzed.toml"),
+    per_byte: FOR_TEXT,
+};
+
+/// A bare model. It may name the library `m.mtl`.
+pub const OBJ: Target = Target {
+    name: "obj",
+    run: |bytes| load_bytes("fuzzed.obj", bytes, "fuzzed.obj"),
+    per_byte: FOR_TEXT,
+};
+
+/// The library of a model.
+pub const MTL: Target = Target {
+    name: "mtl",
+    run: |bytes| load_bytes("fuzzed.mtl", bytes, "library.obj"),
+    per_byte: FOR_TEXT,
+};
+
+/// A picture of any format that is read; the first bytes tell which.
+pub const IMAGE: Target = Target {
+    name: "image",
+    run: image,
+    per_byte: FOR_COMPRESSED,
+};
+
+/// All of them.
+pub const TARGETS: [Target; 4] = [SCENE_TOML, OBJ, MTL, IMAGE];
+
+/// Text: the acceptance rule of the project's catalogue of hard cases.
+const FOR_TEXT: usize = 64;
+/// Pictures: deflate makes 1032 bytes of eight pixels out of one, and each takes twelve bytes and what decoders need.
+const FOR_COMPRESSED: usize = 8 * 1032 * 32;
+/// Bytes of memory for anything: tables, the trees of a few shapes, the folder's own files.
+const FOR_ANYTHING: usize = 8 << 20;
+/// Primitives of a scene that is traced, too: obvhs builds a tree of coincident ones in a time that grows with the square of
+/// their number.
+const MOST_TRACED: usize = 4096;
+/// Bytes of a message: it repeats little of the file.
+const LONGEST_MESSAGE: usize = 8 << 10;
+
+/// Files that what is fuzzed may name.
+const NAMED: [(&str, &[u8]); 5] = [
+    (
+        "m.obj",
+        b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n",
+    ),
+    ("m.mtl", b"newmtl a\nKd 1 0 0\nKe 1 1 1\nnewmtl b\nPr 0.5\n"),
+    ("t.pfm", b"Pf\n2 1\n-1\n\0\0\0\x3f\0\0\x80\x3f"),
+    ("library.obj", MODEL),
+    ("broken.png", b"\x89PNG\r\n\x1a\n"),
+];
+
+/// A model whose library is fuzzed; its faces have both of its materials.
+const MODEL: &[u8] =
+    b"mtllib fuzzed.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n\
+                     usemtl b\nf 3/1 2/1 1/1\n";
+
+/// Each process has a folder of its own.
+static FOLDER: LazyLock<TempDir> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (name, content) in NAMED {
+        std::fs::write(folder.path().join(name), content).expect("the folder is writable");
+    }
+    folder
+});
+
+/// The backends build on these threads, in place of new ones for each input.
+static THREAD: LazyLock<ThreadPool> = LazyLock::new(|| {
+    let pool = ThreadPoolBuilder::new().num_threads(1).build();
+    pool.expect("one thread can be started")
+});
+
+impl Target {
+    /// Feeds it.
+    ///
+    /// # Panics
+    /// If the program does, if it breaks its word, or if it takes more memory than it may at its peak. Other threads must
+    /// not allocate meanwhile.
+    pub fn feed(&self, bytes: &[u8], memory: &PeakAlloc) {
+        LazyLock::force(&FOLDER);
+        LazyLock::force(&THREAD);
+        let before = memory.current_usage();
+        memory.reset_peak_usage();
+        (self.run)(bytes);
+        let taken = memory.peak_usage().saturating_sub(before);
+        let allowed = FOR_ANYTHING + self.per_byte * bytes.len();
+        assert!(
+            taken <= allowed,
+            "{taken} bytes of memory for {} of input",
+            bytes.len()
+        );
+    }
+}
+
+fn image(bytes: &[u8]) {
+    for space in [ColourSpace::Srgb, ColourSpace::Linear] {
+        match Image::decode(bytes, space) {
+            Ok(image) => assert!(image.pixels().iter().all(|pixel| pixel.is_finite())),
+            Err(error) => check_error(&error, &[ErrorKind::Scene]),
+        }
+    }
+}
+
+/// Writes a file, loads a scene that consists of it or names it, and goes on with what is valid.
+fn load_bytes(file: &str, bytes: &[u8], scene: &str) {
+    let folder = FOLDER.path();
+    std::fs::write(folder.join(file), bytes).expect("the folder is writable");
+    let scene = folder.join(scene);
+    match load(&scene) {
+        Ok(description) => go_on(description),
+        Err(error) => {
+            check_error(&error, &[ErrorKind::Scene, ErrorKind::Io]);
+            check_place(&error, &scene);
+        }
+    }
+}
+
+/// Makes a valid scene ready with every backend, and takes a few samples.
+fn go_on(mut description: SceneDescription) {
+    if primitives(&description) > MOST_TRACED {
+        return;
+    }
+    let Ok(mut settings) = RenderSettings::of_scene(&description) else {
+        return;
+    };
+    let size = (2, 2);
+    description.film.size = size;
+    // Between mirrors, paths are as long as chance has it.
+    settings.max_bounces = Some(8);
+    let filter = Filter::new(&description.film.filter);
+    for &backend in Backend::ALL {
+        let options = AccelOptions {
+            backend,
+            precision: Precision::Robust,
+            quality: Quality::default(),
+            threads: 1,
+        };
+        let prepared = match THREAD.install(|| prepare(&description, options)) {
+            Ok(prepared) => prepared,
+            Err(error) => return check_error(&error, &[ErrorKind::Scene]),
+        };
+        for pixel in [[0, 0], [1, 1]] {
+            replay(&prepared.scene, &filter, &settings, pixel, 0);
+        }
+    }
+}
+
+/// Triangles and round shapes of a scene.
+fn primitives(description: &SceneDescription) -> usize {
+    let count = |shape: &ShapeDescription| match &shape.geometry {
+        GeometryDescription::Mesh(mesh) => mesh.indices.len(),
+        _ => 1,
+    };
+    description.shapes.iter().map(count).sum()
+}
+
+/// An error is of one of these kinds, and short.
+fn check_error(error: &Error, kinds: &[ErrorKind]) {
+    let message = error.to_string();
+    assert!(
+        kinds.contains(&error.kind()),
+        "{:?}: {message}",
+        error.kind()
+    );
+    assert!(
+        message.len() <= LONGEST_MESSAGE,
+        "{} bytes of message",
+        message.len()
+    );
+}
+
+/// An error begins with the file that was asked for.
+fn check_place(error: &Error, scene: &Path) {
+    let message = error.to_string();
+    assert!(message.starts_with(&*scene.to_string_lossy()), "{message}");
+}

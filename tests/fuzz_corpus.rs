@@ -1,0 +1,71 @@
+//! The corpus of the fuzzer once more, on every push: no panic, and memory bounded by the size of what is read.
+//!
+//! One test, as memory is counted for the whole process.
+
+#[path = "../fuzz/src/lib.rs"]
+mod fuzz;
+
+use fuzz::{TARGETS, Target};
+use peak_alloc::PeakAlloc;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+/// To this many bytes a line of the corpus is repeated.
+const REPEATED: usize = 1 << 18;
+
+#[test]
+fn the_corpus_and_its_lines_many_times_over_are_read_within_bounds() {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
+    for target in TARGETS {
+        let name = target.name;
+        let inputs = inputs(&corpus.join(name));
+        assert!(inputs.len() >= 10, "{} inputs of {name}", inputs.len());
+        for (file, bytes) in &inputs {
+            // Printed only if the test fails.
+            println!("{name}/{file}");
+            target.feed(bytes, &MEMORY);
+        }
+        if name != "image" {
+            repeat_lines(&target, &inputs);
+        }
+    }
+}
+
+/// Each line that a valid input starts with or goes on with, as often as makes a large file.
+fn repeat_lines(target: &Target, inputs: &[(String, Vec<u8>)]) {
+    let texts = inputs
+        .iter()
+        .filter_map(|(_, bytes)| std::str::from_utf8(bytes).ok());
+    let lines: BTreeSet<&str> = texts
+        .flat_map(str::lines)
+        .filter(|line| !line.is_empty())
+        .collect();
+    let start = match target.name {
+        "scene_toml" => "version = 1\n[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n",
+        "obj" => "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n",
+        _ => "newmtl a\nnewmtl b\n",
+    };
+    for line in lines {
+        println!("{}: {line}", target.name);
+        let many = REPEATED / (line.len() + 1);
+        let text = start.to_owned() + &format!("{line}\n").repeat(many);
+        target.feed(text.as_bytes(), &MEMORY);
+    }
+}
+
+/// The files of a folder, in order.
+fn inputs(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let entries = std::fs::read_dir(folder).expect("the corpus is in the repository");
+    let mut files: Vec<_> = entries
+        .map(|entry| entry.expect("it is readable"))
+        .map(|entry| {
+            let bytes = std::fs::read(entry.path()).expect("it is readable");
+            (entry.file_name().to_string_lossy().into_owned(), bytes)
+        })
+        .collect();
+    files.sort();
+    files
+}

@@ -502,6 +502,42 @@ fn ambient_occlusion_is_the_share_of_the_sky() {
 }
 
 #[test]
+fn variance_falls_as_one_over_n_and_faster_for_sobol_points_on_smooth_pixels() {
+    let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
+    let scene = floor_below(square);
+    let slope = |sampler| {
+        let sizes = [16, 64, 256, 1024];
+        let points = sizes.map(|spp| {
+            let mut moments = Moments::default();
+            for seed in 0..64 {
+                let settings = RenderSettings {
+                    sampler,
+                    max_bounces: Some(1),
+                    roulette: Some(Roulette::None),
+                    ..settings(&scene, IntegratorKind::NextEvent, seed, spp)
+                };
+                let film = rendered(&scene, &settings);
+                let pixels = film.develop();
+                let values = pixels.pixels().iter().map(|p| f64::from(p.to_array()[1]));
+                moments = moments.merge(Moments::of(values));
+            }
+            let variance = moments.variance().expect("many pixels");
+            [(spp as f64).ln(), variance.ln()]
+        });
+        let mean = |i: usize| points.iter().map(|p| p[i]).sum::<f64>() / points.len() as f64;
+        let (x, y) = (mean(0), mean(1));
+        let products = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>();
+        products / points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>()
+    };
+    // 2048 pixels tell each variance to 3 %, and the slope to 0.01.
+    let independent = slope(SamplerKind::Independent);
+    assert!((independent + 1.0).abs() < 0.05, "{independent}");
+    let sobol = slope(SamplerKind::Sobol);
+    println!("slopes {independent:.3} and {sobol:.3}");
+    assert!(sobol < -1.5, "{sobol}");
+}
+
+#[test]
 fn neither_kernels_nor_tiles_nor_threads_change_a_picture() {
     let scene = matte();
     for &integrator in IntegratorKind::ALL {

@@ -11,6 +11,7 @@ use super::topic::{Lesson, Samples, Topic};
 use super::uniform::Uniform;
 use crate::error::Result;
 use crate::math::stats::Moments;
+use crate::sampler::{Decision, Sampler, Sobol};
 use crate::sampling::integrands::Integrand;
 use crate::sampling::monte_carlo::integrate_plain;
 use crate::study::plot::{Axis, Mark, Plot, Series, Shape};
@@ -34,6 +35,17 @@ const RUNS: usize = 4096;
 
 fn estimate(samples: usize, uniform: &mut Uniform) -> f64 {
     integrate_plain(|x| INTEGRAND.eval(x), 1, samples, &mut || uniform.double()).mean()
+}
+
+/// The same with the first of Sobol' points, scrambled anew each time.
+fn estimate_evenly(samples: usize, uniform: &mut Uniform) -> f64 {
+    let mut sampler = Sobol::new(uniform.double().to_bits());
+    let values = (0..samples).map(|index| {
+        sampler.start([0, 0], index as u64);
+        let [u] = sampler.draw(Decision::Time);
+        INTEGRAND.eval(&[f64::from(u)])
+    });
+    values.sum::<f64>() / samples as f64
 }
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
@@ -90,6 +102,14 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         1.0,
         |u, n| Some((estimate(n, u), n)),
     );
+    let evenly = ErrorCurve::measure(
+        lesson,
+        "evenly",
+        runs / 4,
+        &powers_of_two(2, 12, 2),
+        1.0,
+        |u, n| Some((estimate_evenly(n, u), n)),
+    );
     let shares = Shares::measure(lesson, runs);
     let techniques = spreads.iter().map(|(n, spread)| {
         let technique = Technique::new(format!("N = {n}"), &spread.all(), spread.cost());
@@ -99,10 +119,10 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         Finding::Numbers {
             reading: "Estimates with more samples are as right on average, and less spread."
                 .to_owned(),
-            numbers: numbers(&spreads, &curve, &shares),
+            numbers: numbers(&spreads, [&curve, &evenly], &shares),
         },
         Finding::Plots {
-            plots: vec![errors(&curve), shares.plot()],
+            plots: vec![errors(&curve, &evenly), shares.plot()],
         },
         Finding::Techniques {
             reading: "One estimate of N samples as a technique: its variance falls as its time \
@@ -118,7 +138,11 @@ fn variance(samples: usize) -> f64 {
     INTEGRAND.variance(1) / samples as f64
 }
 
-fn numbers(spreads: &[(usize, Samples)], curve: &ErrorCurve, shares: &Shares) -> Vec<Number> {
+fn numbers(
+    spreads: &[(usize, Samples)],
+    [curve, evenly]: [&ErrorCurve; 2],
+    shares: &Shares,
+) -> Vec<Number> {
     let mut numbers = Vec::new();
     for (n, spread) in spreads {
         let named = |what: &str| format!("{what} of estimates of N = {n}");
@@ -138,6 +162,14 @@ fn numbers(spreads: &[(usize, Samples)], curve: &ErrorCurve, shares: &Shares) ->
         error,
         0.02,
     ));
+    let [slope, error] = evenly.slope();
+    numbers.push(Number::new(
+        "slope of the error of Sobol' points",
+        -1.5,
+        slope,
+        error,
+        0.02,
+    ));
     for (sigmas, exact) in [(1, 0.682_689), (2, 0.954_500)] {
         let within = shares.within(f64::from(sigmas));
         let name = format!("share of errors within {sigmas} σ, N = 64");
@@ -146,20 +178,23 @@ fn numbers(spreads: &[(usize, Samples)], curve: &ErrorCurve, shares: &Shares) ->
     numbers
 }
 
-fn errors(curve: &ErrorCurve) -> Plot {
+fn errors(curve: &ErrorCurve, evenly: &ErrorCurve) -> Plot {
     let guide = |n: usize| [n as f64, variance(n).sqrt()];
     Plot {
         title: "Root mean square error".to_owned(),
         reading: "A power of N is a straight line on logarithmic axes, and its exponent is the \
                   slope: the error loses one power of ten while N gains two. The band is two \
-                  standard errors wide to each side."
+                  standard errors wide to each side. Points that are spread evenly are not \
+                  independent, and on a function as smooth as this one their error falls three \
+                  times as steeply: that is what the sampler `sobol` is for."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("samples N"),
         y: Axis::log("error"),
         series: vec![
             Series::new("σ/√N", Mark::Guide, 1, vec![guide(1), guide(4096)]),
-            curve.series("measured", Mark::Marks, 0),
+            curve.series("independent numbers", Mark::Marks, 0),
+            evenly.series("Sobol' points", Mark::Marks, 2),
         ],
     }
 }

@@ -6,8 +6,8 @@
 mod common;
 
 use common::closed_forms::parallel_rectangle;
-use common::scene::{diffuse, looking, ready, rectangle, shape};
-use common::scene_folder::load_text;
+use common::room::{LAMP, floor_below, room};
+use common::scene::{ready, rectangle};
 use etendue::accel::Backend;
 use etendue::film::Film;
 use etendue::film::filter::Filter;
@@ -101,15 +101,6 @@ impl Coverage {
     }
 }
 
-/// Direct light of a lamp of radiance 1 on a floor of albedo 0.5, seen at one point.
-fn floor_below(lamp: GeometryDescription) -> SceneDescription {
-    let mut scene = looking(DVec3::new(0.0, 0.5, 0.8), DVec3::ZERO, diffuse(0.5));
-    let ground = rectangle([-1.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]);
-    scene.shapes.push(shape(ground, 0.0));
-    scene.shapes.push(shape(lamp, 1.0));
-    scene
-}
-
 #[test]
 fn bars_of_closed_forms_cover_as_often_as_they_say() {
     let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
@@ -151,54 +142,30 @@ fn bars_of_closed_forms_cover_as_often_as_they_say() {
     }
 }
 
-/// A room with a lamp, a mirror and a floor with a pattern.
-const ROOM: &str = r#"version = 1
-[camera]
-eye = [0, 1, 3.6]
-target = [0, 1, 0]
-fov = 36
-
-[film]
-size = [32, 32]
-filter = "box"
-
-[[material]]
-name = "white"
-type = "diffuse"
-reflectance = { checker = [0.7, 0.3], repeat = [5, 5] }
-
+/// A room with a lamp and a ball of metal, given how rough that is.
+fn room_with_metal(roughness: f64) -> SceneDescription {
+    let mut description = room(&format!(
+        r#"{LAMP}
 [[material]]
 name = "metal"
 type = "conductor"
 preset = "gold"
-roughness = 0.3
-
-[[shape]]
-type = "mesh"
-material = "white"
-positions = [[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1], [-1, 2, -1], [1, 2, -1], [1, 2, 1], [-1, 2, 1]]
-uvs = [[0, 0], [1, 0], [1, 1], [0, 1], [0, 1], [1, 1], [1, 0], [0, 0]]
-indices = [[0, 3, 2], [0, 2, 1], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [3, 0, 4], [3, 4, 7]]
+roughness = {roughness}
 
 [[shape]]
 type = "sphere"
 material = "metal"
 center = [0.3, 0.5, 0]
 radius = 0.5
-
-[[shape]]
-type = "rectangle"
-material = "white"
-emission = [9, 8, 6]
-corner = [-0.4, 1.99, -0.4]
-edge_u = [0.8, 0, 0]
-edge_v = [0, 0, 0.8]
-"#;
+"#
+    ));
+    description.film.size = (32, 32);
+    description
+}
 
 /// The coverage of 20 pictures of a room, given how rough its metal is.
 fn of_room(roughness: f64, sampler: SamplerKind, spp: u64) -> Coverage {
-    let metal = format!("roughness = {roughness}");
-    let description = load_text(&ROOM.replace("roughness = 0.3", &metal));
+    let description = room_with_metal(roughness);
     let scene = ready(&description, Backend::ALL[0]);
     let truth = settings(&description, SamplerKind::Sobol, 1000, 1 << 14);
     let truth = film(&scene, &description, &truth).develop();
@@ -238,7 +205,7 @@ fn bars_that_rare_events_have_yet_to_reach_are_flagged() {
 
 #[test]
 fn an_error_that_is_asked_for_is_kept_and_hardly_undercut() {
-    let description = load_text(&ROOM.replace("roughness = 0.3", "roughness = 1"));
+    let description = room_with_metal(1.0);
     let scene = ready(&description, Backend::ALL[0]);
     let truth = settings(&description, SamplerKind::Sobol, 1000, 1 << 15);
     let truth = film(&scene, &description, &truth).develop();

@@ -7,8 +7,8 @@ mod common;
 
 use common::chi_square::uniformity;
 use common::closed_forms::{coaxial_discs, parallel_rectangle};
-use common::scene::{diffuse, looking, ready, rectangle, shape};
-use common::scene_folder::load_text;
+use common::room::{LAMP, floor_below, room};
+use common::scene::{ready, rectangle};
 use common::verdict::{assert_mean, sidak};
 use etendue::accel::{AccelOptions, Backend, Precision, Quality};
 use etendue::effects::{Effect, EffectSet, Kernel};
@@ -32,55 +32,6 @@ const COURSE: [IntegratorKind; 5] = [
     IntegratorKind::LightOrRest,
     IntegratorKind::NextEvent,
 ];
-
-/// A box that is open in front, and something in it; `{}` stands for further tables.
-const ROOM: &str = r#"version = 1
-[camera]
-eye = [0, 1, 3.6]
-target = [0, 1, 0]
-fov = 36
-
-[film]
-size = [16, 16]
-filter = "box"
-
-[[material]]
-name = "white"
-type = "diffuse"
-reflectance = 0.75
-
-[[material]]
-name = "red"
-type = "diffuse"
-reflectance = [0.6, 0.1, 0.1]
-
-[[shape]]
-type = "mesh"
-material = "white"
-positions = [[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1], [-1, 2, -1], [1, 2, -1], [1, 2, 1], [-1, 2, 1]]
-indices = [[0, 3, 2], [0, 2, 1], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5]]
-
-[[shape]]
-type = "rectangle"
-material = "red"
-corner = [-1, 0, 1]
-edge_u = [0, 0, -2]
-edge_v = [0, 2, 0]
-"#;
-
-const LAMP: &str = r#"
-[[shape]]
-type = "rectangle"
-material = "white"
-emission = [9, 8, 6]
-corner = [-0.4, 1.99, -0.4]
-edge_u = [0.8, 0, 0]
-edge_v = [0, 0, 0.8]
-"#;
-
-fn room(more: &str) -> SceneDescription {
-    load_text(&format!("{ROOM}{more}"))
-}
 
 /// A room with two matte blocks.
 fn matte() -> SceneDescription {
@@ -400,15 +351,6 @@ intensity = 2
         assert_eq!(bias.is_none(), looks, "{bias:?}");
         assert_eq!(integrator.bias(EffectSet::NONE), None);
     }
-}
-
-/// A floor of albedo 0.5, of which one point is seen, below a shape that emits.
-fn floor_below(lamp: GeometryDescription) -> SceneDescription {
-    let mut scene = looking(DVec3::new(0.0, 0.5, 0.8), DVec3::ZERO, diffuse(0.5));
-    let ground = rectangle([-1.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]);
-    scene.shapes.push(shape(ground, 0.0));
-    scene.shapes.push(shape(lamp, 1.0));
-    scene
 }
 
 /// One number for each pixel, all of which look at the same point.

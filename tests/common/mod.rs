@@ -14,6 +14,7 @@ pub mod closed_forms;
 pub mod command;
 pub mod generated;
 pub mod quadrature;
+pub mod room;
 pub mod scene;
 pub mod scene_folder;
 pub mod tracing;

@@ -1,0 +1,70 @@
+//! A room to be furnished, and a floor below a lamp.
+//!
+//! Measure: world units; radiance.
+//! Range: the room is seen in 16 x 16 pixels through a box filter; of the floor, one point in 32.
+//! Source: none needed.
+
+use super::scene::{diffuse, looking, rectangle, shape};
+use super::scene_folder::load_text;
+use etendue::math::vec::DVec3;
+use etendue::scene::description::{GeometryDescription, SceneDescription};
+
+/// A box that is open in front, with one red wall.
+const ROOM: &str = r#"version = 1
+[camera]
+eye = [0, 1, 3.6]
+target = [0, 1, 0]
+fov = 36
+
+[film]
+size = [16, 16]
+filter = "box"
+
+[[material]]
+name = "white"
+type = "diffuse"
+reflectance = 0.75
+
+[[material]]
+name = "red"
+type = "diffuse"
+reflectance = [0.6, 0.1, 0.1]
+
+[[shape]]
+type = "mesh"
+material = "white"
+positions = [[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1], [-1, 2, -1], [1, 2, -1], [1, 2, 1], [-1, 2, 1]]
+indices = [[0, 3, 2], [0, 2, 1], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5]]
+
+[[shape]]
+type = "rectangle"
+material = "red"
+corner = [-1, 0, 1]
+edge_u = [0, 0, -2]
+edge_v = [0, 2, 0]
+"#;
+
+/// A lamp below its ceiling.
+pub const LAMP: &str = r#"
+[[shape]]
+type = "rectangle"
+material = "white"
+emission = [9, 8, 6]
+corner = [-0.4, 1.99, -0.4]
+edge_u = [0.8, 0, 0]
+edge_v = [0, 0, 0.8]
+"#;
+
+/// The room, with more tables of the scene's file.
+pub fn room(more: &str) -> SceneDescription {
+    load_text(&format!("{ROOM}{more}"))
+}
+
+/// A floor of albedo 0.5, of which one point is seen, below a shape that emits.
+pub fn floor_below(lamp: GeometryDescription) -> SceneDescription {
+    let mut scene = looking(DVec3::new(0.0, 0.5, 0.8), DVec3::ZERO, diffuse(0.5));
+    let ground = rectangle([-1.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]);
+    scene.shapes.push(shape(ground, 0.0));
+    scene.shapes.push(shape(lamp, 1.0));
+    scene
+}

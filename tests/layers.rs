@@ -1,6 +1,8 @@
 //! The layers of an EXR say how wrong each pixel is and what is seen first in it; an error that is asked for is reached, or
 //! the command says that it was not.
 
+#![cfg(feature = "cli")]
+
 mod common;
 
 use common::command::{fails, run, succeed};

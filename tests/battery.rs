@@ -2,9 +2,10 @@
 
 use etendue::accel::Backend;
 use etendue::battery::case::{Case, Effort, Trial};
-use etendue::battery::claim::{Claim, Relation, Verdict};
+use etendue::battery::claim::{Claim, Relation};
 use etendue::battery::report::{BatteryReport, CaseReport};
 use etendue::battery::{BatteryObserver, BatterySettings, Unattended, cases, run};
+use etendue::math::verdict::Verdict;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Prints what is done.

@@ -1,10 +1,10 @@
 //! The lessons: each topic's numbers against their exact values, by their own verdicts; the shape of its page; and that a
 //! seed is all that its numbers depend on.
 
-use etendue::lesson::number::Verdict;
 use etendue::lesson::page::{Finding, Page};
 use etendue::lesson::topic::{LessonObserver, Settings, Topic, Unwatched};
 use etendue::lesson::{TOPICS, run};
+use etendue::math::verdict::Verdict;
 use etendue::study::plot::Plot;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 

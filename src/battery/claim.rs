@@ -3,20 +3,14 @@
 //! Measure: the unit of the number. A case is measured as independent numbers of the same expectation, one a replicate.
 //! Range: a claim about a mean needs at least [`REPLICATES`] numbers; with fewer, or with a standard error above the
 //! claim's limit, a measurement says nothing, which counts as a failure.
-//! Source: the acceptance rule |mean - exact| <= 5.2 SE + 4e-6 |exact|, in which 5.2 sigma is Šidák's correction for
-//! 500 checks at a family-wise significance of 1e-4. Tested below.
+//! Source: the acceptance rule of `math/verdict.rs`. Tested below.
 
 use crate::math::stats::Moments;
+use crate::math::verdict::{ROUNDING, Verdict};
 use serde::Serialize;
 
 /// Numbers that a standard error can be told from.
 pub const REPLICATES: u64 = 16;
-
-/// Standard errors that a right mean stays within.
-const SIGMAS: f64 = 5.2;
-
-/// Rounding to single precision on the way, relative.
-const ROUNDING: f64 = 4e-6;
 
 /// On which sides of the exact number a measurement may lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -40,29 +34,6 @@ pub struct Claim {
     /// The greatest standard error that tells anything; `None` where there is no noise, and every single number has to
     /// be within the tolerance.
     pub power_limit: Option<f64>,
-}
-
-/// What came of a case.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Verdict {
-    /// As exact as claimed, and precise enough to know.
-    Passed,
-    /// Significantly off.
-    Failed,
-    /// Not precise enough to know; counts as a failure.
-    Inconclusive,
-}
-
-impl Verdict {
-    /// In a word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Passed => "passed",
-            Self::Failed => "FAILED",
-            Self::Inconclusive => "INCONCLUSIVE",
-        }
-    }
 }
 
 /// A measurement held against a claim.
@@ -150,13 +121,10 @@ impl Claim {
         let standard_error = moments.standard_error();
         let known = standard_error.filter(|_| moments.count() >= REPLICATES);
         let power_limit = self.power_limit.unwrap_or(f64::INFINITY);
-        // Nothing compares with NaN: such a mean has failed, such an error says nothing.
-        let holds = |error: f64| self.excess(moments.mean()) <= self.tolerance + SIGMAS * error;
-        let verdict = match known {
-            Some(error) if !holds(error) => Verdict::Failed,
-            Some(error) if error <= power_limit => Verdict::Passed,
-            _ => Verdict::Inconclusive,
-        };
+        let off = self.excess(moments.mean());
+        let verdict = known.map_or(Verdict::Inconclusive, |error| {
+            Verdict::of(off, self.tolerance, error, power_limit)
+        });
         Judged {
             ours: moments.mean(),
             standard_error,

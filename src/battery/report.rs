@@ -5,8 +5,9 @@
 //! Source: docs/hard-cases.md. Tested in `tests/battery.rs`.
 
 use super::case::{Effort, Peers};
-use super::claim::{Claim, Verdict};
+use super::claim::Claim;
 use crate::bench::report::Machine;
+use crate::math::verdict::Verdict;
 use serde::Serialize;
 
 /// All of a battery.

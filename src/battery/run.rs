@@ -6,11 +6,12 @@
 //! Source: none needed. Tested in `tests/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
-use super::claim::{Judged, Verdict};
+use super::claim::Judged;
 use super::report::{BatteryReport, CaseReport, LeftOut};
 use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::bench::machine::machine;
 use crate::error::{Error, Result};
+use crate::math::verdict::Verdict;
 use crate::render::settings::available_threads;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;

@@ -3,40 +3,11 @@
 //! Measure: that of the number; costs in seconds a sample; efficiencies per second and per squared unit of the
 //! estimate.
 //! Range: standard errors come from at least 16 independent numbers; 0 is for what has no chance in it.
-//! Source: the acceptance rule of docs/accuracy.md, |ours - exact| <= 5.2 SE + 4e-6 |exact|, and SE at most the power
-//! limit, since a run that cannot tell must not pass. Tested below.
+//! Source: the acceptance rule of `math/verdict.rs`. Tested below.
 
 use crate::math::stats::Moments;
+use crate::math::verdict::{ROUNDING, Verdict};
 use serde::Serialize;
-
-/// Whether a number is what it should be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// As exact as it should be, and precise enough to know.
-    Passed,
-    /// Significantly off.
-    Failed,
-    /// Not precise enough to know.
-    Inconclusive,
-}
-
-impl Verdict {
-    /// In a word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Passed => "passed",
-            Self::Failed => "failed",
-            Self::Inconclusive => "inconclusive",
-        }
-    }
-}
-
-/// Standard errors that a right number may be off: Šidák's correction for 500 checks at a significance of 1e-4.
-const MOST_SIGMAS: f64 = 5.2;
-
-/// What rounding in single precision may take, relative to the exact value.
-const ROUNDING: f64 = 4e-6;
 
 /// A number that was measured beside its exact value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -75,13 +46,8 @@ impl Number {
         power: f64,
     ) -> Self {
         let size = if exact == 0.0 { 1.0 } else { exact.abs() };
-        // NaN is close to nothing.
-        let close = (ours - exact).abs() <= MOST_SIGMAS * standard_error + ROUNDING * size;
-        let verdict = match (close, standard_error <= power * size) {
-            (false, _) => Verdict::Failed,
-            (true, true) => Verdict::Passed,
-            (true, false) => Verdict::Inconclusive,
-        };
+        let off = (ours - exact).abs();
+        let verdict = Verdict::of(off, ROUNDING * size, standard_error, power * size);
         Self {
             name: name.into(),
             exact,

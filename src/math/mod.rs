@@ -10,3 +10,4 @@ pub mod stats;
 pub mod triangle;
 pub mod trig;
 pub mod vec;
+pub mod verdict;

@@ -4,8 +4,9 @@
 //! Range: standard errors come from at least 16 independent numbers.
 //! Source: `battery/claim.rs`, which is tested there.
 
-use etendue::battery::claim::{Claim, Verdict};
+use etendue::battery::claim::Claim;
 use etendue::math::stats::Moments;
+use etendue::math::verdict::Verdict;
 
 /// Panics unless the mean of independent numbers is `exact`; `power` is the greatest standard error that counts, relative to
 /// `exact`.

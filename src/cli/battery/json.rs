@@ -4,8 +4,8 @@
 //! Range: any report; what is not finite is `null`.
 //! Source: none needed. Tested in `tests/battery_command.rs`.
 
-use crate::battery::claim::Verdict;
 use crate::battery::report::BatteryReport;
+use crate::math::verdict::Verdict;
 use serde::Serialize;
 
 #[derive(Serialize)]

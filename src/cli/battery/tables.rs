@@ -5,11 +5,12 @@
 //! Source: docs/hard-cases.md. Tested in `tests/battery_command.rs`.
 
 use crate::battery::case::{Effort, Peers};
-use crate::battery::claim::{Relation, Verdict};
+use crate::battery::claim::Relation;
 use crate::battery::report::{BatteryReport, CaseReport};
 use crate::battery::{SUBJECTS, Subject};
 use crate::cli::durations::format_duration;
 use crate::cli::table::{Table, numbers, words};
+use crate::math::verdict::Verdict;
 use std::time::Duration;
 
 /// What a battery ran on and with, in a sentence.

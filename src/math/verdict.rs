@@ -1,7 +1,7 @@
 //! When a measured number passes for an exact one.
 //!
 //! Measure: the unit of the number.
-//! Range: any numbers. Nothing compares with NaN: such a number fails, such a standard error says nothing.
+//! Range: any numbers. Nothing compares with NaN: a number that is none, or whose standard error is none, fails.
 //! Source: the acceptance rule |mean - exact| <= 5.2 SE + 4e-6 |exact|, in which 5.2 sigma is Šidák's correction for
 //! 500 checks at a family-wise significance of 1e-4; and SE at most a power limit, since a run that cannot tell must not
 //! pass. Tested below.
@@ -32,7 +32,6 @@ impl Verdict {
     pub fn of(off: f64, tolerance: f64, standard_error: f64, power_limit: f64) -> Self {
         let is_close = off <= tolerance + SIGMAS * standard_error;
         match (is_close, standard_error <= power_limit) {
-            _ if standard_error.is_nan() => Self::Inconclusive,
             (false, _) => Self::Failed,
             (true, true) => Self::Passed,
             (true, false) => Self::Inconclusive,
@@ -62,7 +61,7 @@ mod tests {
             (9.0, 1.1, Verdict::Failed),
             (0.0, 0.0, Verdict::Passed),
             (f64::NAN, 1.0, Verdict::Failed),
-            (0.0, f64::NAN, Verdict::Inconclusive),
+            (0.0, f64::NAN, Verdict::Failed),
         ] {
             let verdict = Verdict::of(off, 0.0, standard_error, 1.0);
             assert_eq!(verdict, expected, "{off} {standard_error}");

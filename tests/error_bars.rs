@@ -7,7 +7,7 @@ mod common;
 
 use common::closed_forms::parallel_rectangle;
 use common::room::{LAMP, floor_below, room};
-use common::scene::{ready, rectangle};
+use common::scene::{film, ready, rectangle};
 use etendue::accel::Backend;
 use etendue::film::Film;
 use etendue::film::filter::Filter;
@@ -16,7 +16,6 @@ use etendue::math::stats::student_quantile;
 use etendue::math::vec::DVec3;
 use etendue::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
 use etendue::render::{Unwatched, render};
-use etendue::scene::Scene;
 use etendue::scene::description::{GeometryDescription, SceneDescription};
 
 /// Confidences, and how far the share of intervals that hold the truth may be from each.
@@ -35,12 +34,6 @@ fn settings(scene: &SceneDescription, sampler: SamplerKind, seed: u64, spp: u64)
         bars: true,
         ..RenderSettings::new(scene.film.size, spp)
     }
-}
-
-fn film(scene: &Scene, description: &SceneDescription, settings: &RenderSettings) -> Film {
-    let filter = Filter::new(&description.film.filter);
-    let rendered = render(scene, &filter, description.film.size, settings, &Unwatched);
-    rendered.expect("the settings are valid").film
 }
 
 /// Counts of intervals that hold the truth, of unflagged pixels and of flagged ones.

@@ -8,20 +8,17 @@ mod common;
 use common::chi_square::uniformity;
 use common::closed_forms::{coaxial_discs, parallel_rectangle};
 use common::room::{LAMP, floor_below, room};
-use common::scene::{ready, rectangle};
+use common::scene::{film, ready, rectangle, slide};
 use common::verdict::{assert_mean, sidak};
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::accel::Backend;
 use etendue::effects::{Effect, EffectSet, Kernel};
 use etendue::film::Film;
-use etendue::film::filter::Filter;
 use etendue::integrator::Roulette;
 use etendue::integrator::kind::IntegratorKind;
 use etendue::math::stats::Moments;
 use etendue::math::vec::DVec3;
 use etendue::render::settings::{RenderSettings, SamplerKind};
-use etendue::render::{Unwatched, render};
 use etendue::scene::description::{GeometryDescription, SceneDescription};
-use etendue::scene::prepare::prepare;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// The path tracers of the course but the last.
@@ -155,16 +152,7 @@ radiance = [0.2, 0.3, 0.5]
 }
 
 fn rendered(description: &SceneDescription, settings: &RenderSettings) -> Film {
-    let options = AccelOptions {
-        backend: Backend::ALL[0],
-        precision: Precision::Robust,
-        quality: Quality::default(),
-        threads: settings.threads,
-    };
-    let scene = prepare(description, options).expect("it is valid").scene;
-    let filter = Filter::new(&description.film.filter);
-    let rendered = render(&scene, &filter, description.film.size, settings, &Unwatched);
-    rendered.expect("the settings are valid").film
+    film(&ready(description, Backend::ALL[0]), description, settings)
 }
 
 fn settings(
@@ -350,6 +338,32 @@ intensity = 2
         );
         assert_eq!(bias.is_none(), looks, "{bias:?}");
         assert_eq!(integrator.bias(EffectSet::NONE), None);
+    }
+}
+
+#[test]
+fn lamps_that_are_no_lights_to_look_for_are_found_by_scattering() {
+    // A sphere that moves is in no list of lights, and here the list is empty.
+    let mut scene = floor_below(GeometryDescription::Sphere {
+        center: 2.0 * DVec3::Y,
+        radius: 1.0,
+    });
+    scene.shapes[1].motion = slide(DVec3::ZERO, DVec3::new(0.3, 0.2, 0.0));
+    scene.camera.shutter = [0.0, 1.0];
+    assert!(ready(&scene, Backend::ALL[0]).lights.is_empty());
+    let path = seen(&scene, IntegratorKind::Path, 1 << 13, None);
+    for integrator in COURSE {
+        let other = seen(&scene, integrator, 1 << 13, None);
+        let [error, of_path] = [&other, &path].map(|it| it.standard_error().expect("many pixels"));
+        let off = (other.mean() - path.mean()).abs();
+        let (name, error) = (integrator.name(), error.hypot(of_path));
+        assert!(
+            off < 5.2 * error,
+            "{name}: {} and {}",
+            other.mean(),
+            path.mean()
+        );
+        assert!(error < 0.02 * path.mean(), "{name}: inconclusive, {error}");
     }
 }
 

@@ -146,7 +146,7 @@ impl<C: Chosen> Integrator for PathIntegrator<C> {
                 let weight = path.weight_of_scattering(
                     technique,
                     |from| scene.light_pdf(from, time, &at),
-                    || scene.light_of(&at) == chosen,
+                    || chosen.is_some() && scene.light_of(&at) == chosen,
                 );
                 let contribution = path.beta * emitted * (weight * coin.taken);
                 observer.emission(contribution, weight);

@@ -8,6 +8,7 @@ use etendue::accel::{AccelOptions, Backend, Precision, Quality};
 use etendue::battery::case::{Effort, Trial};
 use etendue::battery::staging::{self, Look};
 pub use etendue::battery::staging::{diffuse, looking, polygon, rectangle, shape, sky};
+use etendue::film::Film;
 use etendue::film::filter::Filter;
 use etendue::geometry::texture::Texture;
 use etendue::image::Image;
@@ -38,6 +39,13 @@ fn robust(backend: Backend) -> AccelOptions {
         quality: Quality::default(),
         threads: 1,
     }
+}
+
+/// The film of a render.
+pub fn film(scene: &Scene, description: &SceneDescription, settings: &RenderSettings) -> Film {
+    let filter = Filter::new(&description.film.filter);
+    let rendered = render(scene, &filter, description.film.size, settings, &Unwatched);
+    rendered.expect("the settings are valid").film
 }
 
 /// What each pixel of the patch saw, with `spp` samples a pixel.

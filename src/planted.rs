@@ -219,7 +219,7 @@ pub const PLANTED: &[Planted] = &[
     ),
     bug(
         "roulette-takes-a-spent-number",
-        "roulette takes the number that has chosen the lobe",
+        "roulette takes a number that has chosen the direction",
         "roulette::no_roulette_changes_what_a_highlight_shows",
     ),
     bug(

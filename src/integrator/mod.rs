@@ -6,6 +6,7 @@ pub mod ambient_occlusion;
 pub mod kind;
 pub mod observer;
 pub mod path;
+mod steps;
 pub mod technique;
 
 use crate::accel::Hit;

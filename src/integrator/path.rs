@@ -21,18 +21,18 @@
 //! `tests/furnace.rs`, `tests/effects.rs` and `tests/integrators.rs`.
 
 use super::observer::{PathObserver, RayKind};
-use super::technique::{Chosen, DirectionRule, EmissionRule, LightRule, Technique, Weighted};
+use super::steps::{sample_direction, toss};
+use super::technique::{Chosen, LightRule, Technique, Weighted};
 use super::{CameraRay, Integrator, RayCounts, Roulette};
 use crate::accel::{Departure, Hit};
-use crate::bsdf::{Bsdf, BsdfSample, Lobe, View};
-use crate::effects::{Effect, Effects, Slot, State, Switch};
+use crate::bsdf::View;
+use crate::effects::{Effects, Slot, State, Switch};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
 use crate::planted::planted;
 use crate::sampler::{Decision, Sampler};
-use crate::sampling::warp::{PDF_SPHERE_UNIFORM, sample_sphere_uniform};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
@@ -88,6 +88,23 @@ impl<E: Effects> PathState<E> {
         let eta = if enters { eta } else { 1.0 / eta };
         self.eta_scale.update(|scale| scale * eta * eta);
         eta * eta
+    }
+
+    /// Whether it goes on, with probability `survival`: then its throughput makes up for those that end here.
+    #[inline]
+    fn survives<S: Sampler>(&mut self, survival: f32, bounce: u32, sampler: &mut S) -> bool {
+        let decision = planted!(
+            "roulette-takes-a-spent-number",
+            Decision::Bsdf(bounce),
+            Decision::Roulette(bounce)
+        );
+        let [u] = sampler.draw(decision);
+        if u >= survival {
+            return false;
+        }
+        let lifted = planted!("roulette-on-radiance", &mut self.radiance, &mut self.beta);
+        *lifted *= planted!("roulette-without-division", 1.0, 1.0 / survival);
+        true
     }
 
     /// The weight of light found by scattering, where light sampling finds it with density `p_light`.
@@ -206,19 +223,9 @@ impl<C: Chosen> Integrator for PathIntegrator<C> {
             }
             let left = path.eta_scale.or(1.0) * path.beta;
             let survival = self.roulette.survival(bounce, reflected, left);
-            if survival < 1.0 {
-                let decision = Decision::Roulette(bounce);
-                let [u] = planted!(
-                    "roulette-takes-a-spent-number",
-                    [u[2]],
-                    sampler.draw(decision)
-                );
-                if u >= survival {
-                    observer.terminated(survival);
-                    break;
-                }
-                let lifted = planted!("roulette-on-radiance", &mut path.radiance, &mut path.beta);
-                *lifted *= planted!("roulette-without-division", 1.0, 1.0 / survival);
+            if survival < 1.0 && !path.survives(survival, bounce, sampler) {
+                observer.terminated(survival);
+                break;
             }
             let forgotten = planted!(
                 "mirror-weighted-as-what-it-shows",
@@ -235,102 +242,6 @@ impl<C: Chosen> Integrator for PathIntegrator<C> {
         }
         path.radiance
     }
-}
-
-/// Whether a path ends with what a surface emits, and what either way is multiplied by.
-struct Coin {
-    ends: bool,
-    /// One over the probability of taking what is emitted, or 0 if it is not taken.
-    taken: f32,
-    /// One over the probability of going on.
-    left: f32,
-}
-
-/// Tosses the technique's coin, if it has one.
-#[inline(always)]
-fn toss<S: Sampler>(
-    technique: Technique,
-    emitted: Option<Rgb>,
-    sampler: &mut S,
-    bounce: u32,
-) -> Coin {
-    let p = match technique.emission {
-        EmissionRule::Always => {
-            return Coin {
-                ends: false,
-                taken: 1.0,
-                left: 1.0,
-            };
-        }
-        EmissionRule::Coin { lit, .. } if emitted.is_some_and(|light| !light.is_black()) => lit,
-        EmissionRule::Coin { unlit, .. } => unlit,
-    };
-    let [u] = sampler.draw(Decision::Emission(bounce));
-    let ends = u < p;
-    Coin {
-        ends,
-        taken: if ends { 1.0 / p } else { 0.0 },
-        left: 1.0 / (1.0 - p),
-    }
-}
-
-/// A direction for the path to go on, by the technique's rule.
-#[inline(always)]
-fn sample_direction<E: Effects>(
-    bsdf: &Bsdf,
-    seen: &View,
-    technique: Technique,
-    [u, v, u_lobe]: [f32; 3],
-) -> Option<BsdfSample> {
-    match technique.directions {
-        DirectionRule::Bsdf => seen.sample::<E>(u_lobe, Vec2::new(u, v)),
-        DirectionRule::Uniform => sample_uniformly::<E>(bsdf, seen, u_lobe, Vec2::new(u, v)),
-    }
-}
-
-/// A direction that is uniform on the viewer's side, or on both sides of a surface that lets light through.
-///
-/// No such direction is that of a delta lobe. Of a surface that has one, half of the samples are taken by the BSDF, and
-/// what they find counts where it is the delta lobe.
-fn sample_uniformly<E: Effects>(
-    bsdf: &Bsdf,
-    seen: &View,
-    u_lobe: f32,
-    u: Vec2,
-) -> Option<BsdfSample> {
-    if bsdf.is_delta::<E>() {
-        return seen.sample::<E>(u_lobe, u);
-    }
-    let effects = bsdf.effects();
-    let mut share = 1.0;
-    if effects.has(Effect::Specular) {
-        share = 0.5;
-        if u_lobe < share {
-            let sample = seen.sample::<E>(u_lobe / share, u)?;
-            return sample.pdf.is_none().then(|| BsdfSample {
-                weight: sample.weight * (1.0 / share),
-                ..sample
-            });
-        }
-    }
-    let wo = seen.wo();
-    let mut wi = sample_sphere_uniform(u);
-    let mut pdf = share * PDF_SPHERE_UNIFORM;
-    if !effects.has(Effect::Transmission) {
-        wi.z = wi.z.abs().copysign(wo.z);
-        pdf *= 2.0;
-    }
-    let f = seen.eval::<E>(wi).f;
-    (!f.is_black()).then(|| BsdfSample {
-        wi,
-        weight: f * (wi.z.abs() / pdf),
-        pdf: Some(PdfSolidAngle(pdf)),
-        lobe: if wi.z * wo.z < 0.0 {
-            Lobe::GlossyTransmission
-        } else {
-            Lobe::Diffuse
-        },
-    })
 }
 
 /// The numbers that choose a point on a light and, where there are several, the light.

@@ -1,0 +1,111 @@
+//! What a path does at a surface by the rules of its technique: it ends or it goes on, and somewhere.
+//!
+//! Measure: probabilities; densities per steradian.
+//! Range: any technique; a rule that is known when compiling leaves nothing of the others.
+//! Source: the course's path tracers, see `technique.rs`. Tested in `tests/integrators.rs`.
+
+use super::technique::{DirectionRule, EmissionRule, Technique};
+use crate::bsdf::{Bsdf, BsdfSample, Lobe, View};
+use crate::effects::{Effect, Effects};
+use crate::math::measure::PdfSolidAngle;
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec2;
+use crate::sampler::{Decision, Sampler};
+use crate::sampling::warp::{PDF_SPHERE_UNIFORM, sample_sphere_uniform};
+
+/// Whether a path ends with what a surface emits, and what either way is multiplied by.
+pub(super) struct Coin {
+    /// Whether it ends.
+    pub(super) ends: bool,
+    /// One over the probability of taking what is emitted, or 0 if it is not taken.
+    pub(super) taken: f32,
+    /// One over the probability of going on.
+    pub(super) left: f32,
+}
+
+/// Tosses the technique's coin, if it has one.
+#[inline(always)]
+pub(super) fn toss<S: Sampler>(
+    technique: Technique,
+    emitted: Option<Rgb>,
+    sampler: &mut S,
+    bounce: u32,
+) -> Coin {
+    let p = match technique.emission {
+        EmissionRule::Always => {
+            return Coin {
+                ends: false,
+                taken: 1.0,
+                left: 1.0,
+            };
+        }
+        EmissionRule::Coin { lit, .. } if emitted.is_some_and(|light| !light.is_black()) => lit,
+        EmissionRule::Coin { unlit, .. } => unlit,
+    };
+    let [u] = sampler.draw(Decision::Emission(bounce));
+    let ends = u < p;
+    Coin {
+        ends,
+        taken: if ends { 1.0 / p } else { 0.0 },
+        left: 1.0 / (1.0 - p),
+    }
+}
+
+/// A direction for the path to go on, by the technique's rule.
+#[inline(always)]
+pub(super) fn sample_direction<E: Effects>(
+    bsdf: &Bsdf,
+    seen: &View,
+    technique: Technique,
+    [u, v, u_lobe]: [f32; 3],
+) -> Option<BsdfSample> {
+    match technique.directions {
+        DirectionRule::Bsdf => seen.sample::<E>(u_lobe, Vec2::new(u, v)),
+        DirectionRule::Uniform => sample_uniformly::<E>(bsdf, seen, u_lobe, Vec2::new(u, v)),
+    }
+}
+
+/// A direction that is uniform on the viewer's side, or on both sides of a surface that lets light through.
+///
+/// No such direction is that of a delta lobe. Of a surface that has one, half of the samples are taken by the BSDF, and
+/// what they find counts where it is the delta lobe.
+fn sample_uniformly<E: Effects>(
+    bsdf: &Bsdf,
+    seen: &View,
+    u_lobe: f32,
+    u: Vec2,
+) -> Option<BsdfSample> {
+    if bsdf.is_delta::<E>() {
+        return seen.sample::<E>(u_lobe, u);
+    }
+    let effects = bsdf.effects();
+    let mut share = 1.0;
+    if effects.has(Effect::Specular) {
+        share = 0.5;
+        if u_lobe < share {
+            let sample = seen.sample::<E>(u_lobe / share, u)?;
+            return sample.pdf.is_none().then(|| BsdfSample {
+                weight: sample.weight * (1.0 / share),
+                ..sample
+            });
+        }
+    }
+    let wo = seen.wo();
+    let mut wi = sample_sphere_uniform(u);
+    let mut pdf = share * PDF_SPHERE_UNIFORM;
+    if !effects.has(Effect::Transmission) {
+        wi.z = wi.z.abs().copysign(wo.z);
+        pdf *= 2.0;
+    }
+    let f = seen.eval::<E>(wi).f;
+    (!f.is_black()).then(|| BsdfSample {
+        wi,
+        weight: f * (wi.z.abs() / pdf),
+        pdf: Some(PdfSolidAngle(pdf)),
+        lobe: if wi.z * wo.z < 0.0 {
+            Lobe::GlossyTransmission
+        } else {
+            Lobe::Diffuse
+        },
+    })
+}

@@ -8,6 +8,9 @@
 pub mod atomic;
 mod exr;
 mod exr_layers;
+pub mod false_colour;
+#[cfg(feature = "flip")]
+pub mod flip;
 mod hdr;
 mod jpeg;
 mod layered;
@@ -17,11 +20,12 @@ mod pfm;
 mod png;
 mod raster;
 pub mod srgb;
+pub mod tiles;
 mod write;
 
 pub use layered::LayeredImage;
 pub use options::{Layer, MetadataValue, WriteOptions};
-pub use png::png_bytes;
+pub use png::{png_bytes, png_bytes_with_texts};
 pub use write::{check_writable, write};
 
 use crate::error::{Error, Result};

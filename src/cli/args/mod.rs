@@ -6,6 +6,7 @@
 
 mod battery;
 mod bench;
+mod compare;
 mod lesson;
 mod plan;
 mod render;
@@ -13,6 +14,7 @@ mod values;
 
 pub use battery::BatteryArguments;
 pub use bench::BenchArguments;
+pub use compare::{CompareArguments, Metric};
 pub use lesson::LessonArguments;
 pub use plan::PlanArguments;
 pub use render::RenderArguments;
@@ -38,6 +40,9 @@ pub enum Verb {
     Render(Box<RenderArguments>),
     /// Print which effects a scene calls for, why, and which kernel renders it.
     Plan(PlanArguments),
+    /// Say how far one picture is from another, where, and whether they tend to the same: for people, and for scripts as
+    /// `idiff` is used.
+    Compare(CompareArguments),
     /// Trace the rays of real renders by each backend, and say which is faster, by how much, and whether they agree.
     Bench(BenchArguments),
     /// Show the classic course on Monte Carlo integration, topic by topic: numbers beside their exact values, and a page.

@@ -13,7 +13,7 @@ use serde_json::Value;
 
 const NO_FILES: [(&str, &str); 0] = [];
 
-/// A matte floor under a large lamp: every pixel is noisy, and none for long.
+/// A matte floor and ceiling with a large lamp between them: noisy everywhere, but without rare events.
 const MATTE: &str = r#"version = 1
 [camera]
 eye = [0, 5, 0]
@@ -22,7 +22,7 @@ up = [0, 0, -1]
 fov = 30
 
 [film]
-size = [48, 40]
+size = [32, 24]
 filter = "box"
 
 [[material]]
@@ -47,9 +47,9 @@ edge_v = [0, 0, 4]
 [[shape]]
 type = "rectangle"
 material = "grey"
-corner = [-3, 0, -2]
-edge_u = [0, 2, 0]
-edge_v = [0, 0, 4]
+corner = [-9, 7, -9]
+edge_u = [18, 0, 0]
+edge_v = [0, 0, 18]
 "#;
 
 /// 64 x 40 pixels of (1, 0.5, 0.25), times some factor, one of them another.
@@ -109,7 +109,9 @@ fn numbers_are_their_closed_forms() {
     // The tiles at the bottom have 8 rows of 40.
     let tiles = it["tiles"].as_array().expect("a list");
     let shares: Vec<f64> = tiles.iter().map(|tile| number(&tile["share"])).collect();
-    assert_eq!(shares, [0.4, 0.4, 0.1, 0.1]);
+    for (share, exact) in shares.iter().zip([0.4, 0.4, 0.1, 0.1]) {
+        assert!((share - exact).abs() < 1e-9, "{shares:?}");
+    }
     assert_eq!(it["bias"], Value::Null);
     assert_eq!((&it["width"], &it["height"]), (&64.into(), &40.into()));
     assert_eq!(it["verdict"]["metric"], "rel-rmse");
@@ -383,7 +385,7 @@ fn renders_of_other_seeds_agree_and_a_bias_of_one_per_cent_is_found() {
     let folder = SceneFolder::new([("matte.toml", MATTE)]);
     for seed in [1, 2] {
         let flags =
-            format!("--spp 256 --sampler independent --seed {seed} --layers -q -o {seed}.exr");
+            format!("--spp 1024 --sampler independent --seed {seed} --layers -q -o {seed}.exr");
         succeed(&folder, &format!("render matte.toml {flags}"));
     }
     let it = json(&folder, "1.exr 2.exr");
@@ -396,7 +398,7 @@ fn renders_of_other_seeds_agree_and_a_bias_of_one_per_cent_is_found() {
     assert_eq!(it["notes"], Value::Array(Vec::new()));
     for channel in 0..3 {
         let detectable = number(&bias["channels"][channel]["detectable"]);
-        assert!(detectable > 0.0 && detectable < 0.005, "{detectable}");
+        assert!(detectable > 0.0 && detectable < 0.004, "{detectable}");
     }
     // Both are as noisy: half of the square is the reference's.
     let share = number(&it["reference_noise"]) / number(&it["rel_mse"]);
@@ -405,7 +407,7 @@ fn renders_of_other_seeds_agree_and_a_bias_of_one_per_cent_is_found() {
     // Brighter by 1 %, which is more than twice what is found nine times in ten.
     let read = LayeredImage::read(&folder.path("1.exr"), ColourSpace::Srgb).expect("a picture");
     let brighter = read.image.pixels().iter().map(|&pixel| 1.01 * pixel);
-    let brighter = Image::new(48, 40, brighter.collect());
+    let brighter = Image::new(32, 24, brighter.collect());
     let options = WriteOptions {
         layers: read.layers,
         ..WriteOptions::default()
@@ -416,10 +418,10 @@ fn renders_of_other_seeds_agree_and_a_bias_of_one_per_cent_is_found() {
     let said = succeed(&folder, "compare brighter.exr 2.exr").stdout;
     assert!(said.contains("tend to different ones"), "{said}");
 
-    // A limit on bounces leaves light out, most beside the wall.
+    // A limit on bounces leaves out what comes by way of the ceiling.
     succeed(
         &folder,
-        "render matte.toml --spp 256 --seed 3 --max-bounces 1 --layers -q -o direct.exr",
+        "render matte.toml --spp 1024 --seed 3 --max-bounces 1 --layers -q -o direct.exr",
     );
     let bias = &json(&folder, "direct.exr 2.exr")["bias"];
     assert!(number(&bias["p"]) < 1e-6, "{bias}");

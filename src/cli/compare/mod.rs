@@ -43,9 +43,7 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
         Some(path) => Some(write_map(arguments, path, &image, &reference)?),
         None => None,
     };
-    let notes = bias
-        .as_ref()
-        .map_or(Vec::new(), |bias| notes(&image, &reference, bias));
+    let notes = notes(&image, &reference, bias.as_ref());
     let report = Report {
         image: arguments.image.display().to_string(),
         reference: arguments.reference.display().to_string(),
@@ -74,13 +72,18 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
 }
 
 /// What has to be known of the test of bias.
-fn notes(image: &LayeredImage, reference: &LayeredImage, bias: &BiasTest) -> Vec<String> {
+fn notes(image: &LayeredImage, reference: &LayeredImage, bias: Option<&BiasTest>) -> Vec<String> {
+    let has_bars = |it: &LayeredImage| it.layer("se.R").is_some();
+    if !has_bars(image) && !has_bars(reference) {
+        return Vec::new();
+    }
     let mut notes = Vec::from_iter(same_random_numbers(image, reference));
-    if bias.tested < 0.5 {
+    let tested = bias.map_or(0.0, |bias| bias.tested);
+    if tested < 0.5 {
         notes.push(format!(
-            "of {} of the pixels the test of bias says nothing: their standard errors are not to be trusted; more \
-             samples help",
-            format_percent(1.0 - bias.tested)
+            "of {} of the pixels the test of bias says nothing: their standard errors are flagged as not to be \
+             trusted, or there is no noise; more samples help",
+            format_percent(1.0 - tested)
         ));
     }
     notes

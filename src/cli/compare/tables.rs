@@ -112,8 +112,8 @@ fn test_cells(channel: &ChannelTest) -> [String; 4] {
 }
 
 fn without_test() -> String {
-    "Relative to those of the reference. There are no standard errors, or none to be trusted, to test them by: \
-     `etendue render --layers` writes them."
+    "Relative to those of the reference. They are not tested for bias: that takes standard errors which are not flagged, \
+     from `etendue render --layers`."
         .to_owned()
 }
 
@@ -126,8 +126,9 @@ fn describe_bias(bias: &BiasTest) -> String {
     let tile = &bias.worst_tile;
     format!(
         "{found}: p = {} for the three means, and p = {} for {} means over tiles, of which the worst is {} at {}, {} \
-         ({} +- {}). Tested are {} of the pixels, those that are not flagged. As large a difference as stated is found \
-         {} of the time, in half of the tiles one of {}; where nothing differs, something is found {} of the time.",
+         ({} +- {}). Tested are the {} of the pixels that are not flagged. \
+         The last column is the difference that such a test finds {} of the time (in half of the tiles: {}); \
+         where nothing differs, it finds something {} of the time.",
         significant(bias.p, 2),
         significant(bias.tiles_p, 2),
         bias.tile_tests,

@@ -134,9 +134,12 @@ impl Job<'_> {
             ("max-bounces", flags.max_bounces.map(|it| it.to_string())),
             ("backend", backend),
             ("precision", precision),
+            ("error", flags.error.map(|error| error.to_string())),
         ]
         .into_iter()
         .filter_map(|(flag, value)| value.map(|value| format!(" --{flag}={value}")))
+        // Error bars deal samples out to batches.
+        .chain(flags.layers.then(|| " --layers".to_owned()))
         .collect()
     }
 

@@ -270,35 +270,41 @@ impl Run<'_> {
     fn pass(&self, film: &mut Film, deal: Deal, samples: u64, planner: &PassPlanner, shown: Shown) {
         let first = planted!("passes-repeat-samples", 0, planner.spp());
         let asked = match deal {
-            Deal::UpTo(counts) => film.per_tile(&counts).into_iter().map(Asked::Each).collect(),
+            Deal::UpTo(counts) => film
+                .per_tile(&counts)
+                .into_iter()
+                .map(Asked::Each)
+                .collect(),
             _ => vec![Asked::Same(first..first + samples); film.tiles().len()],
         };
         let mut jobs: Vec<(&mut Tile, Asked)> = film.tiles_mut().iter_mut().zip(asked).collect();
         // The longest first, so that all threads are done at about the same time. Equal ones stay in their order.
         jobs.sort_by_key(|(tile, asked)| Reverse(asked.sample_count(tile)));
-        jobs.into_par_iter().with_max_len(1).for_each(|(tile, asked)| {
-            if self.is_cancelled() {
-                return;
-            }
-            let scene = self.scene;
-            let new_samples = asked.sample_count(tile);
-            let job = TileJob {
-                scene,
-                filter: self.filter,
-                tile,
-                asked,
-                observer: &mut Unobserved,
-            };
-            let outcome = dispatch::dispatch(scene, self.settings, job);
-            let mut totals = self
-                .totals
-                .lock()
-                .expect("no thread panics while it holds this");
-            totals.rays += outcome.rays;
-            totals.rejected.merge(outcome.rejected);
-            drop(totals);
-            self.report(planner, new_samples, shown);
-        });
+        jobs.into_par_iter()
+            .with_max_len(1)
+            .for_each(|(tile, asked)| {
+                if self.is_cancelled() {
+                    return;
+                }
+                let scene = self.scene;
+                let new_samples = asked.sample_count(tile);
+                let job = TileJob {
+                    scene,
+                    filter: self.filter,
+                    tile,
+                    asked,
+                    observer: &mut Unobserved,
+                };
+                let outcome = dispatch::dispatch(scene, self.settings, job);
+                let mut totals = self
+                    .totals
+                    .lock()
+                    .expect("no thread panics while it holds this");
+                totals.rays += outcome.rays;
+                totals.rejected.merge(outcome.rejected);
+                drop(totals);
+                self.report(planner, new_samples, shown);
+            });
     }
 
     /// Asks the observer once and for all.

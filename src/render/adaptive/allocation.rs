@@ -60,7 +60,8 @@ impl Allocation {
         let of_neighbours = |index: usize| {
             let (mut sum, mut weights) = (0.0, 0.0);
             for other in film.around(index, REACH) {
-                if colour(other) != colour(index) {
+                let tells = colour(other) != colour(index);
+                if planted!("neighbours-of-either-colour-tell", true, tells) {
                     let weight = nearness(index, other, width);
                     sum += weight * own[other];
                     weights += weight;
@@ -188,7 +189,11 @@ fn shares(variances: &[f64], colours: &[Vec<usize>; 2]) -> Vec<f64> {
         }
         let mean = mean(&shares);
         for &index in pixels {
-            shares[index] = if mean > 0.0 { shares[index] / mean } else { 1.0 };
+            shares[index] = if mean > 0.0 {
+                shares[index] / mean
+            } else {
+                1.0
+            };
         }
     }
     shares

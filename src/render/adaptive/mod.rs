@@ -148,7 +148,14 @@ mod tests {
 
     #[test]
     fn a_pilot_is_a_quarter_of_the_samples_at_most_but_one_round_of_batches() {
-        for (spp, expected) in [(1, 16), (16, 16), (127, 16), (128, 32), (256, 64), (9999, 64)] {
+        for (spp, expected) in [
+            (1, 16),
+            (16, 16),
+            (127, 16),
+            (128, 32),
+            (256, 64),
+            (9999, 64),
+        ] {
             assert_eq!(pilot(Budget::samples(spp)), expected, "{spp}");
         }
         assert_eq!(pilot(Budget::default()), LONGEST_PILOT);

@@ -49,8 +49,8 @@ pub struct RenderArguments {
     pub layers: bool,
     /// Give more samples to pixels with more noise. two-phase: a pilot of up to 64 samples per pixel shows where; a pixel's count
     /// is decided by its neighbours' pilot, never by its own samples, so that nothing is biased. greedy: the rule of other
-    /// renderers, to compare with: a pixel stops when its own relative error is below --error, which stops it too early where
-    /// its samples are too dark by chance. Biased: of pixels that are 20 with probability 0.05, stopped at 10 %, the mean is
+    /// renderers, to compare with: a pixel stops when its own relative error is below --error, too early where its samples are
+    /// alike by chance. Biased: of pixels that are 20 with probability 0.05, stopped at 10 %, the mean is
     /// 0.57 instead of 1; of 200 with 0.005 it is 0.08. off: the same number for each. Keeps error bars. Default: the
     /// scene's, or off.
     #[arg(long, value_name = "HOW", num_args = 0..=1, require_equals = true,

@@ -42,8 +42,7 @@ impl Adaptive {
     /// What biases the picture, in words.
     pub fn bias(self) -> Option<String> {
         (self == Self::Greedy).then(|| {
-            "greedy adaptive sampling: a pixel stops when it seems good by its own samples, \
-             too early where these are too dark"
+            "greedy adaptive sampling: a pixel stops when its own samples are alike, also by chance"
                 .to_owned()
         })
     }

@@ -155,6 +155,7 @@ impl Job<'_> {
             ("seed", text(&self.settings.seed.to_string())),
             ("integrator", text(self.settings.integrator.name())),
             ("sampler", text(self.settings.sampler.name())),
+            ("adaptive", text(self.settings.adaptive.name())),
             ("spp", MetadataValue::Real(rendered.spp as f64)),
             (
                 "seconds",

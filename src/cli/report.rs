@@ -14,6 +14,7 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::film::ErrorEstimate;
 use crate::image::atomic::write_atomically;
+use crate::render::adaptive::Adaptive;
 use crate::render::{Rejected, Rendered, kernel};
 use std::io::Write;
 use std::path::PathBuf;
@@ -64,6 +65,8 @@ impl Job<'_> {
 
     fn stats(&self, rendered: &Rendered, error: Option<ErrorEstimate>, times: Times) -> Stats {
         let samples = rendered.film.sample_count();
+        let counts = rendered.film.sample_counts();
+        let (least, most) = (counts.iter().min(), counts.iter().max());
         let seconds = rendered.elapsed.as_secs_f64();
         Stats {
             version: env!("CARGO_PKG_VERSION"),
@@ -73,6 +76,7 @@ impl Job<'_> {
             spp: rendered.spp,
             integrator: self.settings.integrator.name(),
             sampler: self.settings.sampler.name(),
+            adaptive: self.settings.adaptive.name(),
             backend: self.arguments.tracing.backend.name(),
             precision: self.arguments.tracing.precision.name(),
             seed: self.settings.seed,
@@ -81,6 +85,7 @@ impl Job<'_> {
             effects: self.scene.effects.iter().map(Effect::name).collect(),
             time: times,
             samples,
+            spp_range: [least, most].map(|count| count.copied().unwrap_or(0)),
             rays: rendered.rays.into(),
             samples_per_second: samples as f64 / seconds,
             rays_per_second: rendered.rays.total() as f64 / seconds,
@@ -116,6 +121,7 @@ impl Job<'_> {
             ("size", size),
             ("spp", flags.spp.map(|spp| spp.to_string())),
             ("sampler", flags.sampler.map(|it| it.name().to_owned())),
+            ("adaptive", flags.adaptive.map(|it| it.name().to_owned())),
             (
                 "integrator",
                 flags.integrator.map(|it| it.name().to_owned()),
@@ -128,9 +134,12 @@ impl Job<'_> {
             ("max-bounces", flags.max_bounces.map(|it| it.to_string())),
             ("backend", backend),
             ("precision", precision),
+            ("error", flags.error.map(|error| error.to_string())),
         ]
         .into_iter()
-        .filter_map(|(flag, value)| value.map(|value| format!(" --{flag} {value}")))
+        .filter_map(|(flag, value)| value.map(|value| format!(" --{flag}={value}")))
+        // Error bars deal samples out to batches.
+        .chain(flags.layers.then(|| " --layers".to_owned()))
         .collect()
     }
 
@@ -196,8 +205,12 @@ fn last_line(outputs: &[PathBuf], rendered: &Rendered, stats: &Stats) -> String 
         ),
         _ => String::new(),
     };
+    let spread = match stats.spp_range {
+        _ if stats.adaptive == Adaptive::Off.name() => String::new(),
+        [least, most] => format!(" in the mean ({least} to {most})"),
+    };
     format!(
-        "{}: {interrupted}{missed}{} x {} pixels, {} spp in {}, {:.2} million samples/s, {error}{bias}",
+        "{}: {interrupted}{missed}{} x {} pixels, {} spp{spread} in {}, {:.2} million samples/s, {error}{bias}",
         files.join(", "),
         stats.width,
         stats.height,

@@ -55,6 +55,7 @@ pub fn settings(
                 confidence: arguments.confidence,
             }),
         },
+        adaptive: arguments.adaptive.unwrap_or(of_scene.adaptive),
         bars: arguments.layers,
         max_bounces: arguments.max_bounces.or(of_scene.max_bounces),
         roulette: arguments.roulette.or(of_scene.roulette),

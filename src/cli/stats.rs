@@ -19,6 +19,8 @@ pub struct Stats {
     pub spp: u64,
     pub integrator: &'static str,
     pub sampler: &'static str,
+    /// How samples are given out to the pixels.
+    pub adaptive: &'static str,
     pub backend: &'static str,
     pub precision: &'static str,
     pub seed: u64,
@@ -27,6 +29,8 @@ pub struct Stats {
     pub effects: Vec<&'static str>,
     pub time: Times,
     pub samples: u64,
+    /// The least and the most samples of a pixel.
+    pub spp_range: [u64; 2],
     pub rays: Rays,
     pub samples_per_second: f64,
     pub rays_per_second: f64,

@@ -12,6 +12,7 @@ use crate::cli::durations::parse_duration;
 use crate::effects::Kernel;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
+use crate::render::adaptive::Adaptive;
 use crate::render::settings::SamplerKind;
 use clap::Args;
 use std::path::PathBuf;
@@ -25,7 +26,7 @@ pub struct RenderArguments {
     /// Image to write: .exr, .png, .hdr or .pfm; may be repeated. Default: the scene's name with .png.
     #[arg(short, long = "out", value_name = "FILE")]
     pub out: Vec<PathBuf>,
-    /// Samples per pixel, at least 1. Default: the scene's, or 64.
+    /// Samples per pixel, at least 1; in the mean over the pixels with --adaptive. Default: the scene's, or 64.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub spp: Option<u64>,
     /// Time to render, such as 30s, 5m or 1h30m. With --spp, whichever comes first.
@@ -46,6 +47,16 @@ pub struct RenderArguments {
     /// up, and low-discrepancy samplers gain a little less.
     #[arg(long)]
     pub layers: bool,
+    /// Give more samples to pixels with more noise. two-phase: a pilot of up to 64 samples per pixel shows where; a pixel's count
+    /// is decided by its neighbours' pilot, never by its own samples, so that nothing is biased. greedy: the rule of other
+    /// renderers, to compare with: a pixel stops when its own relative error is below --error, too early where its samples are
+    /// alike by chance. Biased: of pixels that are 20 with probability 0.05, stopped at 10 %, the mean is
+    /// 0.57 instead of 1; of 200 with 0.005 it is 0.08. off: the same number for each. Keeps error bars. Default: the
+    /// scene's, or off.
+    #[arg(long, value_name = "HOW", num_args = 0..=1, require_equals = true,
+          default_missing_value = Adaptive::TwoPhase.name(),
+          value_parser = named(Adaptive::ALL, Adaptive::name))]
+    pub adaptive: Option<Adaptive>,
     /// The estimator. The path tracers of the course, from the first to the best: naive (a coin decides between emission and
     /// a direction anywhere), emit-or-reflect (a better coin), bsdf (no coin, directions by the BSDF), light-or-rest (a ray to
     /// a light, a ray anywhere else), nee (next event estimation), path (with multiple importance sampling). Direct light alone,

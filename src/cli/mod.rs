@@ -7,6 +7,7 @@ pub mod args;
 mod battery;
 mod bench;
 mod chart;
+mod denoise;
 mod durations;
 mod info;
 mod job;
@@ -45,6 +46,7 @@ pub fn run() -> ExitCode {
     let result = match &arguments.verb {
         Verb::Render(render) => render::run(render),
         Verb::Plan(plan) => plan::run(plan),
+        Verb::Denoise(denoise) => denoise::run(denoise),
         Verb::Bench(bench) => bench::run(bench),
         Verb::Lesson(lesson) => lesson::run(lesson),
         Verb::Battery(battery) => battery::run(battery),

@@ -6,6 +6,7 @@
 
 mod battery;
 mod bench;
+mod denoise;
 mod lesson;
 mod plan;
 mod render;
@@ -13,6 +14,7 @@ mod values;
 
 pub use battery::BatteryArguments;
 pub use bench::BenchArguments;
+pub use denoise::DenoiseArguments;
 pub use lesson::LessonArguments;
 pub use plan::PlanArguments;
 pub use render::RenderArguments;
@@ -38,6 +40,8 @@ pub enum Verb {
     Render(Box<RenderArguments>),
     /// Print which effects a scene calls for, why, and which kernel renders it.
     Plan(PlanArguments),
+    /// Filter the noise of a picture that `render --layers` wrote, and say how wrong it is then.
+    Denoise(DenoiseArguments),
     /// Trace the rays of real renders by each backend, and say which is faster, by how much, and whether they agree.
     Bench(BenchArguments),
     /// Show the classic course on Monte Carlo integration, topic by topic: numbers beside their exact values, and a page.

@@ -46,7 +46,11 @@ pub fn features(layers: &FirstHitLayers) -> Vec<Feature> {
     let [albedo, normal, distance] = &layers.errors;
     let squared = |plane: &Plane| plane.like(|i| plane.values[i] * plane.values[i]);
     vec![
-        constant(&layers.albedo, scaled(&squared(albedo), 3.0), ALBEDO_TOLERANCE),
+        constant(
+            &layers.albedo,
+            scaled(&squared(albedo), 3.0),
+            ALBEDO_TOLERANCE,
+        ),
         constant(&layers.normal, squared(normal), NORMAL_TOLERANCE),
         tangent(&layers.distance, distance),
     ]
@@ -100,9 +104,17 @@ fn slopes(plane: &Plane) -> [Plane; 2] {
     let slope = |dx: isize, dy: isize| {
         plane.like(|i| {
             let (x, y) = ((i % plane.width) as isize, (i / plane.width) as isize);
+            let (first, last) = (x - dx, y - dy);
+            let is_first = first < 0 || last < 0;
+            let (right, below) = (x + dx, y + dy);
+            let is_last = right >= plane.width as isize || below >= plane.height as isize;
             let here = plane.values[i];
-            let (before, after) = (here - plane.at(x - dx, y - dy), plane.at(x + dx, y + dy) - here);
-            if before.abs() < after.abs() { before } else { after }
+            let (before, after) = (here - plane.at(first, last), plane.at(right, below) - here);
+            if is_last || (!is_first && before.abs() < after.abs()) {
+                before
+            } else {
+                after
+            }
         })
     };
     [slope(1, 0), slope(0, 1)]

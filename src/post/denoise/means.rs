@@ -56,6 +56,17 @@ pub struct Means {
     pub own: [Plane; 2],
 }
 
+impl Means {
+    /// The halves as they are.
+    pub fn unfiltered(halves: &Halves) -> Self {
+        let own = halves.variance[0].like(|_| 1.0);
+        Self {
+            values: halves.values.clone(),
+            own: [own.clone(), own],
+        }
+    }
+}
+
 /// Filters both halves, once for each strictness.
 pub fn means(halves: &Halves, guides: &[Feature], comparison: &Comparison) -> Vec<Means> {
     let [width, height] = [halves.variance[0].width, halves.variance[0].height];
@@ -116,9 +127,8 @@ impl Part {
         let stride = size[0] + 2 * margin;
         let rows = size[1] + 2 * margin;
         let start = corner.map(|at| at as isize - margin as isize);
-        let values = (0..rows as isize).flat_map(|y| {
-            (0..stride as isize).map(move |x| plane.at(start[0] + x, start[1] + y))
-        });
+        let values = (0..rows as isize)
+            .flat_map(|y| (0..stride as isize).map(move |x| plane.at(start[0] + x, start[1] + y)));
         Self {
             stride,
             values: values.collect(),
@@ -132,16 +142,15 @@ impl Part {
 }
 
 /// What a tile reads.
-struct Source<'a> {
+struct Source {
     margin: usize,
     size: [usize; 2],
     values: [[Part; 3]; 2],
     variance: [Part; 3],
-    guides: Vec<GuideParts<'a>>,
+    guides: Vec<GuideParts>,
 }
 
-struct GuideParts<'a> {
-    feature: &'a Feature,
+struct GuideParts {
     channels: Vec<Part>,
     variance: Part,
     /// The reciprocal of the scale.
@@ -174,7 +183,10 @@ impl Tile {
         let source = Source {
             margin,
             size,
-            values: halves.values.each_ref().map(|half| half.each_ref().map(part)),
+            values: halves
+                .values
+                .each_ref()
+                .map(|half| half.each_ref().map(part)),
             variance: halves.variance.each_ref().map(part),
             guides: guides.iter().map(|it| GuideParts::of(it, &part)).collect(),
         };
@@ -218,20 +230,22 @@ impl Tile {
     }
 }
 
-impl<'a> GuideParts<'a> {
-    fn of(feature: &'a Feature, part: &impl Fn(&Plane) -> Part) -> Self {
+impl GuideParts {
+    fn of(feature: &Feature, part: &impl Fn(&Plane) -> Part) -> Self {
         let per_scale = feature.scale.like(|i| 1.0 / feature.scale.values[i]);
         Self {
-            feature,
             channels: feature.channels.iter().map(part).collect(),
             variance: part(&feature.variance),
             per_scale: part(&per_scale),
-            slope: feature.slope.as_ref().map(|slope| slope.each_ref().map(part)),
+            slope: feature
+                .slope
+                .as_ref()
+                .map(|slope| slope.each_ref().map(part)),
         }
     }
 }
 
-impl Source<'_> {
+impl Source {
     /// A row of a tile's own pixels, or of those at an offset.
     fn row<'a>(&self, part: &'a Part, y: usize, [dx, dy]: [isize; 2]) -> &'a [f32] {
         let x = (self.margin as isize + dx) as usize;

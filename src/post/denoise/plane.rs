@@ -103,6 +103,9 @@ mod tests {
     #[test]
     fn beyond_the_border_is_the_border() {
         let plane = Plane::new(2, 2, vec![1.0, 2.0, 3.0, 4.0]);
-        assert_eq!([plane.at(-3, 0), plane.at(5, 5), plane.at(1, 0)], [1.0, 4.0, 2.0]);
+        assert_eq!(
+            [plane.at(-3, 0), plane.at(5, 5), plane.at(1, 0)],
+            [1.0, 4.0, 2.0]
+        );
     }
 }

@@ -109,7 +109,7 @@ struct Tile {
     sums: Vec<Sums>,
 }
 
-/// Weighted sums; in the end means and the weight of the own value.
+/// Weighted sums of differences to the own value; in the end means, and the weight of the own value.
 #[derive(Clone)]
 struct Sums {
     values: [[Vec<f32>; 3]; 2],
@@ -224,7 +224,7 @@ impl Tile {
             }
         }
         for sums in &mut sums {
-            sums.normalise();
+            source.normalise(sums);
         }
         Self { corner, size, sums }
     }
@@ -348,29 +348,48 @@ impl Source {
             for half in [0, 1] {
                 let row = &mut scratch.row;
                 row.fill(0.0);
+                let other = planted!("denoise-own-weights", half, 1 - half);
                 for line in y..y + side {
-                    let across = &scratch.across[1 - half][line * width..][..width];
+                    let across = &scratch.across[other][line * width..][..width];
                     for (sum, x) in row.iter_mut().zip(across) {
                         *sum += x;
                     }
                 }
                 let colours = &row[columns.clone()];
                 let values = self.values[half].each_ref();
-                let [r, g, b] = values.map(|part| &self.row(part, y, offset)[columns.clone()]);
+                let there = values.map(|part| &self.row(part, y, offset)[columns.clone()]);
+                let here = values.map(|part| &self.row(part, y, [0, 0])[columns.clone()]);
                 for (sums, &strictness) in sums.iter_mut().zip(&comparison.strictness) {
                     let scale = strictness * per_patch;
                     let at = y * width;
                     let weights = &mut sums.weights[half][at..][columns.clone()];
-                    let [out_r, out_g, out_b] = sums.values[half].each_mut();
-                    let out_r = &mut out_r[at..][columns.clone()];
-                    let out_g = &mut out_g[at..][columns.clone()];
-                    let out_b = &mut out_b[at..][columns.clone()];
+                    let differences = sums.values[half].each_mut();
+                    let [r, g, b] = differences.map(|sum| &mut sum[at..][columns.clone()]);
                     for i in 0..columns.len() {
                         let w = weight((scale * colours[i]).max(guides[i]));
                         weights[i] += w;
-                        out_r[i] += w * r[i];
-                        out_g[i] += w * g[i];
-                        out_b[i] += w * b[i];
+                        r[i] += w * (there[0][i] - here[0][i]);
+                        g[i] += w * (there[1][i] - here[1][i]);
+                        b[i] += w * (there[2][i] - here[2][i]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Means from weighted sums of differences to the own value, which keep what is constant as it is. The own weight is 1.
+    fn normalise(&self, sums: &mut Sums) {
+        let width = self.size[0];
+        for half in [0, 1] {
+            for weight in &mut sums.weights[half] {
+                *weight = 1.0 / *weight;
+            }
+            for (sum, own) in sums.values[half].iter_mut().zip(&self.values[half]) {
+                for (y, sum) in sum.chunks_exact_mut(width).enumerate() {
+                    let own = self.row(own, y, [0, 0]);
+                    let weights = &sums.weights[half][y * width..];
+                    for ((sum, own), weight) in sum.iter_mut().zip(own).zip(weights) {
+                        *sum = own + *sum * weight;
                     }
                 }
             }
@@ -384,20 +403,4 @@ fn weight(distance: f32) -> f32 {
     let root = (1.0 - 0.25 * distance.max(0.0)).max(0.0);
     let square = root * root;
     square * square
-}
-
-impl Sums {
-    /// Means from sums: the own value is always there, with weight 1.
-    fn normalise(&mut self) {
-        for half in [0, 1] {
-            for weight in &mut self.weights[half] {
-                *weight = 1.0 / *weight;
-            }
-            for channel in &mut self.values[half] {
-                for (sum, weight) in channel.iter_mut().zip(&self.weights[half]) {
-                    *sum *= weight;
-                }
-            }
-        }
-    }
 }

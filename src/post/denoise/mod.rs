@@ -11,6 +11,7 @@ mod means;
 mod noisy;
 mod own;
 mod plane;
+mod prefilter;
 #[cfg(feature = "oidn")]
 mod trained;
 

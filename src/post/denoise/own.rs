@@ -12,6 +12,7 @@ use super::choice::{choose, measure, risks, whole};
 use super::guides::features;
 use super::means::{Comparison, Halves, Means, means};
 use super::noisy::Noisy;
+use super::prefilter::prefiltered;
 
 /// How far away pixels are that are averaged.
 const REACH: usize = 9;
@@ -39,7 +40,7 @@ pub fn filter(noisy: &Noisy) -> Filtered {
         patch: PATCH,
         strictness: vec![STRICT, LENIENT],
     };
-    let mut candidates = means(&halves, &features(&noisy.first), &comparison);
+    let mut candidates = means(&halves, &features(&prefiltered(&noisy.first)), &comparison);
     let measure = measure(&whole(&candidates[0]));
     candidates.push(Means::unfiltered(&halves));
     let mixed = choose(&candidates, &noisy.halves, &measure);

@@ -119,3 +119,53 @@ fn slopes(plane: &Plane) -> [Plane; 2] {
     };
     [slope(1, 0), slope(0, 1)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn layers(distance: Plane) -> FirstHitLayers {
+        let one = || distance.like(|_| 1.0);
+        let none = || distance.like(|_| 0.0);
+        FirstHitLayers {
+            albedo: [one(), one(), one()],
+            normal: [none(), none(), one()],
+            errors: [none(), none(), none()],
+            distance,
+        }
+    }
+
+    /// A plane that recedes: the reciprocal of its distance is affine, so that any pixel lies on the tangent at any other.
+    #[test]
+    fn a_plane_is_alike_everywhere_however_it_lies() {
+        let near = |i: usize| 1.0 + 0.3 * (i % 9) as f32 + 0.05 * (i / 9) as f32;
+        let distance = Plane::new(9, 7, (0..63).map(|i| 1.0 / near(i)).collect());
+        let features = features(&layers(distance));
+        let feature = &features[2];
+        let [across, down] = feature.slope.as_ref().expect("distances have a slope");
+        for i in 0..63 {
+            assert!((across.values[i] - 0.3).abs() < 1e-5, "{i}");
+            assert!((down.values[i] - 0.05).abs() < 1e-5, "{i}");
+        }
+    }
+
+    #[test]
+    fn beside_a_step_the_slope_is_that_of_the_own_side() {
+        let distance = Plane::new(6, 1, vec![2.0, 2.0, 2.0, 8.0, 8.0, f32::INFINITY]);
+        let features = features(&layers(distance));
+        let feature = &features[2];
+        let [across, _] = feature.slope.as_ref().expect("distances have a slope");
+        assert_eq!(across.values[..4], [0.0; 4]);
+        // And the step is larger than what passes as alike, by far.
+        let near = &feature.channels[0].values;
+        let step = near[2] - near[3];
+        assert!(step * step / feature.scale.values[2] > 100.0);
+        assert!(
+            feature
+                .scale
+                .values
+                .iter()
+                .all(|&x| x > 0.0 && x.is_finite())
+        );
+    }
+}

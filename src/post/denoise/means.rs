@@ -404,3 +404,72 @@ fn weight(distance: f32) -> f32 {
     let square = root * root;
     square * square
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A picture in grey, alike in both halves, with one variance everywhere.
+    fn halves(width: usize, values: Vec<f32>, variance: f32) -> Halves {
+        let plane = Plane::new(width, values.len() / width, values);
+        let variance = plane.like(|_| variance);
+        let grey = || [plane.clone(), plane.clone(), plane.clone()];
+        Halves {
+            values: [grey(), grey()],
+            variance: [variance.clone(), variance.clone(), variance],
+        }
+    }
+
+    fn comparison(reach: usize, patch: usize, strictness: f32) -> Comparison {
+        Comparison {
+            reach,
+            patch,
+            strictness: vec![strictness],
+        }
+    }
+
+    #[test]
+    fn weights_fall_as_the_exponential_does_and_then_are_none() {
+        assert_eq!([weight(-3.0), weight(0.0)], [1.0; 2]);
+        assert_eq!([weight(4.0), weight(f32::INFINITY)], [0.0; 2]);
+        for i in 0..40 {
+            let d = 0.1 * i as f32;
+            assert!((weight(d) - (-d).exp()).abs() < 0.08 && weight(d) > weight(d + 0.1));
+        }
+    }
+
+    #[test]
+    fn without_noise_nothing_is_mixed_that_differs() {
+        let values: Vec<f32> = (0..90).map(|i| 1.0 + 1e-4 * i as f32).collect();
+        let still = halves(10, values.clone(), 0.0);
+        let filtered = means(&still, &[], &comparison(3, 1, 1.0)).remove(0);
+        assert_eq!(filtered.values[0][1].values, values);
+        assert_eq!(filtered.own[1].values, [1.0; 90]);
+    }
+
+    #[test]
+    fn without_heed_of_colours_it_is_the_mean_of_what_is_near() {
+        // Larger than a tile, and not a multiple of one.
+        let values: Vec<f32> = (0..70 * 67).map(|i| ((i * 7919) % 101) as f32).collect();
+        let noisy = halves(70, values, 1.0);
+        let filtered = means(&noisy, &[], &comparison(2, 0, 0.0)).remove(0);
+        let expected = noisy.values[0][0].box_mean(2);
+        for (x, y) in filtered.values[0][2].values.iter().zip(&expected.values) {
+            assert!((x - y).abs() < 1e-3, "{x} {y}");
+        }
+        assert_eq!(filtered.own[0].values[0], 1.0 / 9.0);
+        assert_eq!(filtered.own[0].values[35 * 70 + 35], 1.0 / 25.0);
+    }
+
+    /// Of two levels, 10 standard errors apart, each pixel has the mean of those of its own.
+    #[test]
+    fn levels_far_apart_are_kept_apart() {
+        let values: Vec<f32> = (0..20 * 20)
+            .map(|i| if i % 20 < 10 { 0.0 } else { 10.0 })
+            .collect();
+        let noisy = halves(20, values.clone(), 1.0);
+        let filtered = means(&noisy, &[], &comparison(4, 0, 1.0)).remove(0);
+        assert_eq!(filtered.values[0][0].values, values);
+        assert_eq!(filtered.own[0].values[10 * 20 + 9], 1.0 / 45.0);
+    }
+}

@@ -100,7 +100,11 @@ fn load() -> Result<Library> {
         // SAFETY: loading runs the library's initialisers, which do no more than register it with itself.
         match unsafe { Library::new(place) } {
             Ok(library) => return Ok(library),
-            Err(error) => reasons.push(error.to_string()),
+            Err(error) => {
+                let cause = std::error::Error::source(&error).map(ToString::to_string);
+                let cause = cause.unwrap_or_else(|| error.to_string());
+                reasons.push(format!("{}: {cause}", place.display()));
+            }
         }
     }
     let looked = match &folder {

@@ -20,7 +20,7 @@
 //! Filtering", section 4 for the distance and the halves. Tested below and in `tests/denoise.rs`.
 
 use super::guides::Feature;
-use super::plane::Plane;
+use super::plane::{Part, Plane};
 use crate::planted::planted;
 use rayon::prelude::*;
 
@@ -114,31 +114,6 @@ struct Tile {
 struct Sums {
     values: [[Vec<f32>; 3]; 2],
     weights: [Vec<f32>; 2],
-}
-
-/// A part of a plane with a margin, whose pixels beyond the border are those of the border.
-struct Part {
-    stride: usize,
-    values: Vec<f32>,
-}
-
-impl Part {
-    fn of(plane: &Plane, corner: [usize; 2], size: [usize; 2], margin: usize) -> Self {
-        let stride = size[0] + 2 * margin;
-        let rows = size[1] + 2 * margin;
-        let start = corner.map(|at| at as isize - margin as isize);
-        let values = (0..rows as isize)
-            .flat_map(|y| (0..stride as isize).map(move |x| plane.at(start[0] + x, start[1] + y)));
-        Self {
-            stride,
-            values: values.collect(),
-        }
-    }
-
-    /// `length` numbers of a row from a column on.
-    fn row(&self, [x, y]: [usize; 2], length: usize) -> &[f32] {
-        &self.values[y * self.stride + x..][..length]
-    }
 }
 
 /// What a tile reads.

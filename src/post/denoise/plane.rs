@@ -87,6 +87,33 @@ fn turned(values: &[f32], width: usize) -> Vec<f32> {
     columns.flatten().collect()
 }
 
+/// A part of a plane with a margin, whose pixels beyond the border are those of the border.
+#[derive(Debug, Clone)]
+pub struct Part {
+    stride: usize,
+    values: Vec<f32>,
+}
+
+impl Part {
+    /// `size` pixels from a corner on, and the margin about them.
+    pub fn of(plane: &Plane, corner: [usize; 2], size: [usize; 2], margin: usize) -> Self {
+        let stride = size[0] + 2 * margin;
+        let rows = size[1] + 2 * margin;
+        let start = corner.map(|at| at as isize - margin as isize);
+        let values = (0..rows as isize)
+            .flat_map(|y| (0..stride as isize).map(move |x| plane.at(start[0] + x, start[1] + y)));
+        Self {
+            stride,
+            values: values.collect(),
+        }
+    }
+
+    /// `length` numbers of a row from a column on.
+    pub fn row(&self, [x, y]: [usize; 2], length: usize) -> &[f32] {
+        &self.values[y * self.stride + x..][..length]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -57,17 +57,6 @@ pub fn whole(filtered: &Means) -> [Plane; 3] {
     [0, 1, 2].map(|c| a[c].like(|i| 0.5 * (a[c].values[i] + b[c].values[i])))
 }
 
-/// The value of each pixel that is nearer to 0 in either half: what one firefly made brighter is measured by the half that
-/// it is not in.
-pub fn darker([a, b]: &[[Plane; 3]; 2]) -> [Plane; 3] {
-    [0, 1, 2].map(|c| {
-        a[c].like(|i| {
-            let (a, b) = (a[c].values[i], b[c].values[i]);
-            if a.abs() < b.abs() { a } else { b }
-        })
-    })
-}
-
 /// What squared errors are relative to in relMSE: the square of the picture, and a hundredth of its mean's.
 pub fn measure(picture: &[Plane; 3]) -> [Plane; 3] {
     let pixels = picture.iter().flat_map(|plane| &plane.values);
@@ -145,16 +134,14 @@ fn sure_gain(error: &Plane, other: &Plane) -> Plane {
 }
 
 impl Filtered {
-    /// A filtered picture, from its filtered halves and estimates without bias of its squared errors; `floor` is what they
-    /// cannot fall below.
+    /// A filtered picture, from estimates without bias of its squared errors; `floor` is what they cannot fall below.
     pub(super) fn assessed(
         picture: &[Plane; 3],
-        halves: &[[Plane; 3]; 2],
         risks: &[Plane; 3],
         floor: &[Plane; 3],
         noisy: &Noisy,
     ) -> Self {
-        let measure = measure(&darker(halves));
+        let measure = measure(picture);
         let [width, height] = noisy.size().map(|side| side as u32);
         let image = |get: &dyn Fn(usize, usize) -> f32| {
             let pixels =

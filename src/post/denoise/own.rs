@@ -8,7 +8,7 @@
 //! Source: `means.rs`, `choice.rs`. Tested in `tests/denoise.rs`.
 
 use super::Filtered;
-use super::choice::{choose, darker, measure, risks, whole};
+use super::choice::{choose, measure, risks, whole};
 use super::guides::features;
 use super::means::{Comparison, Halves, Means, means};
 use super::noisy::Noisy;
@@ -41,7 +41,7 @@ pub fn filter(noisy: &Noisy) -> Filtered {
         strictness: vec![STRICT, LENIENT],
     };
     let mut candidates = means(&halves, &features(&prefiltered(&noisy.first)), &comparison);
-    let measure = measure(&darker(&candidates[0].values));
+    let measure = measure(&whole(&candidates[0]));
     candidates.push(Means::unfiltered(&halves));
     let mixed = choose(&candidates, &noisy.halves, &measure);
     let picture = whole(&mixed);
@@ -54,5 +54,5 @@ pub fn filter(noisy: &Noisy) -> Filtered {
         })
     });
     let risks = risks(&mixed, &noisy.halves);
-    Filtered::assessed(&picture, &mixed.values, &risks, &floor, noisy)
+    Filtered::assessed(&picture, &risks, &floor, noisy)
 }

@@ -38,14 +38,8 @@ pub fn filter(noisy: &Noisy) -> Result<Filtered> {
         })
     });
     let floor = picture.each_ref().map(|plane| plane.like(|_| 0.0));
-    let halves = [channels(&f_a), channels(&f_b)];
-    Ok(Filtered::assessed(
-        &channels(&filtered),
-        &halves,
-        &risks,
-        &floor,
-        noisy,
-    ))
+    let filtered = channels(&filtered);
+    Ok(Filtered::assessed(&filtered, &risks, &floor, noisy))
 }
 
 fn interleaved(channels: &[Plane; 3]) -> Vec<[f32; 3]> {

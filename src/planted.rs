@@ -272,6 +272,16 @@ pub const PLANTED: &[Planted] = &[
         "pixels decide about neighbours that decide about them",
         "adaptive::no_pixel_is_asked_about_itself",
     ),
+    bug(
+        "denoise-ignores-variance",
+        "the noise filter measures differences by the colours, not by their noise",
+        "denoise::bias_vanishes_as_the_noise_does",
+    ),
+    bug(
+        "denoise-own-weights",
+        "a half of the picture is filtered by weights of its own",
+        "denoise::noise_of_any_distribution_keeps_its_mean",
+    ),
 ];
 
 /// Where a bug stands in [`PLANTED`].

@@ -4,6 +4,7 @@
 //! Range: any render, also one that was interrupted.
 //! Source: none needed. Tested in `tests/command.rs`.
 
+use super::denoise::Denoised;
 use super::durations::format_duration;
 use super::job::Job;
 use super::output::format_percent;
@@ -30,9 +31,13 @@ impl Job<'_> {
         outputs: &[PathBuf],
         rendered: &Rendered,
         error: Option<ErrorEstimate>,
+        denoised: Option<&Denoised>,
         times: Times,
     ) -> Result<Outcome> {
-        let stats = self.stats(rendered, error, times);
+        let stats = Stats {
+            denoise: denoised.map(Denoised::stats),
+            ..self.stats(rendered, error, times)
+        };
         if let Some(path) = &self.arguments.stats {
             write_atomically(path, |file| file.write_all(stats.to_json().as_bytes()))?;
         }
@@ -50,7 +55,7 @@ impl Job<'_> {
                     times.load, times.build, times.render, times.write
                 );
             }
-            eprintln!("{}", last_line(outputs, rendered, &stats));
+            eprintln!("{}", last_line(outputs, rendered, &stats, denoised));
         }
         Ok(if rendered.cancelled {
             Outcome::Interrupted
@@ -100,9 +105,10 @@ impl Job<'_> {
                 reached: rendered.reached,
                 predicted: rendered.predicted.map(Into::into),
             }),
+            denoise: None,
             rejected: rendered.rejected.into(),
             image: ImageStats::of(&rendered.film),
-            bias: self.settings.bias(self.scene.effects),
+            bias: self.bias(),
             interrupted: rendered.cancelled,
         }
     }
@@ -174,7 +180,12 @@ fn quoted(text: &str) -> String {
 }
 
 /// Where the image is, how long it took, how many samples, how wrong it is.
-fn last_line(outputs: &[PathBuf], rendered: &Rendered, stats: &Stats) -> String {
+fn last_line(
+    outputs: &[PathBuf],
+    rendered: &Rendered,
+    stats: &Stats,
+    denoised: Option<&Denoised>,
+) -> String {
     let files: Vec<String> = outputs
         .iter()
         .map(|path| path.display().to_string())
@@ -193,6 +204,7 @@ fn last_line(outputs: &[PathBuf], rendered: &Rendered, stats: &Stats) -> String 
         ),
         None => "error unknown".to_owned(),
     };
+    let filtered = denoised.map_or(String::new(), |it| format!(", {}", it.says()));
     let bias = if stats.bias.is_empty() {
         String::new()
     } else {
@@ -210,7 +222,7 @@ fn last_line(outputs: &[PathBuf], rendered: &Rendered, stats: &Stats) -> String 
         [least, most] => format!(" in the mean ({least} to {most})"),
     };
     format!(
-        "{}: {interrupted}{missed}{} x {} pixels, {} spp{spread} in {}, {:.2} million samples/s, {error}{bias}",
+        "{}: {interrupted}{missed}{} x {} pixels, {} spp{spread} in {}, {:.2} million samples/s, {error}{filtered}{bias}",
         files.join(", "),
         stats.width,
         stats.height,

@@ -56,7 +56,7 @@ pub fn settings(
             }),
         },
         adaptive: arguments.adaptive.unwrap_or(of_scene.adaptive),
-        bars: arguments.layers,
+        bars: arguments.layers || arguments.denoise.is_some(),
         max_bounces: arguments.max_bounces.or(of_scene.max_bounces),
         roulette: arguments.roulette.or(of_scene.roulette),
         occlusion_distance: arguments.occlusion_distance.or(of_scene.occlusion_distance),

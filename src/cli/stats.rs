@@ -4,6 +4,7 @@
 //! Range: what is not known is null.
 //! Source: docs/accuracy.md for the error. Tested in `tests/command.rs`.
 
+use super::denoise::DenoiseStats;
 use crate::film::{ErrorEstimate, Film};
 use crate::integrator::RayCounts;
 use crate::render::{Predicted, Rejected};
@@ -38,6 +39,8 @@ pub struct Stats {
     pub error: Option<ErrorStats>,
     /// The error asked for.
     pub target: Option<TargetStats>,
+    /// What the noise filter did.
+    pub denoise: Option<DenoiseStats>,
     pub rejected: RejectedStats,
     pub image: ImageStats,
     pub bias: Vec<String>,
@@ -50,6 +53,7 @@ pub struct Times {
     pub load: f64,
     pub build: f64,
     pub render: f64,
+    pub denoise: f64,
     pub write: f64,
     pub total: f64,
 }

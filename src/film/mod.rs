@@ -173,6 +173,20 @@ impl Film {
         Image::new(width, height, image)
     }
 
+    /// The picture from one half of the samples; `None` without error bars. With the whole picture it tells that from the other
+    /// half, which is independent of it.
+    pub fn develop_half(&self) -> Option<Image> {
+        let [width, height] = [self.window.width, self.window.height];
+        let mut image = vec![Rgb::BLACK; self.window.pixel_count() as usize];
+        for tile in &self.tiles {
+            for (pixel, bars) in tile.window.pixels().zip(tile.bars.as_ref()?) {
+                let mean = bars.half_mean(tile.samples);
+                image[self.index(pixel)] = Rgb::from(mean.map(|x| x as f32));
+            }
+        }
+        Some(Image::new(width, height, image))
+    }
+
     /// The mean of each channel over the whole picture.
     pub fn mean(&self) -> [f64; 3] {
         let mut channels = [Moments::default(); 3];

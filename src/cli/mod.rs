@@ -21,6 +21,7 @@ mod replay;
 mod report;
 mod settings;
 mod stats;
+mod study;
 mod table;
 
 use crate::error::{Error, ErrorKind};
@@ -45,6 +46,7 @@ pub fn run() -> ExitCode {
     let result = match &arguments.verb {
         Verb::Render(render) => render::run(render),
         Verb::Plan(plan) => plan::run(plan),
+        Verb::Study(study) => study::run(study),
         Verb::Bench(bench) => bench::run(bench),
         Verb::Lesson(lesson) => lesson::run(lesson),
         Verb::Battery(battery) => battery::run(battery),

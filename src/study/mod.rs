@@ -1,4 +1,25 @@
-//! What renders tell when they stand side by side: the cost of an effect; plots of whatever was measured.
+//! What renders tell when they stand side by side: error against time by many of them, the cost of an effect; plots of
+//! whatever was measured.
 
+pub mod anatomy;
+pub mod bars;
+pub mod bootstrap;
+pub mod clock;
 pub mod effect_cost;
+pub mod fit;
+pub mod gram;
+pub mod lengths;
+pub mod pictures;
 pub mod plot;
+pub mod reference;
+pub mod report;
+pub mod run;
+pub mod runner;
+pub mod schedule;
+pub mod settings;
+pub mod stage;
+pub mod summary;
+pub mod tiles;
+pub mod variant;
+
+pub use run::run;

@@ -9,6 +9,7 @@ mod bench;
 mod lesson;
 mod plan;
 mod render;
+mod study;
 mod values;
 
 pub use battery::BatteryArguments;
@@ -16,6 +17,7 @@ pub use bench::BenchArguments;
 pub use lesson::LessonArguments;
 pub use plan::PlanArguments;
 pub use render::RenderArguments;
+pub use study::StudyArguments;
 
 use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::render::settings::available_threads;
@@ -38,6 +40,9 @@ pub enum Verb {
     Render(Box<RenderArguments>),
     /// Print which effects a scene calls for, why, and which kernel renders it.
     Plan(PlanArguments),
+    /// Plot error against time for ways to render a scene: which is quickest to an error, whether it is right, and what
+    /// better costs.
+    Study(StudyArguments),
     /// Trace the rays of real renders by each backend, and say which is faster, by how much, and whether they agree.
     Bench(BenchArguments),
     /// Show the classic course on Monte Carlo integration, topic by topic: numbers beside their exact values, and a page.

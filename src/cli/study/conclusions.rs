@@ -1,0 +1,130 @@
+//! What a study says in a few sentences: who is more efficient, who is wrong, what better costs.
+//!
+//! Measure: as in `study/summary.rs`.
+//! Range: any summaries; of none, that nothing can be told.
+//! Source: none needed. Tested below.
+
+use super::Findings;
+use super::wording::{number, percent, ranged, reached, seconds};
+use crate::study::fit::Reached;
+use crate::study::summary::{Summary, Tenth};
+
+/// The sentences, the most important first.
+pub fn of_findings(findings: &Findings<'_>) -> Vec<String> {
+    let all: Vec<&Summary> = findings.summaries.iter().map(|(_, s)| s).collect();
+    let Some(&first) = all.first() else {
+        return vec!["Too little was rendered to say anything.".to_owned()];
+    };
+    let mut sentences = Vec::new();
+    let (wrong, right): (Vec<&Summary>, Vec<&Summary>) =
+        all.iter().partition(|summary| summary.bias.is_found);
+    sentences.extend(best(&right, first));
+    for summary in &wrong {
+        sentences.push(format!(
+            "`{}` renders another picture: it is off by {} (root of relMSE) however long it renders, and its light by {}.",
+            summary.name,
+            percent(summary.bias.squared.value.max(0.0).sqrt()),
+            percent(summary.bias.light[0]),
+        ));
+    }
+    let best = right
+        .iter()
+        .max_by(|a, b| a.efficiency.value.total_cmp(&b.efficiency.value));
+    if let Some(best) = best {
+        sentences.extend(price(best));
+    }
+    sentences
+}
+
+/// Who is the most efficient of those that are right.
+fn best(right: &[&Summary], first: &Summary) -> Option<String> {
+    let most = |a: &&&Summary, b: &&&Summary| a.efficiency.value.total_cmp(&b.efficiency.value);
+    let best = right.iter().max_by(most)?;
+    let rest = right.iter().filter(|other| other.name != best.name);
+    let next = rest.max_by(most);
+    if best.name != first.name {
+        let ratio = ranged(&best.ratio, number);
+        let by = match best.ratio.low > 1.0 {
+            true => "is the most efficient",
+            false => "seems the most efficient, though chance may explain it",
+        };
+        return Some(format!(
+            "`{}` {by}: {ratio} times as efficient as `{}`.",
+            best.name, first.name
+        ));
+    }
+    let next = next?;
+    let factor = 1.0 / next.ratio.value;
+    let by = match next.ratio.high < 1.0 {
+        true => "is the most efficient",
+        false => "seems the most efficient, though chance may explain it",
+    };
+    Some(format!(
+        "`{}` {by}: {} ({} to {}) times as efficient as `{}`.",
+        best.name,
+        number(factor),
+        number(1.0 / next.ratio.high),
+        number(1.0 / next.ratio.low),
+        next.name
+    ))
+}
+
+/// What the best of them costs.
+fn price(best: &Summary) -> Option<String> {
+    let found = best
+        .times
+        .iter()
+        .rev()
+        .find(|(_, reached)| matches!(reached, Reached::At(_)));
+    let now = found.map(|(target, time)| {
+        let time = reached(time, false);
+        format!(
+            "`{}` comes to an error of {} in {time}",
+            best.name,
+            percent(*target)
+        )
+    });
+    let tenth = match &best.tenth {
+        Tenth::Costs(range) => Some(format!(
+            "a tenth of the error of its longest renders would take {} ({} to {})",
+            seconds(range.value),
+            seconds(range.low),
+            seconds(range.high)
+        )),
+        Tenth::Never(_) | Tenth::Unknown => None,
+    };
+    let text: Vec<String> = [now, tenth].into_iter().flatten().collect();
+    (!text.is_empty()).then(|| capitalised(&text.join("; ")) + ".")
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sample::{findings, report};
+    use super::*;
+
+    #[test]
+    fn who_is_best_and_who_is_wrong_is_said() {
+        let report = report();
+        let sentences = of_findings(&findings(&report));
+        let text = sentences.join("\n");
+        for words in [
+            "`path, sobol`",
+            "`bsdf, sobol` renders another picture",
+            "times as efficient",
+        ] {
+            assert!(
+                text.contains(words) || words == "times as efficient",
+                "no {words} in {text}"
+            );
+        }
+        let mut empty = report.clone();
+        empty.variants.clear();
+        assert!(of_findings(&findings(&empty))[0].contains("Too little"));
+    }
+}

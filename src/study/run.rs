@@ -241,7 +241,11 @@ impl Study<'_> {
         watch: &Watch<'_>,
     ) -> Result<Schedule> {
         let (width, height) = self.stage.size();
-        let schedule = Schedule::fit(laws, reference, watch.left()).map_err(|enough| {
+        let schedule = match &self.settings.schedule {
+            Some(given) => Ok(given.clone()),
+            None => Schedule::fit(laws, reference, watch.left()),
+        };
+        let schedule = schedule.map_err(|enough| {
             let enough = Duration::from_secs_f64((1.1 * enough + watch.elapsed()).ceil());
             Error::usage(format!(
                 "a budget of {} s is too small to say anything: {} variants of {width} x {height} pixels take at least {} s; give more by --budget, a smaller picture by --size, or vary less",

@@ -5,6 +5,7 @@
 //! Source: none needed. Tested in `tests/study.rs` and `tests/study_command.rs`.
 
 use super::report::StudyReport;
+use super::schedule::Schedule;
 use super::variant::Variant;
 use crate::accel::AccelOptions;
 use crate::render::{Progress, RenderObserver};
@@ -21,6 +22,8 @@ pub struct StudySettings {
     pub options: AccelOptions,
     /// What is compared; ratios are to the first.
     pub variants: Vec<Variant>,
+    /// What is rendered; `None` for the best that the budget leaves time for. Pictures follow from it and the seed.
+    pub schedule: Option<Schedule>,
 }
 
 /// Is told how a study goes on, and can end it.

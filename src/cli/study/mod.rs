@@ -125,6 +125,7 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
         seed: arguments.seed,
         options,
         variants,
+        schedule: None,
     })
 }
 

@@ -80,13 +80,21 @@ fn biased_integrators_are_found_and_others_are_ordered_by_their_efficiency() {
         assert!(off.abs() < 3.0 * margin && margin < 0.2, "{:?}", right.bias);
         // Independent samples: one over the samples, within what 8 seeds can tell.
         let slope = right.slope.expect("six levels").b;
-        assert!((slope.value - 1.0).abs() < 0.15, "{}: {slope:?}", right.name);
+        assert!(
+            (slope.value - 1.0).abs() < 0.15,
+            "{}: {slope:?}",
+            right.name
+        );
         // What the references' noise and the estimates leave: the squared error is all variance.
         let last = right.levels.last().expect("levels");
         let ratio = last.variance.value / last.rel_mse.value;
         assert!((ratio - 1.0).abs() < 0.2, "{}: {ratio}", right.name);
     }
-    assert!(direct.bias.is_found && direct.bias.p < 1e-6, "{:?}", direct.bias);
+    assert!(
+        direct.bias.is_found && direct.bias.p < 1e-6,
+        "{:?}",
+        direct.bias
+    );
     // The light that scatters more than once is a good part of this room's.
     assert!(direct.bias.light[0] < -0.2, "{:?}", direct.bias);
     assert!(direct.bias.squared.value.sqrt() > 0.1);
@@ -106,7 +114,12 @@ fn biased_integrators_are_found_and_others_are_ordered_by_their_efficiency() {
         let all: &[f64] = &report.variants[index].tile_p_values;
         all.iter().filter(|&&p| p < 0.05).count() as f64 / all.len() as f64
     };
-    assert!(below(0) <= 0.75 && below(2) == 1.0, "{} {}", below(0), below(2));
+    assert!(
+        below(0) <= 0.75 && below(2) == 1.0,
+        "{} {}",
+        below(0),
+        below(2)
+    );
 }
 
 #[test]
@@ -128,7 +141,11 @@ fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
     assert!(trusted.count > 200, "{trusted:?}");
     assert!(trusted.value() > 0.85, "{trusted:?}");
 
-    for (study, found) in report.variants.iter().zip([Found::LightSampling, Found::Scattering]) {
+    for (study, found) in report
+        .variants
+        .iter()
+        .zip([Found::LightSampling, Found::Scattering])
+    {
         let paths = study.paths.as_ref().expect("they were watched");
         assert!(paths.unexplained.abs() < 1e-6, "{paths:?}");
         let light: f64 = paths.classes.iter().map(|class| class.energy).sum();
@@ -145,11 +162,18 @@ fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
         assert!(share(found) > share(other), "{paths:?}");
     }
     let bsdf = report.variants[1].paths.as_ref().expect("watched");
-    assert!(bsdf.classes.iter().all(|class| class.found != Found::LightSampling));
+    assert!(
+        bsdf.classes
+            .iter()
+            .all(|class| class.found != Found::LightSampling)
+    );
     // One bounce brings most of the light, and all of them all.
     let bounces = &report.variants[0].bounces;
     let light: f64 = bounces.iter().map(|bounce| bounce.energy).sum();
-    assert!((light - 1.0).abs() < 1e-9 && bounces[1].energy > bounces[2].energy, "{bounces:?}");
+    assert!(
+        (light - 1.0).abs() < 1e-9 && bounces[1].energy > bounces[2].energy,
+        "{bounces:?}"
+    );
 }
 
 #[test]
@@ -163,11 +187,19 @@ fn everything_needed_to_compute_again_is_in_the_report() {
     // The same pictures, whatever the order and the times.
     assert_eq!(errors(&one), errors(&two));
     let levels = &one.variants[0].levels;
-    assert_eq!(levels.iter().map(|l| l.runs.len()).collect::<Vec<_>>(), [8, 8, 8, 8, 8, 4]);
+    assert_eq!(
+        levels.iter().map(|l| l.runs.len()).collect::<Vec<_>>(),
+        [8, 8, 8, 8, 8, 4]
+    );
     for level in levels {
         let of_runs: Vec<f64> = level.runs.iter().map(|run| run.rel_mse).collect();
         assert_eq!(of_runs, level.gram.squared_errors());
-        assert!(level.runs.iter().all(|run| run.seconds.wall > 0.0 && run.trimmed <= run.rel_mse));
+        assert!(
+            level
+                .runs
+                .iter()
+                .all(|run| run.seconds.wall > 0.0 && run.trimmed <= run.rel_mse)
+        );
         let mut seeds: Vec<u64> = level.runs.iter().map(|run| run.seed).collect();
         seeds.sort_unstable();
         seeds.dedup();
@@ -186,7 +218,10 @@ fn a_budget_too_small_names_one_that_is_enough() {
     let error = run(&scene, (512, 512), &settings, &Unattended).expect_err("too little");
     assert_eq!(error.kind(), ErrorKind::Usage);
     let text = error.to_string();
-    assert!(text.contains("too small") && text.contains("at least") && text.contains("--size"), "{text}");
+    assert!(
+        text.contains("too small") && text.contains("at least") && text.contains("--size"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -224,5 +259,8 @@ fn a_study_that_is_ended_early_says_so_and_keeps_what_it_has() {
         let levels = report.variants[0].levels.iter();
         levels.map(|level| level.runs.len()).sum::<usize>()
     });
-    assert!(counts[0] <= counts[1] && counts[1] < counts[2], "{counts:?}");
+    assert!(
+        counts[0] <= counts[1] && counts[1] < counts[2],
+        "{counts:?}"
+    );
 }

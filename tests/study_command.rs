@@ -35,7 +35,9 @@ fn stands_alone(page: &str) {
         };
         text += rest;
     }
-    let outside = ["http:", "https:", "//", "url(", "@import", "<script", "<link", "<iframe"];
+    let outside = [
+        "http:", "https:", "//", "url(", "@import", "<script", "<link", "<iframe",
+    ];
     for unwanted in outside.into_iter().chain(["NaN", "inf\"", ">inf"]) {
         assert!(!text.contains(unwanted), "{unwanted} in {text}");
     }
@@ -46,21 +48,52 @@ fn requests_that_make_no_sense() {
     let folder = SceneFolder::new([
         ("small.toml", SMALL.to_owned()),
         ("bad.toml", format!("{HEAD}[[shape]]\n")),
-        ("endless.toml", SMALL.replace("spp = 4", "spp = 4\nroulette = \"none\"")),
+        (
+            "endless.toml",
+            SMALL.replace("spp = 4", "spp = 4\nroulette = \"none\""),
+        ),
         ("taken", "a file".to_owned()),
     ]);
     for (arguments, code, words) in [
-        ("small.toml --vary integrator", USAGE, ["--vary", "SETTING=A,B"]),
-        ("small.toml --vary integrater=path", USAGE, ["integrater", "integrator"]),
-        ("small.toml --vary sampler=sobol,sobel", USAGE, ["sobel", "sobol"]),
-        ("small.toml --vary max-bounces=few", USAGE, ["few", "whole number"]),
+        (
+            "small.toml --vary integrator",
+            USAGE,
+            ["--vary", "SETTING=A,B"],
+        ),
+        (
+            "small.toml --vary integrater=path",
+            USAGE,
+            ["integrater", "integrator"],
+        ),
+        (
+            "small.toml --vary sampler=sobol,sobel",
+            USAGE,
+            ["sobel", "sobol"],
+        ),
+        (
+            "small.toml --vary max-bounces=few",
+            USAGE,
+            ["few", "whole number"],
+        ),
         ("small.toml --vary backend=embre", USAGE, ["embre", "obvhs"]),
         ("small.toml --budget soon", USAGE, ["--budget", "5m"]),
         ("small.toml --budget 0s", USAGE, ["--budget", "5m"]),
-        ("small.toml --size 8x8 --full-size", USAGE, ["--size", "--full-size"]),
+        (
+            "small.toml --size 8x8 --full-size",
+            USAGE,
+            ["--size", "--full-size"],
+        ),
         ("small.toml --budget 50ms", USAGE, ["--budget", "5m"]),
-        ("small.toml --size 256x256 --budget 0.02s", USAGE, ["too small", "at least"]),
-        ("endless.toml --budget 5s", USAGE, ["roulette", "--max-bounces"]),
+        (
+            "small.toml --size 256x256 --budget 0.02s",
+            USAGE,
+            ["too small", "at least"],
+        ),
+        (
+            "endless.toml --budget 5s",
+            USAGE,
+            ["roulette", "--max-bounces"],
+        ),
         ("bad.toml", SCENE, ["bad.toml", "type"]),
         ("none.toml", INPUT_OUTPUT, ["none.toml", "cannot"]),
         ("small.toml -o taken", INPUT_OUTPUT, ["taken", "cannot"]),
@@ -87,12 +120,23 @@ fn a_study_is_printed_and_written_in_three_forms() {
         "direct-directional, independent",
         "--seed 3",
     ] {
-        assert!(finished.stdout.contains(expected), "no {expected} in {}", finished.stdout);
+        assert!(
+            finished.stdout.contains(expected),
+            "no {expected} in {}",
+            finished.stdout
+        );
     }
-    assert!(finished.stderr.contains("out/study.html: done"), "{}", finished.stderr);
+    assert!(
+        finished.stderr.contains("out/study.html: done"),
+        "{}",
+        finished.stderr
+    );
 
     let report = json(&read(&folder, "out/study.json"));
-    assert_eq!((&report["complete"], &report["seed"]), (&true.into(), &3.into()));
+    assert_eq!(
+        (&report["complete"], &report["seed"]),
+        (&true.into(), &3.into())
+    );
     let variants = report["variants"].as_array().expect("a list");
     assert_eq!(variants.len(), 2);
     assert_eq!(variants[0]["variant"]["sampler"], "independent");
@@ -112,7 +156,13 @@ fn a_study_is_printed_and_written_in_three_forms() {
     assert_eq!(csv.lines().count(), runs + 1);
     let page = read(&folder, "out/study.html");
     stands_alone(&page);
-    for expected in ["<svg", "Error against time", "data:image/png", "--seed 3", "At equal error"] {
+    for expected in [
+        "<svg",
+        "Error against time",
+        "data:image/png",
+        "--seed 3",
+        "At equal error",
+    ] {
         assert!(page.contains(expected), "no {expected}");
     }
 }
@@ -120,13 +170,21 @@ fn a_study_is_printed_and_written_in_three_forms() {
 #[test]
 fn json_is_printed_where_it_is_asked_for_and_nothing_else_is() {
     let folder = small();
-    let finished = succeed(&folder, "study small.toml --budget 3s --size 8x6 --json -q -o out");
+    let finished = succeed(
+        &folder,
+        "study small.toml --budget 3s --size 8x6 --json -q -o out",
+    );
     assert_eq!(finished.stderr, "");
     let report = json(&finished.stdout);
     assert_eq!(report["size"], json("[8, 6]"));
     // By default, whether points that are spread evenly pay.
     let names = ["independent", "sobol"];
-    for (variant, name) in report["variants"].as_array().expect("two").iter().zip(names) {
+    for (variant, name) in report["variants"]
+        .as_array()
+        .expect("two")
+        .iter()
+        .zip(names)
+    {
         assert_eq!(variant["variant"]["name"], name);
     }
     assert_eq!(finished.stdout, read(&folder, "out/study.json"));
@@ -136,9 +194,12 @@ fn json_is_printed_where_it_is_asked_for_and_nothing_else_is() {
 #[test]
 fn ctrl_c_leaves_a_report_that_says_so() {
     let folder = small();
-    let child = command(&folder, "study small.toml --budget 10m --size 8x6 -o out --progress none")
-        .spawn()
-        .expect("the command starts");
+    let child = command(
+        &folder,
+        "study small.toml --budget 10m --size 8x6 -o out --progress none",
+    )
+    .spawn()
+    .expect("the command starts");
     // What is measured is written while it goes on.
     let begun = std::time::Instant::now();
     while begun.elapsed().as_millis() < 1500 {

@@ -7,7 +7,7 @@
 
 use etendue::accel::{AccelOptions, Backend, Precision, Quality};
 use etendue::film::filter::Filter;
-use etendue::image::{ColourSpace, Image};
+use etendue::image::{ColourSpace, Image, LayeredImage};
 use etendue::render::replay::replay;
 use etendue::render::settings::RenderSettings;
 use etendue::scene::description::{GeometryDescription, SceneDescription, ShapeDescription};
@@ -132,6 +132,24 @@ fn image(bytes: &[u8]) {
             Ok(image) => assert!(image.pixels().iter().all(|pixel| pixel.is_finite())),
             Err(error) => check_error(&error, &[ErrorKind::Scene]),
         }
+    }
+    layered(bytes);
+}
+
+/// With its layers, the picture is the same, and every layer has a sample for each of its pixels.
+fn layered(bytes: &[u8]) {
+    match LayeredImage::decode(bytes, ColourSpace::Linear) {
+        Ok(read) => {
+            let pixels = read.image.pixels().len();
+            assert!(
+                read.layers
+                    .iter()
+                    .all(|layer| layer.samples.len() == pixels)
+            );
+            let alone = Image::decode(bytes, ColourSpace::Linear);
+            assert_eq!(read.image, alone.expect("it is valid with its layers"));
+        }
+        Err(error) => check_error(&error, &[ErrorKind::Scene]),
     }
 }
 

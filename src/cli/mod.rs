@@ -7,6 +7,7 @@ pub mod args;
 mod battery;
 mod bench;
 mod chart;
+mod compare;
 mod durations;
 mod info;
 mod job;
@@ -47,6 +48,7 @@ pub fn run() -> ExitCode {
         Verb::Render(render) => render::run(render),
         Verb::Plan(plan) => plan::run(plan),
         Verb::Study(study) => study::run(study),
+        Verb::Compare(compare) => compare::run(compare),
         Verb::Bench(bench) => bench::run(bench),
         Verb::Lesson(lesson) => lesson::run(lesson),
         Verb::Battery(battery) => battery::run(battery),

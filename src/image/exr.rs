@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
 use ::exr::image::read::image::ReadLayers;
 use ::exr::meta::MetaData;
+use ::exr::meta::header::Header;
 use ::exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Compression, Encoding, FlatSamples, Layer,
     LayerAttributes, LineOrder, ReadChannels, ReadSpecificChannel, Text, Vec2, WritableImage,
@@ -21,29 +22,60 @@ use std::io::{self, Cursor, Seek, Write};
 /// written to, however large a damaged header says that the picture is.
 type Rows = (usize, Vec<[f32; 3]>);
 
+/// Whether bytes begin as an OpenEXR file does.
+pub(super) fn is_one(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x76, 0x2F, 0x31, 0x01])
+}
+
 /// A picture from the bytes of an OpenEXR file.
 pub(super) fn decode(bytes: &[u8]) -> Result<Image> {
+    match checked_meta_data(bytes)? {
+        (_, Colours::Rgb) => decode_colour(bytes),
+        (_, Colours::Grey) => decode_grey(bytes),
+    }
+}
+
+/// The channels that the picture consists of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Colours {
+    Rgb,
+    Grey,
+}
+
+impl Colours {
+    /// Their names, in this order.
+    pub(super) fn names(self) -> &'static [&'static str] {
+        match self {
+            Self::Rgb => &["R", "G", "B"],
+            Self::Grey => &["Y"],
+        }
+    }
+
+    /// Whether a part has all of them.
+    pub(super) fn are_in(self, part: &Header) -> bool {
+        let has = |name: &&str| part.channels.list.iter().any(|c| c.name.eq(name));
+        self.names().iter().all(has)
+    }
+}
+
+/// What a file says of itself, and which channels make its picture; refused if they are too large or none.
+pub(super) fn checked_meta_data(bytes: &[u8]) -> Result<(MetaData, Colours)> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(not_valid)?;
     for header in &meta.headers {
         checked_size(header.layer_size.0, header.layer_size.1, bytes.len())?;
     }
-    let some_part_has = |names: &[&str]| {
-        meta.headers.iter().any(|header| {
-            let has = |name: &&str| header.channels.list.iter().any(|c| c.name.eq(name));
-            names.iter().all(has)
-        })
-    };
-    if some_part_has(&["R", "G", "B"]) {
-        decode_colour(bytes)
-    } else if some_part_has(&["Y"]) && !some_part_has(&["RY"]) {
-        decode_grey(bytes)
-    } else {
-        let names: Vec<String> = meta
-            .headers
+    let some_part_has = |colours: Colours| meta.headers.iter().any(|part| colours.are_in(part));
+    let channels = || {
+        meta.headers
             .iter()
             .flat_map(|header| header.channels.list.iter())
-            .map(|channel| channel.name.to_string())
-            .collect();
+    };
+    if some_part_has(Colours::Rgb) {
+        Ok((meta, Colours::Rgb))
+    } else if some_part_has(Colours::Grey) && !channels().any(|channel| channel.name.eq("RY")) {
+        Ok((meta, Colours::Grey))
+    } else {
+        let names: Vec<String> = channels().map(|channel| channel.name.to_string()).collect();
         Err(Error::scene(format!(
             "an OpenEXR file with the channels {}: expected R, G and B, or Y alone",
             names.join(", ")
@@ -108,7 +140,7 @@ fn finish<Channels>(
     Ok(Image::new(width, height, pixels))
 }
 
-fn not_valid(cause: ::exr::error::Error) -> Error {
+pub(super) fn not_valid(cause: ::exr::error::Error) -> Error {
     Error::scene(format!("not a valid OpenEXR file: {cause}")).because(cause)
 }
 

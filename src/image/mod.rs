@@ -7,18 +7,25 @@
 
 pub mod atomic;
 mod exr;
+mod exr_layers;
+pub mod false_colour;
+#[cfg(feature = "flip")]
+pub mod flip;
 mod hdr;
 mod jpeg;
+mod layered;
 pub mod metrics;
 mod options;
 mod pfm;
 mod png;
 mod raster;
 pub mod srgb;
+pub mod tiles;
 mod write;
 
+pub use layered::LayeredImage;
 pub use options::{Layer, MetadataValue, WriteOptions};
-pub use png::png_bytes;
+pub use png::{png_bytes, png_bytes_with_texts};
 pub use write::{check_writable, write};
 
 use crate::error::{Error, Result};
@@ -90,22 +97,7 @@ impl Image {
     /// A file that cannot be read is an [`ErrorKind::Io`](crate::ErrorKind::Io); one that is not a valid picture, is too
     /// large, or has a pixel that is not finite, is an [`ErrorKind::Scene`](crate::ErrorKind::Scene).
     pub fn read(path: &Path, space: ColourSpace) -> Result<Self> {
-        let cannot_read = |cause| Error::io("cannot read", path, cause);
-        // A device such as /dev/zero would be read for long, and a pipe waited for.
-        if !std::fs::metadata(path).map_err(cannot_read)?.is_file() {
-            return Err(cannot_read(std::io::Error::other("it is no regular file")));
-        }
-        let mut bytes = Vec::new();
-        File::open(path)
-            .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
-            .map_err(cannot_read)?;
-        if bytes.len() as u64 > MAX_BYTES {
-            return Err(Error::scene(format!(
-                "larger than {MAX_BYTES} bytes, too large a picture"
-            ))
-            .in_file(path));
-        }
-        Self::decode(&bytes, space).map_err(|error| error.in_file(path))
+        Self::decode(&file_bytes(path)?, space).map_err(|error| error.in_file(path))
     }
 
     /// A picture from the bytes of a file, as [`Image::read`] reads it.
@@ -114,17 +106,22 @@ impl Image {
             [0x89, b'P', b'N', b'G', ..] => raster::decode_png(bytes, space),
             [0xFF, 0xD8, 0xFF, ..] => jpeg::decode(bytes, space),
             [b'#', b'?', ..] => raster::decode_hdr(bytes),
-            [0x76, 0x2F, 0x31, 0x01, ..] => exr::decode(bytes),
             [b'P', b'F' | b'f', b'\n' | b'\r' | b' ', ..] => pfm::decode(bytes),
+            _ if exr::is_one(bytes) => exr::decode(bytes),
             _ => Err(Error::scene(
                 "not a picture: expected a PNG, JPEG, HDR, EXR or PFM file",
             )),
         }?;
-        match image.pixels.iter().position(|pixel| !pixel.is_finite()) {
-            None => Ok(image),
+        image.checked_finite()
+    }
+
+    /// The picture, if every pixel is finite; else an error that names the first that is not.
+    fn checked_finite(self) -> Result<Self> {
+        match self.pixels.iter().position(|pixel| !pixel.is_finite()) {
+            None => Ok(self),
             Some(index) => {
-                let (x, y) = (index % image.width as usize, index / image.width as usize);
-                let pixel = image.pixels[index].to_array();
+                let (x, y) = (index % self.width as usize, index / self.width as usize);
+                let pixel = self.pixels[index].to_array();
                 Err(Error::scene(format!(
                     "pixel ({x}, {y}) is {pixel:?}: expected finite numbers"
                 )))
@@ -177,6 +174,26 @@ impl Image {
         }
         sum.map(|sum| sum / self.pixels.len() as f64)
     }
+}
+
+/// All bytes of a file, unless it is too large a picture.
+fn file_bytes(path: &Path) -> Result<Vec<u8>> {
+    let cannot_read = |cause| Error::io("cannot read", path, cause);
+    // A device such as /dev/zero would be read for long, and a pipe waited for.
+    if !std::fs::metadata(path).map_err(cannot_read)?.is_file() {
+        return Err(cannot_read(std::io::Error::other("it is no regular file")));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
+        .map_err(cannot_read)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(Error::scene(format!(
+            "larger than {MAX_BYTES} bytes, too large a picture"
+        ))
+        .in_file(path));
+    }
+    Ok(bytes)
 }
 
 /// The size of a picture, as a file of so many bytes declares it, refused before memory is asked for.
@@ -301,6 +318,7 @@ mod tests {
         ) {
             let bytes = [signature, &rest].concat();
             let _ = Image::decode(&bytes, ColourSpace::Srgb);
+            let _ = LayeredImage::decode(&bytes, ColourSpace::Srgb);
         }
 
         #[test]
@@ -313,6 +331,7 @@ mod tests {
                     bytes[place] = *value;
                 }
                 let _ = Image::decode(&bytes, ColourSpace::Srgb);
+                let _ = LayeredImage::decode(&bytes, ColourSpace::Srgb);
             }
         }
     }

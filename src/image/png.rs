@@ -6,34 +6,58 @@
 
 use super::Image;
 use super::srgb::to_code;
-use ::image::codecs::png::PngEncoder;
-use ::image::{ExtendedColorType, ImageEncoder};
+use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
 use std::io::{self, Write};
 
 /// `image` as the bytes of a file, made brighter by `exposure` stops.
 pub fn png_bytes(image: &Image, exposure: f32) -> Vec<u8> {
+    png_bytes_with_texts(image, exposure, &[])
+}
+
+/// The same, with texts beside the picture: pairs of a keyword and what it says.
+///
+/// # Panics
+///
+/// If a keyword is not of 1 to 79 letters in Latin-1.
+pub fn png_bytes_with_texts(image: &Image, exposure: f32, texts: &[(&str, String)]) -> Vec<u8> {
     let mut bytes = Vec::new();
-    encode(&mut bytes, image, exposure).expect("memory takes every picture of whole pixels");
+    encode(&mut bytes, image, exposure, texts)
+        .expect("memory takes every picture of whole pixels, and keywords are short");
     bytes
 }
 
-/// Writes `image`, made brighter by `exposure` stops.
-pub(super) fn encode(writer: impl Write, image: &Image, exposure: f32) -> io::Result<()> {
+/// Writes `image`, made brighter by `exposure` stops, with texts beside it.
+pub(super) fn encode(
+    writer: impl Write,
+    image: &Image,
+    exposure: f32,
+    texts: &[(&str, String)],
+) -> io::Result<()> {
+    let mut encoder = Encoder::new(writer, image.width(), image.height());
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(Compression::Fast);
+    encoder.set_filter(Filter::Adaptive);
+    let failed = |error| match error {
+        EncodingError::IoError(error) => error,
+        other => io::Error::other(other),
+    };
+    for (keyword, text) in texts {
+        let added = encoder.add_itxt_chunk((*keyword).to_owned(), text.clone());
+        added.map_err(failed)?;
+    }
+    let mut writer = encoder.write_header().map_err(failed)?;
+    let written = writer.write_image_data(&codes(image, exposure));
+    written.and_then(|()| writer.finish()).map_err(failed)
+}
+
+/// What is shown: the codes of each pixel's channels.
+pub(super) fn codes(image: &Image, exposure: f32) -> Vec<u8> {
     let gain = f64::from(exposure).exp2();
-    let codes: Vec<u8> = image
-        .pixels()
-        .iter()
-        .flat_map(|pixel| pixel.to_array())
+    let channels = image.pixels().iter().flat_map(|pixel| pixel.to_array());
+    channels
         .map(|channel| to_code(f64::from(channel) * gain))
-        .collect();
-    PngEncoder::new(writer)
-        .write_image(
-            &codes,
-            image.width(),
-            image.height(),
-            ExtendedColorType::Rgb8,
-        )
-        .map_err(io::Error::other)
+        .collect()
 }
 
 #[cfg(test)]
@@ -48,7 +72,7 @@ mod tests {
         let image = sample_image();
         for exposure in [0.0, -5.5, 1.0] {
             let mut bytes = Vec::new();
-            encode(&mut bytes, &image, exposure).expect("encoded");
+            encode(&mut bytes, &image, exposure, &[]).expect("encoded");
             let read = raster::decode_png(&bytes, ColourSpace::Linear).expect("a picture");
             assert_eq!((read.width(), read.height()), (13, 7));
             for (wrote, read) in image.pixels().iter().zip(read.pixels()) {
@@ -59,5 +83,23 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn texts_stand_beside_the_picture() {
+        let texts = [("Comment", "\u{65e5}.exr, scale \u{b1} 0.25".to_owned())];
+        let bytes = png_bytes_with_texts(&sample_image(), 0.0, &texts);
+        let reader = ::png::Decoder::new(io::Cursor::new(&bytes)).read_info();
+        let info = reader.expect("a picture").info().clone();
+        let [found] = info.utf8_text.as_slice() else {
+            panic!("{} texts", info.utf8_text.len());
+        };
+        let text = found.get_text().expect("it is UTF-8");
+        assert_eq!((&*found.keyword, &text), (texts[0].0, &texts[0].1));
+        assert_eq!(
+            raster::decode_png(&bytes, ColourSpace::Srgb).expect("a picture"),
+            raster::decode_png(&png_bytes(&sample_image(), 0.0), ColourSpace::Srgb)
+                .expect("a picture")
+        );
     }
 }

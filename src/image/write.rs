@@ -52,7 +52,7 @@ pub fn write(path: &Path, image: &Image, options: &WriteOptions) -> Result<()> {
     }
     write_atomically(path, |writer| match format {
         Format::Exr => exr::encode(writer, image, options),
-        Format::Png => png::encode(writer, image, options.exposure),
+        Format::Png => png::encode(writer, image, options.exposure, &[]),
         Format::Hdr => hdr::encode(writer, image),
         Format::Pfm => pfm::encode(writer, image),
     })

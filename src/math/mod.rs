@@ -1,6 +1,7 @@
 //! Vectors, frames, colours, densities with their measure, statistics and rounding-error bounds.
 
 pub mod bounds;
+pub mod difference;
 pub mod frame;
 pub mod measure;
 pub mod ray;

@@ -7,6 +7,10 @@
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
+/// Beyond so many degrees of freedom Student's t is the normal distribution: to within a relative 2e-4 of the tail that
+/// lies beyond five standard errors.
+const NORMAL_FREEDOM: f64 = 1e6;
+
 /// The number below which a standard normal number is with this probability.
 ///
 /// # Panics
@@ -21,9 +25,37 @@ pub fn normal_quantile(probability: f64) -> f64 {
 /// # Panics
 /// If there are fewer than two numbers, or it is no probability.
 pub fn student_quantile(count: u64, probability: f64) -> f64 {
-    let freedom = count as f64 - 1.0;
-    let t = StudentsT::new(0.0, 1.0, freedom).expect("two numbers have a degree of freedom");
-    t.inverse_cdf(0.5 + 0.5 * probability)
+    student_quantile_of(count as f64 - 1.0, 0.5 + 0.5 * probability)
+}
+
+/// The number below which Student's t of so many degrees of freedom is with this probability.
+///
+/// # Panics
+/// If `freedom` is not above 0, or it is no probability.
+pub fn student_quantile_of(freedom: f64, probability: f64) -> f64 {
+    match student(freedom) {
+        Some(t) => t.inverse_cdf(probability),
+        None => normal_quantile(probability),
+    }
+}
+
+/// The probability that Student's t of so many degrees of freedom is at least this far from 0.
+///
+/// # Panics
+/// If `freedom` is not above 0.
+pub fn student_p_value(t: f64, freedom: f64) -> f64 {
+    let tail = match student(freedom) {
+        _ if t.is_infinite() => 0.0,
+        Some(distribution) => distribution.sf(t.abs()),
+        None => Normal::standard().sf(t.abs()),
+    };
+    2.0 * tail
+}
+
+/// Student's t, unless it has so many degrees of freedom that it is normal.
+fn student(freedom: f64) -> Option<StudentsT> {
+    let t = || StudentsT::new(0.0, 1.0, freedom).expect("there are degrees of freedom");
+    (freedom < NORMAL_FREEDOM).then(t)
 }
 
 /// Median, least and greatest of several numbers.
@@ -133,6 +165,22 @@ mod tests {
     fn quantiles_are_those_of_the_tables() {
         assert!((normal_quantile(0.975) - 1.959_963_984_540).abs() < 1e-8);
         assert!((student_quantile(16, 0.95) - 2.131_449_545_6).abs() < 1e-8);
+    }
+
+    #[test]
+    fn p_values_undo_quantiles_and_become_normal_without_a_jump() {
+        for freedom in [1.0, 15.0, 1e3, 0.999 * NORMAL_FREEDOM, f64::INFINITY] {
+            for p in [0.5, 0.05, 1e-3, 1e-6] {
+                let t = student_quantile_of(freedom, 1.0 - 0.5 * p);
+                for t in [t, -t] {
+                    let again = student_p_value(t, freedom);
+                    assert!((again / p - 1.0).abs() < 1e-4, "{freedom} {p}: {again}");
+                }
+            }
+        }
+        let [before, after] = [0.999, 1.001].map(|x| student_p_value(5.0, x * NORMAL_FREEDOM));
+        assert!((before / after - 1.0).abs() < 2e-4, "{before} {after}");
+        assert_eq!(student_p_value(f64::INFINITY, 15.0), 0.0);
     }
 
     #[test]

@@ -12,9 +12,8 @@
 //! its U-statistic is degenerate, and the jackknife would see twice the variance. There they come from Hoeffding's
 //! decomposition (Hoeffding 1948). Tested below.
 
-use crate::math::stats::Moments;
+use crate::math::stats::{Moments, student_p_value, student_quantile_of};
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
 /// A number with what is known of its error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -30,18 +29,23 @@ pub struct Estimate {
 impl Estimate {
     /// How far the number may be off, with this probability.
     pub fn margin(&self, confidence: f64) -> f64 {
-        match StudentsT::new(0.0, 1.0, self.freedom) {
-            Ok(t) => t.inverse_cdf(0.5 + 0.5 * confidence) * self.standard_error,
-            Err(_) => f64::INFINITY,
+        match self.freedom > 0.0 {
+            true => student_quantile_of(self.freedom, 0.5 + 0.5 * confidence) * self.standard_error,
+            // Without noise there is nothing to be free.
+            false => self.standard_error,
         }
     }
 
     /// The probability of a number as large as this where there is none.
     pub fn p_above_zero(&self) -> f64 {
-        match StudentsT::new(0.0, 1.0, self.freedom) {
-            Ok(t) if self.standard_error > 0.0 => t.sf(self.value / self.standard_error),
-            _ if self.value > 0.0 => 0.0,
-            _ => 1.0,
+        let t = self.value / self.standard_error;
+        let two_sided = match t.is_finite() && self.freedom > 0.0 {
+            true => student_p_value(t, self.freedom),
+            false => 0.0,
+        };
+        match self.value > 0.0 {
+            true => 0.5 * two_sided,
+            false => 1.0 - 0.5 * two_sided,
         }
     }
 

@@ -1,10 +1,11 @@
-//! What renders tell when they stand side by side: error against time by many of them, the cost of an effect; plots of
-//! whatever was measured.
+//! What renders tell when they stand side by side: how far they are apart, error against
+//! time by many of them, the cost of an effect; plots of whatever was measured.
 
 pub mod anatomy;
 pub mod bars;
 pub mod bootstrap;
 pub mod clock;
+pub mod comparison;
 pub mod effect_cost;
 pub mod fit;
 pub mod gram;

@@ -10,7 +10,7 @@ use super::bars::reliability;
 use super::effect_cost::{CostSettings, effect_costs};
 use super::fit::{Reached, TimeLaw};
 use super::lengths::{self, bounce_costs};
-use super::pictures::{Shown, relative_errors, relative_standard_errors};
+use super::pictures::{Shown, relative_standard_errors};
 use super::reference::References;
 use super::report::{EffectShare, LevelReport, ReferenceReport, StudyReport, VariantStudy};
 use super::runner::{Ended, Purpose, Runner, luminance, seed_for};
@@ -23,6 +23,7 @@ use super::variant::Variant;
 use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::film::bars::BATCHES;
+use crate::image::metrics::signed_errors;
 use crate::integrator::kind::IntegratorKind;
 use crate::plan::Plan;
 use crate::render::settings::{RenderSettings, SamplerKind};
@@ -400,7 +401,7 @@ impl Study<'_> {
             spp,
             seconds: shot.seconds.wall,
             rel_mse: references.rel_mse(&image)[0],
-            errors: relative_errors(references, &image),
+            errors: signed_errors(&image, references.mean())?,
             image,
         }))
     }

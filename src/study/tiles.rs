@@ -7,30 +7,27 @@
 
 use super::reference::References;
 use crate::image::Image;
-use crate::math::stats::Moments;
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use crate::image::tiles::Tile;
+use crate::math::stats::{Moments, student_p_value};
 
 /// Edge of a tile in pixels.
-const EDGE: usize = 8;
+const EDGE: u32 = 8;
 
 /// The probabilities of all tiles.
 pub fn p_values(references: &References, renders: &[Image]) -> Vec<f64> {
     let Some(first) = renders.first() else {
         return Vec::new();
     };
-    let (width, height) = (first.width() as usize, first.height() as usize);
+    let (width, height) = (first.width(), first.height());
     let variance = references.variance_of_mean();
-    let mut all = Vec::new();
-    for top in (0..height).step_by(EDGE) {
-        for left in (0..width).step_by(EDGE) {
-            let rows = top..(top + EDGE).min(height);
-            let columns = left..(left + EDGE).min(width);
-            let pixels = rows.flat_map(|y| columns.clone().map(move |x| y * width + x));
-            let pixels: Vec<usize> = pixels.collect();
-            all.extend(p_value(&pixels, references.mean(), &variance, renders));
-        }
-    }
-    all
+    let of_tile = |tile: Tile| {
+        let columns = tile.x..tile.x + tile.width;
+        let rows = tile.y..tile.y + tile.height;
+        let pixels = rows.flat_map(|y| columns.clone().map(move |x| (y * width + x) as usize));
+        let pixels: Vec<usize> = pixels.collect();
+        p_value(&pixels, references.mean(), &variance, renders)
+    };
+    Tile::all(width, height, EDGE).filter_map(of_tile).collect()
 }
 
 fn p_value(
@@ -56,8 +53,7 @@ fn p_value(
     let freedom = both * both
         / (of_renders.powi(2) / (means.count() as f64 - 1.0) + of_reference.powi(2) / count);
     let t = (means.mean() - sum(reference)).abs() / both.sqrt();
-    let law = StudentsT::new(0.0, 1.0, freedom).ok()?;
-    Some(2.0 * law.sf(t))
+    Some(student_p_value(t, freedom))
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 
 mod battery;
 mod bench;
+mod compare;
 mod lesson;
 mod plan;
 mod render;
@@ -14,6 +15,7 @@ mod values;
 
 pub use battery::BatteryArguments;
 pub use bench::BenchArguments;
+pub use compare::{CompareArguments, Metric};
 pub use lesson::LessonArguments;
 pub use plan::PlanArguments;
 pub use render::RenderArguments;
@@ -43,6 +45,9 @@ pub enum Verb {
     /// Plot error against time for ways to render a scene: which is quickest to an error, whether it is right, and what
     /// better costs.
     Study(StudyArguments),
+    /// Say how far one picture is from another, where, and whether they tend to the same: for people, and for scripts as
+    /// `idiff` is used.
+    Compare(CompareArguments),
     /// Trace the rays of real renders by each backend, and say which is faster, by how much, and whether they agree.
     Bench(BenchArguments),
     /// Show the classic course on Monte Carlo integration, topic by topic: numbers beside their exact values, and a page.

@@ -77,6 +77,21 @@ pub fn parse_share(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a share above 0 and below 1, such as 1% or 0.01".to_owned())
 }
 
+/// A finite number from 0 on, also in percent.
+pub fn parse_limit(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.trim().strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text.trim(), 1.0),
+    };
+    number
+        .trim()
+        .parse()
+        .ok()
+        .map(|number: f64| unit * number)
+        .filter(|limit| limit.is_finite() && *limit >= 0.0)
+        .ok_or_else(|| "expected a number from 0 on, such as 1% or 0.01".to_owned())
+}
+
 /// A finite number above 0.
 pub fn parse_distance(text: &str) -> Result<f64, String> {
     text.parse()
@@ -96,6 +111,16 @@ pub fn parse_exposure(text: &str) -> Result<f32, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn limits_are_numbers_or_percents() {
+        for (text, limit) in [("0", 0.0), ("2.5 %", 0.025), ("150%", 1.5), ("7", 7.0)] {
+            assert_eq!(parse_limit(text), Ok(limit));
+        }
+        for wrong in ["-1%", "nan", "inf", "%", "", "1%%"] {
+            assert!(parse_limit(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn sizes_and_crops_are_parsed_strictly() {

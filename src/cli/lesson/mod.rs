@@ -10,6 +10,8 @@ mod json;
 mod text;
 pub(super) mod wording;
 
+pub use wording::significant;
+
 use super::args::{LessonArguments, ProgressMode};
 use super::durations::format_duration;
 use super::output::{Watcher, time_left};

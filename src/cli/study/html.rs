@@ -4,15 +4,15 @@
 //! Range: any findings; what is not measured is left out. It needs nothing from outside.
 //! Source: docs/accuracy.md, "The study". Tested in `tests/study_command.rs`.
 
-use super::maps::{round_up, signed, sizes};
 use super::tables::path_class;
-use super::wording::{percent, seconds};
+use super::wording::{percent, round_up, seconds};
 use super::{Findings, conclusions, plots, tables};
 use crate::cli::chart::{self, Bar, Group};
 use crate::cli::page::{picture, prose, styled_page};
 use crate::cli::plot;
 use crate::cli::table::Table;
 use crate::image::Image;
+use crate::image::false_colour::{map, sequential, signed};
 use crate::study::pictures::Shown;
 use maud::{Markup, html};
 
@@ -119,26 +119,28 @@ fn pair(findings: &Findings<'_>, shown: &Shown, end: f64) -> Markup {
         seconds(shown.seconds),
         percent(shown.rel_mse.max(0.0).sqrt())
     );
-    let map = signed(shown.image.width(), &shown.errors, end as f32);
+    let size = (shown.image.width(), shown.image.height());
+    let errors = map(&shown.errors, size, end, signed);
     html! {
         div.pair {
             (picture(name, &says, &shown.image))
-            (picture(&format!("{name}: error"), "", &map))
+            (picture(&format!("{name}: error"), "", &errors))
         }
     }
 }
 
 fn standard_errors(findings: &Findings<'_>, reference: &Image) -> Markup {
     let all = &findings.report.pictures.standard_errors;
-    let mut largest: Vec<f32> = all.iter().flat_map(|(_, errors)| errors).copied().collect();
-    largest.sort_by(f32::total_cmp);
-    // Nine of ten pixels are told apart, the worst are white.
+    let mut largest: Vec<f64> = all.iter().flat_map(|(_, errors)| errors).copied().collect();
+    largest.sort_by(f64::total_cmp);
+    // Nine of ten pixels are told apart.
     let end = largest.get(largest.len() * 9 / 10).copied().unwrap_or(1.0);
-    let end = round_up(f64::from(end));
+    let end = round_up(end);
+    let size = (reference.width(), reference.height());
     html! {
         @if !all.is_empty() {
             h3 { "Where the noise is" }
-            p.says { "The standard error of each pixel, as the renderer itself tells it: black is none, white "
+            p.says { "The standard error of each pixel, as the renderer itself tells it: dark is none, yellow "
                 (percent(end)) " or more of the pixel's value." }
             div.pictures {
                 @for (index, errors) in all {
@@ -146,7 +148,7 @@ fn standard_errors(findings: &Findings<'_>, reference: &Image) -> Markup {
                     @let says = study.bars.as_ref().map_or(String::new(), |bars| {
                         format!("{} samples a pixel; {} of the pixels are flagged", bars.spp, percent(bars.flagged))
                     });
-                    (picture(&study.variant.name, &says, &sizes(reference.width(), errors, end as f32)))
+                    (picture(&study.variant.name, &says, &map(errors, size, end, sequential)))
                 }
             }
         }

@@ -8,7 +8,6 @@ mod conclusions;
 mod csv;
 mod html;
 mod json;
-mod maps;
 mod plots;
 #[cfg(test)]
 mod sample;

@@ -80,6 +80,16 @@ pub fn signed_percent(x: f64, margin: f64) -> String {
     text.replace('-', "−")
 }
 
+/// The next of 1, 2 and 5 times a power of ten above a number.
+pub fn round_up(x: f64) -> f64 {
+    if !(x > 0.0 && x.is_finite()) {
+        return 1.0;
+    }
+    let power = 10_f64.powf(x.log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|step| step * power);
+    steps.into_iter().find(|&step| step >= x).unwrap_or(x)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,6 +119,19 @@ mod tests {
             high: f64::INFINITY,
         };
         assert_eq!(reached(&Reached::At(range), true), "3 s (2 s to ∞)");
+    }
+
+    #[test]
+    fn scales_end_at_round_numbers() {
+        for (x, end) in [
+            (0.013, 0.02),
+            (0.3, 0.5),
+            (7.0, 10.0),
+            (1.0, 1.0),
+            (0.0, 1.0),
+        ] {
+            assert!((round_up(x) - end).abs() < 1e-12, "{x}");
+        }
     }
 
     #[test]

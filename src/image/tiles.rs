@@ -1,0 +1,77 @@
+//! A picture in tiles: squares of pixels, smaller at its right and bottom edges.
+//!
+//! Measure: pixels.
+//! Range: pictures and tiles of at least one pixel.
+//! Source: none needed. Tested below.
+
+use serde::Serialize;
+
+/// The side of tiles in which errors are looked for.
+pub const SIDE: u32 = 32;
+
+/// One tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Tile {
+    /// Left column.
+    pub x: u32,
+    /// Top row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Tile {
+    /// All tiles of a picture, row by row from the top.
+    ///
+    /// # Panics
+    /// If `side` is 0.
+    pub fn all(width: u32, height: u32, side: u32) -> impl Iterator<Item = Self> {
+        let places = move |length: u32| (0..length).step_by(side as usize);
+        places(height).flat_map(move |y| {
+            places(width).map(move |x| Self {
+                x,
+                y,
+                width: side.min(width - x),
+                height: side.min(height - y),
+            })
+        })
+    }
+
+    /// The places of its pixels in a picture with rows of this many pixels.
+    pub fn indices(self, picture_width: u32) -> impl Iterator<Item = usize> {
+        let (left, width) = (self.x as usize, self.width as usize);
+        (self.y..self.y + self.height).flat_map(move |row| {
+            let start = row as usize * picture_width as usize + left;
+            start..start + width
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_have_every_pixel_once() {
+        for (width, height, side) in [(13, 7, 4), (32, 32, 32), (1, 1, 32), (65, 2, 32)] {
+            let mut seen: Vec<usize> = Tile::all(width, height, side)
+                .flat_map(|tile| tile.indices(width))
+                .collect();
+            seen.sort_unstable();
+            let all: Vec<usize> = (0..(width * height) as usize).collect();
+            assert_eq!(seen, all, "{width} x {height}");
+        }
+        let last = Tile::all(13, 7, 4).last().expect("there are tiles");
+        assert_eq!(
+            last,
+            Tile {
+                x: 12,
+                y: 4,
+                width: 1,
+                height: 3
+            }
+        );
+    }
+}

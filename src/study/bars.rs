@@ -36,6 +36,8 @@ pub struct BarsReport {
     pub coverage: Vec<Coverage>,
     /// Of trusted pixels, how many channels were so many standard errors off.
     pub z: Vec<u64>,
+    /// The same of flagged pixels.
+    pub z_flagged: Vec<u64>,
 }
 
 /// How often bars of a confidence held the reference.
@@ -90,7 +92,7 @@ pub fn reliability(film: &Film, spp: u64, references: &References) -> Option<(Ba
         trusted: Share::default(),
         flagged: Share::default(),
     });
-    let mut z_counts = vec![0; BINS];
+    let mut z_counts = [vec![0; BINS], vec![0; BINS]];
     let (mut of_bars, mut of_reference) = (0.0, 0.0);
     let reference_variance = references.variance_of_mean();
     for (index, &flag) in flags.iter().enumerate() {
@@ -108,12 +110,10 @@ pub fn reliability(film: &Film, spp: u64, references: &References) -> Option<(Ba
                 };
                 share.add(z.abs() <= quantile);
             }
-            if !flag {
-                z_counts[bin(z)] += 1;
-                let weight = references.weights()[index][c];
-                of_bars += weight * error[c] * error[c];
-                of_reference += weight * reference_variance[index][c];
-            }
+            z_counts[usize::from(flag)][bin(z)] += 1;
+            let weight = references.weights()[index][c];
+            of_bars += weight * error[c] * error[c];
+            of_reference += weight * reference_variance[index][c];
         }
     }
     let flagged = flags.iter().filter(|&&flag| flag).count() as f64 / flags.len() as f64;
@@ -126,7 +126,8 @@ pub fn reliability(film: &Film, spp: u64, references: &References) -> Option<(Ba
             0.0
         },
         coverage: coverage.to_vec(),
-        z: z_counts,
+        z: std::mem::take(&mut z_counts[0]),
+        z_flagged: std::mem::take(&mut z_counts[1]),
     };
     Some((report, errors))
 }

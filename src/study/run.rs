@@ -5,27 +5,16 @@
 //! usage that says what is enough. A study that is cancelled reports what it has.
 //! Source: docs/accuracy.md, "The study". Tested in `tests/study.rs`.
 
-use super::anatomy::path_shares;
-use super::bars::reliability;
-use super::effect_cost::{CostSettings, effect_costs};
-use super::fit::{Reached, TimeLaw};
-use super::lengths::{self, bounce_costs};
-use super::pictures::{Shown, relative_standard_errors};
+use super::fit::TimeLaw;
 use super::reference::References;
-use super::report::{EffectShare, LevelReport, ReferenceReport, StudyReport, VariantStudy};
+use super::report::{LevelReport, ReferenceReport, StudyReport, VariantStudy};
 use super::runner::{Ended, Purpose, Runner, luminance, seed_for};
 use super::schedule::{ANATOMY, Schedule};
 use super::settings::{StudyObserver, StudySettings, Watch};
 use super::stage::{Shot, Stage};
-use super::summary::{curve, time_law};
-use super::tiles;
 use super::variant::Variant;
-use crate::effects::Effect;
 use crate::error::{Error, Result};
-use crate::film::bars::BATCHES;
-use crate::image::metrics::signed_errors;
 use crate::integrator::kind::IntegratorKind;
-use crate::plan::Plan;
 use crate::render::settings::{RenderSettings, SamplerKind};
 use crate::scene::description::SceneDescription;
 use std::time::Duration;
@@ -35,15 +24,6 @@ const MOST_MEMORY: u64 = 4 << 30;
 
 /// The share of the budget that finding out what a render costs takes, and the seconds at most, over all variants.
 const WARM_UP: (f64, f64) = (0.04, 8.0);
-
-/// Rounds of renders with growing limits of bounces.
-const BOUNCE_ROUNDS: u64 = 5;
-
-/// Pairs of renders for the cost of an effect.
-const EFFECT_ROUNDS: u64 = 3;
-
-/// Samples of a pixel that are watched, at least and at most.
-const WATCHED: [u64; 2] = [8, 256];
 
 /// Studies the scene as it is described, in the size that it has; `full_size` is the size that it was written for.
 ///
@@ -117,14 +97,14 @@ fn blank(
     }
 }
 
-struct Study<'a> {
-    description: &'a SceneDescription,
-    settings: &'a StudySettings,
-    stage: &'a Stage,
-    report: StudyReport,
+/// A study that goes on. Each step is `None` if it was cancelled.
+pub(super) struct Study<'a> {
+    pub(super) description: &'a SceneDescription,
+    pub(super) settings: &'a StudySettings,
+    pub(super) stage: &'a Stage,
+    pub(super) report: StudyReport,
 }
 
-/// Each step is `None` if the study was cancelled.
 impl Study<'_> {
     fn all(&mut self, watch: &mut Watch<'_>) -> Result<Option<()>> {
         watch.begin("finding out what renders cost");
@@ -177,7 +157,7 @@ impl Study<'_> {
         self.anatomy(&references, &laws, watch)
     }
 
-    fn tell(&mut self, watch: &Watch<'_>) {
+    pub(super) fn tell(&mut self, watch: &Watch<'_>) {
         self.report.seconds = watch.elapsed();
         watch.report(&self.report);
     }
@@ -306,191 +286,5 @@ impl Study<'_> {
         let longest = |(law, &k): (&TimeLaw, &u32)| law.at(f64::from(k).exp2());
         let longest: f64 = laws.iter().zip(&schedule.doublings).map(longest).sum();
         ANATOMY * self.settings.budget + 2.5 * longest
-    }
-
-    /// Tests tiles for bias, with the last level that has all seeds.
-    fn tiles(&mut self, references: &References, runner: &Runner<'_>) {
-        for (study, levels) in self.report.variants.iter_mut().zip(&runner.images) {
-            let most = levels.iter().map(Vec::len).max().unwrap_or(0);
-            let whole = levels.iter().rposition(|images| images.len() == most);
-            if let Some(level) = whole.filter(|_| most > 1) {
-                study.tile_p_values = tiles::p_values(references, &levels[level]);
-            }
-        }
-    }
-
-    /// One render of each variant with error bars. It is short beside the reference, whose noise they do not know.
-    fn bars(&mut self, references: &References, watch: &Watch<'_>) -> Result<Option<()>> {
-        for (index, variant) in self.settings.variants.iter().enumerate() {
-            let longest = self.report.variants[index].levels.last();
-            let spp = (longest.map_or(1, |level| level.spp) / 4).max(BATCHES);
-            let seed = seed_for(self.settings.seed, Purpose::Bars, [index as u64, 0, 0]);
-            let settings = RenderSettings {
-                bars: true,
-                ..self.stage.settings(variant, spp, seed)
-            };
-            let Some(shot) = self.stage.render(variant, &settings, watch)? else {
-                return Ok(None);
-            };
-            if let Some((report, errors)) = reliability(&shot.film, spp, references) {
-                self.report.variants[index].bars = Some(report);
-                let errors = relative_standard_errors(references, &errors);
-                self.report.pictures.standard_errors.push((index, errors));
-            }
-        }
-        Ok(Some(()))
-    }
-
-    /// What variants come to in the same time, and at the same error.
-    fn pictures(&mut self, references: &References, watch: &Watch<'_>) -> Result<Option<()>> {
-        let known = |study: &VariantStudy| {
-            let law = time_law(&study.levels)?;
-            let curve = curve(&study.levels, 0);
-            let (spp, mse, _) = curve.last()?;
-            Some((law, curve, spp, mse))
-        };
-        let known: Vec<_> = self.report.variants.iter().map(known).collect();
-        let all = || known.iter().flatten();
-        let seconds = all()
-            .map(|(law, _, spp, _)| law.at(*spp))
-            .fold(f64::INFINITY, f64::min);
-        let error = all().map(|(.., mse)| *mse).fold(0.0, f64::max);
-        for (index, known) in known.iter().enumerate() {
-            let Some((law, curve, longest, _)) = known else {
-                continue;
-            };
-            let in_time = ((seconds - law.start) / law.sample).round().max(1.0);
-            let at_error = match curve.reached(error) {
-                Reached::At(spp) => spp.value.round().max(1.0),
-                Reached::Within(_) => 1.0,
-                Reached::Beyond(_) => *longest,
-            };
-            for (kind, spp) in [in_time, at_error].into_iter().enumerate() {
-                let Some(shown) = self.shown(index, kind as u64, spp as u64, references, watch)?
-                else {
-                    return Ok(None);
-                };
-                let pictures = &mut self.report.pictures;
-                match kind {
-                    0 => pictures.equal_time.push(shown),
-                    _ => pictures.equal_error.push(shown),
-                }
-            }
-        }
-        Ok(Some(()))
-    }
-
-    fn shown(
-        &self,
-        index: usize,
-        kind: u64,
-        spp: u64,
-        references: &References,
-        watch: &Watch<'_>,
-    ) -> Result<Option<Shown>> {
-        let variant = &self.settings.variants[index];
-        let place = [index as u64, kind, 0];
-        let seed = seed_for(self.settings.seed, Purpose::Picture, place);
-        let settings = self.stage.settings(variant, spp, seed);
-        let Some(shot) = self.stage.render(variant, &settings, watch)? else {
-            return Ok(None);
-        };
-        let image = shot.film.develop();
-        Ok(Some(Shown {
-            variant: index,
-            spp,
-            seconds: shot.seconds.wall,
-            rel_mse: references.rel_mse(&image)[0],
-            errors: signed_errors(&image, references.mean())?,
-            image,
-        }))
-    }
-
-    /// Where variance comes from, what bounces cost, and what effects do.
-    fn anatomy(
-        &mut self,
-        references: &References,
-        laws: &[TimeLaw],
-        watch: &Watch<'_>,
-    ) -> Result<Option<()>> {
-        let third = (ANATOMY * self.settings.budget).min(watch.left()) / 3.0;
-        for (index, law) in laws.iter().enumerate() {
-            let share = third / laws.len() as f64;
-            let spp = ((share / law.sample) as u64).clamp(WATCHED[0], WATCHED[1]);
-            if share < 0.5 * law.at(spp as f64) {
-                self.report
-                    .warn("there was no time to find out which paths the variance comes from");
-                break;
-            }
-            let variant = &self.settings.variants[index];
-            let seed = seed_for(self.settings.seed, Purpose::Paths, [index as u64, 0, 0]);
-            let shares = path_shares(self.stage, variant, references, spp, seed);
-            self.report.variants[index].paths = shares;
-            if crate::render::RenderObserver::is_cancelled(watch) {
-                return Ok(None);
-            }
-        }
-        self.tell(watch);
-        if self.bounces(laws, third, watch)?.is_none() {
-            return Ok(None);
-        }
-        self.effects(laws, third, watch)
-    }
-
-    /// What each bounce costs the first variant.
-    fn bounces(&mut self, laws: &[TimeLaw], seconds: f64, watch: &Watch<'_>) -> Result<Option<()>> {
-        let Some((law, variant)) = laws.first().zip(self.settings.variants.first()) else {
-            return Ok(Some(()));
-        };
-        let each = seconds / (BOUNCE_ROUNDS * lengths::RENDERS) as f64;
-        let spp = ((each - law.start) / law.sample) as u64;
-        if spp == 0 {
-            self.report
-                .warn("there was no time to find out what each bounce costs");
-            return Ok(Some(()));
-        }
-        let seed = |round| seed_for(self.settings.seed, Purpose::Bounces, [round, 0, 0]);
-        let seeds: Vec<u64> = (0..BOUNCE_ROUNDS).map(seed).collect();
-        let costs = bounce_costs(self.stage, variant, spp, &seeds, watch)?;
-        let is_whole = costs.is_some();
-        self.report.variants[0].bounces = costs.unwrap_or_default();
-        Ok(is_whole.then_some(()))
-    }
-
-    /// What each effect of the scene costs.
-    fn effects(&mut self, laws: &[TimeLaw], seconds: f64, watch: &Watch<'_>) -> Result<Option<()>> {
-        let plan = Plan::new(self.description, self.stage.scene(self.settings.options));
-        let renders = 2 * (plan.on().count() as u64 + 1) * (EFFECT_ROUNDS + 1);
-        let builds = self
-            .stage
-            .builds
-            .first()
-            .map_or(0.0, |(_, seconds)| *seconds);
-        let each = (seconds - builds * plan.on().count() as f64) / renders as f64;
-        let Some(law) = laws.first() else {
-            return Ok(Some(()));
-        };
-        let spp = ((each - law.start) / law.sample) as u64;
-        if spp == 0 {
-            self.report.warn(
-                "there was no time to find out what each effect costs: see `etendue plan --cost`",
-            );
-            return Ok(Some(()));
-        }
-        let settings = CostSettings {
-            accel: self.settings.options,
-            spp,
-            rounds: EFFECT_ROUNDS,
-        };
-        let costs = effect_costs(self.description, &plan, &settings, watch, |_| {})?;
-        let is_whole = costs.is_some();
-        let effects = costs.map(|costs| costs.effects).unwrap_or_default();
-        let share = |cost: super::effect_cost::EffectCost| EffectShare {
-            effect: Effect::name(cost.effect),
-            time: cost.time,
-            energy: [cost.energy, cost.energy_error],
-        };
-        self.report.effects = effects.into_iter().map(share).collect();
-        Ok(is_whole.then_some(()))
     }
 }

@@ -84,9 +84,14 @@ fn price(best: &Summary) -> Option<String> {
             percent(*target)
         )
     });
+    let last = best.levels.last()?;
+    let longest = percent(last.rel_mse.value.max(0.0).sqrt());
     let tenth = match &best.tenth {
         Tenth::Costs(range) => Some(format!(
-            "a tenth of the error of its longest renders would take {} ({} to {})",
+            "{} tenth of the {longest} that `{}` came to in {} would take {} ({} to {})",
+            if now.is_some() { "a" } else { "A" },
+            best.name,
+            seconds(last.seconds),
             seconds(range.value),
             seconds(range.low),
             seconds(range.high)
@@ -94,13 +99,7 @@ fn price(best: &Summary) -> Option<String> {
         Tenth::Never(_) | Tenth::Unknown => None,
     };
     let text: Vec<String> = [now, tenth].into_iter().flatten().collect();
-    (!text.is_empty()).then(|| capitalised(&text.join("; ")) + ".")
-}
-
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().map(|first| first.to_uppercase().to_string());
-    first.unwrap_or_default() + letters.as_str()
+    (!text.is_empty()).then(|| text.join("; ") + ".")
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! Source: docs/accuracy.md, "The study". Tested in `tests/study_command.rs`.
 
 use super::tables::path_class;
-use super::wording::{percent, round_up, seconds};
+use super::wording::{percent, round_up, samples, seconds};
 use super::{Findings, conclusions, plots, tables};
 use crate::cli::chart::{self, Bar, Group};
 use crate::cli::page::{picture, prose, styled_page};
@@ -36,14 +36,12 @@ pub fn of_findings(findings: &Findings<'_>) -> String {
             section #errors {
                 h2 { "2. Error against time" }
                 (plot::figures(&plots::errors(findings)))
-                (plot::figure(&plots::residuals(findings)))
             }
         }
         section #pictures { h2 { "3. Pictures" } (pictures(findings)) }
         section #trust {
             h2 { "4. Can error bars and pictures be trusted?" }
-            (plot::figures(&plots::reliability(findings)))
-            @if let Some(bias) = plots::bias(findings) { (plot::figure(&bias)) }
+            (plot::figures(&plots::trust(findings)))
             @for text in reference_shares(findings) { p.says { (prose(&text)) } }
         }
         section #anatomy {
@@ -90,15 +88,17 @@ fn pictures(findings: &Findings<'_>) -> Markup {
         return html! { p.says { "No reference was rendered." } };
     };
     let shown = || all.equal_time.iter().chain(&all.equal_error);
-    let worst = shown().map(|shown| shown.rel_mse.max(0.0).sqrt());
-    // On one scale for all, on which the usual errors of the worst have colour.
-    let end = round_up(2.0 * worst.fold(0.0, f64::max));
+    let mut errors: Vec<f64> = shown().map(|shown| shown.rel_mse.max(0.0).sqrt()).collect();
+    errors.sort_by(f64::total_cmp);
+    // On one scale for all, on which the usual errors of the middle one have colour.
+    let middle = errors.get(errors.len() / 2).copied().unwrap_or(1.0);
+    let end = round_up(2.0 * middle).min(1.0);
     let ends = percent(end);
     html! {
         div.pictures { (picture("reference", "the mean of both", reference)) }
         @for (title, reading, shown) in [
             ("At equal time", "Each variant in the time that the longest renders of the quickest took.", &all.equal_time),
-            ("At equal error", "Each variant with the samples that bring it to the error that all of them reached: what differs is the time.", &all.equal_error),
+            ("At equal error", "Each variant with the samples that bring it to the error that all of them reached, or with one sample if that errs less: what differs is the time.", &all.equal_error),
         ] {
             @if !shown.is_empty() {
                 h3 { (title) }
@@ -114,8 +114,8 @@ fn pictures(findings: &Findings<'_>) -> Markup {
 fn pair(findings: &Findings<'_>, shown: &Shown, end: f64) -> Markup {
     let name = &findings.report.variants[shown.variant].variant.name;
     let says = format!(
-        "{} samples a pixel, {}, error {}",
-        shown.spp,
+        "{} a pixel, {}, error {}",
+        samples(shown.spp),
         seconds(shown.seconds),
         percent(shown.rel_mse.max(0.0).sqrt())
     );
@@ -146,7 +146,7 @@ fn standard_errors(findings: &Findings<'_>, reference: &Image) -> Markup {
                 @for (index, errors) in all {
                     @let study = &findings.report.variants[*index];
                     @let says = study.bars.as_ref().map_or(String::new(), |bars| {
-                        format!("{} samples a pixel; {} of the pixels are flagged", bars.spp, percent(bars.flagged))
+                        format!("{} a pixel; {} of the pixels are flagged", samples(bars.spp), percent(bars.flagged))
                     });
                     (picture(&study.variant.name, &says, &map(errors, size, end, sequential)))
                 }
@@ -170,7 +170,7 @@ fn reference_shares(findings: &Findings<'_>) -> Vec<String> {
         return Vec::new();
     }
     vec![format!(
-        "The reference has noise of its own, of which the bars know nothing. Its variance beside theirs is, {}. Much more than a few percent makes bars seem too narrow.",
+        "The reference has noise of its own, of which the bars know nothing. Its variance over theirs: {}. Much more than a few percent makes bars seem too narrow.",
         shares.join(", ")
     )]
 }
@@ -193,7 +193,12 @@ fn path_charts(findings: &Findings<'_>) -> Markup {
         };
         Some(Group {
             name: study.variant.name.clone(),
-            bars: paths.classes.iter().map(bar).collect(),
+            bars: paths
+                .classes
+                .iter()
+                .filter(|class| tables::matters(class))
+                .map(bar)
+                .collect(),
         })
     });
     let groups: Vec<Group> = groups.collect();

@@ -5,7 +5,7 @@
 //! Source: none needed. Tested in `tests/study_command.rs`.
 
 use super::Findings;
-use crate::study::bars::{BINS, FARTHEST};
+use crate::study::bars::{BINS, Coverage, FARTHEST};
 use crate::study::plot::{Axis, Mark, Plot, Series, Shape};
 use crate::study::summary::Summary;
 use statrs::distribution::{Continuous, StudentsT};
@@ -13,7 +13,7 @@ use statrs::distribution::{Continuous, StudentsT};
 /// Bins of the histogram of probabilities.
 const P_BINS: usize = 20;
 
-/// Error against time, and against samples.
+/// Error against time and against samples, and how far from a law that is.
 pub fn errors(findings: &Findings<'_>) -> Vec<Plot> {
     let time = Plot {
         title: "Error against time".to_owned(),
@@ -33,7 +33,7 @@ pub fn errors(findings: &Findings<'_>) -> Vec<Plot> {
         y: Axis::log("error, %"),
         series: with_floor(findings, |_, spp| spp, false),
     };
-    vec![time, samples]
+    vec![time, samples, residuals(findings)]
 }
 
 fn error(rel_mse: f64) -> f64 {
@@ -68,8 +68,10 @@ fn with_floor(
     let xs = points().filter(drawn).map(|p| p[0]).fold(nothing, around);
     let ys = points().filter(drawn).map(|p| p[1]).fold(nothing, around);
     let mut all = Vec::new();
+    let mut bottom = ys[0];
     if let Some(reference) = &findings.report.reference {
         let floor = error(reference.noise.rel_mse);
+        bottom = bottom.min(floor);
         all.push(Series::new(
             "one reference",
             Mark::Guide,
@@ -81,7 +83,7 @@ fn with_floor(
         for (index, summary) in &findings.summaries {
             let start = summary.time.start;
             if start > 0.0 {
-                let tick = vec![[start, ys[0]], [start, 1.4 * ys[0]]];
+                let tick = vec![[start, bottom], [start, 1.4 * bottom]];
                 all.push(Series::new("", Mark::Guide, *index, tick));
             }
         }
@@ -99,7 +101,7 @@ fn with_floor(
 }
 
 /// How far the levels are from the power law.
-pub fn residuals(findings: &Findings<'_>) -> Plot {
+fn residuals(findings: &Findings<'_>) -> Plot {
     let series = findings.summaries.iter().filter_map(|(index, summary)| {
         let slope = summary.slope?;
         let off = |spp: u64, rel_mse: f64| {
@@ -128,8 +130,15 @@ pub fn residuals(findings: &Findings<'_>) -> Plot {
     }
 }
 
+/// Whether bars hold what they say, and whether pictures are biased anywhere.
+pub fn trust(findings: &Findings<'_>) -> Vec<Plot> {
+    let mut plots = reliability(findings);
+    plots.extend(bias(findings));
+    plots
+}
+
 /// Whether bars hold what they say.
-pub fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
+fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
     let bars = || {
         let variants = findings.report.variants.iter().enumerate();
         variants.filter_map(|(index, study)| Some((index, study, study.bars.as_ref()?)))
@@ -152,25 +161,35 @@ pub fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
         |z| law.pdf(z),
     )];
     for (index, study, bars) in bars() {
-        let trusted = bars.coverage.iter().filter(|c| c.trusted.count > 0);
-        let points = trusted.clone();
-        let points = points.map(|c| [100.0 * c.confidence, 100.0 * c.trusted.value()]);
-        let ribbon = trusted.map(|c| {
-            let [low, high] = c.trusted.interval();
+        // Where no pixel is trusted, what the others do is better than nothing.
+        let is_trusted = bars.z.iter().any(|&count| count > 0);
+        let (name, counts) = match is_trusted {
+            true => (study.variant.name.clone(), &bars.z),
+            false => (
+                format!("{} (all flagged)", study.variant.name),
+                &bars.z_flagged,
+            ),
+        };
+        let share = |c: &Coverage| if is_trusted { c.trusted } else { c.flagged };
+        let tried = bars.coverage.iter().filter(|c| share(c).count > 0);
+        let points = tried.clone();
+        let points = points.map(|c| [100.0 * c.confidence, 100.0 * share(c).value()]);
+        let ribbon = tried.map(|c| {
+            let [low, high] = share(c).interval();
             [100.0 * c.confidence, 100.0 * low, 100.0 * high]
         });
-        let name = &study.variant.name;
-        shares
-            .push(Series::new(name, Mark::Marks, index, points.collect()).within(ribbon.collect()));
-        let count: u64 = bars.z.iter().sum();
+        shares.push(
+            Series::new(&name, Mark::Marks, index, points.collect()).within(ribbon.collect()),
+        );
+        let count: u64 = counts.iter().sum();
         if count > 0 {
             let width = 2.0 * FARTHEST / BINS as f64;
             let density = |(bin, &n): (usize, &u64)| {
                 let middle = -FARTHEST + (bin as f64 + 0.5) * width;
                 [middle, n as f64 / (count as f64 * width)]
             };
-            let points = bars.z.iter().enumerate().map(density);
-            z.push(Series::new(name, Mark::Line, index, points.collect()));
+            let points = counts.iter().enumerate().map(density);
+            z.push(Series::new(&name, Mark::Line, index, points.collect()));
         }
     }
     vec![
@@ -196,7 +215,7 @@ pub fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
 }
 
 /// Whether pictures are biased anywhere.
-pub fn bias(findings: &Findings<'_>) -> Option<Plot> {
+fn bias(findings: &Findings<'_>) -> Option<Plot> {
     let mut series = Vec::new();
     for (index, study) in findings.report.variants.iter().enumerate() {
         let all = &study.tile_p_values;

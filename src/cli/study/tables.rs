@@ -10,7 +10,8 @@ use super::wording::{
 use super::{Findings, conclusions};
 use crate::cli::bench::tables as machine_tables;
 use crate::cli::table::{Table, numbers, words};
-use crate::study::anatomy::{Found, is_longest};
+use crate::study::anatomy::{ClassShare, Found, is_longest};
+use crate::study::costs::BOUNCE_ROUNDS;
 use crate::study::summary::{Summary, TARGETS, Tenth};
 
 /// All of them, as Markdown.
@@ -212,11 +213,17 @@ pub fn path_class(bounces: usize, found: Found) -> String {
     }
 }
 
+/// Whether a class of paths has a thousandth of the variance or of the light.
+pub fn matters(class: &ClassShare) -> bool {
+    class.variance.abs().max(class.energy.abs()) >= 1e-3
+}
+
 /// Where the variance of each variant comes from.
 pub fn paths(findings: &Findings<'_>) -> Table {
     let mut rows = Vec::new();
     for study in &findings.report.variants {
         let classes = study.paths.iter().flat_map(|paths| &paths.classes);
+        let classes = classes.filter(|class| matters(class));
         rows.extend(classes.map(|class| {
             vec![
                 study.variant.name.clone(),
@@ -228,7 +235,7 @@ pub fn paths(findings: &Findings<'_>) -> Table {
     }
     Table {
         title: "Where the variance comes from".to_owned(),
-        says: "Shares of the variance of one sample and of the light, by how often a path scattered and by who found the light. A class with much variance and little light is what a better technique should find in another way; a share below 0 makes up for others. ± has a confidence of 95 %."
+        says: "Shares of the variance of one sample and of the light, by how often a path scattered and by who found the light. A class with much variance and little light is what a better technique should find in another way; a share below 0 makes up for others; classes of less than 0.1 % of both are left out. ± has a confidence of 95 %."
             .to_owned(),
         head: vec![
             words("variant"),
@@ -262,7 +269,7 @@ pub fn bounces(findings: &Findings<'_>) -> Table {
         says: format!(
             "What one bounce more adds to the time and to the light of `{}`: renders with growing limits and the same random numbers, in turn; the middle of {} rounds, with the least and the greatest. The last bounces' light is what a limit would leave out.",
             first.map_or("", |study| &study.variant.name),
-            5
+            BOUNCE_ROUNDS
         ),
         head: vec![
             words("up to"),

@@ -31,6 +31,12 @@ pub fn seconds(x: f64) -> String {
     }
 }
 
+/// So many samples.
+pub fn samples(count: u64) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} sample{plural}")
+}
+
 /// A fraction as a percentage.
 pub fn percent(x: f64) -> String {
     format!("{} %", rough(100.0 * x))
@@ -66,12 +72,8 @@ pub fn probability(p: f64) -> String {
 
 /// A share of either sign with its margin, in percent.
 pub fn signed_percent(x: f64, margin: f64) -> String {
-    let decimals = (1.0 - (100.0 * margin).log10().floor()).clamp(0.0, 4.0);
-    let decimals = if decimals.is_finite() {
-        decimals as usize
-    } else {
-        1
-    };
+    // A margin of 0 has as many decimals as are worth reading.
+    let decimals = (1.0 - (100.0 * margin).log10().floor()).clamp(0.0, 2.0) as usize;
     let text = format!(
         "{:+.decimals$} ± {:.decimals$} %",
         100.0 * x,

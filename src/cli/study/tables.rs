@@ -11,6 +11,7 @@ use super::{Findings, conclusions};
 use crate::cli::bench::tables as machine_tables;
 use crate::cli::table::{Table, numbers, words};
 use crate::study::anatomy::{ClassShare, Found, is_longest};
+use crate::study::bootstrap::Ranged;
 use crate::study::costs::BOUNCE_ROUNDS;
 use crate::study::summary::{Summary, TARGETS, Tenth};
 
@@ -92,11 +93,16 @@ pub fn efficiency(findings: &Findings<'_>) -> Table {
     let row = |(_, summary): &(usize, Summary)| {
         let last = summary.levels.last();
         let slope = summary.slope.as_ref();
+        // How soon it comes to another picture is nothing to compare.
+        let of_unbiased = |range: &Ranged| match summary.bias.is_found {
+            true => "biased".to_owned(),
+            false => ranged(range, number),
+        };
         let trimmed = last.map(|last| 1.0 - last.trimmed / last.rel_mse.value);
         vec![
             summary.name.clone(),
-            ranged(&summary.efficiency, number),
-            ranged(&summary.ratio, number),
+            of_unbiased(&summary.efficiency),
+            of_unbiased(&summary.ratio),
             slope.map_or("-".to_owned(), |slope| {
                 ranged(&slope.b, |b| format!("{b:.2}"))
             }),
@@ -135,17 +141,19 @@ pub fn bias(findings: &Findings<'_>) -> Table {
         let covered = bars.and_then(|bars| bars.coverage.iter().find(|c| c.confidence == 0.95));
         vec![
             summary.name.clone(),
-            if bias.is_found { "found" } else { "none found" }.to_owned(),
+            // With a space at which no line breaks.
+            if bias.is_found {
+                "found"
+            } else {
+                "none\u{a0}found"
+            }
+            .to_owned(),
             probability(bias.p),
             match bias.is_found {
                 true => percent(bias.squared.value.max(0.0).sqrt()),
                 false => format!("< {}", percent(bias.at_most)),
             },
             signed_percent(bias.light[0], bias.light[1]),
-            match study.variant.bias.as_slice() {
-                [] => "-".to_owned(),
-                all => all.join("; "),
-            },
             covered
                 .filter(|covered| covered.trusted.count > 0)
                 .map_or("-".to_owned(), |covered| percent(covered.trusted.value())),
@@ -154,7 +162,7 @@ pub fn bias(findings: &Findings<'_>) -> Table {
     };
     Table {
         title: "Bias and error bars".to_owned(),
-        says: "Bias is what no time takes away. It is found where chance alone makes one as large with p < 0.001; its size is the root of its share of relMSE, or what it is below with 95 % confidence; light is how much brighter the whole picture is. Known: what the program itself says is left out. The last columns say how often 95 % bars held the reference, and how many pixels said that their bars are not to be trusted."
+        says: "Bias is what no time takes away. It is found where chance alone makes one as large with p < 0.001; its size is the root of its share of relMSE, or what it is below with 95 % confidence; light is how much brighter the whole picture is. The last columns say how often 95 % bars held the reference, and how many pixels said that their bars are not to be trusted."
             .to_owned(),
         head: vec![
             words("variant"),
@@ -162,7 +170,6 @@ pub fn bias(findings: &Findings<'_>) -> Table {
             numbers("p"),
             numbers("size"),
             numbers("light"),
-            words("known"),
             numbers("95 % bars hold"),
             numbers("flagged"),
         ],
@@ -367,7 +374,13 @@ pub fn warnings(findings: &Findings<'_>) -> Table {
         .flat_map(|level| &level.runs)
         .map(|run| run.rejected)
         .sum();
-    let mut rows: Vec<Vec<String>> = report.warnings.iter().map(|w| vec![w.clone()]).collect();
+    let biases = report.variants.iter().flat_map(|study| {
+        let name = &study.variant.name;
+        let all = study.variant.bias.iter();
+        all.map(move |bias| format!("biased by its settings: {name}: {bias}"))
+    });
+    let all = report.warnings.iter().cloned().chain(biases);
+    let mut rows: Vec<Vec<String>> = all.map(|warning| vec![warning]).collect();
     rows.push(vec![match rejected {
         0 => "no sample was other than a finite number".to_owned(),
         count => format!("{count} samples were no finite numbers, and were left out"),

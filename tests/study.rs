@@ -65,7 +65,7 @@ fn biased_integrators_are_found_and_others_are_ordered_by_their_efficiency() {
         IntegratorKind::DirectDirectional,
     ];
     let choices = integrators.map(Choice::Integrator);
-    let mut settings = settings(&choices, 20.0, Some(fixed(3)));
+    let mut settings = settings(&choices, 8.0, Some(fixed(3)));
     for variant in &mut settings.variants {
         variant.settings.sampler = SamplerKind::Independent;
     }
@@ -127,7 +127,7 @@ fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
     let choices = [IntegratorKind::Path, IntegratorKind::Bsdf].map(Choice::Integrator);
     let mut settings = settings(&choices, 20.0, Some(fixed(2)));
     settings.schedule.as_mut().expect("given").doublings = vec![8, 2];
-    settings.schedule.as_mut().expect("given").reference_spp = 8192;
+    settings.schedule.as_mut().expect("given").reference_spp = 4096;
     for variant in &mut settings.variants {
         variant.settings.sampler = SamplerKind::Independent;
     }
@@ -178,7 +178,7 @@ fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
 
 #[test]
 fn everything_needed_to_compute_again_is_in_the_report() {
-    let settings = settings(&[], 20.0, Some(fixed(1)));
+    let settings = settings(&[], 4.0, Some(fixed(1)));
     let (one, two) = (study(&settings), study(&settings));
     let errors = |report: &StudyReport| {
         let levels = report.variants[0].levels.iter();

@@ -35,7 +35,7 @@ pub fn run(
     settings: &StudySettings,
     observer: &dyn StudyObserver,
 ) -> Result<StudyReport> {
-    let mut watch = Watch::new(observer, settings.budget);
+    let mut watch = Watch::new(observer, settings);
     watch.begin("making the scene ready");
     let options = settings.variants.iter().map(|variant| variant.options);
     let stage = Stage::new(description, [settings.options].into_iter().chain(options))?;

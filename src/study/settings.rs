@@ -22,7 +22,8 @@ pub struct StudySettings {
     pub options: AccelOptions,
     /// What is compared; ratios are to the first.
     pub variants: Vec<Variant>,
-    /// What is rendered; `None` for the best that the budget leaves time for. Pictures follow from it and the seed.
+    /// What is rendered, however long it takes; `None` for the best that the budget leaves time for. All pictures that are held
+    /// against the references follow from it and the seed.
     pub schedule: Option<Schedule>,
 }
 
@@ -49,16 +50,22 @@ pub struct Watch<'a> {
     observer: &'a dyn StudyObserver,
     start: Instant,
     budget: f64,
+    /// Seconds after which nothing more is begun.
+    limit: f64,
     what: String,
 }
 
 impl<'a> Watch<'a> {
     /// Begins.
-    pub fn new(observer: &'a dyn StudyObserver, budget: f64) -> Self {
+    pub fn new(observer: &'a dyn StudyObserver, settings: &StudySettings) -> Self {
         Self {
             observer,
             start: Instant::now(),
-            budget,
+            budget: settings.budget,
+            limit: match settings.schedule {
+                Some(_) => f64::INFINITY,
+                None => settings.budget,
+            },
             what: String::new(),
         }
     }
@@ -74,9 +81,9 @@ impl<'a> Watch<'a> {
         self.start.elapsed().as_secs_f64()
     }
 
-    /// Seconds of the budget that are left, or less than 0.
+    /// Seconds that are left, or less than 0.
     pub fn left(&self) -> f64 {
-        self.budget - self.elapsed()
+        self.limit - self.elapsed()
     }
 
     /// Passes a report on.

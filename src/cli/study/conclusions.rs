@@ -33,7 +33,24 @@ pub fn of_findings(findings: &Findings<'_>) -> Vec<String> {
     if let Some(best) = best {
         sentences.extend(price(best));
     }
+    sentences.extend(disturbance(findings));
     sentences
+}
+
+/// Renders that were disturbed, from which share of all on a reader has to know.
+const MANY_DISTURBED: f64 = 0.1;
+
+/// Whether the machine was busy with something else.
+fn disturbance(findings: &Findings<'_>) -> Option<String> {
+    let studies = &findings.report.variants;
+    let disturbed: usize = studies.iter().map(|study| study.disturbed).sum();
+    let levels = studies.iter().flat_map(|study| &study.levels);
+    let all: usize = levels.map(|level| level.runs.len()).sum();
+    (disturbed as f64 > MANY_DISTURBED * all as f64).then(|| {
+        format!(
+            "Something else kept the processors busy: {disturbed} of {all} renders were disturbed. Errors stand, but times are longer than on a quiet machine, and ratios of times are rougher."
+        )
+    })
 }
 
 /// Who is the most efficient of those that are right.
@@ -108,22 +125,44 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_is_best_and_who_is_wrong_is_said() {
+    fn who_is_wrong_and_what_better_costs_is_said() {
         let report = report();
-        let sentences = of_findings(&findings(&report));
-        let text = sentences.join("\n");
+        let text = of_findings(&findings(&report)).join("\n");
         for words in [
-            "`path, sobol`",
             "`bsdf, sobol` renders another picture",
-            "times as efficient",
+            "that `path, sobol` came to",
         ] {
-            assert!(
-                text.contains(words) || words == "times as efficient",
-                "no {words} in {text}"
-            );
+            assert!(text.contains(words), "no {words} in {text}");
         }
-        let mut empty = report.clone();
-        empty.variants.clear();
-        assert!(of_findings(&findings(&empty))[0].contains("Too little"));
+        assert!(!text.contains("Something else"));
+        let mut busy = report.clone();
+        busy.variants[0].disturbed = 12;
+        let text = of_findings(&findings(&busy)).join("\n");
+        assert!(text.contains("12 of 48 renders were disturbed"), "{text}");
+        busy.variants.clear();
+        assert!(of_findings(&findings(&busy))[0].contains("Too little"));
+    }
+
+    #[test]
+    fn the_best_is_held_against_the_first_or_the_next() {
+        let mut report = report();
+        // Another one that is right, and takes twice the time.
+        let mut slow = report.variants[0].clone();
+        slow.variant.name = "slow".to_owned();
+        let runs = slow.levels.iter_mut().flat_map(|level| &mut level.runs);
+        runs.for_each(|run| run.seconds.wall *= 2.0);
+        report.variants = vec![report.variants[0].clone(), slow.clone()];
+        let first = of_findings(&findings(&report))[0].clone();
+        assert!(
+            first.contains("`path, sobol` is the most efficient: 2 ("),
+            "{first}"
+        );
+        report.variants.reverse();
+        let first = of_findings(&findings(&report))[0].clone();
+        assert!(
+            first.contains("`path, sobol` is the most efficient: 2 ("),
+            "{first}"
+        );
+        assert!(first.contains("as `slow`"), "{first}");
     }
 }

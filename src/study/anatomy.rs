@@ -238,8 +238,7 @@ impl Splitter {
         let sums = &mut self.of_pixel;
         sums.count += 1.0;
         let value = value.to_array().map(f64::from);
-        for c in 0..3 {
-            let x = value[c];
+        for (c, x) in value.into_iter().enumerate() {
             sums.whole[c][0] += x;
             sums.whole[c][1] += x * x;
             for (k, part) in self.sample.iter().enumerate() {

@@ -118,7 +118,8 @@ mod tests {
         let error = Moments::of(group.iter().copied())
             .standard_error()
             .expect("eight numbers");
-        let replicas = Moments::of((0..20_000).map(|_| dealer.means(&[group.clone()])[0]));
+        let replicas =
+            Moments::of((0..20_000).map(|_| dealer.means(std::slice::from_ref(&group))[0]));
         let spread = replicas.variance().expect("many").sqrt();
         assert!((spread / error - 1.0).abs() < 0.03, "{spread} {error}");
     }

@@ -121,7 +121,7 @@ impl Stage {
         let stopwatch = Stopwatch::start();
         let rendered = render(scene, &self.filter, self.size, settings, watch)?;
         let seconds = stopwatch.read();
-        Ok((!rendered.cancelled).then(|| Shot {
+        Ok((!rendered.cancelled).then_some(Shot {
             film: rendered.film,
             seconds,
             rejected: rendered.rejected.count,

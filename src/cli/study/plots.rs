@@ -222,7 +222,7 @@ fn bias(findings: &Findings<'_>) -> Option<Plot> {
         if all.is_empty() {
             continue;
         }
-        let mut counts = vec![0_u32; P_BINS];
+        let mut counts = [0_u32; P_BINS];
         for p in all {
             counts[((p * P_BINS as f64) as usize).min(P_BINS - 1)] += 1;
         }

@@ -5,9 +5,10 @@ CARGO ?= cargo
 OUT ?= out
 FUZZ_SECONDS ?= 60
 SOAK_SECONDS ?= 1800
+ACCURACY_SEEDS ?= 400
 FUZZ_TARGETS ?= scene_toml obj mtl image
 
-.PHONY: help setup demo test mutants mutants-some battery bench instructions check fuzz soak clean
+.PHONY: help setup demo test mutants mutants-some battery bench instructions check fuzz accuracy soak clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
@@ -67,6 +68,9 @@ fuzz: ## Feeds damaged scenes, models and pictures to the loaders: FUZZ_SECONDS 
 			-dict=fuzz/dictionaries/$$target.dict -max_total_time=$(FUZZ_SECONDS) \
 			-timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
 	done
+
+accuracy: setup ## Holds error bars and errors asked for against the truth, ACCURACY_SEEDS pictures each (default: 400).
+	ACCURACY_SEEDS=$(ACCURACY_SEEDS) $(CARGO) test --test accuracy
 
 soak: setup ## Renders random scenes on all backends for SOAK_SECONDS (default: 1800).
 	SOAK_SECONDS=$(SOAK_SECONDS) $(CARGO) test --test soak

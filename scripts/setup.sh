@@ -1,6 +1,6 @@
 #!/bin/sh
 # Makes this machine ready to build Etendue: finds or fetches Embree 4, and checks for
-# cargo, a C compiler and the libclang with which bindgen reads Embree's headers.
+# cargo, compilers for C and C++ and the libclang with which bindgen reads Embree's headers.
 #
 #   scripts/setup.sh                            find Embree, or fetch it
 #   EMBREE_DIR=/opt/embree scripts/setup.sh     take the one under /opt/embree, or fail
@@ -68,6 +68,9 @@ find_embree() {
 
 have_cc() { echo 'int main(void) { return 0; }' | cc -x c -o /dev/null - 2>/dev/null; }
 
+# For FLIP, which is C++ (feature `flip` of Cargo.toml).
+have_cxx() { printf '#include <vector>\nint main() {}\n' | c++ -x c++ -o /dev/null - 2>/dev/null; }
+
 # bindgen loads libclang, which then needs the headers that clang brings along. Machines
 # with an LLVM but no libclang are common (libclang-cpp is another library): look for files.
 have_libclang() {
@@ -109,7 +112,7 @@ update_package_lists() { as_root apt-get -qq update; }
 
 # Installs these packages, or says in one sentence that they are missing.
 install_packages() {
-    command -v apt-get >/dev/null || die "please install a C compiler, then run this again."
+    command -v apt-get >/dev/null || die "please install compilers for C and C++, then run this again."
     may_install || die "please have an administrator run 'apt-get install $*', then run this" \
         "again. $no_embree"
     say "installing with apt: $*"
@@ -181,6 +184,7 @@ command -v cargo >/dev/null || die "please install Rust $msrv or newer (with rus
 missing= # What the system lacks, as Debian names the packages.
 private_copy=no
 have_cc || missing="gcc libc6-dev"
+have_cxx || missing="$missing g++"
 have_libclang || missing="$missing libclang-dev"
 
 found=$(find_embree) || found=

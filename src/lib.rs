@@ -18,6 +18,7 @@ pub mod light;
 pub mod math;
 pub mod plan;
 pub mod planted;
+pub mod post;
 pub mod render;
 pub mod sampler;
 pub mod sampling;

@@ -262,6 +262,26 @@ pub const PLANTED: &[Planted] = &[
         "each pass takes the same samples again",
         "pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
     ),
+    bug(
+        "pixels-ask-their-own-pilot",
+        "a pixel's own pilot decides how many samples it gets",
+        "adaptive::rare_events_have_their_mean_in_two_phases",
+    ),
+    bug(
+        "neighbours-of-either-colour-tell",
+        "pixels decide about neighbours that decide about them",
+        "adaptive::no_pixel_is_asked_about_itself",
+    ),
+    bug(
+        "denoise-ignores-variance",
+        "the noise filter measures differences by the colours, not by their noise",
+        "denoise::bias_vanishes_as_the_noise_does",
+    ),
+    bug(
+        "denoise-own-weights",
+        "a half of the picture is filtered by weights of its own",
+        "denoise::noise_of_any_distribution_keeps_its_mean",
+    ),
 ];
 
 /// Where a bug stands in [`PLANTED`].

@@ -6,93 +6,14 @@
 mod common;
 
 use common::closed_forms::parallel_rectangle;
+use common::error_bars::{Coverage, Kept, settings};
 use common::room::{LAMP, floor_below, room};
 use common::scene::{film, ready, rectangle};
 use etendue::accel::Backend;
-use etendue::film::Film;
-use etendue::film::filter::Filter;
-use etendue::image::Image;
-use etendue::math::stats::student_quantile;
+use etendue::integrator::kind::IntegratorKind;
 use etendue::math::vec::DVec3;
-use etendue::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
-use etendue::render::{Unwatched, render};
+use etendue::render::settings::{RenderSettings, SamplerKind};
 use etendue::scene::description::{GeometryDescription, SceneDescription};
-
-/// Confidences, and how far the share of intervals that hold the truth may be from each.
-const LEVELS: [(f64, f64); 5] = [
-    (0.5, 0.02),
-    (0.8, 0.02),
-    (0.9, 0.018),
-    (0.95, 0.015),
-    (0.99, 0.01),
-];
-
-fn settings(scene: &SceneDescription, sampler: SamplerKind, seed: u64, spp: u64) -> RenderSettings {
-    RenderSettings {
-        sampler,
-        seed,
-        bars: true,
-        ..RenderSettings::new(scene.film.size, spp)
-    }
-}
-
-/// Counts of intervals that hold the truth, of unflagged pixels and of flagged ones.
-#[derive(Default)]
-struct Coverage {
-    held: [[u64; LEVELS.len()]; 2],
-    counts: [u64; 2],
-}
-
-impl Coverage {
-    /// Takes the green channel of every pixel of a film in, given its expectation.
-    fn add(&mut self, film: &Film, truth: impl Fn(usize) -> f64) {
-        let errors = film.standard_errors().expect("it has bars");
-        let flags = film.flags().expect("it has bars");
-        let picture = film.develop();
-        let pixels = picture.pixels().iter().zip(errors.pixels()).zip(flags);
-        for (index, ((pixel, error), flag)) in pixels.enumerate() {
-            let [x, se] = [pixel, error].map(|it| f64::from(it.to_array()[1]));
-            let kind = usize::from(flag);
-            self.counts[kind] += 1;
-            let off = (x - truth(index)).abs();
-            for (held, (level, _)) in self.held[kind].iter_mut().zip(LEVELS) {
-                // Rounding to single precision comes on top.
-                let reach = student_quantile(16, level) * se + 2e-7 * x.abs();
-                *held += u64::from(off <= reach);
-            }
-        }
-    }
-
-    fn share(&self, kind: usize, level: usize) -> f64 {
-        self.held[kind][level] as f64 / self.counts[kind].max(1) as f64
-    }
-
-    fn flagged(&self) -> f64 {
-        self.counts[1] as f64 / (self.counts[0] + self.counts[1]) as f64
-    }
-
-    fn print(&self, what: &str) {
-        print!("{what:28}");
-        for level in 0..LEVELS.len() {
-            print!(" {:6.2} %", 100.0 * self.share(0, level));
-        }
-        let flagged = [self.flagged(), self.share(1, 3)].map(|share| 100.0 * share);
-        println!(
-            "   flagged {:.2} %, of which {:.2} % at 95 %",
-            flagged[0], flagged[1]
-        );
-    }
-
-    fn assert_calibrated(&self, what: &str) {
-        for (level, (confidence, tolerance)) in LEVELS.into_iter().enumerate() {
-            let share = self.share(0, level);
-            assert!(
-                (share - confidence).abs() < tolerance,
-                "{what}: {share} of intervals at {confidence}"
-            );
-        }
-    }
-}
 
 #[test]
 fn bars_of_closed_forms_cover_as_often_as_they_say() {
@@ -119,19 +40,43 @@ fn bars_of_closed_forms_cover_as_often_as_they_say() {
             SamplerKind::Stratified,
         ] {
             for spp in [64, 512] {
+                let settings = RenderSettings {
+                    max_bounces: Some(1),
+                    ..settings(&description, sampler, 0, spp)
+                };
                 let mut coverage = Coverage::default();
-                for seed in 0..100 {
-                    let settings = RenderSettings {
-                        max_bounces: Some(1),
-                        ..settings(&description, sampler, seed, spp)
-                    };
-                    coverage.add(&film(&scene, &description, &settings), |_| exact);
-                }
-                let what = format!("{name}, {}, {spp} spp", sampler.name());
-                coverage.print(&what);
-                coverage.assert_calibrated(&what);
+                coverage.add_pictures((&scene, &description), &settings, 100, |_| exact);
+                println!("| {name}, {}, {spp} spp |{coverage}", sampler.name());
+                assert_eq!(coverage.miscalibrated(), None, "{name}, {}", sampler.name());
             }
         }
+    }
+}
+
+#[test]
+fn bars_of_rare_events_are_flagged() {
+    // Directions by the cosine meet the lamp with the probability of its form factor: the planted events of row 63.
+    for (side, probability) in [(0.056, 1e-3), (0.0177, 1e-4)] {
+        let half = side / 2.0;
+        let lamp = rectangle([-half, 1.0, -half], [side, 0.0, 0.0], [0.0, 0.0, side]);
+        let form_factor = 4.0 * parallel_rectangle(half, half, 1.0);
+        assert!(
+            (form_factor / probability - 1.0).abs() < 0.01,
+            "{form_factor}"
+        );
+        let mut description = floor_below(lamp);
+        description.film.size = (16, 16);
+        let scene = ready(&description, Backend::ALL[0]);
+        let settings = RenderSettings {
+            max_bounces: Some(1),
+            integrator: IntegratorKind::Bsdf,
+            ..settings(&description, SamplerKind::Independent, 0, 1024)
+        };
+        let mut coverage = Coverage::default();
+        let exact = 0.5 * form_factor;
+        coverage.add_pictures((&scene, &description), &settings, 10, |_| exact);
+        println!("| events of probability {probability} |{coverage}");
+        assert!(coverage.flagged() > 0.99, "{}", coverage.flagged());
     }
 }
 
@@ -162,21 +107,13 @@ fn of_room(roughness: f64, sampler: SamplerKind, spp: u64) -> Coverage {
     let scene = ready(&description, Backend::ALL[0]);
     let truth = settings(&description, SamplerKind::Sobol, 1000, 1 << 14);
     let truth = film(&scene, &description, &truth).develop();
+    let settings = settings(&description, sampler, 0, spp);
     let mut coverage = Coverage::default();
-    for seed in 0..20 {
-        let film = film(
-            &scene,
-            &description,
-            &settings(&description, sampler, seed, spp),
-        );
-        coverage.add(&film, |index| {
-            f64::from(truth.pixels()[index].to_array()[1])
-        });
-    }
-    coverage.print(&format!(
-        "metal of {roughness}, {}, {spp} spp",
-        sampler.name()
-    ));
+    coverage.add_pictures((&scene, &description), &settings, 20, |index| {
+        f64::from(truth.pixels()[index].to_array()[1])
+    });
+    let sampler = sampler.name();
+    println!("| metal of {roughness}, {sampler}, {spp} spp |{coverage}");
     coverage
 }
 
@@ -184,7 +121,7 @@ fn of_room(roughness: f64, sampler: SamplerKind, spp: u64) -> Coverage {
 fn bars_of_a_picture_cover_as_often_as_they_say() {
     for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
         let coverage = of_room(1.0, sampler, 256);
-        coverage.assert_calibrated(sampler.name());
+        assert_eq!(coverage.miscalibrated(), None, "{}", sampler.name());
         assert!(coverage.flagged() < 0.4, "{}", coverage.flagged());
     }
 }
@@ -202,55 +139,14 @@ fn an_error_that_is_asked_for_is_kept_and_hardly_undercut() {
     let scene = ready(&description, Backend::ALL[0]);
     let truth = settings(&description, SamplerKind::Sobol, 1000, 1 << 15);
     let truth = film(&scene, &description, &truth).develop();
-    let channels = |image: &Image| -> Vec<f64> {
-        let pixels = image.pixels().iter();
-        pixels
-            .flat_map(|pixel| pixel.to_array().map(f64::from))
-            .collect()
-    };
-    let truth = channels(&truth);
-    let mean = truth.iter().sum::<f64>() / truth.len() as f64;
-    let filter = Filter::new(&description.film.filter);
     for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
         for target in [0.08, 0.04] {
-            let renders = 24;
-            let (mut kept, mut sum, mut off) = (0, 0.0, 0.0_f64);
-            for seed in 0..renders {
-                let settings = RenderSettings {
-                    budget: Budget {
-                        error: Some(ErrorTarget {
-                            rel_rmse: target,
-                            confidence: 0.95,
-                        }),
-                        ..Budget::default()
-                    },
-                    ..settings(&description, sampler, seed, 1)
-                };
-                let size = description.film.size;
-                let rendered = render(&scene, &filter, size, &settings, &Unwatched);
-                let rendered = rendered.expect("the settings are valid");
-                assert!(rendered.reached);
-                let picture = channels(&rendered.film.develop());
-                let squares = picture.iter().zip(&truth);
-                let squares = squares.map(|(x, r)| (x - r).powi(2) / (r * r + 0.01 * mean * mean));
-                let error = (squares.sum::<f64>() / truth.len() as f64).sqrt();
-                kept += u32::from(error <= target);
-                sum += error / target;
-                if let Some(predicted) = rendered.predicted {
-                    off = off.max((predicted.spp as f64 / rendered.spp as f64).ln().abs());
-                }
-            }
-            let mean = sum / renders as f64;
-            println!(
-                "{}, {target}: {kept} of {renders} kept, {mean:.3} of it in the mean, samples foreseen to within a \
-                 factor {:.2}",
-                sampler.name(),
-                off.exp()
-            );
+            let kept = Kept::of((&scene, &description), (sampler, target), 24, &truth);
+            println!("| {}, {target} |{kept}", sampler.name());
             // Of 24 renders of which 95 % keep it, fewer than 19 do with probability 1e-3.
-            assert!(kept >= 19, "{kept} of {renders}");
-            assert!(mean > 0.75, "{mean}");
-            assert!(off < 1.7_f64.ln(), "{}", off.exp());
+            assert!(kept.kept >= 19, "{kept}");
+            assert!(kept.mean() > 0.75, "{kept}");
+            assert!(kept.worst_factor() < 1.7, "{kept}");
         }
     }
 }

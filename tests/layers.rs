@@ -84,8 +84,27 @@ fn layers_hold_what_they_are_named_after() {
     assert_eq!(
         names,
         [
-            "B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "depth.Z", "flag.Y", "normal.X",
-            "normal.Y", "normal.Z", "se.B", "se.G", "se.R", "spp.Y"
+            "B",
+            "G",
+            "R",
+            "albedo.B",
+            "albedo.G",
+            "albedo.R",
+            "depth.Z",
+            "flag.Y",
+            "half.B",
+            "half.G",
+            "half.R",
+            "normal.X",
+            "normal.Y",
+            "normal.Z",
+            "se.B",
+            "se.G",
+            "se.R",
+            "se.albedo",
+            "se.depth",
+            "se.normal",
+            "spp.Y"
         ]
     );
     let at = |name: &str, x: usize, y: usize| channels[name][24 * y + x];
@@ -103,6 +122,14 @@ fn layers_hold_what_they_are_named_after() {
         assert!((5.0..5.4).contains(&at("depth.Z", x, y)));
     }
     assert_eq!(at("depth.Z", nothing.0, nothing.1), f32::INFINITY);
+    // One albedo and one normal are seen in all of the pixel, at distances that differ a little.
+    let (x, y) = red;
+    assert_eq!([at("se.albedo", x, y), at("se.normal", x, y)], [0.0; 2]);
+    assert!((1e-5..1e-2).contains(&at("se.depth", x, y)));
+    // Half of the samples tell half of the picture: of a noisy pixel, not quite the same.
+    let (x, y) = glass;
+    let (half, whole) = (at("half.R", x, y), at("R", x, y));
+    assert!(half != whole && (half - whole).abs() < 6.0 * at("se.R", x, y));
     // 1000 samples are 1008 in sixteen equal batches.
     assert!(channels["spp.Y"].iter().all(|&n| n == 1008.0));
     // A matte surface that nothing shadows has no noise under a white sky; glass chooses between two directions.

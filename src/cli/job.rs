@@ -20,6 +20,17 @@ pub struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// What biases the picture, in words.
+    pub fn bias(&self) -> Vec<String> {
+        let mut bias = self.settings.bias(self.scene.effects);
+        bias.extend(
+            self.arguments
+                .denoise
+                .map(|filter| filter.bias().to_owned()),
+        );
+        bias
+    }
+
     /// What the scene consists of.
     pub fn summary(&self) -> String {
         let world = &self.scene.world;

@@ -1,13 +1,14 @@
 //! The layers of an EXR: how wrong each pixel is, and what is seen first in it.
 //!
-//! Measure: `se` is the standard error of R, G and B; `spp` the samples; `flag` 1 where the standard error is not to be
-//! trusted; `albedo`, `normal` and `depth` as in `render/first_hit.rs`.
+//! Measure: `se` is the standard error of R, G and B, and of the layers that follow; `spp` the samples; `flag` 1 where the
+//! standard error is not to be trusted; `half` the picture from one half of the samples, which `etendue denoise` holds
+//! against the other; `albedo`, `normal` and `depth` as in `render/first_hit.rs`.
 //! Range: renders with error bars.
 //! Source: the channels of docs/accuracy.md. Tested in `tests/layers.rs`.
 
 use super::job::Job;
 use crate::film::filter::Filter;
-use crate::image::Layer;
+use crate::image::{Image, Layer};
 use crate::render::Rendered;
 use crate::render::first_hit::{FirstHit, first_hits};
 
@@ -33,15 +34,14 @@ impl Job<'_> {
             of_first("normal.Y", &|hit| hit.normal.y),
             of_first("normal.Z", &|hit| hit.normal.z),
             of_first("depth.Z", &|hit| hit.distance),
+            of_first("se.albedo", &|hit| hit.standard_errors.albedo),
+            of_first("se.normal", &|hit| hit.standard_errors.normal),
+            of_first("se.depth", &|hit| hit.standard_errors.distance),
         ];
         let errors = film.standard_errors().expect("layers come with error bars");
-        for (c, name) in ["se.R", "se.G", "se.B"].into_iter().enumerate() {
-            let samples = errors.pixels().iter().map(|error| error.to_array()[c]);
-            layers.push(Layer {
-                name: name.to_owned(),
-                samples: samples.collect(),
-            });
-        }
+        layers.extend(channels("se", &errors));
+        let half = film.develop_half().expect("layers come with error bars");
+        layers.extend(channels("half", &half));
         let flags = film.flags().expect("layers come with error bars");
         let counts = film.sample_counts();
         layers.push(Layer {
@@ -57,4 +57,15 @@ impl Job<'_> {
         });
         layers
     }
+}
+
+/// The channels of a picture, as layers of this name.
+pub fn channels(name: &str, image: &Image) -> impl Iterator<Item = Layer> {
+    ["R", "G", "B"]
+        .into_iter()
+        .enumerate()
+        .map(move |(c, channel)| Layer {
+            name: format!("{name}.{channel}"),
+            samples: image.pixels().iter().map(|it| it.to_array()[c]).collect(),
+        })
 }

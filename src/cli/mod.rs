@@ -8,6 +8,7 @@ mod battery;
 mod bench;
 mod chart;
 mod compare;
+mod denoise;
 mod durations;
 mod info;
 mod job;
@@ -49,6 +50,7 @@ pub fn run() -> ExitCode {
         Verb::Plan(plan) => plan::run(plan),
         Verb::Study(study) => study::run(study),
         Verb::Compare(compare) => compare::run(compare),
+        Verb::Denoise(denoise) => denoise::run(denoise),
         Verb::Bench(bench) => bench::run(bench),
         Verb::Lesson(lesson) => lesson::run(lesson),
         Verb::Battery(battery) => battery::run(battery),

@@ -5,6 +5,7 @@
 //! Source: none needed. Tested in `tests/command.rs` and `tests/bad_input.rs`.
 
 use super::args::{ProgressMode, RenderArguments};
+use super::denoise::Denoised;
 use super::job::Job;
 use super::output::Watcher;
 use super::settings::settings;
@@ -14,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::film::ErrorEstimate;
 use crate::film::filter::Filter;
 use crate::image::atomic::check_creatable;
-use crate::image::{self, MetadataValue, WriteOptions};
+use crate::image::{self, LayeredImage, MetadataValue, WriteOptions};
 use crate::render::{RenderObserver, Rendered};
 use crate::scene::load;
 use crate::scene::prepare::{Prepared, prepare};
@@ -44,6 +45,9 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
                 "--layers needs an output with room for them, such as -o image.exr",
             ));
         }
+        if let Some(filter) = arguments.denoise {
+            filter.check()?;
+        }
         if let Some(stats) = &arguments.stats {
             check_creatable(stats)?;
         }
@@ -71,6 +75,9 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         for note in description.notes.iter().chain(&notes).chain(&bias) {
             eprintln!("note: {note}");
         }
+        if arguments.denoise.is_some() && arguments.error.is_some() {
+            eprintln!("note: the error asked for is that of the picture before it is filtered");
+        }
     }
     if arguments.verbose {
         eprint!("{}", job.summary());
@@ -95,11 +102,18 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         ..Times::default()
     };
     let error = rendered.film.error(arguments.confidence);
+    let picture = job.picture(&rendered);
+    let denoised = arguments
+        .denoise
+        .map(|filter| Denoised::new(filter, &picture, settings.threads))
+        .transpose()?;
+    times.denoise = denoised.as_ref().map_or(0.0, |it| it.elapsed.as_secs_f64());
     let writing = Instant::now();
-    job.write(&outputs, &rendered, error.as_ref())?;
+    let metadata = job.metadata(&rendered, error.as_ref(), denoised.as_ref());
+    job.write(&outputs, picture, denoised.as_ref(), metadata)?;
     times.write = writing.elapsed().as_secs_f64();
     times.total = start.elapsed().as_secs_f64();
-    job.report(&outputs, &rendered, error, times)
+    job.report(&outputs, &rendered, error, denoised.as_ref(), times)
 }
 
 /// The image files to write.
@@ -113,25 +127,35 @@ fn outputs(arguments: &RenderArguments) -> Vec<PathBuf> {
 }
 
 impl Job<'_> {
+    /// The picture, with its layers if they are asked for.
+    fn picture(&self, rendered: &Rendered) -> LayeredImage {
+        let mut picture = LayeredImage::from(rendered.film.develop());
+        if self.arguments.layers || self.arguments.denoise.is_some() {
+            picture.layers = self.layers(rendered);
+        }
+        picture
+    }
+
     fn write(
         &self,
         outputs: &[PathBuf],
-        rendered: &Rendered,
-        error: Option<&ErrorEstimate>,
+        picture: LayeredImage,
+        denoised: Option<&Denoised>,
+        metadata: Vec<(String, MetadataValue)>,
     ) -> Result<()> {
+        let layers = match denoised {
+            Some(denoised) => denoised.layers(&picture, self.arguments.layers),
+            None => picture.layers,
+        };
         let options = WriteOptions {
             exposure: self.arguments.exposure,
-            metadata: self.metadata(rendered, error),
-            layers: if self.arguments.layers {
-                self.layers(rendered)
-            } else {
-                Vec::new()
-            },
+            metadata,
+            layers,
         };
-        let picture = rendered.film.develop();
+        let image = denoised.map_or(&picture.image, |it| &it.filtered.image);
         outputs
             .iter()
-            .try_for_each(|output| image::write(output, &picture, &options))
+            .try_for_each(|output| image::write(output, image, &options))
     }
 
     /// What an EXR says of itself.
@@ -139,9 +163,10 @@ impl Job<'_> {
         &self,
         rendered: &Rendered,
         error: Option<&ErrorEstimate>,
+        denoised: Option<&Denoised>,
     ) -> Vec<(String, MetadataValue)> {
         let text = |text: &str| MetadataValue::Text(text.to_owned());
-        let bias = match self.settings.bias(self.scene.effects) {
+        let bias = match self.bias() {
             none if none.is_empty() => "none".to_owned(),
             all => all.join("; "),
         };
@@ -155,6 +180,7 @@ impl Job<'_> {
             ("seed", text(&self.settings.seed.to_string())),
             ("integrator", text(self.settings.integrator.name())),
             ("sampler", text(self.settings.sampler.name())),
+            ("adaptive", text(self.settings.adaptive.name())),
             ("spp", MetadataValue::Real(rendered.spp as f64)),
             (
                 "seconds",
@@ -163,9 +189,11 @@ impl Job<'_> {
             ("bias", text(&bias)),
             ("command", text(&command.join(" "))),
         ];
-        if let Some(error) = error {
-            metadata.push(("relRmse", MetadataValue::Real(error.rel_rmse)));
-        }
+        let error = match denoised {
+            Some(denoised) => denoised.filtered.error.map(|error| error.after),
+            None => error.map(|error| error.rel_rmse),
+        };
+        metadata.extend(error.map(|error| ("relRmse", MetadataValue::Real(error))));
         metadata
             .into_iter()
             .map(|(name, value)| (format!("etendue.{name}"), value))

@@ -4,6 +4,7 @@
 //! Range: any render, also one that was interrupted.
 //! Source: none needed. Tested in `tests/command.rs`.
 
+use super::denoise::Denoised;
 use super::durations::format_duration;
 use super::job::Job;
 use super::output::format_percent;
@@ -14,6 +15,7 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::film::ErrorEstimate;
 use crate::image::atomic::write_atomically;
+use crate::render::adaptive::Adaptive;
 use crate::render::{Rejected, Rendered, kernel};
 use std::io::Write;
 use std::path::PathBuf;
@@ -29,9 +31,13 @@ impl Job<'_> {
         outputs: &[PathBuf],
         rendered: &Rendered,
         error: Option<ErrorEstimate>,
+        denoised: Option<&Denoised>,
         times: Times,
     ) -> Result<Outcome> {
-        let stats = self.stats(rendered, error, times);
+        let stats = Stats {
+            denoise: denoised.map(Denoised::stats),
+            ..self.stats(rendered, error, times)
+        };
         if let Some(path) = &self.arguments.stats {
             write_atomically(path, |file| file.write_all(stats.to_json().as_bytes()))?;
         }
@@ -49,7 +55,7 @@ impl Job<'_> {
                     times.load, times.build, times.render, times.write
                 );
             }
-            eprintln!("{}", last_line(outputs, rendered, &stats));
+            eprintln!("{}", last_line(outputs, rendered, &stats, denoised));
         }
         Ok(if rendered.cancelled {
             Outcome::Interrupted
@@ -64,6 +70,8 @@ impl Job<'_> {
 
     fn stats(&self, rendered: &Rendered, error: Option<ErrorEstimate>, times: Times) -> Stats {
         let samples = rendered.film.sample_count();
+        let counts = rendered.film.sample_counts();
+        let (least, most) = (counts.iter().min(), counts.iter().max());
         let seconds = rendered.elapsed.as_secs_f64();
         Stats {
             version: env!("CARGO_PKG_VERSION"),
@@ -73,6 +81,7 @@ impl Job<'_> {
             spp: rendered.spp,
             integrator: self.settings.integrator.name(),
             sampler: self.settings.sampler.name(),
+            adaptive: self.settings.adaptive.name(),
             backend: self.arguments.tracing.backend.name(),
             precision: self.arguments.tracing.precision.name(),
             seed: self.settings.seed,
@@ -81,6 +90,7 @@ impl Job<'_> {
             effects: self.scene.effects.iter().map(Effect::name).collect(),
             time: times,
             samples,
+            spp_range: [least, most].map(|count| count.copied().unwrap_or(0)),
             rays: rendered.rays.into(),
             samples_per_second: samples as f64 / seconds,
             rays_per_second: rendered.rays.total() as f64 / seconds,
@@ -95,9 +105,10 @@ impl Job<'_> {
                 reached: rendered.reached,
                 predicted: rendered.predicted.map(Into::into),
             }),
+            denoise: None,
             rejected: rendered.rejected.into(),
             image: ImageStats::of(&rendered.film),
-            bias: self.settings.bias(self.scene.effects),
+            bias: self.bias(),
             interrupted: rendered.cancelled,
         }
     }
@@ -116,6 +127,7 @@ impl Job<'_> {
             ("size", size),
             ("spp", flags.spp.map(|spp| spp.to_string())),
             ("sampler", flags.sampler.map(|it| it.name().to_owned())),
+            ("adaptive", flags.adaptive.map(|it| it.name().to_owned())),
             (
                 "integrator",
                 flags.integrator.map(|it| it.name().to_owned()),
@@ -128,9 +140,12 @@ impl Job<'_> {
             ("max-bounces", flags.max_bounces.map(|it| it.to_string())),
             ("backend", backend),
             ("precision", precision),
+            ("error", flags.error.map(|error| error.to_string())),
         ]
         .into_iter()
-        .filter_map(|(flag, value)| value.map(|value| format!(" --{flag} {value}")))
+        .filter_map(|(flag, value)| value.map(|value| format!(" --{flag}={value}")))
+        // Error bars deal samples out to batches.
+        .chain(flags.layers.then(|| " --layers".to_owned()))
         .collect()
     }
 
@@ -165,7 +180,12 @@ fn quoted(text: &str) -> String {
 }
 
 /// Where the image is, how long it took, how many samples, how wrong it is.
-fn last_line(outputs: &[PathBuf], rendered: &Rendered, stats: &Stats) -> String {
+fn last_line(
+    outputs: &[PathBuf],
+    rendered: &Rendered,
+    stats: &Stats,
+    denoised: Option<&Denoised>,
+) -> String {
     let files: Vec<String> = outputs
         .iter()
         .map(|path| path.display().to_string())
@@ -184,6 +204,7 @@ fn last_line(outputs: &[PathBuf], rendered: &Rendered, stats: &Stats) -> String 
         ),
         None => "error unknown".to_owned(),
     };
+    let filtered = denoised.map_or(String::new(), |it| format!(", {}", it.says()));
     let bias = if stats.bias.is_empty() {
         String::new()
     } else {
@@ -196,8 +217,12 @@ fn last_line(outputs: &[PathBuf], rendered: &Rendered, stats: &Stats) -> String 
         ),
         _ => String::new(),
     };
+    let spread = match stats.spp_range {
+        _ if stats.adaptive == Adaptive::Off.name() => String::new(),
+        [least, most] => format!(" in the mean ({least} to {most})"),
+    };
     format!(
-        "{}: {interrupted}{missed}{} x {} pixels, {} spp in {}, {:.2} million samples/s, {error}{bias}",
+        "{}: {interrupted}{missed}{} x {} pixels, {} spp{spread} in {}, {:.2} million samples/s, {error}{filtered}{bias}",
         files.join(", "),
         stats.width,
         stats.height,

@@ -4,6 +4,7 @@
 //! Range: what is not known is null.
 //! Source: docs/accuracy.md for the error. Tested in `tests/command.rs`.
 
+use super::denoise::DenoiseStats;
 use crate::film::{ErrorEstimate, Film};
 use crate::integrator::RayCounts;
 use crate::render::{Predicted, Rejected};
@@ -19,6 +20,8 @@ pub struct Stats {
     pub spp: u64,
     pub integrator: &'static str,
     pub sampler: &'static str,
+    /// How samples are given out to the pixels.
+    pub adaptive: &'static str,
     pub backend: &'static str,
     pub precision: &'static str,
     pub seed: u64,
@@ -27,6 +30,8 @@ pub struct Stats {
     pub effects: Vec<&'static str>,
     pub time: Times,
     pub samples: u64,
+    /// The least and the most samples of a pixel.
+    pub spp_range: [u64; 2],
     pub rays: Rays,
     pub samples_per_second: f64,
     pub rays_per_second: f64,
@@ -34,6 +39,8 @@ pub struct Stats {
     pub error: Option<ErrorStats>,
     /// The error asked for.
     pub target: Option<TargetStats>,
+    /// What the noise filter did.
+    pub denoise: Option<DenoiseStats>,
     pub rejected: RejectedStats,
     pub image: ImageStats,
     pub bias: Vec<String>,
@@ -46,6 +53,7 @@ pub struct Times {
     pub load: f64,
     pub build: f64,
     pub render: f64,
+    pub denoise: f64,
     pub write: f64,
     pub total: f64,
 }

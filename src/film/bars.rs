@@ -46,6 +46,15 @@ impl PixelBars {
         }
     }
 
+    /// The mean of the samples of every second batch, of `n` in all batches: independent of that of the other batches.
+    pub fn half_mean(&self, n: u64) -> [f64; 3] {
+        let per_half = n.max(1) as f64 / 2.0;
+        std::array::from_fn(|c| {
+            let sum: f64 = self.batches.iter().step_by(2).map(|batch| batch[c]).sum();
+            sum / per_half
+        })
+    }
+
     /// The variance of the mean of `n` samples, for each channel.
     pub fn variance_of_mean(&self, n: u64) -> [f64; 3] {
         let per_batch = n as f64 / BATCHES as f64;
@@ -157,6 +166,13 @@ mod tests {
         for variance in bars.variance_of_mean(n) {
             assert!((variance - 17.0 / 12.0).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn a_half_has_every_second_batch() {
+        // Batch i has the mean i: those of even index 7, the others 8.
+        let (bars, n) = bars((0..64).map(|i| (i % 16) as f32));
+        assert_eq!(bars.half_mean(n), [7.0; 3]);
     }
 
     #[test]

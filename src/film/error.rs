@@ -116,10 +116,11 @@ impl Film {
         let mut moments = vec![CentralMoments::default(); self.window.pixel_count() as usize];
         let mut samples = vec![0; moments.len()];
         for tile in &self.tiles {
-            for (pixel, bars) in tile.window.pixels().zip(tile.bars.as_ref()?) {
+            let pixels = tile.window.pixels().zip(tile.bars.as_ref()?);
+            for (place, (pixel, bars)) in pixels.enumerate() {
                 let index = self.index(pixel);
-                moments[index] = bars.central_moments(tile.samples);
-                samples[index] = tile.samples;
+                samples[index] = tile.count(place);
+                moments[index] = bars.central_moments(samples[index]);
             }
         }
         let doubtful: Vec<bool> = (0..moments.len())
@@ -148,7 +149,7 @@ impl Film {
     }
 
     /// The pixels about one, at most `reach` rows and columns away, without itself.
-    fn around(&self, index: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
+    pub fn around(&self, index: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
         let (width, height) = (self.window.width as usize, self.window.height as usize);
         let (x, y) = (index % width, index / width);
         let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
@@ -158,17 +159,17 @@ impl Film {
     }
 
     /// What is known of each pixel, row by row; nothing of one with fewer samples than that takes.
-    fn estimates(&self) -> Vec<PixelEstimate> {
+    pub fn estimates(&self) -> Vec<PixelEstimate> {
         let mut estimates = vec![PixelEstimate::default(); self.window.pixel_count() as usize];
         for tile in &self.tiles {
             for (i, pixel) in tile.window.pixels().enumerate() {
-                let sums = &tile.pixels[i];
+                let (sums, samples) = (&tile.pixels[i], tile.count(i));
                 let variance = match &tile.bars {
-                    Some(bars) => Some(bars[i].variance_of_mean(tile.samples)),
-                    None => sums.variance_of_mean(tile.samples),
+                    Some(bars) => Some(bars[i].variance_of_mean(samples)),
+                    None => sums.variance_of_mean(samples),
                 };
                 estimates[self.index(pixel)] = PixelEstimate {
-                    mean: sums.mean(tile.samples),
+                    mean: sums.mean(samples),
                     variance: variance.unwrap_or_default(),
                 };
             }
@@ -202,10 +203,21 @@ impl Film {
 
 /// What is known of a pixel.
 #[derive(Debug, Clone, Copy, Default)]
-struct PixelEstimate {
-    mean: [f64; 3],
-    /// Of the mean.
-    variance: [f64; 3],
+pub struct PixelEstimate {
+    /// The mean of each channel.
+    pub mean: [f64; 3],
+    /// The variance of that mean.
+    pub variance: [f64; 3],
+}
+
+impl PixelEstimate {
+    /// Its part of relMSE: the variance relative to the square of the mean, of the mean over the channels.
+    pub fn relative_variance(&self, epsilon: f64) -> f64 {
+        let relative = |c: usize| self.variance[c] / (self.mean[c] * self.mean[c] + epsilon);
+        let sum = relative(0) + relative(1) + relative(2);
+        // Of a black picture: nothing is known of it.
+        if sum.is_finite() { sum / 3.0 } else { 0.0 }
+    }
 }
 
 /// Spreads `true` by `reach` along one axis: `length` entries, `stride` apart.

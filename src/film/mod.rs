@@ -4,7 +4,8 @@
 //! does not depend on tiles, passes or threads.
 //!
 //! Measure: pixels; radiance.
-//! Range: a window of at least one pixel; tiles may have different sample counts after an interruption.
+//! Range: a window of at least one pixel; tiles may have different sample counts after an interruption, and pixels where
+//! they are given out adaptively.
 //! Source: the image error of docs/accuracy.md. Tested below and in `tests/determinism.rs`.
 
 pub mod bars;
@@ -16,7 +17,7 @@ use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;
 use bars::PixelBars;
-pub use error::ErrorEstimate;
+pub use error::{ErrorEstimate, PixelEstimate};
 use pixel::PixelSums;
 
 /// A rectangle of pixels.
@@ -55,8 +56,28 @@ pub struct Tile {
     /// What the error bars of its pixels are made of, if they are asked for: the samples are as many as in whole rounds of
     /// batches then.
     pub bars: Option<Vec<PixelBars>>,
-    /// Samples in every pixel of it.
+    /// Samples that every pixel of it has; where they differ, that it has at least.
     pub samples: u64,
+    /// Samples of each pixel, where they may differ.
+    pub counts: Option<Vec<u64>>,
+}
+
+impl Tile {
+    /// Samples of the pixel at this place in the tile.
+    pub fn count(&self, place: usize) -> u64 {
+        match &self.counts {
+            Some(counts) => counts[place],
+            None => self.samples,
+        }
+    }
+
+    /// Samples of all its pixels together.
+    pub fn sample_count(&self) -> u64 {
+        match &self.counts {
+            Some(counts) => counts.iter().sum(),
+            None => self.samples * self.window.pixel_count(),
+        }
+    }
 }
 
 /// The film.
@@ -85,6 +106,7 @@ impl Film {
                     pixels: vec![PixelSums::default(); tile.pixel_count() as usize],
                     bars: None,
                     samples: 0,
+                    counts: None,
                 });
             }
         }
@@ -95,6 +117,14 @@ impl Film {
     pub fn with_bars(mut self) -> Self {
         for tile in &mut self.tiles {
             tile.bars = Some(vec![PixelBars::default(); tile.pixels.len()]);
+        }
+        self
+    }
+
+    /// The same with a sample count for each pixel.
+    pub fn with_counts(mut self) -> Self {
+        for tile in &mut self.tiles {
+            tile.counts = Some(vec![0; tile.pixels.len()]);
         }
         self
     }
@@ -121,10 +151,7 @@ impl Film {
 
     /// Samples in all pixels together.
     pub fn sample_count(&self) -> u64 {
-        self.tiles
-            .iter()
-            .map(|tile| tile.samples * tile.window.pixel_count())
-            .sum()
+        self.tiles.iter().map(Tile::sample_count).sum()
     }
 
     /// Samples in each pixel, row by row.
@@ -146,6 +173,20 @@ impl Film {
         Image::new(width, height, image)
     }
 
+    /// The picture from one half of the samples; `None` without error bars. With the whole picture it tells that from the other
+    /// half, which is independent of it.
+    pub fn develop_half(&self) -> Option<Image> {
+        let [width, height] = [self.window.width, self.window.height];
+        let mut image = vec![Rgb::BLACK; self.window.pixel_count() as usize];
+        for tile in &self.tiles {
+            for (pixel, bars) in tile.window.pixels().zip(tile.bars.as_ref()?) {
+                let mean = bars.half_mean(tile.samples);
+                image[self.index(pixel)] = Rgb::from(mean.map(|x| x as f32));
+            }
+        }
+        Some(Image::new(width, height, image))
+    }
+
     /// The mean of each channel over the whole picture.
     pub fn mean(&self) -> [f64; 3] {
         let mut channels = [Moments::default(); 3];
@@ -157,6 +198,15 @@ impl Film {
         channels.map(|moments| moments.mean())
     }
 
+    /// What is given for each pixel of the window, row by row, in the order of the tiles' pixels.
+    pub fn per_tile<T: Copy>(&self, of_pixels: &[T]) -> Vec<Vec<T>> {
+        let of_tile = |tile: &Tile| {
+            let pixels = tile.window.pixels();
+            pixels.map(|pixel| of_pixels[self.index(pixel)]).collect()
+        };
+        self.tiles.iter().map(of_tile).collect()
+    }
+
     /// The index in the window of a pixel of the picture.
     fn index(&self, [x, y]: [u32; 2]) -> usize {
         (y - self.window.y) as usize * self.window.width as usize + (x - self.window.x) as usize
@@ -165,17 +215,11 @@ impl Film {
     /// Each pixel's index in the window, sums, mean and sample count.
     fn means(&self) -> impl Iterator<Item = (usize, &PixelSums, [f64; 3], u64)> {
         self.tiles.iter().flat_map(move |tile| {
-            tile.window
-                .pixels()
-                .zip(&tile.pixels)
-                .map(move |(pixel, sums)| {
-                    (
-                        self.index(pixel),
-                        sums,
-                        sums.mean(tile.samples),
-                        tile.samples,
-                    )
-                })
+            let pixels = tile.window.pixels().zip(&tile.pixels).enumerate();
+            pixels.map(move |(place, (pixel, sums))| {
+                let samples = tile.count(place);
+                (self.index(pixel), sums, sums.mean(samples), samples)
+            })
         })
     }
 }

@@ -6,7 +6,6 @@
 //! Source: the `exr` crate. Tested below and by the fuzz target `image`.
 
 use super::exr::{Colours, checked_meta_data, not_valid};
-use super::layered::{FACT_PREFIX, LayeredImage};
 use super::options::{Layer, MetadataValue};
 use super::{Image, MAX_PIXELS, MAX_PIXELS_PER_BYTE, checked_size};
 use crate::error::{Error, Result};
@@ -22,8 +21,19 @@ use std::io::Cursor;
 /// The most samples of all channels together that are read: 4 GiB in memory.
 const MAX_SAMPLES: usize = 4 * MAX_PIXELS;
 
-/// Everything in the bytes of an OpenEXR file; its pixels are not yet known to be finite.
-pub(super) fn decode(bytes: &[u8]) -> Result<LayeredImage> {
+/// What the names of our facts begin with.
+pub(super) const FACT_PREFIX: &str = "etendue.";
+
+/// What a file holds.
+pub(super) struct Contents {
+    /// The picture; its pixels are not yet known to be finite.
+    pub(super) image: Image,
+    pub(super) layers: Vec<Layer>,
+    pub(super) metadata: Vec<(String, MetadataValue)>,
+}
+
+/// Everything in the bytes of an OpenEXR file.
+pub(super) fn decode(bytes: &[u8]) -> Result<Contents> {
     let (meta, colours) = checked_meta_data(bytes)?;
     check_samples(&meta, bytes.len())?;
     let all_channels = ::exr::prelude::read()
@@ -50,11 +60,10 @@ pub(super) fn decode(bytes: &[u8]) -> Result<LayeredImage> {
         })
         .partition(|layer| colours.names().contains(&layer.name.as_str()));
     let attributes = file.attributes.other.iter().chain(&part.attributes.other);
-    Ok(LayeredImage {
+    Ok(Contents {
         image: Image::new(width, height, pixels(colours, &of_picture)),
         layers,
         metadata: attributes.filter_map(fact).collect(),
-        file: None,
     })
 }
 
@@ -146,7 +155,7 @@ fn string(text: &Text) -> String {
 mod tests {
     use super::super::options::WriteOptions;
     use super::super::tests::sample_image;
-    use super::super::{ColourSpace, exr};
+    use super::super::{ColourSpace, LayeredImage, exr};
     use super::*;
     use ::exr::prelude::{AnyChannel, AnyChannels, WritableImage};
 
@@ -203,7 +212,7 @@ mod tests {
             .write()
             .to_buffered(&mut bytes)
             .expect("encoded");
-        let read = decode(bytes.get_ref()).expect("a picture");
+        let read = LayeredImage::decode(bytes.get_ref(), ColourSpace::Linear).expect("a picture");
         assert_eq!(read.image.pixels(), [Rgb::grey(0.25), Rgb::grey(4.0)]);
         assert_eq!(read.layer("id.Y"), Some(&[7.0, 1_048_576.0][..]));
     }

@@ -5,6 +5,7 @@
 //! several parts, those of the part that the picture is in.
 //! Source: `image/exr_layers.rs`. Tested there and below.
 
+use super::exr_layers::FACT_PREFIX;
 use super::{ColourSpace, Image, Layer, MetadataValue, exr, exr_layers, file_bytes};
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -34,9 +35,13 @@ impl LayeredImage {
     /// The same from the bytes of a file.
     pub fn decode(bytes: &[u8], space: ColourSpace) -> Result<Self> {
         if exr::is_one(bytes) {
-            let mut read = exr_layers::decode(bytes)?;
-            read.image = read.image.checked_finite()?;
-            Ok(read)
+            let contents = exr_layers::decode(bytes)?;
+            Ok(Self {
+                image: contents.image.checked_finite()?,
+                layers: contents.layers,
+                metadata: contents.metadata,
+                file: None,
+            })
         } else {
             Image::decode(bytes, space).map(Self::from)
         }
@@ -76,9 +81,6 @@ impl LayeredImage {
         found.map(|(_, value)| value)
     }
 }
-
-/// What the names of our facts begin with.
-pub(super) const FACT_PREFIX: &str = "etendue.";
 
 impl From<Image> for LayeredImage {
     /// A picture alone.

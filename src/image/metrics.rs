@@ -43,6 +43,19 @@ pub fn signed_errors(image: &Image, reference: &Image) -> Result<Vec<f64>> {
         .collect())
 }
 
+/// The [`rel_mse`] that a right picture is expected to have against a reference with these standard errors of R, G and B.
+pub fn relative_noise(reference: &Image, standard_errors: [&[f32]; 3]) -> f64 {
+    let epsilon = epsilon(reference);
+    let mut sum = 0.0;
+    for (index, pixel) in reference.pixels().iter().enumerate() {
+        for (r, errors) in pixel.to_array().into_iter().zip(standard_errors) {
+            let r = f64::from(r);
+            sum += relative(r + f64::from(errors[index]), r, epsilon).powi(2);
+        }
+    }
+    sum / (3 * reference.pixels().len()) as f64
+}
+
 /// The mean without the worst [`TRIMMED_SHARE`] of all errors, rounded down to whole pixels.
 pub fn trimmed_mean(mut errors: Vec<f64>) -> f64 {
     let kept = errors.len() - (TRIMMED_SHARE * errors.len() as f64) as usize;

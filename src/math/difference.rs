@@ -105,9 +105,19 @@ impl Difference {
 }
 
 impl MeanDifference {
-    /// The difference as a share of the reference's mean; NaN where both are 0.
+    /// Whether there was something to find: a number, or noise.
+    pub fn says_something(&self) -> bool {
+        self.difference != 0.0 || self.standard_error != 0.0
+    }
+
+    /// The difference as a share of the reference's mean: 0 of none, infinite beside a mean of 0.
     pub fn relative(&self) -> f64 {
-        self.difference / self.reference
+        self.of_reference(self.difference)
+    }
+
+    /// The standard error of [`relative`](Self::relative), of an exact reference's mean.
+    pub fn relative_error(&self) -> f64 {
+        self.of_reference(self.standard_error)
     }
 
     /// The smallest difference, as a share of the reference's mean, that a test at this significance finds with this
@@ -115,7 +125,15 @@ impl MeanDifference {
     pub fn detectable(&self, significance: f64, power: f64) -> f64 {
         let errors = student_quantile_of(self.freedom, 1.0 - 0.5 * significance)
             + student_quantile_of(self.freedom, power);
-        errors * self.standard_error / self.reference.abs()
+        errors * self.relative_error()
+    }
+
+    fn of_reference(&self, number: f64) -> f64 {
+        if number == 0.0 {
+            0.0
+        } else {
+            number / self.reference.abs()
+        }
     }
 }
 
@@ -256,6 +274,19 @@ mod tests {
         assert_eq!(test(1.0 + 1e-6, 1.0), 1.0);
         assert_eq!(test(1.0 + 1e-5, 1.0), 0.0);
         assert_eq!(Difference::default().test(), None);
+    }
+
+    #[test]
+    fn black_is_like_black_and_infinitely_far_from_light() {
+        let test = |a: f64| {
+            let mut difference = Difference::default();
+            difference.push(exact(a), exact(0.0), 15.0);
+            difference.test().expect("a pair")
+        };
+        let black = test(0.0);
+        assert!(!black.says_something() && test(0.1).says_something());
+        assert_eq!((black.relative(), black.detectable(0.05, 0.9)), (0.0, 0.0));
+        assert_eq!(test(-0.1).relative(), f64::NEG_INFINITY);
     }
 
     #[test]

@@ -7,9 +7,9 @@
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// Beyond so many degrees of freedom Student's t is the normal distribution: to within a relative 2e-4 of the tail that
-/// lies beyond five standard errors.
-const NORMAL_FREEDOM: f64 = 1e6;
+/// Beyond so many degrees of freedom Student's t is the normal distribution: to within a relative 2e-3 of the tail that
+/// lies beyond five standard errors, and nearer than its quantiles can be computed.
+const NORMAL_FREEDOM: f64 = 1e5;
 
 /// The number below which a standard normal number is with this probability.
 ///
@@ -179,7 +179,7 @@ mod tests {
             }
         }
         let [before, after] = [0.999, 1.001].map(|x| student_p_value(5.0, x * NORMAL_FREEDOM));
-        assert!((before / after - 1.0).abs() < 2e-4, "{before} {after}");
+        assert!((before / after - 1.0).abs() < 2e-3, "{before} {after}");
         assert_eq!(student_p_value(f64::INFINITY, 15.0), 0.0);
     }
 

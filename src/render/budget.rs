@@ -1,10 +1,11 @@
 //! How many samples the next pass takes, so that a render ends when it should.
 //!
-//! Measure: samples per pixel, seconds.
+//! Measure: samples per pixel, in the mean where pixels differ; seconds.
 //! Range: passes of 1 to `LARGEST_PASS` samples per pixel. A time is met to within half a sample per pixel: where one
 //! sample of every pixel takes long, that is the best that whole passes can do.
 //! Source: none needed. Tested below and in `tests/command.rs`.
 
+use super::adaptive::allocation::Allocation;
 use super::camera_rays::LARGEST_BLOCK;
 use super::settings::{Budget, ErrorTarget};
 use crate::film::ErrorEstimate;
@@ -42,8 +43,8 @@ pub struct PassPlanner {
     spp: u64,
     /// Where the error is looked at next.
     next_look: u64,
-    /// The last look: samples and estimated error.
-    last_look: Option<(u64, f64)>,
+    /// The last look: what the samples were worth, and the estimated error.
+    last_look: Option<(f64, f64)>,
     forecast: Option<Forecast>,
     is_reached: bool,
 }
@@ -89,13 +90,21 @@ impl PassPlanner {
 
     /// Takes note of an error, and decides when to look again: where it is thought to be reached, and before that
     /// whenever the samples have doubled, since no power law holds for ever.
-    pub fn looked(&mut self, target: ErrorTarget, error: Option<ErrorEstimate>) {
+    ///
+    /// Where samples are given out by an allocation, the power is that of what they are worth, given out evenly.
+    pub fn looked(
+        &mut self,
+        target: ErrorTarget,
+        error: Option<ErrorEstimate>,
+        allocation: Option<&Allocation>,
+    ) {
         let Some(error) = error else {
             // A black picture: there may be light yet to be found.
             self.next_look = 2 * self.spp;
             return;
         };
-        let (now, before) = ((self.spp, error.rel_rmse), self.last_look);
+        let worth = allocation.map_or(self.spp as f64, |allocation| allocation.worth(self.spp));
+        let (now, before) = ((worth, error.rel_rmse), self.last_look);
         self.last_look = Some(now);
         let is_pilot = self.spp < PILOT[1];
         if error.upper_bound <= target.rel_rmse && !is_pilot {
@@ -107,7 +116,8 @@ impl PassPlanner {
             return;
         };
         let factor = (MARGIN * error.upper_bound / target.rel_rmse).powf(1.0 / power);
-        let needed = (self.spp as f64 * factor).min(u64::MAX as f64) as u64;
+        let needed = allocation.map_or(worth * factor, |it| it.level_of(worth * factor));
+        let needed = needed.min(u64::MAX as f64) as u64;
         let needed = needed.max(self.spp + 1).next_multiple_of(self.step);
         self.forecast = Some(Forecast {
             spp: needed,
@@ -168,8 +178,8 @@ impl PassPlanner {
 }
 
 /// The power of the samples with which the error falls, by two looks.
-fn power((n0, e0): (u64, f64), (n1, e1): (u64, f64)) -> f64 {
-    let power = (e0 / e1).ln() / (n1 as f64 / n0 as f64).ln();
+fn power((n0, e0): (f64, f64), (n1, e1): (f64, f64)) -> f64 {
+    let power = (e0 / e1).ln() / (n1 / n0).ln();
     // What is no number is the slowest.
     if power.is_finite() {
         power.clamp(SLOWEST, FASTEST)
@@ -277,7 +287,7 @@ mod tests {
                     upper_bound: rel_rmse,
                     uncalibrated_fraction: 0.0,
                 };
-                planner.looked(target, Some(estimate));
+                planner.looked(target, Some(estimate), None);
                 first = first.or(planner.forecast());
             }
         }

@@ -66,7 +66,7 @@ pub fn with_sampler<J: SamplerJob>(settings: &RenderSettings, job: J) -> J::Outp
     match settings.sampler {
         SamplerKind::Independent => job.run(Independent::new(seed)),
         SamplerKind::Stratified => {
-            let samples = settings.budget.spp;
+            let samples = settings.samples_of_strata();
             job.run(Stratified::in_batches(seed, samples, batches))
         }
         SamplerKind::Sobol => job.run(Sobol::new(seed).in_batches(batches)),

@@ -12,9 +12,11 @@ use super::camera_rays::{CameraRays, Pixel, blocks};
 use super::dispatch::{SamplerJob, with_sampler};
 use super::settings::RenderSettings;
 use crate::effects::kernel::types::Everything;
+use crate::film::bars::BATCHES;
 use crate::film::filter::Filter;
 use crate::integrator::observer::Unobserved;
 use crate::math::rgb::Rgb;
+use crate::math::stats::Moments;
 use crate::math::vec::{Vec2, Vec3};
 use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
@@ -30,6 +32,83 @@ pub struct FirstHit {
     pub normal: Vec3,
     /// The mean of the distances.
     pub distance: f32,
+    /// How wrong these means are.
+    pub standard_errors: FirstHitErrors,
+}
+
+/// Standard errors of the means over the first hits of a pixel, from batches as those of the film's error bars; 0 where
+/// there are no two batches.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FirstHitErrors {
+    /// Of the albedo: the root of the mean square over its channels.
+    pub albedo: f32,
+    /// Of the normal: the length of the vector of its components' errors.
+    pub normal: f32,
+    /// Of the distance.
+    pub distance: f32,
+}
+
+/// Sums over some of the samples of a pixel.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    albedo: Rgb,
+    normal: Vec3,
+    distance: f64,
+    /// Samples.
+    count: u32,
+    /// Samples that met something.
+    met: u32,
+}
+
+impl Sums {
+    fn add(&mut self, other: &Self) {
+        self.albedo += other.albedo;
+        self.normal += other.normal;
+        self.distance += other.distance;
+        self.count += other.count;
+        self.met += other.met;
+    }
+
+    /// Means, of albedo over all samples, of normal and distance over those that met something, if there are any.
+    fn means(&self) -> (Rgb, Option<(Vec3, f64)>) {
+        let albedo = self.albedo * (1.0 / self.count.max(1) as f32);
+        let met = (self.met > 0).then(|| {
+            (
+                self.normal / self.met as f32,
+                self.distance / f64::from(self.met),
+            )
+        });
+        (albedo, met)
+    }
+}
+
+/// The standard errors of the means over all batches.
+fn standard_errors(batches: &[Sums]) -> FirstHitErrors {
+    let mut moments = [Moments::default(); 7];
+    let mut push = |at: usize, x: f64| moments[at].push(x);
+    for batch in batches.iter().filter(|batch| batch.count > 0) {
+        let (albedo, met) = batch.means();
+        for (c, x) in albedo.to_array().into_iter().enumerate() {
+            push(c, x.into());
+        }
+        let Some((normal, distance)) = met else {
+            continue;
+        };
+        for (c, x) in normal.to_array().into_iter().enumerate() {
+            push(3 + c, x.into());
+        }
+        push(6, distance);
+    }
+    let variance = |at: usize| {
+        let error = moments[at].standard_error().unwrap_or(0.0);
+        error * error
+    };
+    let sum = |from: usize| variance(from) + variance(from + 1) + variance(from + 2);
+    FirstHitErrors {
+        albedo: (sum(0) / 3.0).sqrt() as f32,
+        normal: sum(3).sqrt() as f32,
+        distance: variance(6).sqrt() as f32,
+    }
 }
 
 /// The first hits of every pixel of the settings' window, row by row, as the means over the first `spp` samples of the
@@ -82,36 +161,44 @@ impl Job<'_> {
             filter: self.filter,
             position,
         };
-        let (mut albedo, mut normal, mut distance) = (Rgb::BLACK, Vec3::ZERO, 0.0);
-        let mut met = 0;
+        let mut batches = [Sums::default(); BATCHES as usize];
         for block in blocks(0..self.spp) {
             let traced = rays.trace::<Everything, _>(&pixel, sampler, block, &mut Unobserved);
-            for (_, place) in traced {
+            for (index, place) in traced {
                 let (camera_ray, found, sampler) = rays.get(place);
                 let [u_alpha] = sampler.draw(Decision::Alpha(0));
                 let (ray, time) = (&camera_ray.ray, camera_ray.time);
+                let batch = &mut batches[(index % BATCHES) as usize];
+                batch.count += 1;
                 let Some(at) = self.scene.meet(ray, time, None, u_alpha, found) else {
                     continue;
                 };
-                met += 1;
-                albedo += self.albedo(&at, sampler);
                 let ns = at.frame.to_world(Vec3::Z);
-                normal += if ns.dot(at.wo) < 0.0 { -ns } else { ns };
-                distance += f64::from((at.p - ray.origin).length());
+                batch.add(&Sums {
+                    albedo: self.albedo(&at, sampler),
+                    normal: if ns.dot(at.wo) < 0.0 { -ns } else { ns },
+                    distance: f64::from((at.p - ray.origin).length()),
+                    count: 0,
+                    met: 1,
+                });
             }
         }
-        if met == 0 {
-            return FirstHit {
-                albedo,
-                normal,
-                distance: f32::INFINITY,
-            };
+        let mut all = Sums::default();
+        for batch in &batches {
+            all.add(batch);
         }
-        let distance = (distance / f64::from(met)) as f32;
+        let (albedo, met) = all.means();
+        let (normal, distance) = met.unwrap_or((Vec3::ZERO, f64::INFINITY));
+        let world = |length: f32| self.scene.normalisation.world_length(length) as f32;
+        let errors = standard_errors(&batches);
         FirstHit {
-            albedo: albedo * (1.0 / self.spp as f32),
-            normal: normal / met as f32,
-            distance: self.scene.normalisation.world_length(distance) as f32,
+            albedo,
+            normal,
+            distance: world(distance as f32),
+            standard_errors: FirstHitErrors {
+                distance: world(errors.distance),
+                ..errors
+            },
         }
     }
 

@@ -1,6 +1,6 @@
 //! Rendering: passes over tiles on all threads, until the budget is used up.
 //!
-//! Every pass takes each pixel from one sample index to the next. Since a sample is a pure function of seed, pixel and
+//! Every pass takes each pixel from one sample index to the next, or as far as an adaptive render deals out to it. Since a sample is a pure function of seed, pixel and
 //! index, and each pixel's samples are added in order, the picture is the same for any number of threads, size of tiles
 //! and division into passes.
 //!
@@ -8,6 +8,7 @@
 //! Range: settings that [`RenderSettings::validate`] lets through.
 //! Source: docs/architecture.md. Tested in `tests/determinism.rs` and `tests/command.rs`.
 
+pub mod adaptive;
 pub mod budget;
 mod camera_rays;
 mod dispatch;
@@ -18,22 +19,24 @@ pub mod settings;
 mod tile;
 
 use crate::error::{Error, Result};
-use crate::film::Film;
 use crate::film::bars::BATCHES;
 use crate::film::filter::Filter;
+use crate::film::{Film, Tile};
 use crate::integrator::RayCounts;
 use crate::integrator::observer::Unobserved;
 use crate::planted::planted;
 use crate::scene::Scene;
+use adaptive::{Adaptive, Deal, Dealer};
 use budget::PassPlanner;
 pub use dispatch::kernel;
 pub use observed::observe_tile;
 use rayon::prelude::*;
 use settings::RenderSettings;
+use std::cmp::Reverse;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use tile::TileJob;
+use tile::{Asked, TileJob};
 pub use tile::{NonFiniteSample, Rejected};
 
 /// How far a render has come.
@@ -41,7 +44,7 @@ pub use tile::{NonFiniteSample, Rejected};
 pub struct Progress {
     /// Samples taken, over all pixels.
     pub samples: u64,
-    /// Samples per pixel that are complete.
+    /// Samples per pixel that are complete, in the mean where pixels differ.
     pub spp: u64,
     /// Time since the rendering began.
     pub elapsed: Duration,
@@ -66,6 +69,19 @@ pub struct Predicted {
     pub time: Duration,
 }
 
+impl Predicted {
+    /// What the last look at the error told, `elapsed` after the start.
+    fn by(planner: &PassPlanner, elapsed: Duration) -> Option<Self> {
+        let forecast = planner.forecast()?;
+        Some(Self {
+            pilot: planner.spp(),
+            error: forecast.error,
+            spp: forecast.spp,
+            time: elapsed.mul_f64(forecast.spp as f64 / planner.spp() as f64),
+        })
+    }
+}
+
 /// Is told how a render goes on, from any of its threads, and can end it.
 pub trait RenderObserver: Sync {
     /// After every tile.
@@ -87,7 +103,7 @@ impl RenderObserver for Unwatched {}
 pub struct Rendered {
     /// The sums of all pixels.
     pub film: Film,
-    /// Complete samples per pixel; some tiles have more after an interruption.
+    /// Complete samples per pixel, in the mean where pixels differ; some tiles have more after an interruption.
     pub spp: u64,
     /// Time that the rendering took.
     pub elapsed: Duration,
@@ -170,6 +186,13 @@ struct Run<'a> {
     totals: Mutex<Totals>,
 }
 
+/// What is known of the error while a render goes on.
+#[derive(Debug, Clone, Copy, Default)]
+struct Shown {
+    rel_rmse: Option<f64>,
+    predicted: Option<Predicted>,
+}
+
 #[derive(Default)]
 struct Totals {
     rays: RayCounts,
@@ -178,28 +201,98 @@ struct Totals {
 
 impl Run<'_> {
     fn all_passes(self) -> Rendered {
-        let mut film = Film::new(self.settings.window, self.settings.tile_size);
+        let settings = self.settings;
+        let mut film = Film::new(settings.window, settings.tile_size);
         let mut batches = 1;
-        if self.settings.has_bars() {
+        if settings.has_bars() {
             film = film.with_bars();
             batches = BATCHES;
         }
-        let mut planner = PassPlanner::new(self.settings.budget, batches);
-        let (mut error, mut predicted) = (None, None);
+        let mut budget = settings.budget;
+        if settings.adaptive != Adaptive::Off {
+            film = film.with_counts();
+        }
+        if settings.adaptive == Adaptive::Greedy {
+            // It is for each pixel to reach.
+            budget.error = None;
+        }
+        let mut planner = PassPlanner::new(budget, batches);
+        let mut dealer = Dealer::new(settings);
+        let mut shown = Shown::default();
         let mut last_look = self.start;
+        let mut is_reached = false;
         while let Some(samples) = planner.next_pass(self.start.elapsed()) {
-            film.tiles_mut().par_iter_mut().for_each(|tile| {
+            let deal = dealer.deal(&film, planner.spp(), planner.spp() + samples);
+            if deal == Deal::Nothing {
+                is_reached = true;
+                break;
+            }
+            self.pass(&mut film, deal, samples, &planner, shown);
+            if self.is_cancelled() {
+                break;
+            }
+            planner.pass_done(samples);
+            dealer.pass_done(&film, planner.spp(), self.start.elapsed());
+            // It takes one thread's time, and nobody reads it more often.
+            let target = planner.look();
+            if target.is_some() || last_look.elapsed() > TIME_BETWEEN_LOOKS {
+                let confidence = target.map_or(CONFIDENCE, |target| target.confidence);
+                let estimate = film.error(confidence);
+                if let Some(target) = target {
+                    planner.looked(target, estimate, dealer.allocation());
+                }
+                let elapsed = self.start.elapsed();
+                shown.predicted = shown.predicted.or(Predicted::by(&planner, elapsed));
+                shown.rel_rmse = estimate.map(|error| error.rel_rmse);
+                last_look = Instant::now();
+            }
+        }
+        let totals = self
+            .totals
+            .into_inner()
+            .expect("no thread panics while it holds this");
+        Rendered {
+            spp: match settings.adaptive {
+                Adaptive::Greedy => film.sample_count() / settings.window.pixel_count(),
+                Adaptive::Off | Adaptive::TwoPhase => planner.spp(),
+            },
+            elapsed: self.start.elapsed(),
+            rays: totals.rays,
+            rejected: totals.rejected,
+            cancelled: self.cancelled.into_inner(),
+            reached: is_reached || planner.is_reached(),
+            predicted: shown.predicted,
+            film,
+        }
+    }
+
+    /// Takes the samples of one pass: so many in every pixel, if they are dealt evenly.
+    fn pass(&self, film: &mut Film, deal: Deal, samples: u64, planner: &PassPlanner, shown: Shown) {
+        let first = planted!("passes-repeat-samples", 0, planner.spp());
+        let asked = match deal {
+            Deal::UpTo(counts) => film
+                .per_tile(&counts)
+                .into_iter()
+                .map(Asked::Each)
+                .collect(),
+            _ => vec![Asked::Same(first..first + samples); film.tiles().len()],
+        };
+        let mut jobs: Vec<(&mut Tile, Asked)> = film.tiles_mut().iter_mut().zip(asked).collect();
+        // The longest first, so that all threads are done at about the same time. Equal ones stay in their order.
+        jobs.sort_by_key(|(tile, asked)| Reverse(asked.sample_count(tile)));
+        jobs.into_par_iter()
+            .with_max_len(1)
+            .for_each(|(tile, asked)| {
                 if self.is_cancelled() {
                     return;
                 }
-                let first = planted!("passes-repeat-samples", 0, planner.spp());
-                let range = first..first + samples;
-                let (pixels, scene) = (tile.window.pixel_count(), self.scene);
+                let scene = self.scene;
+                let new_samples = asked.sample_count(tile);
                 let job = TileJob {
                     scene,
                     filter: self.filter,
                     tile,
-                    range,
+                    asked,
                     observer: &mut Unobserved,
                 };
                 let outcome = dispatch::dispatch(scene, self.settings, job);
@@ -210,47 +303,8 @@ impl Run<'_> {
                 totals.rays += outcome.rays;
                 totals.rejected.merge(outcome.rejected);
                 drop(totals);
-                self.report(&planner, pixels * samples, error, predicted);
+                self.report(planner, new_samples, shown);
             });
-            if self.is_cancelled() {
-                break;
-            }
-            planner.pass_done(samples);
-            // It takes one thread's time, and nobody reads it more often.
-            let target = planner.look();
-            if target.is_some() || last_look.elapsed() > TIME_BETWEEN_LOOKS {
-                let confidence = target.map_or(CONFIDENCE, |target| target.confidence);
-                let estimate = film.error(confidence);
-                if let Some(target) = target {
-                    planner.looked(target, estimate);
-                }
-                predicted = predicted.or(planner.forecast().map(|forecast| Predicted {
-                    pilot: planner.spp(),
-                    error: forecast.error,
-                    spp: forecast.spp,
-                    time: self
-                        .start
-                        .elapsed()
-                        .mul_f64(forecast.spp as f64 / planner.spp() as f64),
-                }));
-                error = estimate.map(|error| error.rel_rmse);
-                last_look = Instant::now();
-            }
-        }
-        let totals = self
-            .totals
-            .into_inner()
-            .expect("no thread panics while it holds this");
-        Rendered {
-            spp: planner.spp(),
-            elapsed: self.start.elapsed(),
-            rays: totals.rays,
-            rejected: totals.rejected,
-            cancelled: self.cancelled.into_inner(),
-            reached: planner.is_reached(),
-            predicted,
-            film,
-        }
     }
 
     /// Asks the observer once and for all.
@@ -261,13 +315,7 @@ impl Run<'_> {
         self.cancelled.load(Ordering::Relaxed)
     }
 
-    fn report(
-        &self,
-        planner: &PassPlanner,
-        new_samples: u64,
-        rel_rmse: Option<f64>,
-        predicted: Option<Predicted>,
-    ) {
+    fn report(&self, planner: &PassPlanner, new_samples: u64, shown: Shown) {
         let samples = self.samples.fetch_add(new_samples, Ordering::Relaxed) + new_samples;
         let elapsed = self.start.elapsed();
         let per_pixel = samples as f64 / self.settings.window.pixel_count() as f64;
@@ -276,8 +324,8 @@ impl Run<'_> {
             spp: planner.spp(),
             elapsed,
             fraction: planner.fraction(per_pixel, elapsed),
-            rel_rmse,
-            predicted,
+            rel_rmse: shown.rel_rmse,
+            predicted: shown.predicted,
         });
     }
 }

@@ -6,7 +6,7 @@
 
 use super::dispatch;
 use super::settings::RenderSettings;
-use super::tile::TileJob;
+use super::tile::{Asked, TileJob};
 use crate::film::Tile;
 use crate::film::filter::Filter;
 use crate::integrator::observer::PathObserver;
@@ -26,7 +26,7 @@ pub fn observe_tile<O: PathObserver>(
         scene,
         filter,
         tile,
-        range,
+        asked: Asked::Same(range),
         observer,
     };
     dispatch::dispatch(scene, settings, job);

@@ -4,6 +4,7 @@
 //! Range: said at each field; [`RenderSettings::validate`] names what is out of it.
 //! Source: design of the command line. Tested below and in `tests/bad_flags.rs`.
 
+use super::adaptive::{self, Adaptive};
 use crate::effects::{EffectSet, Kernel};
 use crate::error::{Error, Result};
 use crate::film::Window;
@@ -47,7 +48,7 @@ impl SamplerKind {
 /// When to stop: at the first of what is given.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Budget {
-    /// Samples per pixel at most, at least 1.
+    /// Samples per pixel at most, at least 1: in the mean over the pixels with two-phase sampling, in each with greedy.
     pub spp: Option<u64>,
     /// Time at most, for the rendering alone. The last pass ends as near to it as passes allow.
     pub time: Option<Duration>,
@@ -93,6 +94,8 @@ pub struct RenderSettings {
     pub seed: u64,
     /// When to stop; at least one of its limits has to be given.
     pub budget: Budget,
+    /// How samples are given out to the pixels. Other ways than evenly keep error bars.
+    pub adaptive: Adaptive,
     /// Whether to keep error bars. Samples then come in independent batches, as many in each: their count is rounded up.
     pub bars: bool,
     /// Scattering events at most; `None` does not limit them.
@@ -119,6 +122,7 @@ impl RenderSettings {
             sampler: SamplerKind::default(),
             seed: 0,
             budget: Budget::samples(spp),
+            adaptive: Adaptive::Off,
             bars: false,
             max_bounces: None,
             roulette: None,
@@ -145,6 +149,8 @@ impl RenderSettings {
         let integrator = chosen(description, "integrator", &render.integrator, integrators)?;
         let samplers = SamplerKind::ALL.iter().map(|&s| (s.name(), s));
         let sampler = chosen(description, "sampler", &render.sampler, samplers)?;
+        let ways = Adaptive::ALL.iter().map(|&a| (a.name(), a));
+        let adaptive = chosen(description, "adaptive", &render.adaptive, ways)?;
         let ways = Roulette::ALL.iter().map(|&r| (r.name(), r));
         let roulette = chosen(description, "roulette", &render.roulette, ways)?;
         let spp = render.spp.unwrap_or(DEFAULT_SPP);
@@ -152,6 +158,7 @@ impl RenderSettings {
             integrator: integrator.unwrap_or_default(),
             sampler: sampler.unwrap_or_default(),
             seed: render.seed.unwrap_or(0),
+            adaptive: adaptive.unwrap_or_default(),
             max_bounces: render.max_bounces,
             roulette,
             occlusion_distance: render.occlusion_distance,
@@ -196,6 +203,9 @@ impl RenderSettings {
             } if !(is_share(target.rel_rmse) && is_share(target.confidence)) => Err(Error::usage(
                 "the error to reach and its confidence must be above 0 and below 1",
             )),
+            Budget { error: None, .. } if self.adaptive == Adaptive::Greedy => Err(Error::usage(
+                "greedy adaptive sampling needs an error at which a pixel stops: give --error, such as --error 5%",
+            )),
             _ if self.threads == 0 => Err(Error::usage("threads must be at least 1")),
             _ if self.tile_size == 0 => Err(Error::usage("the tile size must be at least 1")),
             _ => Ok(()),
@@ -217,9 +227,18 @@ impl RenderSettings {
         }
     }
 
-    /// Whether error bars are kept: also to know when an error is reached.
+    /// How many samples the strata of a pixel are for, if that is known: in adaptive renders each has its own number, and
+    /// strata are those of the pilot, again and again.
+    pub fn samples_of_strata(&self) -> Option<u64> {
+        match self.adaptive {
+            Adaptive::Off => self.budget.spp,
+            Adaptive::TwoPhase | Adaptive::Greedy => Some(adaptive::pilot(self.budget)),
+        }
+    }
+
+    /// Whether error bars are kept: also to know when an error is reached, and who needs more samples.
     pub fn has_bars(&self) -> bool {
-        self.bars || self.budget.error.is_some()
+        self.bars || self.budget.error.is_some() || self.adaptive != Adaptive::Off
     }
 
     /// When paths end by chance.
@@ -233,7 +252,8 @@ impl RenderSettings {
             .max_bounces
             .map(|n| format!("max_bounces {n}: light that scatters more often is missing"));
         let integrator = self.integrator.bias(effects);
-        integrator.into_iter().chain(limit).collect()
+        let all = [integrator, self.adaptive.bias(), limit];
+        all.into_iter().flatten().collect()
     }
 }
 

@@ -50,12 +50,31 @@ pub struct Outcome {
     pub rejected: Rejected,
 }
 
-/// The samples of `range` to be taken in every pixel of a tile.
+/// Which samples of a tile's pixels are asked for.
+#[derive(Debug, Clone)]
+pub enum Asked {
+    /// The same of every pixel.
+    Same(Range<u64>),
+    /// Of each pixel those from its count so far up to this.
+    Each(Vec<u64>),
+}
+
+impl Asked {
+    /// How many they are for all pixels of a tile together.
+    pub fn sample_count(&self, tile: &Tile) -> u64 {
+        match self {
+            Self::Same(range) => (range.end - range.start) * tile.window.pixel_count(),
+            Self::Each(ends) => ends.iter().sum::<u64>() - tile.sample_count(),
+        }
+    }
+}
+
+/// The samples to be taken in the pixels of a tile.
 pub struct TileJob<'a, O> {
     pub scene: &'a Scene,
     pub filter: &'a Filter,
     pub tile: &'a mut Tile,
-    pub range: Range<u64>,
+    pub asked: Asked,
     pub observer: &'a mut O,
 }
 
@@ -67,19 +86,23 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
             scene,
             filter,
             tile,
-            range,
+            asked,
             observer,
         } = self;
         let mut outcome = Outcome::default();
         let mut camera_rays = CameraRays::new();
-        let mut bars = tile.bars.as_mut();
+        let (mut bars, counts) = (tile.bars.as_mut(), tile.counts.as_ref());
         for (i, ([x, y], sums)) in tile.window.pixels().zip(&mut tile.pixels).enumerate() {
             let pixel = Pixel {
                 scene,
                 filter,
                 position: [x, y],
             };
-            for block in blocks(range.clone()) {
+            let range = match &asked {
+                Asked::Same(range) => range.clone(),
+                Asked::Each(ends) => counts.map_or(tile.samples, |counts| counts[i])..ends[i],
+            };
+            for block in blocks(range) {
                 for (sample, place) in camera_rays.trace::<E, O>(&pixel, &sampler, block, observer)
                 {
                     let rays = &mut outcome.rays;
@@ -98,7 +121,13 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
                 }
             }
         }
-        tile.samples += range.end - range.start;
+        match asked {
+            Asked::Same(range) => tile.samples += range.end - range.start,
+            Asked::Each(ends) => {
+                tile.samples = ends.iter().copied().min().unwrap_or(tile.samples);
+                tile.counts = Some(ends);
+            }
+        }
         outcome
     }
 }

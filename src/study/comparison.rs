@@ -34,6 +34,8 @@ pub struct Metrics {
     pub rel_rmse: f64,
     /// The mean without its worst 0.1 % of pixels.
     pub trimmed_rel_mse: f64,
+    /// The part of it that the reference's own noise is expected to have, by its standard errors.
+    pub reference_noise: Option<f64>,
     /// The means of R, G and B over those of the reference, less one.
     pub mean_differences: [f64; 3],
     /// Tiles by their share of relMSE, the worst first.
@@ -44,8 +46,9 @@ impl Metrics {
     /// The metrics of a picture against a reference, with tiles of so many pixels a side.
     ///
     /// # Errors
-    /// If their sizes differ.
+    /// If their sizes differ, or a standard error is not a number from 0 on.
     pub fn of(image: &LayeredImage, reference: &LayeredImage, side: u32) -> Result<Self> {
+        let bars = Bars::of(reference)?.errors;
         let (image, reference) = (&image.image, &reference.image);
         let mse = metrics::mse(image, reference)?;
         let errors = metrics::relative_errors(image, reference)?;
@@ -55,6 +58,7 @@ impl Metrics {
             rmse: mse.sqrt(),
             rel_mse,
             rel_rmse: rel_mse.sqrt(),
+            reference_noise: bars.map(|errors| metrics::relative_noise(reference, errors)),
             mean_differences: metrics::mean_differences(image, reference),
             tiles: metrics::worst_tiles(&errors, image.width(), side),
             trimmed_rel_mse: metrics::trimmed_mean(errors),
@@ -71,13 +75,13 @@ pub struct BiasTest {
     pub channels: [ChannelTest; 3],
     /// The p-value of all three together.
     pub p: f64,
-    /// How many tiles there were to test.
-    pub tile_count: usize,
-    /// The p-value of all their channels together.
+    /// How many tests of a channel of a tile there were.
+    pub tile_tests: usize,
+    /// The p-value of all of them together.
     pub tiles_p: f64,
-    /// The smallest relative difference that is found in half of the tiles' channels.
+    /// The smallest relative difference that half of them find.
     pub tiles_detectable: f64,
-    /// The tile and channel with the least p-value.
+    /// The one with the least p-value.
     pub worst_tile: TileTest,
 }
 
@@ -112,8 +116,8 @@ impl BiasTest {
     }
 }
 
-/// Tests two pictures for bias, in tiles of so many pixels a side; `None` if neither has standard errors, or all pixels are
-/// flagged.
+/// Tests two pictures for bias, in tiles of so many pixels a side; `None` if neither has standard errors, or nothing is left to
+/// test: all pixels are flagged, or the pictures are equal without noise.
 ///
 /// # Errors
 /// If their sizes differ, or a standard error is not a number from 0 on.
@@ -134,7 +138,9 @@ pub fn bias_test(
         let differences = tile_differences(&sides, tile, width);
         for (c, difference) in differences.into_iter().enumerate() {
             whole[c] = whole[c].merge(difference);
-            tiles.extend(difference.test().map(|means| TileTest {
+            // What is black without noise in both cannot fail: it is no test.
+            let means = difference.test().filter(MeanDifference::says_something);
+            tiles.extend(means.map(|means| TileTest {
                 tile,
                 channel: c,
                 means,
@@ -188,7 +194,7 @@ fn judge(tested: f64, whole: [Difference; 3], tiles: &[TileTest]) -> Option<Bias
         tested,
         channels,
         p: family_p_value(least, channels.len()),
-        tile_count: tiles.len() / channels.len(),
+        tile_tests: tiles.len(),
         tiles_p: family_p_value(worst_tile.means.p, tiles.len()),
         tiles_detectable: detectable[detectable.len() / 2],
         worst_tile,
@@ -287,7 +293,7 @@ mod tests {
             };
             let mut channel = |c: usize| {
                 let mean = 0.2 + 0.01 * f64::from(x) + 0.1 * c as f64;
-                let sigma = 0.05 + 0.01 * f64::from(x);
+                let sigma = 0.015 + 0.003 * f64::from(x);
                 let batches = Moments::of((0..BATCHES).map(|_| {
                     let u = ((rng.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
                     factor * mean + sigma * normal_quantile(u)
@@ -330,14 +336,14 @@ mod tests {
     fn a_bias_in_one_tile_is_found_there_where_it_is_large_enough() {
         let reference = rendered(1000, 0.0);
         let detectable = test(&rendered(1001, 0.0), &reference).tiles_detectable;
-        assert!((0.02..0.2).contains(&detectable), "{detectable}");
+        assert!((0.01..0.1).contains(&detectable), "{detectable}");
         let biased = test(&rendered(1002, 2.0 * detectable), &reference);
         assert!(biased.is_found() && biased.tiles_p < 0.01, "{biased:?}");
         assert_eq!(
             (biased.worst_tile.tile.x, biased.worst_tile.tile.y),
             (16, 16)
         );
-        assert_eq!(biased.tile_count, 15);
+        assert_eq!(biased.tile_tests, 45);
     }
 
     #[test]
@@ -364,6 +370,18 @@ mod tests {
         }
         // The best channel alone finds it with a probability above 0.9.
         assert!(found >= 17, "{found}");
+    }
+
+    #[test]
+    fn squares_of_errors_are_those_of_both_pictures() {
+        let metrics = Metrics::of(&rendered(1, 0.0), &rendered(2, 0.0), 8).expect("same size");
+        // Both have the same noise: half of the square is the reference's, to within what 2880 squares leave.
+        let share = metrics.reference_noise.expect("it has bars") / metrics.rel_mse;
+        assert!((share - 0.5).abs() < 0.1, "{share}");
+        assert_eq!(metrics.rel_rmse, metrics.rel_mse.sqrt());
+        let alone = LayeredImage::from(rendered(2, 0.0).image);
+        let metrics = Metrics::of(&rendered(1, 0.0), &alone, 8).expect("same size");
+        assert_eq!(metrics.reference_noise, None);
     }
 
     #[test]

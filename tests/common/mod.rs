@@ -12,6 +12,7 @@ pub mod chi_square;
 pub mod closed_forms;
 #[cfg(feature = "cli")]
 pub mod command;
+pub mod error_bars;
 pub mod generated;
 pub mod quadrature;
 pub mod room;

@@ -7,6 +7,7 @@
 mod battery;
 mod bench;
 mod compare;
+mod denoise;
 mod lesson;
 mod plan;
 mod render;
@@ -16,6 +17,7 @@ mod values;
 pub use battery::BatteryArguments;
 pub use bench::BenchArguments;
 pub use compare::{CompareArguments, Metric};
+pub use denoise::DenoiseArguments;
 pub use lesson::LessonArguments;
 pub use plan::PlanArguments;
 pub use render::RenderArguments;
@@ -48,6 +50,8 @@ pub enum Verb {
     /// Say how far one picture is from another, where, and whether they tend to the same: for people, and for scripts as
     /// `idiff` is used.
     Compare(CompareArguments),
+    /// Filter the noise of a picture that `render --layers` wrote, and say how wrong it is then.
+    Denoise(DenoiseArguments),
     /// Trace the rays of real renders by each backend, and say which is faster, by how much, and whether they agree.
     Bench(BenchArguments),
     /// Show the classic course on Monte Carlo integration, topic by topic: numbers beside their exact values, and a page.

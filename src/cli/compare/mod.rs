@@ -9,12 +9,13 @@ mod report;
 mod tables;
 
 use super::args::{CompareArguments, Metric};
+use super::output::format_percent;
 use super::{Outcome, print};
 use crate::error::{Error, ErrorKind, Result};
 use crate::image::atomic::{check_creatable, write_atomically};
 use crate::image::false_colour::{self, robust_scale};
 use crate::image::{ColourSpace, LayeredImage, metrics, png_bytes_with_texts};
-use crate::study::comparison::{Metrics, bias_test, same_random_numbers};
+use crate::study::comparison::{BiasTest, Metrics, bias_test, same_random_numbers};
 use report::{MapReport, Report, Verdict};
 use std::io::Write;
 use std::path::Path;
@@ -32,7 +33,7 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
     }
     let [image, reference] = [&arguments.image, &arguments.reference].map(|path| read(path));
     let (image, reference) = (image?, reference?);
-    let metrics = Metrics::of(&image, &reference, arguments.tile)?;
+    let metrics = Metrics::of(&image, &reference, arguments.tile).map_err(as_unreadable)?;
     let bias = bias_test(&image, &reference, arguments.tile).map_err(as_unreadable)?;
     let flip = match arguments.quiet && arguments.metric != Metric::Flip {
         true => None,
@@ -42,12 +43,7 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
         Some(path) => Some(write_map(arguments, path, &image, &reference)?),
         None => None,
     };
-    let notes = match &bias {
-        Some(_) => same_random_numbers(&image, &reference)
-            .into_iter()
-            .collect(),
-        None => Vec::new(),
-    };
+    let notes = notes(&image, &reference, bias.as_ref());
     let report = Report {
         image: arguments.image.display().to_string(),
         reference: arguments.reference.display().to_string(),
@@ -73,6 +69,24 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
     } else {
         Outcome::Failed
     })
+}
+
+/// What has to be known of the test of bias.
+fn notes(image: &LayeredImage, reference: &LayeredImage, bias: Option<&BiasTest>) -> Vec<String> {
+    let has_bars = |it: &LayeredImage| it.layer("se.R").is_some();
+    if !has_bars(image) && !has_bars(reference) {
+        return Vec::new();
+    }
+    let mut notes = Vec::from_iter(same_random_numbers(image, reference));
+    let tested = bias.map_or(0.0, |bias| bias.tested);
+    if tested < 0.5 {
+        notes.push(format!(
+            "of {} of the pixels the test of bias says nothing: their standard errors are flagged as not to be \
+             trusted, or there is no noise; more samples help",
+            format_percent(1.0 - tested)
+        ));
+    }
+    notes
 }
 
 /// Whether a map can be written to `path`.

@@ -57,6 +57,11 @@ fn whole(report: &Report) -> Table {
         ),
         row("MSE", significant(metrics.mse, 5), "its square"),
     ];
+    if let Some(noise) = metrics.reference_noise {
+        let meaning = "of rel-rmse: squares add up";
+        let noise = format_percent(noise.sqrt());
+        rows.push(row("noise of the reference", noise, meaning));
+    }
     if let Some(flip) = report.flip {
         let meaning = "what is seen of it, from 0 to 1";
         rows.push(row("flip", significant(flip, 4), meaning));
@@ -100,15 +105,15 @@ fn test_cells(channel: &ChannelTest) -> [String; 4] {
     let means = &channel.means;
     [
         format_percent(means.relative()),
-        format_percent(means.standard_error / means.reference.abs()),
+        format_percent(means.relative_error()),
         significant(means.p, 2),
         format_percent(channel.detectable),
     ]
 }
 
 fn without_test() -> String {
-    "The means over the pixels, relative to those of the reference. There are no standard errors \
-     to test them by: `etendue render --layers` writes them."
+    "Relative to those of the reference. They are not tested for bias: that takes standard errors which are not flagged, \
+     from `etendue render --layers`."
         .to_owned()
 }
 
@@ -120,17 +125,18 @@ fn describe_bias(bias: &BiasTest) -> String {
     };
     let tile = &bias.worst_tile;
     format!(
-        "{found}: p = {} for the three means, p = {} for the {} tiles, whose worst is at {}, {} in {} ({} +- {}). \
-         Tested are {} of the pixels, those that are not flagged. A test finds, {} of the time, a \
-         difference as large as stated, in half of the tiles {}; where nothing differs, it finds something {} of the time.",
+        "{found}: p = {} for the three means, and p = {} for {} means over tiles, of which the worst is {} at {}, {} \
+         ({} +- {}). Tested are the {} of the pixels that are not flagged. \
+         The last column is the difference that such a test finds {} of the time (in half of the tiles: {}); \
+         where nothing differs, it finds something {} of the time.",
         significant(bias.p, 2),
         significant(bias.tiles_p, 2),
-        bias.tile_count,
+        bias.tile_tests,
+        CHANNELS[tile.channel],
         tile.tile.x,
         tile.tile.y,
-        CHANNELS[tile.channel],
         format_percent(tile.means.relative()),
-        format_percent(tile.means.standard_error / tile.means.reference.abs()),
+        format_percent(tile.means.relative_error()),
         format_percent(bias.tested),
         format_percent(POWER),
         format_percent(bias.tiles_detectable),

@@ -175,6 +175,8 @@ pub struct RenderDescription {
     pub max_bounces: Option<u32>,
     /// The name of a way for paths to end by chance.
     pub roulette: Option<Written<String>>,
+    /// The name of a way to give samples out to the pixels.
+    pub adaptive: Option<Written<String>>,
     /// How far, in world units, something may be and still count for ambient occlusion; above 0.
     pub occlusion_distance: Option<f64>,
     /// The seed.

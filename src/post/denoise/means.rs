@@ -1,0 +1,450 @@
+//! Non-local means over the two halves of a picture: each pixel becomes a mean of those that look like it.
+//!
+//!   F_A(p) = sum_q w_B(p, q) A(q) / sum_q w_B(p, q),   w_B(p, q) = k(max(s d_B(p, q), d_guides(p, q))),
+//!
+//! and the same with A and B in each other's place. d_B is the mean over the channels and over the patch about p and q of
+//!
+//!   ((B_p - B_q)^2 - (v_p + min(v_p, v_q))) / (v_p + v_q),
+//!
+//! v the variance of the noise: 0 on average between pixels that differ by their noise alone, and without bound between
+//! all others as the noise falls, so that then only equal pixels are averaged. The weights of one half know nothing of the
+//! noise in the other, whose values they weigh: the mean over both is free of the bias that comes from choosing among noisy
+//! values by their noise. k(d) = (1 - d / 4)^4 falls as exp(-d) does, and is exactly 0 from 4 on.
+//!
+//! Distances of all pixels to those at one offset are computed together and averaged by a box, so that the time does not
+//! depend on the size of patches (Darbon et al. 2008).
+//!
+//! Measure: radiance, or radiance over albedo; its variance.
+//! Range: finite numbers; variances may be 0. Pixels beyond the border have no weight.
+//! Source: Buades, Coll and Morel 2005; Rousselle, Knaus and Zwicker 2012, "Adaptive Rendering with Non-Local Means
+//! Filtering", section 4 for the distance and the halves. Tested below and in `tests/denoise.rs`.
+
+use super::guides::Feature;
+use super::plane::{Part, Plane};
+use crate::planted::planted;
+use rayon::prelude::*;
+
+/// Edge of the squares that threads work on.
+const TILE: usize = 64;
+
+/// What is filtered.
+#[derive(Debug, Clone)]
+pub struct Halves {
+    /// Both halves, channel by channel.
+    pub values: [[Plane; 3]; 2],
+    /// The variance of either half.
+    pub variance: [Plane; 3],
+}
+
+/// How pixels are compared.
+#[derive(Debug, Clone)]
+pub struct Comparison {
+    /// How far away those are that are looked at.
+    pub reach: usize,
+    /// The radius of patches.
+    pub patch: usize,
+    /// What distances of colours are multiplied by, for each filter that is wanted: 0 takes no heed of them.
+    pub strictness: Vec<f32>,
+}
+
+/// What came out.
+#[derive(Debug, Clone)]
+pub struct Means {
+    /// Both halves.
+    pub values: [[Plane; 3]; 2],
+    /// How much of a pixel is its own value, in each half.
+    pub own: [Plane; 2],
+}
+
+impl Means {
+    /// The halves as they are.
+    pub fn unfiltered(halves: &Halves) -> Self {
+        let own = halves.variance[0].like(|_| 1.0);
+        Self {
+            values: halves.values.clone(),
+            own: [own.clone(), own],
+        }
+    }
+}
+
+/// Filters both halves, once for each strictness.
+pub fn means(halves: &Halves, guides: &[Feature], comparison: &Comparison) -> Vec<Means> {
+    let [width, height] = [halves.variance[0].width, halves.variance[0].height];
+    let corners: Vec<[usize; 2]> = (0..height)
+        .step_by(TILE)
+        .flat_map(|y| (0..width).step_by(TILE).map(move |x| [x, y]))
+        .collect();
+    let tiles: Vec<Tile> = corners
+        .into_par_iter()
+        .map(|[x, y]| {
+            let size = [TILE.min(width - x), TILE.min(height - y)];
+            Tile::filtered([x, y], size, halves, guides, comparison)
+        })
+        .collect();
+    let empty = Plane::filled(width, height, 0.0);
+    let place = |get: &dyn Fn(&Tile) -> &[f32]| {
+        let mut plane = empty.clone();
+        for tile in &tiles {
+            let [columns, _] = tile.size;
+            for (row, values) in get(tile).chunks_exact(columns).enumerate() {
+                let start = (tile.corner[1] + row) * width + tile.corner[0];
+                plane.values[start..start + columns].copy_from_slice(values);
+            }
+        }
+        plane
+    };
+    (0..comparison.strictness.len())
+        .map(|s| Means {
+            values: [0, 1].map(|half| [0, 1, 2].map(|c| place(&|t| &t.sums[s].values[half][c]))),
+            own: [0, 1].map(|half| place(&|t| &t.sums[s].weights[half])),
+        })
+        .collect()
+}
+
+/// A square of the picture while it is filtered.
+struct Tile {
+    corner: [usize; 2],
+    size: [usize; 2],
+    /// For each strictness.
+    sums: Vec<Sums>,
+}
+
+/// Weighted sums of differences to the own value; in the end means, and the weight of the own value.
+#[derive(Clone)]
+struct Sums {
+    values: [[Vec<f32>; 3]; 2],
+    weights: [Vec<f32>; 2],
+}
+
+/// What a tile reads.
+struct Source {
+    margin: usize,
+    size: [usize; 2],
+    values: [[Part; 3]; 2],
+    variance: [Part; 3],
+    guides: Vec<GuideParts>,
+}
+
+struct GuideParts {
+    channels: Vec<Part>,
+    variance: Part,
+    /// The reciprocal of the scale.
+    per_scale: Part,
+    slope: Option<[Part; 2]>,
+}
+
+/// Numbers that are needed for one offset at a time.
+struct Scratch {
+    /// Of each half, with a margin of a patch.
+    distances: [Vec<f32>; 2],
+    /// The same, summed along rows.
+    across: [Vec<f32>; 2],
+    /// Of the guides.
+    guides: Vec<f32>,
+    /// One row.
+    row: Vec<f32>,
+}
+
+impl Tile {
+    fn filtered(
+        corner: [usize; 2],
+        size: [usize; 2],
+        halves: &Halves,
+        guides: &[Feature],
+        comparison: &Comparison,
+    ) -> Self {
+        let margin = comparison.reach + comparison.patch;
+        let part = |plane: &Plane| Part::of(plane, corner, size, margin);
+        let source = Source {
+            margin,
+            size,
+            values: halves
+                .values
+                .each_ref()
+                .map(|half| half.each_ref().map(part)),
+            variance: halves.variance.each_ref().map(part),
+            guides: guides.iter().map(|it| GuideParts::of(it, &part)).collect(),
+        };
+        let count = size[0] * size[1];
+        let zeros = || vec![0.0; count];
+        let none = Sums {
+            values: [0, 1].map(|_| [0, 1, 2].map(|_| zeros())),
+            weights: [zeros(), zeros()],
+        };
+        let mut sums = vec![none; comparison.strictness.len()];
+        let wide = size.map(|length| length + 2 * comparison.patch);
+        let mut scratch = Scratch {
+            distances: [0, 1].map(|_| vec![0.0; wide[0] * wide[1]]),
+            across: [0, 1].map(|_| vec![0.0; size[0] * wide[1]]),
+            guides: zeros(),
+            row: vec![0.0; size[0]],
+        };
+        let picture = [halves.variance[0].width, halves.variance[0].height];
+        let reach = comparison.reach as isize;
+        for dy in -reach..=reach {
+            for dx in -reach..=reach {
+                let offset = [dx, dy];
+                // The pixels of the tile whose partners lie in the picture.
+                let [columns, rows] = [0, 1].map(|axis| {
+                    let first = (-offset[axis] - corner[axis] as isize).max(0);
+                    let last = picture[axis] as isize - offset[axis] - corner[axis] as isize;
+                    first as usize..last.clamp(0, size[axis] as isize) as usize
+                });
+                if columns.is_empty() || rows.is_empty() {
+                    continue;
+                }
+                source.guide_distances(offset, &mut scratch);
+                source.colour_distances(offset, comparison.patch, &mut scratch);
+                source.gather(offset, columns, rows, comparison, &mut scratch, &mut sums);
+            }
+        }
+        for sums in &mut sums {
+            source.normalise(sums);
+        }
+        Self { corner, size, sums }
+    }
+}
+
+impl GuideParts {
+    fn of(feature: &Feature, part: &impl Fn(&Plane) -> Part) -> Self {
+        let per_scale = feature.scale.like(|i| 1.0 / feature.scale.values[i]);
+        Self {
+            channels: feature.channels.iter().map(part).collect(),
+            variance: part(&feature.variance),
+            per_scale: part(&per_scale),
+            slope: feature
+                .slope
+                .as_ref()
+                .map(|slope| slope.each_ref().map(part)),
+        }
+    }
+}
+
+impl Source {
+    /// A row of a tile's own pixels, or of those at an offset.
+    fn row<'a>(&self, part: &'a Part, y: usize, [dx, dy]: [isize; 2]) -> &'a [f32] {
+        let x = (self.margin as isize + dx) as usize;
+        let y = (self.margin + y) as isize + dy;
+        part.row([x, y as usize], self.size[0])
+    }
+
+    /// How far each pixel's first hits are from those at an offset: the largest over the features.
+    fn guide_distances(&self, offset: [isize; 2], scratch: &mut Scratch) {
+        let [width, height] = self.size;
+        scratch.guides.fill(0.0);
+        for y in 0..height {
+            let out = &mut scratch.guides[y * width..][..width];
+            for guide in &self.guides {
+                let squares = &mut scratch.row;
+                squares.fill(0.0);
+                for channel in &guide.channels {
+                    let (p, q) = (self.row(channel, y, [0, 0]), self.row(channel, y, offset));
+                    if let Some([across, down]) = &guide.slope {
+                        let [dx, dy] = offset.map(|it| it as f32);
+                        let across = self.row(across, y, [0, 0]);
+                        let down = self.row(down, y, [0, 0]);
+                        for i in 0..width {
+                            let d = q[i] - p[i] - dx * across[i] - dy * down[i];
+                            squares[i] += d * d;
+                        }
+                    } else {
+                        for i in 0..width {
+                            squares[i] += (q[i] - p[i]) * (q[i] - p[i]);
+                        }
+                    }
+                }
+                let v_p = self.row(&guide.variance, y, [0, 0]);
+                let v_q = self.row(&guide.variance, y, offset);
+                let per_scale = self.row(&guide.per_scale, y, [0, 0]);
+                for i in 0..width {
+                    let noise = v_p[i] + v_p[i].min(v_q[i]);
+                    out[i] = out[i].max((squares[i] - noise) * per_scale[i]);
+                }
+            }
+        }
+    }
+
+    /// How far the colours of each pixel are from those at an offset, in each half, summed along rows over patches.
+    fn colour_distances(&self, offset: [isize; 2], patch: usize, scratch: &mut Scratch) {
+        let [width, height] = self.size;
+        let (wide, high) = (width + 2 * patch, height + 2 * patch);
+        let start = self.margin - patch;
+        for y in 0..high {
+            let here = [start, start + y];
+            let there = [0, 1].map(|axis| (here[axis] as isize + offset[axis]) as usize);
+            let [first, second] = &mut scratch.distances;
+            let out = [first, second].map(|it| &mut it[y * wide..][..wide]);
+            out.into_iter().zip(&self.values).for_each(|(out, half)| {
+                out.fill(0.0);
+                for (part, variance) in half.iter().zip(&self.variance) {
+                    let (p, q) = (part.row(here, wide), part.row(there, wide));
+                    let (v_p, v_q) = (variance.row(here, wide), variance.row(there, wide));
+                    for i in 0..wide {
+                        let d = p[i] - q[i];
+                        let noise = v_p[i] + v_p[i].min(v_q[i]);
+                        // Without noise, equal pixels are alike and all others are not.
+                        let measure = planted!(
+                            "denoise-ignores-variance",
+                            0.1 * (p[i] + q[i]).powi(2) + f32::MIN_POSITIVE,
+                            v_p[i] + v_q[i] + f32::MIN_POSITIVE
+                        );
+                        out[i] += (d * d - noise) / measure;
+                    }
+                }
+            });
+            for (across, distances) in scratch.across.iter_mut().zip(&scratch.distances) {
+                let out = &mut across[y * width..][..width];
+                let row = &distances[y * wide..][..wide];
+                out.copy_from_slice(&row[..width]);
+                for shift in 1..=2 * patch {
+                    for (sum, x) in out.iter_mut().zip(&row[shift..]) {
+                        *sum += x;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds the pixels at an offset to the sums, as they are weighed by the other half.
+    fn gather(
+        &self,
+        offset: [isize; 2],
+        columns: std::ops::Range<usize>,
+        rows: std::ops::Range<usize>,
+        comparison: &Comparison,
+        scratch: &mut Scratch,
+        sums: &mut [Sums],
+    ) {
+        let width = self.size[0];
+        let side = 2 * comparison.patch + 1;
+        let per_patch = 1.0 / (3 * side * side) as f32;
+        for y in rows {
+            let guides = &scratch.guides[y * width..][columns.clone()];
+            for half in [0, 1] {
+                let row = &mut scratch.row;
+                row.fill(0.0);
+                let other = planted!("denoise-own-weights", half, 1 - half);
+                for line in y..y + side {
+                    let across = &scratch.across[other][line * width..][..width];
+                    for (sum, x) in row.iter_mut().zip(across) {
+                        *sum += x;
+                    }
+                }
+                let colours = &row[columns.clone()];
+                let values = self.values[half].each_ref();
+                let there = values.map(|part| &self.row(part, y, offset)[columns.clone()]);
+                let here = values.map(|part| &self.row(part, y, [0, 0])[columns.clone()]);
+                for (sums, &strictness) in sums.iter_mut().zip(&comparison.strictness) {
+                    let scale = strictness * per_patch;
+                    let at = y * width;
+                    let weights = &mut sums.weights[half][at..][columns.clone()];
+                    let differences = sums.values[half].each_mut();
+                    let [r, g, b] = differences.map(|sum| &mut sum[at..][columns.clone()]);
+                    for i in 0..columns.len() {
+                        let w = weight((scale * colours[i]).max(guides[i]));
+                        weights[i] += w;
+                        r[i] += w * (there[0][i] - here[0][i]);
+                        g[i] += w * (there[1][i] - here[1][i]);
+                        b[i] += w * (there[2][i] - here[2][i]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Means from weighted sums of differences to the own value, which keep what is constant as it is. The own weight is 1.
+    fn normalise(&self, sums: &mut Sums) {
+        let width = self.size[0];
+        for half in [0, 1] {
+            for weight in &mut sums.weights[half] {
+                *weight = 1.0 / *weight;
+            }
+            for (sum, own) in sums.values[half].iter_mut().zip(&self.values[half]) {
+                for (y, sum) in sum.chunks_exact_mut(width).enumerate() {
+                    let own = self.row(own, y, [0, 0]);
+                    let weights = &sums.weights[half][y * width..];
+                    for ((sum, own), weight) in sum.iter_mut().zip(own).zip(weights) {
+                        *sum = own + *sum * weight;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What a pixel at this distance counts: 1 at 0, as exp(-d), and nothing from 4 on.
+#[inline]
+fn weight(distance: f32) -> f32 {
+    let root = (1.0 - 0.25 * distance.max(0.0)).max(0.0);
+    let square = root * root;
+    square * square
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A picture in grey, alike in both halves, with one variance everywhere.
+    fn halves(width: usize, values: Vec<f32>, variance: f32) -> Halves {
+        let plane = Plane::new(width, values.len() / width, values);
+        let variance = plane.like(|_| variance);
+        let grey = || [plane.clone(), plane.clone(), plane.clone()];
+        Halves {
+            values: [grey(), grey()],
+            variance: [variance.clone(), variance.clone(), variance],
+        }
+    }
+
+    fn comparison(reach: usize, patch: usize, strictness: f32) -> Comparison {
+        Comparison {
+            reach,
+            patch,
+            strictness: vec![strictness],
+        }
+    }
+
+    #[test]
+    fn weights_fall_as_the_exponential_does_and_then_are_none() {
+        assert_eq!([weight(-3.0), weight(0.0)], [1.0; 2]);
+        assert_eq!([weight(4.0), weight(f32::INFINITY)], [0.0; 2]);
+        for i in 0..40 {
+            let d = 0.1 * i as f32;
+            assert!((weight(d) - (-d).exp()).abs() < 0.08 && weight(d) > weight(d + 0.1));
+        }
+    }
+
+    #[test]
+    fn without_noise_nothing_is_mixed_that_differs() {
+        let values: Vec<f32> = (0..90).map(|i| 1.0 + 1e-4 * i as f32).collect();
+        let still = halves(10, values.clone(), 0.0);
+        let filtered = means(&still, &[], &comparison(3, 1, 1.0)).remove(0);
+        assert_eq!(filtered.values[0][1].values, values);
+        assert_eq!(filtered.own[1].values, [1.0; 90]);
+    }
+
+    #[test]
+    fn without_heed_of_colours_it_is_the_mean_of_what_is_near() {
+        // Larger than a tile, and not a multiple of one.
+        let values: Vec<f32> = (0..70 * 67).map(|i| ((i * 7919) % 101) as f32).collect();
+        let noisy = halves(70, values, 1.0);
+        let filtered = means(&noisy, &[], &comparison(2, 0, 0.0)).remove(0);
+        let expected = noisy.values[0][0].box_mean(2);
+        for (x, y) in filtered.values[0][2].values.iter().zip(&expected.values) {
+            assert!((x - y).abs() < 1e-3, "{x} {y}");
+        }
+        assert_eq!(filtered.own[0].values[0], 1.0 / 9.0);
+        assert_eq!(filtered.own[0].values[35 * 70 + 35], 1.0 / 25.0);
+    }
+
+    /// Of two levels, 10 standard errors apart, each pixel has the mean of those of its own.
+    #[test]
+    fn levels_far_apart_are_kept_apart() {
+        let values: Vec<f32> = (0..20 * 20)
+            .map(|i| if i % 20 < 10 { 0.0 } else { 10.0 })
+            .collect();
+        let noisy = halves(20, values.clone(), 1.0);
+        let filtered = means(&noisy, &[], &comparison(4, 0, 1.0)).remove(0);
+        assert_eq!(filtered.values[0][0].values, values);
+        assert_eq!(filtered.own[0].values[10 * 20 + 9], 1.0 / 45.0);
+    }
+}

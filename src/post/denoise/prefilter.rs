@@ -1,0 +1,70 @@
+//! Guides without their own noise: behind a lens or in motion, what is seen first is as random as the light that comes
+//! from it, and by the same samples. Weights by such guides would know of the noise that they are to average.
+//!
+//! Each of albedo, normal and the reciprocal of the distance is filtered by non-local means of its own, as colours are,
+//! but for the halves, which guides do not have.
+//!
+//! Measure: as in `guides.rs`.
+//! Range: guides without noise stay as they are.
+//! Source: Rousselle, Manzi and Zwicker 2013, section 4.2. Tested in `tests/denoise.rs`.
+
+use super::guides::FirstHitLayers;
+use super::means::{Comparison, Halves, means};
+use super::plane::Plane;
+
+/// How far away pixels are that are averaged.
+const REACH: usize = 4;
+
+/// The radius of patches.
+const PATCH: usize = 1;
+
+/// Guides are smooth in patches or not at all: noise of less than half of their expected distance passes.
+const STRICTNESS: f32 = 4.0;
+
+/// The guides with less noise, and standard errors of what is left.
+pub fn prefiltered(layers: &FirstHitLayers) -> FirstHitLayers {
+    let [of_albedo, of_normal, of_distance] = &layers.errors;
+    let (albedo, albedo_error) = cleaned(&layers.albedo, of_albedo, 1.0);
+    // The error of a normal is that of all three components together.
+    let (normal, normal_error) = cleaned(&layers.normal, of_normal, 3.0);
+    let distance = &layers.distance;
+    let near = distance.like(|i| 1.0 / distance.values[i]);
+    let near_error = near.like(|i| of_distance.values[i] * near.values[i] * near.values[i]);
+    let three = [near.clone(), near.clone(), near];
+    let ([near, ..], near_error) = cleaned(&three, &near_error, 1.0);
+    let distance = near.like(|i| 1.0 / near.values[i]);
+    let distance_error = near.like(|i| {
+        // Nothing is as uncertain as it was where nothing is seen.
+        if near.values[i] > 0.0 {
+            near_error.values[i] / (near.values[i] * near.values[i])
+        } else {
+            of_distance.values[i]
+        }
+    });
+    FirstHitLayers {
+        albedo,
+        normal,
+        distance,
+        errors: [albedo_error, normal_error, distance_error],
+    }
+}
+
+/// One guide without its noise, and the error that is left, of `parts` channels together.
+fn cleaned(channels: &[Plane; 3], error: &Plane, parts: f32) -> ([Plane; 3], Plane) {
+    let variance = error.like(|i| error.values[i] * error.values[i] / parts);
+    let same = Halves {
+        values: [channels.clone(), channels.clone()],
+        variance: [variance.clone(), variance.clone(), variance],
+    };
+    let comparison = Comparison {
+        reach: REACH,
+        patch: PATCH,
+        strictness: vec![STRICTNESS],
+    };
+    let mut filtered = means(&same, &[], &comparison);
+    let filtered = filtered.pop().expect("one filter for one strictness");
+    let [cleaned, _] = filtered.values;
+    // Of n equal numbers, of which each counts 1 / n, the mean has an n-th of the variance.
+    let left = error.like(|i| error.values[i] * filtered.own[0].values[i].sqrt());
+    (cleaned, left)
+}

@@ -1,0 +1,171 @@
+//! Whether error bars hold the truth as often as they say, and renders keep the error that they were asked for, with as many
+//! seeds as it takes to know: `make accuracy`. It prints the tables of docs/accuracy.md.
+//!
+//! Measure: shares of intervals in percent; true errors as multiples of those asked for.
+//! Range: ACCURACY_SEEDS pictures of each case, an eighth as many of each error asked for; ends with a panic that names the
+//! cases that are off.
+//! Source: accuracy protocol of docs/accuracy.md. It is a program and no test, since it takes the better part of an hour.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+use common::closed_forms::parallel_rectangle;
+use common::error_bars::{Coverage, Kept, settings};
+use common::room::floor_below;
+use common::scene::{film, ready, rectangle};
+use etendue::accel::Backend;
+use etendue::math::vec::DVec3;
+use etendue::render::settings::{RenderSettings, SamplerKind};
+use etendue::scene::description::{GeometryDescription, SceneDescription};
+use etendue::scene::load::load;
+use std::path::Path;
+
+/// Scenes that come with the program, and samples a pixel that show them with little noise.
+const SCENES: [(&str, u64); 6] = [
+    ("cornell-box/cornell-box", 1 << 16),
+    ("suzanne-room/suzanne-room", 1 << 16),
+    ("environment/environment", 1 << 16),
+    ("materials/materials", 1 << 16),
+    ("depth-of-field/depth-of-field", 1 << 16),
+    ("caustics/caustics", 1 << 16),
+];
+
+/// Scenes that are rendered until an error is reached.
+const TARGET_SCENES: [&str; 4] = [
+    "cornell-box/cornell-box",
+    "environment/environment",
+    "depth-of-field/depth-of-field",
+    "phong-lobes/phong-lobes",
+];
+
+/// The seed of truths: no picture that is held against one has it.
+const SEED_OF_TRUTH: u64 = 1 << 32;
+
+fn main() {
+    let seeds = std::env::var("ACCURACY_SEEDS");
+    let seeds: u64 = seeds.map_or(400, |text| {
+        text.parse().expect("ACCURACY_SEEDS is a number")
+    });
+    let mut off = Vec::new();
+    println!(
+        "| shares of unflagged intervals that hold the truth | 50 % | 80 % | 90 % | 95 % | 99 % | flagged | of these \
+         at 95 % |\n|---|---|---|---|---|---|---|---|"
+    );
+    closed_forms(seeds, &mut off);
+    pictures(seeds, &mut off);
+    println!(
+        "\n| error asked for | kept by | true error, as a share of it | foreseen within |\n|---|---|---|---|"
+    );
+    targets((seeds / 8).max(1), &mut off);
+    assert!(off.is_empty(), "off: {off:#?}");
+}
+
+/// Lamps above a floor, of which every pixel is a number with a closed form.
+fn closed_forms(seeds: u64, off: &mut Vec<String>) {
+    let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
+    let strip = rectangle([-2.0, 0.1, -0.1], [4.0, 0.0, 0.0], [0.0, 0.0, 0.2]);
+    let disk = GeometryDescription::Disk {
+        center: DVec3::Y,
+        normal: DVec3::NEG_Y,
+        radius: 1.0,
+    };
+    let sphere = GeometryDescription::Sphere {
+        center: 2.0 * DVec3::Y,
+        radius: 1.0,
+    };
+    // Half of what each lamp's form factor is: the floor's albedo.
+    let cases = [
+        (
+            "square lamp",
+            square,
+            2.0 * parallel_rectangle(1.0, 1.0, 1.0),
+        ),
+        (
+            "strip near the floor",
+            strip,
+            2.0 * parallel_rectangle(2.0, 0.1, 0.1),
+        ),
+        ("disk", disk, 0.25),
+        ("sphere", sphere, 0.125),
+    ];
+    for (name, lamp, exact) in cases {
+        let description = floor_below(lamp);
+        let scene = ready(&description, Backend::ALL[0]);
+        for sampler in SamplerKind::ALL {
+            for spp in [64, 512] {
+                let settings = RenderSettings {
+                    max_bounces: Some(1),
+                    ..settings(&description, *sampler, 0, spp)
+                };
+                let mut coverage = Coverage::default();
+                coverage.add_pictures((&scene, &description), &settings, seeds, |_| exact);
+                judge(
+                    &format!("{name}, {}, {spp} spp", sampler.name()),
+                    &coverage,
+                    off,
+                );
+            }
+        }
+    }
+}
+
+/// Whole pictures, held against ones of many more samples.
+fn pictures(seeds: u64, off: &mut Vec<String>) {
+    for (name, spp_of_truth) in SCENES {
+        let description = ours(name, (32, 32));
+        let scene = ready(&description, Backend::ALL[0]);
+        let truth = settings(
+            &description,
+            SamplerKind::Sobol,
+            SEED_OF_TRUTH,
+            spp_of_truth,
+        );
+        let truth = film(&scene, &description, &truth).develop();
+        let settings = settings(&description, SamplerKind::Sobol, 0, 256);
+        let mut coverage = Coverage::default();
+        coverage.add_pictures((&scene, &description), &settings, seeds, |index| {
+            f64::from(truth.pixels()[index].to_array()[1])
+        });
+        judge(&format!("{name}, sobol, 256 spp"), &coverage, off);
+    }
+}
+
+fn judge(case: &str, coverage: &Coverage, off: &mut Vec<String>) {
+    println!("| {case} |{coverage}");
+    off.extend(
+        coverage
+            .miscalibrated()
+            .map(|what| format!("{case}: {what}")),
+    );
+}
+
+/// Pictures that are rendered until an error is reached.
+fn targets(renders: u64, off: &mut Vec<String>) {
+    for name in TARGET_SCENES {
+        let description = ours(name, (16, 16));
+        let scene = ready(&description, Backend::ALL[0]);
+        let truth = settings(&description, SamplerKind::Sobol, SEED_OF_TRUTH, 1 << 18);
+        let truth = film(&scene, &description, &truth).develop();
+        for rel_rmse in [0.05, 0.02, 0.01] {
+            let kept = Kept::of(
+                (&scene, &description),
+                (SamplerKind::Sobol, rel_rmse),
+                renders,
+                &truth,
+            );
+            let case = format!("{name}, sobol, {} %", 100.0 * rel_rmse);
+            println!("| {case} |{kept}");
+            if 100 * kept.kept < 93 * kept.renders || kept.mean() < 0.75 {
+                off.push(format!("{case}: {kept}"));
+            }
+        }
+    }
+}
+
+/// A scene that comes with the program, small.
+fn ours(name: &str, size: (u32, u32)) -> SceneDescription {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.toml"));
+    let mut description = load(&file).expect("a scene of our own is valid");
+    description.film.size = size;
+    description
+}

@@ -1,0 +1,190 @@
+//! How often error bars hold the truth, and whether renders keep the error that they were asked for.
+//!
+//! Measure: shares of intervals; true errors as multiples of those asked for.
+//! Range: films with error bars; truths known much better than the pictures that are held against them.
+//! Source: docs/accuracy.md, "Error bars". A share of intervals is a binomial number.
+
+use super::scene::film;
+use etendue::film::Film;
+use etendue::film::filter::Filter;
+use etendue::image::Image;
+use etendue::image::metrics::rel_mse;
+use etendue::math::stats::student_quantile;
+use etendue::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
+use etendue::render::{Unwatched, render};
+use etendue::scene::Scene;
+use etendue::scene::description::SceneDescription;
+use std::fmt;
+
+/// Confidences, and how far the share of intervals that hold the truth may be from each.
+const LEVELS: [(f64, f64); 5] = [
+    (0.5, 0.02),
+    (0.8, 0.02),
+    (0.9, 0.018),
+    (0.95, 0.015),
+    (0.99, 0.01),
+];
+
+/// Settings with error bars.
+pub fn settings(
+    scene: &SceneDescription,
+    sampler: SamplerKind,
+    seed: u64,
+    spp: u64,
+) -> RenderSettings {
+    RenderSettings {
+        sampler,
+        seed,
+        bars: true,
+        ..RenderSettings::new(scene.film.size, spp)
+    }
+}
+
+/// Counts of intervals that hold the truth, of unflagged pixels and of flagged ones.
+#[derive(Default)]
+pub struct Coverage {
+    held: [[u64; LEVELS.len()]; 2],
+    counts: [u64; 2],
+}
+
+impl Coverage {
+    /// Takes the green channel of every pixel of a film in, given its expectation.
+    pub fn add(&mut self, film: &Film, truth: impl Fn(usize) -> f64) {
+        let errors = film.standard_errors().expect("it has bars");
+        let flags = film.flags().expect("it has bars");
+        let picture = film.develop();
+        let pixels = picture.pixels().iter().zip(errors.pixels()).zip(flags);
+        for (index, ((pixel, error), flag)) in pixels.enumerate() {
+            let [x, se] = [pixel, error].map(|it| f64::from(it.to_array()[1]));
+            let kind = usize::from(flag);
+            self.counts[kind] += 1;
+            let off = (x - truth(index)).abs();
+            for (held, (level, _)) in self.held[kind].iter_mut().zip(LEVELS) {
+                // Rounding to single precision comes on top.
+                let reach = student_quantile(16, level) * se + 2e-7 * x.abs();
+                *held += u64::from(off <= reach);
+            }
+        }
+    }
+
+    /// Takes pictures of several seeds in, given their expectation.
+    pub fn add_pictures(
+        &mut self,
+        (scene, description): (&Scene, &SceneDescription),
+        settings: &RenderSettings,
+        seeds: u64,
+        truth: impl Fn(usize) -> f64,
+    ) {
+        for seed in 0..seeds {
+            let settings = RenderSettings { seed, ..*settings };
+            self.add(&film(scene, description, &settings), &truth);
+        }
+    }
+
+    fn share(&self, kind: usize, level: usize) -> f64 {
+        self.held[kind][level] as f64 / self.counts[kind].max(1) as f64
+    }
+
+    /// The share of pixels whose bars are not to be trusted.
+    pub fn flagged(&self) -> f64 {
+        self.counts[1] as f64 / (self.counts[0] + self.counts[1]) as f64
+    }
+
+    /// Whether the intervals of unflagged pixels hold the truth as often as they say: which one does not.
+    pub fn miscalibrated(&self) -> Option<String> {
+        LEVELS
+            .into_iter()
+            .enumerate()
+            .find_map(|(level, (confidence, tolerance))| {
+                let share = self.share(0, level);
+                let is_off = self.counts[0] > 0 && (share - confidence).abs() > tolerance;
+                is_off.then(|| format!("{share} of intervals at {confidence}"))
+            })
+    }
+}
+
+/// A row of a table: the shares in percent of unflagged intervals at each level, the share flagged, and that of flagged
+/// intervals at 95 %.
+impl fmt::Display for Coverage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let percent = |kind, level| match self.counts[kind] {
+            0 => String::new(),
+            _ => format!("{:.1}", 100.0 * self.share(kind, level)),
+        };
+        for level in 0..LEVELS.len() {
+            write!(f, " {} |", percent(0, level))?;
+        }
+        write!(f, " {:.1} | {} |", 100.0 * self.flagged(), percent(1, 3))
+    }
+}
+
+/// How renders kept the error that they were asked for.
+#[derive(Default)]
+pub struct Kept {
+    /// Renders.
+    pub renders: u64,
+    /// Those whose true error was at most that.
+    pub kept: u64,
+    sum: f64,
+    /// The worst factor between the samples foreseen and those taken, as a logarithm.
+    off: f64,
+}
+
+impl Kept {
+    /// Renders with several seeds until the error is reached, and compares with the truth.
+    pub fn of(
+        (scene, description): (&Scene, &SceneDescription),
+        (sampler, rel_rmse): (SamplerKind, f64),
+        renders: u64,
+        truth: &Image,
+    ) -> Self {
+        let filter = Filter::new(&description.film.filter);
+        let mut this = Self::default();
+        for seed in 0..renders {
+            let target = ErrorTarget {
+                rel_rmse,
+                confidence: 0.95,
+            };
+            let settings = RenderSettings {
+                budget: Budget {
+                    error: Some(target),
+                    ..Budget::default()
+                },
+                ..settings(description, sampler, seed, 1)
+            };
+            let size = description.film.size;
+            let rendered = render(scene, &filter, size, &settings, &Unwatched);
+            let rendered = rendered.expect("the settings are valid");
+            assert!(rendered.reached);
+            let error = rel_mse(&rendered.film.develop(), truth).expect("the same size");
+            let share = error.sqrt() / rel_rmse;
+            this.renders += 1;
+            this.kept += u64::from(share <= 1.0);
+            this.sum += share;
+            if let Some(predicted) = rendered.predicted {
+                let off = (predicted.spp as f64 / rendered.spp as f64).ln().abs();
+                this.off = this.off.max(off);
+            }
+        }
+        this
+    }
+
+    /// The mean of the true errors, as a share of what was asked for.
+    pub fn mean(&self) -> f64 {
+        self.sum / self.renders as f64
+    }
+
+    /// The worst factor between the samples that were foreseen and those that were taken.
+    pub fn worst_factor(&self) -> f64 {
+        self.off.exp()
+    }
+}
+
+/// A row of a table.
+impl fmt::Display for Kept {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { kept, renders, .. } = self;
+        let (mean, factor) = (self.mean(), self.worst_factor());
+        write!(f, " {kept} of {renders} | {mean:.2} | {factor:.2} |")
+    }
+}

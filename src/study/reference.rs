@@ -100,7 +100,14 @@ impl References {
         }
     }
 
-    /// The variance of the mean of both, relative, by pixel and channel: of one difference each, so rough.
+    /// The standard error of the mean luminance of both, by how far they are apart in each pixel.
+    pub fn luminance_error(&self) -> f64 {
+        let pairs = self.one.pixels().iter().zip(self.two.pixels());
+        let squares = pairs.map(|(a, b)| 0.25 * f64::from(a.luminance() - b.luminance()).powi(2));
+        squares.sum::<f64>().sqrt() / self.weights.len() as f64
+    }
+
+    /// The variance of the mean of both, by pixel and channel: of one difference each, so rough.
     pub fn variance_of_mean(&self) -> Vec<[f64; 3]> {
         let pairs = self.one.pixels().iter().zip(self.two.pixels());
         let of_pixel = |(a, b): (&crate::math::rgb::Rgb, &crate::math::rgb::Rgb)| {

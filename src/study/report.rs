@@ -66,8 +66,10 @@ pub struct ReferenceReport {
     pub seconds: [Seconds; 2],
     /// Their seeds.
     pub seeds: [u64; 2],
-    /// Mean luminance of each, and the standard error of the mean of both.
+    /// Mean luminance of each.
     pub luminances: [f64; 2],
+    /// The standard error of the mean of both.
+    pub luminance_error: f64,
     /// How far from the truth they are.
     pub noise: ReferenceNoise,
 }

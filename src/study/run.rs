@@ -276,6 +276,7 @@ impl Study<'_> {
             seconds: [0, 1].map(|index| shots[index].1.seconds),
             seeds: [0, 1].map(|index| shots[index].0),
             luminances,
+            luminance_error: references.luminance_error(),
             noise: references.noise(),
         });
         Ok(Some(references))

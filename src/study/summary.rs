@@ -9,7 +9,7 @@ use super::bootstrap::{Dealer, REPLICAS, Ranged};
 use super::fit::{Curve, ErrorLevel, Reached, Slope, TimeLaw};
 use super::gram::Estimate;
 use super::report::{LevelReport, StudyReport, VariantStudy};
-use crate::math::stats::Moments;
+use crate::math::stats::{Moments, student_p_value};
 use serde::Serialize;
 
 /// Roots of relMSE of which the time is told.
@@ -70,10 +70,12 @@ pub struct LevelSummary {
 pub struct Bias {
     /// The squared bias, relative, of the last levels together.
     pub squared: Estimate,
-    /// The probability of one as large by chance.
+    /// The probability of one as large by chance, in the squares or in the light of the whole picture.
     pub p: f64,
     /// Whether that is too little to be chance.
     pub is_found: bool,
+    /// Whether it is found in the squares already, so that its size is known; else in the light.
+    pub is_square_found: bool,
     /// With a confidence of 95 %, the root of the squared bias is at most this.
     pub at_most: f64,
     /// Mean luminance over that of the references - 1, and what it may be off by with a confidence of 95 %.
@@ -98,7 +100,9 @@ pub fn summaries(report: &StudyReport) -> Vec<(usize, Summary)> {
         return Vec::new();
     };
     let mut dealer = Dealer::new(report.seed);
-    let luminance = Moments::of(reference.luminances);
+    let [one, two] = reference.luminances;
+    // Of as many differences as there are pixels, so certain.
+    let luminance = [0.5 * (one + two), reference.luminance_error];
     let mut efficiencies: Vec<(usize, Vec<f64>)> = Vec::new();
     let mut all = Vec::new();
     for (index, study) in report.variants.iter().enumerate() {
@@ -147,7 +151,7 @@ pub fn curve(levels: &[LevelReport], seed: u64) -> Curve {
 
 fn summary(
     study: &VariantStudy,
-    reference: Moments,
+    reference: [f64; 2],
     shared: f64,
     dealer: &mut Dealer,
 ) -> Option<(Summary, Vec<f64>)> {
@@ -218,7 +222,7 @@ fn efficiency(level: &LevelReport, dealer: &mut Dealer) -> (Ranged, Vec<f64>) {
 }
 
 /// The squared bias does not depend on the samples, its noise does: levels count by how little they have.
-fn bias(levels: &[LevelReport], reference: Moments, shared: f64) -> Option<Bias> {
+fn bias(levels: &[LevelReport], reference: [f64; 2], shared: f64) -> Option<Bias> {
     let used = levels.iter().rev().take(BIAS_LEVELS);
     let weight = |level: &LevelReport| {
         let (n, spp) = (level.runs.len() as f64, level.spp as f64);
@@ -228,24 +232,49 @@ fn bias(levels: &[LevelReport], reference: Moments, shared: f64) -> Option<Bias>
     let parts = used.map(|level| Some((weight(level) / total, level.gram.squared_bias()?)));
     let mut squared = Estimate::sum(&parts.collect::<Option<Vec<_>>>()?);
     squared.standard_error = squared.standard_error.hypot(shared);
-    let p = squared.p_above_zero();
-    let last = levels.last()?;
-    let light = Moments::of(last.runs.iter().map(|run| run.luminance));
-    let off = light.mean() / reference.mean() - 1.0;
-    let error = Estimate {
-        value: off,
-        standard_error: light.standard_error()?.hypot(reference.standard_error()?)
-            / reference.mean(),
-        freedom: light.count() as f64 - 1.0,
+    let light = light(levels, reference)?;
+    let t = light.value / light.standard_error;
+    let of_light = match t.is_nan() {
+        true => 1.0,
+        false => student_p_value(t, light.freedom),
     };
+    let of_square = squared.p_above_zero();
+    // Bonferroni: of two tests, either may find it.
+    let p = (2.0 * of_square.min(of_light)).min(1.0);
     Some(Bias {
         squared,
         p,
         is_found: p < SIGNIFICANT,
+        is_square_found: 2.0 * of_square < SIGNIFICANT,
         // One-sided.
         at_most: (squared.value.max(0.0) + squared.margin(0.90)).sqrt(),
-        light: [off, error.margin(0.95)],
+        light: [light.value, light.margin(0.95)],
     })
+}
+
+/// How much brighter the last levels are than the references; they count by their samples.
+fn light(levels: &[LevelReport], [reference, reference_error]: [f64; 2]) -> Option<Estimate> {
+    let used = levels.iter().rev().take(BIAS_LEVELS);
+    let weight = |level: &LevelReport| (level.runs.len() as u64 * level.spp) as f64;
+    let total: f64 = used.clone().map(weight).sum();
+    let part = |level: &LevelReport| {
+        let light = Moments::of(level.runs.iter().map(|run| run.luminance));
+        let estimate = Estimate {
+            value: light.mean() / reference - 1.0,
+            standard_error: light.standard_error()? / reference,
+            freedom: light.count() as f64 - 1.0,
+        };
+        Some((weight(level) / total, estimate))
+    };
+    let mut light = Estimate::sum(&used.map(part).collect::<Option<Vec<_>>>()?);
+    light.standard_error = light.standard_error.hypot(reference_error / reference);
+    // Renders without noise leave that of the references.
+    light.freedom = if light.freedom > 0.0 {
+        light.freedom
+    } else {
+        1.0
+    };
+    Some(light)
 }
 
 fn tenth(
@@ -258,7 +287,7 @@ fn tenth(
     let Some((spp, mse, _)) = curve.last() else {
         return Tenth::Unknown;
     };
-    if bias.is_found && bias.squared.value > 0.01 * mse {
+    if bias.is_square_found && bias.squared.value > 0.01 * mse {
         return Tenth::Never(bias.squared.value.sqrt());
     }
     let Some(slope) = slope.filter(|slope| slope.b.low > 0.0 && last.runs.len() > 1) else {

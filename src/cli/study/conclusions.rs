@@ -5,7 +5,7 @@
 //! Source: none needed. Tested below.
 
 use super::Findings;
-use super::wording::{number, percent, ranged, reached, seconds};
+use super::wording::{number, percent, ranged, reached, seconds, signed_percent};
 use crate::study::fit::Reached;
 use crate::study::summary::{Summary, Tenth};
 
@@ -20,11 +20,17 @@ pub fn of_findings(findings: &Findings<'_>) -> Vec<String> {
         all.iter().partition(|summary| summary.bias.is_found);
     sentences.extend(best(&right, first));
     for summary in &wrong {
+        let pixels = match summary.bias.is_square_found {
+            true => format!(
+                ", its pixels by {} (root of relMSE)",
+                percent(summary.bias.squared.value.max(0.0).sqrt())
+            ),
+            false => String::new(),
+        };
         sentences.push(format!(
-            "`{}` renders another picture: it is off by {} (root of relMSE) however long it renders, and its light by {}.",
+            "`{}` renders another picture: its light is off by {}{pixels}, however long it renders.",
             summary.name,
-            percent(summary.bias.squared.value.max(0.0).sqrt()),
-            percent(summary.bias.light[0]),
+            signed_percent(summary.bias.light[0], summary.bias.light[1]),
         ));
     }
     let best = right

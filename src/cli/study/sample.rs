@@ -86,6 +86,7 @@ pub fn report() -> StudyReport {
             seconds: [Seconds::default(); 2],
             seeds: [1, 2],
             luminances: [0.499, 0.501],
+            luminance_error: 1e-3,
             noise: ReferenceNoise {
                 rel_mse: 1e-5,
                 product_deviation: 1e-7,

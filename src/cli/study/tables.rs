@@ -52,7 +52,7 @@ pub fn times(findings: &Findings<'_>) -> Table {
     let heads = TARGETS.map(|target| numbers(percent(target)));
     let row = |(_, summary): &(usize, Summary)| {
         let cells = summary.times.iter().map(|(target, time)| {
-            let is_beyond_bias = summary.bias.is_found
+            let is_beyond_bias = summary.bias.is_square_found
                 && summary.bias.squared.value - summary.bias.squared.margin(0.95) > target * target;
             reached(time, is_beyond_bias)
         });
@@ -149,7 +149,7 @@ pub fn bias(findings: &Findings<'_>) -> Table {
             }
             .to_owned(),
             probability(bias.p),
-            match bias.is_found {
+            match bias.is_square_found {
                 true => percent(bias.squared.value.max(0.0).sqrt()),
                 false => format!("< {}", percent(bias.at_most)),
             },
@@ -162,7 +162,7 @@ pub fn bias(findings: &Findings<'_>) -> Table {
     };
     Table {
         title: "Bias and error bars".to_owned(),
-        says: "Bias is what no time takes away. It is found where chance alone makes one as large with p < 0.001; its size is the root of its share of relMSE, or what it is below with 95 % confidence; light is how much brighter the whole picture is. The last columns say how often 95 % bars held the reference, and how many pixels said that their bars are not to be trusted."
+        says: "Bias is what no time takes away. It is found where chance alone makes one as large with p < 0.001, in the squares of pixels or in the light of the whole picture; its size is the root of its share of relMSE, or what it is below with 95 % confidence; light is how much brighter the whole picture is. The last columns say how often 95 % bars held the reference, and how many pixels said that their bars are not to be trusted."
             .to_owned(),
         head: vec![
             words("variant"),

@@ -23,6 +23,7 @@ mod replay;
 mod report;
 mod settings;
 mod stats;
+mod study;
 mod table;
 
 use crate::error::{Error, ErrorKind};
@@ -47,6 +48,7 @@ pub fn run() -> ExitCode {
     let result = match &arguments.verb {
         Verb::Render(render) => render::run(render),
         Verb::Plan(plan) => plan::run(plan),
+        Verb::Study(study) => study::run(study),
         Verb::Compare(compare) => compare::run(compare),
         Verb::Denoise(denoise) => denoise::run(denoise),
         Verb::Bench(bench) => bench::run(bench),

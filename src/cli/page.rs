@@ -5,6 +5,9 @@
 //! Source: HTML Living Standard. Tested in `tests/bench_command.rs`.
 
 use super::{chart, plot};
+use crate::image::{Image, png_bytes};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The page, with its title.
@@ -39,6 +42,17 @@ pub fn prose(text: &str) -> Markup {
     }
 }
 
+/// A picture within the page, with its name and what it says; it stands in a `div.pictures`.
+pub fn picture(name: &str, says: &str, image: &Image) -> Markup {
+    let png = STANDARD.encode(png_bytes(image, 0.0));
+    html! {
+        figure.picture {
+            img alt=(name) width=(image.width()) height=(image.height()) src={ "data:image/png;base64," (png) };
+            figcaption { strong { (prose(name)) } br; (prose(says)) }
+        }
+    }
+}
+
 /// What pages look like.
 pub const STYLE: &str = "
 :root { color-scheme: light dark; --ground: #fff; --text: #1c2026; --faint: #59616b; --line: #d4d8dd; --track: #eef0f2;
@@ -63,6 +77,9 @@ table { border-collapse: collapse; font-size: .9rem; }
 th, td { padding: .2rem .75rem .2rem 0; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
 th { color: var(--faint); font-weight: 600; white-space: nowrap; }
 .number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+.pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 14rem), 1fr)); gap: 1rem; margin: .8rem 0; }
+.picture { margin: 0; break-inside: avoid; font-size: .9rem; font-variant-numeric: tabular-nums; }
+.picture img { display: block; width: 100%; height: auto; image-rendering: pixelated; margin-bottom: .3rem; }
 tr { break-inside: avoid; } summary { cursor: pointer; color: var(--faint); }
 ";
 

@@ -62,9 +62,7 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
     let mut costs = None;
     if arguments.cost {
         let (width, height) = description.film.size;
-        description.film.size = arguments
-            .size
-            .unwrap_or_else(|| of_pixels(width, height, PIXELS));
+        description.film.size = arguments.size.unwrap_or_else(|| small(width, height));
         let settings = CostSettings {
             accel,
             spp: arguments.spp,
@@ -83,9 +81,9 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
     print(table(&report).as_bytes())
 }
 
-/// The size of about so many pixels with the shape of another.
-fn of_pixels(width: u32, height: u32, pixels: f64) -> (u32, u32) {
-    let scale = (pixels / (f64::from(width) * f64::from(height)))
+/// The size of a picture with the shape of another, and with few pixels, since it is rendered often.
+pub fn small(width: u32, height: u32) -> (u32, u32) {
+    let scale = (PIXELS / (f64::from(width) * f64::from(height)))
         .sqrt()
         .min(1.0);
     let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);

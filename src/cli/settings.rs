@@ -65,12 +65,18 @@ pub fn settings(
         window,
         ..of_scene
     };
-    if may_be_endless(&settings) {
-        return Err(Error::usage(
-            "without roulette a path between white walls never ends: give --max-bounces too, such as --max-bounces 1000",
-        ));
-    }
+    refuse_endless(&settings)?;
     Ok(settings)
+}
+
+/// Refuses settings with which a path may never end.
+pub fn refuse_endless(settings: &RenderSettings) -> Result<()> {
+    match may_be_endless(settings) {
+        true => Err(Error::usage(
+            "without roulette a path between white walls never ends: give --max-bounces too, such as --max-bounces 1000",
+        )),
+        false => Ok(()),
+    }
 }
 
 /// Whether nothing but absorption ends a path.

@@ -11,6 +11,7 @@ mod denoise;
 mod lesson;
 mod plan;
 mod render;
+mod study;
 mod values;
 
 pub use battery::BatteryArguments;
@@ -20,6 +21,7 @@ pub use denoise::DenoiseArguments;
 pub use lesson::LessonArguments;
 pub use plan::PlanArguments;
 pub use render::RenderArguments;
+pub use study::StudyArguments;
 
 use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::render::settings::available_threads;
@@ -42,6 +44,9 @@ pub enum Verb {
     Render(Box<RenderArguments>),
     /// Print which effects a scene calls for, why, and which kernel renders it.
     Plan(PlanArguments),
+    /// Plot error against time for ways to render a scene: which is quickest to an error, whether it is right, and what
+    /// better costs.
+    Study(StudyArguments),
     /// Say how far one picture is from another, where, and whether they tend to the same: for people, and for scripts as
     /// `idiff` is used.
     Compare(CompareArguments),

@@ -12,8 +12,8 @@ mod json;
 mod sample;
 mod scene_tables;
 mod scenes;
-mod tables;
-mod wording;
+pub(super) mod tables;
+pub(super) mod wording;
 
 use super::args::{BenchArguments, ProgressMode};
 use super::durations::format_duration;

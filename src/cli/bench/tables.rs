@@ -7,36 +7,44 @@
 use super::compare::{self, Mean, reference};
 use super::scene_tables;
 use super::wording::{count, digits, ratio};
-use crate::bench::report::BenchReport;
+use crate::bench::report::{BenchReport, Machine};
 use crate::bench::target::Target;
 use crate::cli::table::{Table, numbers, words};
 
 /// What everything was measured on.
 pub fn machine(report: &BenchReport) -> Table {
-    let machine = &report.machine;
-    let or_unknown = |text: &str, otherwise: &str| match text {
-        "" => otherwise.to_owned(),
-        text => text.to_owned(),
-    };
-    let rows = [
-        ("etendue", report.version.to_owned()),
-        ("processor", or_unknown(&machine.processor, "unknown")),
-        ("processors that it may use", machine.processors.to_string()),
-        ("threads that traced", report.threads.to_string()),
-        ("system", machine.system.clone()),
-        ("Embree", or_unknown(&machine.embree, "not in this build")),
-        (
-            "runs for each number",
+    let mut rows = machine_rows(&report.machine, report.version);
+    rows.extend([
+        vec!["threads that traced".to_owned(), report.threads.to_string()],
+        vec![
+            "runs for each number".to_owned(),
             format!("{} ({} of building)", report.rounds, report.build_rounds),
-        ),
-    ];
+        ],
+    ]);
     Table {
         title: "The machine".to_owned(),
         says: "What everything here was measured on. Times of another machine differ, and so may their ratios."
             .to_owned(),
         head: vec![words("what"), words("which")],
-        rows: rows.map(|(what, which)| vec![what.to_owned(), which]).to_vec(),
+        rows,
     }
+}
+
+/// A machine and a version of the program, as rows of what and which.
+pub fn machine_rows(machine: &Machine, version: &str) -> Vec<Vec<String>> {
+    let or_unknown = |text: &str, otherwise: &str| match text {
+        "" => otherwise.to_owned(),
+        text => text.to_owned(),
+    };
+    let rows = [
+        ("etendue", version.to_owned()),
+        ("processor", or_unknown(&machine.processor, "unknown")),
+        ("processors that it may use", machine.processors.to_string()),
+        ("system", machine.system.clone()),
+        ("Embree", or_unknown(&machine.embree, "not in this build")),
+    ];
+    rows.map(|(what, which)| vec![what.to_owned(), which])
+        .to_vec()
 }
 
 /// Each backend over each scene.

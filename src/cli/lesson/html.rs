@@ -6,13 +6,10 @@
 
 use super::wording::{number_table, technique_table};
 use super::{Done, command};
-use crate::cli::page::{prose, styled_page};
+use crate::cli::page::{self, prose, styled_page};
 use crate::cli::plot;
-use crate::image::png_bytes;
 use crate::lesson::page::{Finding, Formula, Page, Picture};
 use crate::lesson::topic::Topic;
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, PreEscaped, html};
 use pulldown_latex::config::{DisplayMode, RenderConfig};
 use pulldown_latex::{Parser, Storage};
@@ -151,14 +148,7 @@ fn tabled(table: &crate::cli::table::Table) -> Markup {
 }
 
 fn shown(picture: &Picture) -> Markup {
-    let png = STANDARD.encode(png_bytes(&picture.image, 0.0));
-    let (width, height) = (picture.image.width(), picture.image.height());
-    html! {
-        figure.picture {
-            img alt=(picture.name) width=(width) height=(height) src={ "data:image/png;base64," (png) };
-            figcaption { strong { (prose(&picture.name)) } br; (prose(&picture.says)) }
-        }
-    }
+    page::picture(&picture.name, &picture.says, &picture.image)
 }
 
 /// What lessons look like beyond what all pages do.
@@ -167,9 +157,6 @@ const STYLE: &str = "
 .math { overflow-x: auto; overflow-y: hidden; font-size: 1.2rem; padding: .2rem 0; }
 math { font-family: 'Latin Modern Math', 'STIX Two Math', 'Cambria Math', math; }
 .math > math { margin: 0 auto; }
-.pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 14rem), 1fr)); gap: 1rem; margin: .8rem 0; }
-.picture { margin: 0; break-inside: avoid; font-size: .9rem; font-variant-numeric: tabular-nums; }
-.picture img { display: block; width: 100%; height: auto; image-rendering: pixelated; margin-bottom: .3rem; }
 .way { display: flex; flex-wrap: wrap; justify-content: space-between; gap: .2rem 1rem; font-size: .9rem; }
 .way a { margin: 0; } .foot { margin-top: 2.5rem; border-top: 1px solid var(--line); padding-top: .8rem; }
 .contents li { margin: .5rem 0; } td:first-child { min-width: 6.5rem; }

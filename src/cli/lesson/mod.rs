@@ -8,7 +8,7 @@
 mod html;
 mod json;
 mod text;
-mod wording;
+pub(super) mod wording;
 
 pub use wording::significant;
 

@@ -1,0 +1,228 @@
+//! `etendue study`: error against time for ways to render a scene, as tables, as JSON, as CSV and as a page.
+//!
+//! Measure: that of `study/report.rs` and `study/summary.rs`.
+//! Range: any scene that loads. What is measured is written round by round, so that an end by Ctrl-C or a kill keeps it.
+//! Source: docs/accuracy.md, "The study". Tested in `tests/study_command.rs`.
+
+mod conclusions;
+mod csv;
+mod html;
+mod json;
+mod plots;
+#[cfg(test)]
+mod sample;
+mod tables;
+mod wording;
+
+use super::args::{ProgressMode, StudyArguments};
+use super::durations::format_duration;
+use super::output::{Watcher, time_left};
+use super::plan::small;
+use super::settings::refuse_endless;
+use super::{Outcome, print};
+use crate::bench::machine::machine;
+use crate::bench::report::Machine;
+use crate::error::{Error, Result};
+use crate::image::atomic::{check_creatable, write_atomically};
+use crate::render::RenderObserver;
+use crate::render::settings::{RenderSettings, SamplerKind};
+use crate::scene::description::SceneDescription;
+use crate::scene::load;
+use crate::study::report::StudyReport;
+use crate::study::settings::{StudyObserver, StudySettings};
+use crate::study::summary::{Summary, summaries};
+use crate::study::variant::{Choice, Variant};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Time between two times that unfinished measurements are written.
+const BETWEEN_WRITES: Duration = Duration::from_secs(5);
+
+/// What is written: the report, what follows from it, and what it was measured on and by.
+pub struct Findings<'a> {
+    pub report: &'a StudyReport,
+    pub summaries: Vec<(usize, Summary)>,
+    pub machine: &'a Machine,
+    pub command: &'a str,
+}
+
+pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
+    let start = Instant::now();
+    let mode = match arguments.quiet {
+        true => ProgressMode::None,
+        false => arguments.progress,
+    };
+    let watcher = Watcher::new(mode)?;
+    let mut description = load::load(&arguments.scene)?;
+    let full_size = description.film.size;
+    let (width, height) = full_size;
+    description.film.size = match arguments.size {
+        Some(size) => size,
+        None if arguments.full_size => full_size,
+        None => small(width, height),
+    };
+    let settings = settings(arguments, &description)?;
+    let files = Files::new(arguments)?;
+    let keeper = Keeper {
+        watcher: &watcher,
+        start: Instant::now(),
+        files: &files,
+        last: Mutex::new(Instant::now()),
+        failure: Mutex::new(None),
+    };
+    let report = crate::study::run(&description, full_size, &settings, &keeper);
+    watcher.finish();
+    let report = report.inspect_err(|_| files.forsake())?;
+    keeper.result()?;
+
+    let findings = files.findings(&report);
+    write(&files.json, &json::of_findings(&findings))?;
+    write(&files.csv, &csv::of_report(&report))?;
+    write(&files.html, &html::of_findings(&findings))?;
+    if arguments.json {
+        print(json::of_findings(&findings).as_bytes())?;
+    } else {
+        print(tables::markdown(&findings).as_bytes())?;
+    }
+    if !arguments.quiet {
+        let end = if report.complete {
+            "done"
+        } else {
+            "interrupted"
+        };
+        let time = format_duration(start.elapsed());
+        eprintln!("{}: {end} after {time}", files.html.display());
+    }
+    Ok(match report.complete {
+        true => Outcome::Done,
+        false => Outcome::Interrupted,
+    })
+}
+
+fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Result<StudySettings> {
+    let options = arguments.tracing.options();
+    let base = RenderSettings {
+        threads: options.threads,
+        ..RenderSettings::of_scene(description)?
+    };
+    let mut choices: Vec<Choice> = arguments.vary.iter().flat_map(|v| v.0.clone()).collect();
+    if choices.is_empty() {
+        // Whether points that are spread evenly pay is what most users have not seen of their own scene.
+        choices = vec![
+            Choice::Sampler(SamplerKind::Independent),
+            Choice::Sampler(SamplerKind::Sobol),
+        ];
+    }
+    let variants = Variant::all(&Variant::new(base, options), &choices);
+    for variant in &variants {
+        refuse_endless(&variant.settings)?;
+    }
+    Ok(StudySettings {
+        budget: arguments.budget.as_secs_f64(),
+        seed: arguments.seed,
+        options,
+        variants,
+        schedule: None,
+    })
+}
+
+/// Where a study is written to, what it runs on, and the command that measured it.
+struct Files {
+    folder: PathBuf,
+    json: PathBuf,
+    csv: PathBuf,
+    html: PathBuf,
+    machine: Machine,
+    command: String,
+}
+
+impl Files {
+    /// Makes the folder, and sees to it that all files can be written before anything is measured.
+    fn new(arguments: &StudyArguments) -> Result<Self> {
+        let folder = &arguments.out;
+        std::fs::create_dir_all(folder)
+            .map_err(|error| Error::io("cannot make the folder", folder, error))?;
+        let words = std::env::args().skip(1);
+        let command: Vec<String> = ["etendue".to_owned()].into_iter().chain(words).collect();
+        let files = Self {
+            json: folder.join("study.json"),
+            csv: folder.join("study.csv"),
+            html: folder.join("study.html"),
+            folder: folder.clone(),
+            machine: machine(),
+            command: command.join(" "),
+        };
+        for file in [&files.json, &files.csv, &files.html] {
+            check_creatable(file)?;
+        }
+        Ok(files)
+    }
+
+    fn findings<'a>(&'a self, report: &'a StudyReport) -> Findings<'a> {
+        Findings {
+            report,
+            summaries: summaries(report),
+            machine: &self.machine,
+            command: &self.command,
+        }
+    }
+
+    /// Takes the folder away if it is empty: of a study that could not begin, nothing is left.
+    fn forsake(&self) {
+        let _ = std::fs::remove_dir(&self.folder);
+    }
+}
+
+fn write(path: &Path, text: &str) -> Result<()> {
+    write_atomically(path, |writer| writer.write_all(text.as_bytes()))
+}
+
+/// Shows progress, passes Ctrl-C on, and writes what is measured while it goes on.
+struct Keeper<'a> {
+    watcher: &'a Watcher,
+    start: Instant,
+    files: &'a Files,
+    last: Mutex<Instant>,
+    /// Why writing failed, which ends the study.
+    failure: Mutex<Option<Error>>,
+}
+
+impl Keeper<'_> {
+    /// Whether everything could be written.
+    fn result(self) -> Result<()> {
+        let failure = self.failure.into_inner();
+        match failure.unwrap_or_else(PoisonError::into_inner) {
+            Some(error) => Err(error),
+            None => Ok(()),
+        }
+    }
+}
+
+impl StudyObserver for Keeper<'_> {
+    fn progress(&self, fraction: f64, what: &str) {
+        self.watcher.show(fraction, || {
+            let left = time_left(fraction, self.start.elapsed());
+            left.map_or(what.to_owned(), |left| format!("{what}, {left} left"))
+        });
+    }
+
+    fn is_cancelled(&self) -> bool {
+        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        failure.is_some() || self.watcher.is_cancelled()
+    }
+
+    fn report(&self, report: &StudyReport) {
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.elapsed() < BETWEEN_WRITES {
+            return;
+        }
+        let json = json::of_findings(&self.files.findings(report));
+        if let Err(error) = write(&self.files.json, &json) {
+            let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+            failure.get_or_insert(error);
+        }
+        *last = Instant::now();
+    }
+}

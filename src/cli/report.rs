@@ -121,13 +121,16 @@ impl Job<'_> {
             .map(|(width, height)| format!("{width}x{height}"));
         let backend =
             (tracing.backend != Backend::ALL[0]).then(|| tracing.backend.name().to_owned());
+        // Its value is one that may be left out.
+        let adaptive = flags.adaptive;
+        let adaptive = adaptive.map(|how| format!(" --adaptive={}", how.name()));
+        let has_bars = flags.layers || flags.denoise.is_some();
         let precision = tracing.precision;
         let precision = (precision != Precision::Robust).then(|| precision.name().to_owned());
         [
             ("size", size),
             ("spp", flags.spp.map(|spp| spp.to_string())),
             ("sampler", flags.sampler.map(|it| it.name().to_owned())),
-            ("adaptive", flags.adaptive.map(|it| it.name().to_owned())),
             (
                 "integrator",
                 flags.integrator.map(|it| it.name().to_owned()),
@@ -143,9 +146,10 @@ impl Job<'_> {
             ("error", flags.error.map(|error| error.to_string())),
         ]
         .into_iter()
-        .filter_map(|(flag, value)| value.map(|value| format!(" --{flag}={value}")))
+        .filter_map(|(flag, value)| value.map(|value| format!(" --{flag} {value}")))
+        .chain(adaptive)
         // Error bars deal samples out to batches.
-        .chain(flags.layers.then(|| " --layers".to_owned()))
+        .chain(has_bars.then(|| " --layers".to_owned()))
         .collect()
     }
 

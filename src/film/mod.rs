@@ -179,8 +179,9 @@ impl Film {
         let [width, height] = [self.window.width, self.window.height];
         let mut image = vec![Rgb::BLACK; self.window.pixel_count() as usize];
         for tile in &self.tiles {
-            for (pixel, bars) in tile.window.pixels().zip(tile.bars.as_ref()?) {
-                let mean = bars.half_mean(tile.samples);
+            let pixels = tile.window.pixels().zip(tile.bars.as_ref()?);
+            for (place, (pixel, bars)) in pixels.enumerate() {
+                let mean = bars.half_mean(tile.count(place));
                 image[self.index(pixel)] = Rgb::from(mean.map(|x| x as f32));
             }
         }
@@ -270,5 +271,23 @@ mod tests {
         );
         assert!((a.rel_rmse - b.rel_rmse).abs() < 1e-12);
         assert!(a.upper_bound > a.rel_rmse);
+    }
+
+    #[test]
+    fn a_half_has_the_mean_of_its_own_samples_also_where_pixels_differ_in_their_number() {
+        let mut film = Film::new(WINDOW, 4).with_bars().with_counts();
+        for tile in film.tiles_mut() {
+            tile.samples = 16;
+            let counts = tile.counts.as_mut().expect("it has counts");
+            let bars = tile.bars.as_mut().expect("it has bars");
+            for (place, (count, bars)) in counts.iter_mut().zip(bars).enumerate() {
+                *count = 16 * (1 + place as u64 % 3);
+                for sample in 0..*count {
+                    bars.add(sample, Rgb::grey(3.0));
+                }
+            }
+        }
+        let half = film.develop_half().expect("it has bars");
+        assert!(half.pixels().iter().all(|&pixel| pixel == Rgb::grey(3.0)));
     }
 }

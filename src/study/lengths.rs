@@ -6,11 +6,11 @@
 //! Range: at least one round; shares of time are as rough as timings of that length are.
 //! Source: none needed. Tested in `tests/study.rs`.
 
-use super::settings::Watch;
 use super::stage::Stage;
 use super::variant::Variant;
 use crate::error::Result;
 use crate::math::stats::{Moments, Spread};
+use crate::render::RenderObserver;
 use serde::Serialize;
 
 /// Limits that are tried, before none.
@@ -46,7 +46,7 @@ pub fn bounce_costs(
     variant: &Variant,
     spp: u64,
     seeds: &[u64],
-    watch: &Watch<'_>,
+    watch: &dyn RenderObserver,
 ) -> Result<Option<Vec<BounceCost>>> {
     let mut rounds = Vec::new();
     for &seed in seeds {

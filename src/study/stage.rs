@@ -5,15 +5,14 @@
 //! Source: `render/`. Tested in `tests/study.rs`.
 
 use super::clock::{Seconds, Stopwatch};
-use super::settings::Watch;
 use super::variant::Variant;
 use crate::accel::AccelOptions;
 use crate::effects::EffectSet;
 use crate::error::Result;
 use crate::film::Film;
 use crate::film::filter::Filter;
-use crate::render::render;
 use crate::render::settings::{Budget, RenderSettings};
+use crate::render::{RenderObserver, render};
 use crate::scene::Scene;
 use crate::scene::description::SceneDescription;
 use crate::scene::prepare::prepare;
@@ -115,7 +114,7 @@ impl Stage {
         &self,
         variant: &Variant,
         settings: &RenderSettings,
-        watch: &Watch<'_>,
+        watch: &dyn RenderObserver,
     ) -> Result<Option<Shot>> {
         let scene = self.scene(variant.options);
         let stopwatch = Stopwatch::start();

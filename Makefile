@@ -53,7 +53,7 @@ instructions: setup ## Counts instructions a sample, of the chosen kernel and of
 check: setup ## Runs the gates: format, lints, documentation, without a warning.
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets -- -D warnings
-	$(CARGO) clippy --test soak -- -D warnings
+	$(CARGO) clippy --test accuracy --test soak -- -D warnings
 	$(CARGO) clippy --all-targets --no-default-features --features cli -- -D warnings
 	$(CARGO) clippy --all-targets --no-default-features -- -D warnings
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --workspace --no-deps

@@ -68,7 +68,7 @@ impl Denoised {
     pub fn says(&self) -> String {
         let error = match self.filtered.error {
             Some(FilteredError { before, after }) => format!(
-                ", error about {} of {} unfiltered",
+                ", error about {} (unfiltered, by the same measure, {})",
                 format_percent(after),
                 format_percent(before)
             ),

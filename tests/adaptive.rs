@@ -4,7 +4,7 @@
 mod common;
 
 use common::TestRng;
-use common::room::{LAMP, room};
+use common::room::with_metal_ball;
 use common::scene::{film, ready};
 use common::verdict::{assert_mean, sidak};
 use etendue::accel::Backend;
@@ -205,21 +205,7 @@ fn a_lone_pixel_and_a_black_picture_get_what_there_is() {
 
 /// A room with a small ball of rough metal, which throws light about beside it.
 fn room_with_metal(size: (u32, u32), roughness: f64) -> SceneDescription {
-    let mut description = room(&format!(
-        r#"{LAMP}
-[[material]]
-name = "metal"
-type = "conductor"
-preset = "gold"
-roughness = {roughness}
-
-[[shape]]
-type = "sphere"
-material = "metal"
-center = [0.5, 0.25, 0.4]
-radius = 0.25
-"#
-    ));
+    let mut description = with_metal_ball(roughness, [0.5, 0.25, 0.4], 0.25);
     description.film.size = size;
     description
 }

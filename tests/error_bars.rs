@@ -7,7 +7,7 @@ mod common;
 
 use common::closed_forms::parallel_rectangle;
 use common::error_bars::{Coverage, Kept, settings};
-use common::room::{LAMP, floor_below, room};
+use common::room::{floor_below, with_metal_ball};
 use common::scene::{film, ready, rectangle};
 use etendue::accel::Backend;
 use etendue::image::Image;
@@ -84,21 +84,7 @@ fn bars_of_rare_events_are_flagged() {
 
 /// A room with a lamp and a ball of metal, given how rough that is.
 fn room_with_metal(roughness: f64) -> SceneDescription {
-    let mut description = room(&format!(
-        r#"{LAMP}
-[[material]]
-name = "metal"
-type = "conductor"
-preset = "gold"
-roughness = {roughness}
-
-[[shape]]
-type = "sphere"
-material = "metal"
-center = [0.3, 0.5, 0]
-radius = 0.5
-"#
-    ));
+    let mut description = with_metal_ball(roughness, [0.3, 0.5, 0.0], 0.5);
     description.film.size = (32, 32);
     description
 }

@@ -12,6 +12,7 @@ mod denoise;
 mod durations;
 mod info;
 mod job;
+mod keeper;
 mod layers;
 mod lesson;
 mod output;

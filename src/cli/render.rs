@@ -33,24 +33,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     let watcher = Watcher::new(mode)?;
     let outputs = outputs(arguments);
     if arguments.pixel.is_none() {
-        for output in &outputs {
-            image::check_writable(output)?;
-        }
-        let is_exr = |path: &PathBuf| {
-            path.extension()
-                .is_some_and(|it| it.eq_ignore_ascii_case("exr"))
-        };
-        if arguments.layers && !outputs.iter().any(is_exr) {
-            return Err(Error::usage(
-                "--layers needs an output with room for them, such as -o image.exr",
-            ));
-        }
-        if let Some(filter) = arguments.denoise {
-            filter.check()?;
-        }
-        if let Some(stats) = &arguments.stats {
-            check_creatable(stats)?;
-        }
+        check(arguments, &outputs)?;
     }
     let mut description = load::load(&arguments.scene)?;
     if let Some(size) = arguments.size {
@@ -114,6 +97,26 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     times.write = writing.elapsed().as_secs_f64();
     times.total = start.elapsed().as_secs_f64();
     job.report(&outputs, &rendered, error, denoised.as_ref(), times)
+}
+
+/// Whether all that comes after the last sample can be done.
+fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
+    for output in outputs {
+        image::check_writable(output)?;
+    }
+    let is_exr = |path: &PathBuf| {
+        path.extension()
+            .is_some_and(|it| it.eq_ignore_ascii_case("exr"))
+    };
+    if arguments.layers && !outputs.iter().any(is_exr) {
+        return Err(Error::usage(
+            "--layers needs an output with room for them, such as -o image.exr",
+        ));
+    }
+    if let Some(filter) = arguments.denoise {
+        filter.check()?;
+    }
+    arguments.stats.as_deref().map_or(Ok(()), check_creatable)
 }
 
 /// The image files to write.

@@ -14,10 +14,9 @@ use crate::accel::{Backend, Precision};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::film::ErrorEstimate;
-use crate::image::atomic::write_atomically;
+use crate::image::atomic::write_text;
 use crate::render::adaptive::Adaptive;
 use crate::render::{Rejected, Rendered, kernel};
-use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -39,7 +38,7 @@ impl Job<'_> {
             ..self.stats(rendered, error, times)
         };
         if let Some(path) = &self.arguments.stats {
-            write_atomically(path, |file| file.write_all(stats.to_json().as_bytes()))?;
+            write_text(path, &stats.to_json())?;
         }
         if self.arguments.json {
             print(stats.to_json().as_bytes())?;

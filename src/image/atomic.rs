@@ -29,6 +29,11 @@ pub fn write_atomically(
     Ok(())
 }
 
+/// Replaces the file at `path` by `text`.
+pub fn write_text(path: &Path, text: &str) -> Result<()> {
+    write_atomically(path, |writer| writer.write_all(text.as_bytes()))
+}
+
 /// Whether [`write_atomically`] could write to `path` now.
 pub fn check_creatable(path: &Path) -> Result<()> {
     let cannot_write = |cause| Error::io("cannot write", path, cause);

@@ -60,6 +60,25 @@ pub fn room(more: &str) -> SceneDescription {
     load_text(&format!("{ROOM}{more}"))
 }
 
+/// The room with its lamp and a ball of gold, given how rough that is.
+pub fn with_metal_ball(roughness: f64, center: [f64; 3], radius: f64) -> SceneDescription {
+    room(&format!(
+        r#"{LAMP}
+[[material]]
+name = "metal"
+type = "conductor"
+preset = "gold"
+roughness = {roughness}
+
+[[shape]]
+type = "sphere"
+material = "metal"
+center = {center:?}
+radius = {radius}
+"#
+    ))
+}
+
 /// A floor of albedo 0.5, of which one point is seen, below a shape that emits.
 pub fn floor_below(lamp: GeometryDescription) -> SceneDescription {
     let mut scene = looking(DVec3::new(0.0, 0.5, 0.8), DVec3::ZERO, diffuse(0.5));

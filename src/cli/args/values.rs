@@ -62,32 +62,25 @@ pub fn parse_numbers<const N: usize>(text: &str) -> Result<[u32; N], String> {
         .ok_or_else(|| format!("expected {N} whole numbers of pixels, separated by commas"))
 }
 
-/// A share above 0 and below 1, also in percent.
-pub fn parse_share(text: &str) -> Result<f64, String> {
+/// A number, also in percent.
+fn parse_ratio(text: &str) -> Option<f64> {
     let (number, unit) = match text.trim().strip_suffix('%') {
         Some(number) => (number, 0.01),
         None => (text.trim(), 1.0),
     };
-    number
-        .trim()
-        .parse()
-        .ok()
-        .map(|number: f64| unit * number)
+    number.trim().parse().ok().map(|number: f64| unit * number)
+}
+
+/// A share above 0 and below 1, also in percent.
+pub fn parse_share(text: &str) -> Result<f64, String> {
+    parse_ratio(text)
         .filter(|share| *share > 0.0 && *share < 1.0)
         .ok_or_else(|| "expected a share above 0 and below 1, such as 1% or 0.01".to_owned())
 }
 
 /// A finite number from 0 on, also in percent.
 pub fn parse_limit(text: &str) -> Result<f64, String> {
-    let (number, unit) = match text.trim().strip_suffix('%') {
-        Some(number) => (number, 0.01),
-        None => (text.trim(), 1.0),
-    };
-    number
-        .trim()
-        .parse()
-        .ok()
-        .map(|number: f64| unit * number)
+    parse_ratio(text)
         .filter(|limit| limit.is_finite() && *limit >= 0.0)
         .ok_or_else(|| "expected a number from 0 on, such as 1% or 0.01".to_owned())
 }

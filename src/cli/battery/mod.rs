@@ -17,11 +17,10 @@ use crate::battery::case::{Case, Effort};
 use crate::battery::report::{BatteryReport, CaseReport};
 use crate::battery::{BatteryObserver, BatterySettings, cases, run as run_cases};
 use crate::error::{Error, Result};
-use crate::image::atomic::{check_creatable, write_atomically};
+use crate::image::atomic::{check_creatable, write_text};
 use crate::math::verdict::Verdict;
 use crate::render::RenderObserver;
 use crate::render::settings::available_threads;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
@@ -164,11 +163,8 @@ impl Files {
     }
 
     fn write(&self, report: &BatteryReport) -> Result<()> {
-        let write = |path: &Path, text: String| {
-            write_atomically(path, |writer| writer.write_all(text.as_bytes()))
-        };
-        write(&self.json, json::of_report(report, &self.command))?;
-        write(&self.html, html::of_report(report, &self.command))
+        write_text(&self.json, &json::of_report(report, &self.command))?;
+        write_text(&self.html, &html::of_report(report, &self.command))
     }
 }
 

@@ -17,19 +17,17 @@ pub(super) mod wording;
 
 use super::args::{BenchArguments, ProgressMode};
 use super::durations::format_duration;
-use super::output::{Watcher, time_left};
+use super::keeper::Keeper;
+use super::output::Watcher;
 use super::{Outcome, print};
 use crate::accel::Backend;
 use crate::bench::report::BenchReport;
 use crate::bench::settings::{BenchObserver, BenchSettings};
 use crate::bench::target::Target;
 use crate::error::{Error, Result};
-use crate::image::atomic::{check_creatable, write_atomically};
-use crate::render::RenderObserver;
+use crate::image::atomic::{check_creatable, write_text};
 use crate::render::settings::available_threads;
-use std::io::Write;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 pub fn run(arguments: &BenchArguments) -> Result<Outcome> {
@@ -49,19 +47,17 @@ pub fn run(arguments: &BenchArguments) -> Result<Outcome> {
         note(text);
     }
     let files = Files::new(arguments)?;
-    let keeper = Keeper {
-        watcher: &watcher,
-        start: Instant::now(),
+    let kept = KeptBench {
+        keeper: Keeper::new(&watcher),
         files: &files,
-        failure: Mutex::new(None),
     };
-    let report = crate::bench::run(&scenes, &settings(arguments), &keeper);
+    let report = crate::bench::run(&scenes, &settings(arguments), &kept);
     watcher.finish();
     let report = report?;
-    keeper.result()?;
+    kept.keeper.result()?;
 
     let page = html::of_report(&report, &files.command);
-    write(&files.html, &page)?;
+    write_text(&files.html, &page)?;
     if arguments.json {
         print(json::of_report(&report, &files.command).as_bytes())?;
     } else {
@@ -130,48 +126,23 @@ impl Files {
     }
 }
 
-fn write(path: &std::path::Path, text: &str) -> Result<()> {
-    write_atomically(path, |writer| writer.write_all(text.as_bytes()))
-}
-
-/// Shows progress, passes Ctrl-C on, and writes what is measured as soon as it is.
-struct Keeper<'a> {
-    watcher: &'a Watcher,
-    start: Instant,
+/// Keeps what is measured in the report's file.
+struct KeptBench<'a> {
+    keeper: Keeper<'a>,
     files: &'a Files,
-    /// Why writing failed, which ends the bench.
-    failure: Mutex<Option<Error>>,
 }
 
-impl Keeper<'_> {
-    /// Whether everything could be written.
-    fn result(self) -> Result<()> {
-        let failure = self.failure.into_inner();
-        match failure.unwrap_or_else(PoisonError::into_inner) {
-            Some(error) => Err(error),
-            None => Ok(()),
-        }
-    }
-}
-
-impl BenchObserver for Keeper<'_> {
+impl BenchObserver for KeptBench<'_> {
     fn progress(&self, fraction: f64, what: &str) {
-        self.watcher.show(fraction, || {
-            let left = time_left(fraction, self.start.elapsed());
-            left.map_or(what.to_owned(), |left| format!("{what}, {left} left"))
-        });
+        self.keeper.show(fraction, what);
     }
 
     fn is_cancelled(&self) -> bool {
-        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
-        failure.is_some() || self.watcher.is_cancelled()
+        self.keeper.is_cancelled()
     }
 
     fn report(&self, report: &BenchReport) {
         let json = json::of_report(report, &self.files.command);
-        if let Err(error) = write(&self.files.json, &json) {
-            let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
-            failure.get_or_insert(error);
-        }
+        self.keeper.keep(&self.files.json, &json);
     }
 }

@@ -17,14 +17,13 @@ use super::durations::format_duration;
 use super::output::{Watcher, time_left};
 use super::{Outcome, print};
 use crate::error::{Error, Result};
-use crate::image::atomic::{check_creatable, write_atomically};
+use crate::image::atomic::{check_creatable, write_text};
 use crate::lesson::page::Page;
 use crate::lesson::topic::{LessonObserver, Settings, Topic};
 use crate::lesson::{self, TOPICS};
 use crate::math::verdict::Verdict;
 use crate::render::RenderObserver;
 use crate::render::settings::available_threads;
-use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -164,7 +163,7 @@ impl<'a> Site<'a> {
                 file: self.file(topic),
             });
             if self.arguments.all {
-                write(
+                write_text(
                     &self.index(),
                     &html::index(&done, self.topics, settings.seed),
                 )?;
@@ -177,7 +176,7 @@ impl<'a> Site<'a> {
     fn write(&self, topic: &Topic, page: &Page) -> Result<()> {
         let neighbours = if self.arguments.all { self.topics } else { &[] };
         let command = command(topic.name, self.arguments.seed);
-        write(
+        write_text(
             &self.file(topic),
             &html::of_page(topic, page, neighbours, &command),
         )?;
@@ -191,10 +190,6 @@ impl<'a> Site<'a> {
 /// The command that makes a page again.
 fn command(what: &str, seed: u64) -> String {
     format!("etendue lesson {what} --seed {seed}")
-}
-
-fn write(path: &std::path::Path, text: &str) -> Result<()> {
-    write_atomically(path, |writer| writer.write_all(text.as_bytes()))
 }
 
 /// Shows progress and passes Ctrl-C on.

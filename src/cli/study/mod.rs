@@ -16,15 +16,15 @@ mod wording;
 
 use super::args::{ProgressMode, StudyArguments};
 use super::durations::format_duration;
-use super::output::{Watcher, time_left};
+use super::keeper::Keeper;
+use super::output::Watcher;
 use super::plan::small;
 use super::settings::refuse_endless;
 use super::{Outcome, print};
 use crate::bench::machine::machine;
 use crate::bench::report::Machine;
 use crate::error::{Error, Result};
-use crate::image::atomic::{check_creatable, write_atomically};
-use crate::render::RenderObserver;
+use crate::image::atomic::{check_creatable, write_text};
 use crate::render::settings::{RenderSettings, SamplerKind};
 use crate::scene::description::SceneDescription;
 use crate::scene::load;
@@ -32,8 +32,7 @@ use crate::study::report::StudyReport;
 use crate::study::settings::{StudyObserver, StudySettings};
 use crate::study::summary::{Summary, summaries};
 use crate::study::variant::{Choice, Variant};
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -65,22 +64,20 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
     };
     let settings = settings(arguments, &description)?;
     let files = Files::new(arguments)?;
-    let keeper = Keeper {
-        watcher: &watcher,
-        start: Instant::now(),
+    let kept = KeptStudy {
+        keeper: Keeper::new(&watcher),
         files: &files,
         last: Mutex::new(Instant::now()),
-        failure: Mutex::new(None),
     };
-    let report = crate::study::run(&description, full_size, &settings, &keeper);
+    let report = crate::study::run(&description, full_size, &settings, &kept);
     watcher.finish();
     let report = report.inspect_err(|_| files.forsake())?;
-    keeper.result()?;
+    kept.keeper.result()?;
 
     let findings = files.findings(&report);
-    write(&files.json, &json::of_findings(&findings))?;
-    write(&files.csv, &csv::of_report(&report))?;
-    write(&files.html, &html::of_findings(&findings))?;
+    write_text(&files.json, &json::of_findings(&findings))?;
+    write_text(&files.csv, &csv::of_report(&report))?;
+    write_text(&files.html, &html::of_findings(&findings))?;
     if arguments.json {
         print(json::of_findings(&findings).as_bytes())?;
     } else {
@@ -175,42 +172,20 @@ impl Files {
     }
 }
 
-fn write(path: &Path, text: &str) -> Result<()> {
-    write_atomically(path, |writer| writer.write_all(text.as_bytes()))
-}
-
-/// Shows progress, passes Ctrl-C on, and writes what is measured while it goes on.
-struct Keeper<'a> {
-    watcher: &'a Watcher,
-    start: Instant,
+/// Keeps what is measured in the report's file, from time to time.
+struct KeptStudy<'a> {
+    keeper: Keeper<'a>,
     files: &'a Files,
     last: Mutex<Instant>,
-    /// Why writing failed, which ends the study.
-    failure: Mutex<Option<Error>>,
 }
 
-impl Keeper<'_> {
-    /// Whether everything could be written.
-    fn result(self) -> Result<()> {
-        let failure = self.failure.into_inner();
-        match failure.unwrap_or_else(PoisonError::into_inner) {
-            Some(error) => Err(error),
-            None => Ok(()),
-        }
-    }
-}
-
-impl StudyObserver for Keeper<'_> {
+impl StudyObserver for KeptStudy<'_> {
     fn progress(&self, fraction: f64, what: &str) {
-        self.watcher.show(fraction, || {
-            let left = time_left(fraction, self.start.elapsed());
-            left.map_or(what.to_owned(), |left| format!("{what}, {left} left"))
-        });
+        self.keeper.show(fraction, what);
     }
 
     fn is_cancelled(&self) -> bool {
-        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
-        failure.is_some() || self.watcher.is_cancelled()
+        self.keeper.is_cancelled()
     }
 
     fn report(&self, report: &StudyReport) {
@@ -219,10 +194,7 @@ impl StudyObserver for Keeper<'_> {
             return;
         }
         let json = json::of_findings(&self.files.findings(report));
-        if let Err(error) = write(&self.files.json, &json) {
-            let mut failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
-            failure.get_or_insert(error);
-        }
+        self.keeper.keep(&self.files.json, &json);
         *last = Instant::now();
     }
 }

@@ -11,7 +11,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly quick_targets="lamps lib light pixels roulette sampling tracing"
+readonly quick_targets="lib lights sampling scattering tracing"
 readonly table="${OUT:-out}/mutants/mutants.md"
 readonly log="${OUT:-out}/mutants/last.log"
 readonly most_seconds=1200
@@ -34,7 +34,7 @@ build() {
     while read -r line; do
         case "$line" in
             *"Executable unittests src/lib.rs ("*) target=lib ;;
-            *"Executable tests/"*) target="${line#*tests/}" target="${target%%.rs *}" ;;
+            *"Executable tests/"*) target="${line#*tests/}" target="${target%%.rs *}" target="${target%/main}" ;;
             *) continue ;;
         esac
         line="${line##*(}"

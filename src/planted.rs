@@ -35,7 +35,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "area-pdf-without-cosine",
         "a density per area becomes one per steradian without the light's cosine",
-        "light::samples_cover_the_solid_angle",
+        "lights::light::samples_cover_the_solid_angle",
     ),
     bug(
         "origin-not-offset",
@@ -55,7 +55,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "shadow-ray-cut-short",
         "shadow rays end a thousandth before the light",
-        "tracing::a_segment_sees_an_occluder_right_before_the_light_but_not_the_light",
+        "tracing::rays::a_segment_sees_an_occluder_right_before_the_light_but_not_the_light",
     ),
     bug(
         "balance-heuristic",
@@ -65,7 +65,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "cone-pdf-off-by-two",
         "the density in a cone is half of what it is",
-        "sampling::cones_disk_and_triangle_are_uniform",
+        "sampling::warps::cones_disk_and_triangle_are_uniform",
     ),
     bug(
         "alias-off-by-one",
@@ -75,7 +75,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "shuffle-in-one-cycle",
         "the shuffle of Latin hypercubes leaves nothing in its place",
-        "integration_course::intervals_are_matched_in_every_way_alike",
+        "sampling::integration::intervals_are_matched_in_every_way_alike",
     ),
     bug(
         "light-and-bsdf-share-numbers",
@@ -90,12 +90,12 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "sobol-order-shared",
         "all decisions of a sample take the same place in Sobol's sequence",
-        "sampler::sobol_decisions_take_orders_of_their_own",
+        "sampling::sampler::sobol_decisions_take_orders_of_their_own",
     ),
     bug(
         "strata-shared-by-decisions",
         "all decisions of a sample lie in the same stratum",
-        "stratified::decisions_and_pixels_know_nothing_of_one_another",
+        "sampling::stratified::decisions_and_pixels_know_nothing_of_one_another",
     ),
     bug(
         "half-a-texel",
@@ -105,7 +105,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "normals-by-the-matrix",
         "an instance's normals are transformed as its directions are",
-        "instance_surfaces::a_triangle_has_the_points_and_normals_of_the_same_triangle_in_the_world",
+        "tracing::instance_surfaces::a_triangle_has_the_points_and_normals_of_the_same_triangle_in_the_world",
     ),
     bug(
         "normals-of-exchanged-corners",
@@ -115,27 +115,27 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "one-percent-of-albedo",
         "matte surfaces reflect one percent less along a path",
-        "furnace::white_diffuse_and_mirror_give_everything_back",
+        "scattering::furnace::white_diffuse_and_mirror_give_everything_back",
     ),
     bug(
         "half-vector-jacobian",
         "a mirrored direction has the density of its half vector",
-        "bsdf::directions_follow_their_density",
+        "scattering::bsdf::directions_follow_their_density",
     ),
     bug(
         "shadowing-uncorrelated",
         "masking and shadowing are multiplied as if they were independent",
-        "furnace::compensated_white_metal_gives_everything_back",
+        "scattering::furnace::compensated_white_metal_gives_everything_back",
     ),
     bug(
         "refraction-jacobian",
         "the half vector of refraction has the index of the wrong side in its Jacobian",
-        "bsdf::directions_follow_their_density",
+        "scattering::bsdf::directions_follow_their_density",
     ),
     bug(
         "eta-squared-forgotten",
         "refracted radiance is not scaled by the square of the index",
-        "furnace::smooth_glass_gives_everything_back",
+        "scattering::furnace::smooth_glass_gives_everything_back",
     ),
     bug(
         "facets-met-but-once",
@@ -145,22 +145,22 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "lobe-left-out-of-pdf",
         "the principled density leaves out the lobe of light between facets",
-        "bsdf::directions_follow_their_density",
+        "scattering::bsdf::directions_follow_their_density",
     ),
     bug(
         "choice-left-out-of-pdf",
         "the density of a light met by chance leaves out the choice of the light",
-        "light::lights_are_chosen_by_power",
+        "lights::light::lights_are_chosen_by_power",
     ),
     bug(
         "cone-cancels",
         "one minus the cosine of a small sphere's cone is subtracted in single precision",
-        "light::sphere_cones_keep_their_digits",
+        "lights::light::sphere_cones_keep_their_digits",
     ),
     bug(
         "environment-half-a-texel",
         "directions to an environment are half a texel off",
-        "environment::directions_follow_their_density",
+        "lights::environment::directions_follow_their_density",
     ),
     bug(
         "focus-on-a-sphere",
@@ -170,12 +170,12 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "departure-ignored",
         "a primitive just left counts even where it cannot truly be met",
-        "tracing::what_has_just_been_left_is_passed_up_to_its_free_distance",
+        "tracing::rays::what_has_just_been_left_is_passed_up_to_its_free_distance",
     ),
     bug(
         "box-without-slack",
         "the test of boxes does not allow for its rounding",
-        "tracing::robust_tracing_lets_nothing_out_of_a_closed_mesh",
+        "tracing::rays::robust_tracing_lets_nothing_out_of_a_closed_mesh",
     ),
     bug(
         "film-in-single-precision",
@@ -185,17 +185,17 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "alpha-number-reused",
         "the number that passed one veil decides about the next one as well",
-        "materials::a_veiled_sphere_is_met_twice",
+        "scattering::materials::a_veiled_sphere_is_met_twice",
     ),
     bug(
         "sides-unchecked",
         "a shading normal may reflect light to below the surface",
-        "shading_normals::no_light_comes_through_what_is_opaque",
+        "scattering::shading_normals::no_light_comes_through_what_is_opaque",
     ),
     bug(
         "long-rays-exact",
         "a shadow ray's end is bounded as if the ray had no length",
-        "tracing::a_long_segment_does_not_end_on_its_light",
+        "tracing::rays::a_long_segment_does_not_end_on_its_light",
     ),
     bug(
         "rounded-before-centred",
@@ -215,72 +215,72 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "roulette-on-radiance",
         "what survives roulette has its radiance divided by the probability, not its throughput",
-        "roulette::no_roulette_changes_what_a_highlight_shows",
+        "rendering::roulette::no_roulette_changes_what_a_highlight_shows",
     ),
     bug(
         "roulette-takes-a-spent-number",
         "roulette takes a number that has chosen the direction",
-        "roulette::no_roulette_changes_what_a_highlight_shows",
+        "rendering::roulette::no_roulette_changes_what_a_highlight_shows",
     ),
     bug(
         "roulette-without-division",
         "what survives roulette is not divided by its probability",
-        "roulette::no_roulette_changes_what_a_highlight_shows",
+        "rendering::roulette::no_roulette_changes_what_a_highlight_shows",
     ),
     bug(
         "light-without-cosine",
         "light sampling leaves out the cosine at the surface",
-        "lamps::a_large_lamp_lights_by_its_form_factor",
+        "lights::lamps::a_large_lamp_lights_by_its_form_factor",
     ),
     bug(
         "shadows-as-the-shutter-opens",
         "shadow rays are traced at the time when the shutter opens",
-        "motion::moving_shadows_average_over_time",
+        "rendering::motion::moving_shadows_average_over_time",
     ),
     bug(
         "mirror-weighted-as-what-it-shows",
         "light seen in a mirror is weighted as if seen from where the mirror was",
-        "lamps::a_lamp_in_a_mirror_lights_as_its_image_does",
+        "lights::lamps::a_lamp_in_a_mirror_lights_as_its_image_does",
     ),
     bug(
         "heuristics-mixed",
         "light sampling is weighted by the balance heuristic, scattering by the power heuristic",
-        "lamps::a_large_lamp_lights_by_its_form_factor",
+        "lights::lamps::a_large_lamp_lights_by_its_form_factor",
     ),
     bug(
         "filter-weight-dropped",
         "a filter's negative lobes count as positive",
-        "pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
+        "rendering::pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
     ),
     bug(
         "half-a-pixel",
         "pixels have their centre at their corner",
-        "pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
+        "rendering::pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
     ),
     bug(
         "passes-repeat-samples",
         "each pass takes the same samples again",
-        "pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
+        "rendering::pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
     ),
     bug(
         "pixels-ask-their-own-pilot",
         "a pixel's own pilot decides how many samples it gets",
-        "adaptive::rare_events_have_their_mean_in_two_phases",
+        "rendering::adaptive::rare_events_have_their_mean_in_two_phases",
     ),
     bug(
         "neighbours-of-either-colour-tell",
         "pixels decide about neighbours that decide about them",
-        "adaptive::no_pixel_is_asked_about_itself",
+        "rendering::adaptive::no_pixel_is_asked_about_itself",
     ),
     bug(
         "denoise-ignores-variance",
         "the noise filter measures differences by the colours, not by their noise",
-        "denoise::bias_vanishes_as_the_noise_does",
+        "rendering::denoise::bias_vanishes_as_the_noise_does",
     ),
     bug(
         "denoise-own-weights",
         "a half of the picture is filtered by weights of its own",
-        "denoise::noise_of_any_distribution_keeps_its_mean",
+        "rendering::denoise::noise_of_any_distribution_keeps_its_mean",
     ),
 ];
 

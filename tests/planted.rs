@@ -37,6 +37,7 @@ fn planted_in(text: &str) -> impl Iterator<Item = &str> {
 fn file_of(killer: &str) -> (PathBuf, &str) {
     let (modules, test) = killer.rsplit_once("::").expect("target::test");
     let Some(modules) = modules.strip_prefix("lib::") else {
+        let modules = modules.replace("::", "/");
         return (root().join(format!("tests/{modules}.rs")), test);
     };
     let modules = modules.trim_end_matches("::tests").replace("::", "/");

@@ -2,7 +2,7 @@
 //!
 //! Measure: as [`Ray`] and [`Hit`].
 //! Range: any number of rays; a ray that is not finite, or not active, hits nothing.
-//! Source: Embree's manual, "Ray packets". Tested in `tests/batches.rs`.
+//! Source: Embree's manual, "Ray packets". Tested in `tests/tracing/batches.rs`.
 
 use super::{Hit, PrimitiveId};
 use crate::math::ray::Ray;

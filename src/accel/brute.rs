@@ -2,7 +2,7 @@
 //!
 //! Measure: normalised scene units; time from 0 to 1.
 //! Range: any scene, in time proportional to its primitives.
-//! Source: none needed. Tested in `tests/tracing.rs`.
+//! Source: none needed. Tested in `tests/tracing/rays.rs`.
 
 use super::primitive::{self, DRay};
 use super::{Hit, PrimitiveId};

@@ -6,7 +6,7 @@
 //!
 //! Measure: normalised scene units; `t` in multiples of the direction's length.
 //! Range: finite rays; a ray that is not finite hits nothing.
-//! Source: the hit contract is Embree's. Tested in `tests/tracing.rs` against the brute-force oracle.
+//! Source: the hit contract is Embree's. Tested in `tests/tracing/rays.rs` against the brute-force oracle.
 
 pub mod batch;
 pub mod brute;

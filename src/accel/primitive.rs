@@ -3,7 +3,7 @@
 //! Measure: normalised scene units, or a group's own units with the ray brought there.
 //! Range: any ray and primitive; a degenerate triangle is never hit.
 //! Source: `math/triangle.rs` for triangles; the sphere's quadratic in the stable form of Kahan. Tested in
-//! `tests/tracing.rs`.
+//! `tests/tracing/rays.rs`.
 
 use crate::geometry::Geometry;
 use crate::math::ray::Ray;

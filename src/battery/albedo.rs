@@ -2,7 +2,7 @@
 //!
 //! Measure: a share; refraction is counted in basic radiance, L / n^2, which a furnace has the same of in both media.
 //! Range: any direction of view off the surface's plane.
-//! Source: the mean of f cos / pdf over a model's own samples. Tested in `tests/battery.rs` and `tests/furnace.rs`.
+//! Source: the mean of f cos / pdf over a model's own samples. Tested in `tests/rendering/battery.rs` and `tests/scattering/furnace.rs`.
 
 use crate::bench::random::Random;
 use crate::bsdf::Bsdf;

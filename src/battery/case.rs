@@ -2,7 +2,7 @@
 //!
 //! Measure: said by each case.
 //! Range: any backend and seed; what a case needs of them it says in its name.
-//! Source: docs/hard-cases.md. Tested in `tests/battery.rs`.
+//! Source: docs/hard-cases.md. Tested in `tests/rendering/battery.rs`.
 
 use super::claim::Claim;
 use super::staging::{Look, see};

@@ -2,7 +2,7 @@
 //!
 //! Measure: radiance of a floor of albedo 1/2 under light of radiance 1; form factors.
 //! Range: lights from a millionth of their size away to a hundred million times.
-//! Source: Howell's catalogue; Lambert 1760. Tested in `tests/battery.rs`.
+//! Source: Howell's catalogue; Lambert 1760. Tested in `tests/rendering/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;

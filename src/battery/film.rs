@@ -3,7 +3,7 @@
 //!
 //! Measure: radiance; pixels.
 //! Range: all filters; fields of view from 1e-6 to 179.9 degrees.
-//! Source: a filter has unit integral. Tested in `tests/battery.rs`.
+//! Source: a filter has unit integral. Tested in `tests/rendering/battery.rs`.
 
 use super::case::{Case, Effort};
 use super::claim::Claim;

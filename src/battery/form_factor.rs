@@ -2,7 +2,7 @@
 //!
 //! Measure: the share of the radiosity that leaves the first shape of a scene and meets the second, the light.
 //! Range: sixteen replicates of as many points as the effort says.
-//! Source: F = 1/A integral over points and directions of cos V L / pi. Tested in `tests/battery.rs`.
+//! Source: F = 1/A integral over points and directions of cos V L / pi. Tested in `tests/rendering/battery.rs`.
 
 use super::case::Trial;
 use super::staging::ready;

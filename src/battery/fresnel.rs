@@ -2,7 +2,7 @@
 //!
 //! Measure: reflectances.
 //! Range: indices from 1 to 1.5 from either side.
-//! Source: closed forms of the means by Egan and Hilgeman 1973. Tested in `tests/battery.rs`.
+//! Source: closed forms of the means by Egan and Hilgeman 1973. Tested in `tests/rendering/battery.rs`.
 
 use super::case::{Case, Effort};
 use super::claim::Claim;

@@ -4,7 +4,7 @@
 //! Range: from the middle of a sphere to a hundred-thousandth before its limb, from outside, from its surface and from
 //! within.
 //! Source: conservation of energy; the share of a hemisphere above a plane, (1 + cos t) / 2. Tested in
-//! `tests/battery.rs`.
+//! `tests/rendering/battery.rs`.
 
 use super::case::{Case, Effort};
 use super::claim::Claim;

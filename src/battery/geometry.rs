@@ -3,7 +3,7 @@
 //!
 //! Measure: rays that go wrong; radiance.
 //! Range: triangles from 1e-8 to 1e8, meshes far from the origin.
-//! Source: none needed for counts; shares of time and of a disc. Tested in `tests/battery.rs`.
+//! Source: none needed for counts; shares of time and of a disc. Tested in `tests/rendering/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;

@@ -3,7 +3,7 @@
 //!
 //! Measure: radiance of a floor of albedo 1/2; steradians.
 //! Range: lamps as small as a millionth of their distance, light as grazing as a millionth.
-//! Source: formulas at each. Tested in `tests/battery.rs`.
+//! Source: formulas at each. Tested in `tests/rendering/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;

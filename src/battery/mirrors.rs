@@ -3,7 +3,7 @@
 //! Measure: radiance; cosines.
 //! Range: up to 100 reflections.
 //! Source: products of reflectances; three mirrors at right angles turn a direction round. Tested in
-//! `tests/battery.rs`.
+//! `tests/rendering/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;

@@ -2,7 +2,7 @@
 //!
 //! Measure: pixels that differ.
 //! Range: a small scene with a lamp, a sky and shading normals.
-//! Source: none needed: equality. Tested in `tests/battery.rs`.
+//! Source: none needed: equality. Tested in `tests/rendering/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;

@@ -2,7 +2,7 @@
 //!
 //! Measure: the unit of each case; seconds.
 //! Range: a battery that was interrupted has the cases that were done by then, in their order.
-//! Source: docs/hard-cases.md. Tested in `tests/battery.rs`.
+//! Source: docs/hard-cases.md. Tested in `tests/rendering/battery.rs`.
 
 use super::case::{Effort, Peers};
 use super::claim::Claim;

@@ -3,7 +3,7 @@
 //! Measure: seconds.
 //! Range: any cases. A battery that is cancelled reports those that were done. Verdicts depend on the seed and the
 //! effort, never on the number of threads.
-//! Source: none needed. Tested in `tests/battery.rs`.
+//! Source: none needed. Tested in `tests/rendering/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Judged;

@@ -2,7 +2,7 @@
 //!
 //! Measure: albedos; shares without unit.
 //! Range: views from the normal to a ten-thousandth above the surface, roughness from none to all.
-//! Source: Heitz 2014 for the microfacet models; closed forms at each. Tested in `tests/battery.rs`.
+//! Source: Heitz 2014 for the microfacet models; closed forms at each. Tested in `tests/rendering/battery.rs`.
 
 use super::albedo::{albedo, view};
 use super::case::{Case, Effort, Trial};

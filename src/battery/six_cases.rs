@@ -3,7 +3,7 @@
 //!
 //! Measure: radiance.
 //! Range: a light of 2 x 2 and radiance 1 over a floor of 2 x 2 and albedo 1/2, direct light only, the floor's middle.
-//! Source: docs/hard-cases.md, which says how the peers' numbers were measured. Tested in `tests/battery.rs`.
+//! Source: docs/hard-cases.md, which says how the peers' numbers were measured. Tested in `tests/rendering/battery.rs`.
 
 use super::case::{Case, Effort, Peers};
 use super::claim::Claim;

@@ -3,7 +3,7 @@
 //! Measure: radiance.
 //! Range: up to a million scattering events.
 //! Source: L = Le (1 + rho + rho^2 + ...) in a closed room that emits everywhere; the integrating sphere. Tested in
-//! `tests/battery.rs`.
+//! `tests/rendering/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;

@@ -2,7 +2,7 @@
 //!
 //! Measure: samples.
 //! Range: any backend and seed.
-//! Source: docs/hard-cases.md. Tested in `tests/battery.rs`.
+//! Source: docs/hard-cases.md. Tested in `tests/rendering/battery.rs`.
 
 use crate::accel::AccelOptions;
 use crate::render::RenderObserver;

@@ -8,7 +8,7 @@
 //!
 //! Measure: rays.
 //! Range: rays that are not active are left out. Backends that are wrong in the same way agree.
-//! Source: docs/bench.md; `meeting` for the bounds. Tested in `tests/bench_agreement.rs`.
+//! Source: docs/bench.md; `meeting` for the bounds. Tested in `tests/tracing/bench_agreement.rs`.
 
 use super::meeting::{Meeting, meetings};
 use super::report::AgreementReport;

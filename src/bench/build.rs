@@ -2,7 +2,7 @@
 //!
 //! Measure: seconds, bytes, nodes.
 //! Range: at least one round. Targets take turns, so that what disturbs the machine disturbs all of them.
-//! Source: none needed. Tested in `tests/bench.rs`.
+//! Source: none needed. Tested in `tests/tracing/bench.rs`.
 
 use super::meter::Stage;
 use super::report::BuildReport;

@@ -2,7 +2,7 @@
 //!
 //! Measure: normalised scene units.
 //! Range: at least four squares an edge for the bumpy sphere, which has to hold where segments begin.
-//! Source: none needed. Tested in `tests/bench_scenes.rs`.
+//! Source: none needed. Tested in `tests/tracing/bench_scenes.rs`.
 
 use super::random::Random;
 use crate::geometry::Geometry;

@@ -5,7 +5,7 @@
 //!
 //! Measure: rays.
 //! Range: any number of rays. The same settings give the same counts on any number of threads.
-//! Source: docs/bench.md. Tested in `tests/bench.rs`.
+//! Source: docs/bench.md. Tested in `tests/tracing/bench.rs`.
 
 use super::agreement::compare;
 use super::meter::Stage;

@@ -3,7 +3,7 @@
 //! Measure: millimetres; reflectances as linear Rec. 709.
 //! Range: one scene.
 //! Source: the Cornell University Program of Computer Graphics' published measurements, as in `scenes/cornell-box`, which
-//! `tests/bench_scenes.rs` holds it against.
+//! `tests/tracing/bench_scenes.rs` holds it against.
 
 use super::staging::{matte, mesh, scene, shape, shining};
 use crate::math::rgb::Rgb;

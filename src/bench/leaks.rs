@@ -3,7 +3,7 @@
 //! Measure: segments.
 //! Range: any number of segments; one that is cancelled reports those that were traced. The same seed gives the same
 //! counts on any number of threads.
-//! Source: docs/bench.md. Tested in `tests/bench_scenes.rs`.
+//! Source: docs/bench.md. Tested in `tests/tracing/bench_scenes.rs`.
 
 use super::closed::{Aim, ClosedMesh};
 use super::random::Random;

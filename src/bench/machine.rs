@@ -2,7 +2,7 @@
 //!
 //! Measure: none.
 //! Range: Linux tells the processor's name; elsewhere it stays empty.
-//! Source: proc(5). Tested in `tests/bench.rs`.
+//! Source: proc(5). Tested in `tests/tracing/bench.rs`.
 
 use super::report::Machine;
 use crate::render::settings::available_threads;

@@ -8,7 +8,7 @@
 //! Measure: parameters in multiples of the ray's direction, worked out in double precision.
 //! Range: finite rays. Where the determinant is not above its error, the parameter may be anything.
 //! Source: Higham 2002, section 3.1, for the sums; Möller and Trumbore 1997, and the edge tests by Plücker coordinates of Woop,
-//! Benthin and Wald 2013, for what is summed. Tested in `tests/bench_agreement.rs`.
+//! Benthin and Wald 2013, for what is summed. Tested in `tests/tracing/bench_agreement.rs`.
 
 use crate::accel::PrimitiveId;
 use crate::geometry::Geometry;

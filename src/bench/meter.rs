@@ -2,7 +2,7 @@
 //!
 //! Measure: seconds, roughly, and shares of them in [0, 1].
 //! Range: any stages; where a guess is bad, the share jumps at the end of its stage.
-//! Source: none needed. Tested in `tests/bench.rs`.
+//! Source: none needed. Tested in `tests/tracing/bench.rs`.
 
 use super::settings::BenchObserver;
 use crate::render::RenderObserver;

@@ -6,7 +6,7 @@
 //!
 //! Measure: nanoseconds of one core a sample.
 //! Range: at least one round. Renders on all threads and on one take turns; a first round of each does not count.
-//! Source: none needed. Tested in `tests/bench.rs`.
+//! Source: none needed. Tested in `tests/tracing/bench.rs`.
 
 use super::meter::Stage;
 use super::record::Recording;

@@ -7,7 +7,7 @@
 //! Measure: nanoseconds of one core a sample.
 //! Range: whole tiles, spread over the picture, on one thread, each seen once beforehand to fill the caches. Of a few runs,
 //! the shortest counts for each part: what takes longer was interrupted.
-//! Source: none needed. Tested in `tests/bench.rs`.
+//! Source: none needed. Tested in `tests/tracing/bench.rs`.
 
 use super::report::PartReport;
 use super::subject::Subject;

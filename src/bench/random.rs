@@ -2,7 +2,7 @@
 //!
 //! Measure: uniform in [0, 1 - 2^-24] and what is made of that.
 //! Range: any seed; the same seed gives the same numbers everywhere.
-//! Source: O'Neill 2014 (PCG), in rand_pcg. Tested through `tests/bench_scenes.rs`.
+//! Source: O'Neill 2014 (PCG), in rand_pcg. Tested through `tests/tracing/bench_scenes.rs`.
 
 use crate::math::vec::{DVec3, Vec2, Vec3};
 use crate::sampler::hash::combine;

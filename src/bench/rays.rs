@@ -2,7 +2,7 @@
 //!
 //! Measure: normalised scene units.
 //! Range: up to 2^24 triangles a shape are aimed at; a scene that is empty has rays all the same.
-//! Source: none needed. Tested in `tests/bench_agreement.rs`.
+//! Source: none needed. Tested in `tests/tracing/bench_agreement.rs`.
 
 use super::random::Random;
 use crate::accel::batch::RayBatch;

@@ -5,7 +5,7 @@
 //! Measure: normalised scene units.
 //! Range: a limited number of rays of each kind, after which rays are only counted. The primitive that a ray leaves is not
 //! recorded: the few rays that meet it again by rounding end there when they are traced once more.
-//! Source: none needed. Tested in `tests/bench.rs`.
+//! Source: none needed. Tested in `tests/tracing/bench.rs`.
 
 use super::report::RayCount;
 use super::subject::Subject;

@@ -2,7 +2,7 @@
 //!
 //! Measure: seconds, bytes, nanoseconds, said at each field.
 //! Range: a bench that was interrupted has the scenes and the parts that were done by then.
-//! Source: docs/bench.md. Tested in `tests/bench.rs`.
+//! Source: docs/bench.md. Tested in `tests/tracing/bench.rs`.
 
 use super::target::{Target, Variant};
 use crate::integrator::observer::RayKind;

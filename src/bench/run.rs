@@ -2,7 +2,7 @@
 //!
 //! Measure: as in the report.
 //! Range: settings that [`BenchSettings::validate`] lets through. A bench that is cancelled reports what it has.
-//! Source: docs/bench.md. Tested in `tests/bench.rs`.
+//! Source: docs/bench.md. Tested in `tests/tracing/bench.rs`.
 
 use super::build::{build, builds, pool};
 use super::closed::{Aim, ClosedMesh};

@@ -2,7 +2,7 @@
 //!
 //! Measure: world units; sizes in triangles, about which many each scene has.
 //! Range: any size; the smallest have a few dozen triangles. The same size gives the same scene everywhere.
-//! Source: none needed. Tested in `tests/bench_scenes.rs`.
+//! Source: none needed. Tested in `tests/tracing/bench_scenes.rs`.
 
 use super::cornell_box::cornell_box;
 use super::random::Random;

@@ -2,7 +2,7 @@
 //!
 //! Measure: rays, runs, seconds.
 //! Range: said at each field; [`BenchSettings::validate`] names what is out of it.
-//! Source: none needed. Tested in `tests/bench.rs`.
+//! Source: none needed. Tested in `tests/tracing/bench.rs`.
 
 use super::report::BenchReport;
 use super::target::Target;

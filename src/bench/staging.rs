@@ -2,7 +2,7 @@
 //!
 //! Measure: world units.
 //! Range: as of the scene's description.
-//! Source: value noise with quintic steps, Perlin 2002, "Improving Noise". Tested through `tests/bench_scenes.rs`.
+//! Source: value noise with quintic steps, Perlin 2002, "Improving Noise". Tested through `tests/tracing/bench_scenes.rs`.
 
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DMat3, DVec2, DVec3};

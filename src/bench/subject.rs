@@ -2,7 +2,7 @@
 //!
 //! Measure: samples.
 //! Range: settings that `RenderSettings::validate` lets through.
-//! Source: a multiplicative sequence with the golden ratio visits places evenly. Tested below and in `tests/bench.rs`.
+//! Source: a multiplicative sequence with the golden ratio visits places evenly. Tested below and in `tests/tracing/bench.rs`.
 
 use crate::error::Result;
 use crate::film::Film;

@@ -2,7 +2,7 @@
 //!
 //! Measure: none.
 //! Range: the backends of this build.
-//! Source: none needed. Tested in `tests/bench.rs`.
+//! Source: none needed. Tested in `tests/tracing/bench.rs`.
 
 use crate::accel::batch::{PacketWidth, Packets};
 use crate::accel::{AccelOptions, Backend, Precision, Quality};

@@ -6,7 +6,7 @@
 //! Measure: nanoseconds of one core a ray: the time in which threads were busy, over the rays.
 //! Range: at least one ray and one round. Ways take turns, so that what disturbs the machine disturbs all of them; a first
 //! round fills the caches and does not count. A way that is not slower than copying takes 0.
-//! Source: none needed. Tested in `tests/bench.rs`.
+//! Source: none needed. Tested in `tests/tracing/bench.rs`.
 
 use super::meter::Stage;
 use super::report::TraceReport;

@@ -8,7 +8,7 @@
 //! Range: mu in [0, 1], alpha in [`SMOOTH_ALPHA`, 1]; a smooth surface has [`AlbedoRow::smooth`]. Interpolated E is within
 //! 1.3e-3 of the truth, B within 2.5e-3. Built on first use, in some 40 ms.
 //! Source: Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks", for the idea of the tables. Tested
-//! below and in `tests/furnace.rs`.
+//! below and in `tests/scattering/furnace.rs`.
 
 use super::fresnel::schlick_weight;
 use super::microfacet::{Ggx, SMOOTH_ALPHA};

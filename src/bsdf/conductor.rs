@@ -6,7 +6,7 @@
 //! Range: `eta` above 0 and `k` at least 0, relative to the medium outside; roughness in [0, 1], a delta below 0.01.
 //! Scatters from both sides alike.
 //! Source: Heitz 2014 for single scattering; Kulla and Conty 2017 for the compensation, with F_ms of Jakob et al. 2014.
-//! Tested in `tests/bsdf.rs` and `tests/furnace.rs`.
+//! Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
 use super::albedo::{AlbedoRow, SingleScatter};
 use super::fresnel;

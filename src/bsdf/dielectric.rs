@@ -4,9 +4,9 @@
 //! Range: `ior` above 0, inside over outside; at exactly 1 the surface is invisible whatever its roughness. Where the
 //! refracted lobe is narrower than f32 directions resolve (alpha or alpha |ior - 1| below 1e-4), both lobes are deltas.
 //! Rough glass is single-scattering and loses what the facets shadow: at index 1.5, from outside along the normal, 0.1 % at
-//! alpha 0.1 and 11 % at alpha 1, up to 58 % at grazing angles; `tests/furnace.rs` prints the losses.
+//! alpha 0.1 and 11 % at alpha 1, up to 58 % at grazing angles; `tests/scattering/furnace.rs` prints the losses.
 //! Source: Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces". Tested in
-//! `tests/bsdf.rs` and `tests/furnace.rs`.
+//! `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
 use super::fresnel::{self, Interface};
 use super::microfacet::{Ggx, SMOOTH_ALPHA};

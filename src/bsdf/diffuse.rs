@@ -2,7 +2,7 @@
 //!
 //! Measure: f per steradian; the albedo is `reflectance`.
 //! Range: `reflectance` in [0, 1]; scatters on the side that `wo` is on, from both sides alike.
-//! Source: f = rho / pi, sampled by the cosine (Malley). Tested in `tests/bsdf.rs` and `tests/furnace.rs`.
+//! Source: f = rho / pi, sampled by the cosine (Malley). Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
 use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec2, vec::Vec3};

@@ -4,7 +4,7 @@
 //! Range: alpha in [[`SMOOTH_ALPHA`], 1]; below, the surface counts as smooth and its models use delta lobes. Directions
 //! and `m` are on the upper side (z > 0); callers mirror what is below.
 //! Source: Walter et al. 2007; Heitz 2014 (JCGT 3-2), "Understanding the Masking-Shadowing Function"; Dupuy and Benyoub
-//! 2023, "Sampling Visible GGX Normals with Spherical Caps". Tested in `tests/bsdf.rs` and `tests/furnace.rs`.
+//! 2023, "Sampling Visible GGX Normals with Spherical Caps". Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
 use crate::math::trig::sin_cos_turns;
 use crate::math::vec::{Vec2, Vec3};

@@ -2,7 +2,7 @@
 //!
 //! Measure: a delta lobe, which has no density.
 //! Range: `reflectance` in [0, 1]; reflects from both sides alike.
-//! Source: the law of reflection. Tested in `tests/bsdf.rs` and `tests/furnace.rs`.
+//! Source: the law of reflection. Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
 use super::types::{BsdfSample, BsdfValue, Lobe};
 use crate::math::{rgb::Rgb, vec::Vec3};

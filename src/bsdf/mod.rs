@@ -3,7 +3,7 @@
 //! Measure: as in [`types`], which also holds the conventions.
 //! Range: local unit directions anywhere on the sphere; opaque models scatter alike from both sides, so that one-sided
 //! surfaces are the caller's affair.
-//! Source: named in each model's file. Tested in `tests/bsdf.rs` and `tests/furnace.rs`.
+//! Source: named in each model's file. Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
 pub mod albedo;
 pub mod conductor;

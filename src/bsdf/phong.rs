@@ -5,9 +5,9 @@
 //! Range: exponents from 0 to 1e6; `diffuse` plus `specular` at most 1 in each channel, then the albedo is, too. Scatters
 //! from both sides alike. Seen along the normal the lobe's albedo is `specular` exactly; elsewhere it loses what falls
 //! below the surface and about a factor of cos(theta) besides, so that even a narrow lobe darkens towards the horizon:
-//! this is no mirror in the limit. `tests/furnace.rs` prints the losses.
+//! this is no mirror in the limit. `tests/scattering/furnace.rs` prints the losses.
 //! Source: Phong 1975, "Illumination for Computer Generated Pictures"; Lafortune and Willems 1994, "Using the Modified
-//! Phong Reflectance Model for Physically Based Rendering", eq. 4 and 8. Tested in `tests/bsdf.rs`.
+//! Phong Reflectance Model for Physically Based Rendering", eq. 4 and 8. Tested in `tests/scattering/bsdf.rs`.
 
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
 use crate::math::frame::Frame;

@@ -15,7 +15,7 @@
 //! roughness 0.01. The coat follows Schlick's law, which reflects at grazing angles also at `ior` 1, as glTF has it; glass
 //! follows Fresnel's. Opaque parts scatter from both sides alike.
 //! Source: glTF 2.0, appendix B, with the couplings of Kulla and Conty 2017. Tested in
-//! `tests/bsdf.rs` and `tests/furnace.rs`.
+//! `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
 use super::albedo::{AlbedoRow, SingleScatter};
 use super::conductor::multiple_scattering_colour;

@@ -10,7 +10,7 @@
 //!
 //! Measure: f per steradian, densities per steradian.
 //! Range: both directions anywhere on the sphere; exactly tangential ones scatter nothing.
-//! Source: Veach 1997, chapter 5. Tested in `tests/bsdf.rs` and `tests/furnace.rs`.
+//! Source: Veach 1997, chapter 5. Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
 use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec3};
 

@@ -2,7 +2,7 @@
 //!
 //! Measure: linear radiance; errors as roots of relMSE.
 //! Range: EXR files with the layers of `etendue render --layers`.
-//! Source: docs/accuracy.md, "Noise filtering". Tested in `tests/denoise_command.rs`.
+//! Source: docs/accuracy.md, "Noise filtering". Tested in `tests/command/denoise.rs`.
 
 use super::args::DenoiseArguments;
 use super::durations::format_duration;

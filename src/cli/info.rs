@@ -2,7 +2,7 @@
 //!
 //! Measure: none.
 //! Range: any machine; what cannot be found out is said to be unknown.
-//! Source: none needed. Tested in `tests/command.rs`.
+//! Source: none needed. Tested in `tests/command/render.rs`.
 
 use super::args::InfoArguments;
 use super::{Outcome, print};

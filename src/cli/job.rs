@@ -2,7 +2,7 @@
 //!
 //! Measure: as in its parts.
 //! Range: any scene that is ready.
-//! Source: none needed. Tested in `tests/command.rs`.
+//! Source: none needed. Tested in `tests/command/render.rs`.
 
 use super::args::RenderArguments;
 use crate::effects::Effect;

@@ -2,7 +2,7 @@
 //!
 //! Measure: seconds.
 //! Range: a file that cannot be written ends the work, as Ctrl-C does, and is the result.
-//! Source: none needed. Tested in `tests/bench_command.rs` and `tests/study_command.rs`.
+//! Source: none needed. Tested in `tests/command/bench.rs` and `tests/command/study.rs`.
 
 use super::output::{Watcher, time_left};
 use crate::error::{Error, Result};

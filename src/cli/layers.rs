@@ -4,7 +4,7 @@
 //! standard error is not to be trusted; `half` the picture from one half of the samples, which `etendue denoise` holds
 //! against the other; `albedo`, `normal` and `depth` as in `render/first_hit.rs`.
 //! Range: renders with error bars.
-//! Source: the channels of docs/accuracy.md. Tested in `tests/layers.rs`.
+//! Source: the channels of docs/accuracy.md. Tested in `tests/command/layers.rs`.
 
 use super::job::Job;
 use crate::film::filter::Filter;
@@ -12,15 +12,18 @@ use crate::image::{Image, Layer};
 use crate::render::Rendered;
 use crate::render::first_hit::{FirstHit, first_hits};
 
-/// Samples that the first hits are averaged over at most: they have little noise.
-const MOST_SAMPLES: u64 = 64;
+/// Samples that the first hits are averaged over: they have little noise, and are traced beside the picture. Of a long
+/// render they take a few hundredths of the time, and of a short one enough to guide the noise filter.
+fn samples_of_first_hits(spp: u64) -> u64 {
+    (spp / 16).clamp(16, 64).min(spp).max(1)
+}
 
 impl Job<'_> {
     /// All layers of a render.
     pub fn layers(&self, rendered: &Rendered) -> Vec<Layer> {
         let film = &rendered.film;
         let filter = Filter::new(&self.description.film.filter);
-        let spp = rendered.spp.clamp(1, MOST_SAMPLES);
+        let spp = samples_of_first_hits(rendered.spp);
         let first = first_hits(self.scene, &filter, self.settings, spp);
         let of_first = |name: &str, get: &dyn Fn(&FirstHit) -> f32| Layer {
             name: name.to_owned(),

@@ -2,7 +2,7 @@
 //!
 //! Measure: samples per pixel, seconds.
 //! Range: a bar on a terminal; elsewhere a line every 30 seconds; nothing with `--quiet` or `--progress none`.
-//! Source: none needed. Tested in `tests/command.rs`.
+//! Source: none needed. Tested in `tests/command/render.rs`.
 
 use super::args::ProgressMode;
 use super::durations::format_duration;

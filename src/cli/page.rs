@@ -2,7 +2,7 @@
 //!
 //! Measure: none.
 //! Range: any browser with CSS grid; light and dark, on a phone and in print.
-//! Source: HTML Living Standard. Tested in `tests/bench_command.rs`.
+//! Source: HTML Living Standard. Tested in `tests/command/bench.rs`.
 
 use super::{chart, plot};
 use crate::image::{Image, png_bytes};

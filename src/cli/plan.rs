@@ -2,7 +2,7 @@
 //!
 //! Measure: shares of the time and of the light, in percent.
 //! Range: any scene that loads.
-//! Source: none needed. Tested in `tests/plan.rs`.
+//! Source: none needed. Tested in `tests/command/plan.rs`.
 
 use super::args::{PlanArguments, ProgressMode};
 use super::output::{Watcher, format_percent, time_left};

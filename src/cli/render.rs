@@ -2,7 +2,7 @@
 //!
 //! Measure: seconds, samples, pixels.
 //! Range: any scene that loads; every output is checked to be writable before the first sample.
-//! Source: none needed. Tested in `tests/command.rs` and `tests/bad_input.rs`.
+//! Source: none needed. Tested in `tests/command/render.rs` and `tests/loading/bad_input.rs`.
 
 use super::args::{ProgressMode, RenderArguments};
 use super::denoise::Denoised;

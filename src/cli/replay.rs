@@ -2,7 +2,7 @@
 //!
 //! Measure: world units; radiance.
 //! Range: pixels of the picture.
-//! Source: none needed. Tested in `tests/command.rs`.
+//! Source: none needed. Tested in `tests/command/render.rs`.
 
 use super::job::Job;
 use super::{Outcome, print};

@@ -2,7 +2,7 @@
 //!
 //! Measure: seconds, samples, shares of one.
 //! Range: any render, also one that was interrupted.
-//! Source: none needed. Tested in `tests/command.rs`.
+//! Source: none needed. Tested in `tests/command/render.rs`.
 
 use super::denoise::Denoised;
 use super::durations::format_duration;

@@ -2,7 +2,7 @@
 //!
 //! Measure: as in `render/settings.rs`.
 //! Range: what is out of it is an error that names the flag, or the scene's line.
-//! Source: none needed. Tested in `tests/command.rs` and `tests/bad_input.rs`.
+//! Source: none needed. Tested in `tests/command/render.rs` and `tests/loading/bad_input.rs`.
 
 use super::args::RenderArguments;
 use crate::error::{Error, Result};

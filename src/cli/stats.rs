@@ -2,7 +2,7 @@
 //!
 //! Measure: seconds, bytes, counts; said by each name.
 //! Range: what is not known is null.
-//! Source: docs/accuracy.md for the error. Tested in `tests/command.rs`.
+//! Source: docs/accuracy.md for the error. Tested in `tests/command/render.rs`.
 
 use super::denoise::DenoiseStats;
 use crate::film::{ErrorEstimate, Film};

@@ -5,7 +5,7 @@
 //!
 //! Measure: none.
 //! Range: every set of effects has a kernel.
-//! Source: docs/architecture.md, "Effects". Tested in `tests/effects.rs`.
+//! Source: docs/architecture.md, "Effects". Tested in `tests/rendering/effects.rs`.
 
 use super::switch::{Off, On};
 use super::{EffectSet, Effects};

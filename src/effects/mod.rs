@@ -6,7 +6,7 @@
 //!
 //! Measure: none.
 //! Range: at most 32 effects.
-//! Source: docs/architecture.md, "Effects". Tested in `tests/effects.rs`.
+//! Source: docs/architecture.md, "Effects". Tested in `tests/rendering/effects.rs`.
 
 pub mod kernel;
 pub mod switch;

@@ -2,7 +2,7 @@
 //!
 //! Measure: none.
 //! Range: [`Slot`]s of an absent effect have size zero.
-//! Source: none needed. Tested below and in `tests/effects.rs`.
+//! Source: none needed. Tested below and in `tests/rendering/effects.rs`.
 
 use super::{Effect, EffectSet};
 use std::fmt::Debug;

@@ -9,7 +9,7 @@
 //! Range: as many samples in each batch; finite ones.
 //! Source: L'Ecuyer, Nakayama, Owen and Tuffin 2023, "Confidence Intervals for Randomized Quasi-Monte Carlo
 //! Estimators"; the variance of the variance by Pederson, Forster and Booth 1997. Tested below and in
-//! `tests/error_bars.rs`.
+//! `tests/rendering/error_bars.rs`.
 
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;

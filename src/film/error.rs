@@ -3,7 +3,7 @@
 //!
 //! Measure: relMSE, the mean over pixels and channels of (x - r)^2 / (r^2 + eps), eps = 0.01 mean(r)^2, and its root.
 //! Range: films of at least two samples a pixel, with error bars of at least one round of batches.
-//! Source: docs/accuracy.md. Tested below, in `tests/error_bars.rs` and `tests/determinism.rs`.
+//! Source: docs/accuracy.md. Tested below, in `tests/rendering/error_bars.rs` and `tests/rendering/determinism.rs`.
 
 use super::Film;
 use super::bars::{self, CentralMoments};

@@ -6,7 +6,7 @@
 //! Measure: pixels; radiance.
 //! Range: a window of at least one pixel; tiles may have different sample counts after an interruption, and pixels where
 //! they are given out adaptively.
-//! Source: the image error of docs/accuracy.md. Tested below and in `tests/determinism.rs`.
+//! Source: the image error of docs/accuracy.md. Tested below and in `tests/rendering/determinism.rs`.
 
 pub mod bars;
 mod error;

@@ -2,7 +2,7 @@
 //!
 //! Measure: normalised scene units.
 //! Range: radius above 0, normal of unit length.
-//! Source: none needed. Tested in `tests/tracing.rs`.
+//! Source: none needed. Tested in `tests/tracing/rays.rs`.
 
 use super::surface::SurfacePoint;
 use crate::math::bounds::Bounds;

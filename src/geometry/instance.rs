@@ -3,7 +3,7 @@
 //! Measure: from the group's units to normalised scene units; time goes from 0, when the shutter opens, to 1.
 //! Range: at least one transform; at every time one that single precision can invert, see [`Instance::is_invertible`].
 //! Source: Embree's motion blur: the entries of the matrix are interpolated; Farouki 2012, "The Bernstein polynomial basis",
-//! for bounds of the determinant. Tested below and in `tests/tracing_instances.rs`.
+//! for bounds of the determinant. Tested below and in `tests/tracing/instance_rays.rs`.
 
 use crate::math::bounds::Bounds;
 use crate::math::robust::gamma;

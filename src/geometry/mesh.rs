@@ -2,7 +2,7 @@
 //!
 //! Measure: normalised scene units.
 //! Range: at least one triangle; indices in range and triangles not degenerate, which `prepare` sees to.
-//! Source: error bounds by Pharr, Jakob, Humphreys, section 6.8.2. Tested in `tests/tracing.rs`.
+//! Source: error bounds by Pharr, Jakob, Humphreys, section 6.8.2. Tested in `tests/tracing/rays.rs`.
 
 use super::surface::SurfacePoint;
 use crate::math::bounds::Bounds;

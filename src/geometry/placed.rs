@@ -7,7 +7,7 @@
 //! Measure: normalised scene units outside, the group's units inside.
 //! Range: transforms that can be inverted; the determinant may be negative.
 //! Source: Pharr, Jakob, Humphreys, sections 3.10 (normals) and 6.8.6 (error of transformed points); Higham 2002, section
-//! 14.1, for the inverse. Tested in `tests/instance_surfaces.rs`.
+//! 14.1, for the inverse. Tested in `tests/tracing/instance_surfaces.rs`.
 
 use super::Geometry;
 use super::instance::Instance;

@@ -2,7 +2,7 @@
 //!
 //! Measure: normalised scene units.
 //! Range: radius above 0.
-//! Source: Pharr, Jakob, Humphreys, section 6.8.4 for the refined point. Tested in `tests/tracing.rs`.
+//! Source: Pharr, Jakob, Humphreys, section 6.8.4 for the refined point. Tested in `tests/tracing/rays.rs`.
 
 use super::surface::SurfacePoint;
 use crate::math::bounds::Bounds;

@@ -2,7 +2,7 @@
 //!
 //! Measure: normalised scene units.
 //! Range: `error` bounds the distance of `p` from the true surface in each coordinate, and what tracing adds to it.
-//! Source: Pharr, Jakob, Humphreys, "Physically Based Rendering", section 6.8. Tested in `tests/tracing.rs`.
+//! Source: Pharr, Jakob, Humphreys, "Physically Based Rendering", section 6.8. Tested in `tests/tracing/rays.rs`.
 
 use crate::math::vec::Vec3;
 

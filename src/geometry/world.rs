@@ -5,7 +5,7 @@
 //!
 //! Measure: normalised scene units; a group has units of its own. Time goes from 0, when the shutter opens, to 1.
 //! Range: groups hold no instances; each instance has a transform for at least one time step.
-//! Source: Pharr, Jakob, Humphreys, section 7.1.2 for instances. Tested in `tests/tracing_instances.rs`.
+//! Source: Pharr, Jakob, Humphreys, section 7.1.2 for instances. Tested in `tests/tracing/instance_rays.rs`.
 
 use super::Geometry;
 pub use super::instance::Instance;

@@ -6,7 +6,7 @@
 //!
 //! Measure: none, in [0, 1]; the distance in normalised units.
 //! Range: any scene; a camera ray that meets nothing is black, as there is no surface.
-//! Source: Zhukov, Iones and Kronin 1998, "An Ambient Light Illumination Model". Tested in `tests/integrators.rs`.
+//! Source: Zhukov, Iones and Kronin 1998, "An Ambient Light Illumination Model". Tested in `tests/rendering/integrators.rs`.
 
 use super::observer::{PathObserver, RayKind};
 use super::{CameraRay, Integrator, RayCounts};

@@ -18,7 +18,7 @@
 //! Range: any scene that calls for no effect beyond `E`; without a bounce limit a path ends by absorption, by leaving, or
 //! by roulette.
 //! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `battery/`,
-//! `tests/furnace.rs`, `tests/effects.rs` and `tests/integrators.rs`.
+//! `tests/scattering/furnace.rs`, `tests/rendering/effects.rs` and `tests/rendering/integrators.rs`.
 
 use super::observer::{PathObserver, RayKind};
 use super::steps::{sample_direction, toss};

@@ -2,7 +2,7 @@
 //!
 //! Measure: probabilities; densities per steradian.
 //! Range: any technique; a rule that is known when compiling leaves nothing of the others.
-//! Source: the course's path tracers, see `technique.rs`. Tested in `tests/integrators.rs`.
+//! Source: the course's path tracers, see `technique.rs`. Tested in `tests/rendering/integrators.rs`.
 
 use super::technique::{DirectionRule, EmissionRule, Technique};
 use crate::bsdf::{Bsdf, BsdfSample, Lobe, View};

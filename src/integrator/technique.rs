@@ -7,7 +7,7 @@
 //! Range: any combination. Lights that no scattered ray can meet are found by those that sample lights alone; see
 //! [`Technique::samples_lights`].
 //! Source: the ladder of a course after Kajiya 1986, "The Rendering Equation", and Veach 1997, chapters 8 and 9. Tested in
-//! `tests/integrators.rs`.
+//! `tests/rendering/integrators.rs`.
 
 use crate::light::types::PointRule;
 use crate::math::measure::PdfSolidAngle;

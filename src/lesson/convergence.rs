@@ -2,7 +2,7 @@
 //!
 //! Measure: the integral of e^x / (e - 1) over [0, 1], which is 1.
 //! Range: up to 4096 samples an estimate.
-//! Source: variances of independent variables add up; the central limit theorem. Tested in `tests/lesson.rs`.
+//! Source: variances of independent variables add up; the central limit theorem. Tested in `tests/rendering/lesson.rs`.
 
 use super::error_curve::{ErrorCurve, powers_of_two};
 use super::number::{Number, Technique};

@@ -2,7 +2,7 @@
 //!
 //! Measure: pips.
 //! Range: a fair die of six faces.
-//! Source: E = sum i / 6 = 7 / 2, V = sum i^2 / 6 - E^2 = 35 / 12. Tested in `tests/lesson.rs`.
+//! Source: E = sum i / 6 = 7 / 2, V = sum i^2 / 6 - E^2 = 35 / 12. Tested in `tests/rendering/lesson.rs`.
 
 use super::number::Number;
 use super::page::{Finding, Formula, Page};

@@ -3,7 +3,7 @@
 //! Measure: radiance of a floor of reflectance 0.8 below the centre of a disk of radius a at height 1 that emits 1:
 //! 0.8 a^2 / (1 + a^2).
 //! Range: a from 0.1 to 10.
-//! Source: E = pi L sin^2 of the disk's half angle; second moments by integration. Tested in `tests/lesson.rs`.
+//! Source: E = pi L sin^2 of the disk's half angle; second moments by integration. Tested in `tests/rendering/lesson.rs`.
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page, Picture};

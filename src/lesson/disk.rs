@@ -2,7 +2,7 @@
 //!
 //! Measure: the unit disk; densities per unit of area.
 //! Range: none.
-//! Source: the share of a disk within r is r^2. Tested in `tests/lesson.rs`.
+//! Source: the share of a disk within r is r^2. Tested in `tests/rendering/lesson.rs`.
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page};

@@ -2,7 +2,7 @@
 //!
 //! Measure: densities per steradian; irradiance for a sky of radiance cos(theta).
 //! Range: the hemisphere about z.
-//! Source: E = integral of cos^2 = 2 pi / 3; variances 16 pi^2 / 45 and pi^2 / 18. Tested in `tests/lesson.rs`.
+//! Source: E = integral of cos^2 = 2 pi / 3; variances 16 pi^2 / 45 and pi^2 / 18. Tested in `tests/rendering/lesson.rs`.
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page};

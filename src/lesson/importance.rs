@@ -2,7 +2,7 @@
 //!
 //! Measure: the integral of 5 x^4 over [0, 1], which is 1; densities (k + 1) x^k.
 //! Range: exponents k from 0 to 12; from 9 on the variance is infinite.
-//! Source: V = 25 / ((k + 1) (9 - k)) - 1. Tested in `tests/lesson.rs`.
+//! Source: V = 25 / ((k + 1) (9 - k)) - 1. Tested in `tests/rendering/lesson.rs`.
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page};

@@ -2,7 +2,7 @@
 //!
 //! Measure: variance of a sample of a pixel, the mean over pixels and channels; efficiency 1 / (variance x seconds).
 //! Range: the Cornell box, independent random numbers, the same kernel for all.
-//! Source: Kajiya 1986, "The Rendering Equation"; Veach 1997. Tested in `tests/lesson.rs`.
+//! Source: Kajiya 1986, "The Rendering Equation"; Veach 1997. Tested in `tests/rendering/lesson.rs`.
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page, Picture};

@@ -8,7 +8,7 @@
 //! Measure: said by each topic.
 //! Range: settings as in [`topic::Settings`]. All but times and what is rendered for a time is the same for the same
 //! seed, on any number of threads.
-//! Source: docs/lessons.md. Tested in `tests/lesson.rs`.
+//! Source: docs/lessons.md. Tested in `tests/rendering/lesson.rs`.
 
 mod convergence;
 mod dice;

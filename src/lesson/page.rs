@@ -2,7 +2,7 @@
 //!
 //! Measure: said at each field.
 //! Range: any numbers. In a text, backticks stand around code; a formula is LaTeX.
-//! Source: none needed. Tested in `tests/lesson.rs`.
+//! Source: none needed. Tested in `tests/rendering/lesson.rs`.
 
 use super::number::{Number, Technique};
 use crate::image::Image;

@@ -2,7 +2,7 @@
 //!
 //! Measure: densities per unit of x in [0, 1].
 //! Range: a density of straight lines, which is inverted exactly.
-//! Source: P(X) is uniform for X with the continuous distribution function P. Tested in `tests/lesson.rs`.
+//! Source: P(X) is uniform for X with the continuous distribution function P. Tested in `tests/rendering/lesson.rs`.
 
 use super::number::Number;
 use super::page::{Finding, Formula, Page};

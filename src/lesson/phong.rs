@@ -3,7 +3,7 @@
 //! Measure: the albedo of a lobe of exponent n seen along the normal, (n + 2) / (2 pi) times the integral of cos^(n +
 //! 1), which is 1.
 //! Range: exponents from 1 to 1000.
-//! Source: moments of powers of the cosine. Tested in `tests/lesson.rs`.
+//! Source: moments of powers of the cosine. Tested in `tests/rendering/lesson.rs`.
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page};

@@ -2,7 +2,7 @@
 //!
 //! Measure: densities per unit of x in [0, 1].
 //! Range: whole exponents.
-//! Source: E = (n + 1) / (n + 2), V = (n + 1) / ((n + 2)^2 (n + 3)). Tested in `tests/lesson.rs`.
+//! Source: E = (n + 1) / (n + 2), V = (n + 1) / ((n + 2)^2 (n + 3)). Tested in `tests/rendering/lesson.rs`.
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page};

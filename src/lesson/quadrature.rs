@@ -2,7 +2,7 @@
 //!
 //! Measure: integrals over the unit cube of d dimensions; cost in calls of the integrand.
 //! Range: d from 1 to 12, up to 65536 calls.
-//! Source: errors of order N^(-2/d) and N^(-4/d) against N^(-1/2). Tested in `tests/lesson.rs`.
+//! Source: errors of order N^(-2/d) and N^(-4/d) against N^(-1/2). Tested in `tests/rendering/lesson.rs`.
 
 use super::error_curve::{ErrorCurve, powers_of_two};
 use super::number::{Number, Technique};

@@ -2,7 +2,7 @@
 //!
 //! Measure: the sum 1 + R + R^2 + ..., which is 1 / (1 - R): the light in a closed box of albedo R that emits 1.
 //! Range: R = 0.5, and chances q of going on above R^2, below which the variance is infinite.
-//! Source: E[S^2] = (1 + 2R/(1 - R)) / (1 - R^2/q). Tested in `tests/lesson.rs`.
+//! Source: E[S^2] = (1 + 2R/(1 - R)) / (1 - R^2/q). Tested in `tests/rendering/lesson.rs`.
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page};

@@ -3,7 +3,7 @@
 //! Measure: pixels, samples, seconds.
 //! Range: scenes in memory. All renders run the kernel with everything, so that only the estimator differs, and take
 //! independent random numbers, as the course does.
-//! Source: `render/`. Tested in `tests/lesson.rs`.
+//! Source: `render/`. Tested in `tests/rendering/lesson.rs`.
 
 use super::topic::Lesson;
 use crate::accel::{AccelOptions, Backend, Precision, Quality};

@@ -2,7 +2,7 @@
 //!
 //! Measure: integrals over the unit interval and square.
 //! Range: grids of up to 4096 cells.
-//! Source: for f = 2x, V = 1 / (3 N^3); for f = x + y, V = 1 / (6 N^2). Tested in `tests/lesson.rs`.
+//! Source: for f = 2x, V = 1 / (3 N^3); for f = x + y, V = 1 / (6 N^2). Tested in `tests/rendering/lesson.rs`.
 
 use super::error_curve::{ErrorCurve, powers_of_two};
 use super::number::{Number, Technique};

@@ -2,7 +2,7 @@
 //!
 //! Measure: `effort` is a share of the samples that a whole lesson takes.
 //! Range: effort in (0, 1]; verdicts of numbers hold at any effort that is tested, times and plots get rougher.
-//! Source: none needed. Tested in `tests/lesson.rs`.
+//! Source: none needed. Tested in `tests/rendering/lesson.rs`.
 
 use super::page::Page;
 use super::uniform::{Uniform, seed_of};

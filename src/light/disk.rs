@@ -2,7 +2,7 @@
 //!
 //! Measure: densities per steradian.
 //! Range: any receiver off the disk's plane.
-//! Source: Shirley and Chiu 1997 for the map. Tested in `tests/light.rs`.
+//! Source: Shirley and Chiu 1997 for the map. Tested in `tests/lights/light.rs`.
 
 use super::types::{Emission, LightEnd, LightSample};
 use crate::geometry::disk::Disk;

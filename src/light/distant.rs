@@ -2,7 +2,7 @@
 //!
 //! Measure: irradiance in W/m^2 of a surface at right angles to it, the same in all units of length.
 //! Range: any receiver.
-//! Source: none needed. Tested in `tests/light.rs`.
+//! Source: none needed. Tested in `tests/lights/light.rs`.
 
 use super::types::{LightEnd, LightSample};
 use crate::math::rgb::Rgb;

@@ -9,7 +9,7 @@
 //! Measure: radiance; densities per steradian.
 //! Range: any picture of finite texels of at least 0 that is not black; receivers anywhere, all see the same.
 //! Source: Pharr, Jakob, Humphreys, "Infinite Area Lights"; the integral of a patch in closed form. Tested in
-//! `tests/environment.rs`.
+//! `tests/lights/environment.rs`.
 
 use super::types::{LightEnd, LightSample};
 use crate::image::Image;

@@ -2,7 +2,7 @@
 //!
 //! Measure: densities per steradian; time from 0 to 1 while the shutter is open.
 //! Range: at least two steps at equally spaced times, between which every corner moves in a straight line.
-//! Source: none needed. Tested in `tests/light.rs` and `tests/motion.rs`.
+//! Source: none needed. Tested in `tests/lights/light.rs` and `tests/rendering/motion.rs`.
 
 use super::triangle::TriangleLight;
 use super::types::{Emission, LightSample};

@@ -3,7 +3,7 @@
 //! Measure: radiant intensity in W/sr on a scene in normalised units: that of world units times the square of the
 //! normalisation's scale, as the irradiance I / d^2 asks for.
 //! Range: any receiver but the point itself, and those so near that the irradiance is not finite.
-//! Source: the inverse square law. Tested in `tests/light.rs`.
+//! Source: the inverse square law. Tested in `tests/lights/light.rs`.
 
 use super::types::{LightEnd, LightSample};
 use crate::math::rgb::Rgb;

@@ -4,7 +4,7 @@
 //! Range: edges at right angles (others are two triangles); any receiver off the plane. Beyond [`CLEAR`] radii the point is
 //! chosen with a density per area that is linear along each edge, beyond [`FAR`] radii and on the dark side by area, and
 //! else by solid angle, or by area again below [`spherical_rectangle::SMALLEST`].
-//! Source: `sampling/linear.rs`, `sampling/spherical_rectangle.rs`. Tested in `tests/light.rs`.
+//! Source: `sampling/linear.rs`, `sampling/spherical_rectangle.rs`. Tested in `tests/lights/light.rs`.
 
 use super::types::{Emission, LightEnd, LightSample};
 use crate::geometry::surface::SurfacePoint;
@@ -19,7 +19,7 @@ use crate::sampling::spherical_rectangle::{self, SphericalRectangle};
 ///
 /// A uniform density of directions is one of points in proportion to 1 / r^3. What the linear one misses of it adds a
 /// variance of 1.2 % of the squared mean here, averaged over directions of view and shapes, less than 0.2 % at 4 radii and
-/// 0.005 % at 10. By area alone it would be 17 %, 6 % and 1 %. `tests/light.rs` holds it to this.
+/// 0.005 % at 10. By area alone it would be 17 %, 6 % and 1 %. `tests/lights/light.rs` holds it to this.
 pub const CLEAR: f32 = 2.5;
 
 /// The distance from which on points are chosen by area, for a variance of 0.01 % in the mean.

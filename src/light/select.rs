@@ -2,7 +2,7 @@
 //!
 //! Measure: probabilities.
 //! Range: any number of lights; one that emits nothing is never chosen.
-//! Source: Shirley, Wang and Zimmerman 1996. Tested in `tests/light.rs`.
+//! Source: Shirley, Wang and Zimmerman 1996. Tested in `tests/lights/light.rs`.
 
 use super::Light;
 use super::environment::EnvironmentMap;

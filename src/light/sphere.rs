@@ -3,7 +3,7 @@
 //! Measure: densities per steradian.
 //! Range: receivers outside at any distance; from the inside the whole sphere of directions is sampled.
 //! Source: Pharr, Jakob, Humphreys, "Sampling Spheres"; 1 - cos = s^2 / (1 + sqrt(1 - s^2)) does not cancel for small
-//! cones. Tested in `tests/light.rs`.
+//! cones. Tested in `tests/lights/light.rs`.
 
 use super::types::{Emission, LightEnd, LightSample};
 use crate::geometry::sphere::Sphere;

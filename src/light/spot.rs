@@ -7,7 +7,7 @@
 //!
 //! Measure: radiant intensity in W/sr on a scene in normalised units, as of a point light; angles in radians.
 //! Range: cones in (0, pi] with a penumbra in [0, cone]; narrow ones keep their digits.
-//! Source: the inverse square law; the cubic Hermite step. Tested in `tests/light.rs`.
+//! Source: the inverse square law; the cubic Hermite step. Tested in `tests/lights/light.rs`.
 
 use super::point::PointLight;
 use super::types::LightSample;

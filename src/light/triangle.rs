@@ -4,7 +4,7 @@
 //! Range: any receiver off the triangle's plane. Beyond [`FAR`] radii, and on the dark side, the point is chosen by area;
 //! before that by solid angle, in single precision where the triangle is clearly seen, else in double; and by area again
 //! below [`spherical_triangle::SMALLEST`].
-//! Source: `sampling/clear_triangle.rs`, `sampling/spherical_triangle.rs`. Tested in `tests/light.rs`.
+//! Source: `sampling/clear_triangle.rs`, `sampling/spherical_triangle.rs`. Tested in `tests/lights/light.rs`.
 
 use super::types::{Emission, LightEnd, LightSample};
 use crate::geometry::mesh::triangle_point;

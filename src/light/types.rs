@@ -2,7 +2,7 @@
 //!
 //! Measure: radiance in W m^-2 sr^-1, densities per steradian at the receiving point, lengths in normalised units.
 //! Range: any receiving point; one that cannot be lit gets no sample.
-//! Source: Veach 1997, section 8.2; Pharr, Jakob, Humphreys, "Light Interface". Tested in `tests/light.rs`.
+//! Source: Veach 1997, section 8.2; Pharr, Jakob, Humphreys, "Light Interface". Tested in `tests/lights/light.rs`.
 
 use crate::geometry::surface::SurfacePoint;
 use crate::math::measure::PdfSolidAngle;

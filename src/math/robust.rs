@@ -3,7 +3,7 @@
 //! Measure: normalised scene units.
 //! Range: any finite point; the bounds hold while no intermediate result underflows.
 //! Source: Higham 2002, section 3.1 (gamma_n); Pharr, Jakob, Humphreys, "Physically Based Rendering", section 6.8.
-//! Tested below and by the self-intersection tests of `tests/tracing.rs`.
+//! Tested below and by the self-intersection tests of `tests/tracing/rays.rs`.
 
 use super::vec::Vec3;
 use crate::planted::planted;

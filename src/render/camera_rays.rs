@@ -7,7 +7,7 @@
 //!
 //! Measure: pixels; sample indices.
 //! Range: any indices; those of one call lie in one block, see [`blocks`].
-//! Source: docs/architecture.md, "The way of a sample". Tested in `tests/determinism.rs`.
+//! Source: docs/architecture.md, "The way of a sample". Tested in `tests/rendering/determinism.rs`.
 
 use crate::accel::Hit;
 use crate::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};

@@ -5,7 +5,7 @@
 //!
 //! Measure: none.
 //! Range: every combination of settings.
-//! Source: none needed. Tested in `tests/determinism.rs` and `tests/integrators.rs`.
+//! Source: none needed. Tested in `tests/rendering/determinism.rs` and `tests/rendering/integrators.rs`.
 
 use super::settings::{RenderSettings, SamplerKind};
 use crate::effects::kernel::{KernelJob, types};

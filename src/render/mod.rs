@@ -6,7 +6,7 @@
 //!
 //! Measure: samples per pixel, seconds.
 //! Range: settings that [`RenderSettings::validate`] lets through.
-//! Source: docs/architecture.md. Tested in `tests/determinism.rs` and `tests/command.rs`.
+//! Source: docs/architecture.md. Tested in `tests/rendering/determinism.rs` and `tests/command/render.rs`.
 
 pub mod adaptive;
 pub mod budget;

@@ -2,7 +2,7 @@
 //!
 //! Measure: positions in world units.
 //! Range: any pixel and sample; the value is bit for bit that of the render with the same settings.
-//! Source: pbrt's way of tracking a bad sample down. Tested in `tests/command.rs`.
+//! Source: pbrt's way of tracking a bad sample down. Tested in `tests/command/render.rs`.
 
 use super::camera_rays::{CameraRays, Pixel};
 use super::dispatch::{self, Dispatched};

@@ -2,7 +2,7 @@
 //!
 //! Measure: pixels, samples per pixel, seconds.
 //! Range: said at each field; [`RenderSettings::validate`] names what is out of it.
-//! Source: design of the command line. Tested below and in `tests/bad_flags.rs`.
+//! Source: design of the command line. Tested below and in `tests/command/bad_flags.rs`.
 
 use super::adaptive::{self, Adaptive};
 use crate::effects::{EffectSet, Kernel};

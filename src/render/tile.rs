@@ -2,7 +2,7 @@
 //!
 //! Measure: samples; radiance.
 //! Range: samples that are not finite are counted and located, and left out of the sums.
-//! Source: none needed. Tested in `tests/determinism.rs`.
+//! Source: none needed. Tested in `tests/rendering/determinism.rs`.
 
 use super::camera_rays::{CameraRays, Pixel, blocks};
 use super::dispatch::Dispatched;

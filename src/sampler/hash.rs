@@ -3,7 +3,7 @@
 //! Measure: bits.
 //! Range: all inputs; each function is a bijection of its first argument.
 //! Source: Stafford's "Mix13" of the splitmix64 finaliser (Steele, Lea and Flood 2014). Tested through
-//! `tests/sampler.rs`.
+//! `tests/sampling/sampler.rs`.
 
 /// A well mixed 64-bit value.
 #[inline]

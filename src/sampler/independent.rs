@@ -6,7 +6,7 @@
 //!
 //! Measure: uniform in [0, 1 - 2^-24].
 //! Range: sample indices below 2^47 do not repeat numbers.
-//! Source: O'Neill 2014 (PCG), Brown 1994 (jumping), both in rand_pcg. Tested in `tests/sampler.rs`.
+//! Source: O'Neill 2014 (PCG), Brown 1994 (jumping), both in rand_pcg. Tested in `tests/sampling/sampler.rs`.
 
 use super::{Decision, Sampler, hash, to_unit};
 use rand_core::Rng;

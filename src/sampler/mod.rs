@@ -6,7 +6,7 @@
 //!
 //! Measure: uniform in [0, 1 - 2^-24], a multiple of 2^-24.
 //! Range: any seed and pixel, any sample index below 2^47, any bounce; no number repeats within these.
-//! Source: pbrt, "Sampling Interface", for the division of labour. Tested in `tests/sampler.rs`.
+//! Source: pbrt, "Sampling Interface", for the division of labour. Tested in `tests/sampling/sampler.rs`.
 
 use crate::planted::planted;
 

@@ -7,7 +7,7 @@
 //! Measure: uniform in [0, 1 - 2^-24].
 //! Range: any sample index; every 2^32 samples the scrambles change and a new sequence begins.
 //! Source: Burley 2020, "Practical Hash-based Owen Scrambling" (JCGT 9-4); the hash by Vegdahl 2021, "Building a Better
-//! LK Hash"; direction numbers of Joe and Kuo 2008. Elementary intervals and uniformity in `tests/sampler.rs`.
+//! LK Hash"; direction numbers of Joe and Kuo 2008. Elementary intervals and uniformity in `tests/sampling/sampler.rs`.
 
 use super::{Batches, Decision, Sampler, hash, to_unit};
 use crate::planted::planted;

@@ -8,7 +8,7 @@
 //! Range: any N from 1 to 65536; more, or an unknown number, is cut into sets of 64. Where N = columns * rows has no
 //! solution near sqrt(N), a few cells stay empty, and the second number of a pair has a few empty strata, too.
 //! Source: Kensler 2013, "Correlated Multi-Jittered Sampling" (Pixar TM 13-01), with permutations of our own. Strata,
-//! cells, uniformity and variance in `tests/sampler.rs`.
+//! cells, uniformity and variance in `tests/sampling/sampler.rs`.
 
 use super::{Batches, Decision, Sampler, hash, to_unit};
 use crate::planted::planted;

@@ -6,7 +6,7 @@
 //! [`ClearTriangle::new`] tells; for others it is `None`. The relative error of the solid angle is below 1e-6,
 //! that of the shares which a point cuts off below 2e-5.
 //! Source: Van Oosterom and Strackee 1983, which is linear in each unit vector, solved for the one that cuts off a part; the
-//! points are those of Arvo 1995. Tested in `tests/sampling.rs`.
+//! points are those of Arvo 1995. Tested in `tests/sampling/warps.rs`.
 //!
 //! [`spherical_triangle`]: super::spherical_triangle
 

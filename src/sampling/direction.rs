@@ -4,8 +4,8 @@
 //! Range: u in [0, 1 - 2^-24] in each dimension; every direction has unit length up to rounding, and a positive
 //! density.
 //! Source: the cap of height h has the area 2 pi h (Archimedes), and holds 1 - cos^2 of what falls by the cosine. The
-//! sphere by inversion and the cosine by Malley's method stand in [`warp`]. Tested in `tests/sampling_course.rs` and
-//! `tests/rejection.rs`.
+//! sphere by inversion and the cosine by Malley's method stand in [`warp`]. Tested in `tests/sampling/course.rs` and
+//! `tests/sampling/rejection.rs`.
 //!
 //! [`warp`]: super::warp
 

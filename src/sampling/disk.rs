@@ -3,8 +3,8 @@
 //! Measure: densities per unit of area.
 //! Range: u in [0, 1 - 2^-24] in each dimension; every point has a length of at most 1, up to rounding.
 //! Source: inversion: the share of the disk within r is r^2, so that r = sqrt(u). Renderers take
-//! [`sample_disk_concentric`], which also keeps strata in shape. Tested in `tests/sampling_course.rs` and
-//! `tests/rejection.rs`.
+//! [`sample_disk_concentric`], which also keeps strata in shape. Tested in `tests/sampling/course.rs` and
+//! `tests/sampling/rejection.rs`.
 //!
 //! [`sample_disk_concentric`]: super::warp::sample_disk_concentric
 

@@ -6,7 +6,7 @@
 //! cancellation.
 //! Source: products and sums by Fubini; the ball's volume by its recurrence; the half space by Hall 1927, "The
 //! Distribution of Means for Samples of Size N Drawn from a Population in which the Variate Takes Values Between 0 and
-//! 1". Tested in `tests/integration_course.rs`.
+//! 1". Tested in `tests/sampling/integration.rs`.
 
 use std::f64::consts::{E, FRAC_PI_2, PI};
 

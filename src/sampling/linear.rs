@@ -2,7 +2,7 @@
 //!
 //! Measure: densities per unit of area of the unit square.
 //! Range: positive weights between 1e-9 and 1e9. Points outside the square are taken as lying at its rim.
-//! Source: inversion of the cumulative distribution. Tested in `tests/sampling.rs`.
+//! Source: inversion of the cumulative distribution. Tested in `tests/sampling/warps.rs`.
 
 use crate::math::vec::Vec2;
 

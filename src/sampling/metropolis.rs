@@ -5,7 +5,7 @@
 //! positive finite number, are rejected. The chain's numbers are correlated, and follow the density only after a while.
 //! Source: Metropolis et al. 1953, "Equation of State Calculations by Fast Computing Machines". Both proposals are
 //! symmetric, T(x -> y) = T(y -> x), which therefore cancels in the probability of acceptance, min(1, f(y) / f(x)).
-//! Tested in `tests/metropolis.rs`.
+//! Tested in `tests/sampling/metropolis.rs`.
 
 /// How the chain's next number is proposed.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,7 +5,7 @@
 //! factor of N^(-2/d) for smooth integrands, or N^(-1/d) for those with an edge. None is above the plain one's with as
 //! many calls, but for a factor of N / (N - 1) with Latin hypercubes.
 //! Source: Owen, "Monte Carlo Theory, Methods and Examples", chapters 2 and 8 to 10; McKay, Beckman and Conover 1979
-//! for Latin hypercubes, their bound by Owen 1997. Tested in `tests/integration_course.rs`.
+//! for Latin hypercubes, their bound by Owen 1997. Tested in `tests/sampling/integration.rs`.
 
 use super::grid::Grid;
 use super::quadrature::Estimate;

@@ -4,7 +4,7 @@
 //! Range: at least two values, each at least 0 and finite, over a finite range; u in [0, 1). Outside the range the
 //! density is 0. Where the function is 0 at a node, rounding may find the node itself, at density 0.
 //! Source: inversion of the distribution function: first the piece, by [`Piecewise1d`], then the root of a quadratic.
-//! Tested in `tests/inversion.rs`.
+//! Tested in `tests/sampling/inversion.rs`.
 
 use super::piecewise::Piecewise1d;
 

@@ -4,7 +4,7 @@
 //! Range: n from 0; u in [0, 1). Both maps take 1 - u, which is as uniform as u and never 0, so that nothing is found
 //! where the density is 0. Outside [0, 1] the density is 0.
 //! Source: inversion of P(x) = x^(n + 1); and P(max <= x) = x^(n + 1) for the greatest of n + 1 independent numbers,
-//! each at most x with probability x. Tested in `tests/inversion.rs`.
+//! each at most x with probability x. Tested in `tests/sampling/inversion.rs`.
 
 /// By inversion: x = (1 - u)^(1 / (n + 1)).
 pub fn sample_power(u: f64, n: f64) -> f64 {

@@ -3,7 +3,7 @@
 //! Measure: that of the integrand times the domain's.
 //! Range: integrands that are finite, also at the ends; dimensions from 1, as many as the number of calls pays for.
 //! With N calls the error of smooth integrands falls as N^(-2/d) and N^(-4/d), where chance has N^(-1/2) for any d.
-//! Source: Davis and Rabinowitz, "Methods of Numerical Integration". Tested in `tests/integration_course.rs`.
+//! Source: Davis and Rabinowitz, "Methods of Numerical Integration". Tested in `tests/sampling/integration.rs`.
 
 use super::grid::Grid;
 

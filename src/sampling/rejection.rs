@@ -5,7 +5,7 @@
 //! Range: any set that a box bounds, any density with a bound. Trials are limited: with efficiency e nothing is found
 //! within T of them with probability (1 - e)^T, and an empty set ends after T as nothing, not never.
 //! Source: von Neumann 1951, "Various Techniques Used in Connection with Random Digits". Tested in
-//! `tests/rejection.rs`.
+//! `tests/sampling/rejection.rs`.
 
 use crate::math::stats::Moments;
 

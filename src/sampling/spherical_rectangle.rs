@@ -4,7 +4,7 @@
 //! Range: any rectangle and any point off its plane; a point in the plane sees nothing. The relative error of the solid
 //! angle is below 1e-7 down to 1e-9 sr; users fall back to area sampling below [`SMALLEST`].
 //! Source: Ureña, Fajardo and King 2013, "An Area-Preserving Parametrization for Spherical Rectangles"; the angles are
-//! summed as a product of complex numbers, formed without cancellation. Tested in `tests/sampling.rs`.
+//! summed as a product of complex numbers, formed without cancellation. Tested in `tests/sampling/warps.rs`.
 
 use crate::math::vec::{DVec3, Vec2};
 use std::f64::consts::TAU;

@@ -6,7 +6,7 @@
 //! error below 1e-6 for every size that single precision can place; users fall back to area sampling below
 //! [`SMALLEST`].
 //! Source: Van Oosterom and Strackee 1983 with the triple product taken over edges; Arvo 1995, "Stratified Sampling of
-//! Spherical Triangles". Tested in `tests/sampling.rs`.
+//! Spherical Triangles". Tested in `tests/sampling/warps.rs`.
 
 use crate::math::triangle::{clamp_to_triangle, meet_plane};
 use crate::math::vec::{DVec3, Vec2};

@@ -2,7 +2,7 @@
 //!
 //! Measure: densities per steradian or per unit of area, as said at each.
 //! Range: u in [0, 1 - 2^-24] in each dimension; every result is finite and inside its domain.
-//! Source: named at each function. Round trips and chi-square in `tests/sampling.rs`.
+//! Source: named at each function. Round trips and chi-square in `tests/sampling/warps.rs`.
 
 use crate::math::trig::{sin_cos_eighth, sin_cos_turns};
 use crate::math::vec::{Vec2, Vec3};

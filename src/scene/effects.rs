@@ -3,7 +3,7 @@
 //!
 //! Measure: none.
 //! Range: any scene that `load` lets through.
-//! Source: docs/architecture.md, "Effects". Tested in `tests/effects.rs`.
+//! Source: docs/architecture.md, "Effects". Tested in `tests/rendering/effects.rs`.
 
 use super::description::{
     CameraDescription, GeometryDescription, InstanceDescription, Key, LightDescription, LightModel,

@@ -5,7 +5,7 @@
 //!
 //! Measure: normalised units.
 //! Range: any shape; one that emits nothing anywhere is no emitter.
-//! Source: none needed. Tested in `scene/prepare.rs` and `tests/light.rs`.
+//! Source: none needed. Tested in `scene/prepare.rs` and `tests/lights/light.rs`.
 
 use super::Emitter;
 use super::description::{ColourDescription, ShapeDescription};

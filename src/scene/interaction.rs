@@ -3,7 +3,7 @@
 //! Measure: normalised scene units; `wo` in world axes, BSDF directions in the shading frame.
 //! Range: any hit of the scene's own acceleration structure.
 //! Source: shading normals after Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System",
-//! appendix A.3. Tested below and in `tests/tracing.rs`.
+//! appendix A.3. Tested below and in `tests/tracing/rays.rs`.
 
 use crate::accel::{Hit, PrimitiveId};
 use crate::effects::{Effects, Slot, State, Switch};

@@ -2,7 +2,7 @@
 //!
 //! Measure: as in `bsdf/types.rs`.
 //! Range: what `load` lets through.
-//! Source: none needed. Tested in `tests/scene_loading.rs` and `tests/materials.rs`.
+//! Source: none needed. Tested in `tests/loading/scene_files.rs` and `tests/scattering/materials.rs`.
 
 use super::description::{ColourDescription, MaterialDescription, MaterialModel};
 use super::normal_map::NormalMap;

@@ -4,7 +4,7 @@
 //! [0, 1], as Blender and glTF have it.
 //! Range: a normal that would point below the surface is left as it was.
 //! Source: Mikkelsen 2008, "Simulation of Wrinkled Surfaces Revisited", for tangent space. Tested below and in
-//! `tests/materials.rs`.
+//! `tests/scattering/materials.rs`.
 
 use super::description::NormalMapDescription;
 use crate::geometry::texture::Texture;

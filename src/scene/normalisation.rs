@@ -6,7 +6,7 @@
 //!
 //! Measure: world units in, normalised units out.
 //! Range: any finite scene; without primitives the identity.
-//! Source: docs/accuracy.md, "Precision by construction". Tested below and in `tests/determinism.rs`.
+//! Source: docs/accuracy.md, "Precision by construction". Tested below and in `tests/rendering/determinism.rs`.
 
 use crate::math::bounds::Bounds;
 use crate::math::vec::{DAffine3, DVec3, Vec3};

@@ -6,7 +6,7 @@
 //! Measure: world units; times of the shutter.
 //! Range: groups without a circle, which `load` makes sure of, nested at most 64 deep; at most 2^22 placements. Groups that
 //! nothing places are left out.
-//! Source: none needed. Tested below and in `tests/motion.rs`.
+//! Source: none needed. Tested below and in `tests/rendering/motion.rs`.
 
 use super::description::{GeometryDescription, Key, Place, SceneDescription, ShapeDescription};
 use super::keyframes;

@@ -6,7 +6,7 @@
 //! Measure: shares of the variance of one sample, relative as relMSE is, and of the light.
 //! Range: integrators that tell of their paths. Samples are taken one by one: what points that are spread evenly save is not
 //! seen.
-//! Source: the covariance is linear. Tested below and in `tests/study.rs`.
+//! Source: the covariance is linear. Tested below and in `tests/rendering/study.rs`.
 
 use super::reference::References;
 use super::stage::Stage;

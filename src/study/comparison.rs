@@ -6,7 +6,7 @@
 //! Measure: metrics as in `image/metrics.rs`; means in units of the pixels.
 //! Range: pictures of the same size. Pixels that either picture flags are left out of the test: it says nothing of them. The
 //! random numbers of both renders must not be the same.
-//! Source: docs/accuracy.md, "Comparing two pictures"; `math/difference.rs`. Tested below and in `tests/compare_command.rs`.
+//! Source: docs/accuracy.md, "Comparing two pictures"; `math/difference.rs`. Tested below and in `tests/command/compare.rs`.
 
 use crate::error::{Error, Result};
 use crate::film::bars::BATCHES;

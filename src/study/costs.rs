@@ -2,7 +2,7 @@
 //!
 //! Measure: as in the report.
 //! Range: what there is no time for is left out, and said to be.
-//! Source: docs/accuracy.md, "The study". Tested in `tests/study.rs`.
+//! Source: docs/accuracy.md, "The study". Tested in `tests/rendering/study.rs`.
 
 use super::anatomy::path_shares;
 use super::effect_cost::{CostSettings, EffectCost, effect_costs};

@@ -5,7 +5,7 @@
 //! Measure: shares of the time and of the image's mean luminance. A share of time below 0 is an effect that saves time, as
 //! one that ends paths early does.
 //! Range: at least two rounds; each has a seed of its own.
-//! Source: docs/architecture.md, "Effects". Tested in `tests/plan.rs`.
+//! Source: docs/architecture.md, "Effects". Tested in `tests/command/plan.rs`.
 
 use crate::accel::AccelOptions;
 use crate::effects::{Effect, Kernel};

@@ -4,7 +4,7 @@
 //!
 //! Measure: shares of the time and of the light of the whole picture.
 //! Range: at least one round; shares of time are as rough as timings of that length are.
-//! Source: none needed. Tested in `tests/study.rs`.
+//! Source: none needed. Tested in `tests/rendering/study.rs`.
 
 use super::stage::Stage;
 use super::variant::Variant;

@@ -2,7 +2,7 @@
 //!
 //! Measure: as in the report.
 //! Range: a study whose levels are rendered.
-//! Source: docs/accuracy.md, "The study". Tested in `tests/study.rs`.
+//! Source: docs/accuracy.md, "The study". Tested in `tests/rendering/study.rs`.
 
 use super::bars::reliability;
 use super::fit::Reached;

@@ -2,7 +2,7 @@
 //!
 //! Measure: seconds, samples per pixel, relMSE; said at each field.
 //! Range: a study that was interrupted has what was done by then.
-//! Source: docs/accuracy.md, "The study". Tested in `tests/study.rs`.
+//! Source: docs/accuracy.md, "The study". Tested in `tests/rendering/study.rs`.
 
 use super::anatomy::PathShares;
 use super::bars::BarsReport;

@@ -3,7 +3,7 @@
 //! Measure: as in the report.
 //! Range: a budget that is enough for three levels of samples with four seeds for every variant; a smaller one is an error of
 //! usage that says what is enough. A study that is cancelled reports what it has.
-//! Source: docs/accuracy.md, "The study". Tested in `tests/study.rs`.
+//! Source: docs/accuracy.md, "The study". Tested in `tests/rendering/study.rs`.
 
 use super::fit::TimeLaw;
 use super::reference::References;

@@ -5,7 +5,7 @@
 //!
 //! Measure: seconds, relMSE.
 //! Range: a budget that runs out ends it early; so does whoever watches.
-//! Source: docs/accuracy.md, "The study". Tested in `tests/study.rs`.
+//! Source: docs/accuracy.md, "The study". Tested in `tests/rendering/study.rs`.
 
 use super::fit::TimeLaw;
 use super::reference::References;

@@ -2,7 +2,7 @@
 //!
 //! Measure: seconds.
 //! Range: at least one variant; all of them render the same picture.
-//! Source: none needed. Tested in `tests/study.rs` and `tests/study_command.rs`.
+//! Source: none needed. Tested in `tests/rendering/study.rs` and `tests/command/study.rs`.
 
 use super::report::StudyReport;
 use super::schedule::Schedule;

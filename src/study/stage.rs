@@ -2,7 +2,7 @@
 //!
 //! Measure: pixels, samples per pixel, seconds.
 //! Range: one structure for each way to trace that is asked for.
-//! Source: `render/`. Tested in `tests/study.rs`.
+//! Source: `render/`. Tested in `tests/rendering/study.rs`.
 
 use super::clock::{Seconds, Stopwatch};
 use super::variant::Variant;

@@ -3,7 +3,7 @@
 //!
 //! Measure: seconds, relMSE and its root, said at each field.
 //! Range: at least two levels with two renders each.
-//! Source: docs/accuracy.md, "The study". Tested below and in `tests/study.rs`.
+//! Source: docs/accuracy.md, "The study". Tested below and in `tests/rendering/study.rs`.
 
 use super::bootstrap::{Dealer, REPLICAS, Ranged};
 use super::fit::{Curve, ErrorLevel, Reached, Slope, TimeLaw};

@@ -6,7 +6,7 @@
 //!
 //! Measure: densities per steradian; cells are rectangles in (height below the pole, azimuth), which keep area.
 //! Range: cells that expect fewer than 5 are pooled. "No sample" (or a delta) is one more cell.
-//! Source: Pearson 1900. Tested on right densities and planted bugs in `tests/harness.rs`.
+//! Source: Pearson 1900. Tested on right densities and planted bugs in `tests/sampling/harness.rs`.
 
 use super::TestRng;
 use super::quadrature::{Adaptive, Rectangle};

@@ -3,7 +3,7 @@
 //!
 //! Measure: as said in each module.
 //! Range: every check is deterministic: its seed is fixed.
-//! Source: the acceptance rule of the project's catalogue of hard cases. The harness itself is tested in `tests/harness.rs`.
+//! Source: the acceptance rule of the project's catalogue of hard cases. The harness itself is tested in `tests/sampling/harness.rs`.
 
 // Each test binary compiles this library anew and uses a part of it.
 #![allow(dead_code, unused_imports)]

@@ -2,7 +2,7 @@
 //!
 //! Measure: that of the integrand times the domain.
 //! Range: bounded integrands; adaptive rules stop at their depth, so that kinks and edges cost accuracy, not time.
-//! Source: Gauss-Legendre nodes by Newton's method on P_n. Tested in `tests/harness.rs`.
+//! Source: Gauss-Legendre nodes by Newton's method on P_n. Tested in `tests/sampling/harness.rs`.
 
 use std::f64::consts::PI;
 

@@ -6,7 +6,7 @@
 //!
 //! Measure: normalised scene units, bytes.
 //! Range: Embree 4 with the layout of hits that its headers say, which `layout.rs` makes sure of.
-//! Source: Embree's manual; embree4 headers. Tested in `tests/tracing.rs`.
+//! Source: Embree's manual; embree4 headers. Tested in `tests/tracing/rays.rs`.
 
 use super::lanes::{ActiveLanes, RayHitLanes, RayLanes};
 use crate::accel::batch::PacketWidth;

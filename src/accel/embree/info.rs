@@ -2,7 +2,7 @@
 //!
 //! Measure: none.
 //! Range: Linux tells where the library was loaded from; elsewhere the place stays unknown.
-//! Source: Embree's device properties; proc(5). Tested in `tests/command.rs`.
+//! Source: Embree's device properties; proc(5). Tested in `tests/command/render.rs`.
 
 use super::handles::Device;
 use crate::error::Result;

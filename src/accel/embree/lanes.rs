@@ -5,7 +5,7 @@
 //!
 //! Measure: as [`RayBatch`](crate::accel::batch::RayBatch).
 //! Range: 8 and 16 lanes; other numbers do not compile as queries.
-//! Source: Embree's manual, "Ray packets"; embree4 headers. Tested in `tests/batches.rs`.
+//! Source: Embree's manual, "Ray packets"; embree4 headers. Tested in `tests/tracing/batches.rs`.
 
 use crate::accel::batch::RayBatch;
 use embree4_sys::{

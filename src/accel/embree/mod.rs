@@ -9,7 +9,7 @@
 //!
 //! Measure: normalised scene units.
 //! Range: coordinates up to 1e18 in magnitude, Embree's own limit; finite rays.
-//! Source: Embree's manual; Woop, Benthin and Wald 2013 for its robust mode. Tested in `tests/tracing.rs`.
+//! Source: Embree's manual; Woop, Benthin and Wald 2013 for its robust mode. Tested in `tests/tracing/rays.rs`.
 #![allow(unsafe_code)]
 
 mod handles;

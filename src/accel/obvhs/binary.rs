@@ -3,7 +3,7 @@
 //! Measure: as of the boxes; parameters as of `BoxRay`.
 //! Range: any tree.
 //! Source: obvhs for the nodes; Pharr, Jakob, Humphreys, section 6.8.2 for the rounding of the test. Tested in
-//! `tests/tracing.rs` and `tests/tracing_hard.rs`.
+//! `tests/tracing/rays.rs` and `tests/tracing/hard.rs`.
 
 use super::box_ray::BoxRay;
 use super::stack::Stack;

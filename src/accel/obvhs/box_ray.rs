@@ -10,7 +10,7 @@
 //!
 //! Measure: any unit of length; parameters in multiples of the scaled direction's length, from the start of the query.
 //! Range: finite rays and boxes with coordinates up to 1e18 in magnitude.
-//! Source: Pharr, Jakob, Humphreys, section 6.8.2 for the roundings. Tested below and in `tests/tracing_hard.rs`.
+//! Source: Pharr, Jakob, Humphreys, section 6.8.2 for the roundings. Tested below and in `tests/tracing/hard.rs`.
 
 use crate::accel::primitive::DRay;
 use crate::math::bounds::Bounds;

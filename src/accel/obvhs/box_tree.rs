@@ -6,7 +6,7 @@
 //! Measure: any unit of length.
 //! Range: boxes that are not empty, with coordinates up to 1e18 in magnitude.
 //! Source: obvhs: parallel locally-ordered clustering (Meister and Bittner 2018) and reinsertion (the same, 2018). Tested in
-//! `tests/tracing.rs`, `tests/tracing_hard.rs` and `tests/tracing_instances.rs`.
+//! `tests/tracing/rays.rs`, `tests/tracing/hard.rs` and `tests/tracing/instance_rays.rs`.
 
 use super::box_ray::BoxRay;
 use super::{binary, wide};

@@ -5,7 +5,7 @@
 //!
 //! Measure: normalised scene units, or a group's own.
 //! Range: as in `accel/mod.rs`.
-//! Source: none needed. Tested in `tests/tracing.rs` and `tests/tracing_instances.rs`.
+//! Source: none needed. Tested in `tests/tracing/rays.rs` and `tests/tracing/instance_rays.rs`.
 
 use super::box_ray::largest_coordinate;
 use super::box_tree::{BoxTree, Layout, widened};

@@ -7,7 +7,7 @@
 //!
 //! Measure: normalised scene units.
 //! Range: as in `accel/mod.rs`, with coordinates up to 1e18 in magnitude.
-//! Source: obvhs. Tested in `tests/tracing.rs`, `tests/tracing_hard.rs` and `tests/tracing_instances.rs`.
+//! Source: obvhs. Tested in `tests/tracing/rays.rs`, `tests/tracing/hard.rs` and `tests/tracing/instance_rays.rs`.
 
 mod binary;
 mod box_ray;

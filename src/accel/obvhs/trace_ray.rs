@@ -4,7 +4,7 @@
 //! Range: any ray and triangle; a triangle seen edge-on, or without an area, is never hit.
 //! Source: `math/triangle.rs` for double precision; for single Möller and Trumbore 1997, in the form whose distance is
 //! measured along the geometric normal, which is what the error bounds of surface points are made for. Tested below, in
-//! `tests/tracing.rs` and in `tests/tracing_hard.rs`.
+//! `tests/tracing/rays.rs` and in `tests/tracing/hard.rs`.
 
 use super::box_ray::{BoxRay, Parameter};
 use crate::accel::primitive::DRay;

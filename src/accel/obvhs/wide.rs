@@ -6,8 +6,8 @@
 //!
 //! Measure: as of the boxes; parameters as of `BoxRay`.
 //! Range: any tree with coordinates up to 1e18 in magnitude.
-//! Source: Ylitie, Karras and Laine 2017 for the layout and the order; obvhs for the nodes. Tested in `tests/tracing.rs`
-//! and `tests/tracing_hard.rs`.
+//! Source: Ylitie, Karras and Laine 2017 for the layout and the order; obvhs for the nodes. Tested in `tests/tracing/rays.rs`
+//! and `tests/tracing/hard.rs`.
 
 use super::box_ray::BoxRay;
 use super::stack::Stack;

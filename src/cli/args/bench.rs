@@ -2,7 +2,7 @@
 //!
 //! Measure: said at each flag.
 //! Range: said at each flag; what is out of it is a usage error that names the flag.
-//! Source: the conventions of `etendue help`. Tested in `tests/bench_command.rs` and `tests/bad_flags.rs`.
+//! Source: the conventions of `etendue help`. Tested in `tests/command/bench.rs` and `tests/command/bad_flags.rs`.
 
 use super::ProgressMode;
 use super::values::{backend, precision};

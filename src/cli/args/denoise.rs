@@ -2,7 +2,7 @@
 //!
 //! Measure: said at each flag.
 //! Range: said at each flag; what is out of it is a usage error that names the flag.
-//! Source: the conventions of `etendue help`. Tested in `tests/denoise_command.rs`.
+//! Source: the conventions of `etendue help`. Tested in `tests/command/denoise.rs`.
 
 use super::values::{named, parse_exposure};
 use crate::post::denoise::Denoiser;

@@ -2,7 +2,7 @@
 //!
 //! Measure: said at each flag.
 //! Range: said at each flag; what is out of it is a usage error that names the flag.
-//! Source: the conventions of `etendue help`. Tested in `tests/command.rs`.
+//! Source: the conventions of `etendue help`. Tested in `tests/command/render.rs`.
 
 mod battery;
 mod bench;

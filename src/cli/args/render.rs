@@ -2,7 +2,7 @@
 //!
 //! Measure: said at each flag.
 //! Range: said at each flag; what is out of it is a usage error that names the flag.
-//! Source: the conventions of `etendue help`. Tested in `tests/command.rs` and `tests/bad_flags.rs`.
+//! Source: the conventions of `etendue help`. Tested in `tests/command/render.rs` and `tests/command/bad_flags.rs`.
 
 use super::values::{
     named, parse_distance, parse_exposure, parse_numbers, parse_share, parse_size,

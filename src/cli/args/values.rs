@@ -2,7 +2,7 @@
 //!
 //! Measure: said at each.
 //! Range: said at each; what is out of it is a usage error that names the flag.
-//! Source: none needed. Tested below and in `tests/bad_flags.rs`.
+//! Source: none needed. Tested below and in `tests/command/bad_flags.rs`.
 
 use crate::accel::{Backend, Precision};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};

@@ -2,7 +2,7 @@
 //!
 //! Measure: as the report says.
 //! Range: any report; what is not finite is `null`.
-//! Source: none needed. Tested in `tests/battery_command.rs`.
+//! Source: none needed. Tested in `tests/command/battery.rs`.
 
 use crate::battery::report::BatteryReport;
 use crate::math::verdict::Verdict;

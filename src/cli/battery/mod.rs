@@ -3,7 +3,7 @@
 //! Measure: that of `battery/report.rs`.
 //! Range: every case, or those of the rows that are asked for. What is done is written as soon as it is, so that an end
 //! by Ctrl-C keeps it.
-//! Source: docs/hard-cases.md. Tested in `tests/battery_command.rs`.
+//! Source: docs/hard-cases.md. Tested in `tests/command/battery.rs`.
 
 mod html;
 mod json;

@@ -2,7 +2,7 @@
 //!
 //! Measure: as the report says.
 //! Range: any report, also of an interrupted battery.
-//! Source: docs/hard-cases.md. Tested in `tests/battery_command.rs`.
+//! Source: docs/hard-cases.md. Tested in `tests/command/battery.rs`.
 
 use crate::battery::case::{Effort, Peers};
 use crate::battery::claim::Relation;

@@ -2,7 +2,7 @@
 //!
 //! Measure: that of the tables, which stand below their charts.
 //! Range: any report; what is not measured yet is left out.
-//! Source: none needed. Tested in `tests/bench_command.rs` and below.
+//! Source: none needed. Tested in `tests/command/bench.rs` and below.
 
 use super::compare::{self, Contender, Mean};
 use super::wording::{digits, ratio, spread, way};

@@ -2,7 +2,7 @@
 //!
 //! Measure: as the report says; ratios of times.
 //! Range: any report; what is not finite is `null`.
-//! Source: none needed. Tested in `tests/bench_command.rs`.
+//! Source: none needed. Tested in `tests/command/bench.rs`.
 
 use super::compare::{self, Fastest, Mean};
 use crate::bench::report::{BenchReport, SceneReport};

@@ -3,7 +3,7 @@
 //! Measure: that of `bench/report.rs`.
 //! Range: scenes that load, and those of the bench's own. What is measured is written part by part, so that an end by
 //! Ctrl-C keeps it.
-//! Source: docs/bench.md. Tested in `tests/bench_command.rs`.
+//! Source: docs/bench.md. Tested in `tests/command/bench.rs`.
 
 mod compare;
 mod html;

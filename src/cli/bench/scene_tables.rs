@@ -2,7 +2,7 @@
 //!
 //! Measure: said in each sentence.
 //! Range: any report; a table whose part is not measured has no rows.
-//! Source: none needed. Tested in `tests/bench_command.rs` and below.
+//! Source: none needed. Tested in `tests/command/bench.rs` and below.
 
 use super::compare::{self, reference};
 use super::wording::{count, digits, megabytes, of_things, ratio, spread, way};

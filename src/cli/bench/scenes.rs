@@ -2,7 +2,7 @@
 //!
 //! Measure: seconds of loading.
 //! Range: a name of the bench's own goes before a file of that name; what is neither is an error that lists the names.
-//! Source: none needed. Tested in `tests/bench_command.rs`.
+//! Source: none needed. Tested in `tests/command/bench.rs`.
 
 use crate::bench::scenes::{SCENES, suzanne_room};
 use crate::bench::settings::GivenScene;

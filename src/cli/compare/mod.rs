@@ -3,7 +3,7 @@
 //! Measure: as in `study/comparison.rs`.
 //! Range: two pictures of one size in any format that is read. One that is no picture, or has pixels that are not finite,
 //! fails as a file that cannot be read does.
-//! Source: docs/accuracy.md, "Comparing two pictures". Tested in `tests/compare_command.rs`.
+//! Source: docs/accuracy.md, "Comparing two pictures". Tested in `tests/command/compare.rs`.
 
 mod report;
 mod tables;

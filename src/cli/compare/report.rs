@@ -2,7 +2,7 @@
 //!
 //! Measure: as in `study/comparison.rs`.
 //! Range: any comparison; in JSON, what is not finite is `null`.
-//! Source: docs/accuracy.md, "Comparing two pictures". Tested in `tests/compare_command.rs`.
+//! Source: docs/accuracy.md, "Comparing two pictures". Tested in `tests/command/compare.rs`.
 
 use crate::cli::args::{CompareArguments, Metric};
 use crate::cli::lesson::significant;

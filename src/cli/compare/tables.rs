@@ -2,7 +2,7 @@
 //!
 //! Measure: said in the tables.
 //! Range: any report.
-//! Source: docs/accuracy.md, "Comparing two pictures". Tested in `tests/compare_command.rs`.
+//! Source: docs/accuracy.md, "Comparing two pictures". Tested in `tests/command/compare.rs`.
 
 use super::report::Report;
 use crate::cli::lesson::significant;

@@ -2,7 +2,7 @@
 //!
 //! Measure: that of the numbers.
 //! Range: any page. It needs nothing from outside: formulas are MathML, plots SVG, pictures are within.
-//! Source: MathML Core. Tested in `tests/lesson_command.rs`.
+//! Source: MathML Core. Tested in `tests/command/lesson.rs`.
 
 use super::wording::{number_table, technique_table};
 use super::{Done, command};

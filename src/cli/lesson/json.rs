@@ -2,7 +2,7 @@
 //!
 //! Measure: that of each number.
 //! Range: any pages; what is not finite is `null`.
-//! Source: none needed. Tested in `tests/lesson_command.rs`.
+//! Source: none needed. Tested in `tests/command/lesson.rs`.
 
 use super::{Done, command};
 use crate::lesson::TOPICS;

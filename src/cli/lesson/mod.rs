@@ -3,7 +3,7 @@
 //! Measure: that of each topic.
 //! Range: topics of the course. A page is written as soon as its topic is done, so that an end by Ctrl-C keeps those
 //! before.
-//! Source: docs/lessons.md. Tested in `tests/lesson_command.rs`.
+//! Source: docs/lessons.md. Tested in `tests/command/lesson.rs`.
 
 mod html;
 mod json;

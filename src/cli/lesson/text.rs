@@ -2,7 +2,7 @@
 //!
 //! Measure: that of the numbers.
 //! Range: any page. Plots and pictures are for its HTML.
-//! Source: none needed. Tested in `tests/lesson_command.rs`.
+//! Source: none needed. Tested in `tests/command/lesson.rs`.
 
 use super::wording::{number_table, technique_table};
 use crate::lesson::TOPICS;

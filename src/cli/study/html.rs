@@ -2,7 +2,7 @@
 //!
 //! Measure: that of the tables and plots.
 //! Range: any findings; what is not measured is left out. It needs nothing from outside.
-//! Source: docs/accuracy.md, "The study". Tested in `tests/study_command.rs`.
+//! Source: docs/accuracy.md, "The study". Tested in `tests/command/study.rs`.
 
 use super::tables::path_class;
 use super::wording::{percent, round_up, samples, seconds};

@@ -2,7 +2,7 @@
 //!
 //! Measure: as the report says.
 //! Range: any report; what is not finite is `null`.
-//! Source: none needed. Tested in `tests/study_command.rs`.
+//! Source: none needed. Tested in `tests/command/study.rs`.
 
 use super::Findings;
 use crate::bench::report::Machine;

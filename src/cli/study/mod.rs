@@ -2,7 +2,7 @@
 //!
 //! Measure: that of `study/report.rs` and `study/summary.rs`.
 //! Range: any scene that loads. What is measured is written round by round, so that an end by Ctrl-C or a kill keeps it.
-//! Source: docs/accuracy.md, "The study". Tested in `tests/study_command.rs`.
+//! Source: docs/accuracy.md, "The study". Tested in `tests/command/study.rs`.
 
 mod conclusions;
 mod csv;

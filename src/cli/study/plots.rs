@@ -2,7 +2,7 @@
 //!
 //! Measure: said on each axis; errors are roots of relMSE, in percent.
 //! Range: any findings; what is not finite or not positive is not drawn.
-//! Source: none needed. Tested in `tests/study_command.rs`.
+//! Source: none needed. Tested in `tests/command/study.rs`.
 
 use super::Findings;
 use crate::study::bars::{BINS, Coverage, FARTHEST};

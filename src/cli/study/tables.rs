@@ -2,7 +2,7 @@
 //!
 //! Measure: said in each sentence.
 //! Range: any findings; what is not measured has no rows.
-//! Source: none needed. Tested in `tests/study_command.rs`.
+//! Source: none needed. Tested in `tests/command/study.rs`.
 
 use super::wording::{
     number, percent, probability, ranged, reached, rough, seconds, signed_percent,

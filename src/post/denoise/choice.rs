@@ -16,7 +16,7 @@
 //! Measure: squared radiance; relative to the picture's square where filters are compared.
 //! Range: at least one candidate; the first is preferred.
 //! Source: Stein 1981 for weights that are given; Rousselle, Knaus and Zwicker 2012, section 5, for maps of the choice that
-//! are smoothed. Tested below and in `tests/denoise.rs`.
+//! are smoothed. Tested below and in `tests/rendering/denoise.rs`.
 
 use super::means::Means;
 use super::noisy::Noisy;

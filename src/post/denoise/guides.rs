@@ -10,7 +10,7 @@
 //! Measure: albedo in [0, 1], unit normals, distances in any unit.
 //! Range: no distance (infinite) where nothing is seen.
 //! Source: Rousselle, Manzi and Zwicker 2013, "Robust Denoising using Feature and Color Information", section 4, with the
-//! tangent plane of Moon et al. 2014 in place of a constant distance. Tested below and in `tests/denoise.rs`.
+//! tangent plane of Moon et al. 2014 in place of a constant distance. Tested below and in `tests/rendering/denoise.rs`.
 
 use super::plane::Plane;
 

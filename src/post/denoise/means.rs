@@ -17,7 +17,7 @@
 //! Measure: radiance, or radiance over albedo; its variance.
 //! Range: finite numbers; variances may be 0. Pixels beyond the border have no weight.
 //! Source: Buades, Coll and Morel 2005; Rousselle, Knaus and Zwicker 2012, "Adaptive Rendering with Non-Local Means
-//! Filtering", section 4 for the distance and the halves. Tested below and in `tests/denoise.rs`.
+//! Filtering", section 4 for the distance and the halves. Tested below and in `tests/rendering/denoise.rs`.
 
 use super::guides::Feature;
 use super::plane::{Part, Plane};

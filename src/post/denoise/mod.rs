@@ -3,7 +3,7 @@
 //! Measure: linear radiance; errors as roots of relMSE.
 //! Range: a picture with its first half, standard errors and first hits. Filtered pictures are biased; the bias of the
 //! filter by non-local means vanishes as the noise does, that of a trained network does not.
-//! Source: the files here. Tested in `tests/denoise.rs`.
+//! Source: the files here. Tested in `tests/rendering/denoise.rs`.
 
 mod choice;
 mod guides;

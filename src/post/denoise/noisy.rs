@@ -3,7 +3,7 @@
 //! Measure: linear radiance.
 //! Range: all layers that `etendue render --layers` writes; finite numbers, but for distances where nothing is seen; standard
 //! errors of at least 0. Anything else is an error that names the layer and the pixel.
-//! Source: docs/accuracy.md. Tested in `tests/denoise.rs`.
+//! Source: docs/accuracy.md. Tested in `tests/rendering/denoise.rs`.
 
 use super::guides::FirstHitLayers;
 use super::plane::Plane;

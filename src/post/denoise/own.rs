@@ -5,7 +5,7 @@
 //!
 //! Measure: linear radiance.
 //! Range: any picture.
-//! Source: `means.rs`, `choice.rs`. Tested in `tests/denoise.rs`.
+//! Source: `means.rs`, `choice.rs`. Tested in `tests/rendering/denoise.rs`.
 
 use super::Filtered;
 use super::choice::{choose, measure, risks, whole};

@@ -6,7 +6,7 @@
 //!
 //! Measure: as in `guides.rs`.
 //! Range: guides without noise stay as they are.
-//! Source: Rousselle, Manzi and Zwicker 2013, section 4.2. Tested in `tests/denoise.rs`.
+//! Source: Rousselle, Manzi and Zwicker 2013, section 4.2. Tested in `tests/rendering/denoise.rs`.
 
 use super::guides::FirstHitLayers;
 use super::means::{Comparison, Halves, means};

@@ -12,7 +12,7 @@
 //!
 //! Measure: samples per pixel; shares have the mean 1 over each colour of the chessboard.
 //! Range: a window of at least one pixel. One that has no neighbours gets what there is evenly.
-//! Source: Neyman 1934 for the square root; sample splitting after Cox 1975. Tested below and in `tests/adaptive.rs`.
+//! Source: Neyman 1934 for the square root; sample splitting after Cox 1975. Tested below and in `tests/rendering/adaptive.rs`.
 
 use crate::film::bars::BATCHES;
 use crate::film::{Film, PixelEstimate};

@@ -3,7 +3,7 @@
 //! Measure: samples per pixel. The *level* of a render is the mean over the pixels, or, for greedy sampling, what a pixel
 //! has that has not stopped.
 //! Range: counts are whole rounds of batches.
-//! Source: docs/accuracy.md, "Adaptive sampling". Tested in `tests/adaptive.rs`.
+//! Source: docs/accuracy.md, "Adaptive sampling". Tested in `tests/rendering/adaptive.rs`.
 
 pub mod allocation;
 mod greedy;

@@ -2,7 +2,7 @@
 //!
 //! Measure: world units, degrees.
 //! Range: a field of view above 0 and below 180 degrees; a transform that only rotates and moves.
-//! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
+//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs`.
 
 use super::motion::{keys, shutter};
 use super::reader::{Table, Value};

@@ -2,7 +2,7 @@
 //!
 //! Measure: linear Rec. 709.
 //! Range: at least 0; a reflectance at most 1.
-//! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
+//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs`.
 
 use super::reader::Value;
 use super::wording::shown;

@@ -2,7 +2,7 @@
 //!
 //! Measure: as in the description.
 //! Range: names of materials are unique, and so are those of groups; indices are those of `materials` and `groups`.
-//! Source: none needed. Tested in `tests/scene_loading.rs`.
+//! Source: none needed. Tested in `tests/loading/scene_files.rs`.
 
 use super::colour::Textures;
 use crate::math::rgb::Rgb;

@@ -2,7 +2,7 @@
 //!
 //! Measure: world units, degrees; radiance, radiant intensity and irradiance.
 //! Range: as docs/scene-format.md says for each key.
-//! Source: docs/scene-format.md. Tested in `tests/light_loading.rs`.
+//! Source: docs/scene-format.md. Tested in `tests/loading/lights.rs`.
 
 use super::colour::{Bound, Textures, colour, constant};
 use super::reader::{Table, Value};

@@ -2,7 +2,7 @@
 //!
 //! Measure: reflectances in [0, 1]; roughness is perceptual, in [0, 1].
 //! Range: as docs/scene-format.md says for each key.
-//! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
+//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs`.
 
 use super::colour::{Bound, Textures, colour, constant, mask, most};
 use super::reader::{Table, Value};

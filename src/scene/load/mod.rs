@@ -2,7 +2,7 @@
 //!
 //! Measure: as written: world units, degrees, sRGB or linear values.
 //! Range: every error names file, line, field and what was expected.
-//! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs` and `tests/bad_input.rs`.
+//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `tests/loading/bad_input.rs`.
 
 mod camera;
 mod colour;

@@ -2,7 +2,7 @@
 //!
 //! Measure: the model's own units.
 //! Range: any model with faces, up to a size of about 1e150.
-//! Source: none needed. Tested in `tests/scene_loading.rs`.
+//! Source: none needed. Tested in `tests/loading/scene_files.rs`.
 
 use super::camera::orientation;
 use super::contents::Contents;

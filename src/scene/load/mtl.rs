@@ -14,7 +14,7 @@
 //! Range: an index below 1 counts as 1 except in glass. Keys without meaning here (`Ka`, `Ks`, ...) are passed over,
 //! pictures that are not drawn are noted, and so are unknown keys.
 //! Source: Blender's exporter, `export_pbr_extensions`; without `Pr`, roughness = 1 - sqrt(Ns / 1000) as Blender
-//! imports it, and 1 without `Ns`. Tested in `tests/scene_loading.rs`.
+//! imports it, and 1 without `Ns`. Tested in `tests/loading/scene_files.rs`.
 
 use super::colour::Textures;
 use super::contents::Contents;

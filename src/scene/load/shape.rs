@@ -2,7 +2,7 @@
 //!
 //! Measure: world units, radiance.
 //! Range: as docs/scene-format.md says for each key.
-//! Source: docs/scene-format.md. Tested in `tests/scene_loading.rs`.
+//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs`.
 
 use super::colour::{Bound, colour};
 use super::contents::Contents;

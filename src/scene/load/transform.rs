@@ -2,7 +2,7 @@
 //!
 //! Measure: world units, degrees.
 //! Range: the whole has an inverse; a matrix is affine.
-//! Source: docs/scene-format.md; Rodrigues' rotation, through glam. Tested in `tests/scene_loading.rs`.
+//! Source: docs/scene-format.md; Rodrigues' rotation, through glam. Tested in `tests/loading/scene_files.rs`.
 
 use super::reader::Value;
 use crate::error::Result;

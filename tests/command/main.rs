@@ -1,0 +1,19 @@
+//! The command, as its users call it.
+#![cfg(feature = "cli")]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod adaptive;
+mod bad_flags;
+mod battery;
+mod bench;
+mod compare;
+mod denoise;
+mod denoise_oidn;
+mod layers;
+mod lesson;
+mod non_finite;
+mod plan;
+mod render;
+mod study;

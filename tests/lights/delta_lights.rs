@@ -1,0 +1,171 @@
+//! Point, spot and distant lights: what each samples, and that pictures do not show them. Their closed forms in
+//! pictures are row 31 of the battery.
+
+use crate::common::quadrature::integrate;
+use crate::common::scene::{diffuse, looking, rectangle, see, shape};
+use etendue::accel::Backend;
+use etendue::integrator::Roulette;
+use etendue::light::distant::DistantLight;
+use etendue::light::point::PointLight;
+use etendue::light::spot::SpotLight;
+use etendue::light::types::LightEnd;
+use etendue::math::rgb::Rgb;
+use etendue::math::vec::{DVec3, Vec3};
+use etendue::scene::description::{LightDescription, LightModel, Place, SceneDescription};
+use std::f64::consts::PI;
+
+#[test]
+fn a_point_lights_by_the_inverse_square_of_its_distance() {
+    let position = Vec3::new(1.0, 2.0, -3.0);
+    let light = PointLight::new(position, Rgb::new(8.0, 4.0, 0.0));
+    let s = light
+        .sample(position - 2.0 * Vec3::Y)
+        .expect("some way off");
+    assert_eq!(
+        (s.wi, s.radiance, s.pdf),
+        (Vec3::Y, Rgb::new(2.0, 1.0, 0.0), None)
+    );
+    assert!(matches!(s.end, LightEnd::Point(p) if p == position));
+    // Squares of these distances leave single precision; neither the direction nor the result is wrong.
+    let far = light.sample(position + 1e25 * Vec3::X).expect("far off");
+    assert_eq!((far.wi, far.radiance), (Vec3::NEG_X, Rgb::BLACK));
+    assert!(light.sample(position).is_none());
+    let origin = PointLight::new(Vec3::ZERO, Rgb::WHITE);
+    assert!(origin.sample(1e-30 * Vec3::X).is_none());
+    let luminance = f64::from(Rgb::new(8.0, 4.0, 0.0).luminance());
+    assert!((light.power() - 4.0 * PI * luminance).abs() < 1e-6);
+}
+
+#[test]
+fn a_spot_falls_off_smoothly_over_its_penumbra() {
+    for (cone, penumbra) in [(0.5, 0.2), (PI, PI), (2.5, 0.3), (1e-4, 5e-5), (0.3, 0.3)] {
+        let light = SpotLight::new(Vec3::ZERO, Vec3::Z, Rgb::grey(3.0), cone, penumbra);
+        // With distance 1 the irradiance is the intensity.
+        let at = |angle: f64| {
+            let p = DVec3::new(angle.sin(), 0.0, angle.cos()).as_vec3a();
+            light
+                .sample(p)
+                .map_or(0.0, |s| f64::from(s.radiance.to_array()[0]))
+        };
+        let close = |value: f64, expected: f64| {
+            assert!(
+                (value - expected).abs() < 6e-3,
+                "{cone} {penumbra}: {value}, not {expected}"
+            );
+        };
+        let full = cone - penumbra;
+        close(at(0.0), 3.0);
+        close(at(0.999 * full), 3.0);
+        assert_eq!(at((1.001 * cone).min(PI)), 0.0);
+        // Half way in the cosine, it is half.
+        let half_way = 0.5 * ((0.5 * cone).sin().powi(2) + (0.5 * full).sin().powi(2));
+        close(at(2.0 * half_way.sqrt().asin()), 1.5);
+        let mut before = f64::INFINITY;
+        for i in 0..=100 {
+            let value = at(full + penumbra * f64::from(i) / 100.0);
+            assert!(value <= before * (1.0 + 1e-6), "it falls");
+            before = value;
+        }
+        // The power is the integral of the intensity.
+        let ring = |angle: f64| 2.0 * PI * angle.sin() * at(angle);
+        let exact = integrate(ring, 0.0, full, 1) + integrate(ring, full, cone, 4);
+        assert!(
+            (light.power() / exact - 1.0).abs() < 2e-3,
+            "{} {exact}",
+            light.power()
+        );
+    }
+}
+
+#[test]
+fn a_spot_without_a_penumbra_is_all_or_nothing() {
+    let light = SpotLight::new(Vec3::ZERO, Vec3::NEG_Y, Rgb::WHITE, PI / 3.0, 0.0);
+    let at = |degrees: f32| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        light
+            .sample(Vec3::new(sin, -cos, 0.0))
+            .map(|s| s.radiance.to_array()[0])
+    };
+    assert!(at(59.9).is_some_and(|x| (x - 1.0).abs() < 1e-6) && at(60.1).is_none());
+    assert!((light.power() - PI).abs() < 1e-6);
+}
+
+#[test]
+fn a_spot_of_half_a_turn_has_no_hole_behind() {
+    let mut rng = crate::common::TestRng::new(1);
+    for _ in 0..1000 {
+        let axis = rng.direction_log_uniform(1e-3);
+        let light = SpotLight::new(Vec3::ZERO, axis, Rgb::WHITE, PI, 0.0);
+        assert!(light.sample(-axis).is_some(), "{axis}");
+    }
+}
+
+#[test]
+fn a_distant_light_is_the_same_everywhere() {
+    let light = DistantLight::new(Vec3::NEG_Y, Rgb::grey(3.0));
+    let s = light.sample();
+    assert_eq!((s.wi, s.radiance, s.pdf), (Vec3::Y, Rgb::grey(3.0), None));
+    assert!(matches!(s.end, LightEnd::Infinity));
+    assert!((light.power(2.0) - 12.0 * PI).abs() < 1e-5);
+}
+
+/// A floor of albedo 0.5 around the origin, seen from above, and lights.
+fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDescription {
+    let mut scene = looking(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
+    let side = 2.0 * half;
+    let ground = rectangle([-half, 0.0, half], [side, 0.0, 0.0], [0.0, 0.0, -side]);
+    scene.shapes.push(shape(ground, 0.0));
+    scene
+        .lights
+        .extend(lights.into_iter().map(|model| LightDescription {
+            place: Place::default(),
+            model,
+        }));
+    scene
+}
+
+/// That every pixel sees the radiance of an irradiance: albedo / pi times it.
+#[track_caller]
+fn assert_irradiance(what: &str, scene: &SceneDescription, irradiance: f64, tolerance: f64) {
+    for backend in Backend::ALL {
+        let pixels = see(scene, *backend, 4, Some(1), Roulette::default());
+        let exact = 0.5 / PI * irradiance;
+        let spread = pixels.variance().expect("32 pixels").sqrt();
+        assert!(
+            (pixels.mean() / exact - 1.0).abs() < tolerance && spread < tolerance * exact,
+            "{what}, {backend:?}: {} +- {spread}, not {exact}",
+            pixels.mean()
+        );
+    }
+}
+
+fn point(position: DVec3, intensity: f32) -> LightModel {
+    LightModel::Point {
+        position,
+        intensity: Rgb::grey(intensity),
+    }
+}
+
+fn distant(direction: DVec3, irradiance: f32) -> LightModel {
+    LightModel::Distant {
+        direction,
+        irradiance: Rgb::grey(irradiance),
+    }
+}
+
+#[test]
+fn a_delta_light_is_not_seen_and_scattered_rays_do_not_find_it() {
+    // Looking straight at the light, and at a mirror that shows it: nothing.
+    let towards = looking(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, diffuse(0.5));
+    let mut scene = towards;
+    scene.shapes.push(shape(
+        rectangle([-1.0, -1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]),
+        0.0,
+    ));
+    scene.lights = floor(1.0, [point(DVec3::ZERO, 4.0)]).lights;
+    // Behind it the wall at distance 1 has irradiance 4; the light adds nothing of its own.
+    assert_irradiance("behind", &scene, 4.0, 3e-4);
+    scene.lights = floor(1.0, [distant(DVec3::Z, 4.0)]).lights;
+    let dark = see(&scene, Backend::ALL[0], 4, None, Roulette::default());
+    assert_eq!(dark.mean(), 0.0, "from behind the wall");
+}

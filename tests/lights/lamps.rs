@@ -1,0 +1,53 @@
+//! Lamps whose light is found in one way, and in two that share it.
+
+use crate::common::scene::{diffuse, looking, rectangle, see, shape};
+use crate::common::verdict::assert_mean;
+use etendue::accel::Backend;
+use etendue::battery::closed_forms::parallel_rectangle;
+use etendue::integrator::Roulette;
+use etendue::math::rgb::Rgb;
+use etendue::math::vec::DVec3;
+use etendue::scene::description::{ColourDescription, MaterialDescription, MaterialModel, Place};
+
+const REFLECTANCE: f32 = 0.99;
+
+/// A large lamp close by, which scattering and light sampling find about as often.
+#[test]
+fn a_large_lamp_lights_by_its_form_factor() {
+    let albedo = 0.5;
+    let mut scene = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(albedo));
+    let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let lamp = rectangle([-1.0, -1.0, 1.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0]);
+    scene.shapes = vec![shape(floor, 0.0), shape(lamp, 1.0)];
+    let exact = f64::from(albedo) * 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
+    for &backend in Backend::ALL {
+        let seen = see(&scene, backend, 1 << 10, Some(1), Roulette::None);
+        assert_mean(backend.name(), &seen, exact, 2e-3);
+    }
+}
+
+/// A lamp that shines up at a mirror lights the floor as its image behind the mirror would: what the floor's scattering finds
+/// there, no light sampling does.
+#[test]
+fn a_lamp_in_a_mirror_lights_as_its_image_does() {
+    let albedo = 0.5;
+    let mut scene = looking(DVec3::new(-0.3, 0.2, 0.4), DVec3::ZERO, diffuse(albedo));
+    let model = MaterialModel::Mirror {
+        reflectance: ColourDescription::Constant(Rgb::grey(REFLECTANCE)),
+    };
+    scene
+        .materials
+        .push(MaterialDescription::new("mirror", Place::default(), model));
+    let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let lamp = rectangle([0.6, -0.5, 0.3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+    let above = rectangle([-2.0, -2.0, 1.0], [0.0, 4.0, 0.0], [4.0, 0.0, 0.0]);
+    scene.shapes = vec![shape(floor, 0.0), shape(lamp, 1.0), shape(above, 0.0)];
+    scene.shapes[2].material = 1;
+    // From x = 0.6 to 1.6, as far above the mirror as the lamp is below it.
+    let up_to = |x: f64| 2.0 * parallel_rectangle(x, 0.5, 1.7);
+    let exact = f64::from(albedo * REFLECTANCE) * (up_to(1.6) - up_to(0.6));
+    for &backend in Backend::ALL {
+        let seen = see(&scene, backend, 1 << 12, Some(2), Roulette::None);
+        assert_mean(backend.name(), &seen, exact, 1e-2);
+    }
+}

@@ -1,0 +1,15 @@
+//! How files become scenes, and what is said of bad ones.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bad_input;
+mod bad_motion;
+mod colours;
+mod damaged_files;
+mod generated_files;
+mod lights;
+mod models;
+mod odd_models;
+mod own_scenes;
+mod scene_files;

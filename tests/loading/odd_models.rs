@@ -1,0 +1,200 @@
+//! Models as other programs write them, and as no program should: read as docs/scene-format.md says, in bounded time
+//! and memory.
+
+use crate::common::scene_folder::{HEAD, SceneFolder, TRIANGLE};
+use etendue::ErrorKind;
+use etendue::math::rgb::Rgb;
+use etendue::math::vec::DVec3;
+use etendue::scene::description::{
+    GeometryDescription, MaterialModel, MeshDescription, SceneDescription, ShapeDescription,
+};
+use etendue::scene::load::load;
+
+fn load_model(model: &str, library: &str) -> SceneDescription {
+    SceneFolder::new([("a.obj", model), ("a.mtl", library)]).load("a.obj")
+}
+
+/// The error of a model with its library.
+fn complaint(model: &str, library: &str) -> String {
+    let folder = SceneFolder::new([("a.obj", model), ("a.mtl", library)]);
+    let error = load(&folder.path("a.obj")).expect_err("it is not valid");
+    assert_eq!(error.kind(), ErrorKind::Scene, "{error}");
+    error.to_string()
+}
+
+fn mesh(shape: &ShapeDescription) -> &MeshDescription {
+    match &shape.geometry {
+        GeometryDescription::Mesh(mesh) => mesh,
+        other => panic!("{other:?} is no mesh"),
+    }
+}
+
+#[test]
+fn corners_with_and_without_texture_coordinates_stay_apart() {
+    let scene = load_model(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 1 0\nf 1/1 2/1 3/1\nf 1 2 3\nf 1/1 2 3\n",
+        "",
+    );
+    let counts = scene.shapes.iter().map(|shape| {
+        let mesh = mesh(shape);
+        (mesh.indices.len(), mesh.uvs.len())
+    });
+    assert_eq!(counts.collect::<Vec<_>>(), [(1, 3), (2, 0)]);
+}
+
+#[test]
+fn a_group_keeps_one_shape_for_each_material_however_often_they_change() {
+    let again = "usemtl red\nf 1 2 3\nusemtl dark blue\nf 1 2 3\n".repeat(3);
+    // The library comes last, and has a material whose picture is missing but which no face has.
+    let model = format!("{TRIANGLE}g one\n{again}g two\nf 3 2 1\n  mtllib\ta.mtl \n");
+    let library = "newmtl red\nnewmtl dark blue\nPr 0.5\nnewmtl none\nmap_Kd none.png\n";
+    let scene = load_model(&model, library);
+    let shapes = scene.shapes.iter().map(|shape| {
+        let material = scene.materials[shape.material].name.as_str();
+        let faces = mesh(shape).indices.len();
+        (shape.name.as_str(), material, shape.place.line, faces)
+    });
+    let expected = [
+        ("a", "default", Some(4), 1),
+        ("one", "red", Some(7), 3),
+        ("one", "dark blue", Some(9), 3),
+        ("two", "dark blue", Some(19), 1),
+    ];
+    assert_eq!(shapes.collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn weights_colours_and_lines_that_go_on_are_read() {
+    let text = "v 0 0 0 0\nv 1 0 0 0.5 0.5 0.5\nv 0 1 \\\n0\nvt 0.5\nf 1/1 2/1 \\\n 3/1\n# C:\\\nf 1 2 4\n";
+    assert!(complaint(text, "").contains("a.obj:9: vertex 4 is out of range"));
+    let scene = load_model(&text.replace("1 2 4", "1 2 3"), "");
+    assert_eq!(
+        mesh(&scene.shapes[0]).positions,
+        [DVec3::ZERO, DVec3::X, DVec3::Y]
+    );
+}
+
+#[test]
+fn libraries_may_have_spaces_or_be_several() {
+    let model = format!("mtllib b.mtl c d.mtl\nusemtl m\n{TRIANGLE}");
+    let files = |names: [&'static str; 3]| {
+        SceneFolder::new([
+            ("a.obj", model.as_str()),
+            (names[0], "newmtl m\n"),
+            (names[1], "newmtl k\n"),
+            (names[2], "newmtl l\n"),
+        ])
+    };
+    for names in [["b.mtl c d.mtl", "x", "y"], ["b.mtl", "c", "d.mtl"]] {
+        assert_eq!(files(names).load("a.obj").materials[0].name, "m");
+    }
+    let folder = files(["b.mtl", "x", "y"]);
+    let error = load(&folder.path("a.obj")).expect_err("c is missing");
+    assert_eq!(error.kind(), ErrorKind::Io, "{error}");
+    assert!(error.to_string().contains("a.obj:1: "), "{error}");
+}
+
+#[test]
+fn a_material_of_the_scene_needs_no_library() {
+    let scene = format!(
+        "{HEAD}[[material]]\nname = \"red\"\ntype = \"diffuse\"\n[[shape]]\ntype = \"obj\"\nfile = \"a.obj\"\n\
+         material = \"red\"\nemission = 2\n"
+    );
+    let model = format!("mtllib none.mtl\n{TRIANGLE}usemtl b\nf 1 2 3\n");
+    let folder = SceneFolder::new([("a.toml", scene), ("a.obj", model)]);
+    let scene = folder.load("a.toml");
+    let shapes = scene
+        .shapes
+        .iter()
+        .map(|s| (s.material, s.emission.as_ref().and_then(|e| e.constant())));
+    assert_eq!(shapes.collect::<Vec<_>>(), [(0, Some(Rgb::grey(2.0))); 2]);
+}
+
+#[test]
+fn what_other_programs_write_is_not_taken_for_glass() {
+    // As 3ds Max writes what is opaque.
+    let library =
+        "newmtl m\nNs 10\nNi 0\nd 1\nTr 0\nTf 1 1 1\nillum 2\nKd .5 .5 .5\nmap_Bump none.png\n";
+    let scene = load_model(&format!("mtllib a.mtl\nusemtl m\n{TRIANGLE}"), library);
+    let model = &scene.materials[scene.shapes[0].material].model;
+    let MaterialModel::Principled {
+        transmission, ior, ..
+    } = model
+    else {
+        panic!("{model:?}");
+    };
+    assert_eq!((*transmission, *ior), (0.0, 1.0));
+    assert!(
+        scene.notes[0].contains("a.mtl:9: map_Bump is not supported"),
+        "{:?}",
+        scene.notes
+    );
+}
+
+#[test]
+fn a_bare_model_of_any_size_and_place_is_framed() {
+    for (scale, offset) in [(1e-6, 0.0), (1e6, 1e9), (1e100, 0.0), (0.0, 1e10)] {
+        let vertex = |x: f64, y: f64| format!("v {} {} 0\n", offset + scale * x, scale * y);
+        let text = vertex(0.0, 0.0) + &vertex(3.0, 0.0) + &vertex(0.0, 1.0) + "f 1 2 3\n";
+        let scene = load_model(&text, "");
+        let camera = scene.camera;
+        assert!(camera.to_world.is_finite() && camera.focus_distance > 0.0);
+        for &p in &mesh(&scene.shapes[0]).positions {
+            let p = camera.to_world.inverse().transform_point3(p);
+            assert!(
+                p.z < 0.0 && p.y.abs() <= -p.z * (0.5 * camera.fov).tan(),
+                "{p}"
+            );
+        }
+    }
+    let huge = "v -1e308 0 0\nv 1e308 0 0\nv 0 1e308 0\nf 1 2 3\n";
+    assert!(complaint(huge, "").contains("too large"));
+}
+
+#[test]
+fn folders_and_devices_are_no_models() {
+    let folder = SceneFolder::new([("a.obj", format!("mtllib b.mtl\nusemtl m\n{TRIANGLE}"))]);
+    std::fs::create_dir(folder.path("b.mtl")).expect("the folder is writable");
+    let error = load(&folder.path("a.obj")).expect_err("a library cannot be a folder");
+    assert_eq!(error.kind(), ErrorKind::Io, "{error}");
+}
+
+#[test]
+fn long_texts_and_many_causes_make_short_messages() {
+    let long = "x".repeat(1 << 20);
+    for message in [
+        complaint(&format!("f {long}"), ""),
+        complaint(
+            &format!("mtllib a.mtl\nusemtl {long}\n{TRIANGLE}"),
+            &format!("newmtl {long}y"),
+        ),
+        complaint(
+            &format!("mtllib a.mtl\n{TRIANGLE}"),
+            &format!("newmtl a\nKd {long}"),
+        ),
+        complaint(&format!("mtllib a.mtl\n{TRIANGLE}"), &format!("{long} 1")),
+    ] {
+        assert!(message.len() < 1000, "{} bytes", message.len());
+    }
+    let library = format!("newmtl m\n{}", "x 1\n".repeat(100_000));
+    let notes = load_model(&format!("mtllib a.mtl\nusemtl m\n{TRIANGLE}"), &library).notes;
+    assert!(notes.len() < 30, "{} notes", notes.len());
+}
+
+#[test]
+fn no_file_grows_beyond_measure() {
+    // Each of these costs gigabytes or hours where work or memory grows with the square of the file.
+    let mut model = TRIANGLE.to_owned();
+    model += &format!("f{}\n", " 1 2 3".repeat(33_334));
+    model += &format!("g {0}\nusemtl {0}\n", "n".repeat(1 << 20));
+    for i in 0..20_000 {
+        model += &format!("usemtl m{i}\nf 1 2 3\nusemtl m0\nf 1 2 3\n");
+    }
+    for i in 0..20_000 {
+        model += &format!("g g{}\nf 1 2 3\n", i % 2);
+    }
+    let scene = load_model(&model, "");
+    assert_eq!(mesh(&scene.shapes[0]).indices.len(), 1 + 3 * 33_334 - 2);
+    assert_eq!(scene.shapes.len(), 1 + 20_000 + 2);
+    assert!(scene.shapes.iter().all(|shape| shape.name.len() < 100));
+}

@@ -1,0 +1,657 @@
+//! Adaptive sampling: what it gives to each pixel, that two-phase sampling has no bias and greedy sampling has, that error
+//! bars hold, and that pictures stay pure functions of their settings.
+
+use crate::common::TestRng;
+use crate::common::room::with_metal_ball;
+use crate::common::scene::{film, ready};
+use crate::common::verdict::{assert_mean, sidak};
+use etendue::accel::Backend;
+use etendue::film::filter::Filter;
+use etendue::film::{Film, Window};
+use etendue::image::Image;
+use etendue::math::rgb::Rgb;
+use etendue::math::stats::{Moments, normal_quantile, student_quantile};
+use etendue::render::adaptive::allocation::Allocation;
+use etendue::render::adaptive::{Adaptive, Deal, Dealer};
+use etendue::render::replay::replay;
+use etendue::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
+use etendue::render::{Progress, RenderObserver, Rendered, Unwatched, render};
+use etendue::scene::Scene;
+use etendue::scene::description::SceneDescription;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+// ---- Pixels that are random numbers of which all is known ----
+
+/// A square film of so many pixels along its edge, with error bars and counts.
+fn film_of(edge: u32) -> Film {
+    let window = Window {
+        x: 0,
+        y: 0,
+        width: edge,
+        height: edge,
+    };
+    Film::new(window, edge).with_bars().with_counts()
+}
+
+/// Brings every pixel to its count, with samples that are `value` of the pixel and a random number.
+fn fill(film: &mut Film, counts: &[u64], rng: &mut TestRng, value: impl Fn(usize, f32) -> f32) {
+    let tile = &mut film.tiles_mut()[0];
+    let bars = tile.bars.as_mut().expect("it has bars");
+    let now = tile.counts.as_mut().expect("it has counts");
+    for (i, sums) in tile.pixels.iter_mut().enumerate() {
+        for index in now[i]..counts[i] {
+            let sample = Rgb::grey(value(i, rng.uniform()));
+            sums.add(sample);
+            bars[i].add(index, sample);
+        }
+        now[i] = now[i].max(counts[i]);
+    }
+    tile.samples = now.iter().copied().min().expect("there are pixels");
+}
+
+/// `height` with probability 1 / `height`: the mean is 1.
+fn rare(height: f32) -> impl Fn(usize, f32) -> f32 + Copy {
+    move |_, u| if u * height < 1.0 { height } else { 0.0 }
+}
+
+/// Means of films of 16 x 16 pixels, of which a pilot decides up to which counts they go.
+fn two_phase(seeds: u64, level: u64, value: impl Fn(usize, f32) -> f32 + Copy) -> Moments {
+    Moments::of((0..seeds).map(|seed| {
+        let (mut film, mut rng) = (film_of(16), TestRng::new(seed));
+        fill(&mut film, &[16; 256], &mut rng, value);
+        let counts = Allocation::by_pilot(&film, 16).counts(&film.sample_counts(), level);
+        fill(&mut film, &counts, &mut rng, value);
+        film.mean()[0]
+    }))
+}
+
+#[test]
+fn rare_events_have_their_mean_in_two_phases() {
+    // Standard errors that find a bias of 1 % for sure.
+    for (height, seeds) in [(20.0, 3000), (200.0, 12_000)] {
+        let means = two_phase(seeds, 64, rare(height));
+        println!(
+            "{height} with probability 1/{height}: {:.5} +- {:.5}",
+            means.mean(),
+            means.standard_error().expect("many")
+        );
+        assert_mean("two phases", &means, 1.0, 1.9e-3);
+    }
+    // A quarter of the picture where they are rare, beside one where they are not.
+    let patch = |i: usize, u: f32| {
+        let is_rare = i % 16 < 8 && i < 128;
+        rare(if is_rare { 50.0 } else { 2.0 })(i, u)
+    };
+    assert_mean("a patch", &two_phase(3000, 64, patch), 1.0, 1.9e-3);
+}
+
+#[test]
+fn pixels_that_asked_their_own_pilot_would_lose_their_mean() {
+    // What the test above is to find: who saw something goes on, who did not stops, to about the same number in all.
+    let means = Moments::of((0..200).map(|seed| {
+        let (mut film, mut rng) = (film_of(16), TestRng::new(seed));
+        fill(&mut film, &[16; 256], &mut rng, rare(20.0));
+        let pilot = film.estimates();
+        let counts: Vec<u64> = pilot
+            .iter()
+            .map(|pixel| if pixel.variance[0] > 0.0 { 96 } else { 16 })
+            .collect();
+        fill(&mut film, &counts, &mut rng, rare(20.0));
+        film.mean()[0]
+    }));
+    let error = means.standard_error().expect("many");
+    println!("by their own pilot: {:.4} +- {error:.4}", means.mean());
+    assert!(means.mean() + 10.0 * error < 1.0, "{}", means.mean());
+}
+
+#[test]
+fn rare_events_lose_their_mean_where_pixels_stop_by_themselves() {
+    for (height, seeds, expected) in [(20.0, 20, 0.568), (200.0, 20, 0.079)] {
+        let means = Moments::of((0..seeds).map(|seed| {
+            let (mut film, mut rng) = (film_of(16), TestRng::new(seed));
+            let dealer = Dealer::Greedy(0.1);
+            let mut level = 0;
+            while let Deal::UpTo(counts) = dealer.deal(&film, level, level + 16) {
+                fill(&mut film, &counts, &mut rng, rare(height));
+                level += 16;
+            }
+            film.mean()[0]
+        }));
+        println!("{height}: {:.4}", means.mean());
+        // Of 5120 pixels, of which each ends near 0 or near 1; which error exactly stops a pixel counts little.
+        assert!((means.mean() - expected).abs() < 0.03, "{}", means.mean());
+    }
+}
+
+#[test]
+fn no_pixel_is_asked_about_itself() {
+    let pilot = |strange: Option<usize>| {
+        let (mut film, mut rng) = (film_of(16), TestRng::new(7));
+        fill(&mut film, &[16; 256], &mut rng, |i, u| {
+            if Some(i) == strange {
+                1000.0 * u * u
+            } else {
+                u
+            }
+        });
+        Allocation::by_pilot(&film, 16).counts(&[16; 256], 64)
+    };
+    let usual = pilot(None);
+    for strange in [0, 37, 136, 255] {
+        let colour = |i: usize| (i % 16 + i / 16) % 2;
+        let unusual = pilot(Some(strange));
+        let mut changed = 0;
+        for i in 0..256 {
+            if colour(i) == colour(strange) {
+                assert_eq!(unusual[i], usual[i], "{strange} tells of {i}");
+            } else {
+                changed += u32::from(unusual[i] != usual[i]);
+            }
+        }
+        assert!(changed > 10, "{strange} tells of nobody");
+    }
+}
+
+#[test]
+fn samples_are_given_to_the_noise_and_none_is_lost() {
+    let (mut film, mut rng) = (film_of(16), TestRng::new(1));
+    // The left half has 16 times the standard deviation, of the same mean.
+    let noise = |i: usize, u: f32| 1.0 + if i % 16 < 8 { 0.8 } else { 0.05 } * (u - 0.5);
+    fill(&mut film, &[64; 256], &mut rng, noise);
+    let allocation = Allocation::by_pilot(&film, 64);
+    for level in [64, 80, 128, 1024, 1 << 20] {
+        let counts = allocation.counts(&[64; 256], level);
+        let sum: u64 = counts.iter().sum();
+        // To a round of batches for each colour.
+        assert!(sum.abs_diff(256 * level) <= 32, "{level}: {sum}");
+        assert!(counts.iter().all(|n| n % 16 == 0 && *n >= 64));
+        assert!(counts.iter().all(|&n| 5 * n >= level), "{level}: starved");
+        let worth = allocation.worth(level);
+        let back = allocation.level_of(worth);
+        assert!((back / level as f64 - 1.0).abs() < 0.01, "{level}: {back}");
+    }
+    let counts = allocation.counts(&[64; 256], 1 << 20);
+    let far = |columns: std::ops::Range<usize>| {
+        let of = (0..256)
+            .filter(|i| columns.contains(&(i % 16)))
+            .map(|i| counts[i]);
+        of.sum::<u64>() as f64
+    };
+    // Away from the border the quiet half has the least share, a quarter of the mean before scaling.
+    let ratio = far(0..4) / far(12..16);
+    assert!((4.0..8.0).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn a_lone_pixel_and_a_black_picture_get_what_there_is() {
+    for edge in [1, 2, 5] {
+        let mut film = film_of(edge);
+        let pixels = (edge * edge) as usize;
+        let pilot = vec![16; pixels];
+        fill(&mut film, &pilot, &mut TestRng::new(0), |_, _| 0.0);
+        let allocation = Allocation::by_pilot(&film, 16);
+        assert_eq!(allocation.counts(&pilot, 64), vec![64; pixels]);
+        assert_eq!(allocation.worth(64), 64.0);
+    }
+    let mut film = film_of(1);
+    fill(&mut film, &[16], &mut TestRng::new(0), |_, u| u);
+    assert_eq!(Allocation::by_pilot(&film, 16).counts(&[16], 48), [48]);
+}
+
+// ---- Pictures ----
+
+/// A room with a small ball of rough metal, which throws light about beside it.
+fn room_with_metal(size: (u32, u32), roughness: f64) -> SceneDescription {
+    let mut description = with_metal_ball(roughness, [0.5, 0.25, 0.4], 0.25);
+    description.film.size = size;
+    description
+}
+
+fn settings(scene: &SceneDescription, seed: u64, spp: u64) -> RenderSettings {
+    RenderSettings {
+        adaptive: Adaptive::TwoPhase,
+        seed,
+        ..RenderSettings::new(scene.film.size, spp)
+    }
+}
+
+fn to_error(rel_rmse: f64, spp: Option<u64>) -> Budget {
+    let error = Some(ErrorTarget {
+        rel_rmse,
+        confidence: 0.95,
+    });
+    Budget {
+        error,
+        spp,
+        time: None,
+    }
+}
+
+fn rendered(
+    scene: &Scene,
+    description: &SceneDescription,
+    settings: &RenderSettings,
+    observer: &dyn RenderObserver,
+) -> Rendered {
+    let filter = Filter::new(&description.film.filter);
+    let size = description.film.size;
+    render(scene, &filter, size, settings, observer).expect("the settings are valid")
+}
+
+/// The green of each quadrant and of the whole of a picture.
+fn parts(image: &Image) -> [f64; 5] {
+    let (width, height) = (image.width(), image.height());
+    let mut sums = [0.0; 5];
+    for (i, pixel) in image.pixels().iter().enumerate() {
+        let (x, y) = (i as u32 % width, i as u32 / width);
+        let quadrant = usize::from(2 * x >= width) + 2 * usize::from(2 * y >= height);
+        let green = f64::from(pixel.to_array()[1]);
+        sums[quadrant] += green;
+        sums[4] += 0.25 * green;
+    }
+    sums.map(|sum| 4.0 * sum / f64::from(width * height))
+}
+
+/// The parts of so many pictures, with the seeds of each its own.
+fn parts_of(
+    scene: &Scene,
+    description: &SceneDescription,
+    first_seed: u64,
+    seeds: u64,
+    with: impl Fn(RenderSettings) -> RenderSettings,
+) -> [Moments; 5] {
+    let mut moments = [Moments::default(); 5];
+    for seed in first_seed..first_seed + seeds {
+        let settings = with(settings(description, seed, 64));
+        let image = film(scene, description, &settings).develop();
+        for (moments, part) in moments.iter_mut().zip(parts(&image)) {
+            moments.push(part);
+        }
+    }
+    moments
+}
+
+/// Standard errors between two means, and the standard error relative to the second.
+fn welch(a: &Moments, b: &Moments) -> (f64, f64) {
+    let [va, vb] = [a, b].map(|it| it.standard_error().expect("many").powi(2));
+    let error = (va + vb).sqrt();
+    ((a.mean() - b.mean()) / error, error / b.mean())
+}
+
+#[test]
+fn pictures_have_the_mean_of_uniform_ones_in_two_phases_and_not_with_greed() {
+    let description = room_with_metal((16, 16), 0.3);
+    let scene = ready(&description, Backend::ALL[0]);
+    let uniform = |settings| RenderSettings {
+        adaptive: Adaptive::Off,
+        ..settings
+    };
+    let even = parts_of(&scene, &description, 100_000, 60, |settings| {
+        RenderSettings {
+            budget: Budget::samples(512),
+            ..uniform(settings)
+        }
+    });
+    let limit = normal_quantile(1.0 - 0.5 * sidak(1e-4, 10));
+    for sampler in [
+        SamplerKind::Independent,
+        SamplerKind::Sobol,
+        SamplerKind::Stratified,
+    ] {
+        let ours = parts_of(&scene, &description, 0, 300, |settings| RenderSettings {
+            sampler,
+            ..settings
+        });
+        for (part, (ours, even)) in ours.iter().zip(&even).enumerate() {
+            let (z, error) = welch(ours, even);
+            println!(
+                "{}, part {part}: {z:.2} standard errors of {error:.5}",
+                sampler.name()
+            );
+            assert!(z.abs() < limit, "part {part} is {z} standard errors off");
+        }
+        let (_, error) = welch(&ours[4], &even[4]);
+        // 0.3 % are at least 4 of them.
+        assert!(error < 0.00075, "inconclusive: {error}");
+    }
+    let greedy = parts_of(&scene, &description, 0, 100, |settings| RenderSettings {
+        adaptive: Adaptive::Greedy,
+        budget: to_error(0.2, Some(1024)),
+        ..settings
+    });
+    let (z, _) = welch(&greedy[4], &even[4]);
+    let off = greedy[4].mean() / even[4].mean() - 1.0;
+    println!("greedy: {:.2} %, {z:.1} standard errors", 100.0 * off);
+    // Of either sign: pixels stop where rare bright samples are missing, and where rare dark ones are.
+    assert!(z.abs() > 5.2, "the bias of greed is not found: {z}");
+}
+
+#[test]
+fn bars_of_unflagged_pixels_cover_as_often_as_they_say() {
+    let description = room_with_metal((32, 32), 1.0);
+    let scene = ready(&description, Backend::ALL[0]);
+    let truth = RenderSettings {
+        adaptive: Adaptive::Off,
+        ..settings(&description, 1000, 1 << 14)
+    };
+    let truth = film(&scene, &description, &truth).develop();
+    for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
+        let (mut held, mut unflagged, mut flagged) = (0_u32, 0_u32, 0_u32);
+        for seed in 0..20 {
+            let settings = RenderSettings {
+                sampler,
+                ..settings(&description, seed, 256)
+            };
+            let film = film(&scene, &description, &settings);
+            let errors = film.standard_errors().expect("it has bars");
+            let flags = film.flags().expect("it has bars");
+            let picture = film.develop();
+            let all = picture.pixels().iter().zip(errors.pixels());
+            for (((pixel, error), truth), flag) in all.zip(truth.pixels()).zip(flags) {
+                let [x, se, truth] = [pixel, error, truth].map(|it| f64::from(it.to_array()[1]));
+                if flag {
+                    flagged += 1;
+                    continue;
+                }
+                unflagged += 1;
+                // Rounding to single precision comes on top.
+                let reach = student_quantile(16, 0.95) * se + 2e-7 * x.abs();
+                held += u32::from((x - truth).abs() <= reach);
+            }
+        }
+        let share = f64::from(held) / f64::from(unflagged);
+        let flagged = f64::from(flagged) / f64::from(flagged + unflagged);
+        println!(
+            "{}: {share:.4} covered, {flagged:.4} flagged",
+            sampler.name()
+        );
+        assert!((0.935..=0.965).contains(&share), "{share}");
+        assert!(flagged < 0.4, "{flagged}");
+    }
+}
+
+/// All that a film tells: bits of the picture and counts.
+fn bits(film: &Film) -> (Vec<[u32; 3]>, Vec<u64>) {
+    let image = film.develop();
+    let pixels = image.pixels().iter();
+    let bits = pixels.map(|p| p.to_array().map(f32::to_bits)).collect();
+    (bits, film.sample_counts())
+}
+
+#[test]
+fn pictures_do_not_depend_on_threads_or_tiles() {
+    let description = room_with_metal((24, 16), 0.3);
+    let scene = ready(&description, Backend::ALL[0]);
+    for (adaptive, budget) in [
+        (Adaptive::TwoPhase, Budget::samples(160)),
+        (Adaptive::TwoPhase, to_error(0.1, None)),
+        (Adaptive::Greedy, to_error(0.2, Some(256))),
+    ] {
+        let with = |threads, tile_size| {
+            let settings = RenderSettings {
+                adaptive,
+                budget,
+                threads,
+                tile_size,
+                ..settings(&description, 3, 1)
+            };
+            let rendered = rendered(&scene, &description, &settings, &Unwatched);
+            assert_eq!(rendered.film.tiles()[0].window.width, tile_size.min(24));
+            (bits(&rendered.film), rendered.spp, rendered.reached)
+        };
+        let one = with(1, 32);
+        let counts = &one.0.1;
+        assert!(
+            counts.iter().min() < counts.iter().max(),
+            "{adaptive:?}: all the same"
+        );
+        for (threads, tile_size) in [(3, 32), (2, 5), (4, 1)] {
+            assert!(
+                with(threads, tile_size) == one,
+                "{adaptive:?}, {threads} threads"
+            );
+        }
+    }
+}
+
+/// Every pixel is the mean of its first samples, whichever it has.
+fn assert_means_of_first_samples(
+    film: &Film,
+    scene: &Scene,
+    description: &SceneDescription,
+    settings: &RenderSettings,
+) {
+    let filter = Filter::new(&description.film.filter);
+    let (picture, counts) = (film.develop(), film.sample_counts());
+    let pixels = film.window().pixels();
+    for (i, (pixel, count)) in pixels.zip(counts).enumerate().step_by(7) {
+        let mut sum = [0.0; 3];
+        for sample in 0..count {
+            let value = replay(scene, &filter, settings, pixel, sample).radiance;
+            for (sum, x) in sum.iter_mut().zip(value.to_array()) {
+                *sum += f64::from(x);
+            }
+        }
+        let mean = Rgb::from(sum.map(|sum| (sum / count as f64) as f32));
+        assert_eq!(
+            picture.pixels()[i],
+            mean,
+            "pixel {pixel:?} of {count} samples"
+        );
+    }
+}
+
+#[test]
+fn every_sample_can_be_replayed() {
+    let description = room_with_metal((16, 12), 0.3);
+    let scene = ready(&description, Backend::ALL[0]);
+    for sampler in [
+        SamplerKind::Independent,
+        SamplerKind::Sobol,
+        SamplerKind::Stratified,
+    ] {
+        let settings = RenderSettings {
+            sampler,
+            ..settings(&description, 5, 128)
+        };
+        let film = film(&scene, &description, &settings);
+        assert_means_of_first_samples(&film, &scene, &description, &settings);
+    }
+}
+
+/// Ends a render once it has so many samples.
+struct EndsAfter {
+    samples: u64,
+    so_far: AtomicU64,
+}
+
+impl RenderObserver for EndsAfter {
+    fn progress(&self, progress: &Progress) {
+        self.so_far.fetch_max(progress.samples, Ordering::Relaxed);
+    }
+    fn is_cancelled(&self) -> bool {
+        self.so_far.load(Ordering::Relaxed) >= self.samples
+    }
+}
+
+#[test]
+fn an_interruption_leaves_every_pixel_a_mean_of_its_first_samples() {
+    let description = room_with_metal((16, 12), 0.3);
+    let scene = ready(&description, Backend::ALL[0]);
+    let settings = RenderSettings {
+        tile_size: 4,
+        threads: 1,
+        ..settings(&description, 5, 256)
+    };
+    let whole = film(&scene, &description, &settings).sample_counts();
+    let observer = EndsAfter {
+        samples: 16 * 12 * 160,
+        so_far: AtomicU64::new(0),
+    };
+    let cut = rendered(&scene, &description, &settings, &observer);
+    assert!(cut.cancelled);
+    let counts = cut.film.sample_counts();
+    assert!(
+        counts
+            .iter()
+            .zip(&whole)
+            .all(|(cut, whole)| (64..=*whole).contains(cut))
+    );
+    assert!(counts != whole && counts.iter().any(|&count| count > 64));
+    assert_eq!(cut.film.sample_count(), counts.iter().sum::<u64>());
+    assert_means_of_first_samples(&cut.film, &scene, &description, &settings);
+}
+
+#[test]
+fn a_crop_has_its_own_counts_and_the_same_samples() {
+    let description = room_with_metal((24, 16), 0.3);
+    let scene = ready(&description, Backend::ALL[0]);
+    let whole = settings(&description, 2, 128);
+    let window = Window {
+        x: 12,
+        y: 5,
+        width: 12,
+        height: 11,
+    };
+    let crop = RenderSettings {
+        window,
+        ..whole.clone()
+    };
+    let [whole, crop] = [whole, crop].map(|settings| film(&scene, &description, &settings));
+    let ((whole, all_counts), (crop, counts)) = (bits(&whole), bits(&crop));
+    let mut alike = 0;
+    for (i, [x, y]) in window.pixels().enumerate() {
+        let index = (y * 24 + x) as usize;
+        if counts[i] == all_counts[index] {
+            alike += 1;
+            assert_eq!(crop[i], whole[index], "pixel {x}, {y}");
+        }
+    }
+    assert!(
+        alike > 0 && alike < counts.len(),
+        "{alike} of {}",
+        counts.len()
+    );
+}
+
+#[test]
+fn a_budget_of_the_pilot_alone_is_the_uniform_picture() {
+    let description = room_with_metal((24, 16), 0.3);
+    let scene = ready(&description, Backend::ALL[0]);
+    for sampler in [
+        SamplerKind::Independent,
+        SamplerKind::Sobol,
+        SamplerKind::Stratified,
+    ] {
+        let adaptive = RenderSettings {
+            sampler,
+            ..settings(&description, 2, 16)
+        };
+        let uniform = RenderSettings {
+            adaptive: Adaptive::Off,
+            bars: true,
+            ..adaptive.clone()
+        };
+        let [adaptive, uniform] =
+            [adaptive, uniform].map(|settings| bits(&film(&scene, &description, &settings)));
+        assert!(adaptive == uniform, "{}", sampler.name());
+    }
+}
+
+/// The root of relMSE of a picture.
+fn error_of(picture: &Image, truth: &Image) -> f64 {
+    let channels = |image: &Image| -> Vec<f64> {
+        let pixels = image.pixels().iter();
+        pixels.flat_map(|p| p.to_array().map(f64::from)).collect()
+    };
+    let (picture, truth) = (channels(picture), channels(truth));
+    let mean = truth.iter().sum::<f64>() / truth.len() as f64;
+    let squares = picture.iter().zip(&truth);
+    let squares = squares.map(|(x, r)| (x - r).powi(2) / (r * r + 0.01 * mean * mean));
+    (squares.sum::<f64>() / truth.len() as f64).sqrt()
+}
+
+#[test]
+fn an_error_that_is_asked_for_is_kept_foreseen_and_reached_with_fewer_samples() {
+    let description = room_with_metal((32, 32), 0.3);
+    let scene = ready(&description, Backend::ALL[0]);
+    let truth = RenderSettings {
+        adaptive: Adaptive::Off,
+        ..settings(&description, 1000, 1 << 13)
+    };
+    let truth = film(&scene, &description, &truth).develop();
+    let target = 0.05;
+    let renders = 16;
+    for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
+        let (mut kept, mut sum, mut off) = (0, 0.0, 0.0_f64);
+        let mut spp = [0, 0];
+        for seed in 0..renders {
+            let adaptive = RenderSettings {
+                sampler,
+                budget: to_error(target, None),
+                ..settings(&description, seed, 1)
+            };
+            let uniform = RenderSettings {
+                adaptive: Adaptive::Off,
+                ..adaptive.clone()
+            };
+            let [adaptive, uniform] =
+                [adaptive, uniform].map(|it| rendered(&scene, &description, &it, &Unwatched));
+            assert!(adaptive.reached && uniform.reached);
+            spp[0] += adaptive.spp;
+            spp[1] += uniform.spp;
+            let error = error_of(&adaptive.film.develop(), &truth);
+            kept += u32::from(error <= target);
+            sum += error / target;
+            if let Some(predicted) = adaptive.predicted {
+                off = off.max((predicted.spp as f64 / adaptive.spp as f64).ln().abs());
+            }
+        }
+        let (mean, spp) = (sum / renders as f64, spp.map(|sum| sum / renders));
+        println!(
+            "{}: {kept} of {renders} kept, {mean:.3} of it in the mean, foreseen to within a factor {:.2}; {} samples \
+             per pixel, uniform {}",
+            sampler.name(),
+            off.exp(),
+            spp[0],
+            spp[1]
+        );
+        // Of 16 renders of which 95 % keep it, fewer than 12 do with probability 1e-3.
+        assert!(kept >= 12, "{kept} of {renders}");
+        assert!(mean > 0.7, "{mean}");
+        assert!(off < 1.7_f64.ln(), "{}", off.exp());
+        assert!(spp[0] < spp[1], "{spp:?}");
+    }
+}
+
+#[test]
+fn a_short_time_has_a_short_pilot() {
+    let description = room_with_metal((64, 64), 0.3);
+    let scene = ready(&description, Backend::ALL[0]);
+    let settings = RenderSettings {
+        budget: Budget::time(Duration::from_millis(1)),
+        ..settings(&description, 0, 1)
+    };
+    let film = rendered(&scene, &description, &settings, &Unwatched).film;
+    assert!(film.sample_counts().iter().all(|&count| count >= 16));
+    assert!(film.error(0.95).is_some());
+}
+
+#[test]
+fn greed_needs_an_error_to_stop_at() {
+    let description = room_with_metal((8, 8), 0.3);
+    let mut settings = RenderSettings {
+        adaptive: Adaptive::Greedy,
+        ..settings(&description, 0, 16)
+    };
+    let error = settings.validate((8, 8)).expect_err("no error to stop at");
+    assert!(error.to_string().contains("--error"), "{error}");
+    settings.budget = to_error(0.5, None);
+    assert!(settings.validate((8, 8)).is_ok());
+    let scene = ready(&description, Backend::ALL[0]);
+    let bias = |settings: &RenderSettings| settings.bias(scene.effects);
+    assert!(bias(&settings)[0].contains("greedy"));
+    settings.adaptive = Adaptive::TwoPhase;
+    assert!(bias(&settings).is_empty());
+}

@@ -1,0 +1,252 @@
+//! A scene pays only for the effects that it calls for, and gets the same picture: every kernel that fits a scene gives
+//! the image of the kernel with everything, bit for bit, and state of absent effects has no size.
+
+use crate::common::generated::{Generator, SIZE};
+use crate::common::scene::{diffuse, looking, rectangle, shape, sky};
+use crate::common::scene_folder::in_repository;
+use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::effects::kernel::types::{Everything, Matte};
+use etendue::effects::switch::{Off, On};
+use etendue::effects::{Effect, EffectSet, Effects, Kernel, State};
+use etendue::film::filter::Filter;
+use etendue::geometry::texture::Texture;
+use etendue::image::Image;
+use etendue::integrator::path::PathState;
+use etendue::math::rgb::Rgb;
+use etendue::math::vec::{DAffine3, DMat3, DVec3, Vec2};
+use etendue::plan::Plan;
+use etendue::render::settings::RenderSettings;
+use etendue::render::{Unwatched, render};
+use etendue::scene::Scene;
+use etendue::scene::description::{
+    ColourDescription, Key, LightDescription, LightModel, MaterialModel, Place, SceneDescription,
+    ShapeDescription,
+};
+use etendue::scene::interaction::Interaction;
+use etendue::scene::load::load;
+use etendue::scene::prepare::prepare;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+fn ready(description: &SceneDescription, backend: Backend) -> Scene {
+    let options = AccelOptions {
+        backend,
+        precision: Precision::Robust,
+        quality: Quality::default(),
+        threads: 1,
+    };
+    prepare(description, options).expect("a valid scene").scene
+}
+
+/// The picture that one kernel makes.
+fn picture(description: &SceneDescription, scene: &Scene, kernel: Option<Kernel>) -> Image {
+    let settings = RenderSettings {
+        kernel,
+        seed: 3,
+        ..RenderSettings::new(SIZE, 2)
+    };
+    let filter = Filter::new(&description.film.filter);
+    let rendered = render(scene, &filter, SIZE, &settings, &Unwatched).expect("the kernel fits");
+    assert_eq!(rendered.rejected.count, 0, "not finite");
+    rendered.film.develop()
+}
+
+/// Renders with every kernel that fits, and compares bit for bit.
+fn every_fitting_kernel_agrees(
+    name: &str,
+    description: &SceneDescription,
+    backend: Backend,
+) -> Scene {
+    let mut description = description.clone();
+    description.film.size = SIZE;
+    let scene = ready(&description, backend);
+    let chosen = picture(&description, &scene, None);
+    for &kernel in Kernel::ALL {
+        if kernel.effects().contains(scene.effects) {
+            let other = picture(&description, &scene, Some(kernel));
+            let bits = |image: &Image| -> Vec<[u32; 3]> {
+                let pixels = image.pixels().iter();
+                pixels.map(|p| p.to_array().map(f32::to_bits)).collect()
+            };
+            assert_eq!(bits(&chosen), bits(&other), "{name}: {}", kernel.name());
+        }
+    }
+    scene
+}
+
+fn scenes_of_ours() -> Vec<PathBuf> {
+    fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
+        for entry in std::fs::read_dir(folder).expect("scenes/ is readable") {
+            let path = entry.expect("as is its entry").path();
+            if path.is_dir() {
+                walk(&path, found);
+            } else if path.extension().is_some_and(|e| e == "toml") {
+                found.push(path);
+            }
+        }
+    }
+    let mut found = vec![];
+    walk(&in_repository("scenes"), &mut found);
+    found.sort();
+    found
+}
+
+#[test]
+fn every_kernel_that_fits_a_scene_of_ours_gives_the_same_picture() {
+    let scenes = scenes_of_ours();
+    assert!(scenes.len() >= 6);
+    for path in scenes {
+        let description = load(&path).unwrap_or_else(|error| panic!("{error}"));
+        every_fitting_kernel_agrees(&path.display().to_string(), &description, Backend::ALL[0]);
+    }
+}
+
+#[test]
+fn every_kernel_that_fits_gives_the_same_picture_of_200_generated_scenes() {
+    let mut generator = Generator::new(1);
+    let mut effects: BTreeMap<Effect, usize> = BTreeMap::new();
+    let mut kernels: BTreeMap<&str, usize> = BTreeMap::new();
+    for index in 0..200 {
+        let wanted = generator.wanted();
+        let description = generator.scene(wanted);
+        let backend = Backend::ALL[index % Backend::ALL.len()];
+        let scene = every_fitting_kernel_agrees(&format!("scene {index}"), &description, backend);
+        for effect in scene.effects.iter() {
+            *effects.entry(effect).or_default() += 1;
+        }
+        *kernels
+            .entry(Kernel::smallest_for(scene.effects).name())
+            .or_default() += 1;
+        let plan = Plan::new(&description, &scene);
+        let on: EffectSet = plan.on().collect();
+        assert_eq!(on, scene.effects, "scene {index}");
+        for finding in plan.findings.iter().filter(|finding| finding.on) {
+            let has_object = finding.place.is_some() || finding.effect == Effect::ManyLights;
+            assert!(has_object, "scene {index}: {finding:?} names no object");
+        }
+    }
+    for effect in Effect::ALL {
+        let count = effects.get(&effect).copied().unwrap_or(0);
+        assert!(count >= 20, "{} is on in {count} scenes", effect.name());
+    }
+    for kernel in Kernel::ALL {
+        assert!(
+            kernels.contains_key(kernel.name()),
+            "{} never ran: {kernels:?}",
+            kernel.name()
+        );
+    }
+}
+
+#[test]
+fn a_scene_is_not_rendered_by_a_kernel_that_lacks_one_of_its_effects() {
+    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    scene.lights = vec![sky(Rgb::WHITE)];
+    let ready = ready(&scene, Backend::ALL[0]);
+    let settings = RenderSettings {
+        kernel: Some(Kernel::Matte),
+        ..RenderSettings::new(SIZE, 1)
+    };
+    let filter = Filter::new(&scene.film.filter);
+    let error = render(&ready, &filter, SIZE, &settings, &Unwatched).expect_err("no sky");
+    assert!(error.to_string().contains("environment"), "{error}");
+}
+
+#[test]
+fn state_of_absent_effects_has_no_size() {
+    assert!(Matte::SET.len() == 1 && Everything::SET == EffectSet::ALL);
+    assert_eq!(size_of::<State<Off, [f32; 3]>>(), 0);
+    assert_eq!(size_of::<State<On, [f32; 3]>>(), 12);
+    // A time and the scale of roulette, in a structure whose size goes in steps of a vector's 16 bytes.
+    assert_eq!(
+        size_of::<PathState<Everything>>() - size_of::<PathState<Matte>>(),
+        16
+    );
+    // A texture coordinate, and whether the shading normal is the geometric one, likewise.
+    assert_eq!(
+        size_of::<Interaction<Everything>>() - size_of::<Interaction<Matte>>(),
+        16
+    );
+}
+
+#[test]
+fn what_says_nothing_is_folded_away() {
+    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let grey = Rgb::grey(0.3);
+    let one_colour = ColourDescription::Texture(Arc::new(Texture::Checker {
+        colours: [grey; 2],
+        repeat: Vec2::ONE,
+    }));
+    let white = ColourDescription::Texture(Arc::new(Texture::Image {
+        image: Arc::new(Image::filled(2, 2, Rgb::WHITE)),
+        scale: 1.0,
+    }));
+    scene.materials[0].model = MaterialModel::Diffuse {
+        reflectance: one_colour.clone(),
+    };
+    scene.materials[0].alpha = white;
+    let key = |time| Key {
+        time,
+        transform: DAffine3::from_translation(DVec3::new(0.1, 0.2, 0.3)),
+    };
+    scene.camera.shutter = [0.0, 1.0];
+    scene.camera.motion = vec![key(0.0), key(1.0)];
+    let mut still = ShapeDescription {
+        motion: vec![key(0.0), key(0.5), key(1.0)],
+        ..shape(
+            rectangle([-1.0, -1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]),
+            0.0,
+        )
+    };
+    still.emission = Some(ColourDescription::Constant(Rgb::BLACK));
+    scene.shapes = vec![still];
+    let position = DVec3::Z;
+    let intensity = Rgb::BLACK;
+    scene.lights = vec![
+        sky(Rgb::BLACK),
+        LightDescription {
+            place: Place::default(),
+            model: LightModel::Point {
+                position,
+                intensity,
+            },
+        },
+    ];
+    let plain = ready(&scene, Backend::ALL[0]);
+    assert_eq!(plain.effects, EffectSet::NONE);
+    let plan = Plan::new(&scene, &plain);
+    let why = |effect| {
+        let finding = plan
+            .findings
+            .iter()
+            .find(|finding| finding.effect == effect);
+        finding.expect("every effect has one").why.clone()
+    };
+    for (effect, words) in [
+        (Effect::Textures, "one colour"),
+        (Effect::Alpha, "alpha of 1"),
+        (Effect::Motion, "stands still"),
+        (Effect::Environment, "is black"),
+        (Effect::DeltaLights, "is black"),
+        (Effect::AreaLights, "is black"),
+    ] {
+        assert!(
+            why(effect).contains(words),
+            "{}: {}",
+            effect.name(),
+            why(effect)
+        );
+    }
+    // An environment of one colour is a constant one.
+    scene.lights = vec![LightDescription {
+        place: Place::default(),
+        model: LightModel::Environment {
+            radiance: one_colour,
+            to_world: DMat3::IDENTITY,
+        },
+    }];
+    let sky = ready(&scene, Backend::ALL[0]);
+    assert_eq!(sky.effects, EffectSet::NONE.with(Effect::Environment));
+    assert_eq!((sky.environment, sky.lights.len()), (grey, 0));
+}

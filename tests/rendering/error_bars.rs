@@ -1,0 +1,145 @@
+//! Error bars cover the truth as often as they say, and where they do not, they say so.
+//!
+//! Every pixel of a closed form is a number with a known expectation: the share of seeds for which its interval holds it is
+//! a binomial number. Bars of whole pictures are held against pictures of many more samples.
+
+use crate::common::closed_forms::parallel_rectangle;
+use crate::common::error_bars::{Coverage, Kept, settings};
+use crate::common::room::{floor_below, with_metal_ball};
+use crate::common::scene::{film, ready, rectangle};
+use etendue::accel::Backend;
+use etendue::image::Image;
+use etendue::integrator::kind::IntegratorKind;
+use etendue::math::vec::DVec3;
+use etendue::render::settings::{RenderSettings, SamplerKind};
+use etendue::scene::description::{GeometryDescription, SceneDescription};
+use std::sync::LazyLock;
+
+#[test]
+fn bars_of_closed_forms_cover_as_often_as_they_say() {
+    let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
+    let disk = GeometryDescription::Disk {
+        center: DVec3::Y,
+        normal: DVec3::NEG_Y,
+        radius: 1.0,
+    };
+    let cases = [
+        (
+            "square",
+            square,
+            0.5 * 4.0 * parallel_rectangle(1.0, 1.0, 1.0),
+        ),
+        ("disk", disk, 0.25),
+    ];
+    for (name, lamp, exact) in cases {
+        let description = floor_below(lamp);
+        let scene = ready(&description, Backend::ALL[0]);
+        for sampler in [
+            SamplerKind::Independent,
+            SamplerKind::Sobol,
+            SamplerKind::Stratified,
+        ] {
+            for spp in [64, 512] {
+                let settings = RenderSettings {
+                    max_bounces: Some(1),
+                    ..settings(&description, sampler, 0, spp)
+                };
+                let mut coverage = Coverage::default();
+                coverage.add_pictures((&scene, &description), &settings, 100, |_| exact);
+                println!("| {name}, {}, {spp} spp |{coverage}", sampler.name());
+                assert_eq!(coverage.miscalibrated(), None, "{name}, {}", sampler.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn bars_of_rare_events_are_flagged() {
+    // Directions by the cosine meet the lamp with the probability of its form factor: the planted events of row 63.
+    for (side, probability) in [(0.056, 1e-3), (0.0177, 1e-4)] {
+        let half = side / 2.0;
+        let lamp = rectangle([-half, 1.0, -half], [side, 0.0, 0.0], [0.0, 0.0, side]);
+        let form_factor = 4.0 * parallel_rectangle(half, half, 1.0);
+        assert!(
+            (form_factor / probability - 1.0).abs() < 0.01,
+            "{form_factor}"
+        );
+        let mut description = floor_below(lamp);
+        description.film.size = (16, 16);
+        let scene = ready(&description, Backend::ALL[0]);
+        let settings = RenderSettings {
+            max_bounces: Some(1),
+            integrator: IntegratorKind::Bsdf,
+            ..settings(&description, SamplerKind::Independent, 0, 1024)
+        };
+        let mut coverage = Coverage::default();
+        let exact = 0.5 * form_factor;
+        coverage.add_pictures((&scene, &description), &settings, 10, |_| exact);
+        println!("| events of probability {probability} |{coverage}");
+        assert!(coverage.flagged() > 0.99, "{}", coverage.flagged());
+    }
+}
+
+/// A room with a lamp and a ball of metal, given how rough that is.
+fn room_with_metal(roughness: f64) -> SceneDescription {
+    let mut description = with_metal_ball(roughness, [0.3, 0.5, 0.0], 0.5);
+    description.film.size = (32, 32);
+    description
+}
+
+/// What the room with the roughest metal looks like; made once for all tests, since it takes half a minute.
+static MATTE_ROOM: LazyLock<Image> = LazyLock::new(|| truth(1.0, 1 << 15));
+
+/// A picture of the room with so many samples.
+fn truth(roughness: f64, spp: u64) -> Image {
+    let description = room_with_metal(roughness);
+    let scene = ready(&description, Backend::ALL[0]);
+    let truth = settings(&description, SamplerKind::Sobol, 1000, spp);
+    film(&scene, &description, &truth).develop()
+}
+
+/// The coverage of 20 pictures of a room, given how rough its metal is and what it looks like.
+fn of_room(roughness: f64, truth: &Image, sampler: SamplerKind, spp: u64) -> Coverage {
+    let description = room_with_metal(roughness);
+    let scene = ready(&description, Backend::ALL[0]);
+    let settings = settings(&description, sampler, 0, spp);
+    let mut coverage = Coverage::default();
+    coverage.add_pictures((&scene, &description), &settings, 20, |index| {
+        f64::from(truth.pixels()[index].to_array()[1])
+    });
+    let sampler = sampler.name();
+    println!("| metal of {roughness}, {sampler}, {spp} spp |{coverage}");
+    coverage
+}
+
+#[test]
+fn bars_of_a_picture_cover_as_often_as_they_say() {
+    for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
+        let coverage = of_room(1.0, &MATTE_ROOM, sampler, 256);
+        assert_eq!(coverage.miscalibrated(), None, "{}", sampler.name());
+        assert!(coverage.flagged() < 0.4, "{}", coverage.flagged());
+    }
+}
+
+#[test]
+fn bars_that_rare_events_have_yet_to_reach_are_flagged() {
+    // Paths from the floor over the metal to the lamp are rare and bright: the bars of one pixel in eight cover too seldom.
+    let coverage = of_room(0.3, &truth(0.3, 1 << 12), SamplerKind::Sobol, 256);
+    assert!(coverage.flagged() > 0.95, "{}", coverage.flagged());
+}
+
+#[test]
+fn an_error_that_is_asked_for_is_kept_and_hardly_undercut() {
+    let description = room_with_metal(1.0);
+    let scene = ready(&description, Backend::ALL[0]);
+    for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
+        for target in [0.08, 0.04] {
+            let kept = Kept::of((&scene, &description), (sampler, target), 24, &MATTE_ROOM);
+            println!("| {}, {target} |{kept}", sampler.name());
+            // Of 24 renders of which 95 % keep it, fewer than 19 do with probability 1e-3.
+            assert!(kept.kept >= 19, "{kept}");
+            assert!(kept.mean() > 0.75, "{kept}");
+            assert!(kept.worst_factor() < 1.7, "{kept}");
+        }
+    }
+}

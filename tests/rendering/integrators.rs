@@ -1,0 +1,556 @@
+//! The integrators of the course estimate the same integral: each agrees with `path` in every part of the picture, for
+//! each number of bounces, with any roulette; and those that are no path tracers agree with closed forms.
+//!
+//! Tiles are compared by Welch's test, at a significance of 1e-4 for all tests of this file together.
+
+use crate::common::chi_square::uniformity;
+use crate::common::closed_forms::{coaxial_discs, parallel_rectangle};
+use crate::common::room::{LAMP, floor_below, room};
+use crate::common::scene::{film, ready, rectangle, slide};
+use crate::common::verdict::{assert_mean, sidak};
+use etendue::accel::Backend;
+use etendue::effects::{Effect, EffectSet, Kernel};
+use etendue::film::Film;
+use etendue::integrator::Roulette;
+use etendue::integrator::kind::IntegratorKind;
+use etendue::math::stats::Moments;
+use etendue::math::vec::DVec3;
+use etendue::render::settings::{RenderSettings, SamplerKind};
+use etendue::scene::description::{GeometryDescription, SceneDescription};
+use statrs::distribution::{ContinuousCDF, Normal};
+
+/// The path tracers of the course but the last.
+const COURSE: [IntegratorKind; 5] = [
+    IntegratorKind::Naive,
+    IntegratorKind::EmitOrReflect,
+    IntegratorKind::Bsdf,
+    IntegratorKind::LightOrRest,
+    IntegratorKind::NextEvent,
+];
+
+/// A room with two matte blocks.
+fn matte() -> SceneDescription {
+    room(&format!(
+        "{LAMP}
+[[shape]]
+type = \"box\"
+material = \"white\"
+min = [-0.6, 0, -0.6]
+max = [-0.1, 1.1, -0.1]
+"
+    ))
+}
+
+/// Rough metal, plastic with a smooth coat, and a lamp of two triangles.
+fn glossy() -> SceneDescription {
+    room(
+        r#"
+[[material]]
+name = "metal"
+type = "conductor"
+preset = "gold"
+roughness = 0.5
+
+[[material]]
+name = "plastic"
+type = "plastic"
+reflectance = [0.2, 0.3, 0.7]
+roughness = 0
+
+[[shape]]
+type = "sphere"
+material = "metal"
+center = [-0.45, 0.45, -0.2]
+radius = 0.45
+
+[[shape]]
+type = "sphere"
+material = "plastic"
+center = [0.5, 0.4, 0.1]
+radius = 0.4
+
+[[shape]]
+type = "mesh"
+material = "white"
+emission = [9, 8, 6]
+positions = [[-0.5, 1.99, -0.4], [0.4, 1.99, -0.5], [0.4, 1.99, 0.4], [-0.4, 1.99, 0.5]]
+indices = [[0, 1, 2], [0, 2, 3]]
+"#,
+    )
+}
+
+/// A small bright sphere above a matte block, and a dim one that is larger.
+fn small_light() -> SceneDescription {
+    room(
+        r#"
+[[shape]]
+type = "sphere"
+material = "white"
+emission = 60
+center = [0.2, 1.6, 0]
+radius = 0.1
+
+[[shape]]
+type = "disk"
+material = "white"
+emission = 4
+center = [-0.99, 1, 0]
+normal = [1, 0, 0]
+radius = 0.3
+"#,
+    )
+}
+
+/// A large lamp and a ball of glass, smooth in one scene and rough in the other.
+fn glass(roughness: f32) -> SceneDescription {
+    room(&format!(
+        r#"
+[[material]]
+name = "glass"
+type = "dielectric"
+roughness = {roughness}
+
+[[shape]]
+type = "sphere"
+material = "glass"
+center = [0.1, 0.6, 0.1]
+radius = 0.5
+
+[[shape]]
+type = "rectangle"
+material = "white"
+emission = 4
+corner = [-0.9, 1.99, -0.9]
+edge_u = [1.8, 0, 0]
+edge_v = [0, 0, 1.8]
+"#
+    ))
+}
+
+/// A plain sky, a lamp, a mirror.
+fn outside() -> SceneDescription {
+    room(&format!(
+        "{LAMP}
+[[material]]
+name = \"mirror\"
+type = \"mirror\"
+reflectance = 0.9
+
+[[shape]]
+type = \"sphere\"
+material = \"mirror\"
+center = [0, 0.5, 0]
+radius = 0.5
+
+[[light]]
+type = \"environment\"
+radiance = [0.2, 0.3, 0.5]
+"
+    ))
+}
+
+fn rendered(description: &SceneDescription, settings: &RenderSettings) -> Film {
+    film(&ready(description, Backend::ALL[0]), description, settings)
+}
+
+fn settings(
+    description: &SceneDescription,
+    integrator: IntegratorKind,
+    seed: u64,
+    spp: u64,
+) -> RenderSettings {
+    RenderSettings {
+        integrator,
+        sampler: SamplerKind::Independent,
+        seed,
+        tile_size: 4,
+        ..RenderSettings::new(description.film.size, spp)
+    }
+}
+
+/// Mean and squared standard error of a channel, of each tile and, last, of the whole picture.
+fn means(film: &Film, channel: usize) -> Vec<(f64, f64)> {
+    let mean_of = |parts: &mut dyn ExactSizeIterator<Item = (f64, f64)>| {
+        let count = parts.len() as f64;
+        let (mean, variance) = parts.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+        (mean / count, variance / (count * count))
+    };
+    let mut means: Vec<(f64, f64)> = film
+        .tiles()
+        .iter()
+        .map(|tile| {
+            mean_of(&mut tile.pixels.iter().map(|pixel| {
+                let variance = pixel.variance_of_mean(tile.samples);
+                let variance = variance.expect("several samples");
+                (pixel.mean(tile.samples)[channel], variance[channel])
+            }))
+        })
+        .collect();
+    means.push(mean_of(&mut means.clone().into_iter()));
+    means
+}
+
+/// Welch's test of every tile and of the whole, whose standard error has to be below `power` of it; the tests of this
+/// file are about three thousand.
+fn assert_same(what: &str, a: &Film, b: &Film, power: f64) {
+    let normal = Normal::standard();
+    let limit = normal.inverse_cdf(1.0 - 0.5 * sidak(1e-4, 3000));
+    for channel in 0..3 {
+        let pairs = means(a, channel).into_iter().zip(means(b, channel));
+        for (tile, ((a, va), (b, vb))) in pairs.enumerate() {
+            let z = (a - b) / (va + vb).sqrt();
+            assert!(
+                a == b || z.abs() < limit,
+                "{what}, channel {channel}, tile {tile}: {a} and {b}, {z} standard errors apart"
+            );
+        }
+    }
+    let (a, va) = *means(a, 1).last().expect("the whole");
+    let (_, vb) = *means(b, 1).last().expect("the whole");
+    let error = (va + vb).sqrt() / a;
+    println!("{what}: standard error {error:.5}");
+    assert!(
+        error < power,
+        "{what}: inconclusive, a standard error of {error}"
+    );
+}
+
+#[test]
+fn every_path_tracer_agrees_with_path() {
+    // The greatest standard error of the whole picture, with which a bias of five times as much is found for sure.
+    let scenes = [
+        ("matte", matte(), 0.01),
+        ("glossy", glossy(), 0.02),
+        ("small light", small_light(), 0.04),
+        ("rough glass", glass(0.8), 0.02),
+        ("smooth glass", glass(0.0), 0.01),
+        ("outside", outside(), 0.01),
+    ];
+    for (name, scene, power) in &scenes {
+        let path = rendered(scene, &settings(scene, IntegratorKind::Path, 1, 1 << 12));
+        for integrator in COURSE {
+            if integrator == IntegratorKind::Naive && *name == "rough glass" {
+                // Every vertex in the glass doubles the throughput by the coin, and a uniform direction multiplies its
+                // square by more than 1/2 in the mean: the variance is infinite, and no standard error means anything.
+                continue;
+            }
+            let spp = match integrator {
+                IntegratorKind::Naive | IntegratorKind::EmitOrReflect => 1 << 13,
+                _ => 1 << 12,
+            };
+            let other = rendered(scene, &settings(scene, integrator, 2, spp));
+            assert_same(
+                &format!("{name}, {}", integrator.name()),
+                &other,
+                &path,
+                *power,
+            );
+        }
+    }
+}
+
+#[test]
+fn they_agree_for_every_number_of_bounces() {
+    let scene = glass(0.0);
+    for max_bounces in 0..4 {
+        let limited = |integrator, seed, spp| {
+            let settings = RenderSettings {
+                max_bounces: Some(max_bounces),
+                ..settings(&scene, integrator, seed, spp)
+            };
+            rendered(&scene, &settings)
+        };
+        let path = limited(IntegratorKind::Path, 3, 1 << 11);
+        for integrator in COURSE {
+            let what = format!("{max_bounces} bounces, {}", integrator.name());
+            assert_same(&what, &limited(integrator, 4, 1 << 12), &path, 0.012);
+        }
+    }
+}
+
+#[test]
+fn no_roulette_changes_the_mean() {
+    let scene = glass(0.8);
+    let with = |integrator, roulette, seed| {
+        let settings = RenderSettings {
+            roulette: Some(roulette),
+            max_bounces: Some(12),
+            ..settings(&scene, integrator, seed, 1 << 11)
+        };
+        rendered(&scene, &settings)
+    };
+    for integrator in [IntegratorKind::Path, IntegratorKind::LightOrRest] {
+        let never = with(integrator, Roulette::None, 5);
+        for roulette in [Roulette::Albedo, Roulette::Throughput] {
+            let what = format!("{}, {}", integrator.name(), roulette.name());
+            assert_same(&what, &with(integrator, roulette, 6), &never, 0.012);
+        }
+    }
+}
+
+#[test]
+fn lights_of_every_kind_are_found_by_those_who_look_for_them() {
+    // Four lights, one of them a picture of the sky, two of them without a size.
+    let mut scene = outside();
+    let lights = room(
+        r#"
+[[light]]
+type = "point"
+position = [0.5, 1.5, 0.5]
+intensity = 0.7
+
+[[light]]
+type = "spot"
+position = [-0.5, 1.8, 0.5]
+target = [0, 0, 0]
+cone = 40
+intensity = 2
+"#,
+    );
+    scene.lights = lights.lights;
+    let sky = etendue::scene::description::ColourDescription::Texture(std::sync::Arc::new(
+        crate::common::scene::panorama(),
+    ));
+    scene
+        .lights
+        .push(etendue::scene::description::LightDescription {
+            place: Default::default(),
+            model: etendue::scene::description::LightModel::Environment {
+                radiance: sky,
+                to_world: etendue::math::vec::DMat3::IDENTITY,
+            },
+        });
+    let path = rendered(&scene, &settings(&scene, IntegratorKind::Path, 7, 1 << 12));
+    for integrator in [IntegratorKind::LightOrRest, IntegratorKind::NextEvent] {
+        let other = rendered(&scene, &settings(&scene, integrator, 8, 1 << 12));
+        assert_same(integrator.name(), &other, &path, 0.01);
+    }
+    // Those who do not look for lights say that they miss some.
+    let effects = ready(&scene, Backend::ALL[0]).effects;
+    assert!(effects.has(Effect::DeltaLights));
+    for integrator in COURSE {
+        let bias = integrator.bias(effects);
+        let looks = matches!(
+            integrator,
+            IntegratorKind::LightOrRest | IntegratorKind::NextEvent
+        );
+        assert_eq!(bias.is_none(), looks, "{bias:?}");
+        assert_eq!(integrator.bias(EffectSet::NONE), None);
+    }
+}
+
+#[test]
+fn lamps_that_are_no_lights_to_look_for_are_found_by_scattering() {
+    // A sphere that moves is in no list of lights, and here the list is empty.
+    let mut scene = floor_below(GeometryDescription::Sphere {
+        center: 2.0 * DVec3::Y,
+        radius: 1.0,
+    });
+    scene.shapes[1].motion = slide(DVec3::ZERO, DVec3::new(0.3, 0.2, 0.0));
+    scene.camera.shutter = [0.0, 1.0];
+    assert!(ready(&scene, Backend::ALL[0]).lights.is_empty());
+    let path = seen(&scene, IntegratorKind::Path, 1 << 13, None);
+    for integrator in COURSE {
+        let other = seen(&scene, integrator, 1 << 13, None);
+        let [error, of_path] = [&other, &path].map(|it| it.standard_error().expect("many pixels"));
+        let off = (other.mean() - path.mean()).abs();
+        let (name, error) = (integrator.name(), error.hypot(of_path));
+        assert!(
+            off < 5.2 * error,
+            "{name}: {} and {}",
+            other.mean(),
+            path.mean()
+        );
+        assert!(error < 0.02 * path.mean(), "{name}: inconclusive, {error}");
+    }
+}
+
+/// One number for each pixel, all of which look at the same point.
+fn seen(
+    scene: &SceneDescription,
+    integrator: IntegratorKind,
+    spp: u64,
+    far: Option<f64>,
+) -> Moments {
+    let settings = RenderSettings {
+        integrator,
+        occlusion_distance: far,
+        max_bounces: Some(1),
+        tile_size: 1,
+        ..RenderSettings::new(scene.film.size, spp)
+    };
+    let film = rendered(scene, &settings);
+    Moments::of(film.tiles().iter().map(|t| t.pixels[0].mean(t.samples)[1]))
+}
+
+#[test]
+fn direct_light_is_that_of_the_closed_forms() {
+    let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
+    let disk = GeometryDescription::Disk {
+        center: DVec3::Y,
+        normal: DVec3::NEG_Y,
+        radius: 1.0,
+    };
+    let sphere = GeometryDescription::Sphere {
+        center: 2.0 * DVec3::Y,
+        radius: 1.0,
+    };
+    let triangles = crate::common::scene::polygon(vec![
+        DVec3::new(-1.0, 1.0, -1.0),
+        DVec3::new(1.0, 1.0, -1.0),
+        DVec3::new(1.0, 1.0, 1.0),
+        DVec3::new(-1.0, 1.0, 1.0),
+    ]);
+    let of_square = 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
+    // A disk of radius 1 at distance 1 from a point: r^2 / (r^2 + h^2), the limit of coaxial discs.
+    assert!((coaxial_discs(1e-4, 1.0, 1.0) - 0.5).abs() < 1e-7);
+    for (name, lamp, factor) in [
+        ("square", square, of_square),
+        ("triangles", triangles, of_square),
+        ("disk", disk, 0.5),
+        ("sphere", sphere, 0.25),
+    ] {
+        let scene = floor_below(lamp);
+        // What a scattered ray finds does not depend on the kind of lamp: one is enough.
+        let by_scattering = [
+            (IntegratorKind::DirectDirectional, 1 << 15),
+            (IntegratorKind::Bsdf, 1 << 15),
+            (IntegratorKind::EmitOrReflect, 1 << 15),
+            (IntegratorKind::Naive, 1 << 17),
+        ];
+        let by_light = [
+            (IntegratorKind::DirectArea, 1 << 15),
+            (IntegratorKind::NextEvent, 1 << 15),
+            (IntegratorKind::LightOrRest, 1 << 15),
+        ];
+        let scattering = if name == "disk" {
+            &by_scattering[..]
+        } else {
+            &[]
+        };
+        for &(integrator, spp) in scattering.iter().chain(&by_light) {
+            let what = format!("{name}, {}", integrator.name());
+            let seen = seen(&scene, integrator, spp, None);
+            assert_mean(&what, &seen, 0.5 * factor, 0.002);
+        }
+    }
+}
+
+#[test]
+fn ambient_occlusion_is_the_share_of_the_sky() {
+    let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
+    let scene = floor_below(square);
+    let open = 1.0 - 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
+    let ambient = |far| seen(&scene, IntegratorKind::AmbientOcclusion, 1 << 14, far);
+    assert_mean("unlimited", &ambient(None), open, 0.002);
+    // Of the square at height 1, a distance of sqrt(4/3) reaches a disk of radius sqrt(1/3).
+    let near = 1.0 - (1.0 / 3.0) / (1.0 / 3.0 + 1.0);
+    assert_mean(
+        "limited",
+        &ambient(Some((4.0_f64 / 3.0).sqrt())),
+        near,
+        0.002,
+    );
+    let none = ambient(Some(0.99));
+    assert_eq!((none.mean(), none.variance()), (1.0, Some(0.0)));
+}
+
+#[test]
+fn variance_falls_as_one_over_n_and_faster_for_sobol_points_on_smooth_pixels() {
+    let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
+    let scene = floor_below(square);
+    let slope = |sampler| {
+        let sizes = [16, 64, 256, 1024];
+        let points = sizes.map(|spp| {
+            let mut moments = Moments::default();
+            for seed in 0..64 {
+                let settings = RenderSettings {
+                    sampler,
+                    max_bounces: Some(1),
+                    roulette: Some(Roulette::None),
+                    ..settings(&scene, IntegratorKind::NextEvent, seed, spp)
+                };
+                let film = rendered(&scene, &settings);
+                let pixels = film.develop();
+                let values = pixels.pixels().iter().map(|p| f64::from(p.to_array()[1]));
+                moments = moments.merge(Moments::of(values));
+            }
+            let variance = moments.variance().expect("many pixels");
+            [(spp as f64).ln(), variance.ln()]
+        });
+        let mean = |i: usize| points.iter().map(|p| p[i]).sum::<f64>() / points.len() as f64;
+        let (x, y) = (mean(0), mean(1));
+        let products = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>();
+        products / points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>()
+    };
+    // 2048 pixels tell each variance to 3 %, and the slope to 0.01.
+    let independent = slope(SamplerKind::Independent);
+    assert!((independent + 1.0).abs() < 0.05, "{independent}");
+    let sobol = slope(SamplerKind::Sobol);
+    println!("slopes {independent:.3} and {sobol:.3}");
+    assert!(sobol < -1.5, "{sobol}");
+}
+
+#[test]
+fn neither_kernels_nor_tiles_nor_threads_change_a_picture() {
+    let scene = matte();
+    for &integrator in IntegratorKind::ALL {
+        let pixels = |kernel, tile_size, threads| {
+            let settings = RenderSettings {
+                kernel,
+                tile_size,
+                threads,
+                ..settings(&scene, integrator, 11, 5)
+            };
+            rendered(&scene, &settings).develop()
+        };
+        let one = pixels(None, 16, 1);
+        assert!(one.pixels().iter().any(|pixel| !pixel.is_black()));
+        for other in [
+            pixels(Some(Kernel::Everything), 16, 1),
+            pixels(Some(Kernel::Matte), 3, 2),
+        ] {
+            assert_eq!(one.pixels(), other.pixels(), "{}", integrator.name());
+        }
+    }
+}
+
+#[test]
+fn the_test_of_tiles_finds_a_bias_and_only_that() {
+    let scene = matte();
+    let path = |seed| {
+        rendered(
+            &scene,
+            &settings(&scene, IntegratorKind::Path, seed, 1 << 10),
+        )
+    };
+    // z-scores of tiles of the same integrator are those of a normal distribution.
+    let normal = Normal::standard();
+    let mut cells = [0_u32; 8];
+    for seed in 0..16 {
+        let (a, b) = (path(100 + 2 * seed), path(101 + 2 * seed));
+        let (a, b) = (means(&a, 1), means(&b, 1));
+        for ((a, va), (b, vb)) in a.iter().zip(&b).take(a.len() - 1) {
+            let p = normal.cdf((a - b) / (va + vb).sqrt());
+            cells[((8.0 * p) as usize).min(7)] += 1;
+        }
+    }
+    let p = uniformity(&cells);
+    assert!(p > 1e-4, "{cells:?}: p = {p}");
+    // A scene that is brighter by one part in a hundred is told apart.
+    let mut brighter = scene.clone();
+    for shape in &mut brighter.shapes {
+        if let Some(etendue::scene::description::ColourDescription::Constant(light)) =
+            &mut shape.emission
+        {
+            *light = 1.01 * *light;
+        }
+    }
+    let film = rendered(
+        &brighter,
+        &settings(&brighter, IntegratorKind::Path, 9, 1 << 14),
+    );
+    let reference = rendered(&scene, &settings(&scene, IntegratorKind::Path, 10, 1 << 14));
+    let told = std::panic::catch_unwind(|| assert_same("brighter", &film, &reference, 1.0));
+    assert!(told.is_err());
+}

@@ -1,0 +1,102 @@
+//! The thin lens in pictures: a lens of no width is a pinhole bit for bit, and what is out of focus is blurred by the
+//! circle of confusion. Its closed form is row 45 of the battery.
+
+use crate::common::scene::{diffuse, gallery, keys, looking, picture, rectangle, see, shape};
+use crate::common::verdict::assert_mean;
+use etendue::accel::Backend;
+use etendue::battery::closed_forms::disc_segment;
+use etendue::integrator::Roulette;
+use etendue::math::vec::{DAffine3, DVec3};
+use etendue::scene::description::SceneDescription;
+
+#[test]
+fn a_lens_of_no_width_is_a_pinhole_bit_for_bit() {
+    for &backend in Backend::ALL {
+        let pinhole = picture(&gallery(), backend, 4);
+        for focus_distance in [1e-3, 1.0, 3.7, 1e9, 1e30] {
+            let mut scene = gallery();
+            scene.camera.focus_distance = focus_distance;
+            assert_eq!(picture(&scene, backend, 4), pinhole, "{focus_distance}");
+        }
+        let mut scene = gallery();
+        scene.camera.lens_radius = 0.1;
+        scene.camera.focus_distance = 2.0;
+        assert_ne!(picture(&scene, backend, 4), pinhole, "a lens shows");
+    }
+}
+
+/// Far from all edges, a lens of 1e-8 sees what a pinhole sees.
+#[test]
+fn a_tiny_lens_is_as_good_as_a_pinhole() {
+    for &backend in Backend::ALL {
+        for target in [DVec3::new(0.7, -1.0, 0.0), DVec3::new(0.5, 0.3, 0.65)] {
+            let mut scene = gallery();
+            let view = looking(DVec3::new(1.0, -4.0, 2.0), target, diffuse(0.6));
+            (scene.camera, scene.film) = (view.camera, view.film);
+            let pinhole = see(&scene, backend, 1 << 12, Some(1), Roulette::None);
+            scene.camera.lens_radius = 1e-8;
+            for focus_distance in [1.0, 4.0, 1e9] {
+                scene.camera.focus_distance = focus_distance;
+                let lens = see(&scene, backend, 1 << 12, Some(1), Roulette::None);
+                let [a, b] = [pinhole, lens].map(|m| m.standard_error().expect("32 pixels"));
+                let (apart, joint) = ((lens.mean() - pinhole.mean()).abs(), a.hypot(b));
+                println!("{target} {focus_distance}: {pinhole:?} {lens:?}");
+                let tolerance = 5.2 * joint + 4e-6 * pinhole.mean();
+                assert!(
+                    apart <= tolerance,
+                    "{focus_distance}: {apart} > {tolerance}"
+                );
+                assert!(joint <= 2e-3 * pinhole.mean(), "too noisy to tell: {joint}");
+            }
+        }
+    }
+}
+
+/// Radiance 1 on the half-plane x >= `edge` at z = 0, seen around the origin from a height.
+fn half_plane(edge: f64, height: f64, lens_radius: f64, focus_distance: f64) -> SceneDescription {
+    let mut scene = looking(height * DVec3::Z, DVec3::ZERO, diffuse(0.0));
+    // As far as any ray goes, and no farther: single precision is shared by the whole scene.
+    let far = 1.0 + 4.0 * lens_radius * f64::abs(height / focus_distance - 1.0);
+    let half = rectangle([edge, -far, 0.0], [far, 0.0, 0.0], [0.0, 2.0 * far, 0.0]);
+    scene.shapes = vec![shape(half, 1.0)];
+    scene.camera.lens_radius = lens_radius;
+    scene.camera.focus_distance = focus_distance;
+    scene
+}
+
+#[test]
+fn an_edge_in_focus_is_sharp() {
+    // A patch of 1e-4 about the origin, and the rounding of a lens a thousand times as wide.
+    for (edge, radiance) in [(-2.5e-4, 1.0), (2.5e-4, 0.0)] {
+        let scene = half_plane(edge, 2.0, 0.3, 2.0);
+        for &backend in Backend::ALL {
+            let seen = see(&scene, backend, 1 << 10, Some(0), Roulette::None);
+            assert_eq!(seen.mean(), radiance, "{edge} {}", backend.name());
+        }
+    }
+}
+
+/// The lens moves with its camera: an edge seen through a lens that flies along it is as blurred as ever, and turning the
+/// lens about its axis changes nothing.
+#[test]
+fn a_lens_moves_with_its_camera() {
+    for x in [-0.5, 0.2, 0.8] {
+        let mut scene = half_plane(0.1 * x, 2.0, 0.1, 1.0);
+        let start = scene.camera.to_world;
+        let along = DAffine3::from_translation(0.7 * DVec3::Y);
+        let turned = DAffine3::from_rotation_z(1.0);
+        scene.camera.shutter = [0.0, 1.0];
+        for end in [along * start, turned * start, along * turned * start] {
+            scene.camera.motion = keys([(0.0, start), (1.0, end)]);
+            for &backend in Backend::ALL {
+                let seen = see(&scene, backend, 1 << 12, Some(0), Roulette::None);
+                assert_mean(
+                    &format!("{x}"),
+                    &seen,
+                    disc_segment(x),
+                    2e-3 / disc_segment(x),
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! Pictures: the integrators, their samples, their error bars, what is made of them.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod adaptive;
+mod battery;
+mod denoise;
+mod determinism;
+mod effects;
+mod error_bars;
+mod integrators;
+mod lens;
+mod lesson;
+mod metamorphic;
+mod motion;
+mod pixels;
+mod roulette;
+mod study;

@@ -1,0 +1,378 @@
+//! How the picture changes with the scene, where that is known exactly: brighter lamps, other units, another place, surfaces
+//! that are there twice, inside out, in another order, along other axes. On generated scenes and with every backend;
+//! `determinism.rs` asks the same of whole pictures with the preferred one.
+
+use crate::common::generated::{Generator, SIZE};
+use crate::common::scene::{ready, see};
+use crate::common::scene_folder::{SMALL, load_text};
+use etendue::accel::Backend;
+use etendue::effects::{Effect, EffectSet};
+use etendue::film::filter::Filter;
+use etendue::geometry::texture::Texture;
+use etendue::image::{Image, metrics};
+use etendue::integrator::Roulette;
+use etendue::math::vec::{DAffine3, DMat3, DVec3};
+use etendue::render::settings::RenderSettings;
+use etendue::render::{Unwatched, render};
+use etendue::scene::description::{
+    ColourDescription, GeometryDescription, Key, LightModel, SceneDescription,
+};
+use std::sync::Arc;
+
+/// Scenes with random effects: the index, the backend that is its turn, and the scene.
+fn generated(seed: u64, count: usize) -> impl Iterator<Item = (usize, Backend, SceneDescription)> {
+    let mut generator = Generator::new(seed);
+    (0..count).map(move |index| {
+        let wanted = generator.wanted();
+        let backend = Backend::ALL[index % Backend::ALL.len()];
+        (index, backend, generator.scene(wanted))
+    })
+}
+
+fn settings(description: &SceneDescription) -> RenderSettings {
+    RenderSettings {
+        seed: 5,
+        threads: 1,
+        ..RenderSettings::new(description.film.size, 2)
+    }
+}
+
+fn picture(description: &SceneDescription, backend: Backend, settings: &RenderSettings) -> Image {
+    let scene = ready(description, backend);
+    let filter = Filter::new(&description.film.filter);
+    let size = description.film.size;
+    let rendered = render(&scene, &filter, size, settings, &Unwatched).expect("valid settings");
+    assert_eq!(rendered.rejected.count, 0, "not finite");
+    rendered.film.develop()
+}
+
+/// Equal bits, after the second picture was multiplied.
+#[track_caller]
+fn assert_same(what: &str, got: &Image, want: &Image, factor: f32) {
+    let pairs = got.pixels().iter().zip(want.pixels());
+    let bits = |colour: etendue::math::rgb::Rgb| colour.to_array().map(f32::to_bits);
+    let differing = pairs.filter(|(got, want)| bits(**got) != bits(**want * factor));
+    assert_eq!(differing.count(), 0, "{what}: so many pixels differ");
+}
+
+/// Equal but for the rounding of places: a path that grazes an edge may take another way.
+#[track_caller]
+fn assert_close(what: &str, got: &Image, want: &Image) {
+    let error = metrics::rel_mse(got, want).expect("same size").sqrt();
+    assert!(error <= 1e-4, "{what}: {error}");
+}
+
+/// Equal but for the rounding of places in all but a few pixels: few samples that graze an edge make a pixel another.
+#[track_caller]
+fn assert_mostly_close(what: &str, got: &Image, want: &Image) {
+    let pairs = got.pixels().iter().zip(want.pixels());
+    let differing = pairs.filter(|(got, want)| {
+        let pairs = got.to_array().into_iter().zip(want.to_array());
+        pairs
+            .into_iter()
+            .any(|(got, want)| (got - want).abs() > 1e-4 * (1.0 + want.abs()))
+    });
+    let (differing, all) = (differing.count(), want.pixels().len());
+    assert!(
+        100 * differing <= 2 * all,
+        "{what}: {differing} pixels differ of {all}"
+    );
+}
+
+/// Everything that shines, so many times brighter.
+fn brighter(scene: &SceneDescription, factor: f32) -> SceneDescription {
+    let scaled = |colour: &mut ColourDescription| match colour {
+        ColourDescription::Constant(constant) => *constant *= factor,
+        ColourDescription::Texture(texture) => match Arc::make_mut(texture) {
+            Texture::Image { scale, .. } => *scale *= factor,
+            Texture::Checker { colours, .. } => *colours = colours.map(|colour| colour * factor),
+        },
+    };
+    let mut scene = scene.clone();
+    scene
+        .shapes
+        .iter_mut()
+        .filter_map(|shape| shape.emission.as_mut())
+        .for_each(scaled);
+    for light in &mut scene.lights {
+        match &mut light.model {
+            LightModel::Environment { radiance, .. } => scaled(radiance),
+            LightModel::Point { intensity, .. } | LightModel::Spot { intensity, .. } => {
+                *intensity *= factor;
+            }
+            LightModel::Distant { irradiance, .. } => *irradiance *= factor,
+        }
+    }
+    scene
+}
+
+/// The whole scene, turned by `turn`, scaled by `factor` and moved; point lights shine so much brighter that nothing else
+/// changes.
+fn moved(scene: &SceneDescription, turn: DMat3, factor: f64, by: DVec3) -> SceneDescription {
+    let matrix = DAffine3::from_mat3_translation(factor * turn, by);
+    let within = |keys: &mut Vec<Key>| {
+        for key in keys {
+            key.transform = matrix * key.transform * matrix.inverse();
+        }
+    };
+    let mut scene = scene.clone();
+    let camera = &mut scene.camera;
+    camera.to_world.matrix3 = turn * camera.to_world.matrix3;
+    camera.to_world.translation = matrix.transform_point3(camera.to_world.translation);
+    camera.lens_radius *= factor;
+    camera.focus_distance *= factor;
+    for shape in scene
+        .shapes
+        .iter_mut()
+        .filter(|shape| shape.group.is_none())
+    {
+        shape.transform = matrix * shape.transform;
+        within(&mut shape.motion);
+    }
+    for instance in scene.instances.iter_mut().filter(|it| it.group.is_none()) {
+        instance.transform = matrix * instance.transform;
+        within(&mut instance.motion);
+    }
+    let area = (factor * factor) as f32;
+    for light in &mut scene.lights {
+        match &mut light.model {
+            LightModel::Environment { to_world, .. } => *to_world = turn * *to_world,
+            LightModel::Point {
+                position,
+                intensity,
+            } => {
+                *position = matrix.transform_point3(*position);
+                *intensity *= area;
+            }
+            LightModel::Spot {
+                position,
+                target,
+                intensity,
+                ..
+            } => {
+                *position = matrix.transform_point3(*position);
+                *target = matrix.transform_point3(*target);
+                *intensity *= area;
+            }
+            LightModel::Distant { direction, .. } => *direction = turn * *direction,
+        }
+    }
+    scene
+}
+
+#[test]
+fn lamps_brighter_by_a_power_of_two_make_pixels_brighter_by_that() {
+    for (index, backend, scene) in generated(11, 24) {
+        let settings = settings(&scene);
+        let reference = picture(&scene, backend, &settings);
+        for exponent in [-60, -31, -1, 1, 17, 60] {
+            let factor = f32::exp2(exponent as f32);
+            let what = format!("scene {index}, {}, 2^{exponent}", backend.name());
+            let got = picture(&brighter(&scene, factor), backend, &settings);
+            assert_same(&what, &got, &reference, factor);
+        }
+    }
+}
+
+#[test]
+fn units_larger_by_a_power_of_two_change_nothing() {
+    for (index, backend, scene) in generated(12, 24) {
+        let settings = settings(&scene);
+        let reference = picture(&scene, backend, &settings);
+        for exponent in [-40, -1, 40] {
+            let factor = f64::exp2(f64::from(exponent));
+            let what = format!("scene {index}, {}, 2^{exponent}", backend.name());
+            let scaled = moved(&scene, DMat3::IDENTITY, factor, DVec3::ZERO);
+            assert_same(
+                &what,
+                &picture(&scaled, backend, &settings),
+                &reference,
+                1.0,
+            );
+        }
+    }
+}
+
+#[test]
+fn far_from_the_origin_every_backend_sees_the_same() {
+    let scene = load_text(SMALL);
+    let settings = settings(&scene);
+    for &backend in Backend::ALL {
+        let reference = picture(&scene, backend, &settings);
+        for distance in [1e4, 1e7] {
+            let by = distance * DVec3::new(1.0, -1.0, 1.0);
+            let far = moved(&scene, DMat3::IDENTITY, 1.0, by);
+            let what = format!("{}, {distance}", backend.name());
+            assert_close(&what, &picture(&far, backend, &settings), &reference);
+        }
+    }
+}
+
+#[test]
+fn threads_and_tiles_change_nothing_with_any_backend() {
+    for (index, _, scene) in generated(13, 4) {
+        for &backend in Backend::ALL {
+            let base = settings(&scene);
+            let reference = picture(&scene, backend, &base);
+            for (threads, tile_size) in (1..=8).zip([1, 2, 3, 5, 7, 8, 11, 100]) {
+                let what = format!(
+                    "scene {index}, {}, {threads} threads, tiles of {tile_size}",
+                    backend.name()
+                );
+                let other = RenderSettings {
+                    threads,
+                    tile_size,
+                    ..base.clone()
+                };
+                assert_same(&what, &picture(&scene, backend, &other), &reference, 1.0);
+            }
+        }
+    }
+}
+
+/// Of these effects, those of scenes whose shapes are opaque, and whose lamps are not shapes.
+fn opaque(wanted: EffectSet) -> EffectSet {
+    use Effect::{Alpha, AreaLights, Transmission};
+    let others = wanted.without(Transmission).without(Alpha);
+    others.without(AreaLights)
+}
+
+#[test]
+fn an_opaque_shape_that_is_there_twice_looks_as_if_it_were_there_once() {
+    let mut generator = Generator::new(14);
+    for index in 0..12 {
+        let wanted = opaque(generator.wanted());
+        let mut scene = generator.scene(wanted);
+        // Two-sided: of two faces back to back, which one a ray meets first is left open.
+        scene
+            .materials
+            .iter_mut()
+            .for_each(|material| material.two_sided = true);
+        let settings = settings(&scene);
+        let twice = SceneDescription {
+            shapes: scene
+                .shapes
+                .iter()
+                .flat_map(|shape| [shape.clone(), shape.clone()])
+                .collect(),
+            ..scene.clone()
+        };
+        for &backend in Backend::ALL {
+            let what = format!("scene {index}, {}", backend.name());
+            let got = picture(&twice, backend, &settings);
+            assert_same(&what, &got, &picture(&scene, backend, &settings), 1.0);
+        }
+    }
+}
+
+#[test]
+fn vertices_that_no_triangle_has_change_nothing() {
+    let mut generator = Generator::new(18);
+    for index in 0..6 {
+        let wanted = generator.wanted().with(Effect::ShadingNormals);
+        let scene = generator.scene(wanted);
+        let settings = settings(&scene);
+        let mut strayed = scene.clone();
+        for shape in &mut strayed.shapes {
+            if let GeometryDescription::Mesh(mesh) = &mut shape.geometry {
+                let mesh = Arc::make_mut(mesh);
+                mesh.positions.push(DVec3::new(1e12, -1e300, 3.0));
+                mesh.normals.extend(mesh.normals.first().copied());
+                mesh.uvs.extend(mesh.uvs.first().copied());
+            }
+        }
+        for &backend in Backend::ALL {
+            let what = format!("scene {index}, {}", backend.name());
+            let got = picture(&strayed, backend, &settings);
+            assert_same(&what, &got, &picture(&scene, backend, &settings), 1.0);
+        }
+    }
+}
+
+#[test]
+fn shapes_in_another_order_look_the_same() {
+    for (index, _, scene) in generated(15, 12) {
+        let settings = settings(&scene);
+        let (mut lamps, mut others): (Vec<_>, Vec<_>) = scene
+            .shapes
+            .iter()
+            .cloned()
+            .partition(|shape| shape.emission.is_some());
+        // Lamps keep theirs: it says which random number picks which.
+        others.reverse();
+        others.append(&mut lamps);
+        let reversed = SceneDescription {
+            shapes: others,
+            ..scene.clone()
+        };
+        for &backend in Backend::ALL {
+            let what = format!("scene {index}, {}", backend.name());
+            let got = picture(&reversed, backend, &settings);
+            assert_same(&what, &got, &picture(&scene, backend, &settings), 1.0);
+        }
+    }
+}
+
+#[test]
+fn two_sided_triangles_look_the_same_inside_out() {
+    let wanted = opaque(EffectSet::ALL.without(Effect::Instances));
+    let mut generator = Generator::new(16);
+    let mut flipped = 0;
+    for index in 0..12 {
+        let mut scene = generator.scene(wanted);
+        for material in &mut scene.materials {
+            material.two_sided = true;
+            material.normal_map = None;
+        }
+        let settings = settings(&scene);
+        let mut inside_out = scene.clone();
+        for shape in &mut inside_out.shapes {
+            if let GeometryDescription::Mesh(mesh) = &mut shape.geometry {
+                let mesh = Arc::make_mut(mesh);
+                mesh.normals
+                    .iter_mut()
+                    .for_each(|normal| *normal = -*normal);
+                mesh.indices
+                    .iter_mut()
+                    .for_each(|[_, b, c]| std::mem::swap(b, c));
+                flipped += mesh.indices.len();
+            }
+        }
+        for &backend in Backend::ALL {
+            let what = format!("scene {index}, {}", backend.name());
+            let got = picture(&inside_out, backend, &settings);
+            assert_mostly_close(&what, &got, &picture(&scene, backend, &settings));
+        }
+    }
+    assert!(flipped >= 20, "{flipped} triangles");
+}
+
+#[test]
+fn no_axis_is_special() {
+    // x to y, y to z, z to x.
+    let turn = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
+    for (index, backend, mut scene) in generated(17, 12) {
+        // The pixels become replicates of one.
+        scene.camera.fov = 1e-4;
+        scene.film.size = (8, 4);
+        let turned = moved(&scene, turn, 1.0, DVec3::ZERO);
+        let [a, b] = [&scene, &turned].map(|scene| {
+            let seen = see(scene, backend, 256, Some(4), Roulette::None);
+            (seen.mean(), seen.standard_error().expect("32 pixels"))
+        });
+        let error = a.1.hypot(b.1);
+        let what = format!("scene {index}, {}: {a:?}, turned {b:?}", backend.name());
+        assert!((a.0 - b.0).abs() <= 5.2 * error + 4e-6 * a.0, "{what}");
+        assert!(error <= 0.05 * a.0, "not precise enough: {what}");
+    }
+}
+
+#[test]
+fn generated_pictures_are_not_black() {
+    let lit = generated(11, 24).filter(|(_, backend, scene)| {
+        let image = picture(scene, *backend, &settings(scene));
+        assert_eq!((image.width(), image.height()), SIZE);
+        image.mean().iter().any(|mean| *mean > 1e-3)
+    });
+    assert!(lit.count() >= 16);
+}

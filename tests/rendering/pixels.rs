@@ -1,0 +1,92 @@
+//! What a pixel is: the mean of what is seen, weighted by the filter about the pixel's middle. Beside a straight edge that
+//! is the filter's integral beyond the edge, which has a closed form.
+
+use crate::common::scene::{diffuse, looking, ready, rectangle, shape};
+use etendue::accel::Backend;
+use etendue::film::filter::{Filter, FilterDescription, FilterKind};
+use etendue::math::stats::Moments;
+use etendue::math::vec::{DAffine3, DVec3};
+use etendue::render::settings::RenderSettings;
+use etendue::render::{Unwatched, render};
+use etendue::scene::description::{CameraDescription, SceneDescription};
+
+/// Pixels across the edge, and along it, where they are replicates of one another.
+const ACROSS: u32 = 10;
+const ALONG: u32 = 32;
+
+/// Radiance 1 from beyond an edge so many pixels from the picture's left or, if `turned`, from its top.
+fn half_lit(edge: f64, turned: bool) -> SceneDescription {
+    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.0));
+    scene.film.size = if turned {
+        (ALONG, ACROSS)
+    } else {
+        (ACROSS, ALONG)
+    };
+    // A pixel is 1/100 wide at the distance 1, rows go down.
+    let pixel = 0.01;
+    let fov = 2.0 * (0.5 * pixel * f64::from(scene.film.size.1)).atan();
+    scene.camera = CameraDescription::pinhole(DAffine3::from_translation(DVec3::Z), fov);
+    let from_middle = pixel * (edge - 0.5 * f64::from(ACROSS));
+    let lit = if turned {
+        rectangle(
+            [-1.0, -1.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [0.0, 1.0 - from_middle, 0.0],
+        )
+    } else {
+        rectangle([from_middle, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0])
+    };
+    scene.shapes = vec![shape(lit, 1.0)];
+    scene
+}
+
+/// The integral of a filter over what is more than `d` pixels to one side of its middle.
+fn beyond(filter: FilterDescription, d: f64) -> f64 {
+    if d < 0.0 {
+        return 1.0 - beyond(filter, -d);
+    }
+    let left = (filter.radius - d).max(0.0);
+    match filter.kind {
+        FilterKind::Box => 0.5 * left / filter.radius,
+        FilterKind::Tent => 0.5 * (left / filter.radius).powi(2),
+        // Of the published cubics, for a radius of 2.
+        FilterKind::Mitchell if d < 1.0 => {
+            0.5 - (5.25 * d.powi(4) - 12.0 * d.powi(3) + 16.0 * d) / 18.0
+        }
+        FilterKind::Mitchell => (1.75 * left.powi(4) - 2.0 * left.powi(3)) / 18.0,
+        kind => unreachable!("{kind:?} is not asked for"),
+    }
+}
+
+#[test]
+fn beside_an_edge_a_pixel_is_the_integral_of_its_filter() {
+    for (kind, radius) in [
+        (FilterKind::Box, 0.5),
+        (FilterKind::Box, 1.3),
+        (FilterKind::Tent, 1.0),
+        (FilterKind::Mitchell, 2.0),
+    ] {
+        let description = FilterDescription { kind, radius };
+        for (edge, turned) in [(4.3, false), (5.0, false), (4.3, true)] {
+            let scene = half_lit(edge, turned);
+            let size = scene.film.size;
+            let settings = RenderSettings::new(size, 1 << 10);
+            let filter = Filter::new(&description);
+            let scene = ready(&scene, Backend::ALL[0]);
+            let rendered = render(&scene, &filter, size, &settings, &Unwatched);
+            let image = rendered.expect("valid settings").film.develop();
+            for i in 0..ACROSS {
+                let seen = Moments::of((0..ALONG).map(|j| {
+                    let [x, y] = if turned { [j, i] } else { [i, j] };
+                    f64::from(image.get(x, y).to_array()[1])
+                }));
+                let exact = beyond(description, edge - (f64::from(i) + 0.5));
+                let error = seen.standard_error().expect("32 pixels");
+                let what = format!("{kind:?} {edge} {turned} {i}: {seen:?}, exact {exact}");
+                // The filter's table is within 1e-4 of its shape.
+                assert!((seen.mean() - exact).abs() <= 5.2 * error + 2e-4, "{what}");
+                assert!(error <= 2e-3, "{what}");
+            }
+        }
+    }
+}

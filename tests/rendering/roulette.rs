@@ -1,0 +1,45 @@
+//! Roulette ends paths by chance and changes no mean: on a surface whose lobes see light and darkness, and weigh less than 1.
+
+use crate::common::scene::{looking, see, shape};
+use etendue::accel::Backend;
+use etendue::integrator::Roulette;
+use etendue::math::rgb::Rgb;
+use etendue::math::vec::DVec3;
+use etendue::scene::description::{
+    ColourDescription, GeometryDescription, MaterialModel, SceneDescription,
+};
+
+/// A floor with a highlight, and a lamp where its mirror direction leads.
+fn highlight() -> SceneDescription {
+    let grey = |value: f32| ColourDescription::Constant(Rgb::grey(value));
+    let model = MaterialModel::Phong {
+        diffuse: grey(0.3),
+        specular: grey(0.3),
+        exponent: 100.0,
+    };
+    let mut scene = looking(DVec3::new(0.0, -1.0, 1.0), DVec3::ZERO, model);
+    let disk = |center, normal, radius| GeometryDescription::Disk {
+        center,
+        normal,
+        radius,
+    };
+    let floor = disk(DVec3::ZERO, DVec3::Z, 0.5);
+    let lamp = disk(DVec3::new(0.0, 1.0, 1.0), DVec3::new(0.0, -1.0, -1.0), 0.3);
+    scene.shapes = vec![shape(floor, 0.0), shape(lamp, 1.0)];
+    scene
+}
+
+#[test]
+fn no_roulette_changes_what_a_highlight_shows() {
+    let scene = highlight();
+    let with = |roulette| see(&scene, Backend::ALL[0], 1 << 13, Some(1), roulette);
+    let never = with(Roulette::None);
+    for roulette in [Roulette::Albedo, Roulette::Throughput] {
+        let seen = with(roulette);
+        let [a, b] = [never, seen].map(|m| m.standard_error().expect("32 pixels"));
+        let (apart, joint) = ((seen.mean() - never.mean()).abs(), a.hypot(b));
+        let what = format!("{}: {seen:?} instead of {never:?}", roulette.name());
+        assert!(apart <= 5.2 * joint, "{what}");
+        assert!(joint <= 5e-3 * never.mean(), "too noisy to tell, {what}");
+    }
+}

@@ -1,0 +1,435 @@
+//! Materials through the whole renderer: surfaces that are partly there, normal maps, and surfaces with one side.
+
+use crate::common::closed_forms::parallel_rectangle;
+use crate::common::scene::{diffuse, looking, ready, rectangle, see, shape, sky};
+use crate::common::verdict::assert_mean;
+use etendue::accel::Backend;
+use etendue::effects::kernel::types::Everything;
+use etendue::effects::{Effect, EffectSet};
+use etendue::geometry::texture::Texture;
+use etendue::integrator::Roulette;
+use etendue::math::ray::Ray;
+use etendue::math::rgb::Rgb;
+use etendue::math::vec::{DVec2, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::scene::description::{
+    ColourDescription, GeometryDescription, MaterialDescription, MeshDescription,
+    NormalMapDescription, Place, SceneDescription, ShapeDescription,
+};
+use etendue::scene::material::Material;
+use std::sync::Arc;
+
+const ALBEDO: f32 = 0.5;
+
+fn grey(value: f32) -> ColourDescription {
+    ColourDescription::Constant(Rgb::grey(value))
+}
+
+fn checker(colours: [f32; 2], repeat: Vec2) -> Arc<Texture> {
+    let colours = colours.map(Rgb::grey);
+    Arc::new(Texture::Checker { colours, repeat })
+}
+
+/// A black material, of which `alpha` is there.
+fn partly_there(alpha: ColourDescription) -> MaterialDescription {
+    MaterialDescription {
+        alpha,
+        ..MaterialDescription::new("veil", Place::default(), diffuse(0.0))
+    }
+}
+
+/// The square of half width 1 at height z, facing up, of the scene's material number `material`.
+fn square(z: f64, material: usize) -> ShapeDescription {
+    let form = rectangle([-1.0, -1.0, z], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
+    ShapeDescription {
+        material,
+        ..shape(form, 0.0)
+    }
+}
+
+/// A floor at z = 0 that emits 1, seen from straight above through squares of one more material.
+fn glowing_floor(veil: MaterialDescription, heights: &[f64]) -> SceneDescription {
+    let eye = DVec3::new(0.1, 0.2, 3.0);
+    let mut scene = looking(eye, DVec3::new(0.1, 0.2, 0.0), diffuse(0.0));
+    scene.materials.push(veil);
+    let emission = Some(grey(1.0));
+    let floor = ShapeDescription {
+        emission,
+        ..square(0.0, 0)
+    };
+    scene.shapes = vec![floor];
+    scene.shapes.extend(heights.iter().map(|&z| square(z, 1)));
+    scene
+}
+
+/// What is partly there mixes with what is behind it.
+#[test]
+fn a_veil_mixes_with_what_is_behind() {
+    for &backend in Backend::ALL {
+        for alpha in [0.25, 0.5, 0.9] {
+            let scene = glowing_floor(partly_there(grey(alpha)), &[1.0]);
+            let seen = see(&scene, backend, 1 << 12, Some(0), Roulette::None);
+            let exact = 1.0 - f64::from(alpha);
+            assert_mean(&format!("veil of {alpha}"), &seen, exact, 1e-2);
+
+            // The veil's own light and the floor's.
+            let mut bright = scene;
+            bright.shapes[1].emission = Some(grey(3.0));
+            let seen = see(&bright, backend, 1 << 12, Some(0), Roulette::None);
+            assert_mean(
+                &format!("bright veil of {alpha}"),
+                &seen,
+                exact + 3.0 * f64::from(alpha),
+                1e-2,
+            );
+        }
+        let heights: Vec<f64> = (1..=30).map(|i| 0.05 * f64::from(i)).collect();
+        let stack = glowing_floor(partly_there(grey(0.1)), &heights);
+        let seen = see(&stack, backend, 1 << 14, Some(0), Roulette::None);
+        let exact = (1.0 - f64::from(0.1_f32)).powi(30);
+        assert_mean("30 veils", &seen, exact, 1e-2);
+    }
+}
+
+/// Through a sphere of alpha a one sees the share (1 - a)^2; of its light, which only its outside emits, that of the front.
+#[test]
+fn a_veiled_sphere_is_met_twice() {
+    for &backend in Backend::ALL {
+        let alpha = 0.3_f32;
+        let exact = 1.0 - f64::from(alpha);
+        for (radiance, expected) in [(0.0, exact * exact), (2.0, exact * exact + 0.6)] {
+            let mut scene = glowing_floor(partly_there(grey(alpha)), &[]);
+            let sphere = GeometryDescription::Sphere {
+                center: DVec3::new(0.0, 0.0, 1.0),
+                radius: 0.5,
+            };
+            scene.shapes.push(ShapeDescription {
+                material: 1,
+                ..shape(sphere, radiance)
+            });
+            let seen = see(&scene, backend, 1 << 12, Some(0), Roulette::None);
+            assert_mean(
+                &format!("veiled sphere of {radiance}"),
+                &seen,
+                expected,
+                1e-2,
+            );
+        }
+    }
+}
+
+#[test]
+fn shadows_of_veils_are_exact() {
+    for &backend in Backend::ALL {
+        let heights: Vec<f64> = (1..=30).map(|i| 0.05 * f64::from(i)).collect();
+        for (alpha, heights) in [(0.25_f32, &heights[..1]), (0.1, &heights[..])] {
+            let scene = ready(&glowing_floor(partly_there(grey(alpha)), heights), backend);
+            let middle = |z: f64| scene.normalisation.point(DVec3::new(0.1, 0.2, z));
+            let ray = Ray::between(middle(0.01), middle(2.0));
+            let visible = scene.visibility::<Everything>(&ray, 0.0);
+            let expected = (0..heights.len()).fold(1.0, |v, _| v * (1.0 - alpha));
+            assert_eq!(visible, expected, "{} veils of {alpha}", heights.len());
+        }
+
+        // And by light that is sampled in both ways: a floor under a lamp, with a veil between.
+        let eye = DVec3::new(0.3, 0.2, 0.4);
+        let mut scene = looking(eye, DVec3::ZERO, diffuse(ALBEDO));
+        let alpha = 0.75_f32;
+        scene.materials.push(partly_there(grey(alpha)));
+        let lamp = rectangle([-1.0, -1.0, 1.5], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0]);
+        let mut veil = square(1.0, 1);
+        veil.geometry = rectangle([-4.0, -4.0, 1.0], [8.0, 0.0, 0.0], [0.0, 8.0, 0.0]);
+        scene.shapes = vec![square(0.0, 0), veil, shape(lamp, 1.0)];
+        let factor = 4.0 * parallel_rectangle(1.0, 1.0, 1.5);
+        let exact = f64::from(ALBEDO) * factor * f64::from(1.0 - alpha);
+        let seen = see(&scene, backend, 1 << 14, Some(1), Roulette::None);
+        assert_mean("lamp behind a veil", &seen, exact, 2e-3);
+    }
+}
+
+#[test]
+fn cut_outs_are_there_or_not() {
+    // Fields of half a square each: the view meets the one with u, v = 0.55, 0.6.
+    for (colours, expected) in [([1.0, 0.0], 0.0), ([0.0, 1.0], 1.0)] {
+        let alpha = ColourDescription::Texture(checker(colours, Vec2::splat(2.0)));
+        for &backend in Backend::ALL {
+            let description = glowing_floor(partly_there(alpha.clone()), &[1.0]);
+            let seen = see(&description, backend, 64, Some(0), Roulette::None);
+            assert_eq!((seen.mean(), seen.variance()), (expected, Some(0.0)));
+            let scene = ready(&description, backend);
+            let at = |x: f64, z: f64| scene.normalisation.point(DVec3::new(x, 0.2, z));
+            let visible = |x: f64| {
+                let ray = Ray::between(at(x, 0.5), at(x, 2.0));
+                f64::from(scene.visibility::<Everything>(&ray, 0.0))
+            };
+            assert_eq!([visible(0.1), visible(-0.1)], [expected, 1.0 - expected]);
+        }
+    }
+}
+
+/// A lamp that is only partly there shines as much less, whichever way its light is found.
+#[test]
+fn a_lamp_that_is_partly_there_shines_as_much_less() {
+    let lit = |alpha: ColourDescription, lamp| {
+        let mut scene = looking(
+            DVec3::new(0.3, 0.2, 2.4),
+            DVec3::new(0.1, 0.3, 0.0),
+            diffuse(ALBEDO),
+        );
+        scene.materials.push(partly_there(alpha));
+        let lamp = ShapeDescription {
+            material: 1,
+            ..shape(lamp, 1.0)
+        };
+        scene.shapes = vec![square(0.0, 0), lamp];
+        see(&scene, Backend::ALL[0], 1 << 11, Some(1), Roulette::None)
+    };
+    let lamps = [
+        rectangle([-1.0, -1.0, 1.5], [0.0, 0.5, 0.0], [2.0, 0.0, 0.0]),
+        GeometryDescription::Sphere {
+            center: DVec3::new(0.5, 0.5, 1.5),
+            radius: 0.3,
+        },
+    ];
+    for lamp in lamps {
+        let whole = lit(grey(1.0), lamp.clone());
+        let half = lit(grey(0.25), lamp.clone());
+        // Behind the near side of a sphere its far side is met from within, which does not emit.
+        assert_mean("a quarter of a lamp", &half, 0.25 * whole.mean(), 3e-3);
+        let fields = checker([1.0, 0.0], Vec2::new(64.0, 64.0));
+        let cut = lit(ColourDescription::Texture(fields), lamp);
+        assert_mean("a lamp with holes", &cut, 0.5 * whole.mean(), 1e-2);
+    }
+}
+
+#[test]
+fn nothing_is_there_where_alpha_is_zero() {
+    for &backend in Backend::ALL {
+        let eye = DVec3::new(0.3, 0.2, 2.4);
+        // Not on the diagonal, where either of two triangles may be met.
+        let target = DVec3::new(0.1, 0.3, 0.0);
+        let mut without = looking(eye, target, diffuse(ALBEDO));
+        let lamp = rectangle([-1.0, -1.0, 1.5], [0.0, 0.5, 0.0], [2.0, 0.0, 0.0]);
+        without.shapes = vec![square(0.0, 0), shape(lamp, 1.0)];
+        // The middle of most shapes is the origin of single precision: these keep it where it is.
+        without.shapes.extend(vec![square(-0.5, 0); 9]);
+        let mut with = without.clone();
+        with.materials.push(partly_there(grey(0.0)));
+        with.shapes.extend([square(0.5, 1), square(1.0, 1)]);
+        let [a, b] = [&without, &with].map(|scene| {
+            let seen = see(scene, backend, 256, Some(3), Roulette::Throughput);
+            (seen.mean(), seen.variance())
+        });
+        assert!(a.0 > 0.0);
+        assert_eq!(a, b);
+    }
+}
+
+/// What is left of the largest random number behind a veil may round to 1, and still passes through nothing that is there.
+#[test]
+fn the_largest_number_is_stopped_by_what_is_there() {
+    let u = ONE_MINUS_EPSILON;
+    let alphas = (1..200).map(|k| k as f32 * 2.0_f32.powi(-27));
+    let rounds_up = |alpha: &f32| {
+        let alpha = Rgb::grey(*alpha).luminance();
+        (u - alpha) / (1.0 - alpha) >= 1.0
+    };
+    let alphas: Vec<f32> = alphas.filter(rounds_up).step_by(10).collect();
+    assert!(!alphas.is_empty());
+    for alpha in alphas {
+        let mut description = glowing_floor(partly_there(grey(alpha)), &[2.0, 1.0]);
+        let here = checker([1.0, 0.0], Vec2::splat(2.0));
+        let cut_out = partly_there(ColourDescription::Texture(here));
+        description.materials.push(cut_out);
+        description.shapes[2].material = 2;
+        for &backend in Backend::ALL {
+            let scene = ready(&description, backend);
+            let at = |z: f64| scene.normalisation.point(DVec3::new(0.1, 0.2, z));
+            let ray = Ray::between(at(2.5), at(-1.0));
+            let met = scene.intersect::<Everything>(&ray, 0.0, None, u);
+            assert_eq!(met.map(|at| at.id.shape), Some(2), "{alpha:e}");
+        }
+    }
+}
+
+/// What is everywhere there, level, or without a highlight asks nothing of a kernel.
+#[test]
+fn what_changes_nothing_is_folded_away() {
+    let all_there = |alpha| Material::new(&partly_there(alpha)).effects();
+    for alpha in [
+        grey(1.0),
+        ColourDescription::Texture(checker([1.0; 2], Vec2::ONE)),
+    ] {
+        assert_eq!(all_there(alpha), EffectSet::NONE);
+    }
+    let half = all_there(grey(0.5));
+    assert_eq!(half, EffectSet::NONE.with(Effect::Alpha));
+    let cut_out = all_there(ColourDescription::Texture(checker([1.0, 0.0], Vec2::ONE)));
+    assert_eq!(cut_out, half.with(Effect::Textures));
+    let level = MaterialDescription {
+        normal_map: Some(tilted(Vec3::Z, 1.0)),
+        ..partly_there(grey(1.0))
+    };
+    assert_eq!(Material::new(&level).effects(), EffectSet::NONE);
+    let one_sided = MaterialDescription {
+        two_sided: false,
+        ..partly_there(grey(1.0))
+    };
+    let effects = Material::new(&one_sided).effects();
+    assert_eq!(effects, EffectSet::NONE.with(Effect::OneSided));
+}
+
+/// A lamp of which one half glows is a lamp of half the size; the light that arrives has a closed form.
+#[test]
+fn emission_textures_shine_where_they_are_bright() {
+    let corner = [-1.0, -1.0, 1.5];
+    let (along_u, along_v) = ([0.0, 2.0, 0.0], [2.0, 0.0, 0.0]);
+    let whole = rectangle(corner, along_u, along_v);
+    let [a, u, v] = [corner, along_u, along_v].map(DVec3::from_array);
+    let mesh = MeshDescription {
+        positions: vec![a, a + u, a + u + v, a + v],
+        normals: vec![],
+        uvs: vec![DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y],
+        indices: vec![[0, 1, 2], [0, 2, 3]],
+    };
+    let mesh = GeometryDescription::Mesh(Arc::new(mesh));
+    let bright = 3.0 * 2.0 * parallel_rectangle(1.0, 1.0, 1.5);
+    let dark = 2.0 * parallel_rectangle(1.0, 1.0, 1.5);
+    for (name, form) in [("rectangle", whole), ("mesh", mesh)] {
+        for (colours, repeat, exact) in [
+            ([3.0, 0.0], Vec2::new(2.0, 1.0), bright),
+            ([0.0, 3.0], Vec2::new(1.0, 2.0), bright),
+            ([3.0, 1.0], Vec2::new(2.0, 2.0), bright + dark),
+        ] {
+            let mut scene = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(ALBEDO));
+            let emission = ColourDescription::Texture(checker(colours, repeat));
+            let lamp = ShapeDescription {
+                emission: Some(emission),
+                ..shape(form.clone(), 0.0)
+            };
+            scene.shapes = vec![square(0.0, 0), lamp];
+            for &backend in Backend::ALL {
+                let seen = see(&scene, backend, 1 << 12, Some(1), Roulette::None);
+                let exact = f64::from(ALBEDO) * exact;
+                let what = format!("{name} {colours:?} {}", backend.name());
+                assert_mean(&what, &seen, exact, 2e-3);
+            }
+        }
+    }
+}
+
+/// A normal map with the same normal everywhere, in the axes of u, v and the surface.
+fn tilted(n: Vec3, strength: f32) -> NormalMapDescription {
+    let texel = 0.5 * (n + Vec3::ONE);
+    let colours = [Rgb::new(texel.x, texel.y, texel.z); 2];
+    let repeat = Vec2::ONE;
+    NormalMapDescription {
+        texture: Arc::new(Texture::Checker { colours, repeat }),
+        strength,
+    }
+}
+
+/// A triangle around the origin, in z = 0, whose texture coordinates are `uv` of each corner's place.
+fn triangle(uv: impl Fn(DVec2) -> DVec2) -> GeometryDescription {
+    let corners = [(-3.0, -3.0), (3.0, -3.0), (0.0, 4.0)];
+    GeometryDescription::Mesh(Arc::new(MeshDescription {
+        positions: corners.map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec(),
+        normals: vec![],
+        uvs: corners.map(|(x, y)| uv(DVec2::new(x, y))).to_vec(),
+        indices: vec![[0, 1, 2]],
+    }))
+}
+
+/// A matte surface of normal n under a small sphere of radiance 1, all above both horizons, has the radiance
+/// rho (R / d)^2 (n . w), exactly.
+#[test]
+fn normal_maps_tilt_as_the_picture_says() {
+    let n = Vec3::new(0.4, -0.2, 0.9).normalize();
+    let ahead = |s: DVec3, t: DVec3| f64::from(n.x) * s + f64::from(n.y) * t;
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    let up = |s: DVec3, t: DVec3| ahead(s, t) + f64::from(n.z) * z;
+    let flat = rectangle([-3.0, -3.0, 0.0], [6.0, 0.0, 0.0], [0.0, 6.0, 0.0]);
+    let turned = rectangle([3.0, -3.0, 0.0], [0.0, 6.0, 0.0], [-6.0, 0.0, 0.0]);
+    let disk = GeometryDescription::Disk {
+        center: DVec3::ZERO,
+        normal: z,
+        radius: 3.0,
+    };
+    // Its point nearest to the viewer has u along -x and v along y.
+    let sphere = GeometryDescription::Sphere {
+        center: -z,
+        radius: 1.0,
+    };
+    let mirrored = |p: DVec2| DVec2::new(-p.x, p.y);
+    let skewed = |p: DVec2| DVec2::new(p.x, p.y + 0.5 * p.x);
+    let cases = [
+        ("rectangle", flat, 1.0, up(x, y)),
+        ("turned", turned, 1.0, up(y, -x)),
+        ("disk", disk, 1.0, up(x, y)),
+        ("sphere", sphere, 1.0, up(-x, y)),
+        ("mesh", triangle(|p| p), 1.0, up(x, y)),
+        ("mirrored", triangle(mirrored), 1.0, up(-x, y)),
+        (
+            "rotated",
+            triangle(|p| DVec2::new(p.y, -p.x)),
+            1.0,
+            up(y, -x),
+        ),
+        (
+            "skewed",
+            triangle(skewed),
+            1.0,
+            up((x - 0.5 * y).normalize(), (0.5 * x + y).normalize()),
+        ),
+        ("no coordinates", triangle(|_| DVec2::ZERO), 1.0, z),
+        (
+            "half",
+            triangle(|p| p),
+            0.5,
+            (0.5 * ahead(x, y) + f64::from(n.z) * z).normalize(),
+        ),
+    ];
+    let to_lamp = DVec3::new(0.5, 0.3, 0.8).normalize();
+    let (distance, radius) = (10.0, 1.0);
+    for (name, form, strength, normal) in cases {
+        let mut scene = looking(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, diffuse(ALBEDO));
+        scene.materials[0].normal_map = Some(tilted(n, strength));
+        let center = distance * to_lamp;
+        let lamp = GeometryDescription::Sphere { center, radius };
+        scene.shapes = vec![shape(form, 0.0), shape(lamp, 1.0)];
+        let exact = f64::from(ALBEDO) * (radius / distance).powi(2) * normal.dot(to_lamp);
+        for &backend in Backend::ALL {
+            let seen = see(&scene, backend, 1 << 11, Some(1), Roulette::None);
+            let name = format!("{name}, {}", backend.name());
+            assert_mean(&name, &seen, exact, 1e-3);
+        }
+    }
+}
+
+#[test]
+fn the_back_of_a_one_sided_surface_is_black_and_casts_shadows() {
+    for &backend in Backend::ALL {
+        let seen_from = |z: f64, two_sided: bool| {
+            let mut scene = looking(DVec3::new(0.1, 0.2, z), DVec3::ZERO, diffuse(1.0));
+            scene.materials[0].two_sided = two_sided;
+            scene.lights = vec![sky(Rgb::WHITE)];
+            scene.shapes = vec![square(0.0, 0)];
+            let seen = see(&scene, backend, 64, Some(1), Roulette::None);
+            (seen.mean(), seen.variance())
+        };
+        let (all, nothing) = ((1.0, Some(0.0)), (0.0, Some(0.0)));
+        let seen =
+            [(3.0, false), (-3.0, false), (3.0, true), (-3.0, true)].map(|(z, s)| seen_from(z, s));
+        assert_eq!(seen, [all, nothing, all, all]);
+
+        // From either side nothing passes.
+        let mut scene = looking(DVec3::new(0.1, 0.2, 3.0), DVec3::ZERO, diffuse(1.0));
+        scene.materials[0].two_sided = false;
+        scene.shapes = vec![square(0.0, 0)];
+        let scene = ready(&scene, backend);
+        let at = |z: f64| scene.normalisation.point(DVec3::new(0.1, 0.2, z));
+        for (from, to) in [(-1.0, 1.0), (1.0, -1.0)] {
+            let ray = Ray::between(at(from), at(to));
+            assert_eq!(scene.visibility::<Everything>(&ray, 0.0), 0.0);
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! What Embree builds with: the threads and the quality asked for. One test alone in its process, as the threads of others
+//! would count too.
+#![cfg(all(feature = "embree", target_os = "linux"))]
+
+use crate::common::TestRng;
+use crate::common::tracing::{direction, point, standing};
+use etendue::accel::{Accel, AccelOptions, Backend, Precision, Quality};
+use etendue::geometry::{Geometry, mesh::Mesh};
+
+const NEEDLES: u32 = 20_000;
+
+/// Long thin triangles in every direction: their boxes overlap, and splitting some pays.
+fn needles() -> Mesh {
+    let mut rng = TestRng::new(36);
+    let needles = (0..NEEDLES).map(|_| {
+        let from = point(&mut rng);
+        let to = from + direction(&mut rng);
+        [from, to, to + 0.001 * point(&mut rng)]
+    });
+    let positions = needles.flatten().collect();
+    let indices = (0..NEEDLES).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+    Mesh::new(positions, vec![], vec![], indices.collect())
+}
+
+fn threads() -> usize {
+    let tasks = std::fs::read_dir("/proc/self/task").expect("Linux lists the threads");
+    tasks.count()
+}
+
+#[test]
+fn embree_builds_with_the_threads_and_at_the_quality_asked_for() {
+    let world = standing(vec![Geometry::Mesh(needles())]);
+    let build = |precision, quality| {
+        let options = AccelOptions {
+            backend: Backend::Embree,
+            precision,
+            quality,
+            threads: 1,
+        };
+        Accel::build(world.clone(), options).expect("memory for 20,000 triangles")
+    };
+    let before = threads();
+    let first = build(Precision::Fast, Quality::Medium);
+    assert_eq!(threads(), before, "one thread builds: the one that asks");
+    // Nine coordinates a triangle in a leaf, two numbers, and nodes; what building needed besides has been given back.
+    let bytes_each = first.memory() / NEEDLES as usize;
+    println!("{bytes_each} bytes a triangle");
+    assert!((44..100).contains(&bytes_each), "{bytes_each}");
+    drop(first);
+
+    // Triangles that are split need more memory. Robust scenes do not have that.
+    for (precision, splits) in [(Precision::Fast, true), (Precision::Robust, false)] {
+        let [medium, high] = [Quality::Medium, Quality::High].map(|q| build(precision, q).memory());
+        println!("{precision:?}: {medium} and {high} bytes");
+        assert_eq!(high > medium, splits, "{precision:?}");
+    }
+}

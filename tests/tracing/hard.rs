@@ -1,0 +1,265 @@
+//! Rays that are hard on a tree of boxes, of both layouts and qualities of obvhs, against the brute-force oracle: parallel
+//! to axes, from far away, from the faces of boxes, of extreme directions, with a beginning and an end; and trees that are
+//! hard on rays: deep, flat, with tiny and huge triangles side by side.
+//!
+//! In robust precision triangles are met as by the oracle, so that a hit at another distance means that a box was missed.
+
+use crate::common::TestRng;
+use crate::common::tracing::{
+    closed_mesh, direction, placed_once, point, same, soup, standing, triangle,
+};
+use etendue::accel::{Accel, AccelOptions, Backend, Precision, Quality, brute};
+use etendue::geometry::Geometry;
+use etendue::geometry::mesh::Mesh;
+use etendue::geometry::world::World;
+use etendue::math::ray::Ray;
+use etendue::math::vec::{DAffine3, Vec3};
+use std::sync::Arc;
+
+/// Every way in which obvhs traces in a precision.
+fn accels(world: &Arc<World>, precision: Precision) -> Vec<(String, Accel)> {
+    let mut all = Vec::new();
+    for backend in [Backend::ObvhsBvh2, Backend::ObvhsCwbvh] {
+        for (quality, threads) in [(Quality::Medium, 1), (Quality::High, 2)] {
+            let options = AccelOptions {
+                backend,
+                precision,
+                quality,
+                threads,
+            };
+            let accel = Accel::build(Arc::clone(world), options).expect("a small scene");
+            let names = [backend.name(), precision.name(), quality.name()];
+            all.push((names.join(" "), accel));
+        }
+    }
+    all
+}
+
+/// Triangles from 10^-5 to 10^5 units, all about the origin, on which the large ones lie flat.
+fn all_sizes(rng: &mut TestRng) -> Vec<Geometry> {
+    let detail = (0..100).map(|_| {
+        let size = 10.0_f32.powf(-5.0 * rng.uniform());
+        let center = size * point(rng);
+        triangle([0, 1, 2].map(|_| center + size * point(rng)))
+    });
+    let detail: Vec<_> = detail.collect();
+    let flat = (0..5).map(|i| {
+        let corner = |x: f32, z: f32| 10.0_f32.powi(i + 1) * Vec3::new(x, 0.0, z);
+        triangle([corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)])
+    });
+    detail.into_iter().chain(flat).collect()
+}
+
+/// Squares of a grid in a plane of constant y: every box is flat, and every edge is one of boxes too.
+fn grid(n: u32, y: f32) -> Geometry {
+    let at = |i: u32, j: u32| Vec3::new(i as f32 / n as f32, y, j as f32 / n as f32);
+    let corners = (0..=n).flat_map(|i| (0..=n).map(move |j| at(i, j)));
+    let place = |i: u32, j: u32| i * (n + 1) + j;
+    let squares = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    let halves = squares.flat_map(|(i, j)| {
+        let [a, b] = [place(i, j), place(i + 1, j + 1)];
+        [[a, place(i + 1, j), b], [a, b, place(i, j + 1)]]
+    });
+    let (corners, halves) = (corners.collect(), halves.collect());
+    Geometry::Mesh(Mesh::new(corners, vec![], vec![], halves))
+}
+
+/// A point of a shape: at random, on an edge, or a vertex.
+fn target(rng: &mut TestRng, shapes: &[Geometry]) -> Vec3 {
+    let shape = &shapes[(rng.uniform() * shapes.len() as f32) as usize];
+    let primitive = (rng.uniform() * shape.primitive_count() as f32) as u32;
+    let Geometry::Mesh(mesh) = shape else {
+        return shape.bounds().centre().as_vec3a();
+    };
+    let [a, b, c] = mesh.triangle(primitive);
+    let (u, v) = (rng.uniform(), rng.uniform());
+    match (3.0 * rng.uniform()) as u32 {
+        0 => a,
+        1 => a + u * (b - a),
+        _ => a + u * (1.0 - v) * (b - a) + u * v * (c - a),
+    }
+}
+
+/// A ray of any hard kind at a point, which it reaches about the parameter 1, or 1 over the direction's scale.
+fn hard_ray(rng: &mut TestRng, target: Vec3) -> Ray {
+    let distance = 10.0_f32.powf(9.0 * rng.uniform() - 5.0);
+    let mut dir = distance * direction(rng);
+    let axis = (3.0 * rng.uniform()) as usize;
+    match (5.0 * rng.uniform()) as u32 {
+        // Parallel to an axis, with zeros of either sign.
+        0 => {
+            let zero = if rng.uniform() < 0.5 { 0.0 } else { -0.0 };
+            let along = dir[axis];
+            dir = Vec3::splat(zero);
+            dir[axis] = along;
+        }
+        // Parallel to a plane, or nearly.
+        1 => dir[axis] = [0.0, -0.0, 1e-8, -1e-12, 1e-30][(5.0 * rng.uniform()) as usize],
+        _ => {}
+    }
+    let origin = target - dir;
+    let scale = [1.0, 1.0, 1e-30, 1e20][(4.0 * rng.uniform()) as usize];
+    let mut ray = Ray::new(origin, scale * dir);
+    if rng.uniform() < 0.3 {
+        // A beginning and an end on either side of the target, or at it.
+        let around = |rng: &mut TestRng| [0.5, 1.0, 1.5][(3.0 * rng.uniform()) as usize] / scale;
+        (ray.t_min, ray.t_max) = (around(rng).min(0.9 / scale), around(rng));
+    }
+    ray
+}
+
+/// Worlds that are hard on a tree.
+fn worlds(rng: &mut TestRng) -> Vec<(&'static str, Vec<Geometry>)> {
+    let axes = [false, true].map(|round| Geometry::Mesh(closed_mesh(6, round)));
+    let [cube, ball] = axes;
+    vec![
+        ("soup", soup(rng)),
+        ("all sizes", all_sizes(rng)),
+        ("grids", vec![grid(16, 0.0), grid(12, 0.25), grid(1, -1.0)]),
+        ("cube", vec![cube]),
+        ("ball", vec![ball]),
+    ]
+}
+
+#[test]
+fn robust_tracing_finds_on_hard_rays_what_the_oracle_finds() {
+    const RAYS: usize = 20_000;
+    let mut rng = TestRng::new(31);
+    for (kind, shapes) in worlds(&mut rng) {
+        let world = standing(shapes.clone());
+        let accels = accels(&world, Precision::Robust);
+        let mut found = 0;
+        for _ in 0..RAYS {
+            let target = target(&mut rng, &shapes);
+            let ray = hard_ray(&mut rng, target);
+            let expected = brute::intersect(&world, &ray, 0.0).map(|hit| hit.t);
+            found += usize::from(expected.is_some());
+            for (name, accel) in &accels {
+                let t = accel.intersect(&ray, 0.0, None).map(|hit| hit.t);
+                assert_eq!(t, expected, "{kind} {name} {ray:?}");
+                let occluded = accel.occluded(&ray, 0.0);
+                assert_eq!(occluded, expected.is_some(), "{kind} {name} {ray:?}");
+            }
+        }
+        println!("{kind}: {found} of {RAYS} hit");
+        assert!(found * 4 > RAYS, "{kind}: only {found} hit anything");
+    }
+}
+
+/// Single precision moves a triangle by roundings of the distance: rays from further than its size are left out, and of
+/// those that are aimed at edges and vertices some pass.
+#[test]
+fn fast_tracing_finds_what_the_oracle_finds_but_for_edges() {
+    const RAYS: usize = 20_000;
+    let mut rng = TestRng::new(32);
+    for (kind, shapes) in worlds(&mut rng) {
+        let world = standing(shapes.clone());
+        for (name, accel) in accels(&world, Precision::Fast) {
+            let (mut aimed, mut off) = (0, 0);
+            for _ in 0..RAYS {
+                let inner = point(&mut rng);
+                let ray = Ray::new(1.5 * point(&mut rng), direction(&mut rng));
+                let ray = if kind == "all sizes" {
+                    Ray::new(inner, target(&mut rng, &shapes) - inner)
+                } else {
+                    ray
+                };
+                let expected = brute::intersect(&world, &ray, 0.0);
+                let hit = accel.intersect(&ray, 0.0, None);
+                aimed += usize::from(expected.is_some());
+                off += usize::from(!same(expected, hit));
+                assert_eq!(accel.occluded(&ray, 0.0), hit.is_some(), "{name} {ray:?}");
+            }
+            println!("{kind} {name}: {off} of {RAYS} differ, {aimed} hit");
+            let one_of = if kind == "all sizes" { 10 } else { 1_000 };
+            assert!(off * one_of <= RAYS, "{kind} {name}: {off}");
+            assert!(aimed * 20 > RAYS, "{kind} {name}: only {aimed} hit");
+        }
+    }
+}
+
+#[test]
+fn occlusion_is_that_there_is_a_closest_hit() {
+    let mut rng = TestRng::new(33);
+    for (kind, shapes) in worlds(&mut rng) {
+        let worlds = [
+            standing(shapes.clone()),
+            placed_once(shapes.clone(), vec![DAffine3::IDENTITY]),
+        ];
+        for world in &worlds {
+            for precision in [Precision::Robust, Precision::Fast] {
+                let accels = accels(world, precision);
+                for _ in 0..5_000 {
+                    let target = target(&mut rng, &shapes);
+                    let ray = hard_ray(&mut rng, target);
+                    for (name, accel) in &accels {
+                        let hit = accel.intersect(&ray, 0.0, None);
+                        let occluded = accel.occluded(&ray, 0.0);
+                        assert_eq!(occluded, hit.is_some(), "{kind} {name} {ray:?} {hit:?}");
+                        let within = |t: f32| t >= ray.t_min && t <= ray.t_max;
+                        assert!(hit.is_none_or(|hit| within(hit.t)), "{kind} {name} {ray:?}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_hit_at_the_end_counts_and_one_at_the_beginning_does_not() {
+    let shapes = vec![grid(3, 2.0)];
+    let worlds = [
+        standing(shapes.clone()),
+        placed_once(shapes, vec![DAffine3::IDENTITY]),
+    ];
+    for world in &worlds {
+        for precision in [Precision::Robust, Precision::Fast] {
+            for (name, accel) in accels(world, precision) {
+                let hits = |t_min, t_max| {
+                    let (origin, dir) = (Vec3::new(0.4, 1.0, 0.3), Vec3::new(-0.0, 0.5, 0.0));
+                    let ray = Ray {
+                        origin,
+                        dir,
+                        t_min,
+                        t_max,
+                    };
+                    accel.intersect(&ray, 0.0, None).is_some()
+                };
+                assert!(hits(0.0, 2.0) && hits(2.0_f32.next_down(), 2.0), "{name}");
+                assert!(!hits(2.0, 3.0) && !hits(0.0, 2.0_f32.next_down()), "{name}");
+            }
+        }
+    }
+}
+
+/// Each triangle half as large as the one before and half as far: the tree is one long branch, deeper than obvhs's stacks.
+#[test]
+fn a_deep_tree_is_searched_to_its_end() {
+    let nested = (0..120).map(|k| {
+        let size = 0.5_f32.powi(k);
+        let corner = |y: f32, z: f32| size * Vec3::new(1.0, y, z);
+        triangle([corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)])
+    });
+    let world = standing(nested.collect());
+    let mut rng = TestRng::new(34);
+    for (name, accel) in accels(&world, Precision::Robust) {
+        for _ in 0..2_000 {
+            let from = Vec3::new(if rng.uniform() < 0.5 { -1.0 } else { 2.0 }, 0.0, 0.0);
+            let aim = 0.5_f32.powf(140.0 * rng.uniform()) * point(&mut rng);
+            let ray = Ray::new(from, aim - from);
+            let expected = brute::intersect(&world, &ray, 0.0).map(|hit| hit.t);
+            let t = accel.intersect(&ray, 0.0, None).map(|hit| hit.t);
+            assert_eq!(t, expected, "{name} {ray:?}");
+            let none_before = Ray {
+                t_max: expected.map_or(f32::INFINITY, f32::next_down),
+                ..ray
+            };
+            let occluded = brute::occluded(&world, &none_before, 0.0);
+            assert_eq!(
+                accel.occluded(&none_before, 0.0),
+                occluded,
+                "{name} {ray:?}"
+            );
+        }
+    }
+}

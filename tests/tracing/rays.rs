@@ -1,0 +1,285 @@
+//! Ray queries of every backend and precision against the brute-force oracle in double precision, rays that leave a
+//! surface, and rays aimed at the seams of closed meshes.
+
+use crate::common::TestRng;
+use crate::common::tracing::{
+    closed_mesh, direction, every_accel, point, same, soup, standing, triangle,
+};
+use etendue::accel::{Departure, Hit, PrimitiveId, brute};
+use etendue::effects::Slot;
+use etendue::effects::kernel::types::Everything;
+use etendue::geometry::surface::SurfacePoint;
+use etendue::geometry::{Geometry, mesh::Mesh, sphere::Sphere};
+use etendue::light::types::LightEnd;
+use etendue::math::ray::Ray;
+use etendue::math::robust::offset_point;
+use etendue::math::vec::{Vec2, Vec3};
+use etendue::scene::interaction::Interaction;
+
+#[test]
+fn every_backend_finds_what_the_oracle_finds() {
+    let mut rng = TestRng::new(1);
+    let mut found = 0;
+    for _ in 0..4 {
+        let world = standing(soup(&mut rng));
+        let accels = every_accel(&world);
+        for _ in 0..5_000 {
+            let ray = Ray::new(1.5 * point(&mut rng), direction(&mut rng));
+            let expected = brute::intersect(&world, &ray, 0.0);
+            found += usize::from(expected.is_some());
+            for (name, accel) in &accels {
+                let hit = accel.intersect(&ray, 0.0, None);
+                assert!(
+                    same(expected, hit),
+                    "{name}: {hit:?} instead of {expected:?} on {ray:?}"
+                );
+                // A segment that ends before the first hit is free, one that ends behind it is not.
+                if let Some(expected) = expected {
+                    let until = |t_max| Ray { t_max, ..ray };
+                    assert!(
+                        !accel.occluded(&until(0.999 * expected.t), 0.0),
+                        "{name} {ray:?}"
+                    );
+                    assert!(
+                        accel.occluded(&until(1.001 * expected.t), 0.0),
+                        "{name} {ray:?}"
+                    );
+                } else {
+                    assert!(!accel.occluded(&ray, 0.0), "{name} {ray:?}");
+                }
+            }
+        }
+    }
+    assert!(
+        found > 2_000,
+        "only {found} rays hit anything: the test has no power"
+    );
+}
+
+#[test]
+fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
+    let mut rng = TestRng::new(3);
+    for _ in 0..200 {
+        let radius = 10.0_f32.powf(4.0 * rng.uniform() - 2.0);
+        let sphere = Sphere::new(3.0 * radius * point(&mut rng), radius);
+        let shapes = vec![Geometry::Sphere(sphere)];
+        let id = PrimitiveId {
+            shape: 0,
+            primitive: 0,
+        };
+        for (name, accel) in every_accel(&standing(shapes.clone())) {
+            for _ in 0..50 {
+                let n = direction(&mut rng);
+                let surface = sphere.surface_along(n);
+                let w = direction(&mut rng);
+                let outwards = w.dot(n) > 0.0;
+                let normal = if outwards { n } else { -n };
+                let ray = Ray::new(offset_point(surface.p, surface.error, normal), w);
+                let free_distance = sphere.free_distance(surface.p, w, outwards);
+                let hit = accel.intersect(&ray, 0.0, Some(Departure { id, free_distance }));
+                if outwards {
+                    assert_eq!(hit, None, "{name} {sphere:?} {ray:?}");
+                } else {
+                    // The far root of the quadratic, from where the ray really starts.
+                    let offset = ray.origin.as_dvec3() - sphere.center.as_dvec3();
+                    let b = offset.dot(w.as_dvec3());
+                    let c = offset.length_squared() - f64::from(radius).powi(2);
+                    let exit = -b + (b * b - c).sqrt();
+                    let t = f64::from(hit.expect("from inside there is no way past").t);
+                    assert!(
+                        (t - exit).abs() < 1e-3 * f64::from(radius),
+                        "{name} {t} {exit}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// A ray that begins a little before what it has left, as rounding may have it.
+#[test]
+fn what_has_just_been_left_is_passed_up_to_its_free_distance() {
+    let square = |z: f32| {
+        triangle([(-1.0, -1.0), (3.0, -1.0), (-1.0, 3.0)].map(|(x, y)| Vec3::new(x, y, z)))
+    };
+    let id = |shape| PrimitiveId {
+        shape,
+        primitive: 0,
+    };
+    for (name, accel) in every_accel(&standing(vec![square(0.0), square(1.0)])) {
+        let ray = Ray::new(Vec3::new(0.1, 0.2, -0.125), Vec3::Z);
+        let met = |left, free_distance| {
+            let left = Departure {
+                id: id(left),
+                free_distance,
+            };
+            let hit = accel.intersect(&ray, 0.0, Some(left));
+            hit.expect("both are ahead").id
+        };
+        assert_eq!(met(0, f32::INFINITY), id(1), "{name}");
+        assert_eq!(met(0, 0.25), id(1), "{name}");
+        assert_eq!(met(0, 0.0625), id(0), "{name}");
+        assert_eq!(met(1, f32::INFINITY), id(0), "{name}");
+    }
+}
+
+/// Escapes from within closed meshes, of 20,000 rays each: aimed at vertices, at points of edges, anywhere.
+///
+/// Embree's robust mode is watertight along edges. At a vertex it is not quite (Embree issue 181): of rays aimed
+/// exactly at one, about one in 10^4 passes here, and more if the mesh is finer. obvhs's lets none out. Fast mode is
+/// measured and printed, not judged.
+#[test]
+fn robust_tracing_lets_nothing_out_of_a_closed_mesh() {
+    const RAYS: usize = 20_000;
+    let mut rng = TestRng::new(4);
+    for (n, round) in [(1, false), (6, false), (8, true)] {
+        let mesh = closed_mesh(n, round);
+        let vertices = mesh.positions().to_vec();
+        let triangles = mesh.indices().to_vec();
+        let shapes = vec![Geometry::Mesh(mesh)];
+        for (name, accel) in every_accel(&standing(shapes.clone())) {
+            let mut escaped = [0; 3];
+            for _ in 0..RAYS {
+                let from = 0.5 * point(&mut rng);
+                let corners = triangles[(rng.uniform() * triangles.len() as f32) as usize];
+                let [a, b, _] = corners.map(|i| vertices[i as usize]);
+                let targets = [a, a + rng.uniform() * (b - a), from + direction(&mut rng)];
+                for (escaped, target) in escaped.iter_mut().zip(targets) {
+                    let ray = Ray::new(from, (target - from).normalize());
+                    let closest = accel.intersect(&ray, 0.0, None);
+                    *escaped += usize::from(closest.is_none() || !accel.occluded(&ray, 0.0));
+                }
+            }
+            println!("{name}, {n} squares an edge, round {round}: {escaped:?} of {RAYS} escaped");
+            if name.ends_with("robust") {
+                assert_eq!(escaped[1..], [0, 0], "{name}");
+                let at_vertices = if name.starts_with("embree") {
+                    RAYS / 1_000
+                } else {
+                    0
+                };
+                assert!(escaped[0] <= at_vertices, "{name}: {escaped:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
+    let square = |y: f32, half: f32| {
+        let corner = |x: f32, z: f32| Vec3::new(half * x, y, half * z);
+        let corners = vec![
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(1.0, 1.0),
+            corner(-1.0, 1.0),
+        ];
+        Geometry::Mesh(Mesh::new(
+            corners,
+            vec![],
+            vec![],
+            vec![[0, 1, 2], [0, 2, 3]],
+        ))
+    };
+    let nowhere = Ray::new(Vec3::ZERO, Vec3::X);
+    for gap in [0.0, 1e-2, 1e-4, 1e-5] {
+        let mut shapes = vec![square(0.0, 1.0), square(1.0, 0.5)];
+        if gap > 0.0 {
+            // A little larger, so that it covers the light from everywhere below.
+            shapes.push(square(1.0 - gap, 0.51));
+        }
+        for (name, accel) in every_accel(&standing(shapes.clone())) {
+            for i in 0..100 {
+                let at = |k: u32| (i * k % 101) as f32 / 202.0;
+                let floor: SurfacePoint = shapes[0].surface_at(0, &nowhere, 0.0, [at(7), at(13)]);
+                let light: SurfacePoint = shapes[1].surface_at(1, &nowhere, 0.0, [at(31), at(57)]);
+                let w = (light.p - floor.p).normalize();
+                let down = Ray::new(floor.p + Vec3::Y, -Vec3::Y);
+                let id = PrimitiveId {
+                    shape: 0,
+                    primitive: 0,
+                };
+                let hit = Hit {
+                    id,
+                    t: 1.0,
+                    uv: [0.0; 2],
+                };
+                let uv = Slot::new(|| Vec2::ZERO);
+                let at = Interaction::<Everything>::new(&down, &hit, &floor, false, uv);
+                let segment = at.ray_to(&LightEnd::Surface(light, [0.0; 2]), w, false);
+                assert_eq!(
+                    accel.occluded(&segment, 0.0),
+                    gap > 0.0,
+                    "{name} {gap} {segment:?}"
+                );
+            }
+        }
+    }
+}
+
+/// The end of a segment is rounded as its length is: a small light about the origin is exact, a ray from afar is not.
+#[test]
+fn a_long_segment_does_not_end_on_its_light() {
+    let mut rng = TestRng::new(7);
+    let nowhere = Ray::new(Vec3::ZERO, Vec3::X);
+    for _ in 0..200 {
+        let light = triangle([0, 1, 2].map(|_| 1e-3 * point(&mut rng)));
+        let accels = every_accel(&standing(vec![light.clone()]));
+        for _ in 0..20 {
+            let u = etendue::sampling::warp::sample_triangle_uniform(rng.uniform_2d());
+            let end: SurfacePoint = light.surface_at(0, &nowhere, 0.0, u.to_array());
+            let normal = direction(&mut rng);
+            let p = 10.0_f32.powf(3.0 * rng.uniform()) * -normal;
+            let receiver = SurfacePoint {
+                p,
+                error: 1e-6 * p.abs(),
+                ng: normal,
+                ns: normal,
+            };
+            let hit = Hit {
+                id: PrimitiveId {
+                    shape: 1,
+                    primitive: 0,
+                },
+                t: 1.0,
+                uv: [0.0; 2],
+            };
+            let uv = Slot::new(|| Vec2::ZERO);
+            let from_above = Ray::new(p + normal, -normal);
+            let at = Interaction::<Everything>::new(&from_above, &hit, &receiver, false, uv);
+            let w = (end.p - p).normalize();
+            let segment = at.ray_to(&LightEnd::Surface(end, [0.0; 2]), w, false);
+            for (name, accel) in &accels {
+                assert!(
+                    !accel.occluded(&segment, 0.0),
+                    "{name} {light:?} {segment:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn rays_that_are_not_finite_hit_nothing() {
+    let shapes = soup(&mut TestRng::new(5));
+    for (name, accel) in every_accel(&standing(shapes.clone())) {
+        for bad in [f32::NAN, f32::INFINITY] {
+            for ray in [
+                Ray::new(Vec3::splat(bad), Vec3::X),
+                Ray::new(Vec3::ZERO, Vec3::new(bad, 0.0, 0.0)),
+            ] {
+                assert_eq!(accel.intersect(&ray, 0.0, None), None, "{name}");
+                assert!(!accel.occluded(&ray, 0.0), "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_scene_without_shapes_is_empty_space() {
+    for (name, accel) in every_accel(&standing(vec![])) {
+        let ray = Ray::new(Vec3::ZERO, Vec3::X);
+        assert_eq!(accel.intersect(&ray, 0.0, None), None, "{name}");
+        assert!(!accel.occluded(&ray, 0.0), "{name}");
+    }
+}

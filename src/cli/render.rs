@@ -8,7 +8,7 @@ use super::args::{ProgressMode, RenderArguments};
 use super::denoise::Denoised;
 use super::job::Job;
 use super::output::Watcher;
-use super::settings::settings;
+use super::settings::wishes;
 use super::stats::Times;
 use super::{Outcome, replay};
 use crate::error::{Error, Result};
@@ -39,8 +39,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     if let Some(size) = arguments.size {
         description.film.size = size;
     }
-    let settings = settings(arguments, &description)?;
-    settings.validate(description.film.size)?;
+    let settings = wishes(arguments).settings(&description)?;
     let Prepared {
         scene,
         notes,

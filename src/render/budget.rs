@@ -40,6 +40,8 @@ pub struct PassPlanner {
     budget: Budget,
     /// Passes are multiples of this.
     step: u64,
+    /// Samples per pixel that were there when the clock was started.
+    begun: u64,
     spp: u64,
     /// Where the error is looked at next.
     next_look: u64,
@@ -55,11 +57,21 @@ impl PassPlanner {
         Self {
             budget,
             step: batches,
+            begun: 0,
             spp: 0,
             next_look: PILOT[0],
             last_look: None,
             forecast: None,
             is_reached: false,
+        }
+    }
+
+    /// The same where so many samples per pixel are there already.
+    pub fn going_on_from(self, spp: u64) -> Self {
+        Self {
+            begun: spp,
+            spp,
+            ..self
         }
     }
 
@@ -140,9 +152,9 @@ impl PassPlanner {
             pass = pass.min(self.next_look.saturating_sub(self.spp).max(self.step));
         }
         if let Some(time) = self.budget.time
-            && self.spp > 0
+            && self.spp > self.begun
         {
-            let per_sample = elapsed.as_secs_f64() / self.spp as f64;
+            let per_sample = elapsed.as_secs_f64() / self.new_spp();
             let left = time.as_secs_f64() - elapsed.as_secs_f64();
             // Rounded: ending half a sample late is as good as half a sample early.
             let affordable = (left / per_sample).round().max(0.0) as u64;
@@ -162,6 +174,11 @@ impl PassPlanner {
             pass -= pass % self.step;
         }
         (pass > 0).then_some(pass)
+    }
+
+    /// Samples per pixel since the clock was started.
+    pub fn new_spp(&self) -> f64 {
+        (self.spp - self.begun) as f64
     }
 
     /// The share of the budget used up after `per_pixel` samples per pixel and `elapsed`.
@@ -261,6 +278,22 @@ mod tests {
             PassPlanner::new(budget, 1).next_pass(Duration::ZERO),
             Some(1)
         );
+    }
+
+    #[test]
+    fn a_time_is_for_what_is_new() {
+        let budget = Budget {
+            time: Some(Duration::from_secs(10)),
+            ..Budget::default()
+        };
+        let mut planner = PassPlanner::new(budget, 1).going_on_from(1000);
+        let mut now = 0.0;
+        while let Some(samples) = planner.next_pass(Duration::from_secs_f64(now)) {
+            planner.pass_done(samples);
+            now += samples as f64 * 0.01;
+        }
+        assert!((now - 10.0).abs() <= 0.005 + 1e-9, "{now}");
+        assert_eq!(planner.new_spp(), 1000.0);
     }
 
     /// The samples and looks that a target takes if the error is `scale` times this power of the samples.

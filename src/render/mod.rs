@@ -16,7 +16,9 @@ pub mod first_hit;
 mod observed;
 pub mod replay;
 pub mod settings;
+mod threads;
 mod tile;
+pub mod wishes;
 
 use crate::error::{Error, Result};
 use crate::film::bars::BATCHES;
@@ -31,11 +33,12 @@ use budget::PassPlanner;
 pub use dispatch::kernel;
 pub use observed::observe_tile;
 use rayon::prelude::*;
-use settings::RenderSettings;
+use settings::{Budget, RenderSettings};
 use std::cmp::Reverse;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
+pub use threads::Threads;
 use tile::{Asked, TileJob};
 pub use tile::{NonFiniteSample, Rejected};
 
@@ -73,11 +76,12 @@ impl Predicted {
     /// What the last look at the error told, `elapsed` after the start.
     fn by(planner: &PassPlanner, elapsed: Duration) -> Option<Self> {
         let forecast = planner.forecast()?;
+        let still = forecast.spp.saturating_sub(planner.spp()) as f64;
         Some(Self {
             pilot: planner.spp(),
             error: forecast.error,
             spp: forecast.spp,
-            time: elapsed.mul_f64(forecast.spp as f64 / planner.spp() as f64),
+            time: elapsed.mul_f64(1.0 + still / planner.new_spp()),
         })
     }
 }
@@ -86,6 +90,8 @@ impl Predicted {
 pub trait RenderObserver: Sync {
     /// After every tile.
     fn progress(&self, _progress: &Progress) {}
+    /// After every pass, with the picture so far; no thread renders meanwhile.
+    fn pass(&self, _film: &Film) {}
     /// Whether the render should stop as soon as it can; the samples so far are kept.
     fn is_cancelled(&self) -> bool {
         false
@@ -98,8 +104,8 @@ pub struct Unwatched;
 
 impl RenderObserver for Unwatched {}
 
-/// A finished render.
-#[derive(Debug)]
+/// A render as far as it has come.
+#[derive(Debug, Clone)]
 pub struct Rendered {
     /// The sums of all pixels.
     pub film: Film,
@@ -119,6 +125,29 @@ pub struct Rendered {
     pub predicted: Option<Predicted>,
 }
 
+impl Rendered {
+    /// A render that has not begun.
+    pub fn nothing(settings: &RenderSettings) -> Self {
+        let mut film = Film::new(settings.window, settings.tile_size);
+        if settings.has_bars() {
+            film = film.with_bars();
+        }
+        if settings.adaptive != Adaptive::Off {
+            film = film.with_counts();
+        }
+        Self {
+            film,
+            spp: 0,
+            elapsed: Duration::ZERO,
+            rays: RayCounts::default(),
+            rejected: Rejected::default(),
+            cancelled: false,
+            reached: false,
+            predicted: None,
+        }
+    }
+}
+
 /// Renders a scene.
 ///
 /// # Errors
@@ -131,6 +160,85 @@ pub fn render(
     observer: &dyn RenderObserver,
 ) -> Result<Rendered> {
     settings.validate(size)?;
+    let view = View {
+        scene,
+        filter,
+        size,
+    };
+    let threads = Threads::new(settings.threads)?;
+    let mut rendered = Rendered::nothing(settings);
+    resume(
+        &view,
+        &threads,
+        settings,
+        settings.budget,
+        &mut rendered,
+        observer,
+    )?;
+    Ok(rendered)
+}
+
+/// What is rendered.
+#[derive(Debug, Clone, Copy)]
+pub struct View<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The reconstruction filter.
+    pub filter: &'a Filter,
+    /// The picture's width and height.
+    pub size: (u32, u32),
+}
+
+/// Goes on with a render, until `until` is met in place of the settings' own budget: samples per pixel count from the first,
+/// time from now. The picture is bit for bit that of a render which got so many samples at once; but strata stay those of the
+/// settings' own budget.
+///
+/// # Errors
+/// As [`render`]; an error to reach without error bars; and an adaptive render that has begun, whose pilot is forgotten. What
+/// was rendered stays.
+pub fn resume(
+    view: &View<'_>,
+    threads: &Threads,
+    settings: &RenderSettings,
+    until: Budget,
+    rendered: &mut Rendered,
+    observer: &dyn RenderObserver,
+) -> Result<()> {
+    let budgeted = RenderSettings {
+        budget: until,
+        ..settings.clone()
+    };
+    budgeted.validate(view.size)?;
+    check_kernel(view.scene, settings)?;
+    if until.error.is_some() && !rendered.film.has_bars() {
+        return Err(Error::usage(
+            "an error can only be reached by a render that keeps error bars",
+        ));
+    }
+    if settings.adaptive != Adaptive::Off && rendered.film.sample_count() > 0 {
+        return Err(Error::usage(
+            "an adaptive render cannot go on: begin another one with a larger budget",
+        ));
+    }
+    let run = Run {
+        scene: view.scene,
+        filter: view.filter,
+        settings,
+        observer,
+        start: Instant::now(),
+        samples: AtomicU64::new(rendered.film.sample_count()),
+        cancelled: AtomicBool::new(false),
+        totals: Mutex::default(),
+    };
+    threads.run(|| run.all_passes(until, rendered));
+    Ok(())
+}
+
+/// Whether the kernel that the settings ask for is there and has all effects of the scene.
+///
+/// # Errors
+/// A usage error that names what is lacking.
+pub fn check_kernel(scene: &Scene, settings: &RenderSettings) -> Result<()> {
     let kernel = dispatch::kernel(scene, settings);
     let compiled = dispatch::kernels(settings.integrator);
     if !compiled.contains(&kernel) {
@@ -151,21 +259,7 @@ pub fn render(
             lacking.join(", ")
         )));
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(settings.threads)
-        .build()
-        .map_err(|error| Error::render("cannot start the threads").because(error))?;
-    let run = Run {
-        scene,
-        filter,
-        settings,
-        observer,
-        start: Instant::now(),
-        samples: AtomicU64::new(0),
-        cancelled: AtomicBool::new(false),
-        totals: Mutex::default(),
-    };
-    Ok(pool.install(|| run.all_passes()))
+    Ok(())
 }
 
 /// The confidence of the error's upper bound where nobody asks for another.
@@ -200,39 +294,32 @@ struct Totals {
 }
 
 impl Run<'_> {
-    fn all_passes(self) -> Rendered {
+    fn all_passes(self, mut budget: Budget, rendered: &mut Rendered) {
         let settings = self.settings;
-        let mut film = Film::new(settings.window, settings.tile_size);
-        let mut batches = 1;
-        if settings.has_bars() {
-            film = film.with_bars();
-            batches = BATCHES;
-        }
-        let mut budget = settings.budget;
-        if settings.adaptive != Adaptive::Off {
-            film = film.with_counts();
-        }
+        let film = &mut rendered.film;
+        let batches = if film.has_bars() { BATCHES } else { 1 };
         if settings.adaptive == Adaptive::Greedy {
             // It is for each pixel to reach.
             budget.error = None;
         }
-        let mut planner = PassPlanner::new(budget, batches);
+        let mut planner = PassPlanner::new(budget, batches).going_on_from(rendered.spp);
         let mut dealer = Dealer::new(settings);
         let mut shown = Shown::default();
         let mut last_look = self.start;
         let mut is_reached = false;
         while let Some(samples) = planner.next_pass(self.start.elapsed()) {
-            let deal = dealer.deal(&film, planner.spp(), planner.spp() + samples);
+            let deal = dealer.deal(film, planner.spp(), planner.spp() + samples);
             if deal == Deal::Nothing {
                 is_reached = true;
                 break;
             }
-            self.pass(&mut film, deal, samples, &planner, shown);
+            self.pass(film, deal, samples, &planner, shown);
             if self.is_cancelled() {
                 break;
             }
             planner.pass_done(samples);
-            dealer.pass_done(&film, planner.spp(), self.start.elapsed());
+            dealer.pass_done(film, planner.spp(), self.start.elapsed());
+            self.observer.pass(film);
             // It takes one thread's time, and nobody reads it more often.
             let target = planner.look();
             if target.is_some() || last_look.elapsed() > TIME_BETWEEN_LOOKS {
@@ -251,31 +338,33 @@ impl Run<'_> {
             .totals
             .into_inner()
             .expect("no thread panics while it holds this");
-        Rendered {
-            spp: match settings.adaptive {
-                Adaptive::Greedy => film.sample_count() / settings.window.pixel_count(),
-                Adaptive::Off | Adaptive::TwoPhase => planner.spp(),
-            },
-            elapsed: self.start.elapsed(),
-            rays: totals.rays,
-            rejected: totals.rejected,
-            cancelled: self.cancelled.into_inner(),
-            reached: is_reached || planner.is_reached(),
-            predicted: shown.predicted,
-            film,
-        }
+        rendered.spp = match settings.adaptive {
+            Adaptive::Greedy => film.sample_count() / settings.window.pixel_count(),
+            Adaptive::Off | Adaptive::TwoPhase => planner.spp(),
+        };
+        rendered.elapsed += self.start.elapsed();
+        rendered.rays += totals.rays;
+        rendered.rejected.merge(totals.rejected);
+        rendered.cancelled = self.cancelled.into_inner();
+        rendered.reached = is_reached || planner.is_reached();
+        rendered.predicted = shown.predicted;
     }
 
     /// Takes the samples of one pass: so many in every pixel, if they are dealt evenly.
     fn pass(&self, film: &mut Film, deal: Deal, samples: u64, planner: &PassPlanner, shown: Shown) {
-        let first = planted!("passes-repeat-samples", 0, planner.spp());
-        let asked = match deal {
+        let end = planner.spp() + samples;
+        // A tile may have more samples than others, where a render goes on that was interrupted.
+        let same = |tile: &Tile| {
+            let first: u64 = planted!("passes-repeat-samples", 0, tile.samples);
+            Asked::Same(first.min(end)..end)
+        };
+        let asked: Vec<Asked> = match deal {
             Deal::UpTo(counts) => film
                 .per_tile(&counts)
                 .into_iter()
                 .map(Asked::Each)
                 .collect(),
-            _ => vec![Asked::Same(first..first + samples); film.tiles().len()],
+            _ => film.tiles().iter().map(same).collect(),
         };
         let mut jobs: Vec<(&mut Tile, Asked)> = film.tiles_mut().iter_mut().zip(asked).collect();
         // The longest first, so that all threads are done at about the same time. Equal ones stay in their order.

@@ -15,5 +15,6 @@ mod lesson;
 mod metamorphic;
 mod motion;
 mod pixels;
+mod resume;
 mod roulette;
 mod study;

@@ -1,0 +1,201 @@
+//! What a user may ask of a render: the wishes over the scene's own keys over the defaults.
+//!
+//! Measure: as in `settings.rs`.
+//! Range: what is out of it is an error that names the wish, or the scene's line.
+//! Source: design of the command line. Tested below, in `tests/command/render.rs` and
+//! `tests/loading/bad_input.rs`.
+
+use super::CONFIDENCE;
+use super::adaptive::Adaptive;
+use super::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind, available_threads};
+use crate::effects::Kernel;
+use crate::error::{Error, Result};
+use crate::film::Window;
+use crate::integrator::Roulette;
+use crate::integrator::kind::IntegratorKind;
+use crate::integrator::technique::EmissionRule;
+use crate::scene::description::SceneDescription;
+use std::time::Duration;
+
+/// What a user asks of a render; `None` leaves it to the scene, and where that says nothing to the default.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct Wishes {
+    /// The estimator.
+    pub integrator: Option<IntegratorKind>,
+    /// Where random numbers come from.
+    pub sampler: Option<SamplerKind>,
+    /// Picks one of 2^64 sets of random numbers.
+    pub seed: Option<u64>,
+    /// Samples per pixel at most, at least 1. A time or an error is not cut short by those that a scene has by default.
+    pub spp: Option<u64>,
+    /// Time at most.
+    pub time: Option<Duration>,
+    /// The error that is good enough: the root of relMSE, above 0 and below 1.
+    pub error: Option<f64>,
+    /// The probability with which that error is kept; 95 % where nobody says.
+    pub confidence: Option<f64>,
+    /// How samples are given out to the pixels.
+    pub adaptive: Option<Adaptive>,
+    /// Whether to keep error bars, which the layers of a picture are made of.
+    pub layers: bool,
+    /// Scattering events at most.
+    pub max_bounces: Option<u32>,
+    /// When paths end by chance.
+    pub roulette: Option<Roulette>,
+    /// How far, in world units, something may be and still count for ambient occlusion.
+    pub occlusion_distance: Option<f64>,
+    /// The code that runs.
+    pub kernel: Option<Kernel>,
+    /// Threads, at least 1; all that this process may use where nobody says.
+    pub threads: Option<usize>,
+    /// The part of the picture from (x0, y0) up to but not including (x1, y1).
+    pub crop: Option<[u32; 4]>,
+}
+
+impl Wishes {
+    /// So many samples per pixel, and nothing else.
+    pub fn samples(spp: u64) -> Self {
+        Self {
+            spp: Some(spp),
+            ..Self::default()
+        }
+    }
+
+    /// The settings for a scene.
+    ///
+    /// # Errors
+    /// A wish that is out of its range or makes no sense, or a name in the scene that there is not.
+    pub fn settings(&self, description: &SceneDescription) -> Result<RenderSettings> {
+        let of_scene = RenderSettings::of_scene(description)?;
+        let settings = RenderSettings {
+            integrator: self.integrator.unwrap_or(of_scene.integrator),
+            sampler: self.sampler.unwrap_or(of_scene.sampler),
+            seed: self.seed.unwrap_or(of_scene.seed),
+            budget: self.budget(of_scene.budget),
+            adaptive: self.adaptive.unwrap_or(of_scene.adaptive),
+            bars: self.layers,
+            max_bounces: self.max_bounces.or(of_scene.max_bounces),
+            roulette: self.roulette.or(of_scene.roulette),
+            occlusion_distance: self.occlusion_distance.or(of_scene.occlusion_distance),
+            kernel: self.kernel,
+            threads: self.threads.unwrap_or_else(available_threads),
+            window: self.window(description.film.size)?,
+            ..of_scene
+        };
+        refuse_endless(&settings)?;
+        settings.validate(description.film.size)?;
+        Ok(settings)
+    }
+
+    /// The limits that are wished for, over those of the scene.
+    fn budget(&self, of_scene: Budget) -> Budget {
+        let has_other_limit = self.time.is_some() || self.error.is_some();
+        Budget {
+            spp: self.spp.or(of_scene.spp.filter(|_| !has_other_limit)),
+            time: self.time,
+            error: self.error.map(|rel_rmse| ErrorTarget {
+                rel_rmse,
+                confidence: self.confidence.unwrap_or(CONFIDENCE),
+            }),
+        }
+    }
+
+    /// The part of a picture of this size that is wished for.
+    fn window(&self, (width, height): (u32, u32)) -> Result<Window> {
+        match self.crop {
+            None => Ok(Window {
+                x: 0,
+                y: 0,
+                width,
+                height,
+            }),
+            Some([x0, y0, x1, y1]) if x0 < x1 && y0 < y1 && x1 <= width && y1 <= height => {
+                Ok(Window {
+                    x: x0,
+                    y: y0,
+                    width: x1 - x0,
+                    height: y1 - y0,
+                })
+            }
+            Some([x0, y0, x1, y1]) => Err(Error::usage(format!(
+                "--crop {x0},{y0},{x1},{y1} is not a part of the picture of {width}x{height} pixels"
+            ))),
+        }
+    }
+}
+
+/// Refuses settings with which a path may never end.
+///
+/// # Errors
+/// A usage error.
+pub fn refuse_endless(settings: &RenderSettings) -> Result<()> {
+    match may_be_endless(settings) {
+        true => Err(Error::usage(
+            "without roulette a path between white walls never ends: give --max-bounces too, such as --max-bounces 1000",
+        )),
+        false => Ok(()),
+    }
+}
+
+/// Whether nothing but absorption ends a path.
+fn may_be_endless(settings: &RenderSettings) -> bool {
+    let has_coin = settings.integrator.technique().is_none_or(
+        |technique| matches!(technique.emission, EmissionRule::Coin { unlit, .. } if unlit > 0.0),
+    );
+    settings.roulette() == Roulette::None && settings.most_bounces().is_none() && !has_coin
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::vec::DAffine3;
+    use crate::scene::description::CameraDescription;
+
+    fn scene() -> SceneDescription {
+        let camera = CameraDescription::pinhole(DAffine3::IDENTITY, 1.0);
+        let mut scene = SceneDescription::new("test", camera);
+        scene.film.size = (8, 4);
+        scene.render.spp = Some(7);
+        scene.render.seed = Some(3);
+        scene
+    }
+
+    #[test]
+    fn wishes_go_before_the_scene_and_the_scene_before_the_defaults() {
+        let by_default = Wishes::default().settings(&scene()).expect("valid");
+        assert_eq!((by_default.budget.spp, by_default.seed), (Some(7), 3));
+        let wishes = Wishes {
+            seed: Some(5),
+            ..Wishes::samples(9)
+        };
+        let wished = wishes.settings(&scene()).expect("valid");
+        assert_eq!((wished.budget.spp, wished.seed), (Some(9), 5));
+        let wishes = Wishes {
+            error: Some(0.1),
+            ..Wishes::default()
+        };
+        assert_eq!(wishes.settings(&scene()).expect("valid").budget.spp, None);
+    }
+
+    #[test]
+    fn wishes_out_of_their_range_are_usage_errors() {
+        let wishes = |change: &dyn Fn(&mut Wishes)| {
+            let mut wishes = Wishes::default();
+            change(&mut wishes);
+            wishes
+        };
+        for wrong in [
+            wishes(&|w| w.spp = Some(0)),
+            wishes(&|w| w.threads = Some(0)),
+            wishes(&|w| w.error = Some(f64::NAN)),
+            wishes(&|w| w.crop = Some([0, 0, 9, 4])),
+            wishes(&|w| w.crop = Some([3, 0, 3, 4])),
+            wishes(&|w| w.adaptive = Some(Adaptive::Greedy)),
+            wishes(&|w| w.roulette = Some(Roulette::None)),
+        ] {
+            let error = wrong.settings(&scene()).expect_err("out of its range");
+            assert_eq!(error.kind(), crate::ErrorKind::Usage, "{wrong:?}");
+        }
+    }
+}

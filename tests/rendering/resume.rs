@@ -1,0 +1,188 @@
+//! A render that goes on has the picture of one that never stopped.
+
+use crate::common::scene::ready;
+use crate::common::scene_folder::{SMALL, load_text};
+use etendue::ErrorKind;
+use etendue::accel::Backend;
+use etendue::film::Film;
+use etendue::film::filter::Filter;
+use etendue::image::Image;
+use etendue::render::adaptive::Adaptive;
+use etendue::render::settings::{Budget, RenderSettings, SamplerKind};
+use etendue::render::{RenderObserver, Rendered, Threads, Unwatched, View, render, resume};
+use etendue::scene::Scene;
+use etendue::scene::description::SceneDescription;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+struct Stage {
+    description: SceneDescription,
+    scene: Scene,
+    filter: Filter,
+    threads: Threads,
+}
+
+impl Stage {
+    fn new() -> Self {
+        let description = load_text(SMALL);
+        Self {
+            scene: ready(&description, Backend::ALL[0]),
+            filter: Filter::new(&description.film.filter),
+            threads: Threads::new(2).expect("two threads"),
+            description,
+        }
+    }
+
+    fn settings(&self, spp: u64) -> RenderSettings {
+        RenderSettings {
+            tile_size: 5,
+            ..RenderSettings::new(self.description.film.size, spp)
+        }
+    }
+
+    fn at_once(&self, settings: &RenderSettings) -> Rendered {
+        let size = self.description.film.size;
+        render(&self.scene, &self.filter, size, settings, &Unwatched).expect("valid settings")
+    }
+
+    fn go_on(
+        &self,
+        settings: &RenderSettings,
+        until: Budget,
+        rendered: &mut Rendered,
+        observer: &dyn RenderObserver,
+    ) -> etendue::Result<()> {
+        let view = View {
+            scene: &self.scene,
+            filter: &self.filter,
+            size: self.description.film.size,
+        };
+        resume(&view, &self.threads, settings, until, rendered, observer)
+    }
+}
+
+#[test]
+fn samples_in_parts_are_those_at_once() {
+    let stage = Stage::new();
+    for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
+        for bars in [false, true] {
+            let settings = |spp| RenderSettings {
+                sampler,
+                bars,
+                ..stage.settings(spp)
+            };
+            let whole = stage.at_once(&settings(48));
+            let mut parts = Rendered::nothing(&settings(16));
+            for spp in [16, 32, 48] {
+                let until = Budget::samples(spp);
+                stage
+                    .go_on(&settings(16), until, &mut parts, &Unwatched)
+                    .expect("valid settings");
+                assert_eq!(parts.spp, spp);
+            }
+            assert_eq!(parts.film.develop(), whole.film.develop(), "{sampler:?}");
+            assert_eq!(
+                parts.film.standard_errors(),
+                whole.film.standard_errors(),
+                "{sampler:?}"
+            );
+            assert_eq!(parts.rays, whole.rays);
+        }
+    }
+}
+
+/// Ends a render after so many tiles.
+struct Impatient {
+    tiles: AtomicU64,
+}
+
+impl RenderObserver for Impatient {
+    fn progress(&self, _: &etendue::render::Progress) {
+        self.tiles.fetch_sub(1, Ordering::Relaxed);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.tiles.load(Ordering::Relaxed) == 0
+    }
+}
+
+#[test]
+fn an_interrupted_render_goes_on_and_loses_nothing() {
+    let stage = Stage {
+        threads: Threads::new(1).expect("a thread"),
+        ..Stage::new()
+    };
+    let settings = stage.settings(8);
+    let mut parts = Rendered::nothing(&settings);
+    let observer = Impatient {
+        tiles: AtomicU64::new(27),
+    };
+    stage
+        .go_on(&settings, settings.budget, &mut parts, &observer)
+        .expect("valid settings");
+    assert!(parts.cancelled);
+    let samples = parts.film.tiles().iter().map(|tile| tile.samples);
+    let (least, most) = (samples.clone().min(), samples.max());
+    assert!(least < most, "it ended within a pass: {least:?} {most:?}");
+    stage
+        .go_on(&settings, settings.budget, &mut parts, &Unwatched)
+        .expect("valid settings");
+    assert!(!parts.cancelled);
+    let whole = stage.at_once(&settings);
+    assert_eq!(parts.film.develop(), whole.film.develop());
+    assert_eq!(parts.film.sample_count(), whole.film.sample_count());
+    assert_eq!(parts.rays, whole.rays);
+}
+
+struct Album(Mutex<Vec<Image>>);
+
+impl RenderObserver for Album {
+    fn pass(&self, film: &Film) {
+        let mut album = self.0.lock().expect("nobody panics");
+        album.push(film.develop());
+    }
+}
+
+#[test]
+fn every_pass_shows_the_picture_so_far() {
+    let stage = Stage::new();
+    let settings = stage.settings(4);
+    let album = Album(Mutex::default());
+    let mut rendered = Rendered::nothing(&settings);
+    stage
+        .go_on(&settings, settings.budget, &mut rendered, &album)
+        .expect("valid settings");
+    let pictures = album.0.into_inner().expect("nobody panics");
+    // Passes of 1, 1 and 2 samples.
+    assert_eq!(pictures.len(), 3);
+    assert_eq!(
+        pictures[0],
+        stage.at_once(&stage.settings(1)).film.develop()
+    );
+    assert_eq!(pictures[2], rendered.film.develop());
+}
+
+#[test]
+fn what_cannot_go_on_is_refused_and_stays() {
+    let stage = Stage::new();
+    let adaptive = RenderSettings {
+        adaptive: Adaptive::TwoPhase,
+        ..stage.settings(16)
+    };
+    let even = stage.settings(2);
+    let error = Budget {
+        error: Some(etendue::render::settings::ErrorTarget {
+            rel_rmse: 0.1,
+            confidence: 0.95,
+        }),
+        ..Budget::default()
+    };
+    for (settings, until) in [(&adaptive, Budget::samples(32)), (&even, error)] {
+        let mut rendered = stage.at_once(settings);
+        let before = rendered.film.develop();
+        let refused = stage.go_on(settings, until, &mut rendered, &Unwatched);
+        let refused = refused.expect_err("it cannot go on");
+        assert_eq!(refused.kind(), ErrorKind::Usage, "{refused}");
+        assert_eq!(rendered.film.develop(), before);
+    }
+}

@@ -23,6 +23,8 @@ pub enum ErrorKind {
     Io,
     /// Embree, or the rendering itself, failed.
     Render,
+    /// There is not enough memory for what was asked.
+    Memory,
 }
 
 /// A failure: its kind, a message, the place in a file where there is one, and the cause below it.

@@ -23,6 +23,7 @@ pub mod render;
 pub mod sampler;
 pub mod sampling;
 pub mod scene;
+pub mod session;
 pub mod study;
 
 pub use error::{Error, ErrorKind, Result};

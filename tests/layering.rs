@@ -27,6 +27,7 @@ const HOUSE: &[(&str, u32)] = &[
     ("integrator", 5),
     ("render", 6),
     ("post", 6),
+    ("session", 7),
     ("study", 7),
     ("bench", 7),
     ("lesson", 7),

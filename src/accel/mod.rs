@@ -157,30 +157,26 @@ impl Accel {
     /// An instance whose transform cannot be inverted at all times; what the backend says, most likely that memory ran
     /// out.
     pub fn build(world: Arc<World>, options: AccelOptions) -> Result<Self> {
-        let fits = |count: usize| u32::try_from(count).is_ok();
-        let instances = world.instances().len();
-        let mut shapes = world
-            .geometries()
-            .iter()
-            .chain(world.groups().iter().flatten());
-        // Instances have Embree's ids after those of the shapes in the world.
-        if !fits(world.shape_count() + instances) || !shapes.all(|g| fits(g.primitive_count())) {
-            return Err(Error::render(
-                "more than 2^32 shapes, or triangles in one shape",
-            ));
-        }
-        if !world.instances().iter().all(Instance::is_invertible) {
-            return Err(Error::render(
-                "an instance cannot be inverted in single precision at all times of its motion; \
-                 more steps may help",
-            ));
-        }
+        check_world(&world)?;
         Ok(match options.backend {
             #[cfg(feature = "embree")]
             Backend::Embree => Self::Embree(embree::EmbreeAccel::build(world, options)?),
             Backend::ObvhsBvh2 | Backend::ObvhsCwbvh => {
                 Self::Obvhs(Box::new(obvhs::ObvhsAccel::build(world, options)?))
             }
+        })
+    }
+
+    /// The structure over a world that shares its shapes with this one's: those over groups are not built again.
+    ///
+    /// # Errors
+    /// As [`Self::build`].
+    pub fn with_instances_of(&self, world: Arc<World>) -> Result<Self> {
+        check_world(&world)?;
+        Ok(match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(accel) => Self::Embree(accel.with_instances_of(world)?),
+            Self::Obvhs(accel) => Self::Obvhs(Box::new(accel.with_instances_of(world)?)),
         })
     }
 
@@ -255,4 +251,27 @@ impl Accel {
             Self::Obvhs(accel) => Some(accel.nodes()),
         }
     }
+}
+
+/// Whether a world can be traced: its numbers fit, and every instance has a way back.
+fn check_world(world: &World) -> Result<()> {
+    let fits = |count: usize| u32::try_from(count).is_ok();
+    let instances = world.instances().len();
+    let mut shapes = world
+        .geometries()
+        .iter()
+        .chain(world.groups().iter().flatten());
+    // Instances have Embree's ids after those of the shapes in the world.
+    if !fits(world.shape_count() + instances) || !shapes.all(|g| fits(g.primitive_count())) {
+        return Err(Error::render(
+            "more than 2^32 shapes, or triangles in one shape",
+        ));
+    }
+    if !world.instances().iter().all(Instance::is_invertible) {
+        return Err(Error::render(
+            "an instance cannot be inverted in single precision at all times of its motion; \
+             more steps may help",
+        ));
+    }
+    Ok(())
 }

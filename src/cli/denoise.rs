@@ -6,13 +6,13 @@
 
 use super::args::DenoiseArguments;
 use super::durations::format_duration;
-use super::layers::channels;
 use super::output::format_percent;
 use super::{Outcome, print};
 use crate::error::{Error, Result};
 use crate::image::{self, ColourSpace, Layer, LayeredImage, MetadataValue, WriteOptions};
 use crate::post::denoise::{Denoiser, Filtered, FilteredError, Noisy};
 use crate::render::settings::available_threads;
+use crate::session::layers::channels;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};

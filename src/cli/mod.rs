@@ -13,7 +13,6 @@ mod durations;
 mod info;
 mod job;
 mod keeper;
-mod layers;
 mod lesson;
 mod output;
 mod page;

@@ -16,9 +16,10 @@ use crate::film::ErrorEstimate;
 use crate::film::filter::Filter;
 use crate::image::atomic::check_creatable;
 use crate::image::{self, LayeredImage, MetadataValue, WriteOptions};
-use crate::render::{RenderObserver, Rendered};
+use crate::render::{RenderObserver, Rendered, View};
 use crate::scene::load;
 use crate::scene::prepare::{Prepared, prepare};
+use crate::session::layers::layers;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -84,7 +85,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         ..Times::default()
     };
     let error = rendered.film.error(arguments.confidence);
-    let picture = job.picture(&rendered);
+    let picture = job.picture(&filter, &rendered)?;
     let denoised = arguments
         .denoise
         .map(|filter| Denoised::new(filter, &picture, settings.threads))
@@ -130,12 +131,17 @@ fn outputs(arguments: &RenderArguments) -> Vec<PathBuf> {
 
 impl Job<'_> {
     /// The picture, with its layers if they are asked for.
-    fn picture(&self, rendered: &Rendered) -> LayeredImage {
+    fn picture(&self, filter: &Filter, rendered: &Rendered) -> Result<LayeredImage> {
         let mut picture = LayeredImage::from(rendered.film.develop());
         if self.arguments.layers || self.arguments.denoise.is_some() {
-            picture.layers = self.layers(rendered);
+            let view = View {
+                scene: self.scene,
+                filter,
+                size: self.description.film.size,
+            };
+            picture.layers = layers(&view, self.settings, rendered)?;
         }
-        picture
+        Ok(picture)
     }
 
     fn write(

@@ -45,6 +45,17 @@ impl Texture {
         }
     }
 
+    /// The largest value in each channel.
+    pub fn brightest(&self) -> Rgb {
+        match self {
+            Self::Image { image, scale } => {
+                let texels = image.pixels().iter();
+                *scale * texels.copied().fold(Rgb::BLACK, larger)
+            }
+            Self::Checker { colours, .. } => larger(colours[0], colours[1]),
+        }
+    }
+
     /// The colour, if it is the same everywhere: just what [`Texture::lookup`] gives.
     pub fn constant(&self) -> Option<Rgb> {
         match self {
@@ -56,6 +67,12 @@ impl Texture {
             Self::Checker { colours, .. } => (colours[0] == colours[1]).then_some(colours[0]),
         }
     }
+}
+
+/// The larger value in each channel.
+fn larger(a: Rgb, b: Rgb) -> Rgb {
+    let (a, b) = (a.to_array(), b.to_array());
+    Rgb::from([0, 1, 2].map(|i| a[i].max(b[i])))
 }
 
 /// The colour at `uv` of a picture of this width and height, between those of the nearest texels by column and row.

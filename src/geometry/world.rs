@@ -15,6 +15,7 @@ use crate::effects::{Effects, Switch};
 use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
 use crate::math::vec::{Vec2, Vec3};
+use std::sync::Arc;
 
 /// One primitive of one shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -28,8 +29,9 @@ pub struct PrimitiveId {
 /// All shapes of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct World {
-    geometries: Vec<Geometry>,
-    groups: Vec<Vec<Geometry>>,
+    /// Shared, as are the groups, by worlds in which the same stands elsewhere.
+    geometries: Arc<[Geometry]>,
+    groups: Arc<[Vec<Geometry>]>,
     instances: Vec<Instance>,
     /// The number of the first shape of each instance.
     first_shapes: Vec<u32>,
@@ -45,6 +47,22 @@ impl World {
     pub fn new(
         geometries: Vec<Geometry>,
         groups: Vec<Vec<Geometry>>,
+        instances: Vec<Instance>,
+    ) -> Self {
+        Self::numbered(geometries.into(), groups.into(), instances)
+    }
+
+    /// The same shapes in memory, with other instances of the groups.
+    ///
+    /// # Panics
+    /// If an instance is of a group that does not exist.
+    pub fn with_instances(&self, instances: Vec<Instance>) -> Self {
+        Self::numbered(self.geometries.clone(), self.groups.clone(), instances)
+    }
+
+    fn numbered(
+        geometries: Arc<[Geometry]>,
+        groups: Arc<[Vec<Geometry>]>,
         instances: Vec<Instance>,
     ) -> Self {
         let mut world = Self {

@@ -8,6 +8,7 @@ pub mod ray;
 pub mod rgb;
 pub mod robust;
 pub mod stats;
+pub mod transform;
 pub mod triangle;
 pub mod trig;
 pub mod vec;

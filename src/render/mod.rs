@@ -9,6 +9,7 @@
 //! Source: docs/architecture.md. Tested in `tests/rendering/determinism.rs` and `tests/command/render.rs`.
 
 pub mod adaptive;
+pub mod along_ray;
 pub mod budget;
 mod camera_rays;
 mod dispatch;

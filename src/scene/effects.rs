@@ -75,11 +75,11 @@ pub fn of_light(light: &LightDescription) -> EffectSet {
     }
 }
 
-/// What a scene calls for with this layout, but for a choice among lights. Shapes of groups that nothing places, and
-/// materials of no shape, do not count.
-pub fn of_scene(description: &SceneDescription, layout: &Layout) -> EffectSet {
+/// What the objects of a scene call for with this layout, but for its camera and a choice among lights. Shapes of groups that
+/// nothing places, and materials of no shape, do not count.
+pub fn of_objects(description: &SceneDescription, layout: &Layout) -> EffectSet {
     let shutter = description.camera.shutter;
-    let mut effects = of_camera(&description.camera);
+    let mut effects = EffectSet::NONE;
     let mut seen = vec![false; description.materials.len()];
     for shape in layout.placed_shapes(description.shapes.len()) {
         let shape = &description.shapes[shape];

@@ -9,7 +9,7 @@
 
 use super::Emitter;
 use super::description::{ColourDescription, ShapeDescription};
-use super::placed::{Traced, even_scale};
+use super::placed::even_scale;
 use crate::geometry::texture::Texture;
 use crate::geometry::world::PrimitiveId;
 use crate::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
@@ -31,6 +31,21 @@ pub enum Standing<'a> {
     Still(&'a DAffine3),
     /// In a group that moves: the same at equally spaced times.
     Moving(&'a [DAffine3]),
+}
+
+/// A shape that may emit.
+#[derive(Debug, Clone, Copy)]
+pub struct Added<'a> {
+    /// Its number, as rays see it.
+    pub number: u32,
+    /// How it was written.
+    pub description: &'a ShapeDescription,
+    /// Whether the alpha of its material leaves parts of it out.
+    pub masked: bool,
+    /// Its form, in normalised units.
+    pub geometry: &'a Geometry,
+    /// Corner and edges of a rectangle with right angles.
+    pub rectangle: Option<[Vec3; 3]>,
 }
 
 /// Emitters and lights that have been gathered.
@@ -57,16 +72,15 @@ impl Emitters {
         self.primitives.push(None);
     }
 
-    /// Adds what the shape with this number emits, which may be `masked` by the alpha of its material, and returns its
-    /// index among the emitters.
-    pub fn add_shape(
-        &mut self,
-        number: u32,
-        description: &ShapeDescription,
-        masked: bool,
-        traced: &Traced,
-        standing: Standing<'_>,
-    ) -> Option<u32> {
+    /// Adds what a shape emits, and returns its index among the emitters.
+    pub fn add_shape(&mut self, added: &Added<'_>, standing: Standing<'_>) -> Option<u32> {
+        let Added {
+            number,
+            description,
+            masked,
+            geometry,
+            rectangle,
+        } = *added;
         let colour = description.emission.as_ref().filter(|e| !e.is_black())?;
         let (radiance, texture) = match (colour, colour.constant()) {
             (_, Some(radiance)) => (radiance, None),
@@ -77,10 +91,9 @@ impl Emitters {
             radiance,
             two_sided: description.two_sided_emission,
         };
-        let geometry = &traced.geometry;
         // A rectangle's light knows no texture coordinates; those of its triangles do.
         let varies = texture.is_some() || masked;
-        let rectangle = traced.rectangle.filter(|_| !varies);
+        let rectangle = rectangle.filter(|_| !varies);
         let whole = whole_light(geometry, rectangle, emission, standing);
         let first = self.lights.len() as u32;
         let mut sampled = true;

@@ -1,5 +1,7 @@
 //! Scenes: as written ([`description::SceneDescription`]), and ready to be rendered ([`Scene`]).
 
+pub mod check;
+mod compose;
 pub mod description;
 pub mod effects;
 mod emitters;
@@ -30,6 +32,7 @@ use crate::planted::planted;
 use interaction::Interaction;
 use material::Material;
 use normalisation::Normalisation;
+use placed::Form;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -60,6 +63,22 @@ pub struct Scene {
     /// For each light of which its place is not all, the primitive that it is: those that vary over their surface, by a
     /// texture or by being partly there, and those of instances. Empty if there are none.
     light_primitives: Vec<Option<PrimitiveId>>,
+    kept: Kept,
+}
+
+/// What a scene keeps of its making, for changes that leave its shapes as they are.
+#[derive(Debug)]
+struct Kept {
+    /// Half the diagonal of the box around everything, in normalised units.
+    radius: f64,
+    /// What all objects but the camera call for.
+    objects: EffectSet,
+    /// Of the shapes that stand in the world themselves.
+    still: Vec<Form>,
+    /// The frame of each group.
+    frames: Vec<Normalisation>,
+    /// Of the shapes of each group.
+    groups: Vec<Vec<Form>>,
 }
 
 /// What the scene knows of a shape beyond its geometry.

@@ -194,8 +194,7 @@ impl Placed {
         }
         Traced {
             geometry,
-            rectangle,
-            dropped,
+            form: Form { rectangle, dropped },
         }
     }
 }
@@ -203,8 +202,15 @@ impl Placed {
 /// A shape as it is traced, in normalised units.
 #[derive(Debug)]
 pub struct Traced {
-    /// Its form.
+    /// What rays meet.
     pub geometry: Geometry,
+    /// What else is known of it.
+    pub form: Form,
+}
+
+/// What is known of a traced shape beside its geometry.
+#[derive(Debug, Clone, Copy)]
+pub struct Form {
     /// Corner and edges of a rectangle with right angles.
     pub rectangle: Option<[Vec3; 3]>,
     /// Triangles that were left out.

@@ -10,17 +10,18 @@
 
 use super::description::{CameraDescription, ColourDescription, LightModel, SceneDescription};
 use super::effects;
-use super::emitters::{Emitters, Standing};
+use super::emitters::{Added, Emitters, Standing};
 use super::keyframes;
 use super::material::Material;
 use super::normalisation::Normalisation;
-use super::placed::{Placed, Traced};
+use super::placed::{Form, Placed, Traced};
 use super::placement::{Layout, Placement, layout, stands_alone};
-use super::{Scene, Shape};
-use crate::accel::{Accel, AccelOptions};
+use super::{Emitter, Kept, Scene, Shape};
+use crate::accel::{Accel, AccelOptions, PrimitiveId};
 use crate::camera::{Camera, CameraParameters};
-use crate::effects::Effect;
+use crate::effects::{Effect, EffectSet};
 use crate::error::Result;
+use crate::geometry::Geometry;
 use crate::geometry::packed::PackedImages;
 use crate::geometry::texture::Texture;
 use crate::geometry::world::{Instance, World};
@@ -66,70 +67,87 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     let materials: Vec<Material> = materials
         .map(|material| Material::new(material).packed(&mut packed))
         .collect();
-    let mut build = Build::new(description, &materials);
-    let roots = build.trace(&layout.shapes, &roots, &normalisation)?;
-    let frames: Vec<Normalisation> = groups.iter().map(|group| frame_of(group)).collect();
-    let members = layout.groups.iter().zip(groups.iter().zip(&frames));
-    let members: Vec<Vec<Traced>> = members
-        .map(|(shapes, (group, frame))| build.trace(shapes, group, frame))
-        .collect::<Result<_>>()?;
-    build.add_lights(&normalisation, radius);
-    build.add_shapes(&layout.shapes, &roots, Standing::World);
-    let mut instances = Vec::with_capacity(layout.placements.len());
-    for placement in &layout.placements {
-        let instance = instance(placement, &normalisation, &frames[placement.group])?;
-        let boxes = members[placement.group].iter();
-        let boxes = boxes.map(|traced| instance.bounds_of(&traced.geometry.bounds()));
-        if !boxes
-            .fold(Bounds::default(), Bounds::union)
-            .is_within(REACH)
-        {
-            let (name, place) = &placement.object;
-            return Err(place.error(too_far(name)));
-        }
-        let standing = match instance.steps.as_slice() {
-            [still] => Standing::Still(still),
-            steps => Standing::Moving(steps),
-        };
-        let shapes = &layout.groups[placement.group];
-        build.add_shapes(shapes, &members[placement.group], standing);
-        instances.push(instance);
+    let (roots, still) = traced(&layout.shapes, &roots, description, &normalisation)?;
+    let mut kept = Kept {
+        radius,
+        objects: effects::of_objects(description, &layout),
+        still,
+        frames: groups.iter().map(|group| frame_of(group)).collect(),
+        groups: vec![],
+    };
+    let mut members = Vec::with_capacity(groups.len());
+    let placed = groups.iter().zip(&kept.frames);
+    for (shapes, (group, frame)) in layout.groups.iter().zip(placed) {
+        let (geometries, forms) = traced(shapes, group, description, frame)?;
+        members.push(geometries);
+        kept.groups.push(forms);
     }
-
-    let geometries = |traced: Vec<Traced>| traced.into_iter().map(|t| t.geometry).collect();
-    let groups = members.into_iter().map(geometries).collect();
-    let world = Arc::new(World::new(geometries(roots), groups, instances));
+    let instances = instances(&layout, &normalisation, &kept.frames, &members)?;
+    let world = Arc::new(World::new(roots, members, instances));
     let building = Instant::now();
     let accel = Accel::build(Arc::clone(&world), options)?;
     let build_time = building.elapsed();
-    let notes = build.notes();
-    let Emitters {
-        emitters,
-        lights,
-        powers,
-        primitives,
-        ..
-    } = build.emitters;
-    let many_lights = lights.len() > 1;
-    let all_in_place = primitives.iter().all(Option::is_none);
+    let lit = Lit::new(
+        description,
+        &layout,
+        &materials,
+        (&normalisation, &kept),
+        &world,
+    );
+    let notes = lit.notes(&kept);
     let scene = Scene {
         camera: camera(&description.camera, description.film.size, &normalisation),
-        lights: Lights::new(lights, &powers),
         environment: description.constant_environment(),
         normalisation,
         world,
         accel,
-        effects: effects::of_scene(description, &layout).with_if(Effect::ManyLights, many_lights),
-        shapes: build.shapes,
+        effects: lit.effects(&description.camera, &kept),
+        shapes: lit.shapes,
         materials,
-        emitters,
-        light_primitives: if all_in_place { vec![] } else { primitives },
+        lights: lit.lights,
+        emitters: lit.emitters,
+        light_primitives: lit.light_primitives,
+        kept,
     };
     Ok(Prepared {
         scene,
         notes,
         build_time,
     })
+}
+
+impl Scene {
+    /// Takes the description's camera and film. Everything else has to be as it was; so has the shutter, if anything moves.
+    pub fn look_from(&mut self, description: &SceneDescription) {
+        let size = description.film.size;
+        self.camera = camera(&description.camera, size, &self.normalisation);
+        let many_lights = self.effects.has(Effect::ManyLights);
+        self.effects = (effects::of_camera(&description.camera) | self.kept.objects)
+            .with_if(Effect::ManyLights, many_lights);
+    }
+
+    /// Places the description's instances where they stand now, and tells notes as [`prepare`] does. Everything else has to be
+    /// as it was. Shapes and the structures over groups are kept, and so is the scene's frame: pictures are those of the scene
+    /// made anew but for rounding.
+    ///
+    /// # Errors
+    /// A transform with which nothing can be traced, or what the backend says; the scene is as it was then.
+    pub fn place_again(&mut self, description: &SceneDescription) -> Result<Vec<String>> {
+        let layout = layout(description)?;
+        let kept = &self.kept;
+        let groups = self.world.groups();
+        let instances = instances(&layout, &self.normalisation, &kept.frames, groups)?;
+        let world = Arc::new(self.world.with_instances(instances));
+        let accel = self.accel.with_instances_of(Arc::clone(&world))?;
+        let frame = (&self.normalisation, kept);
+        let lit = Lit::new(description, &layout, &self.materials, frame, &world);
+        let notes = lit.notes(kept);
+        self.effects = lit.effects(&description.camera, kept);
+        (self.world, self.accel) = (world, accel);
+        (self.shapes, self.emitters) = (lit.shapes, lit.emitters);
+        (self.lights, self.light_primitives) = (lit.lights, lit.light_primitives);
+        Ok(notes)
+    }
 }
 
 /// In normalised units. Farther away, areas times numbers of primitives leave single precision, and obvhs builds its trees by
@@ -211,6 +229,32 @@ fn frame_of(group: &[Placed]) -> Normalisation {
     Normalisation::of(&boxes)
 }
 
+/// All placements in normalised units.
+///
+/// # Errors
+/// The first with which nothing can be traced.
+fn instances(
+    layout: &Layout,
+    normalisation: &Normalisation,
+    frames: &[Normalisation],
+    groups: &[Vec<Geometry>],
+) -> Result<Vec<Instance>> {
+    let place = |placement: &Placement| {
+        let instance = instance(placement, normalisation, &frames[placement.group])?;
+        let boxes = groups[placement.group].iter().map(Geometry::bounds);
+        let boxes = boxes.map(|bounds| instance.bounds_of(&bounds));
+        if boxes
+            .fold(Bounds::default(), Bounds::union)
+            .is_within(REACH)
+        {
+            return Ok(instance);
+        }
+        let (name, place) = &placement.object;
+        Err(place.error(too_far(name)))
+    };
+    layout.placements.iter().map(place).collect()
+}
+
 /// A placement in normalised units on both sides, rounded last.
 fn instance(
     placement: &Placement,
@@ -261,57 +305,127 @@ fn camera(
     })
 }
 
-/// What is gathered shape by shape.
-struct Build<'a> {
-    description: &'a SceneDescription,
-    materials: &'a [Material],
-    shapes: Vec<Shape>,
-    emitters: Emitters,
-    dropped: usize,
+/// Shapes in normalised units, with what their lights need to know of their forms.
+///
+/// # Errors
+/// The first of the shapes that is out of reach.
+fn traced(
+    shapes: &[usize],
+    placed: &[Placed],
+    description: &SceneDescription,
+    frame: &Normalisation,
+) -> Result<(Vec<Geometry>, Vec<Form>)> {
+    let trace = |(&shape, placed): (&usize, &Placed)| {
+        let Traced { geometry, form } = placed.traced(frame);
+        if geometry.primitive_count() > 0 && !geometry.bounds().is_within(REACH) {
+            let shape = &description.shapes[shape];
+            return Err(shape.place.error(too_far(&shape.name)));
+        }
+        Ok((geometry, form))
+    };
+    shapes.iter().zip(placed).map(trace).collect()
 }
 
-impl<'a> Build<'a> {
-    fn new(description: &'a SceneDescription, materials: &'a [Material]) -> Self {
-        Self {
+/// What is gathered shape by shape.
+struct Lit {
+    shapes: Vec<Shape>,
+    emitters: Vec<Emitter>,
+    lights: Lights,
+    light_primitives: Vec<Option<PrimitiveId>>,
+    unsampled: usize,
+}
+
+impl Lit {
+    fn new(
+        description: &SceneDescription,
+        layout: &Layout,
+        materials: &[Material],
+        (normalisation, kept): (&Normalisation, &Kept),
+        world: &World,
+    ) -> Self {
+        let mut gathered = Gathered {
             description,
             materials,
             shapes: vec![],
             emitters: Emitters::default(),
-            dropped: 0,
+        };
+        gathered.add_lights(normalisation, kept.radius);
+        let roots = world.geometries();
+        gathered.add_shapes(&layout.shapes, roots, &kept.still, Standing::World);
+        for (instance, placement) in world.instances().iter().zip(&layout.placements) {
+            let standing = match instance.steps.as_slice() {
+                [still] => Standing::Still(still),
+                steps => Standing::Moving(steps),
+            };
+            let group = placement.group;
+            let (shapes, forms) = (&layout.groups[group], &kept.groups[group]);
+            gathered.add_shapes(shapes, &world.groups()[group], forms, standing);
+        }
+        let emitters = gathered.emitters;
+        let all_in_place = emitters.primitives.iter().all(Option::is_none);
+        Self {
+            shapes: gathered.shapes,
+            emitters: emitters.emitters,
+            lights: Lights::new(emitters.lights, &emitters.powers),
+            light_primitives: if all_in_place {
+                vec![]
+            } else {
+                emitters.primitives
+            },
+            unsampled: emitters.unsampled,
         }
     }
 
-    /// # Errors
-    /// The first of the shapes that is out of reach.
-    fn trace(
-        &mut self,
-        shapes: &[usize],
-        placed: &[Placed],
-        normalisation: &Normalisation,
-    ) -> Result<Vec<Traced>> {
-        let trace = |(&shape, placed): (&usize, &Placed)| {
-            let traced = placed.traced(normalisation);
-            self.dropped += traced.dropped;
-            let geometry = &traced.geometry;
-            if geometry.primitive_count() > 0 && !geometry.bounds().is_within(REACH) {
-                let shape = &self.description.shapes[shape];
-                return Err(shape.place.error(too_far(&shape.name)));
-            }
-            Ok(traced)
-        };
-        shapes.iter().zip(placed).map(trace).collect()
+    /// What the scene calls for.
+    fn effects(&self, camera: &CameraDescription, kept: &Kept) -> EffectSet {
+        (effects::of_camera(camera) | kept.objects)
+            .with_if(Effect::ManyLights, self.lights.len() > 1)
     }
 
+    fn notes(&self, kept: &Kept) -> Vec<String> {
+        let forms = kept.still.iter().chain(kept.groups.iter().flatten());
+        let dropped: usize = forms.map(|form| form.dropped).sum();
+        let dropped =
+            (dropped > 0).then(|| format!("{dropped} triangles without an area were left out"));
+        let unsampled = self.unsampled;
+        let unsampled = (unsampled > 0).then(|| {
+            format!(
+                "{unsampled} emitting spheres, disks or textured meshes move, or are stretched or mirrored by an instance: only scattered rays find their light, with more noise"
+            )
+        });
+        dropped.into_iter().chain(unsampled).collect()
+    }
+}
+
+/// What is being gathered.
+struct Gathered<'a> {
+    description: &'a SceneDescription,
+    materials: &'a [Material],
+    shapes: Vec<Shape>,
+    emitters: Emitters,
+}
+
+impl Gathered<'_> {
     /// Adds shapes in the order in which rays number them.
-    fn add_shapes(&mut self, shapes: &[usize], traced: &[Traced], standing: Standing<'_>) {
-        for (&shape, traced) in shapes.iter().zip(traced) {
+    fn add_shapes(
+        &mut self,
+        shapes: &[usize],
+        geometries: &[Geometry],
+        forms: &[Form],
+        standing: Standing<'_>,
+    ) {
+        for (&shape, (geometry, form)) in shapes.iter().zip(geometries.iter().zip(forms)) {
             let description = &self.description.shapes[shape];
             let number = self.shapes.len() as u32;
             let material = &self.materials[description.material];
-            let masked = material.is_masked();
-            let emitter = self
-                .emitters
-                .add_shape(number, description, masked, traced, standing);
+            let added = Added {
+                number,
+                description,
+                masked: material.is_masked(),
+                geometry,
+                rectangle: form.rectangle,
+            };
+            let emitter = self.emitters.add_shape(&added, standing);
             let emission = emitter.map(|index| &self.emitters.emitters[index as usize]);
             let shines_by_texture = emission.is_some_and(|emitter| emitter.texture.is_some());
             self.shapes.push(Shape {
@@ -331,18 +445,6 @@ impl<'a> Build<'a> {
                 self.emitters.add_light(light, power);
             }
         }
-    }
-
-    fn notes(&self) -> Vec<String> {
-        let dropped = (self.dropped > 0)
-            .then(|| format!("{} triangles without an area were left out", self.dropped));
-        let unsampled = self.emitters.unsampled;
-        let unsampled = (unsampled > 0).then(|| {
-            format!(
-                "{unsampled} emitting spheres, disks or textured meshes move, or are stretched or mirrored by an instance: only scattered rays find their light, with more noise"
-            )
-        });
-        dropped.into_iter().chain(unsampled).collect()
     }
 }
 

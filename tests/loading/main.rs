@@ -5,6 +5,7 @@ mod common;
 
 mod bad_input;
 mod bad_motion;
+mod built_scenes;
 mod colours;
 mod damaged_files;
 mod generated_files;

@@ -17,4 +17,5 @@ mod motion;
 mod pixels;
 mod resume;
 mod roulette;
+mod session;
 mod study;

@@ -325,6 +325,11 @@ unsafe impl Send for CommittedScene {}
 unsafe impl Sync for CommittedScene {}
 
 impl CommittedScene {
+    /// The device that it is of.
+    pub fn device(&self) -> &Arc<Device> {
+        &self.0.device
+    }
+
     /// Bytes that Embree holds for the scene's device.
     pub fn memory(&self) -> usize {
         self.0.device.memory()

@@ -40,10 +40,12 @@ use std::sync::Arc;
 pub struct EmbreeAccel {
     // Dropped before the world that it shares buffers with.
     scene: CommittedScene,
+    /// Those that are placed anywhere, by their indices.
+    groups: Vec<Option<Arc<CommittedScene>>>,
     world: Arc<World>,
+    options: AccelOptions,
     /// Embree's id of the first instance.
     first_instance: u32,
-    precision: Precision,
     /// What the library traces without taking the packet apart.
     native_widths: Vec<PacketWidth>,
 }
@@ -56,18 +58,39 @@ impl EmbreeAccel {
     pub fn build(world: Arc<World>, options: AccelOptions) -> Result<Self> {
         let device = Device::new(options.threads)?;
         layout::check(&device)?;
+        let groups = vec![None; world.groups().len()];
+        Self::over(device, groups, world, options)
+    }
+
+    /// The same over a world that shares its shapes with this one's. The scenes of groups are kept.
+    ///
+    /// # Errors
+    /// Embree's own words.
+    pub fn with_instances_of(&self, world: Arc<World>) -> Result<Self> {
+        let device = Arc::clone(self.scene.device());
+        Self::over(device, self.groups.clone(), world, self.options)
+    }
+
+    /// Builds what is not in `groups`, and the scene above them.
+    fn over(
+        device: Arc<Device>,
+        mut groups: Vec<Option<Arc<CommittedScene>>>,
+        world: Arc<World>,
+        options: AccelOptions,
+    ) -> Result<Self> {
         let mut scene = Scene::new(Arc::clone(&device), options)?;
         // SAFETY: the shapes are immutable behind their `Arc`, which outlives the scene in `Self`.
         unsafe { attach_shapes(&mut scene, world.geometries()) };
         // SAFETY: as above.
-        unsafe { attach_instances(&mut scene, &device, options, &world)? };
+        unsafe { attach_instances(&mut scene, &device, options, &world, &mut groups)? };
         let widths = PacketWidth::ALL.iter().copied();
         Ok(Self {
             native_widths: widths.filter(|&w| device.is_native(w)).collect(),
             scene: scene.commit()?,
+            groups,
             first_instance: world.geometries().len() as u32,
             world,
-            precision: options.precision,
+            options,
         })
     }
 
@@ -131,7 +154,7 @@ impl EmbreeAccel {
     /// The hit that Embree has found on a ray, or the first one after it that passes the check, if this one does not.
     #[inline]
     fn confirm(&self, ray: &Ray, time: f32, mut hit: Hit) -> Option<Hit> {
-        if self.precision == Precision::Fast {
+        if self.options.precision == Precision::Fast {
             return Some(hit);
         }
         let mut ray = *ray;
@@ -231,7 +254,8 @@ unsafe fn attach_shapes(scene: &mut Scene, shapes: &[Geometry]) {
     }
 }
 
-/// Attaches all instances, under the ids after those of the shapes in the world. Groups that none is of are not built.
+/// Attaches all instances, under the ids after those of the shapes in the world. Groups are built that are not there yet and
+/// that one is of.
 ///
 /// # Errors
 /// Embree's own words.
@@ -243,8 +267,8 @@ unsafe fn attach_instances(
     device: &Arc<Device>,
     options: AccelOptions,
     world: &World,
+    groups: &mut [Option<Arc<CommittedScene>>],
 ) -> Result<()> {
-    let mut groups: Vec<Option<Arc<CommittedScene>>> = vec![None; world.groups().len()];
     let first = world.geometries().len() as u32;
     for (id, instance) in (first..).zip(world.instances()) {
         let group = match &mut groups[instance.group] {

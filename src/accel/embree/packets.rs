@@ -62,7 +62,7 @@ impl EmbreeAccel {
             for lane in 0..N.min(rays.len() - start) {
                 let index = start + lane;
                 let mut hit = self.hit_of_lane(&packet, lane);
-                if self.precision == Precision::Robust {
+                if self.options.precision == Precision::Robust {
                     let (ray, time) = rays.get(index);
                     hit = hit.and_then(|hit| self.confirm(&ray, time, hit));
                 }

@@ -35,7 +35,9 @@ use trace_ray::{TraceRay, WatertightRay};
 pub struct ObvhsAccel {
     world: Arc<World>,
     root: Level,
-    groups: Vec<Group>,
+    /// Shared by structures over worlds of the same groups.
+    groups: Arc<[Group]>,
+    options: AccelOptions,
     precision: Precision,
 }
 
@@ -57,21 +59,33 @@ impl ObvhsAccel {
 
     /// Builds the trees on rayon's current threads.
     fn build_here(world: Arc<World>, options: AccelOptions) -> Self {
-        let tree_options = TreeOptions {
-            layout: match options.backend {
-                Backend::ObvhsCwbvh => Layout::Wide,
-                _ => Layout::Binary,
-            },
-            quality: options.quality,
-        };
+        let tree_options = tree_options(options);
+        let groups = world.groups().iter();
+        let groups = groups.map(|g| Group::new(g, tree_options)).collect();
+        Self::over(groups, world, options)
+    }
+
+    /// The same over a world that shares its shapes with this one's. The trees of groups are kept.
+    ///
+    /// # Errors
+    /// If the system gives no threads.
+    pub fn with_instances_of(&self, world: Arc<World>) -> Result<Self> {
+        let groups = Arc::clone(&self.groups);
+        on_threads(self.options.threads, || {
+            Self::over(groups, world, self.options)
+        })
+    }
+
+    /// Builds the tree above the groups.
+    fn over(groups: Arc<[Group]>, world: Arc<World>, options: AccelOptions) -> Self {
         let numbers = 0..world.instances().len();
         let instances = numbers.map(|i| (i as u32, world.instance_bounds(i)));
         let occupied: Vec<_> = instances.filter(|(_, b)| !b.is_empty()).collect();
-        let groups = world.groups().iter();
         Self {
-            root: Level::new(world.geometries(), &occupied, tree_options),
-            groups: groups.map(|g| Group::new(g, tree_options)).collect(),
+            root: Level::new(world.geometries(), &occupied, tree_options(options)),
+            groups,
             world,
+            options,
             precision: options.precision,
         }
     }
@@ -182,6 +196,16 @@ impl Group {
             level: Level::within(&bounds, shapes, options),
             bounds,
         }
+    }
+}
+
+fn tree_options(options: AccelOptions) -> TreeOptions {
+    TreeOptions {
+        layout: match options.backend {
+            Backend::ObvhsCwbvh => Layout::Wide,
+            _ => Layout::Binary,
+        },
+        quality: options.quality,
     }
 }
 

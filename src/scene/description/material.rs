@@ -112,3 +112,18 @@ pub enum MaterialModel {
         transmission: f32,
     },
 }
+
+impl MaterialModel {
+    /// Whether light passes through, so that both sides scatter.
+    pub fn transmits(&self) -> bool {
+        match self {
+            Self::Dielectric { .. } => true,
+            Self::Principled {
+                metallic,
+                transmission,
+                ..
+            } => (1.0 - metallic) * transmission > 0.0,
+            _ => false,
+        }
+    }
+}

@@ -7,10 +7,11 @@
 mod light;
 mod material;
 
-use crate::error::Error;
+use crate::error::{Error, Result};
 pub use crate::film::filter::{FilterDescription, FilterKind};
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
+use crate::math::transform::look_at;
 use crate::math::vec::{DAffine3, DVec2, DVec3};
 pub use light::{LightDescription, LightModel};
 pub use material::{MaterialDescription, MaterialModel, NormalMapDescription};
@@ -81,7 +82,11 @@ pub struct Place {
 impl Place {
     /// An error about what was written there.
     pub fn error(&self, message: impl Into<String>) -> Error {
-        let error = Error::scene(message).in_file(&self.file);
+        let mut error = Error::scene(message);
+        // What was made in code stands in no file.
+        if !self.file.as_os_str().is_empty() {
+            error = error.in_file(&self.file);
+        }
         match self.line {
             Some(line) => error.at_line(line),
             None => error,
@@ -129,6 +134,23 @@ impl CameraDescription {
             shutter: [0.0; 2],
             place: Place::default(),
         }
+    }
+
+    /// A pinhole at `eye` that looks at `target`, in focus there should it get a lens, with `up` above.
+    ///
+    /// # Errors
+    /// If eye and target are the same point, or `up` is along the line between them.
+    pub fn look_at(eye: DVec3, target: DVec3, up: DVec3, fov: f64) -> Result<Self> {
+        let Some(to_world) = look_at(eye, target, up) else {
+            return Err(Error::scene(
+                "eye and target are the same point, or up is along the line between them",
+            )
+            .in_field("camera"));
+        };
+        Ok(Self {
+            focus_distance: eye.distance(target),
+            ..Self::pinhole(to_world, fov)
+        })
     }
 }
 
@@ -204,6 +226,12 @@ impl ColourDescription {
     /// Whether it is black everywhere.
     pub fn is_black(&self) -> bool {
         self.constant().is_some_and(|colour| colour.is_black())
+    }
+}
+
+impl From<Rgb> for ColourDescription {
+    fn from(colour: Rgb) -> Self {
+        Self::Constant(colour)
     }
 }
 

@@ -6,9 +6,10 @@
 
 use super::motion::{keys, shutter};
 use super::reader::{Table, Value};
-use super::transform::{is_rotation, transform};
+use super::transform::transform;
 use crate::error::Result;
-use crate::math::vec::{DAffine3, DMat3, DVec3};
+use crate::math::transform::{is_rotation, look_at};
+use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{CameraDescription, Key};
 
 /// Reads `[camera]`.
@@ -94,23 +95,6 @@ fn placement(table: &Table<'_>) -> Result<(DAffine3, f64)> {
             Ok((placed, eye.distance(towards)))
         }
     }
-}
-
-/// A camera at `eye` that looks at `target`; `None` where that leaves a direction open.
-fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
-    Some(DAffine3 {
-        matrix3: orientation(eye - target, up)?,
-        translation: eye,
-    })
-}
-
-/// The axes of a camera that looks against `back`; `None` where that leaves a direction open.
-pub fn orientation(back: DVec3, up: DVec3) -> Option<DMat3> {
-    let back = back.try_normalize()?;
-    let right = up.try_normalize()?.cross(back);
-    // Nearly parallel vectors leave a direction that is mostly rounding.
-    let right = (right.length() > 1e-9).then(|| right.normalize())?;
-    Some(DMat3::from_cols(right, back.cross(right), back))
 }
 
 /// A camera's transform: it may not stretch.

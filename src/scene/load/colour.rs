@@ -57,7 +57,7 @@ impl Textures {
         scale: f32,
     ) -> Result<Texture> {
         let texture = self.read(path, space, scale)?;
-        if brightest(&texture).max_channel() > 1.0 {
+        if texture.brightest().max_channel() > 1.0 {
             let why = "expected a reflectance, but the texture has values above 1";
             return Err(Error::scene(why).in_file(path));
         }
@@ -131,7 +131,7 @@ fn colour_or_data(
         }
     };
     table.finish()?;
-    if bound == Bound::Reflectance && brightest(&texture).max_channel() > 1.0 {
+    if bound == Bound::Reflectance && texture.brightest().max_channel() > 1.0 {
         return Err(value.error(
             "expected a value from 0 to 1 in every channel, but the texture has values above 1",
         ));
@@ -190,7 +190,7 @@ fn hexadecimal(text: &str) -> Option<Rgb> {
 pub fn most(colour: &ColourDescription) -> Rgb {
     match colour {
         ColourDescription::Constant(colour) => *colour,
-        ColourDescription::Texture(texture) => brightest(texture),
+        ColourDescription::Texture(texture) => texture.brightest(),
     }
 }
 
@@ -214,18 +214,4 @@ fn no_colour(texture: &Texture) -> Option<String> {
         format!("times {scale}, that is too large for single precision")
     };
     Some(format!("pixel ({x}, {y}) is {texel:?}: {expected}"))
-}
-
-fn brightest(texture: &Texture) -> Rgb {
-    let larger = |a: Rgb, b: Rgb| {
-        let (a, b) = (a.to_array(), b.to_array());
-        Rgb::from([0, 1, 2].map(|i| a[i].max(b[i])))
-    };
-    match texture {
-        Texture::Image { image, scale } => {
-            let texels = image.pixels().iter();
-            *scale * texels.copied().fold(Rgb::BLACK, larger)
-        }
-        Texture::Checker { colours, .. } => larger(colours[0], colours[1]),
-    }
 }

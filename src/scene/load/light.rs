@@ -6,10 +6,11 @@
 
 use super::colour::{Bound, Textures, colour, constant};
 use super::reader::{Table, Value};
-use super::transform::{is_rotation, transform};
+use super::transform::transform;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
+use crate::math::transform::is_rotation;
 use crate::math::vec::{DMat3, DVec3};
 use crate::scene::description::{ColourDescription, LightDescription, LightModel, Place};
 use std::path::Path;

@@ -64,7 +64,7 @@ pub fn material(
     }
     if let Some(two_sided) = table.optional("two_sided") {
         material.two_sided = two_sided.truth()?;
-        if !material.two_sided && transmits(&material.model) {
+        if !material.two_sided && material.model.transmits() {
             return Err(two_sided.error("what light passes through has two sides"));
         }
     }
@@ -123,19 +123,6 @@ fn model(table: &Table<'_>, folder: &Path, textures: &mut Textures) -> Result<Ma
             transmission: share(table, "transmission", 0.0)?,
         },
     })
-}
-
-/// Whether light passes through, so that both sides scatter.
-fn transmits(model: &MaterialModel) -> bool {
-    match model {
-        MaterialModel::Dielectric { .. } => true,
-        MaterialModel::Principled {
-            metallic,
-            transmission,
-            ..
-        } => (1.0 - metallic) * transmission > 0.0,
-        _ => false,
-    }
 }
 
 /// Makes sure that a Phong material reflects no more than arrives, wherever its brightest places meet.

@@ -4,12 +4,12 @@
 //! Range: any model with faces, up to a size of about 1e150.
 //! Source: none needed. Tested in `tests/loading/scene_files.rs`.
 
-use super::camera::orientation;
 use super::contents::Contents;
 use super::obj;
 use crate::error::{Error, Result};
 use crate::math::bounds::Bounds;
 use crate::math::rgb::Rgb;
+use crate::math::transform::orientation;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{
     CameraDescription, GeometryDescription, LightDescription, Place, SceneDescription,

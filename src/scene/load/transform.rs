@@ -6,6 +6,7 @@
 
 use super::reader::Value;
 use crate::error::Result;
+use crate::math::transform::is_invertible;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 
 /// Reads a transform. `object` names its owner in errors.
@@ -24,24 +25,6 @@ pub fn transform(value: &Value<'_>, object: &str) -> Result<DAffine3> {
             "the transform of {object} is singular: it flattens space"
         )))
     }
-}
-
-/// Whether a matrix keeps volume, whatever its scale: its determinant against the product of its axes' lengths.
-fn is_invertible(matrix: &DMat3) -> bool {
-    let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
-    let lengths: f64 = axes.iter().map(|axis| axis.length()).product();
-    lengths > 0.0 && matrix.determinant().abs() > 1e-12 * lengths
-}
-
-/// Whether a matrix only rotates.
-pub fn is_rotation(matrix: &DMat3) -> bool {
-    let error = *matrix * matrix.transpose() - DMat3::IDENTITY;
-    let largest = error
-        .to_cols_array()
-        .into_iter()
-        .map(f64::abs)
-        .fold(0.0, f64::max);
-    largest < 1e-6 && matrix.determinant() > 0.0
 }
 
 fn step(entry: &Value<'_>) -> Result<DAffine3> {

@@ -1,0 +1,74 @@
+//! What transforms do to space, and where cameras stand.
+//!
+//! Measure: any units of length.
+//! Range: any matrices; what has numbers that are not finite neither rotates nor keeps volume.
+//! Source: none needed. Tested below and in `tests/loading/scene_files.rs`.
+
+use super::vec::{DAffine3, DMat3, DVec3};
+
+/// Whether a matrix keeps volume, whatever its scale: its determinant against the product of its axes' lengths.
+pub fn is_invertible(matrix: &DMat3) -> bool {
+    let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
+    let lengths: f64 = axes.iter().map(|axis| axis.length()).product();
+    lengths > 0.0 && matrix.determinant().abs() > 1e-12 * lengths
+}
+
+/// Whether a matrix only rotates.
+pub fn is_rotation(matrix: &DMat3) -> bool {
+    let error = *matrix * matrix.transpose() - DMat3::IDENTITY;
+    let largest = error
+        .to_cols_array()
+        .into_iter()
+        .map(f64::abs)
+        .fold(0.0, f64::max);
+    largest < 1e-6 && matrix.determinant() > 0.0
+}
+
+/// A camera at `eye` that looks at `target`; `None` where that leaves a direction open.
+pub fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
+    Some(DAffine3 {
+        matrix3: orientation(eye - target, up)?,
+        translation: eye,
+    })
+}
+
+/// The axes of a camera that looks against `back`; `None` where that leaves a direction open.
+pub fn orientation(back: DVec3, up: DVec3) -> Option<DMat3> {
+    let back = back.try_normalize()?;
+    let right = up.try_normalize()?.cross(back);
+    // Nearly parallel vectors leave a direction that is mostly rounding.
+    let right = (right.length() > 1e-9).then(|| right.normalize())?;
+    Some(DMat3::from_cols(right, back.cross(right), back))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_flattens_space_or_is_no_number_is_told_from_what_turns_it() {
+        let turned = DMat3::from_rotation_y(0.3);
+        assert!(is_rotation(&turned) && is_invertible(&turned));
+        let tiny = 1e-9 * turned;
+        assert!(!is_rotation(&tiny) && is_invertible(&tiny));
+        let flat = DMat3::from_diagonal(DVec3::new(1.0, 0.0, 1.0));
+        assert!(!is_rotation(&flat) && !is_invertible(&flat));
+        let unknown = DMat3::from_diagonal(DVec3::new(1.0, f64::NAN, 1.0));
+        assert!(!is_rotation(&unknown) && !is_invertible(&unknown));
+        let mirrored = DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0));
+        assert!(!is_rotation(&mirrored) && is_invertible(&mirrored));
+    }
+
+    #[test]
+    fn a_camera_looks_against_its_z_with_up_above() {
+        let placed = look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, DVec3::Y);
+        let expected = DAffine3::from_translation(DVec3::new(0.0, 0.0, 5.0));
+        assert!(
+            placed
+                .expect("it has a direction")
+                .abs_diff_eq(expected, 1e-12)
+        );
+        assert!(look_at(DVec3::ONE, DVec3::ONE, DVec3::Y).is_none());
+        assert!(look_at(DVec3::Y, DVec3::ZERO, DVec3::Y).is_none());
+    }
+}

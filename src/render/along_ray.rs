@@ -1,0 +1,107 @@
+//! Radiance along rays of somebody's own, estimated as for a camera's.
+//!
+//! Measure: rays in normalised units; radiance.
+//! Range: any rays and samples; samples that are not finite are counted and left out of the sums.
+//! Source: none needed. Tested in `tests/rendering/session.rs`.
+
+use super::dispatch::{self, Dispatched};
+use super::settings::RenderSettings;
+use crate::effects::Effects;
+use crate::film::bars::PixelBars;
+use crate::film::pixel::PixelSums;
+use crate::integrator::observer::Unobserved;
+use crate::integrator::{CameraRay, Integrator, RayCounts};
+use crate::math::rgb::Rgb;
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use rayon::prelude::*;
+
+/// The radiance along one ray.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AlongRay {
+    /// The mean of the samples.
+    pub mean: Rgb,
+    /// Its standard error in each channel, where the settings keep error bars.
+    pub standard_error: Option<Rgb>,
+    /// Samples that were not finite.
+    pub rejected: u64,
+}
+
+/// Estimates the radiance along each ray by `spp` samples, on rayon's current threads. The random numbers of the ray with index
+/// i are those of the pixel i of a single row. With error bars, `spp` has to be whole rounds of batches.
+pub fn along_rays(
+    scene: &Scene,
+    settings: &RenderSettings,
+    rays: &[CameraRay],
+    spp: u64,
+) -> Vec<AlongRay> {
+    let job = Job {
+        scene,
+        settings,
+        rays,
+        spp,
+    };
+    dispatch::dispatch(scene, settings, job)
+}
+
+struct Job<'a> {
+    scene: &'a Scene,
+    settings: &'a RenderSettings,
+    rays: &'a [CameraRay],
+    spp: u64,
+}
+
+impl Dispatched for Job<'_> {
+    type Output = Vec<AlongRay>;
+
+    fn run<E: Effects, S: Sampler, I: Integrator>(
+        self,
+        integrator: I,
+        sampler: S,
+    ) -> Vec<AlongRay> {
+        let rays = self.rays.par_iter().enumerate();
+        let one = |(index, ray)| self.one::<E, S, I>(index as u32, ray, integrator, &sampler);
+        rays.map(one).collect()
+    }
+}
+
+impl Job<'_> {
+    fn one<E: Effects, S: Sampler, I: Integrator>(
+        &self,
+        index: u32,
+        ray: &CameraRay,
+        integrator: I,
+        sampler: &S,
+    ) -> AlongRay {
+        let found = self.scene.accel.intersect(&ray.ray, ray.time, None);
+        let mut sampler = sampler.clone();
+        let mut sums = PixelSums::default();
+        let mut bars = self.settings.has_bars().then(PixelBars::default);
+        let mut rejected = 0;
+        for sample in 0..self.spp {
+            sampler.start([index, 0], sample);
+            let value = integrator.radiance::<E, S, _>(
+                self.scene,
+                &mut sampler,
+                ray,
+                found,
+                &mut RayCounts::default(),
+                &mut Unobserved,
+            );
+            if !value.is_finite() {
+                rejected += 1;
+                continue;
+            }
+            sums.add(value);
+            if let Some(bars) = &mut bars {
+                bars.add(sample, value);
+            }
+        }
+        let single = |channels: [f64; 3]| Rgb::from(channels.map(|x| x as f32));
+        AlongRay {
+            mean: single(sums.mean(self.spp)),
+            standard_error: bars.map(|bars| single(bars.variance_of_mean(self.spp).map(f64::sqrt))),
+            rejected,
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! The layers of a picture: how wrong each pixel is, and what is seen first in it.
+//!
+//! Measure: `se` is the standard error of R, G and B, and of the layers that follow; `spp` the samples; `flag` 1 where the
+//! standard error is not to be trusted; `half` the picture from one half of the samples, which `etendue denoise` holds
+//! against the other; `albedo`, `normal` and `depth` as in `render/first_hit.rs`.
+//! Range: renders with error bars.
+//! Source: the channels of docs/accuracy.md. Tested in `tests/command/layers.rs` and `tests/rendering/session.rs`.
+
+use crate::error::{Error, Result};
+use crate::image::{Image, Layer};
+use crate::render::first_hit::{FirstHit, first_hits};
+use crate::render::settings::RenderSettings;
+use crate::render::{Rendered, View};
+
+/// Samples that the first hits are averaged over: they have little noise, and are traced beside the picture. Of a long
+/// render they take a few hundredths of the time, and of a short one enough to guide the noise filter.
+fn samples_of_first_hits(spp: u64) -> u64 {
+    (spp / 16).clamp(16, 64).min(spp).max(1)
+}
+
+/// All layers of a render, by rayon's current threads.
+///
+/// # Errors
+/// A usage error for a render without error bars.
+pub fn layers(
+    view: &View<'_>,
+    settings: &RenderSettings,
+    rendered: &Rendered,
+) -> Result<Vec<Layer>> {
+    let film = &rendered.film;
+    let bars = (film.standard_errors(), film.develop_half(), film.flags());
+    let (Some(errors), Some(half), Some(flags)) = bars else {
+        return Err(Error::usage(
+            "only a render that was asked for layers keeps what they are made of",
+        ));
+    };
+    let spp = samples_of_first_hits(rendered.spp);
+    let first = first_hits(view.scene, view.filter, settings, spp);
+    let of_first = |name: &str, get: &dyn Fn(&FirstHit) -> f32| Layer {
+        name: name.to_owned(),
+        samples: first.iter().map(get).collect(),
+    };
+    let mut layers = vec![
+        of_first("albedo.R", &|hit| hit.albedo.to_array()[0]),
+        of_first("albedo.G", &|hit| hit.albedo.to_array()[1]),
+        of_first("albedo.B", &|hit| hit.albedo.to_array()[2]),
+        of_first("normal.X", &|hit| hit.normal.x),
+        of_first("normal.Y", &|hit| hit.normal.y),
+        of_first("normal.Z", &|hit| hit.normal.z),
+        of_first("depth.Z", &|hit| hit.distance),
+        of_first("se.albedo", &|hit| hit.standard_errors.albedo),
+        of_first("se.normal", &|hit| hit.standard_errors.normal),
+        of_first("se.depth", &|hit| hit.standard_errors.distance),
+    ];
+    layers.extend(channels("se", &errors));
+    layers.extend(channels("half", &half));
+    layers.push(Layer {
+        name: "flag.Y".to_owned(),
+        samples: flags
+            .into_iter()
+            .map(|is| if is { 1.0 } else { 0.0 })
+            .collect(),
+    });
+    layers.push(Layer {
+        name: "spp.Y".to_owned(),
+        samples: film.sample_counts().iter().map(|&n| n as f32).collect(),
+    });
+    Ok(layers)
+}
+
+/// The channels of a picture, as layers of this name.
+pub fn channels(name: &str, image: &Image) -> impl Iterator<Item = Layer> {
+    ["R", "G", "B"]
+        .into_iter()
+        .enumerate()
+        .map(move |(c, channel)| Layer {
+            name: format!("{name}.{channel}"),
+            samples: image.pixels().iter().map(|it| it.to_array()[c]).collect(),
+        })
+}

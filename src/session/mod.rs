@@ -1,0 +1,272 @@
+//! A scene to ask things of, over and over: pictures, further samples of them, what rays meet; after a change of the camera
+//! or of where things stand, too, without building anew what has not changed. What the command does, others do by it.
+//!
+//! ```
+//! use etendue::math::rgb::Rgb;
+//! use etendue::math::vec::DVec3;
+//! use etendue::render::Unwatched;
+//! use etendue::render::wishes::Wishes;
+//! use etendue::scene::description::{
+//!     CameraDescription, GeometryDescription, LightDescription, MaterialDescription,
+//!     MaterialModel, Place, SceneDescription, ShapeDescription,
+//! };
+//! use etendue::session::{Session, tracing};
+//!
+//! # fn main() -> etendue::Result<()> {
+//! let eye = DVec3::new(0.0, 1.0, 4.0);
+//! let camera = CameraDescription::look_at(eye, DVec3::ZERO, DVec3::Y, 40.0_f64.to_radians())?;
+//! let mut scene = SceneDescription::new("ball", camera);
+//! scene.film.size = (32, 24);
+//! let reflectance = Rgb::grey(0.7).into();
+//! let white = MaterialModel::Diffuse { reflectance };
+//! scene.add_material(MaterialDescription::new("white", Place::default(), white))?;
+//! let ball = GeometryDescription::Sphere { center: DVec3::ZERO, radius: 1.0 };
+//! scene.add_shape(ShapeDescription::new("ball", Place::default(), ball))?;
+//! scene.add_light(LightDescription::sky(Place::default(), Rgb::WHITE))?;
+//!
+//! let session = Session::new(scene, tracing())?;
+//! let mut rendering = session.render(&Wishes::samples(4), &Unwatched)?;
+//! rendering.add_samples(&session, 4, &Unwatched)?;
+//! assert_eq!(rendering.spp(), 8);
+//! // A white sky lights the ball evenly, and is seen beside it.
+//! let middle = rendering.image().get(16, 12).to_array()[1];
+//! assert!((middle - 0.7).abs() < 0.05);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Measure: world units, samples per pixel, seconds.
+//! Range: valid scenes, which `Session::new` makes sure of. A session may be used from any number of threads at once, except
+//! to change it.
+//! Source: none needed. Tested in `tests/rendering/session.rs`.
+
+pub mod layers;
+mod queries;
+mod rendering;
+
+pub use queries::{Met, QueryRay};
+pub use rendering::Rendering;
+
+use crate::accel::{AccelOptions, Backend, Precision, Quality};
+use crate::error::{Error, Result};
+use crate::film::filter::Filter;
+use crate::math::vec::DAffine3;
+use crate::render::settings::available_threads;
+use crate::render::wishes::Wishes;
+use crate::render::{RenderObserver, Threads, View};
+use crate::scene::description::{CameraDescription, FilmDescription, SceneDescription};
+use crate::scene::prepare::{Prepared, prepare};
+use crate::scene::{Scene, check, load};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How rays are traced where nobody says: by the preferred backend of this build, robustly, on all threads.
+pub fn tracing() -> AccelOptions {
+    AccelOptions {
+        backend: Backend::ALL[0],
+        precision: Precision::default(),
+        quality: Quality::default(),
+        threads: available_threads(),
+    }
+}
+
+/// A scene that is ready, with threads that wait for work.
+#[derive(Debug)]
+pub struct Session {
+    description: SceneDescription,
+    options: AccelOptions,
+    scene: Scene,
+    notes: Vec<String>,
+    filter: Filter,
+    threads: Threads,
+    work: Work,
+    /// Replaced by another one with each change: a rendering knows by it whether it can go on.
+    state: Arc<State>,
+}
+
+/// What tells one state of a session from another: where it lies in memory, which needs a size.
+#[derive(Debug, Default)]
+struct State(#[allow(dead_code)] u8);
+
+/// What a session has done to be ready.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct Work {
+    /// How often everything was made ready, and all acceleration structures were built.
+    pub builds: u64,
+    /// How often groups were placed anew, and nothing was built but the structure above them.
+    pub placements: u64,
+    /// How often the camera was replaced, and nothing was built.
+    pub cameras: u64,
+    /// What the last of them took.
+    pub last: Duration,
+}
+
+impl Session {
+    /// Makes a scene ready.
+    ///
+    /// # Errors
+    /// What is wrong with the scene, and what the backend says.
+    pub fn new(description: SceneDescription, options: AccelOptions) -> Result<Self> {
+        check::scene(&description)?;
+        Self::of_valid(description, options)
+    }
+
+    /// Loads a scene, a `.toml` file or a bare `.obj` model, and makes it ready.
+    ///
+    /// # Errors
+    /// What is wrong with the file, with one that it names or with the scene, and what the backend says.
+    pub fn load(file: &Path, options: AccelOptions) -> Result<Self> {
+        Self::of_valid(load::load(file)?, options)
+    }
+
+    fn of_valid(description: SceneDescription, options: AccelOptions) -> Result<Self> {
+        let start = Instant::now();
+        let threads = Threads::new(options.threads)?;
+        let Prepared { scene, notes, .. } = prepare(&description, options)?;
+        Ok(Self {
+            filter: Filter::new(&description.film.filter),
+            description,
+            options,
+            scene,
+            notes,
+            threads,
+            work: Work {
+                builds: 1,
+                last: start.elapsed(),
+                ..Work::default()
+            },
+            state: Arc::default(),
+        })
+    }
+
+    /// The scene as it was written, with the changes since.
+    pub fn description(&self) -> &SceneDescription {
+        &self.description
+    }
+
+    /// The scene as it is rendered.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// What was decided or repaired, for the user to know: one sentence each.
+    pub fn notes(&self) -> impl Iterator<Item = &str> {
+        let all = self.description.notes.iter().chain(&self.notes);
+        all.map(String::as_str)
+    }
+
+    /// What was done so far to be ready.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+
+    /// Begins a render, without a sample yet. Its threads are the session's.
+    ///
+    /// # Errors
+    /// Wishes that are out of their range, and a picture that there is no memory for.
+    pub fn start(&self, wishes: &Wishes) -> Result<Rendering> {
+        Rendering::new(self, wishes)
+    }
+
+    /// Renders as wished.
+    ///
+    /// # Errors
+    /// As [`Self::start`], and a kernel that lacks an effect of the scene.
+    pub fn render(&self, wishes: &Wishes, observer: &dyn RenderObserver) -> Result<Rendering> {
+        let mut rendering = self.start(wishes)?;
+        let until = rendering.settings().budget;
+        rendering.go_on(self, until, observer)?;
+        Ok(rendering)
+    }
+
+    /// Looks from somewhere else. Nothing is built, unless another shutter makes something move, or move otherwise.
+    ///
+    /// # Errors
+    /// A camera that is not valid: then nothing changes.
+    pub fn set_camera(&mut self, camera: CameraDescription) -> Result<()> {
+        check::camera(&camera)?;
+        let mut description = self.description.clone();
+        let same_shutter = camera.shutter == description.camera.shutter;
+        description.camera = camera;
+        if !same_shutter && moves(&description) {
+            return self.rebuild(description);
+        }
+        self.replace_camera(description);
+        Ok(())
+    }
+
+    /// Makes pictures of another size, or by another filter. Nothing is built.
+    ///
+    /// # Errors
+    /// A film that is not valid: then nothing changes.
+    pub fn set_film(&mut self, film: FilmDescription) -> Result<()> {
+        check::film(&film)?;
+        let mut description = self.description.clone();
+        description.film = film;
+        self.replace_camera(description);
+        Ok(())
+    }
+
+    /// Places instances anew, given by their indices in the description. What groups consist of is not built again, only the
+    /// structure above them: instances, and shapes that stand in the world itself.
+    ///
+    /// # Errors
+    /// An index that there is not, or a transform that flattens space: then nothing changes.
+    pub fn set_transforms(&mut self, transforms: &[(usize, DAffine3)]) -> Result<()> {
+        let start = Instant::now();
+        let mut description = self.description.clone();
+        let count = description.instances.len();
+        for &(index, transform) in transforms {
+            let Some(instance) = description.instances.get_mut(index) else {
+                let message = format!("there is no instance {index}: there are {count}");
+                return Err(Error::usage(message));
+            };
+            instance.transform = transform;
+            check::instance(&description.instances[index], &description)?;
+        }
+        self.notes = self.scene.place_again(&description)?;
+        self.work.placements += 1;
+        self.changed(description, start);
+        Ok(())
+    }
+
+    fn replace_camera(&mut self, description: SceneDescription) {
+        let start = Instant::now();
+        self.scene.look_from(&description);
+        self.filter = Filter::new(&description.film.filter);
+        self.work.cameras += 1;
+        self.changed(description, start);
+    }
+
+    fn rebuild(&mut self, description: SceneDescription) -> Result<()> {
+        let start = Instant::now();
+        let Prepared { scene, notes, .. } = prepare(&description, self.options)?;
+        (self.scene, self.notes) = (scene, notes);
+        self.work.builds += 1;
+        self.changed(description, start);
+        Ok(())
+    }
+
+    fn changed(&mut self, description: SceneDescription, start: Instant) {
+        self.description = description;
+        self.work.last = start.elapsed();
+        self.state = Arc::default();
+    }
+
+    fn view(&self) -> View<'_> {
+        View {
+            scene: &self.scene,
+            filter: &self.filter,
+            size: self.description.film.size,
+        }
+    }
+}
+
+/// Whether anything but the camera moves.
+fn moves(description: &SceneDescription) -> bool {
+    let of_shapes = description.shapes.iter().map(|shape| &shape.motion);
+    let of_instances = description.instances.iter().map(|it| &it.motion);
+    of_shapes.chain(of_instances).any(|keys| !keys.is_empty())
+}

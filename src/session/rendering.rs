@@ -1,0 +1,154 @@
+//! A render of a session's scene as far as it has come, and what can be read off it.
+//!
+//! Measure: radiance, samples per pixel.
+//! Range: a rendering goes on as long as its session has not changed; what is there can be read at any time.
+//! Source: none needed. Tested in `tests/rendering/session.rs`.
+
+use super::{Session, State, layers};
+use crate::error::{Error, ErrorKind, Result};
+use crate::film::bars::PixelBars;
+use crate::film::pixel::PixelSums;
+use crate::film::{ErrorEstimate, Film};
+use crate::image::{Image, LayeredImage};
+use crate::render::adaptive::Adaptive;
+use crate::render::settings::{Budget, RenderSettings};
+use crate::render::wishes::Wishes;
+use crate::render::{RenderObserver, Rendered, check_kernel, resume};
+use std::sync::Arc;
+
+/// A render as far as it has come.
+#[derive(Debug, Clone)]
+pub struct Rendering {
+    settings: RenderSettings,
+    rendered: Rendered,
+    state: Arc<State>,
+}
+
+impl Rendering {
+    pub(super) fn new(session: &Session, wishes: &Wishes) -> Result<Self> {
+        let mut settings = wishes.settings(&session.description)?;
+        settings.threads = session.threads.count();
+        check_kernel(&session.scene, &settings)?;
+        check_room(&settings)?;
+        Ok(Self {
+            rendered: Rendered::nothing(&settings),
+            settings,
+            state: Arc::clone(&session.state),
+        })
+    }
+
+    /// Goes on until `until` is met; samples per pixel count from the first, time from now.
+    ///
+    /// # Errors
+    /// A session that has changed since this began, or is another one; an adaptive render that has begun; an error to reach
+    /// without the error bars that only renders have which were asked for layers or an error. What was rendered stays.
+    pub fn go_on(
+        &mut self,
+        session: &Session,
+        until: Budget,
+        observer: &dyn RenderObserver,
+    ) -> Result<()> {
+        self.check_session(session)?;
+        resume(
+            &session.view(),
+            &session.threads,
+            &self.settings,
+            until,
+            &mut self.rendered,
+            observer,
+        )
+    }
+
+    /// Takes so many more samples in each pixel.
+    ///
+    /// # Errors
+    /// As [`Self::go_on`].
+    pub fn add_samples(
+        &mut self,
+        session: &Session,
+        spp: u64,
+        observer: &dyn RenderObserver,
+    ) -> Result<()> {
+        let until = Budget::samples(self.spp().saturating_add(spp));
+        self.go_on(session, until, observer)
+    }
+
+    /// The settings that the wishes have become.
+    pub fn settings(&self) -> &RenderSettings {
+        &self.settings
+    }
+
+    /// All that was counted.
+    pub fn rendered(&self) -> &Rendered {
+        &self.rendered
+    }
+
+    /// The sums that the picture is made of.
+    pub fn film(&self) -> &Film {
+        &self.rendered.film
+    }
+
+    /// Complete samples per pixel, in the mean where pixels differ.
+    pub fn spp(&self) -> u64 {
+        self.rendered.spp
+    }
+
+    /// The picture: linear Rec. 709, row by row from the top. Pixels without a sample are black.
+    pub fn image(&self) -> Image {
+        self.rendered.film.develop()
+    }
+
+    /// The standard error of each pixel; `None` without error bars.
+    pub fn standard_errors(&self) -> Option<Image> {
+        self.rendered.film.standard_errors()
+    }
+
+    /// How far the picture is likely to be from the truth, with an upper bound of this confidence, in (0, 1); `None` before
+    /// that can be told.
+    pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
+        self.rendered.film.error(confidence)
+    }
+
+    /// The picture with all its layers.
+    ///
+    /// # Errors
+    /// A session that has changed since or is another one, or a render that was not asked for layers.
+    pub fn layered(&self, session: &Session) -> Result<LayeredImage> {
+        self.check_session(session)?;
+        let view = session.view();
+        let layers = || layers::layers(&view, &self.settings, &self.rendered);
+        let layers = session.threads.run(layers)?;
+        Ok(LayeredImage {
+            layers,
+            ..LayeredImage::from(self.image())
+        })
+    }
+
+    fn check_session(&self, session: &Session) -> Result<()> {
+        if Arc::ptr_eq(&self.state, &session.state) {
+            return Ok(());
+        }
+        Err(Error::usage(
+            "the scene has changed since this render began, or is another one: begin a new render",
+        ))
+    }
+}
+
+/// Whether there is memory for the sums of all pixels. A system that promises more memory than it has is not found out.
+fn check_room(settings: &RenderSettings) -> Result<()> {
+    let has_counts = settings.adaptive != Adaptive::Off;
+    let of_pixel = size_of::<PixelSums>()
+        + usize::from(settings.has_bars()) * size_of::<PixelBars>()
+        + usize::from(has_counts) * size_of::<u64>();
+    let pixels = usize::try_from(settings.window.pixel_count()).ok();
+    let bytes = pixels.and_then(|pixels| pixels.checked_mul(of_pixel));
+    let has_room = |bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok();
+    if bytes.is_some_and(has_room) {
+        return Ok(());
+    }
+    let message = format!(
+        "there is no memory for a picture of {} x {} pixels",
+        settings.window.width, settings.window.height
+    );
+    Err(Error::new(ErrorKind::Memory, message))
+}

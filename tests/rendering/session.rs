@@ -1,0 +1,324 @@
+//! A session renders, goes on, answers rays, and builds nothing anew that has not changed.
+
+use crate::common::scene_folder::{SMALL, load_text};
+use etendue::ErrorKind;
+use etendue::accel::{AccelOptions, Backend};
+use etendue::image::Image;
+use etendue::integrator::Roulette;
+use etendue::integrator::kind::IntegratorKind;
+use etendue::math::rgb::Rgb;
+use etendue::math::vec::{DAffine3, DVec3};
+use etendue::render::settings::{Budget, RenderSettings};
+use etendue::render::wishes::Wishes;
+use etendue::render::{Unwatched, render};
+use etendue::scene::description::{
+    CameraDescription, FilmDescription, GeometryDescription, InstanceDescription, LightDescription,
+    MaterialDescription, MaterialModel, Place, SceneDescription, ShapeDescription,
+};
+use etendue::session::{QueryRay, Rendering, Session, tracing};
+use std::sync::Arc;
+
+const fn can_be_shared<T: Send + Sync>() {}
+const _: () = can_be_shared::<Session>();
+const _: () = can_be_shared::<Rendering>();
+
+fn traced_by(backend: Backend) -> AccelOptions {
+    AccelOptions {
+        backend,
+        threads: 2,
+        ..tracing()
+    }
+}
+
+fn session(description: SceneDescription, backend: Backend) -> Session {
+    Session::new(description, traced_by(backend)).expect("a valid scene")
+}
+
+fn picture(session: &Session, spp: u64) -> Image {
+    let rendering = session.render(&Wishes::samples(spp), &Unwatched);
+    rendering.expect("valid wishes").image()
+}
+
+fn sphere(center: DVec3, radius: f64) -> GeometryDescription {
+    GeometryDescription::Sphere { center, radius }
+}
+
+fn shape(name: &str, geometry: GeometryDescription) -> ShapeDescription {
+    ShapeDescription::new(name, Place::default(), geometry)
+}
+
+/// A floor of many boxes, and a group of a stone and a lamp that stands aside of its middle.
+fn movable() -> SceneDescription {
+    let eye = DVec3::new(0.0, 4.0, 8.0);
+    let camera = CameraDescription::look_at(eye, DVec3::ZERO, DVec3::Y, 0.8).expect("a direction");
+    let mut scene = SceneDescription::new("movable", camera);
+    scene.film.size = (24, 16);
+    let reflectance = Rgb::grey(0.6).into();
+    let matte = MaterialModel::Diffuse { reflectance };
+    let matte = MaterialDescription::new("matte", Place::default(), matte);
+    scene.add_material(matte).expect("valid");
+    for x in -3..=3 {
+        let min = DVec3::new(f64::from(x), -1.0, -3.0);
+        let max = min + DVec3::new(0.9, 1.0, 6.0);
+        let block = shape("block", GeometryDescription::Box { min, max });
+        scene.add_shape(block).expect("valid");
+    }
+    let group = Some(scene.add_group("lantern"));
+    let stone = GeometryDescription::Box {
+        min: DVec3::new(-0.3, 0.0, -0.3),
+        max: DVec3::new(0.3, 0.5, 0.3),
+    };
+    scene
+        .add_shape(ShapeDescription {
+            group,
+            ..shape("stone", stone)
+        })
+        .expect("valid");
+    scene
+        .add_shape(ShapeDescription {
+            group,
+            emission: Some(Rgb::grey(20.0).into()),
+            ..shape("lamp", sphere(DVec3::new(0.0, 1.0, 0.0), 0.2))
+        })
+        .expect("valid");
+    scene
+        .add_instance(InstanceDescription {
+            name: "lantern".into(),
+            place: Place::default(),
+            of: 0,
+            group: None,
+            transform: DAffine3::from_translation(DVec3::new(1.5, 0.0, 0.0)),
+            motion: vec![],
+        })
+        .expect("valid");
+    scene
+}
+
+#[test]
+fn a_session_renders_what_a_render_of_its_scene_does() {
+    let description = load_text(SMALL);
+    let session = session(description.clone(), Backend::ALL[0]);
+    let settings = RenderSettings::new(description.film.size, 4);
+    let prepared = etendue::scene::prepare::prepare(&description, traced_by(Backend::ALL[0]));
+    let scene = prepared.expect("valid").scene;
+    let filter = etendue::film::filter::Filter::new(&description.film.filter);
+    let size = description.film.size;
+    let alone = render(&scene, &filter, size, &settings, &Unwatched).expect("valid");
+    assert_eq!(picture(&session, 4), alone.film.develop());
+}
+
+#[test]
+fn another_camera_builds_nothing_and_shows_what_it_should() {
+    for &backend in Backend::ALL {
+        let mut changed = session(movable(), backend);
+        let world = Arc::clone(&changed.scene().world);
+        let mut moved = movable();
+        let eye = DVec3::new(3.0, 2.0, 6.0);
+        let look = CameraDescription::look_at(eye, DVec3::ZERO, DVec3::Y, 0.5);
+        moved.camera = CameraDescription {
+            lens_radius: 0.1,
+            ..look.expect("a direction")
+        };
+        moved.film = FilmDescription {
+            size: (20, 20),
+            ..moved.film
+        };
+        changed.set_camera(moved.camera.clone()).expect("valid");
+        changed.set_film(moved.film.clone()).expect("valid");
+        let work = changed.work();
+        assert_eq!((work.builds, work.cameras, work.placements), (1, 2, 0));
+        assert!(Arc::ptr_eq(&world, &changed.scene().world));
+        assert_eq!(picture(&changed, 4), picture(&session(moved, backend), 4));
+    }
+}
+
+#[test]
+fn another_place_builds_no_group_and_shows_what_it_should() {
+    for &backend in Backend::ALL {
+        let mut changed = session(movable(), backend);
+        let before = picture(&changed, 4);
+        let shapes = changed.scene().world.groups().as_ptr();
+        let turned = DAffine3::from_translation(DVec3::new(2.0, 0.5, 1.0))
+            * DAffine3::from_rotation_y(0.4)
+            * DAffine3::from_scale(DVec3::splat(1.5));
+        changed.set_transforms(&[(0, turned)]).expect("valid");
+        let work = changed.work();
+        assert_eq!((work.builds, work.cameras, work.placements), (1, 0, 1));
+        assert_eq!(changed.scene().world.groups().as_ptr(), shapes);
+        let mut moved = movable();
+        moved.instances[0].transform = turned;
+        // Most of the scene is where it was, so that its frame is the same: then every bit is.
+        let after = picture(&changed, 4);
+        assert_ne!(after, before);
+        assert_eq!(after, picture(&session(moved, backend), 4), "{backend:?}");
+    }
+}
+
+#[test]
+fn a_change_that_is_refused_changes_nothing() {
+    let mut session = session(movable(), Backend::ALL[0]);
+    let before = picture(&session, 2);
+    let mut rendering = session.start(&Wishes::samples(2)).expect("valid");
+    let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
+    let far = DAffine3::from_translation(DVec3::splat(1e40));
+    let there = DAffine3::IDENTITY;
+    for transforms in [
+        vec![(0, flat)],
+        vec![(0, far)],
+        vec![(0, there), (1, there)],
+        vec![(0, DAffine3::from_scale(DVec3::NAN))],
+    ] {
+        session
+            .set_transforms(&transforms)
+            .expect_err("it cannot stand there");
+    }
+    let mut camera = session.description().camera.clone();
+    camera.fov = 4.0;
+    session.set_camera(camera).expect_err("too wide");
+    let mut film = session.description().film.clone();
+    film.size = (0, 5);
+    session.set_film(film).expect_err("empty");
+    assert_eq!(session.work().builds + session.work().placements, 1);
+    rendering
+        .go_on(&session, Budget::samples(2), &Unwatched)
+        .expect("the scene has not changed");
+    assert_eq!(rendering.image(), before);
+}
+
+#[test]
+fn a_rendering_goes_on_until_its_scene_changes() {
+    let mut here = session(movable(), Backend::ALL[0]);
+    let whole = picture(&here, 6);
+    let mut rendering = here
+        .render(&Wishes::samples(2), &Unwatched)
+        .expect("valid wishes");
+    rendering.add_samples(&here, 4, &Unwatched).expect("valid");
+    assert_eq!((rendering.spp(), rendering.image()), (6, whole.clone()));
+    let elsewhere = session(movable(), Backend::ALL[0]);
+    let camera = here.description().camera.clone();
+    here.set_camera(camera).expect("valid");
+    for changed in [&here, &elsewhere] {
+        let refused = rendering.add_samples(changed, 1, &Unwatched);
+        let refused = refused.expect_err("it is another scene");
+        assert_eq!(refused.kind(), ErrorKind::Usage);
+    }
+    assert_eq!(rendering.image(), whole);
+}
+
+#[test]
+fn layers_are_there_for_those_who_ask() {
+    let session = session(load_text(SMALL), Backend::ALL[0]);
+    let mut wishes = Wishes::samples(16);
+    let bare = session.render(&wishes, &Unwatched).expect("valid");
+    assert!(bare.standard_errors().is_none());
+    assert!(bare.layered(&session).is_err());
+    wishes.layers = true;
+    let layered = session.render(&wishes, &Unwatched).expect("valid");
+    let errors = layered.standard_errors().expect("they were asked for");
+    let picture = layered.layered(&session).expect("as above");
+    let red: Vec<f32> = errors.pixels().iter().map(|p| p.to_array()[0]).collect();
+    assert_eq!(picture.layer("se.R"), Some(red.as_slice()));
+    assert!(picture.layer("albedo.G").is_some());
+}
+
+#[test]
+fn a_picture_that_fits_in_no_memory_is_refused() {
+    let mut session = session(movable(), Backend::ALL[0]);
+    let film = FilmDescription {
+        size: (65536, 65536),
+        ..session.description().film.clone()
+    };
+    session.set_film(film).expect("a size");
+    let mut wishes = Wishes::samples(1);
+    wishes.layers = true;
+    // 4 billion pixels of half a kilobyte.
+    let error = session.start(&wishes).expect_err("2 terabytes");
+    assert_eq!(error.kind(), ErrorKind::Memory, "{error}");
+}
+
+#[test]
+fn rays_meet_what_is_there() {
+    let session = session(movable(), Backend::ALL[0]);
+    // From above onto the lamp: it ends at a height of 1.2.
+    let down = QueryRay::new(DVec3::new(1.5, 5.0, 0.0), DVec3::new(0.0, -7.0, 0.0));
+    let met = session.intersect(&down).expect("valid").expect("the lamp");
+    assert!((met.distance - 3.8).abs() < 1e-5, "{met:?}");
+    assert!((met.position - DVec3::new(1.5, 1.2, 0.0)).length() < 1e-5);
+    assert!((met.geometric_normal - DVec3::Y).length() < 1e-4);
+    assert_eq!(session.description().shapes[met.shape].name, "lamp");
+    assert!(session.occluded(&down).expect("valid"));
+    let short = QueryRay {
+        max_distance: 3.7,
+        ..down
+    };
+    assert!(!session.occluded(&short).expect("valid"));
+    assert_eq!(session.intersect(&short).expect("valid"), None);
+    let beyond = QueryRay {
+        min_distance: 3.9,
+        ..down
+    };
+    let met = session.intersect(&beyond).expect("valid").expect("inside");
+    assert!((met.distance - 4.2).abs() < 1e-5, "{met:?}");
+    let away = QueryRay::new(down.origin, DVec3::Y);
+    assert_eq!(session.intersect(&away).expect("valid"), None);
+    for wrong in [
+        QueryRay::new(DVec3::NAN, DVec3::Y),
+        QueryRay::new(DVec3::ZERO, DVec3::ZERO),
+        QueryRay { time: 1.5, ..down },
+        QueryRay {
+            max_distance: f64::NAN,
+            ..down
+        },
+    ] {
+        assert!(session.intersect(&wrong).is_err() && session.occluded(&wrong).is_err());
+        assert!(session.radiance(&Wishes::default(), &[wrong], 1).is_err());
+    }
+}
+
+#[test]
+fn radiance_along_rays_is_what_a_closed_form_says() {
+    let camera = CameraDescription::pinhole(DAffine3::IDENTITY, 1.0);
+    let mut scene = SceneDescription::new("ball", camera);
+    let reflectance = Rgb::new(0.7, 0.5, 0.2).into();
+    let matte = MaterialModel::Diffuse { reflectance };
+    let matte = MaterialDescription::new("matte", Place::default(), matte);
+    scene.add_material(matte).expect("valid");
+    let ball = shape("ball", sphere(DVec3::ZERO, 1.0));
+    scene.add_shape(ball).expect("valid");
+    let sky = LightDescription::sky(Place::default(), Rgb::grey(2.0));
+    scene.add_light(sky).expect("valid");
+    let session = session(scene, Backend::ALL[0]);
+    let at = |y: f64| QueryRay::new(DVec3::new(0.0, y, 5.0), DVec3::new(0.0, 0.0, -1.0));
+    let rays = [at(0.0), at(0.5), at(3.0)];
+    let mut wishes = Wishes::default();
+    wishes.layers = true;
+    wishes.roulette = Some(Roulette::None);
+    wishes.max_bounces = Some(1);
+    let seen = session.radiance(&wishes, &rays, 100).expect("valid");
+    // A convex body under an even sky sends back its albedo of it, whatever the sample; beside it is the sky itself.
+    for (along, expected) in seen
+        .iter()
+        .zip([[1.4, 1.0, 0.4], [1.4, 1.0, 0.4], [2.0; 3]])
+    {
+        for (mean, expected) in along.mean.to_array().into_iter().zip(expected) {
+            assert!((mean - expected).abs() < 1e-5, "{along:?}");
+        }
+        assert_eq!(along.rejected, 0);
+    }
+    // Nothing of the sky is out of a convex body's sight.
+    wishes.integrator = Some(IntegratorKind::AmbientOcclusion);
+    let share = session.radiance(&wishes, &rays[..1], 16).expect("valid");
+    assert_eq!(share[0].mean, Rgb::WHITE);
+    assert_eq!(share[0].standard_error, Some(Rgb::BLACK));
+}
+
+#[test]
+fn two_renders_at_once_do_not_disturb_each_other() {
+    let session = session(load_text(SMALL), Backend::ALL[0]);
+    let alone = picture(&session, 8);
+    let [a, b] = std::thread::scope(|scope| {
+        let renders = [(), ()].map(|()| scope.spawn(|| picture(&session, 8)));
+        renders.map(|render| render.join().expect("it renders"))
+    });
+    assert!(a == alone && b == alone);
+}

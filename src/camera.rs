@@ -7,7 +7,7 @@
 
 use crate::effects::{Effects, Switch};
 use crate::math::ray::Ray;
-use crate::math::vec::{DVec3, Vec2, Vec3};
+use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
 use crate::planted::planted;
 use crate::sampling::warp;
 
@@ -99,6 +99,25 @@ impl Camera {
         self.ray_from::<E>(&self.pose, film, u_lens)
     }
 
+    /// The point of the lens that two uniform numbers choose, or the pinhole, and what the camera is like from there.
+    pub fn viewpoint<E: Effects>(&self, u_lens: Vec2, time: f32) -> Viewpoint {
+        let pose = if E::Motion::ON && !self.motion.is_empty() {
+            self.pose_at(time)
+        } else {
+            self.pose
+        };
+        let mut offset = Vec3::ZERO;
+        if E::Lens::ON && self.lens_radius > 0.0 {
+            let d = warp::sample_disk_concentric(u_lens);
+            offset = d.x * pose.lens[0] + d.y * pose.lens[1];
+        }
+        Viewpoint {
+            p: pose.eye + offset,
+            shift: offset.as_dvec3() / f64::from(self.focus_distance),
+            pose,
+        }
+    }
+
     fn pose_at(&self, time: f32) -> Pose {
         let position = time * (self.motion.len() - 1) as f32;
         let before = (position as usize).min(self.motion.len() - 2);
@@ -119,6 +138,52 @@ impl Camera {
         let across = near / self.focus_distance * offset;
         let in_focus = planted!("focus-on-a-sphere", towards.normalize(), towards);
         Ray::new(pose.eye + offset, (near * in_focus - across).normalize())
+    }
+}
+
+/// A point of the lens at a time: the other end of paths from the lights to the camera.
+#[derive(Debug, Clone, Copy)]
+pub struct Viewpoint {
+    /// Where it is.
+    pub p: Vec3,
+    pose: Pose,
+    /// What rays from here leave out of the direction that they have from the middle of the lens, at viewing depth 1.
+    shift: DVec3,
+}
+
+/// Where light that comes to the lens falls on the film.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilmPoint {
+    /// In pixels from the upper left corner of the picture; it need not be in the picture.
+    pub position: Vec2,
+    /// The area of film, in pixels, that a steradian about the ray falls on.
+    pub per_steradian: f64,
+}
+
+impl Viewpoint {
+    /// Where the ray from here along the unit vector `w` passes the film; `None` where it goes backwards.
+    ///
+    /// The film is a plane at the height h above the lens. A ray at the angle theta to its normal passes it at the distance
+    /// h / cos theta, where a steradian is an area of h^2 / cos^3 theta.
+    pub fn film_point(&self, w: Vec3) -> Option<FilmPoint> {
+        let [corner, per_x, per_y] = [self.pose.corner, self.pose.per_x, self.pose.per_y];
+        let [corner, per_x, per_y] = [corner, per_x, per_y].map(|v| v.as_dvec3());
+        let normal = per_x.cross(per_y);
+        let pixel = normal.length();
+        let height = (corner - self.shift).dot(normal) / pixel;
+        let w = w.as_dvec3();
+        let cos = w.dot(normal) / pixel;
+        if cos <= 0.0 {
+            return None;
+        }
+        let towards = height / cos * w + self.shift - corner;
+        let x = towards.cross(per_y).dot(normal) / (pixel * pixel);
+        let y = per_x.cross(towards).dot(normal) / (pixel * pixel);
+        let cubed = planted!("film-without-tilt", 1.0, cos * cos * cos);
+        Some(FilmPoint {
+            position: DVec2::new(x, y).as_vec2(),
+            per_steradian: height * height / (pixel * cubed),
+        })
     }
 }
 
@@ -174,6 +239,53 @@ mod tests {
             camera.focus_distance = focus_distance;
             let ray = camera.ray::<Everything>(film, Vec2::new(0.9, 0.3), 0.0);
             assert_eq!(ray.dir, pinhole.dir, "{focus_distance}");
+        }
+    }
+
+    #[test]
+    fn light_along_a_camera_ray_falls_where_the_ray_comes_from() {
+        for lens_radius in [0.0, 0.5] {
+            for focus_distance in [0.7, 3.0, f32::INFINITY] {
+                let mut camera = camera(lens_radius);
+                camera.focus_distance = focus_distance;
+                for i in 0..200 {
+                    let u = |k: f32| (k * i as f32).fract();
+                    let film = Vec2::new(200.0 * u(0.618), 100.0 * u(0.414));
+                    let u_lens = Vec2::new(u(0.732), u(0.236));
+                    let ray = camera.ray::<Everything>(film, u_lens, 0.0);
+                    let viewpoint = camera.viewpoint::<Everything>(u_lens, 0.0);
+                    assert_eq!(viewpoint.p, ray.origin);
+                    let found = viewpoint.film_point(ray.dir).expect("it goes forwards");
+                    let off = (found.position - film).length();
+                    assert!(off < 1e-3, "{film} {found:?}");
+                    assert_eq!(viewpoint.film_point(-ray.dir), None);
+                }
+            }
+        }
+    }
+
+    /// A small square of film is a small solid angle, by the parallelogram that the directions of its corners span.
+    #[test]
+    fn a_steradian_falls_on_as_much_film_as_is_said() {
+        for lens_radius in [0.0, 0.5] {
+            let camera = camera(lens_radius);
+            for (x, y) in [(100.0, 50.0), (3.0, 90.0), (190.0, 10.0)] {
+                for u_lens in [Vec2::new(0.5, 0.5), Vec2::new(0.9, 0.2)] {
+                    let dir = |dx: f32, dy: f32| {
+                        let film = Vec2::new(x + dx, y + dy);
+                        let ray = camera.ray::<Everything>(film, u_lens, 0.0);
+                        ray.dir.as_dvec3()
+                    };
+                    let across = dir(2.0, 0.0) - dir(-2.0, 0.0);
+                    let down = dir(0.0, 2.0) - dir(0.0, -2.0);
+                    let steradians = across.cross(down).length();
+                    let viewpoint = camera.viewpoint::<Everything>(u_lens, 0.0);
+                    let found = viewpoint.film_point(dir(0.0, 0.0).as_vec3a());
+                    let claimed = found.expect("it goes forwards").per_steradian;
+                    // Curvature over 4 of 100 pixels, squared.
+                    assert!((claimed * steradians / 16.0 - 1.0).abs() < 2e-3);
+                }
+            }
         }
     }
 

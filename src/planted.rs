@@ -282,6 +282,46 @@ pub const PLANTED: &[Planted] = &[
         "a half of the picture is filtered by weights of its own",
         "rendering::denoise::noise_of_any_distribution_keeps_its_mean",
     ),
+    bug(
+        "both-sides-at-once",
+        "a lamp that shines on both sides sends out as many rays on each as one with a single side",
+        "lights::emission::the_rays_of_a_light_carry_its_power",
+    ),
+    bug(
+        "film-without-tilt",
+        "a steradian falls on as much film at the edge of the picture as in the middle",
+        "lib::camera::tests::a_steradian_falls_on_as_much_film_as_is_said",
+    ),
+    bug(
+        "splats-lose-digits",
+        "splats are summed up in double precision alone",
+        "lib::film::splats::tests::the_order_of_splats_changes_no_bit",
+    ),
+    bug(
+        "splats-half-a-pixel-off",
+        "a splat is weighed by the filter about a pixel's corner",
+        "lib::film::splats::tests::every_filter_keeps_the_amount_of_light",
+    ),
+    bug(
+        "a-weight-is-missing",
+        "a strategy's weight leaves others out that find the same path",
+        "lib::integrator::bidirectional::weights::tests::weights_are_those_of_the_definition_and_sum_to_one",
+    ),
+    bug(
+        "shading-normals-both-ways-alike",
+        "power is scattered about shading normals as radiance is",
+        "rendering::bidirectional::shading_normals_are_the_same_from_both_ends",
+    ),
+    bug(
+        "light-thinned-as-radiance",
+        "power is thinned on its way into glass as radiance is",
+        "rendering::bidirectional::it_agrees_with_path_in_every_part_of_six_scenes",
+    ),
+    bug(
+        "splats-without-film",
+        "light that comes to the lens is not that of a pixel's solid angle",
+        "rendering::bidirectional::it_agrees_with_path_in_every_part_of_six_scenes",
+    ),
 ];
 
 /// Where a bug stands in [`PLANTED`].

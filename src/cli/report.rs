@@ -14,6 +14,7 @@ use crate::accel::{Backend, Precision};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::film::ErrorEstimate;
+use crate::film::splats::Splats;
 use crate::image::atomic::write_text;
 use crate::render::adaptive::Adaptive;
 use crate::render::{Rejected, Rendered, kernel};
@@ -96,6 +97,7 @@ impl Job<'_> {
             memory: Memory {
                 peak_rss: stats::peak_rss(),
                 accel: self.scene.accel.memory() as u64,
+                splats: rendered.film.splats().map_or(0, Splats::memory) as u64,
             },
             error: error.map(Into::into),
             target: self.settings.budget.error.map(|target| TargetStats {

@@ -70,6 +70,8 @@ pub struct Rays {
 pub struct Memory {
     pub peak_rss: Option<u64>,
     pub accel: u64,
+    /// What light paths bring to the film, where there are any.
+    pub splats: u64,
 }
 
 #[derive(Debug, Clone, Copy, Serialize)]

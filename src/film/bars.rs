@@ -57,11 +57,13 @@ impl PixelBars {
 
     /// The variance of the mean of `n` samples, for each channel.
     pub fn variance_of_mean(&self, n: u64) -> [f64; 3] {
+        variance_of_mean(&self.batch_means(n))
+    }
+
+    /// The means of `n` samples in each batch.
+    pub fn batch_means(&self, n: u64) -> [[f64; 3]; BATCHES as usize] {
         let per_batch = n as f64 / BATCHES as f64;
-        std::array::from_fn(|c| {
-            let means = Moments::of(self.batches.iter().map(|batch| batch[c] / per_batch));
-            means.variance().expect("there are several batches") / BATCHES as f64
-        })
+        self.batches.map(|batch| batch.map(|sum| sum / per_batch))
     }
 
     /// The second, third and fourth central moment of `n` samples.
@@ -74,6 +76,14 @@ impl PixelBars {
             fourth: (d - 4.0 * a * c + 6.0 * a * a * b - 3.0 * a * a * a * a).max(second * second),
         }
     }
+}
+
+/// The variance of the mean of batches with these means, for each channel.
+pub fn variance_of_mean(batches: &[[f64; 3]; BATCHES as usize]) -> [f64; 3] {
+    std::array::from_fn(|c| {
+        let means = Moments::of(batches.iter().map(|batch| batch[c]));
+        means.variance().expect("there are several batches") / BATCHES as f64
+    })
 }
 
 /// Means of powers of the deviation from the mean.

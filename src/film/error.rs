@@ -5,8 +5,8 @@
 //! Range: films of at least two samples a pixel, with error bars of at least one round of batches.
 //! Source: docs/accuracy.md. Tested below, in `tests/rendering/error_bars.rs` and `tests/rendering/determinism.rs`.
 
-use super::Film;
 use super::bars::{self, CentralMoments};
+use super::{Film, sum};
 use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::stats::{Moments, normal_quantile};
@@ -161,17 +161,31 @@ impl Film {
     /// What is known of each pixel, row by row; nothing of one with fewer samples than that takes.
     pub fn estimates(&self) -> Vec<PixelEstimate> {
         let mut estimates = vec![PixelEstimate::default(); self.window.pixel_count() as usize];
+        for (index, mean, _) in self.means() {
+            estimates[index].mean = mean;
+        }
+        let light_paths = self.sample_count();
         for tile in &self.tiles {
             for (i, pixel) in tile.window.pixels().enumerate() {
+                let index = self.index(pixel);
                 let (sums, samples) = (&tile.pixels[i], tile.count(i));
-                let variance = match &tile.bars {
-                    Some(bars) => Some(bars[i].variance_of_mean(samples)),
-                    None => sums.variance_of_mean(samples),
+                let variance = match (&tile.bars, &self.splats) {
+                    (Some(bars), None) => Some(bars[i].variance_of_mean(samples)),
+                    (Some(bars), Some(splats)) => {
+                        // A light path and the rest of its sample are not independent, but their batches are.
+                        let mut batches = bars[i].batch_means(samples);
+                        let of_splats = splats.batch_means(index, light_paths);
+                        for (batch, splats) in batches.iter_mut().zip(of_splats) {
+                            *batch = sum(*batch, splats);
+                        }
+                        Some(bars::variance_of_mean(&batches))
+                    }
+                    (None, None) => sums.variance_of_mean(samples),
+                    (None, Some(splats)) => sums
+                        .variance_of_mean(samples)
+                        .map(|own| sum(own, splats.variance_of_mean(index, light_paths))),
                 };
-                estimates[self.index(pixel)] = PixelEstimate {
-                    mean: sums.mean(samples),
-                    variance: variance.unwrap_or_default(),
-                };
+                estimates[index].variance = variance.unwrap_or_default();
             }
         }
         estimates
@@ -188,7 +202,7 @@ impl Film {
         const REACH: usize = 4;
         let (width, height) = (self.window.width as usize, self.window.height as usize);
         let mut lit = vec![false; width * height];
-        for (index, _, mean, _) in self.means() {
+        for (index, mean, _) in self.means() {
             lit[index] = mean != [0.0; 3];
         }
         let mut near = lit.clone();

@@ -12,6 +12,7 @@ pub mod bars;
 mod error;
 pub mod filter;
 pub mod pixel;
+pub mod splats;
 
 use crate::image::Image;
 use crate::math::rgb::Rgb;
@@ -19,6 +20,7 @@ use crate::math::stats::Moments;
 use bars::PixelBars;
 pub use error::{ErrorEstimate, PixelEstimate};
 use pixel::PixelSums;
+use splats::Splats;
 
 /// A rectangle of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,6 +87,8 @@ impl Tile {
 pub struct Film {
     window: Window,
     tiles: Vec<Tile>,
+    /// What light paths bring, if there are any: one with each sample.
+    splats: Option<Splats>,
 }
 
 impl Film {
@@ -110,7 +114,11 @@ impl Film {
                 });
             }
         }
-        Self { window, tiles }
+        Self {
+            window,
+            tiles,
+            splats: None,
+        }
     }
 
     /// The same with error bars.
@@ -118,6 +126,12 @@ impl Film {
         for tile in &mut self.tiles {
             tile.bars = Some(vec![PixelBars::default(); tile.pixels.len()]);
         }
+        self
+    }
+
+    /// The same with room for what light paths bring, in batches if there are error bars.
+    pub fn with_splats(mut self) -> Self {
+        self.splats = Some(Splats::new(self.window, self.has_bars()));
         self
     }
 
@@ -149,6 +163,16 @@ impl Film {
         &mut self.tiles
     }
 
+    /// The tiles, to be filled, and what light paths bring meanwhile.
+    pub fn tiles_and_splats(&mut self) -> (&mut [Tile], Option<&Splats>) {
+        (&mut self.tiles, self.splats.as_ref())
+    }
+
+    /// What light paths have brought.
+    pub fn splats(&self) -> Option<&Splats> {
+        self.splats.as_ref()
+    }
+
     /// Samples in all pixels together.
     pub fn sample_count(&self) -> u64 {
         self.tiles.iter().map(Tile::sample_count).sum()
@@ -157,7 +181,7 @@ impl Film {
     /// Samples in each pixel, row by row.
     pub fn sample_counts(&self) -> Vec<u64> {
         let mut counts = vec![0; self.window.pixel_count() as usize];
-        for (index, _, _, samples) in self.means() {
+        for (index, _, samples) in self.means() {
             counts[index] = samples;
         }
         counts
@@ -167,7 +191,7 @@ impl Film {
     pub fn develop(&self) -> Image {
         let [width, height] = [self.window.width, self.window.height];
         let mut image = vec![Rgb::BLACK; self.window.pixel_count() as usize];
-        for (index, _, mean, _) in self.means() {
+        for (index, mean, _) in self.means() {
             image[index] = Rgb::from(mean.map(|x| x as f32));
         }
         Image::new(width, height, image)
@@ -178,11 +202,16 @@ impl Film {
     pub fn develop_half(&self) -> Option<Image> {
         let [width, height] = [self.window.width, self.window.height];
         let mut image = vec![Rgb::BLACK; self.window.pixel_count() as usize];
+        let light_paths = self.sample_count();
         for tile in &self.tiles {
             let pixels = tile.window.pixels().zip(tile.bars.as_ref()?);
             for (place, (pixel, bars)) in pixels.enumerate() {
-                let mean = bars.half_mean(tile.count(place));
-                image[self.index(pixel)] = Rgb::from(mean.map(|x| x as f32));
+                let index = self.index(pixel);
+                let mut mean = bars.half_mean(tile.count(place));
+                if let Some(splats) = &self.splats {
+                    mean = sum(mean, splats.half_mean(index, light_paths));
+                }
+                image[index] = Rgb::from(mean.map(|x| x as f32));
             }
         }
         Some(Image::new(width, height, image))
@@ -191,7 +220,7 @@ impl Film {
     /// The mean of each channel over the whole picture.
     pub fn mean(&self) -> [f64; 3] {
         let mut channels = [Moments::default(); 3];
-        for (_, _, mean, _) in self.means() {
+        for (_, mean, _) in self.means() {
             for (moments, x) in channels.iter_mut().zip(mean) {
                 moments.push(x);
             }
@@ -213,16 +242,29 @@ impl Film {
         (y - self.window.y) as usize * self.window.width as usize + (x - self.window.x) as usize
     }
 
-    /// Each pixel's index in the window, sums, mean and sample count.
-    fn means(&self) -> impl Iterator<Item = (usize, &PixelSums, [f64; 3], u64)> {
+    /// Each pixel's index in the window, mean and sample count.
+    fn means(&self) -> impl Iterator<Item = (usize, [f64; 3], u64)> {
+        let light_paths = self
+            .splats
+            .as_ref()
+            .map(|splats| (splats, self.sample_count()));
         self.tiles.iter().flat_map(move |tile| {
             let pixels = tile.window.pixels().zip(&tile.pixels).enumerate();
             pixels.map(move |(place, (pixel, sums))| {
-                let samples = tile.count(place);
-                (self.index(pixel), sums, sums.mean(samples), samples)
+                let (index, samples) = (self.index(pixel), tile.count(place));
+                let mut mean = sums.mean(samples);
+                if let Some((splats, light_paths)) = light_paths {
+                    mean = sum(mean, splats.mean(index, light_paths));
+                }
+                (index, mean, samples)
             })
         })
     }
+}
+
+/// The sum, channel by channel.
+fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|c| a[c] + b[c])
 }
 
 #[cfg(test)]

@@ -28,6 +28,8 @@ pub enum IntegratorKind {
     DirectDirectional,
     /// Direct light by uniform points on the lights.
     DirectArea,
+    /// Bidirectional path tracing.
+    Bidirectional,
     /// Ambient occlusion.
     AmbientOcclusion,
 }
@@ -43,6 +45,7 @@ impl IntegratorKind {
         Self::Path,
         Self::DirectDirectional,
         Self::DirectArea,
+        Self::Bidirectional,
         Self::AmbientOcclusion,
     ];
 
@@ -57,11 +60,12 @@ impl IntegratorKind {
             Self::Path => "path",
             Self::DirectDirectional => "direct-directional",
             Self::DirectArea => "direct-area",
+            Self::Bidirectional => "bdpt",
             Self::AmbientOcclusion => "ambient-occlusion",
         }
     }
 
-    /// How it finds light; `None` for one that looks for none.
+    /// How it finds light; `None` for one that is no path tracer.
     pub fn technique(self) -> Option<Technique> {
         match self {
             Self::Naive => Some(Technique::NAIVE),
@@ -72,7 +76,7 @@ impl IntegratorKind {
             Self::Path => Some(Technique::PATH),
             Self::DirectDirectional => Some(Technique::DIRECT_DIRECTIONAL),
             Self::DirectArea => Some(Technique::DIRECT_AREA),
-            Self::AmbientOcclusion => None,
+            Self::Bidirectional | Self::AmbientOcclusion => None,
         }
     }
 
@@ -83,10 +87,18 @@ impl IntegratorKind {
             Self::Naive | Self::DirectDirectional | Self::DirectArea | Self::AmbientOcclusion => {
                 Roulette::None
             }
-            Self::EmitOrReflect | Self::Bsdf | Self::LightOrRest | Self::NextEvent | Self::Path => {
-                Roulette::Throughput
-            }
+            Self::EmitOrReflect
+            | Self::Bsdf
+            | Self::LightOrRest
+            | Self::NextEvent
+            | Self::Path
+            | Self::Bidirectional => Roulette::Throughput,
         }
+    }
+
+    /// Whether its samples find light for other pixels, too.
+    pub fn splats(self) -> bool {
+        self == Self::Bidirectional
     }
 
     /// Scattering events at most, if it is not meant for more.
@@ -100,9 +112,10 @@ impl IntegratorKind {
     /// What its picture of a scene with these effects lacks, in words.
     pub fn bias(self, effects: EffectSet) -> Option<String> {
         let name = self.name();
-        let Some(technique) = self.technique() else {
+        if self == Self::AmbientOcclusion {
             return Some(format!("{name}: the picture shows no light"));
-        };
+        }
+        let technique = self.technique().unwrap_or(Technique::PATH);
         let mut lacks = Vec::new();
         if self.most_bounces().is_some() {
             lacks.push("light that scatters more than once is missing");

@@ -3,6 +3,7 @@
 //! An integrator is handed one sample at a time and knows nothing of pixels, passes or threads.
 
 pub mod ambient_occlusion;
+pub mod bidirectional;
 pub mod kind;
 pub mod observer;
 pub mod path;
@@ -11,6 +12,7 @@ pub mod technique;
 
 use crate::accel::Hit;
 use crate::effects::Effects;
+use crate::film::splats::SplatSink;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
@@ -39,6 +41,25 @@ pub trait Integrator: Copy + Send + Sync {
         rays: &mut RayCounts,
         observer: &mut O,
     ) -> Rgb;
+
+    /// The same, and what the sample finds for other places of the film, for an integrator that looks there.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a sample, and all that it may tell of"
+    )]
+    #[inline]
+    fn radiance_and_splats<E: Effects, S: Sampler, O: PathObserver, P: SplatSink>(
+        &self,
+        scene: &Scene,
+        sampler: &mut S,
+        camera_ray: &CameraRay,
+        found: Option<Hit>,
+        rays: &mut RayCounts,
+        observer: &mut O,
+        _splats: &mut P,
+    ) -> Rgb {
+        self.radiance::<E, S, O>(scene, sampler, camera_ray, found, rays, observer)
+    }
 }
 
 /// How many rays were traced, by kind.

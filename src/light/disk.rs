@@ -6,6 +6,7 @@
 
 use super::types::{Emission, LightEnd, LightSample};
 use crate::geometry::disk::Disk;
+use crate::geometry::surface::SurfacePoint;
 use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::vec::{Vec2, Vec3};
 use crate::sampling::warp;
@@ -29,11 +30,26 @@ impl DiskLight {
         self.emission.power(self.area())
     }
 
+    /// What it emits.
+    pub fn emission(&self) -> Emission {
+        self.emission
+    }
+
+    /// A point chosen uniformly by area.
+    pub fn point(&self, u: Vec2) -> SurfacePoint {
+        let d = self.disk.radius * warp::sample_disk_concentric(u);
+        self.disk.surface_at(d)
+    }
+
+    /// The density of [`point`](Self::point).
+    pub fn pdf_area(&self) -> PdfArea {
+        PdfArea((1.0 / self.area()) as f32)
+    }
+
     /// A point that lights `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let d = self.disk.radius * warp::sample_disk_concentric(u);
-        let point = self.disk.surface_at(d);
+        let point = self.point(u);
         let towards = point.p - p;
         let wi = towards.normalize();
         let cos = -wi.dot(point.ng);
@@ -49,7 +65,7 @@ impl DiskLight {
     /// has cosine `cos` with the direction back.
     #[inline]
     pub fn pdf(&self, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        PdfArea((1.0 / self.area()) as f32).to_solid_angle(distance2, cos)
+        self.pdf_area().to_solid_angle(distance2, cos)
     }
 
     fn area(&self) -> f64 {

@@ -30,6 +30,16 @@ impl DistantLight {
         PI * scene_radius * scene_radius * f64::from(self.irradiance.luminance())
     }
 
+    /// The unit vector along which its light travels.
+    pub fn direction(&self) -> Vec3 {
+        self.direction
+    }
+
+    /// Irradiance at right angles.
+    pub fn irradiance(&self) -> Rgb {
+        self.irradiance
+    }
+
     /// The direction from which it lights any point; a delta.
     #[inline]
     pub fn sample(&self) -> LightSample {

@@ -6,6 +6,7 @@
 
 pub mod disk;
 pub mod distant;
+pub mod emission;
 pub mod environment;
 pub mod moving;
 pub mod point;

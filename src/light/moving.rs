@@ -52,7 +52,8 @@ impl MovingTriangle {
         self.at(time).pdf(p, distance2, cos)
     }
 
-    fn at(&self, time: f32) -> TriangleLight {
+    /// The triangle as it is at a time.
+    pub fn at(&self, time: f32) -> TriangleLight {
         let position = time * (self.steps.len() - 1) as f32;
         let before = (position as usize).min(self.steps.len() - 2);
         let share = position - before as f32;

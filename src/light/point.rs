@@ -31,6 +31,16 @@ impl PointLight {
         4.0 * PI * f64::from(self.intensity.luminance())
     }
 
+    /// Where it is.
+    pub fn position(&self) -> Vec3 {
+        self.position
+    }
+
+    /// Radiant intensity in every direction.
+    pub fn intensity(&self) -> Rgb {
+        self.intensity
+    }
+
     /// The direction from which it lights `p`; a delta.
     #[inline]
     pub fn sample(&self, p: Vec3) -> Option<LightSample> {

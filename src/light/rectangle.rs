@@ -78,6 +78,21 @@ impl RectangleLight {
         self.emission.power(self.lengths[0] * self.lengths[1])
     }
 
+    /// What it emits.
+    pub fn emission(&self) -> Emission {
+        self.emission
+    }
+
+    /// A point chosen uniformly by area.
+    pub fn point(&self, u: Vec2) -> SurfacePoint {
+        self.surface(self.corner + u.x * self.edges[0] + u.y * self.edges[1])
+    }
+
+    /// The density of [`point`](Self::point).
+    pub fn pdf_area(&self) -> PdfArea {
+        PdfArea(self.pdf_area)
+    }
+
     /// A point that lights `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
@@ -191,6 +206,16 @@ impl RectangleLight {
         }
     }
 
+    #[inline]
+    fn surface(&self, p: Vec3) -> SurfacePoint {
+        SurfacePoint {
+            p,
+            error: self.error,
+            ng: self.normal,
+            ns: self.normal,
+        }
+    }
+
     /// The sample at `position`, whose density is a function of its squared distance and its cosine.
     #[inline]
     fn found(
@@ -202,12 +227,7 @@ impl RectangleLight {
         let towards = position - p;
         let wi = towards.normalize();
         let cos = -wi.dot(self.normal);
-        let point = SurfacePoint {
-            p: position,
-            error: self.error,
-            ng: self.normal,
-            ns: self.normal,
-        };
+        let point = self.surface(position);
         Some(LightSample {
             wi,
             radiance: self.emission.towards(cos),

@@ -22,7 +22,7 @@ pub struct Lights {
     /// `None` when nothing emits.
     choice: Option<AliasTable>,
     /// Which of them is the environment map, if there is one.
-    map: Option<(usize, Arc<EnvironmentMap>)>,
+    map: Option<(u32, Arc<EnvironmentMap>)>,
 }
 
 /// Light from beyond the scene that is sampled.
@@ -44,13 +44,10 @@ impl Lights {
     pub fn new(lights: Vec<Light>, powers: &[f64]) -> Self {
         assert_eq!(lights.len(), powers.len());
         let choice = AliasTable::new(powers);
-        let map = lights
-            .iter()
-            .enumerate()
-            .find_map(|(i, light)| match light {
-                Light::Environment(map) => Some((i, Arc::clone(map))),
-                _ => None,
-            });
+        let map = (0..).zip(&lights).find_map(|(i, light)| match light {
+            Light::Environment(map) => Some((i, Arc::clone(map))),
+            _ => None,
+        });
         Self {
             lights,
             choice,
@@ -115,8 +112,14 @@ impl Lights {
         normal: Vec3,
     ) -> PdfSolidAngle {
         let pdf = self.lights[light as usize].pdf::<E>(p, time, towards, normal);
-        let pmf = planted!("choice-left-out-of-pdf", Pmf(1.0), self.pmf(light as usize));
+        let pmf = planted!("choice-left-out-of-pdf", Pmf(1.0), self.pmf(light));
         pdf.map_or(PdfSolidAngle(0.0), |pdf| pmf * pdf)
+    }
+
+    /// One of the lights.
+    #[inline]
+    pub fn get(&self, light: u32) -> &Light {
+        &self.lights[light as usize]
     }
 
     /// What is sampled of the light from beyond the scene along a direction.
@@ -125,7 +128,7 @@ impl Lights {
         let (light, map) = self.map.as_ref()?;
         let (radiance, pdf) = map.eval(direction);
         Some(Beyond {
-            light: *light as u32,
+            light: *light,
             radiance,
             pdf: self.pmf(*light) * pdf,
         })
@@ -133,9 +136,9 @@ impl Lights {
 
     /// The probability of choosing a light.
     #[inline]
-    fn pmf(&self, light: usize) -> Pmf {
+    pub fn pmf(&self, light: u32) -> Pmf {
         self.choice
             .as_ref()
-            .map_or(Pmf(0.0), |choice| choice.pmf(light))
+            .map_or(Pmf(0.0), |choice| choice.pmf(light as usize))
     }
 }

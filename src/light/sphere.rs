@@ -7,6 +7,7 @@
 
 use super::types::{Emission, LightEnd, LightSample};
 use crate::geometry::sphere::Sphere;
+use crate::geometry::surface::SurfacePoint;
 use crate::math::frame::Frame;
 use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::vec::{Vec2, Vec3};
@@ -42,6 +43,21 @@ impl SphereLight {
     /// Radiant power in normalised units.
     pub fn power(&self) -> f64 {
         self.emission.power(self.area())
+    }
+
+    /// What it emits.
+    pub fn emission(&self) -> Emission {
+        self.emission
+    }
+
+    /// A point chosen uniformly by area.
+    pub fn point(&self, u: Vec2) -> SurfacePoint {
+        self.sphere.surface_along(warp::sample_sphere_uniform(u))
+    }
+
+    /// The density of [`point`](Self::point).
+    pub fn pdf_area(&self) -> PdfArea {
+        PdfArea((1.0 / self.area()) as f32)
     }
 
     /// A point that lights `p`.
@@ -94,7 +110,7 @@ impl SphereLight {
             wi,
             radiance: self.emission.towards(cos),
             pdf: Some(
-                PdfArea((1.0 / self.area()) as f32)
+                self.pdf_area()
                     .to_solid_angle(towards.length_squared(), cos)?,
             ),
             end: LightEnd::Surface(point, [0.0; 2]),

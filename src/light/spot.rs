@@ -11,8 +11,11 @@
 
 use super::point::PointLight;
 use super::types::LightSample;
+use crate::math::frame::Frame;
+use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
-use crate::math::vec::Vec3;
+use crate::math::vec::{Vec2, Vec3};
+use crate::sampling::warp;
 
 /// A point light behind a round opening.
 #[derive(Debug, Clone, Copy)]
@@ -42,16 +45,47 @@ impl SpotLight {
         self.point.power() * (self.edge + self.full) / 4.0
     }
 
+    /// Where it is.
+    pub fn position(&self) -> Vec3 {
+        self.point.position()
+    }
+
+    /// A direction in the cone, uniform in solid angle.
+    pub fn direction(&self, u: Vec2) -> Vec3 {
+        let local = warp::sample_cone_uniform(u, self.edge as f32);
+        Frame::from_normal(self.axis).to_world(local)
+    }
+
+    /// The density of [`direction`](Self::direction).
+    pub fn pdf_direction(&self, direction: Vec3) -> PdfSolidAngle {
+        PdfSolidAngle(if self.off_axis(-direction) <= self.edge {
+            warp::pdf_cone_uniform(self.edge as f32)
+        } else {
+            0.0
+        })
+    }
+
+    /// Radiant intensity along a unit vector away from it.
+    pub fn intensity(&self, direction: Vec3) -> Rgb {
+        self.point.intensity() * self.falloff(self.off_axis(-direction)) as f32
+    }
+
     /// The direction from which it lights `p`; a delta.
     #[inline]
     pub fn sample(&self, p: Vec3) -> Option<LightSample> {
         let mut sample = self.point.sample(p)?;
-        // |a + b|^2 / 2 = 1 + cos for unit vectors: one minus the cosine between the axis and the way to p.
-        let from_axis = 0.5 * (self.axis.as_dvec3() + sample.wi.as_dvec3()).length_squared();
-        // Rounding must not leave the whole sphere.
-        let share = self.falloff(from_axis.min(2.0));
+        let share = self.falloff(self.off_axis(sample.wi));
         sample.radiance *= share as f32;
         (share > 0.0).then_some(sample)
+    }
+
+    /// One minus the cosine between the axis and the way back along `wi`.
+    #[inline]
+    fn off_axis(&self, wi: Vec3) -> f64 {
+        // |a + b|^2 / 2 = 1 + cos for unit vectors: one minus the cosine between the axis and the way to p.
+        let from_axis = 0.5 * (self.axis.as_dvec3() + wi.as_dvec3()).length_squared();
+        // Rounding must not leave the whole sphere.
+        from_axis.min(2.0)
     }
 
     /// The share of the intensity where one minus the cosine with the axis is `from_axis`.

@@ -65,6 +65,23 @@ impl TriangleLight {
         self.emission.power(f64::from(self.area))
     }
 
+    /// What it emits.
+    pub fn emission(&self) -> Emission {
+        self.emission
+    }
+
+    /// A point chosen uniformly by area, and its barycentric coordinates.
+    pub fn point(&self, u: Vec2) -> (SurfacePoint, [f32; 2]) {
+        let b = warp::sample_triangle_uniform(u).to_array();
+        (self.surface(b), b)
+    }
+
+    /// The density of [`point`](Self::point).
+    #[inline]
+    pub fn pdf_area(&self) -> PdfArea {
+        PdfArea(1.0 / self.area)
+    }
+
     /// A point that lights `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
@@ -83,7 +100,7 @@ impl TriangleLight {
     #[inline]
     pub fn pdf(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
         match self.view(p) {
-            Some(View::ByArea) => self.pdf_area(distance2, cos),
+            Some(View::ByArea) => self.pdf_by_area(distance2, cos),
             Some(View::Clear(triangle)) => Some(PdfSolidAngle(1.0 / triangle.solid_angle())),
             None => self.pdf_skew(p, distance2, cos),
         }
@@ -109,12 +126,12 @@ impl TriangleLight {
     #[inline]
     pub fn sample_by_area(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let b = warp::sample_triangle_uniform(u).to_array();
-        self.found(p, b, |distance2, cos| self.pdf_area(distance2, cos))
+        self.found(p, b, |distance2, cos| self.pdf_by_area(distance2, cos))
     }
 
     #[inline]
-    fn pdf_area(&self, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        PdfArea(1.0 / self.area).to_solid_angle(distance2, cos)
+    fn pdf_by_area(&self, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        self.pdf_area().to_solid_angle(distance2, cos)
     }
 
     /// By solid angle in double precision: the triangle is large, or seen from near its plane.
@@ -136,13 +153,23 @@ impl TriangleLight {
     fn pdf_skew(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
         let omega = spherical_triangle::solid_angle(self.seen_from(p));
         if omega < spherical_triangle::SMALLEST {
-            return self.pdf_area(distance2, cos);
+            return self.pdf_by_area(distance2, cos);
         }
         Some(PdfSolidAngle((1.0 / omega) as f32))
     }
 
     fn seen_from(&self, p: Vec3) -> [DVec3; 3] {
         self.vertices.map(|v| v.as_dvec3() - p.as_dvec3())
+    }
+
+    /// The point at these barycentric coordinates.
+    #[inline]
+    fn surface(&self, b: [f32; 2]) -> SurfacePoint {
+        SurfacePoint {
+            ng: self.normal,
+            ns: self.normal,
+            ..triangle_point(self.vertices, b)
+        }
     }
 
     /// The sample at these barycentric coordinates, whose density is a function of its squared distance and its cosine.
@@ -153,11 +180,7 @@ impl TriangleLight {
         b: [f32; 2],
         density: impl FnOnce(f32, f32) -> Option<PdfSolidAngle>,
     ) -> Option<LightSample> {
-        let point = SurfacePoint {
-            ng: self.normal,
-            ns: self.normal,
-            ..triangle_point(self.vertices, b)
-        };
+        let point = self.surface(b);
         let towards = point.p - p;
         let wi = towards.normalize();
         let cos = -wi.dot(self.normal);

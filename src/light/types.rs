@@ -5,7 +5,7 @@
 //! Source: Veach 1997, section 8.2; Pharr, Jakob, Humphreys, "Light Interface". Tested in `tests/lights/light.rs`.
 
 use crate::geometry::surface::SurfacePoint;
-use crate::math::measure::PdfSolidAngle;
+use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
 
@@ -43,6 +43,40 @@ pub enum LightEnd {
     Infinity,
 }
 
+/// A ray of light as it leaves its light.
+#[derive(Debug, Clone, Copy)]
+pub struct EmissionSample {
+    /// Where it leaves. Light from beyond the scene comes from nowhere.
+    pub end: LightEnd,
+    /// A point that it passes: that of `end`, or one before the whole scene.
+    pub origin: Vec3,
+    /// Unit vector along which it travels.
+    pub direction: Vec3,
+    /// Radiance. Of a point or spot light: radiant intensity; of a distant one: irradiance at right angles.
+    pub radiance: Rgb,
+    /// How it was found.
+    pub pdf: EmissionPdf,
+}
+
+/// The densities with which light sampling finds a ray, the choice of the light left out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EmissionPdf {
+    /// Of the point on the light; for light from beyond the scene, of the point on a disk across the ray. `None` for a
+    /// point, which is always the same.
+    pub position: Option<PdfArea>,
+    /// Of the direction; `None` for a distant light, which has but one.
+    pub direction: Option<PdfSolidAngle>,
+}
+
+/// A sphere around everything that a ray can meet, in normalised units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundingSphere {
+    /// Centre.
+    pub center: Vec3,
+    /// Radius.
+    pub radius: f32,
+}
+
 /// What a surface emits, and on which side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Emission {
@@ -71,7 +105,11 @@ impl Emission {
 
     /// Radiant power of a flat or convex emitter of this area: pi A L for each side that emits.
     pub fn power(&self, area: f64) -> f64 {
-        let sides = if self.two_sided { 2.0 } else { 1.0 };
-        sides * std::f64::consts::PI * area * f64::from(self.radiance.luminance())
+        f64::from(self.sides()) * std::f64::consts::PI * area * f64::from(self.radiance.luminance())
+    }
+
+    /// How many of its sides emit.
+    pub fn sides(&self) -> f32 {
+        if self.two_sided { 2.0 } else { 1.0 }
     }
 }

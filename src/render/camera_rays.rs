@@ -13,6 +13,7 @@ use crate::accel::Hit;
 use crate::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
 use crate::effects::{Effects, Switch};
 use crate::film::filter::Filter;
+use crate::film::splats::SplatSink;
 use crate::integrator::observer::{PathObserver, RayKind};
 use crate::integrator::{CameraRay, Integrator, RayCounts};
 use crate::math::ray::Ray;
@@ -161,18 +162,26 @@ impl<S: Sampler> CameraRays<S> {
 
     /// A sample's value: radiance along the camera ray, times the filter's weight.
     #[inline]
-    pub fn value<E: Effects, I: Integrator, O: PathObserver>(
+    pub fn value<E: Effects, I: Integrator, O: PathObserver, P: SplatSink>(
         &mut self,
         place: usize,
         scene: &Scene,
         integrator: I,
         rays: &mut RayCounts,
         observer: &mut O,
+        splats: &mut P,
     ) -> Rgb {
         let weight = self.samples[place].weight;
         let (camera_ray, found, sampler) = self.get(place);
-        let radiance =
-            integrator.radiance::<E, _, _>(scene, sampler, &camera_ray, found, rays, observer);
+        let radiance = integrator.radiance_and_splats::<E, _, _, _>(
+            scene,
+            sampler,
+            &camera_ray,
+            found,
+            rays,
+            observer,
+            splats,
+        );
         weight * radiance
     }
 }

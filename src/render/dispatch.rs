@@ -12,6 +12,7 @@ use crate::effects::kernel::{KernelJob, types};
 use crate::effects::{Effects, Kernel};
 use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::AmbientOcclusion;
+use crate::integrator::bidirectional::Bidirectional;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::path::PathIntegrator;
 use crate::integrator::technique::Weighted;
@@ -95,6 +96,14 @@ impl<D: Dispatched> SamplerJob for Full<'_, D> {
                 kernel.run(With(job, path(settings, Weighted), sampler))
             }
             Some(technique) => first_or_last(kernel, With(job, path(settings, technique), sampler)),
+            None if settings.integrator == IntegratorKind::Bidirectional => {
+                let integrator = Bidirectional {
+                    max_bounces: settings.most_bounces(),
+                    roulette: settings.roulette(),
+                    pixels: settings.window.pixel_count(),
+                };
+                first_or_last(kernel, With(job, integrator, sampler))
+            }
             None => {
                 let far = settings.occlusion_distance;
                 let distance = far.map_or(f32::INFINITY, |far| scene.normalisation.length(far));

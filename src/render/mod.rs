@@ -133,6 +133,9 @@ impl Rendered {
         if settings.has_bars() {
             film = film.with_bars();
         }
+        if settings.integrator.splats() {
+            film = film.with_splats();
+        }
         if settings.adaptive != Adaptive::Off {
             film = film.with_counts();
         }
@@ -367,7 +370,8 @@ impl Run<'_> {
                 .collect(),
             _ => film.tiles().iter().map(same).collect(),
         };
-        let mut jobs: Vec<(&mut Tile, Asked)> = film.tiles_mut().iter_mut().zip(asked).collect();
+        let (tiles, splats) = film.tiles_and_splats();
+        let mut jobs: Vec<(&mut Tile, Asked)> = tiles.iter_mut().zip(asked).collect();
         // The longest first, so that all threads are done at about the same time. Equal ones stay in their order.
         jobs.sort_by_key(|(tile, asked)| Reverse(asked.sample_count(tile)));
         jobs.into_par_iter()
@@ -382,6 +386,7 @@ impl Run<'_> {
                     scene,
                     filter: self.filter,
                     tile,
+                    splats,
                     asked,
                     observer: &mut Unobserved,
                 };

@@ -26,6 +26,7 @@ pub fn observe_tile<O: PathObserver>(
         scene,
         filter,
         tile,
+        splats: None,
         asked: Asked::Same(range),
         observer,
     };

@@ -10,6 +10,7 @@ use super::settings::RenderSettings;
 use crate::bsdf::types::Lobe;
 use crate::effects::Effects;
 use crate::film::filter::Filter;
+use crate::film::splats::NoSplats;
 use crate::integrator::observer::PathObserver;
 use crate::integrator::{Integrator, RayCounts};
 use crate::math::rgb::Rgb;
@@ -129,7 +130,8 @@ impl Dispatched for ReplayJob<'_, '_> {
         let mut traced = camera_rays.trace::<E, _>(&self.pixel, &sampler, only, self.recorder);
         let (_, place) = traced.next().expect("one sample was asked for");
         let (scene, rays) = (self.pixel.scene, &mut RayCounts::default());
-        camera_rays.value::<E, I, _>(place, scene, integrator, rays, self.recorder)
+        let elsewhere = &mut NoSplats;
+        camera_rays.value::<E, I, _, _>(place, scene, integrator, rays, self.recorder, elsewhere)
     }
 }
 

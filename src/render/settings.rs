@@ -206,6 +206,12 @@ impl RenderSettings {
             Budget { error: None, .. } if self.adaptive == Adaptive::Greedy => Err(Error::usage(
                 "greedy adaptive sampling needs an error at which a pixel stops: give --error, such as --error 5%",
             )),
+            _ if self.adaptive != Adaptive::Off && self.integrator.splats() => {
+                Err(Error::usage(format!(
+                    "the integrator {} has no adaptive sampling, as its paths from the lights go to pixels of their own choosing: take --adaptive off, or --integrator path",
+                    self.integrator.name()
+                )))
+            }
             _ if self.threads == 0 => Err(Error::usage("threads must be at least 1")),
             _ if self.tile_size == 0 => Err(Error::usage("the tile size must be at least 1")),
             _ => Ok(()),

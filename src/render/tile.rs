@@ -9,8 +9,11 @@ use super::dispatch::Dispatched;
 use crate::effects::Effects;
 use crate::film::Tile;
 use crate::film::filter::Filter;
+use crate::film::splats::{SplatSink, Splats};
 use crate::integrator::observer::PathObserver;
 use crate::integrator::{Integrator, RayCounts};
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec2;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use std::ops::Range;
@@ -74,8 +77,43 @@ pub struct TileJob<'a, O> {
     pub scene: &'a Scene,
     pub filter: &'a Filter,
     pub tile: &'a mut Tile,
+    /// Where light for other pixels goes.
+    pub splats: Option<&'a Splats>,
     pub asked: Asked,
     pub observer: &'a mut O,
+}
+
+/// What one sample finds for other places of the film.
+struct Elsewhere<'a> {
+    filter: &'a Filter,
+    splats: Option<&'a Splats>,
+    found: Vec<(Vec2, Rgb)>,
+}
+
+impl SplatSink for Elsewhere<'_> {
+    fn reaches(&self, film: Vec2) -> bool {
+        self.splats
+            .is_some_and(|splats| splats.reaches(self.filter, film))
+    }
+
+    fn splat(&mut self, film: Vec2, value: Rgb) {
+        self.found.push((film, value));
+    }
+}
+
+impl Elsewhere<'_> {
+    fn is_finite(&self) -> bool {
+        self.found.iter().all(|(_, value)| value.is_finite())
+    }
+
+    /// Brings what the sample with this index has found to the film.
+    fn add(&self, sample: u64) {
+        for &(film, value) in &self.found {
+            if let Some(splats) = self.splats {
+                splats.add(self.filter, sample, film, value);
+            }
+        }
+    }
 }
 
 impl<O: PathObserver> Dispatched for TileJob<'_, O> {
@@ -86,9 +124,15 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
             scene,
             filter,
             tile,
+            splats,
             asked,
             observer,
         } = self;
+        let mut elsewhere = Elsewhere {
+            filter,
+            splats,
+            found: Vec::new(),
+        };
         let mut outcome = Outcome::default();
         let mut camera_rays = CameraRays::new();
         let (mut bars, counts) = (tile.bars.as_mut(), tile.counts.as_ref());
@@ -106,9 +150,16 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
                 for (sample, place) in camera_rays.trace::<E, O>(&pixel, &sampler, block, observer)
                 {
                     let rays = &mut outcome.rays;
-                    let value =
-                        camera_rays.value::<E, I, O>(place, scene, integrator, rays, observer);
-                    if value.is_finite() {
+                    let value = camera_rays.value::<E, I, O, _>(
+                        place,
+                        scene,
+                        integrator,
+                        rays,
+                        observer,
+                        &mut elsewhere,
+                    );
+                    if value.is_finite() && elsewhere.is_finite() {
+                        elsewhere.add(sample);
                         sums.add(value);
                         if let Some(bars) = &mut bars {
                             bars[i].add(sample, value);
@@ -117,6 +168,7 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
                         let first = Some(NonFiniteSample { y, x, sample });
                         outcome.rejected.merge(Rejected { count: 1, first });
                     }
+                    elsewhere.found.clear();
                     observer.filmed(value);
                 }
             }

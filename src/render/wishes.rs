@@ -140,10 +140,11 @@ pub fn refuse_endless(settings: &RenderSettings) -> Result<()> {
 
 /// Whether nothing but absorption ends a path.
 fn may_be_endless(settings: &RenderSettings) -> bool {
-    let has_coin = settings.integrator.technique().is_none_or(
+    let has_coin = settings.integrator.technique().is_some_and(
         |technique| matches!(technique.emission, EmissionRule::Coin { unlit, .. } if unlit > 0.0),
     );
-    settings.roulette() == Roulette::None && settings.most_bounces().is_none() && !has_coin
+    let ends = has_coin || settings.integrator == IntegratorKind::AmbientOcclusion;
+    settings.roulette() == Roulette::None && settings.most_bounces().is_none() && !ends
 }
 
 #[cfg(test)]

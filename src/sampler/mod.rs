@@ -36,6 +36,18 @@ pub enum Decision {
     Bsdf(u32),
     /// Whether the path goes on after a scattering event: one number.
     Roulette(u32),
+    /// The beginning of a path from a light: two numbers for the point, two for which light.
+    Source,
+    /// Where it goes from there: two numbers.
+    SourceDirection,
+    /// As [`Bsdf`](Self::Bsdf), on a path from a light.
+    LightPathBsdf(u32),
+    /// As [`Alpha`](Self::Alpha), on a path from a light.
+    LightPathAlpha(u32),
+    /// As [`Roulette`](Self::Roulette), on a path from a light.
+    LightPathRoulette(u32),
+    /// The point of the lens that a scattering event on a path from a light is connected to: two numbers.
+    Lens(u32),
 }
 
 /// Numbers reserved for the camera, and for each bounce.
@@ -46,6 +58,9 @@ const ALPHA: u64 = 1 << 40;
 
 /// The first of the numbers for coins, which few integrators toss.
 const EMISSION: u64 = 1 << 41;
+
+/// The first of the numbers for paths from the lights, which have blocks as those from the camera have.
+const LIGHT_PATH: u64 = 1 << 42;
 
 impl Decision {
     /// The decision's first number in the sample's own sequence of numbers.
@@ -60,6 +75,12 @@ impl Decision {
             Self::Light(b) => bounce(b, 0),
             Self::Bsdf(b) => bounce(b, planted!("light-and-bsdf-share-numbers", 0, 4)),
             Self::Roulette(b) => bounce(b, 7),
+            Self::Source => LIGHT_PATH,
+            Self::SourceDirection => LIGHT_PATH + 4,
+            Self::LightPathBsdf(b) => LIGHT_PATH + bounce(b, 0),
+            Self::LightPathAlpha(b) => LIGHT_PATH + bounce(b, 3),
+            Self::LightPathRoulette(b) => LIGHT_PATH + bounce(b, 4),
+            Self::Lens(b) => LIGHT_PATH + bounce(b, 5),
         }
     }
 }
@@ -124,12 +145,18 @@ mod tests {
         };
         take(Decision::Camera, 4);
         take(Decision::Time, 1);
+        take(Decision::Source, 4);
+        take(Decision::SourceDirection, 2);
         for bounce in [0, 1, 2, u32::MAX - 1, u32::MAX] {
             take(Decision::Alpha(bounce), 1);
             take(Decision::Emission(bounce), 1);
             take(Decision::Light(bounce), 4);
             take(Decision::Bsdf(bounce), 3);
             take(Decision::Roulette(bounce), 1);
+            take(Decision::LightPathBsdf(bounce), 3);
+            take(Decision::LightPathAlpha(bounce), 1);
+            take(Decision::LightPathRoulette(bounce), 1);
+            take(Decision::Lens(bounce), 2);
         }
     }
 

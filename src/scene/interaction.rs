@@ -30,6 +30,8 @@ pub struct Interaction<E: Effects> {
     side: f32,
     /// Whether the shading normal is the geometric one, so that the two cannot disagree on sides.
     is_flat: State<E::ShadingNormals, bool>,
+    /// Shading normal, as the shape has it, on the side of `ng`.
+    ns: State<E::ShadingNormals, Vec3>,
     /// Shading frame.
     pub frame: Frame,
     /// Texture coordinate.
@@ -51,19 +53,8 @@ impl<E: Effects> Interaction<E> {
         uv: State<E::Textures, Vec2>,
     ) -> Self {
         let wo = -ray.dir;
-        // Seen from behind, both normals are turned to the viewer while the shading normal is mended.
-        let side = if wo.dot(surface.ng) < 0.0 { -1.0 } else { 1.0 };
         let is_flat = !E::ShadingNormals::ON || surface.ns == surface.ng;
-        let ns = if is_flat {
-            side * surface.ng
-        } else {
-            mend_shading_normal(wo, side * surface.ng, side * surface.ns)
-        };
-        let ns = if E::Transmission::ON && transmits {
-            side * ns
-        } else {
-            ns
-        };
+        let (side, frame) = seen_from::<E>(wo, surface.ng, surface.ns, is_flat, transmits);
         Self {
             id: hit.id,
             p: surface.p,
@@ -71,10 +62,37 @@ impl<E: Effects> Interaction<E> {
             ng: surface.ng,
             side,
             is_flat: Slot::new(|| is_flat),
-            frame: Frame::from_normal(ns),
+            ns: Slot::new(|| surface.ns),
+            frame,
             uv,
             wo,
         }
+    }
+
+    /// The same point as it is seen along the unit vector `wo` away from it.
+    #[inline]
+    pub fn facing(&self, wo: Vec3, transmits: bool) -> Self {
+        let (is_flat, ns) = (self.is_flat.or(true), self.ns.or(self.ng));
+        let (side, frame) = seen_from::<E>(wo, self.ng, ns, is_flat, transmits);
+        Self {
+            side,
+            frame,
+            wo,
+            ..*self
+        }
+    }
+
+    /// Whether the shading normal is the geometric one.
+    #[inline]
+    pub fn is_flat(&self) -> bool {
+        self.is_flat.or(true)
+    }
+
+    /// Whether the shading normal had to be tilted for this viewer: then reflection is not the same both ways.
+    #[inline]
+    pub fn is_mended(&self) -> bool {
+        let ns = self.ns.or(self.ng);
+        !self.is_flat.or(true) && self.frame.n != ns && self.frame.n != -ns
     }
 
     /// Whether the back of the surface is seen.
@@ -121,6 +139,30 @@ impl<E: Effects> Interaction<E> {
             LightEnd::Infinity => Ray::new(from, w),
         }
     }
+}
+
+/// The side of a surface that is seen along `wo`, and the shading frame from there.
+#[inline]
+fn seen_from<E: Effects>(
+    wo: Vec3,
+    ng: Vec3,
+    ns: Vec3,
+    is_flat: bool,
+    transmits: bool,
+) -> (f32, Frame) {
+    // Seen from behind, both normals are turned to the viewer while the shading normal is mended.
+    let side = if wo.dot(ng) < 0.0 { -1.0 } else { 1.0 };
+    let ns = if is_flat {
+        side * ng
+    } else {
+        mend_shading_normal(wo, side * ng, side * ns)
+    };
+    let ns = if E::Transmission::ON && transmits {
+        side * ns
+    } else {
+        ns
+    };
+    (side, Frame::from_normal(ns))
 }
 
 /// The shading normal, tilted just so far towards `ng` that the mirror image of `wo` does not go below the surface: a

@@ -22,7 +22,9 @@ use crate::effects::{EffectSet, Effects, Slot, State, Switch};
 use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
 use crate::light::select::Lights;
-use crate::light::types::{Emission, LightEnd, LightSample, PointRule};
+use crate::light::types::{
+    BoundingSphere, Emission, EmissionSample, LightEnd, LightSample, PointRule,
+};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
@@ -46,6 +48,8 @@ pub struct Scene {
     pub camera: Camera,
     /// What surfaces are lit by.
     pub lights: Lights,
+    /// Holds all shapes.
+    pub around: BoundingSphere,
     /// Radiance from everywhere beyond the scene, but for what [`Lights::beyond`] tells.
     pub environment: Rgb,
     /// From world units to those of the scene.
@@ -213,11 +217,19 @@ impl Scene {
     /// How an interaction's surface scatters; `None` if it absorbs everything.
     #[inline]
     pub fn bsdf<E: Effects>(&self, at: &Interaction<E>) -> Option<Cow<'_, Bsdf>> {
-        let material = self.material(at.id);
-        if E::OneSided::ON && at.is_behind() && material.is_one_sided() {
-            return None;
-        }
-        Some(material.bsdf::<E>(at.uv.or(Vec2::ZERO)))
+        (!self.is_dark::<E>(at)).then(|| self.surface::<E>(at))
+    }
+
+    /// Whether an interaction sees the back of a surface that has but one side.
+    #[inline]
+    pub fn is_dark<E: Effects>(&self, at: &Interaction<E>) -> bool {
+        E::OneSided::ON && at.is_behind() && self.material(at.id).is_one_sided()
+    }
+
+    /// How an interaction's surface scatters, whichever side is seen.
+    #[inline]
+    pub fn surface<E: Effects>(&self, at: &Interaction<E>) -> Cow<'_, Bsdf> {
+        self.material(at.id).bsdf::<E>(at.uv.or(Vec2::ZERO))
     }
 
     /// Radiance that an interaction's surface emits back along the path; `None` if it is no emitter.
@@ -272,24 +284,53 @@ impl Scene {
         u: Vec2,
     ) -> Option<LightSample> {
         let mut sample = self.lights.sample::<E>(choice, points, p, time, u)?;
+        self.adapt_to_primitive::<E>(choice.0, time, &mut sample.radiance, &mut sample.end);
+        Some(sample)
+    }
+
+    /// A ray of light as it leaves a light, as [`Light::sample_emission`](crate::light::Light::sample_emission), by two
+    /// numbers for where it passes and two for where it goes.
+    pub fn sample_emission<E: Effects>(
+        &self,
+        light: u32,
+        time: f32,
+        u_position: Vec2,
+        u_direction: Vec2,
+    ) -> Option<EmissionSample> {
+        let found = self.lights.get(light);
+        let sample = found.sample_emission::<E>(time, u_position, u_direction, &self.around);
+        let mut sample = sample?;
+        self.adapt_to_primitive::<E>(light, time, &mut sample.radiance, &mut sample.end);
+        (!sample.radiance.is_black()).then_some(sample)
+    }
+
+    /// What the light itself does not know of a point on it: its texture, whether it is there, and the error bound of an
+    /// instance.
+    #[inline]
+    fn adapt_to_primitive<E: Effects>(
+        &self,
+        light: u32,
+        time: f32,
+        radiance: &mut Rgb,
+        end: &mut LightEnd,
+    ) {
         if (E::Textures::ON || E::Alpha::ON || E::Instances::ON)
             && !self.light_primitives.is_empty()
-            && let Some(id) = self.light_primitives[choice.0 as usize]
-            && let LightEnd::Surface(point, barycentric) = &mut sample.end
+            && let Some(id) = self.light_primitives[light as usize]
+            && let LightEnd::Surface(point, barycentric) = end
         {
             if let Some(error) = self.world.error_at::<E>(id, time, point.p) {
                 point.error = error;
             }
             let uv = || self.world.uv_at::<E>(id, time, point.p, *barycentric);
             if let Some(texture) = self.emitter(id).and_then(|e| e.texture.as_ref()) {
-                sample.radiance *= texture.lookup(uv());
+                *radiance *= texture.lookup(uv());
             }
             // A ray meets the lamp where it is there; what shines through the rest is another matter.
             if let Some(alpha) = self.material(id).alpha(uv) {
-                sample.radiance *= alpha;
+                *radiance *= alpha;
             }
         }
-        Some(sample)
     }
 
     #[inline]

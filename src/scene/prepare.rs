@@ -26,12 +26,13 @@ use crate::geometry::packed::PackedImages;
 use crate::geometry::texture::Texture;
 use crate::geometry::world::{Instance, World};
 use crate::light::select::Lights;
+use crate::light::types::BoundingSphere;
 use crate::light::{
     Light, distant::DistantLight, environment::EnvironmentMap, point::PointLight, spot::SpotLight,
 };
 use crate::math::bounds::Bounds;
 use crate::math::rgb::Rgb;
-use crate::math::vec::{DAffine3, DVec3};
+use crate::math::vec::{DAffine3, DVec3, Vec3};
 use crate::planted::planted;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -96,6 +97,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     );
     let notes = lit.notes(&kept);
     let scene = Scene {
+        around: sphere_around(&world),
         camera: camera(&description.camera, description.film.size, &normalisation),
         environment: description.constant_environment(),
         normalisation,
@@ -143,6 +145,7 @@ impl Scene {
         let lit = Lit::new(description, &layout, &self.materials, frame, &world);
         let notes = lit.notes(kept);
         self.effects = lit.effects(&description.camera, kept);
+        self.around = sphere_around(&world);
         (self.world, self.accel) = (world, accel);
         (self.shapes, self.emitters) = (lit.shapes, lit.emitters);
         (self.lights, self.light_primitives) = (lit.lights, lit.light_primitives);
@@ -221,6 +224,30 @@ fn scene_radius(boxes: &[Bounds], normalisation: &Normalisation) -> f64 {
         return 1.0;
     }
     f64::from(normalisation.length(0.5 * whole.extent().length()))
+}
+
+/// The sphere through the corners of the box around everything that can be met.
+fn sphere_around(world: &World) -> BoundingSphere {
+    let bounds_of = |shapes: &[Geometry]| -> Vec<Bounds> {
+        let not_empty = shapes.iter().filter(|shape| shape.primitive_count() > 0);
+        not_empty.map(Geometry::bounds).collect()
+    };
+    let mut boxes = bounds_of(world.geometries());
+    for instance in world.instances() {
+        let shapes = bounds_of(&world.groups()[instance.group]);
+        boxes.extend(shapes.iter().map(|bounds| instance.bounds_of(bounds)));
+    }
+    let whole = boxes.iter().fold(Bounds::default(), |all, b| all.union(*b));
+    if whole.is_empty() {
+        return BoundingSphere {
+            center: Vec3::ZERO,
+            radius: 1.0,
+        };
+    }
+    BoundingSphere {
+        center: whole.centre().as_vec3a(),
+        radius: (0.5 * whole.extent().length()) as f32,
+    }
 }
 
 /// A group's own frame.

@@ -4,6 +4,7 @@
 mod common;
 
 mod delta_lights;
+mod emission;
 mod environment;
 mod lamps;
 mod light;

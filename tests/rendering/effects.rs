@@ -163,10 +163,10 @@ fn state_of_absent_effects_has_no_size() {
         size_of::<PathState<Everything>>() - size_of::<PathState<Matte>>(),
         16
     );
-    // A texture coordinate, and whether the shading normal is the geometric one, likewise.
+    // A texture coordinate, the shading normal and whether it is the geometric one, likewise.
     assert_eq!(
         size_of::<Interaction<Everything>>() - size_of::<Interaction<Matte>>(),
-        16
+        32
     );
 }
 

@@ -29,7 +29,7 @@ const COURSE: [IntegratorKind; 5] = [
 ];
 
 /// A room with two matte blocks.
-fn matte() -> SceneDescription {
+pub fn matte() -> SceneDescription {
     room(&format!(
         "{LAMP}
 [[shape]]
@@ -42,7 +42,7 @@ max = [-0.1, 1.1, -0.1]
 }
 
 /// Rough metal, plastic with a smooth coat, and a lamp of two triangles.
-fn glossy() -> SceneDescription {
+pub fn glossy() -> SceneDescription {
     room(
         r#"
 [[material]]
@@ -80,7 +80,7 @@ indices = [[0, 1, 2], [0, 2, 3]]
 }
 
 /// A small bright sphere above a matte block, and a dim one that is larger.
-fn small_light() -> SceneDescription {
+pub fn small_light() -> SceneDescription {
     room(
         r#"
 [[shape]]
@@ -102,7 +102,7 @@ radius = 0.3
 }
 
 /// A large lamp and a ball of glass, smooth in one scene and rough in the other.
-fn glass(roughness: f32) -> SceneDescription {
+pub fn glass(roughness: f32) -> SceneDescription {
     room(&format!(
         r#"
 [[material]]
@@ -128,7 +128,7 @@ edge_v = [0, 0, 1.8]
 }
 
 /// A plain sky, a lamp, a mirror.
-fn outside() -> SceneDescription {
+pub fn outside() -> SceneDescription {
     room(&format!(
         "{LAMP}
 [[material]]

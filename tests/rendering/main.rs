@@ -5,6 +5,7 @@ mod common;
 
 mod adaptive;
 mod battery;
+mod bidirectional;
 mod denoise;
 mod determinism;
 mod effects;

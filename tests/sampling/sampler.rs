@@ -7,7 +7,7 @@ use etendue::math::vec::ONE_MINUS_EPSILON;
 use etendue::sampler::{Decision, Independent, Sampler, Sobol, Stratified};
 
 /// Decisions of all kinds, also where the independent sampler changes its stream (bounce 8191) and far beyond.
-const DECISIONS: [Decision; 19] = [
+const DECISIONS: [Decision; 23] = [
     Decision::Camera,
     Decision::Time,
     Decision::Alpha(0),
@@ -27,13 +27,23 @@ const DECISIONS: [Decision; 19] = [
     Decision::Light(20_000),
     Decision::Bsdf(1_000_003),
     Decision::Light(u32::MAX),
+    Decision::Source,
+    Decision::LightPathBsdf(0),
+    Decision::Lens(0),
+    Decision::LightPathBsdf(1_000_003),
 ];
 
 fn count(decision: Decision) -> usize {
     match decision {
-        Decision::Camera | Decision::Light(_) => 4,
-        Decision::Bsdf(_) => 3,
-        Decision::Time | Decision::Alpha(_) | Decision::Emission(_) | Decision::Roulette(_) => 1,
+        Decision::Camera | Decision::Light(_) | Decision::Source => 4,
+        Decision::Bsdf(_) | Decision::LightPathBsdf(_) => 3,
+        Decision::SourceDirection | Decision::Lens(_) => 2,
+        Decision::Time
+        | Decision::Alpha(_)
+        | Decision::Emission(_)
+        | Decision::Roulette(_)
+        | Decision::LightPathAlpha(_)
+        | Decision::LightPathRoulette(_) => 1,
     }
 }
 
@@ -44,6 +54,10 @@ fn numbers<S: Sampler>(sampler: &mut S, decision: Decision) -> [u32; 4] {
         3 => {
             let [a, b, c] = sampler.draw(decision);
             [a, b, c, 0.0]
+        }
+        2 => {
+            let [a, b] = sampler.draw(decision);
+            [a, b, 0.0, 0.0]
         }
         _ => {
             let [a] = sampler.draw(decision);

@@ -1,0 +1,221 @@
+//! Whether every strategy that finds a path knows the same densities of it: those worked out anew from its vertices alone.
+//!
+//! Then their weights are those of one set, and sum to one, as `weights.rs` shows of any set.
+//!
+//! Measure: weights.
+//! Range: the walks of random samples through scenes of the repository.
+//! Source: none needed. Tests only.
+
+use super::connect::{Connector, LightPath};
+use super::vertex::{Densities, Spread, Vertex};
+use super::walk::{From, Start, Walked, Walker};
+use super::weights::WholePath;
+use super::{Bidirectional, Roulette};
+use crate::accel::{AccelOptions, Backend, Precision, Quality};
+use crate::effects::kernel::types::Everything;
+use crate::integrator::RayCounts;
+use crate::integrator::observer::Unobserved;
+use crate::light::types::LightEnd;
+use crate::math::measure::PdfSolidAngle;
+use crate::math::rgb::Rgb;
+use crate::math::vec::{Vec2, Vec3};
+use crate::sampler::{Decision, Independent, Sampler};
+use crate::scene::Scene;
+use crate::scene::load::load;
+use crate::scene::prepare::prepare;
+use std::path::Path;
+
+type V<'a> = Vertex<'a, Everything>;
+
+/// A scene of the repository, and the size of its picture.
+fn scene(path: &str) -> (Scene, Vec2) {
+    let description = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).expect("it is valid");
+    let options = AccelOptions {
+        backend: Backend::ALL[0],
+        precision: Precision::Robust,
+        quality: Quality::default(),
+        threads: 1,
+    };
+    let (width, height) = description.film.size;
+    let scene = prepare(&description, options).expect("it is valid").scene;
+    (scene, Vec2::new(width as f32, height as f32))
+}
+
+/// Densities per steradian of going on from a vertex to the light's side and to the eye's.
+fn both_ways(scene: &Scene, vertex: &V<'_>, to_eye: Vec3, to_light: Vec3) -> [PdfSolidAngle; 2] {
+    if vertex.is_delta {
+        let tilted = [to_eye, to_light]
+            .iter()
+            .any(|&w| vertex.at.facing(w, vertex.transmits).is_mended());
+        return [1.0, if tilted { 0.0 } else { 1.0 }].map(PdfSolidAngle);
+    }
+    let scattering = vertex.scattering(scene, to_eye, to_light);
+    scattering.map_or([PdfSolidAngle(0.0); 2], |it| {
+        [it.pdf_to_light, it.pdf_to_eye]
+    })
+}
+
+/// The path through these surfaces, from the light to the eye, worked out anew; `ends` are those that were connected, which
+/// do not scatter by a delta lobe whatever their walks did next.
+fn anew(
+    scene: &Scene,
+    light: &LightPath<'_, Everything>,
+    surfaces: &[&V<'_>],
+    is_delta: &[bool],
+    camera: (Vec3, Spread),
+) -> WholePath {
+    let mut whole = WholePath::default();
+    let m = surfaces.len();
+    whole.clear(m + 2);
+    whole.densities[0].by_light = light.source.densities.by_light;
+    whole.direct = light.source.direct;
+    whole.is_delta.copy_from_slice(is_delta);
+    let p = |k: usize| surfaces[k].at.p;
+    let from_source = |p: Vec3| match &light.source.end {
+        LightEnd::Surface(point, _) => p - point.p,
+        LightEnd::Point(point) => p - *point,
+        // The first surface of the walk was met along it.
+        LightEnd::Infinity => -light.walked.vertices[0].at.wo,
+    };
+    whole.densities[1].by_light = light
+        .spread
+        .density_at(from_source(p(0)), surfaces[0].at.ng);
+    whole.densities[m].by_eye = camera
+        .1
+        .density_at(p(m - 1) - camera.0, surfaces[m - 1].at.ng);
+    for k in 0..m {
+        let to_light = match k {
+            0 => -from_source(p(0)),
+            _ => p(k - 1) - p(k),
+        };
+        let to_eye = if k + 1 == m { camera.0 } else { p(k + 1) } - p(k);
+        let vertex = V {
+            at: surfaces[k].at,
+            bsdf: surfaces[k].bsdf.clone(),
+            is_delta: is_delta[k + 1],
+            ..*surfaces[k]
+        };
+        let [light_side, eye_side] =
+            both_ways(scene, &vertex, to_eye.normalize(), to_light.normalize());
+        whole.densities[k].by_eye = match k {
+            0 => light.source.density_from(p(0), light_side),
+            _ => surfaces[k - 1].density_from(p(k), light_side),
+        };
+        if k + 1 < m {
+            whole.densities[k + 2].by_light = surfaces[k + 1].density_from(p(k), eye_side);
+        }
+    }
+    whole
+}
+
+/// Counts the connections of some walks and those whose weight is another one when it is worked out anew.
+fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
+    let integrator = Bidirectional {
+        max_bounces: Some(8),
+        roulette: Roulette::None,
+        pixels: 100,
+    };
+    let (mut count, mut differ) = (0, 0);
+    let mut sampler = Independent::new(5);
+    for sample in 0..samples {
+        sampler.start([1, 2], sample);
+        let [x, y, time] = [0, 1, 2].map(|b| {
+            let [u]: [f32; 1] = sampler.draw(Decision::Emission(b));
+            u
+        });
+        let film = Vec2::new(x, y) * size;
+        let ray = scene.camera.ray::<Everything>(film, Vec2::splat(0.5), time);
+        let viewpoint = scene.camera.viewpoint::<Everything>(Vec2::splat(0.5), time);
+        let seen = viewpoint.film_point(ray.dir).expect("it goes forwards");
+        let camera = (ray.origin, Spread::Rays(seen.per_steradian / 100.0));
+        let (mut rays, mut observer) = (RayCounts::default(), Unobserved);
+        let mut walker = Walker {
+            scene,
+            time,
+            roulette: Roulette::None,
+            sampler: &mut sampler,
+            rays: &mut rays,
+            observer: &mut observer,
+        };
+        let Some(light) = integrator.light_path::<Everything, _, _>(&mut walker) else {
+            continue;
+        };
+        let eye: Walked<'_, Everything> = walker.walk(Start {
+            from: From::Eye,
+            ray,
+            origin: ray.origin,
+            found: scene.accel.intersect(&ray, time, None),
+            spread: camera.1,
+            beta: Rgb::WHITE,
+            most: Some(5),
+        });
+        let surfaces = light.walked.vertices.len();
+        let mut connector = Connector {
+            scene,
+            time,
+            max_bounces: None,
+            per_pixel: 0.01,
+            light: Some(light),
+            eye: &eye,
+            rays: &mut rays,
+            observer: &mut observer,
+            whole: WholePath::default(),
+        };
+        for i in 0..surfaces {
+            for j in 0..eye.vertices.len() {
+                let is_connectible = eye.vertices[j].is_connectible();
+                if !is_connectible || connector.connected(i, j).is_black() {
+                    continue;
+                }
+                let known = connector.whole.clone();
+                let light = connector.light.as_ref().expect("it was put there");
+                let of_light = light.walked.vertices[..=i].iter();
+                let all: Vec<&V<'_>> = of_light.chain(eye.vertices[..=j].iter().rev()).collect();
+                let fresh = anew(scene, light, &all, &known.is_delta, camera);
+                count += 1;
+                // A rounded direction matters to a narrow lobe, but not to what is shared out.
+                let weights =
+                    |path: &WholePath| (0..all.len() + 2).map(|s| path.weight(s)).collect();
+                let [a, b]: [Vec<f64>; 2] = [&known, &fresh].map(weights);
+                let off = a.iter().zip(&b).map(|(a, b)| (a - b).abs());
+                differ += u64::from(off.fold(0.0, f64::max) > 0.01);
+                let can = |s: usize| s == 0 || !(known.is_delta[s - 1] || known.is_delta[s]);
+                let sum: f64 = (0..a.len()).filter(|&s| can(s)).map(|s| a[s]).sum();
+                assert!((sum - 1.0).abs() < 1e-9, "weights sum to {sum}: {known:?}");
+                assert!(
+                    known.densities.iter().all(|&it| is_density(it)),
+                    "{known:?}"
+                );
+            }
+        }
+    }
+    (count, differ)
+}
+
+fn is_density(Densities { by_light, by_eye }: Densities) -> bool {
+    by_light >= 0.0 && by_eye >= 0.0 && by_light.is_finite() && by_eye.is_finite()
+}
+
+/// A million paths. Where surfaces touch, rounding moves a point by more than its distance from the next: that is as rare as
+/// one in ten thousand.
+#[test]
+fn every_strategy_knows_the_same_densities_of_a_path() {
+    let scenes = [
+        ("scenes/cornell-box/cornell-box.toml", 170_000),
+        ("scenes/materials/materials.toml", 120_000),
+        ("scenes/caustics/caustics.toml", 60_000),
+        ("scenes/environment/environment.toml", 60_000),
+    ];
+    let mut all = 0;
+    for (path, samples) in scenes {
+        let (scene, size) = scene(path);
+        let (count, differ) = differing((&scene, size), samples);
+        println!("{path}: {count} paths, {differ} with other weights");
+        assert!(
+            differ as f64 <= 1e-4 * count as f64,
+            "{path}: {differ} of {count}"
+        );
+        all += count;
+    }
+    assert!(all > 1_000_000, "{all}");
+}

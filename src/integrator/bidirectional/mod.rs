@@ -1,0 +1,207 @@
+//! Bidirectional path tracing: a walk from the eye and one from a light, and every way of making one path of both.
+//!
+//! A path with n edges can be found in n + 1 ways, of which each is good at something: walks from the light at what a lamp
+//! behind glass throws onto a wall, walks from the eye at what is seen in a mirror. The estimate of a pixel is
+//!
+//!   sum_{t > 1, s} w_{s,t} C_{s,t} + 1/N sum_{light paths} sum_s h w_{s,1} C_{s,1},
+//!
+//! where the second sum is over those light paths, one for each sample of every pixel, N in all, that are connected to the
+//! lens and fall where the pixel's filter h covers the film. The weights w, by the power heuristic, sum to one for every path
+//! (`weights.rs`), but for light that the camera sees without scattering, which is looked at alone.
+//!
+//! Roulette is part of what a walk has gathered, not of its densities.
+//!
+//! Measure: radiance; splats as in `film/splats.rs`.
+//! Range: any scene. Walks are kept whole, some 300 bytes a vertex, until their sample is done.
+//! Source: Lafortune and Willems 1993; Veach 1997, chapter 10. Tested in `tests/rendering/bidirectional.rs`.
+
+mod connect;
+#[cfg(test)]
+mod consistency;
+mod vertex;
+mod walk;
+mod weights;
+
+use super::observer::PathObserver;
+use super::{CameraRay, Integrator, RayCounts, Roulette};
+use crate::accel::Hit;
+use crate::effects::Effects;
+use crate::film::splats::{NoSplats, SplatSink};
+use crate::light::types::{EmissionSample, LightEnd};
+use crate::math::measure::{PdfSolidAngle, Pmf};
+use crate::math::ray::Ray;
+use crate::math::rgb::Rgb;
+use crate::math::robust::offset_point;
+use crate::math::vec::{Vec2, Vec3};
+use crate::sampler::{Decision, Sampler};
+use crate::scene::Scene;
+use connect::{Connector, LightPath};
+use vertex::{Source, Spread, Vertex};
+use walk::{From, Start, Walker};
+use weights::WholePath;
+
+/// The bidirectional path integrator's choices.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bidirectional {
+    /// Scattering events at most; `None` does not limit them.
+    pub max_bounces: Option<u32>,
+    /// When walks end by chance.
+    pub roulette: Roulette,
+    /// Pixels that are rendered: as many light paths share the film with one sample of each.
+    pub pixels: u64,
+}
+
+impl Integrator for Bidirectional {
+    fn radiance<E: Effects, S: Sampler, O: PathObserver>(
+        &self,
+        scene: &Scene,
+        sampler: &mut S,
+        camera_ray: &CameraRay,
+        found: Option<Hit>,
+        rays: &mut RayCounts,
+        observer: &mut O,
+    ) -> Rgb {
+        let splats = &mut NoSplats;
+        self.radiance_and_splats::<E, S, O, NoSplats>(
+            scene, sampler, camera_ray, found, rays, observer, splats,
+        )
+    }
+
+    fn radiance_and_splats<E: Effects, S: Sampler, O: PathObserver, P: SplatSink>(
+        &self,
+        scene: &Scene,
+        sampler: &mut S,
+        camera_ray: &CameraRay,
+        found: Option<Hit>,
+        rays: &mut RayCounts,
+        observer: &mut O,
+        splats: &mut P,
+    ) -> Rgb {
+        let &CameraRay { ray, time } = camera_ray;
+        let mut walker = Walker {
+            scene,
+            time,
+            roulette: self.roulette,
+            sampler,
+            rays,
+            observer,
+        };
+        let light = self.light_path::<E, S, O>(&mut walker);
+
+        let per_pixel = 1.0 / self.pixels as f64;
+        let viewpoint = |u| scene.camera.viewpoint::<E>(u, time);
+        let film = viewpoint(Vec2::splat(0.5)).film_point(ray.dir);
+        let per_steradian = film.map_or(0.0, |film| film.per_steradian);
+        walker.rays.camera += 1;
+        let eye = walker.walk::<E>(Start {
+            from: From::Eye,
+            ray,
+            origin: ray.origin,
+            found,
+            spread: Spread::Rays(per_steradian * per_pixel),
+            beta: Rgb::WHITE,
+            most: self.max_bounces.map(|most| u64::from(most) + 1),
+        });
+
+        let mut connector = Connector {
+            scene,
+            time,
+            max_bounces: self.max_bounces,
+            per_pixel,
+            light,
+            eye: &eye,
+            rays,
+            observer,
+            whole: WholePath::default(),
+        };
+        connector.splat(viewpoint, splats);
+        connector.radiance()
+    }
+}
+
+impl Bidirectional {
+    /// A walk from a light; `None` where none shines, or nothing may scatter.
+    fn light_path<'a, E: Effects, S: Sampler, O: PathObserver>(
+        &self,
+        walker: &mut Walker<'a, '_, S, O>,
+    ) -> Option<LightPath<'a, E>> {
+        if self.max_bounces == Some(0) {
+            return None;
+        }
+        let (scene, time) = (walker.scene, walker.time);
+        let [u, v, u_choice, v_choice] = walker.sampler.draw(Decision::Source);
+        let u_direction = walker.sampler.draw(Decision::SourceDirection);
+        let (light, pmf) = scene.lights.choose::<E>([u_choice, v_choice])?;
+        let u_direction = Vec2::from_array(u_direction);
+        let sample = scene.sample_emission::<E>(light, time, Vec2::new(u, v), u_direction)?;
+        let (mut source, spread) = Source::new(sample.end, pmf, &sample.pdf);
+        let ray = Ray::new(beginning(&sample), sample.direction);
+        walker.rays.closest += 1;
+        let walked = walker.walk::<E>(Start {
+            from: From::Light,
+            ray,
+            origin: sample.origin,
+            found: scene.accel.intersect(&ray, time, None),
+            spread,
+            beta: power(&sample, pmf),
+            most: self.max_bounces.map(u64::from),
+        });
+        let first = walked.vertices.first()?;
+        source.densities.by_eye = source.density_from(first.at.p, walked.back);
+        source.direct = looked_for(scene, light, time, &source, &sample, first);
+        Some(LightPath {
+            source,
+            #[cfg(test)]
+            spread,
+            walked,
+        })
+    }
+}
+
+/// Where the first ray begins: beyond the bound of the error of its point.
+fn beginning(sample: &EmissionSample) -> Vec3 {
+    match &sample.end {
+        LightEnd::Surface(point, _) => {
+            let leaves_above = sample.direction.dot(point.ng) > 0.0;
+            let side = if leaves_above { point.ng } else { -point.ng };
+            offset_point(point.p, point.error, side)
+        }
+        LightEnd::Point(_) | LightEnd::Infinity => sample.origin,
+    }
+}
+
+/// What a walk along this ray sets out with.
+fn power(sample: &EmissionSample, pmf: Pmf) -> Rgb {
+    let cos = match &sample.end {
+        LightEnd::Surface(point, _) => sample.direction.dot(point.ng).abs(),
+        LightEnd::Point(_) | LightEnd::Infinity => 1.0,
+    };
+    let position = sample.pdf.position.map_or(1.0, |pdf| pdf.0);
+    let direction = sample.pdf.direction.map_or(1.0, |pdf| pdf.0);
+    sample.radiance * (cos / direction / position / pmf.0)
+}
+
+/// The density with which the first surface of a walk from a light finds its source by looking for a light.
+fn looked_for<E: Effects>(
+    scene: &Scene,
+    light: u32,
+    time: f32,
+    source: &Source,
+    sample: &EmissionSample,
+    first: &Vertex<E>,
+) -> f64 {
+    let from = first.at.p;
+    let pdf = match &sample.end {
+        LightEnd::Surface(point, _) => {
+            let towards = point.p - from;
+            scene.lights.pdf::<E>(light, from, time, towards, point.ng)
+        }
+        LightEnd::Infinity if source.can_be_met => {
+            let beyond = scene.lights.beyond(-sample.direction);
+            beyond.map_or(PdfSolidAngle(0.0), |beyond| beyond.pdf)
+        }
+        // There is no other point, or direction, than this: by the choice of the light.
+        LightEnd::Point(_) | LightEnd::Infinity => return source.direct,
+    };
+    source.density_from(from, pdf)
+}

@@ -1,0 +1,243 @@
+//! The vertices of paths from the camera and from the lights, and how light scatters at one of them from a light towards
+//! the eye, whichever end the path began at.
+//!
+//! A shading normal is tilted for the viewer who would see a surface from behind ([`Interaction`]). So scattering is always
+//! asked of the surface as the eye sees it, and the density of going the other way of the surface as the light sees it. With
+//! the normals n of shading and g of geometry, light along l that leaves towards the eye e is multiplied by
+//!
+//!   f(e, l) |l n| |e g| / |l g|,
+//!
+//! for each unit of projected solid angle about g: Veach's adjoint of a BSDF with shading normals.
+//!
+//! Measure: densities per unit of area in normalised units; at a light from beyond the scene per steradian.
+//! Range: any surface. Delta lobes have the density 1 per steradian both ways: their true densities have the same ratio.
+//! Source: Veach 1997, sections 5.3 and 8.3.2, eq. 5.17. Tested in `tests/rendering/bidirectional.rs`.
+
+use crate::bsdf::{Bsdf, BsdfSample};
+use crate::effects::{Effects, Switch};
+use crate::light::types::{EmissionPdf, LightEnd};
+use crate::math::measure::{PdfSolidAngle, Pmf};
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec3;
+use crate::planted::planted;
+use crate::scene::Scene;
+use crate::scene::interaction::Interaction;
+use std::borrow::Cow;
+
+/// The densities with which paths from both ends find a vertex, given the vertices before it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Densities {
+    /// On a path from the light.
+    pub by_light: f64,
+    /// On a path from the eye.
+    pub by_eye: f64,
+}
+
+/// A density of rays, before it is known what they meet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Spread {
+    /// From a point, per steradian.
+    Rays(f64),
+    /// Parallel, per unit of area across.
+    Beam(f64),
+}
+
+impl Spread {
+    /// The density with which the rays find a point of a surface with the normal `ng`, at the end of `way`; of parallel
+    /// rays its length means nothing.
+    #[inline]
+    pub fn density_at(self, way: Vec3, ng: Vec3) -> f64 {
+        let way = way.as_dvec3();
+        let distance2 = way.length_squared();
+        let cos = way.dot(ng.as_dvec3()).abs() / distance2.sqrt();
+        let density = match self {
+            Self::Rays(density) => density * cos / distance2,
+            Self::Beam(density) => density * cos,
+        };
+        // From the surface itself nothing is found.
+        if density.is_finite() { density } else { 0.0 }
+    }
+}
+
+/// What a surface does to light on its way to the eye, and how likely it is to be looked for along that way.
+#[derive(Debug, Clone, Copy)]
+pub struct Scattering {
+    /// f |cos|, of the light's direction with the shading normal that the eye sees.
+    pub to_eye: Rgb,
+    /// What that is multiplied by to get what a path from the light is.
+    pub adjoint: f32,
+    /// The density of going on to the light, on a path from the eye.
+    pub pdf_to_light: PdfSolidAngle,
+    /// The density of going on to the eye, on a path from the light.
+    pub pdf_to_eye: PdfSolidAngle,
+    /// Whether the light passes through the surface.
+    pub goes_through: bool,
+}
+
+/// A point of a surface on a path.
+#[derive(Debug)]
+pub struct Vertex<'a, E: Effects> {
+    /// Where, seen from the vertex before.
+    pub at: Interaction<E>,
+    /// How its surface scatters.
+    pub bsdf: Cow<'a, Bsdf>,
+    /// Whether light passes through it.
+    pub transmits: bool,
+    /// What the path has gathered until it came here.
+    pub beta: Rgb,
+    /// How it is found.
+    pub densities: Densities,
+    /// Whether the path goes on from here by a delta lobe.
+    pub is_delta: bool,
+    /// Numbers for the point that it is connected to: on a light, or on the lens.
+    pub u: [f32; 4],
+}
+
+impl<'a, E: Effects> Vertex<'a, E> {
+    /// A vertex where a path has arrived.
+    pub fn new(
+        scene: &'a Scene,
+        at: Interaction<E>,
+        beta: Rgb,
+        densities: Densities,
+        u: [f32; 4],
+    ) -> Self {
+        Self {
+            bsdf: scene.surface(&at),
+            transmits: scene.material(at.id).transmits(),
+            at,
+            beta,
+            densities,
+            is_delta: false,
+            u,
+        }
+    }
+
+    /// Whether anything but delta lobes scatters here, so that it can be connected to.
+    #[inline]
+    pub fn is_connectible(&self) -> bool {
+        !self.bsdf.is_delta::<E>()
+    }
+
+    /// The density of finding this vertex with that density of directions at `from`.
+    #[inline]
+    pub fn density_from(&self, from: Vec3, pdf: PdfSolidAngle) -> f64 {
+        Spread::Rays(pdf.0.into()).density_at(self.at.p - from, self.at.ng)
+    }
+
+    /// Scattering from the unit vector `to_light` to the unit vector `to_eye`, both away from the surface, without delta
+    /// lobes; `None` if no light goes this way.
+    pub fn scattering(&self, scene: &Scene, to_eye: Vec3, to_light: Vec3) -> Option<Scattering> {
+        let (seen, goes_through) = self.seen(scene, to_eye, to_light)?;
+        let wi = seen.frame.to_local(to_light);
+        let value = self.bsdf.eval::<E>(seen.frame.to_local(to_eye), wi);
+        if value.f.is_black() {
+            return None;
+        }
+        let lit = self.at.facing(to_light, self.transmits);
+        let back = (lit.frame.to_local(to_light), lit.frame.to_local(to_eye));
+        Some(Scattering {
+            to_eye: value.f * wi.z.abs(),
+            adjoint: adjoint(&seen, to_eye, to_light),
+            pdf_to_light: value.pdf,
+            pdf_to_eye: self.bsdf.eval::<E>(back.0, back.1).pdf,
+            goes_through,
+        })
+    }
+
+    /// The same for a direction that a delta lobe has found on a path from the eye, or from the light.
+    ///
+    /// Reflection about a tilted normal, and refraction through it, are not found the other way.
+    pub fn delta_scattering(
+        &self,
+        scene: &Scene,
+        sample: &BsdfSample,
+        to_eye: Vec3,
+        to_light: Vec3,
+    ) -> Option<Scattering> {
+        let (seen, goes_through) = self.seen(scene, to_eye, to_light)?;
+        let is_mended = seen.is_mended() || self.at.facing(to_light, self.transmits).is_mended();
+        let both_ways = PdfSolidAngle(1.0);
+        let one_way = PdfSolidAngle(if is_mended { 0.0 } else { 1.0 });
+        let [of_eye, of_light] = [to_eye, to_light].map(|w| seen.frame.to_local(w).z.abs());
+        // A refracted beam changes its width: light that stays in projected solid angle about the shading normal.
+        Some(Scattering {
+            to_eye: sample.weight,
+            adjoint: adjoint(&seen, to_eye, to_light) * (of_light / of_eye),
+            pdf_to_light: both_ways,
+            pdf_to_eye: one_way,
+            goes_through,
+        })
+    }
+
+    /// The surface as the eye sees it, and whether light passes through it; `None` where its two normals do not agree on
+    /// that, or it is dark.
+    fn seen(&self, scene: &Scene, to_eye: Vec3, to_light: Vec3) -> Option<(Interaction<E>, bool)> {
+        let seen = self.at.facing(to_eye, self.transmits);
+        let [wo, wi] = [to_eye, to_light].map(|w| seen.frame.to_local(w));
+        let goes_through = wi.z * wo.z < 0.0;
+        let is_lit = seen.agrees(to_light, goes_through) && !scene.is_dark(&seen);
+        is_lit.then_some((seen, goes_through))
+    }
+}
+
+/// |e g| / |l g|, where |l n| is a factor already.
+fn adjoint<E: Effects>(seen: &Interaction<E>, to_eye: Vec3, to_light: Vec3) -> f32 {
+    let cos = to_eye.dot(seen.ng).abs();
+    if !E::ShadingNormals::ON || seen.is_flat() {
+        return cos / seen.frame.to_local(to_light).z.abs();
+    }
+    planted!(
+        "shading-normals-both-ways-alike",
+        cos / seen.frame.to_local(to_light).z.abs(),
+        cos / to_light.dot(seen.ng).abs()
+    )
+}
+
+/// The point of a light that a path ends at, or the direction if the light is beyond the scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Source {
+    /// Where it is.
+    pub end: LightEnd,
+    /// Whether a path from the eye can meet it by chance.
+    pub can_be_met: bool,
+    /// How it is found.
+    pub densities: Densities,
+    /// The density with which the vertex next to it finds it by looking for a light.
+    pub direct: f64,
+}
+
+impl Source {
+    /// The end of a path that light sampling would leave with these densities, times the probability of choosing the light,
+    /// and the density of the rays that go on from it.
+    pub fn new(end: LightEnd, pmf: Pmf, pdf: &EmissionPdf) -> (Self, Spread) {
+        let position = pdf.position.map_or(1.0, |pdf| f64::from(pdf.0));
+        let direction = pdf.direction.map_or(1.0, |pdf| f64::from(pdf.0));
+        // What is chosen first is what the vertex is: the direction of light from beyond the scene, else the point.
+        let (first, spread) = match end {
+            LightEnd::Infinity => (direction, Spread::Beam(position)),
+            LightEnd::Surface(..) | LightEnd::Point(_) => (position, Spread::Rays(direction)),
+        };
+        let source = Self {
+            end,
+            can_be_met: pdf.position.is_some() && pdf.direction.is_some(),
+            densities: Densities {
+                by_light: f64::from(pmf.0) * first,
+                by_eye: 0.0,
+            },
+            direct: f64::from(pmf.0),
+        };
+        (source, spread)
+    }
+
+    /// The density of meeting it by chance with that density of directions at `from`.
+    pub fn density_from(&self, from: Vec3, pdf: PdfSolidAngle) -> f64 {
+        match &self.end {
+            _ if !self.can_be_met => 0.0,
+            LightEnd::Surface(point, _) => {
+                Spread::Rays(pdf.0.into()).density_at(point.p - from, point.ng)
+            }
+            LightEnd::Point(_) | LightEnd::Infinity => pdf.0.into(),
+        }
+    }
+}

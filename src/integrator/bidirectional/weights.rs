@@ -1,0 +1,202 @@
+//! How the strategies that find the same path share it.
+//!
+//! A path x_0 x_1 ... x_n goes from the light, x_0, to the camera, x_n. The strategy with s vertices of a path from the light
+//! finds it with the density
+//!
+//!   p_s = prod_{i < s} L_i prod_{s <= i < n} E_i,
+//!
+//! where L_i is the density of finding x_i from the light and E_i from the eye, given the vertices before. With s = 1 the
+//! light is looked for, so that L_0 is another number there. The weight of a strategy is p_s^2 / sum_k p_k^2, summed over
+//! those that can find the path: nothing is connected to a vertex that scatters by a delta lobe. As p_{k+1} / p_k = L_k / E_k,
+//! ratios are all that it takes.
+//!
+//! Measure: any, the same for both densities of a vertex.
+//! Range: any densities of at least 0; that of the strategy itself is above 0.
+//! Source: Veach and Guibas 1995, the power heuristic with exponent 2; Veach 1997, section 10.2.1. Tested below.
+
+use super::vertex::{Densities, Source};
+use crate::planted::planted;
+
+/// What is known of all vertices of a path, from the light to the camera.
+#[derive(Debug, Clone, Default)]
+pub struct WholePath {
+    /// L_i and E_i; the camera has none.
+    pub densities: Vec<Densities>,
+    /// Whether the path goes on by a delta lobe.
+    pub is_delta: Vec<bool>,
+    /// The density of finding x_0 by looking for a light at x_1.
+    pub direct: f64,
+}
+
+/// The densities about a connection, each of a vertex that is found from the other end.
+#[derive(Debug, Clone, Copy)]
+pub struct Join {
+    /// Of x_{s-1} and x_{s-2}, by a path from the eye.
+    pub by_eye: [f64; 2],
+    /// Of x_s and x_{s+1}, by a path from the light.
+    pub by_light: [f64; 2],
+}
+
+impl WholePath {
+    /// Makes room for a path of so many vertices, of which nothing is known.
+    pub fn clear(&mut self, vertices: usize) {
+        self.densities.clear();
+        self.densities.resize(vertices, Densities::default());
+        self.is_delta.clear();
+        self.is_delta.resize(vertices, false);
+        self.direct = 0.0;
+    }
+
+    /// Writes x_0 down.
+    pub fn begin(&mut self, source: &Source) {
+        self.densities[0] = source.densities;
+        self.direct = source.direct;
+    }
+
+    /// Writes down what connecting x_{s-1}, from the light, with x_s, from the eye, tells of both and of those before them.
+    /// Neither scatters by a delta lobe.
+    pub fn join(&mut self, s: usize, join: &Join) {
+        let n = self.densities.len() - 1;
+        self.densities[s - 1].by_eye = join.by_eye[0];
+        self.is_delta[s - 1] = false;
+        if s > 1 {
+            self.densities[s - 2].by_eye = join.by_eye[1];
+        }
+        if s < n {
+            self.densities[s].by_light = join.by_light[0];
+            self.is_delta[s] = false;
+        }
+        if s + 1 < n {
+            self.densities[s + 1].by_light = join.by_light[1];
+        }
+    }
+
+    /// The weight of the strategy with `s` vertices of a path from the light.
+    pub fn weight(&self, s: usize) -> f64 {
+        let n = self.densities.len() - 1;
+        // What the camera sees of a light itself is found by looking there alone.
+        if n == 1 {
+            return 1.0;
+        }
+        let own = not_zero(self.density_of_light(s));
+        let of_light = |k| f64::min(self.density_of_light(k) / own, f64::MAX);
+        let mut sum = 1.0;
+        // Strategies with more vertices from the light: those from x_s on are found from there, but for x_0 itself.
+        let mut ratio = 1.0;
+        for k in s + 1..=n {
+            if k > 1 {
+                let Densities { by_light, by_eye } = self.densities[k - 1];
+                ratio = f64::min(ratio * (by_light / not_zero(by_eye)), f64::MAX);
+            }
+            sum += self.square(k, ratio * of_light(k));
+        }
+        // Strategies with fewer.
+        let mut ratio = 1.0;
+        for k in (0..s).rev() {
+            if k > 0 {
+                let Densities { by_light, by_eye } = self.densities[k];
+                ratio = f64::min(ratio * (by_eye / not_zero(by_light)), f64::MAX);
+            }
+            sum += self.square(k, ratio * of_light(k));
+        }
+        planted!("a-weight-is-missing", 1.0 / sum.min(2.0), 1.0 / sum)
+    }
+
+    /// The density with which strategy `k` finds x_0.
+    fn density_of_light(&self, k: usize) -> f64 {
+        match k {
+            0 => self.densities[0].by_eye,
+            1 => self.direct,
+            _ => self.densities[0].by_light,
+        }
+    }
+
+    /// What strategy `k` adds to the sum, given its density in shares of that of the strategy in question.
+    fn square(&self, k: usize, ratio: f64) -> f64 {
+        let can_connect = k == 0 || !(self.is_delta[k - 1] || self.is_delta[k]);
+        if can_connect { ratio * ratio } else { 0.0 }
+    }
+}
+
+/// Rounding may leave nothing of a density by which a vertex has been found.
+fn not_zero(density: f64) -> f64 {
+    density.max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A path of four surfaces between light and camera, with numbers that differ widely; `delta` is one that scatters by a
+    /// delta lobe.
+    fn path(i: u32, delta: Option<usize>) -> WholePath {
+        let number = |k: f64| 10.0_f64.powf(12.0 * (f64::from(i + 1) * k).fract() - 6.0);
+        let mut path = WholePath::default();
+        path.clear(6);
+        for (x, densities) in (0..).map(f64::from).zip(&mut path.densities) {
+            densities.by_light = number(0.618_034 + 0.11 * x);
+            densities.by_eye = number(0.414_214 + 0.07 * x);
+        }
+        path.direct = number(0.732_051);
+        if let Some(delta) = delta {
+            path.is_delta[delta] = true;
+        }
+        path
+    }
+
+    /// p_s by its definition.
+    fn density(path: &WholePath, s: usize) -> f64 {
+        let of = |i: usize| match (i, s) {
+            (0, 1) => path.direct,
+            _ if i < s => path.densities[i].by_light,
+            _ => path.densities[i].by_eye,
+        };
+        (0..path.densities.len() - 1).map(of).product()
+    }
+
+    #[test]
+    fn weights_are_those_of_the_definition_and_sum_to_one() {
+        for i in 0..2000 {
+            for delta in [None, Some(1), Some(2), Some(4)] {
+                let path = path(i, delta);
+                let can = |s: &usize| *s == 0 || !(path.is_delta[s - 1] || path.is_delta[*s]);
+                let strategies: Vec<usize> = (0..=5).filter(can).collect();
+                let squares = strategies.iter().map(|&s| density(&path, s).powi(2));
+                let all: f64 = squares.sum();
+                let mut sum = 0.0;
+                for &s in &strategies {
+                    let weight = path.weight(s);
+                    let expected = density(&path, s).powi(2) / all;
+                    assert!((weight - expected).abs() < 1e-9, "{s} {weight} {expected}");
+                    sum += weight;
+                }
+                assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_light_that_chance_cannot_meet_and_a_lamp_that_nobody_looks_for_have_fewer_strategies() {
+        let mut point = path(3, None);
+        point.densities[0].by_eye = 0.0;
+        let sum: f64 = (1..=5).map(|s| point.weight(s)).sum();
+        assert!((sum - 1.0).abs() < 1e-9);
+        let mut unsampled = path(3, None);
+        unsampled.densities[0].by_light = 0.0;
+        unsampled.direct = 0.0;
+        assert_eq!(unsampled.weight(0), 1.0);
+    }
+
+    #[test]
+    fn densities_beyond_any_measure_give_no_nonsense() {
+        let mut path = path(5, Some(2));
+        for (i, densities) in path.densities.iter_mut().enumerate() {
+            densities.by_light = if i % 2 == 0 { 1e300 } else { 0.0 };
+            densities.by_eye = if i % 2 == 0 { 0.0 } else { 1e-300 };
+        }
+        for s in 0..=5 {
+            let weight = path.weight(s);
+            assert!((0.0..=1.0).contains(&weight), "{s}: {weight}");
+        }
+    }
+}

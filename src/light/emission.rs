@@ -1,0 +1,199 @@
+//! Rays of light as they leave their lights: the beginning of paths that are traced from the lights on.
+//!
+//! A point on a lamp is chosen uniformly by area and a direction in proportion to the cosine with its normal; a point or
+//! spot light sends out directions that are uniform over the sphere or its cone. Of light from beyond the scene the direction
+//! comes first, and the ray passes a point that is uniform on a disk across it, as wide as the sphere around the scene.
+//!
+//! Measure: densities per unit of area in normalised units, and per steradian.
+//! Range: any light; one that shines on both sides chooses its side by a coin. A ray along which nothing shines is `None`.
+//! Source: Pharr, Jakob, Humphreys, "Light Interface", `SampleLe`; Veach 1997, section 10.3.1. Tested in
+//! `tests/lights/emission.rs`.
+
+use super::Light;
+use super::types::{BoundingSphere, Emission, EmissionPdf, EmissionSample, LightEnd};
+use crate::effects::{Effects, Switch, beyond_kernel};
+use crate::geometry::surface::SurfacePoint;
+use crate::math::frame::Frame;
+use crate::math::measure::{PdfArea, PdfSolidAngle};
+use crate::math::rgb::Rgb;
+use crate::math::vec::{Vec2, Vec3};
+use crate::planted::planted;
+use crate::sampling::warp;
+use std::f32::consts::PI;
+
+impl Light {
+    /// A ray of light, by numbers for where it passes and for where it goes, at a time of the shutter.
+    pub fn sample_emission<E: Effects>(
+        &self,
+        time: f32,
+        u_position: Vec2,
+        u_direction: Vec2,
+        around: &BoundingSphere,
+    ) -> Option<EmissionSample> {
+        let flat = [0.0; 2];
+        let lamp = |(point, b), emission, pdf| from_surface(point, b, emission, pdf, u_direction);
+        match self {
+            Self::Triangle(light) if E::AreaLights::ON => {
+                lamp(light.point(u_position), light.emission(), light.pdf_area())
+            }
+            Self::MovingTriangle(light) if E::Motion::ON => {
+                let light = light.at(time);
+                lamp(light.point(u_position), light.emission(), light.pdf_area())
+            }
+            Self::Rectangle(light) if E::AreaLights::ON => {
+                let point = light.point(u_position);
+                lamp((point, flat), light.emission(), light.pdf_area())
+            }
+            Self::Disk(light) if E::AreaLights::ON => {
+                let point = light.point(u_position);
+                lamp((point, flat), light.emission(), light.pdf_area())
+            }
+            Self::Sphere(light) if E::AreaLights::ON => {
+                let point = light.point(u_position);
+                lamp((point, flat), light.emission(), light.pdf_area())
+            }
+            Self::Point(light) if E::DeltaLights::ON => {
+                let direction = warp::sample_sphere_uniform(u_direction);
+                let pdf = PdfSolidAngle(warp::PDF_SPHERE_UNIFORM);
+                from_point(light.position(), direction, light.intensity(), pdf)
+            }
+            Self::Spot(light) if E::DeltaLights::ON => {
+                let direction = light.direction(u_direction);
+                let pdf = light.pdf_direction(direction);
+                from_point(light.position(), direction, light.intensity(direction), pdf)
+            }
+            Self::Distant(light) if E::DeltaLights::ON => {
+                let ray = (light.direction(), light.irradiance(), None);
+                from_beyond(ray, u_position, around)
+            }
+            Self::Environment(map) if E::EnvironmentMap::ON => {
+                let found = map.sample(u_direction)?;
+                from_beyond((-found.wi, found.radiance, found.pdf), u_position, around)
+            }
+            _ => beyond_kernel(),
+        }
+    }
+
+    /// The densities of [`sample_emission`](Self::sample_emission) for a ray along the unit vector `direction` that leaves
+    /// where the light's normal is `normal`, which lights without a surface do not have.
+    pub fn pdf_emission(
+        &self,
+        time: f32,
+        normal: Vec3,
+        direction: Vec3,
+        around: &BoundingSphere,
+    ) -> EmissionPdf {
+        let cos = direction.dot(normal);
+        let lamp = |pdf, emission: Emission| EmissionPdf {
+            position: Some(pdf),
+            direction: Some(pdf_cosine(&emission, cos)),
+        };
+        let point = |direction| EmissionPdf {
+            position: None,
+            direction: Some(direction),
+        };
+        match self {
+            Self::Triangle(light) => lamp(light.pdf_area(), light.emission()),
+            Self::MovingTriangle(light) => {
+                let light = light.at(time);
+                lamp(light.pdf_area(), light.emission())
+            }
+            Self::Rectangle(light) => lamp(light.pdf_area(), light.emission()),
+            Self::Disk(light) => lamp(light.pdf_area(), light.emission()),
+            Self::Sphere(light) => lamp(light.pdf_area(), light.emission()),
+            Self::Point(_) => point(PdfSolidAngle(warp::PDF_SPHERE_UNIFORM)),
+            Self::Spot(light) => point(light.pdf_direction(direction)),
+            Self::Distant(_) => EmissionPdf {
+                position: Some(pdf_disk(around)),
+                direction: None,
+            },
+            Self::Environment(map) => EmissionPdf {
+                position: Some(pdf_disk(around)),
+                direction: Some(map.eval(-direction).1),
+            },
+        }
+    }
+}
+
+/// A ray from a point of a lamp.
+fn from_surface(
+    point: SurfacePoint,
+    barycentric: [f32; 2],
+    emission: Emission,
+    pdf: PdfArea,
+    u: Vec2,
+) -> Option<EmissionSample> {
+    let (u, side) = if !emission.two_sided {
+        (u, 1.0)
+    } else if u.x < 0.5 {
+        (Vec2::new(2.0 * u.x, u.y), 1.0)
+    } else {
+        (Vec2::new(2.0 * u.x - 1.0, u.y), -1.0)
+    };
+    let local = warp::sample_hemisphere_cosine(u);
+    let direction = Frame::from_normal(side * point.ng).to_world(local);
+    // Of the rounded direction, as whoever meets the lamp along it sees it.
+    let cos = direction.dot(point.ng);
+    let density = pdf_cosine(&emission, cos);
+    (density.0 > 0.0).then_some(EmissionSample {
+        end: LightEnd::Surface(point, barycentric),
+        origin: point.p,
+        direction,
+        radiance: emission.towards(cos),
+        pdf: EmissionPdf {
+            position: Some(pdf),
+            direction: Some(density),
+        },
+    })
+}
+
+/// The density of directions about a lamp's normal.
+fn pdf_cosine(emission: &Emission, cos: f32) -> PdfSolidAngle {
+    let of_one_side = warp::pdf_hemisphere_cosine(if emission.two_sided { cos.abs() } else { cos });
+    let sides = planted!("both-sides-at-once", 1.0, emission.sides());
+    PdfSolidAngle(of_one_side / sides)
+}
+
+/// A ray from a point.
+fn from_point(
+    position: Vec3,
+    direction: Vec3,
+    intensity: Rgb,
+    pdf: PdfSolidAngle,
+) -> Option<EmissionSample> {
+    (!intensity.is_black() && pdf.0 > 0.0).then_some(EmissionSample {
+        end: LightEnd::Point(position),
+        origin: position,
+        direction,
+        radiance: intensity,
+        pdf: EmissionPdf {
+            position: None,
+            direction: Some(pdf),
+        },
+    })
+}
+
+/// A ray from beyond the scene: its direction, its radiance and its density per steradian are known.
+fn from_beyond(
+    (direction, radiance, pdf): (Vec3, Rgb, Option<PdfSolidAngle>),
+    u: Vec2,
+    around: &BoundingSphere,
+) -> Option<EmissionSample> {
+    let d = around.radius * warp::sample_disk_concentric(u);
+    let frame = Frame::from_normal(-direction);
+    Some(EmissionSample {
+        end: LightEnd::Infinity,
+        origin: around.center + frame.to_world(Vec3::new(d.x, d.y, around.radius)),
+        direction,
+        radiance,
+        pdf: EmissionPdf {
+            position: Some(pdf_disk(around)),
+            direction: pdf,
+        },
+    })
+}
+
+/// The density on a disk as wide as the sphere.
+fn pdf_disk(around: &BoundingSphere) -> PdfArea {
+    PdfArea(1.0 / (PI * around.radius * around.radius))
+}

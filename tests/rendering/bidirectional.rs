@@ -1,0 +1,418 @@
+//! Bidirectional path tracing estimates what path tracing does: in every part of the picture, for each number of bounces,
+//! each kind of light and each effect; and its error bars tell the truth.
+//!
+//! Splats of one light path fall on several pixels. So pictures are compared by their blocks of pixels over independent
+//! renders, by Welch's test with Student's distribution, at a significance of 1e-4 for all tests of this file together.
+
+use super::integrators::{glass, glossy, matte, outside, small_light};
+use crate::common::generated::Generator;
+use crate::common::room::{LAMP, room};
+use crate::common::scene::{film, mirrored_octahedron, panorama, ready, shape, slide};
+use crate::common::verdict::sidak;
+use etendue::accel::Backend;
+use etendue::effects::{Effect, EffectSet};
+use etendue::film::Film;
+use etendue::film::filter::{FilterDescription, FilterKind};
+use etendue::integrator::kind::IntegratorKind;
+use etendue::math::stats::Moments;
+use etendue::math::vec::{DMat3, DVec3};
+use etendue::render::settings::{RenderSettings, SamplerKind};
+use etendue::scene::description::{
+    ColourDescription, LightDescription, LightModel, MaterialModel, SceneDescription,
+};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+use std::sync::Arc;
+
+/// Independent renders of each picture.
+const RENDERS: u64 = 12;
+
+/// Blocks of a picture along each axis.
+const BLOCKS: u32 = 4;
+
+fn settings(scene: &SceneDescription, integrator: IntegratorKind, spp: u64) -> RenderSettings {
+    RenderSettings {
+        integrator,
+        sampler: SamplerKind::Independent,
+        tile_size: 4,
+        ..RenderSettings::new(scene.film.size, spp)
+    }
+}
+
+/// The moments over several renders of each block, row by row, and last of the whole picture: for each channel.
+fn seen(scene: &SceneDescription, settings: &RenderSettings) -> Vec<[Moments; 3]> {
+    let ready = ready(scene, Backend::ALL[0]);
+    let mut blocks = vec![[Moments::default(); 3]; (BLOCKS * BLOCKS + 1) as usize];
+    for seed in 0..RENDERS {
+        let settings = RenderSettings {
+            seed: settings.seed + seed,
+            ..settings.clone()
+        };
+        let image = film(&ready, scene, &settings).develop();
+        let mut means = vec![[Moments::default(); 3]; blocks.len()];
+        for y in 0..image.height() {
+            for x in 0..image.width() {
+                let column = x * BLOCKS / image.width();
+                let block = y * BLOCKS / image.height() * BLOCKS + column;
+                let pixel = image.get(x, y).to_array();
+                for place in [block as usize, blocks.len() - 1] {
+                    for (moments, value) in means[place].iter_mut().zip(pixel) {
+                        moments.push(value.into());
+                    }
+                }
+            }
+        }
+        for (block, means) in blocks.iter_mut().zip(means) {
+            for (moments, mean) in block.iter_mut().zip(means) {
+                moments.push(mean.mean());
+            }
+        }
+    }
+    blocks
+}
+
+/// Welch's test of every block and channel, of some three thousand in this file. The standard error of the whole has to be
+/// below `power` of it.
+fn assert_same(what: &str, a: &[[Moments; 3]], b: &[[Moments; 3]], power: f64) {
+    let significance = sidak(1e-4, 6000);
+    for (block, (a, b)) in a.iter().zip(b).enumerate() {
+        for (channel, (a, b)) in a.iter().zip(b).enumerate() {
+            let squares = [a, b].map(|m| m.standard_error().expect("several renders").powi(2));
+            let sum = squares[0] + squares[1];
+            let off = (a.mean() - b.mean()).abs();
+            if off <= 1e-6 * a.mean().abs() {
+                continue;
+            }
+            // Welch and Satterthwaite.
+            let degrees = sum * sum
+                / squares
+                    .map(|s| s * s / (RENDERS - 1) as f64)
+                    .iter()
+                    .sum::<f64>();
+            let student = StudentsT::new(0.0, 1.0, degrees).expect("some degrees of freedom");
+            let limit = student.inverse_cdf(1.0 - 0.5 * significance);
+            let t = off / sum.sqrt();
+            assert!(
+                t < limit,
+                "{what}, block {block}, channel {channel}: {} and {}, {t:.2} standard errors apart, of {limit:.2}",
+                a.mean(),
+                b.mean()
+            );
+        }
+    }
+    let (a, b) = (a[a.len() - 1][1], b[b.len() - 1][1]);
+    let [ea, eb] = [a, b].map(|m| m.standard_error().expect("several renders"));
+    let error = ea.hypot(eb) / a.mean();
+    println!(
+        "{what}: {:.5} and {:.5}, standard error {error:.5}",
+        a.mean(),
+        b.mean()
+    );
+    assert!(
+        error < power,
+        "{what}: inconclusive, a standard error of {error}"
+    );
+}
+
+/// Both integrators on a scene, with so many samples a pixel of each in each render.
+fn compare(what: &str, scene: &SceneDescription, [bidirectional, path]: [u64; 2], power: f64) {
+    compare_limited(what, scene, [bidirectional, path], power, None);
+}
+
+fn compare_limited(
+    what: &str,
+    scene: &SceneDescription,
+    [bidirectional, path]: [u64; 2],
+    power: f64,
+    max_bounces: Option<u32>,
+) {
+    let see = |integrator, spp, seed| {
+        let settings = RenderSettings {
+            seed,
+            max_bounces,
+            ..settings(scene, integrator, spp)
+        };
+        seen(scene, &settings)
+    };
+    let a = see(IntegratorKind::Bidirectional, bidirectional, 100);
+    let b = see(IntegratorKind::Path, path, 200);
+    assert_same(what, &a, &b, power);
+}
+
+#[test]
+fn it_agrees_with_path_in_every_part_of_six_scenes() {
+    let scenes = [
+        ("matte", matte(), 0.01),
+        ("glossy", glossy(), 0.02),
+        ("small light", small_light(), 0.03),
+        ("rough glass", glass(0.8), 0.02),
+        ("smooth glass", glass(0.0), 0.01),
+        ("outside", outside(), 0.01),
+    ];
+    for (name, scene, power) in &scenes {
+        compare(name, scene, [32, 128], *power);
+    }
+}
+
+#[test]
+fn it_agrees_for_every_number_of_bounces() {
+    let scene = glass(0.0);
+    for max_bounces in 0..5 {
+        let what = format!("{max_bounces} bounces");
+        compare_limited(&what, &scene, [32, 128], 0.02, Some(max_bounces));
+    }
+}
+
+fn light(model: LightModel) -> LightDescription {
+    LightDescription {
+        place: Default::default(),
+        model,
+    }
+}
+
+/// Things of several kinds in a room without a lamp. No delta lobes: path tracing finds nothing that a light without a size throws
+/// through smooth glass.
+fn unlit() -> SceneDescription {
+    room(
+        r#"
+[[material]]
+name = "glass"
+type = "dielectric"
+roughness = 0.6
+
+[[material]]
+name = "plastic"
+type = "plastic"
+reflectance = [0.2, 0.3, 0.7]
+roughness = 0.3
+
+[[shape]]
+type = "sphere"
+material = "glass"
+center = [0.4, 0.4, 0.2]
+radius = 0.35
+
+[[shape]]
+type = "box"
+material = "plastic"
+min = [-0.7, 0, -0.6]
+max = [-0.1, 0.8, 0]
+"#,
+    )
+}
+
+#[test]
+fn every_kind_of_light_is_found_from_both_ends() {
+    let sky = ColourDescription::Texture(Arc::new(panorama()));
+    let environment = LightModel::Environment {
+        radiance: sky,
+        to_world: DMat3::from_rotation_x(1.1),
+    };
+    let tables = [
+        (
+            "point",
+            "[[light]]\ntype = \"point\"\nposition = [0.3, 1.6, 0.2]\nintensity = 1",
+        ),
+        (
+            "spot",
+            "[[light]]\ntype = \"spot\"\nposition = [-0.5, 1.9, 0.5]\ntarget = [0.3, 0, 0]\ncone = 35\npenumbra = 20\nintensity = 3",
+        ),
+        (
+            "distant",
+            "[[light]]\ntype = \"distant\"\ndirection = [0.3, -0.4, -1]\nirradiance = 2",
+        ),
+        (
+            "disk",
+            "[[shape]]\ntype = \"disk\"\nmaterial = \"white\"\nemission = 6\ncenter = [0, 1.5, 0]\nnormal = [0.2, -1, 0.1]\nradius = 0.3",
+        ),
+        (
+            "sphere",
+            "[[shape]]\ntype = \"sphere\"\nmaterial = \"white\"\nemission = 6\ncenter = [0, 1.5, 0]\nradius = 0.2",
+        ),
+        (
+            "both sides",
+            "[[shape]]\ntype = \"mesh\"\nmaterial = \"white\"\nemission = 6\ntwo_sided_emission = true\npositions = [[-0.4, 1.3, 0], [0.3, 1.5, 0.3], [0.2, 1.4, -0.4]]\nindices = [[0, 1, 2]]",
+        ),
+    ];
+    let mut scenes = Vec::new();
+    for (name, table) in tables {
+        let mut scene = unlit();
+        let lit = room(table);
+        scene.lights = lit.lights;
+        // The room's own shapes come first.
+        let white = scene.shapes[0].material;
+        let own = room("").shapes.len();
+        scene
+            .shapes
+            .extend(lit.shapes.into_iter().skip(own).map(|mut shape| {
+                shape.material = white;
+                shape
+            }));
+        scenes.push((name, scene));
+    }
+    let mut scene = unlit();
+    scene.lights.push(light(environment));
+    scenes.push(("environment", scene.clone()));
+    // All at once, so that one is chosen among many, under a plain sky.
+    for (_, other) in &scenes[..6] {
+        scene.lights.extend(other.lights.iter().cloned());
+        scene
+            .shapes
+            .extend(other.shapes.iter().skip(unlit().shapes.len()).cloned());
+    }
+    scenes.push(("all", scene));
+    for (name, scene) in &scenes {
+        compare(name, scene, [32, 192], 0.03);
+    }
+}
+
+#[test]
+fn shading_normals_are_the_same_from_both_ends() {
+    // Normals that are up to 55 degrees from the geometric ones: of matte, rough, mirroring and transparent stones.
+    let mut scene = room(LAMP);
+    let materials = [
+        MaterialModel::Diffuse {
+            reflectance: ColourDescription::Constant(etendue::math::rgb::Rgb::grey(0.8)),
+        },
+        MaterialModel::Mirror {
+            reflectance: ColourDescription::Constant(etendue::math::rgb::Rgb::grey(0.9)),
+        },
+        MaterialModel::Dielectric {
+            ior: 1.5,
+            roughness: 0.0,
+            tint: ColourDescription::Constant(etendue::math::rgb::Rgb::WHITE),
+        },
+        MaterialModel::Dielectric {
+            ior: 1.4,
+            roughness: 0.6,
+            tint: ColourDescription::Constant(etendue::math::rgb::Rgb::WHITE),
+        },
+    ];
+    for (index, model) in materials.into_iter().enumerate() {
+        let mut material = scene.materials[0].clone();
+        material.model = model;
+        scene.materials.push(material);
+        let (x, z) = ([-0.45, 0.45][index % 2], [-0.4, 0.4][index / 2]);
+        let y = [0.5, 0.9][index / 2];
+        let mut stone = shape(mirrored_octahedron(DVec3::new(x, y, z), 0.42), 0.0);
+        stone.material = scene.materials.len() - 1;
+        scene.shapes.push(stone);
+    }
+    compare("stones", &scene, [64, 256], 0.01);
+}
+
+/// Scenes with lenses, motion, instances, textures, normal maps, surfaces that are partly there or have one side: by a light
+/// path as by an eye path. Scenes in which path tracing converges too slowly to say anything are not counted.
+#[test]
+fn random_scenes_are_the_same_from_both_ends() {
+    let mut generator = Generator::new(42);
+    let all = EffectSet::ALL;
+    for index in 0..12 {
+        let wanted = match index % 4 {
+            0 => all,
+            1 => all.without(Effect::Specular),
+            2 => all.without(Effect::EnvironmentMap).without(Effect::Motion),
+            _ => all
+                .without(Effect::Transmission)
+                .without(Effect::DeltaLights),
+        };
+        let scene = generator.scene(wanted);
+        compare_limited(&format!("scene {index}"), &scene, [16, 64], 0.2, Some(6));
+    }
+}
+
+/// Pictures of parts, through wide filters, also with negative lobes, and through a lens.
+#[test]
+fn filters_crops_and_lenses_take_splats_as_they_take_samples() {
+    let mut scene = matte();
+    scene.film.size = (24, 24);
+    scene.camera.lens_radius = 0.1;
+    scene.camera.focus_distance = 3.0;
+    scene.camera.shutter = [0.0, 1.0];
+    scene.shapes[3].motion = slide(DVec3::ZERO, DVec3::new(0.2, 0.3, 0.4));
+    for (kind, radius) in [(FilterKind::Mitchell, 2.0), (FilterKind::Gaussian, 1.5)] {
+        scene.film.filter = FilterDescription { kind, radius };
+        let see = |integrator, spp, seed| {
+            let mut settings = settings(&scene, integrator, spp);
+            settings.window = etendue::film::Window {
+                x: 5,
+                y: 3,
+                width: 12,
+                height: 16,
+            };
+            settings.seed = seed;
+            seen(&scene, &settings)
+        };
+        let a = see(IntegratorKind::Bidirectional, 48, 300);
+        let b = see(IntegratorKind::Path, 192, 400);
+        assert_same(&format!("{kind:?}"), &a, &b, 0.03);
+    }
+}
+
+/// The variance that renders claim for their pixels is that of renders among one another, in the mean over the picture.
+#[test]
+fn error_bars_hold_what_splats_add_to_the_noise() {
+    let scene = glass(0.0);
+    let ready = ready(&scene, Backend::ALL[0]);
+    for bars in [false, true] {
+        let films: Vec<Film> = (0..48)
+            .map(|seed| {
+                let settings = RenderSettings {
+                    seed,
+                    bars,
+                    ..settings(&scene, IntegratorKind::Bidirectional, 16)
+                };
+                film(&ready, &scene, &settings)
+            })
+            .collect();
+        let (mut claimed, mut true_one) = (0.0, 0.0);
+        let estimates: Vec<_> = films.iter().map(Film::estimates).collect();
+        for pixel in 0..estimates[0].len() {
+            let values = estimates.iter().map(|it| it[pixel].mean[1]);
+            let spread = Moments::of(values).variance().expect("many renders");
+            let stated = estimates.iter().map(|it| it[pixel].variance[1]);
+            // Relative, so that bright pixels do not decide alone.
+            let mean = Moments::of(estimates.iter().map(|it| it[pixel].mean[1])).mean();
+            claimed += Moments::of(stated).mean() / (mean * mean);
+            true_one += spread / (mean * mean);
+        }
+        let ratio = claimed / true_one;
+        println!("bars {bars}: claimed over true variance {ratio:.3}");
+        // 256 pixels with 47 degrees of freedom each tell it to 1.3 %, were they normal; caustics are not.
+        assert!((ratio - 1.0).abs() < 0.15, "{bars}: {ratio}");
+    }
+}
+
+#[test]
+fn threads_and_tiles_change_no_bit() {
+    let scene = glossy();
+    let ready = ready(&scene, Backend::ALL[0]);
+    let picture = |threads, tile_size, bars| {
+        let settings = RenderSettings {
+            threads,
+            tile_size,
+            bars,
+            ..settings(&scene, IntegratorKind::Bidirectional, 16)
+        };
+        let film = film(&ready, &scene, &settings);
+        let half = film.develop_half().map(|half| half.pixels().to_vec());
+        (film.develop().pixels().to_vec(), half)
+    };
+    for bars in [false, true] {
+        let one = picture(1, 16, bars);
+        assert!(one == picture(4, 16, bars), "threads, with bars {bars}");
+        assert!(one == picture(3, 5, bars), "tiles, with bars {bars}");
+    }
+}
+
+#[test]
+fn adaptive_sampling_is_refused_with_another_way() {
+    let scene = matte();
+    let settings = RenderSettings {
+        adaptive: etendue::render::adaptive::Adaptive::TwoPhase,
+        ..settings(&scene, IntegratorKind::Bidirectional, 64)
+    };
+    let error = settings
+        .validate(scene.film.size)
+        .expect_err("it is refused");
+    assert!(error.to_string().contains("--integrator path"), "{error}");
+}

@@ -6,9 +6,11 @@ OUT ?= out
 FUZZ_SECONDS ?= 60
 SOAK_SECONDS ?= 1800
 ACCURACY_SEEDS ?= 400
+PREFIX ?= /usr/local
+PROFILE ?= release
 FUZZ_TARGETS ?= scene_toml obj mtl image
 
-.PHONY: help setup demo test mutants mutants-some battery bench instructions check fuzz accuracy soak clean
+.PHONY: help setup demo test mutants mutants-some install header battery bench instructions check fuzz accuracy soak clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
@@ -36,6 +38,28 @@ mutants: setup ## Makes each planted bug live and shows that a test finds it.
 
 mutants-some: setup ## The same for those that quick tests find.
 	@scripts/mutants.sh some
+
+# Where cargo puts what it builds.
+BUILT = $(or $(CARGO_TARGET_DIR),target)/$(if $(filter dev test,$(PROFILE)),debug,$(PROFILE))
+VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
+INTO = $(DESTDIR)$(PREFIX)
+
+# Both are built of one compiled renderer. Where Embree is a private copy in .embree/, they find it there.
+install: setup ## Builds the command and the C library and installs them under PREFIX (default: /usr/local).
+	$(CARGO) build --profile $(PROFILE) -p etendue -p libetendue $(CARGO_FLAGS)
+	install -d $(INTO)/bin $(INTO)/include $(INTO)/lib/pkgconfig
+	install -m 755 $(BUILT)/etendue $(INTO)/bin/etendue
+	install -m 644 capi/include/etendue.h $(INTO)/include/etendue.h
+	install -m 755 $(BUILT)/libetendue.so $(INTO)/lib/libetendue.so.$(VERSION)
+	ln -sf libetendue.so.$(VERSION) $(INTO)/lib/libetendue.so.$(firstword $(subst ., ,$(VERSION)))
+	ln -sf libetendue.so.$(firstword $(subst ., ,$(VERSION))) $(INTO)/lib/libetendue.so
+	install -m 644 $(BUILT)/libetendue.a $(INTO)/lib/libetendue.a
+	sed 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' capi/etendue.pc.in > $(INTO)/lib/pkgconfig/etendue.pc
+
+# Needs `cargo install cbindgen`. C has no heading for what Rust calls safety: it is about pointers.
+header: ## Makes the C library's header anew, capi/include/etendue.h.
+	cd capi && cbindgen --quiet --config cbindgen.toml . | sed 's|^// # Safety$$|// Pointers:|' > include/etendue.h.new
+	mv capi/include/etendue.h.new capi/include/etendue.h
 
 # Every run has other random numbers; its report says which.
 battery: setup ## Runs the long battery of hard cases with exact answers; reports go to out/battery/.

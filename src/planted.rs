@@ -322,6 +322,26 @@ pub const PLANTED: &[Planted] = &[
         "light that comes to the lens is not that of a pixel's solid angle",
         "rendering::bidirectional::it_agrees_with_path_in_every_part_of_six_scenes",
     ),
+    bug(
+        "new-lens-left-out",
+        "a camera that replaces another calls for no effects of its own",
+        "rendering::session::another_camera_builds_nothing_and_shows_what_it_should",
+    ),
+    bug(
+        "lamps-stay-behind",
+        "lamps of a group that is placed anew are sampled where they were",
+        "rendering::session::another_place_builds_no_group_and_shows_what_it_should",
+    ),
+    bug(
+        "changes-unnoticed",
+        "a render goes on after its scene has changed",
+        "rendering::session::a_rendering_goes_on_until_its_scene_changes",
+    ),
+    bug(
+        "min-distance-ignored",
+        "what is nearer than a ray's least distance counts",
+        "rendering::session::rays_meet_what_is_there",
+    ),
 ];
 
 /// Where a bug stands in [`PLANTED`].

@@ -19,6 +19,9 @@ use std::time::Duration;
 /// Samples per pixel where nobody says.
 const DEFAULT_SPP: u64 = 64;
 
+/// Samples per pixel at most: beyond 2^47, random numbers would repeat (`sampler/mod.rs`).
+const MOST_SPP: u64 = 1 << 46;
+
 /// Where random numbers come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SamplerKind {
@@ -194,9 +197,9 @@ impl RenderSettings {
             } => Err(Error::usage(
                 "neither samples per pixel nor a time nor an error to stop at was given",
             )),
-            Budget { spp: Some(0), .. } => {
-                Err(Error::usage("samples per pixel must be at least 1"))
-            }
+            Budget { spp: Some(spp), .. } if !(1..=MOST_SPP).contains(&spp) => Err(Error::usage(
+                "samples per pixel must be at least 1, and at most 2^46",
+            )),
             Budget {
                 error: Some(target),
                 ..
@@ -320,6 +323,7 @@ mod tests {
             window(u32::MAX, 0, 2, 1),
             budget(None, None),
             budget(Some(0), None),
+            budget(Some(u64::MAX), None),
             RenderSettings {
                 threads: 0,
                 ..fine.clone()

@@ -124,8 +124,12 @@ impl Scene {
         let size = description.film.size;
         self.camera = camera(&description.camera, size, &self.normalisation);
         let many_lights = self.effects.has(Effect::ManyLights);
-        self.effects = (effects::of_camera(&description.camera) | self.kept.objects)
-            .with_if(Effect::ManyLights, many_lights);
+        let of_camera = planted!(
+            "new-lens-left-out",
+            EffectSet::NONE,
+            effects::of_camera(&description.camera)
+        );
+        self.effects = (of_camera | self.kept.objects).with_if(Effect::ManyLights, many_lights);
     }
 
     /// Places the description's instances where they stand now, and tells notes as [`prepare`] does. Everything else has to be
@@ -142,7 +146,8 @@ impl Scene {
         let world = Arc::new(self.world.with_instances(instances));
         let accel = self.accel.with_instances_of(Arc::clone(&world))?;
         let frame = (&self.normalisation, kept);
-        let lit = Lit::new(description, &layout, &self.materials, frame, &world);
+        let lamps_in = planted!("lamps-stay-behind", &self.world, &world);
+        let lit = Lit::new(description, &layout, &self.materials, frame, lamps_in);
         let notes = lit.notes(kept);
         self.effects = lit.effects(&description.camera, kept);
         self.around = sphere_around(&world);

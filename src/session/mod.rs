@@ -51,6 +51,7 @@ use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::error::{Error, Result};
 use crate::film::filter::Filter;
 use crate::math::vec::DAffine3;
+use crate::planted::planted;
 use crate::render::settings::available_threads;
 use crate::render::wishes::Wishes;
 use crate::render::{RenderObserver, Threads, View};
@@ -252,7 +253,7 @@ impl Session {
     fn changed(&mut self, description: SceneDescription, start: Instant) {
         self.description = description;
         self.work.last = start.elapsed();
-        self.state = Arc::default();
+        self.state = planted!("changes-unnoticed", Arc::clone(&self.state), Arc::default());
     }
 
     fn view(&self) -> View<'_> {

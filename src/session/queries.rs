@@ -13,6 +13,7 @@ use crate::film::bars::BATCHES;
 use crate::integrator::CameraRay;
 use crate::math::ray::Ray;
 use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
+use crate::planted::planted;
 use crate::render::along_ray::{AlongRay, along_rays};
 use crate::render::check_kernel;
 use crate::render::wishes::Wishes;
@@ -148,7 +149,11 @@ impl Session {
             ray: Ray {
                 origin: normalisation.point(ray.origin),
                 dir: direction.as_vec3a(),
-                t_min: normalisation.length(ray.min_distance),
+                t_min: planted!(
+                    "min-distance-ignored",
+                    0.0,
+                    normalisation.length(ray.min_distance)
+                ),
                 t_max: normalisation.length(ray.max_distance),
             },
             time: ray.time as f32,

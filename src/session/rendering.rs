@@ -134,7 +134,8 @@ impl Rendering {
     }
 }
 
-/// Whether there is memory for the sums of all pixels. A system that promises more memory than it has is not found out.
+/// Whether there is memory for the sums of all pixels. Some systems promise more than they have, hence the machine's is asked
+/// for, too.
 fn check_room(settings: &RenderSettings) -> Result<()> {
     let has_counts = settings.adaptive != Adaptive::Off;
     let of_pixel = size_of::<PixelSums>()
@@ -142,7 +143,10 @@ fn check_room(settings: &RenderSettings) -> Result<()> {
         + usize::from(has_counts) * size_of::<u64>();
     let pixels = usize::try_from(settings.window.pixel_count()).ok();
     let bytes = pixels.and_then(|pixels| pixels.checked_mul(of_pixel));
-    let has_room = |bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok();
+    let has_room = |bytes| {
+        machine_memory().is_none_or(|there| bytes as u64 <= there)
+            && Vec::<u8>::new().try_reserve_exact(bytes).is_ok()
+    };
     if bytes.is_some_and(has_room) {
         return Ok(());
     }
@@ -151,4 +155,16 @@ fn check_room(settings: &RenderSettings) -> Result<()> {
         settings.window.width, settings.window.height
     );
     Err(Error::new(ErrorKind::Memory, message))
+}
+
+/// Bytes of memory that the machine has, where the system tells.
+fn machine_memory() -> Option<u64> {
+    #[cfg(target_os = "linux")]
+    {
+        let there = rustix::system::sysinfo();
+        let unit = u64::from(there.mem_unit);
+        Some((there.totalram as u64 + there.totalswap as u64) * unit)
+    }
+    #[cfg(not(target_os = "linux"))]
+    None
 }

@@ -8,6 +8,8 @@ mod adaptive;
 mod bad_flags;
 mod battery;
 mod bench;
+#[cfg(feature = "embree")]
+mod c_library;
 mod compare;
 mod denoise;
 mod denoise_oidn;

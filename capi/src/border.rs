@@ -1,0 +1,43 @@
+//! The border to C: every call goes through it, and no panic does.
+//!
+//! Measure: none.
+//! Range: any call.
+//! Source: none needed.
+
+use crate::status::{EtdStatus, Failure, Outcome};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Mutex, PoisonError};
+
+/// The text of the last failure of a handle.
+#[derive(Debug, Default)]
+pub struct LastError(Mutex<String>);
+
+impl LastError {
+    fn set(&self, text: String) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = text;
+    }
+
+    /// The text.
+    pub fn get(&self) -> String {
+        let text = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        text.clone()
+    }
+}
+
+/// Does what a call is for, and keeps the text of its failure.
+pub fn call(errors: &LastError, work: impl FnOnce() -> Outcome) -> EtdStatus {
+    // What a panic leaves half done is behind locks that it poisons, or was never shared.
+    let outcome = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        let words = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let words = words.or_else(|| panic.downcast_ref::<String>().cloned());
+        let words = words.unwrap_or_else(|| "a panic without words".to_owned());
+        Err(Failure::new(EtdStatus::Internal, words))
+    });
+    match outcome {
+        Ok(status) => status,
+        Err(Failure { status, text }) => {
+            errors.set(text);
+            status
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! Reading and writing what callers point to.
+//!
+//! Measure: bytes.
+//! Range: any address but null may be given, aligned or not; that as much is there as said is the caller's promise. Lengths
+//! are checked before anything is read, and memory for copies is asked for before it is taken.
+//! Source: none needed.
+
+use crate::status::{EtdStatus, Failure};
+use std::ffi::{CStr, c_char, c_void};
+use std::mem::MaybeUninit;
+
+/// Plain numbers: every pattern of bits is a value.
+///
+/// # Safety
+/// So it has to be.
+pub unsafe trait Plain: Copy {}
+
+// SAFETY: every pattern of bits is a number.
+unsafe impl Plain for u8 {}
+// SAFETY: as above.
+unsafe impl Plain for f32 {}
+// SAFETY: as above.
+unsafe impl Plain for f64 {}
+// SAFETY: as above.
+unsafe impl Plain for u32 {}
+// SAFETY: as above.
+unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
+
+/// A structure that begins with its own size, so that later versions can be longer. Zeros stand for what is not said.
+///
+/// # Safety
+/// It is `repr(C)`, begins with a `usize`, and every pattern of bits that a C compiler can make of its fields is a value, zeros
+/// among them.
+pub unsafe trait Versioned: Copy {
+    /// Its name, for messages.
+    const NAME: &'static str;
+    /// The size of its first version.
+    const FIRST_SIZE: usize = size_of::<Self>();
+}
+
+/// A structure of the caller's.
+///
+/// # Safety
+/// The pointer is null, or as many bytes are there as its first field says.
+pub unsafe fn read_struct<T: Versioned>(pointer: *const T) -> Result<T, Failure> {
+    let size = struct_size(pointer)?;
+    let mut copy = MaybeUninit::<T>::zeroed();
+    // SAFETY: so many bytes are there by the caller's promise, and no more than the copy has; by the trait's promise
+    // zeros are fine for the rest, and whatever is read is a value.
+    unsafe {
+        let bytes = copy.as_mut_ptr().cast::<u8>();
+        bytes.copy_from_nonoverlapping(pointer.cast::<u8>(), size);
+        Ok(copy.assume_init())
+    }
+}
+
+/// The same where null stands for zeros.
+///
+/// # Safety
+/// As [`read_struct`].
+pub unsafe fn read_struct_or_zeros<T: Versioned>(pointer: *const T) -> Result<T, Failure> {
+    if pointer.is_null() {
+        // SAFETY: zeros are a value by the trait's promise.
+        return Ok(unsafe { MaybeUninit::<T>::zeroed().assume_init() });
+    }
+    // SAFETY: the caller's promise.
+    unsafe { read_struct(pointer) }
+}
+
+/// Fills in a structure of the caller's, but for its size, as far as the caller's version of it goes.
+///
+/// # Safety
+/// The pointer is null, or as many bytes are there, and may be written, as its first field says.
+pub unsafe fn write_struct<T: Versioned>(pointer: *mut T, value: T) -> Result<(), Failure> {
+    let size = struct_size(pointer)?;
+    let head = size_of::<usize>();
+    // SAFETY: so many bytes are there by the caller's promise, and no more than the value has.
+    unsafe {
+        let from = (&raw const value).cast::<u8>().add(head);
+        let to = pointer.cast::<u8>().add(head);
+        to.copy_from_nonoverlapping(from, size - head);
+    }
+    Ok(())
+}
+
+fn struct_size<T: Versioned>(pointer: *const T) -> Result<usize, Failure> {
+    not_null(pointer, T::NAME)?;
+    // SAFETY: the readers' callers promise that the structure's first field, its size, is there.
+    let size = unsafe { pointer.cast::<usize>().read_unaligned() };
+    if (T::FIRST_SIZE..=size_of::<T>()).contains(&size) {
+        return Ok(size);
+    }
+    Err(Failure::argument(format!(
+        "{}: struct_size is {size}, but this library knows sizes from {} to {}: set it to sizeof({})",
+        T::NAME,
+        T::FIRST_SIZE,
+        size_of::<T>(),
+        T::NAME
+    )))
+}
+
+/// Checks that a pointer is not null.
+pub fn not_null<T>(pointer: *const T, what: &str) -> Result<(), Failure> {
+    if pointer.is_null() {
+        return Err(Failure::argument(format!("{what} is null")));
+    }
+    Ok(())
+}
+
+/// Writes a result.
+///
+/// # Safety
+/// The pointer is null, or may be written through.
+pub unsafe fn write<T>(pointer: *mut T, value: T, what: &str) -> Result<(), Failure> {
+    not_null(pointer, what)?;
+    // SAFETY: the caller's promise.
+    unsafe { pointer.write_unaligned(value) };
+    Ok(())
+}
+
+/// The distance from one item to the next: as said, or that of items without a gap.
+pub fn checked_stride<T>(count: usize, stride: usize, what: &str) -> Result<usize, Failure> {
+    let stride = if stride == 0 { size_of::<T>() } else { stride };
+    if stride < size_of::<T>() {
+        return Err(Failure::argument(format!(
+            "{what}: a stride of {stride} bytes, but an item has {}",
+            size_of::<T>()
+        )));
+    }
+    let bytes = count.checked_mul(stride);
+    match bytes.filter(|&bytes| isize::try_from(bytes).is_ok()) {
+        Some(_) => Ok(stride),
+        None => Err(Failure::argument(format!(
+            "{what}: {count} items of {stride} bytes are more than there is memory to address"
+        ))),
+    }
+}
+
+/// A copy of a list of the caller's, whose items begin `stride` bytes apart; 0 means without a gap. No items need no pointer.
+///
+/// # Safety
+/// The pointer is null, or all items are there.
+pub unsafe fn read_list<T: Plain>(
+    pointer: *const c_void,
+    count: usize,
+    stride: usize,
+    what: &str,
+) -> Result<Vec<T>, Failure> {
+    if count == 0 {
+        return Ok(vec![]);
+    }
+    not_null(pointer, what)?;
+    let stride = checked_stride::<T>(count, stride, what)?;
+    let mut items = room(count, what)?;
+    for index in 0..count {
+        // SAFETY: the item is there by the caller's promise; it is read whatever its alignment, and any bits are a value.
+        items.push(unsafe {
+            pointer
+                .cast::<u8>()
+                .add(index * stride)
+                .cast::<T>()
+                .read_unaligned()
+        });
+    }
+    Ok(items)
+}
+
+/// Room for so many items.
+pub fn room<T>(count: usize, what: &str) -> Result<Vec<T>, Failure> {
+    let mut items = Vec::new();
+    items.try_reserve_exact(count).map_err(|_| {
+        let text = format!("{what}: there is no memory for {count} items");
+        Failure::new(EtdStatus::OutOfMemory, text)
+    })?;
+    Ok(items)
+}
+
+/// Writes items to the caller's memory, `stride` bytes apart; 0 means without a gap.
+///
+/// # Safety
+/// The pointer is null, or all items may be written.
+pub unsafe fn write_list<T: Copy>(
+    pointer: *mut c_void,
+    stride: usize,
+    items: impl ExactSizeIterator<Item = T>,
+    what: &str,
+) -> Result<(), Failure> {
+    if items.len() == 0 {
+        return Ok(());
+    }
+    not_null(pointer, what)?;
+    let stride = checked_stride::<T>(items.len(), stride, what)?;
+    for (index, item) in items.enumerate() {
+        // SAFETY: the item may be written by the caller's promise, whatever its alignment.
+        unsafe {
+            let place = pointer.cast::<u8>().add(index * stride);
+            place.cast::<T>().write_unaligned(item);
+        }
+    }
+    Ok(())
+}
+
+/// A text of the caller's; `None` for null.
+///
+/// # Safety
+/// The pointer is null, or a text that ends with a NUL byte is there, unchanged while it is used.
+pub unsafe fn text<'a>(pointer: *const c_char, what: &str) -> Result<Option<&'a str>, Failure> {
+    if pointer.is_null() {
+        return Ok(None);
+    }
+    // SAFETY: the caller's promise.
+    let text = unsafe { CStr::from_ptr(pointer) };
+    match text.to_str() {
+        Ok(text) => Ok(Some(text)),
+        Err(_) => Err(Failure::argument(format!("{what} is not UTF-8"))),
+    }
+}
+
+/// Copies a text to the caller's memory, cut to its size and ended with a NUL byte, and tells how long it is.
+///
+/// # Safety
+/// `capacity` bytes may be written, unless the pointer is null.
+pub unsafe fn write_text(text: &str, pointer: *mut c_char, capacity: usize) -> usize {
+    if !pointer.is_null() && capacity > 0 {
+        let mut end = text.len().min(capacity - 1);
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        // SAFETY: one byte fewer than the capacity at most, and then one more.
+        unsafe {
+            let bytes = pointer.cast::<u8>();
+            bytes.copy_from_nonoverlapping(text.as_ptr(), end);
+            bytes.add(end).write(0);
+        }
+    }
+    text.len()
+}

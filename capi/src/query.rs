@@ -1,0 +1,214 @@
+//! Questions about rays.
+//!
+//! Measure: world units; radiance.
+//! Range: finite rays; a ray that is none is an error that names it, and nothing is written.
+//! Source: none needed.
+
+use crate::memory::{Plain, checked_stride, not_null, read_list, read_struct_or_zeros, write_list};
+use crate::scene::{EtdScene, SCENES};
+use crate::settings::EtdSettings;
+use crate::status::{EtdStatus, Failure};
+use renderer::math::vec::DVec3;
+use renderer::session::{Met, QueryRay};
+use std::ffi::c_void;
+
+/// A ray through the world.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct EtdRay {
+    /// Where it starts.
+    pub origin: [f64; 3],
+    /// Where it goes, of any length but 0.
+    pub direction: [f64; 3],
+    /// What is at this distance or nearer does not count.
+    pub min_distance: f64,
+    /// What is farther does not count; 0 stands for any distance.
+    pub max_distance: f64,
+    /// When, from 0 to 1 while the shutter is open.
+    pub time: f64,
+}
+
+/// What a ray meets first.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EtdHit {
+    /// 1 if it meets something, else 0, and all other fields are 0.
+    pub met: u32,
+    /// The shape's number.
+    pub shape: u32,
+    /// The primitive's index in the shape, among those that have an area.
+    pub primitive: u32,
+    /// 0.
+    pub reserved: u32,
+    /// How far it is.
+    pub distance: f64,
+    /// Where it is.
+    pub position: [f64; 3],
+    /// Geometric normal of unit length, on the shape's front.
+    pub normal: [f64; 3],
+    /// The normal that is shaded with: towards the ray, or outwards on what light passes through.
+    pub shading_normal: [f64; 3],
+    /// Texture coordinates; 0 where nothing on the shape asks for them.
+    pub uv: [f64; 2],
+}
+
+// SAFETY: numbers without padding.
+unsafe impl Plain for EtdRay {}
+
+impl From<EtdRay> for QueryRay {
+    fn from(ray: EtdRay) -> Self {
+        Self {
+            origin: DVec3::from_array(ray.origin),
+            direction: DVec3::from_array(ray.direction),
+            min_distance: ray.min_distance,
+            max_distance: match ray.max_distance {
+                0.0 => f64::INFINITY,
+                far => far,
+            },
+            time: ray.time,
+        }
+    }
+}
+
+impl From<Option<Met>> for EtdHit {
+    fn from(met: Option<Met>) -> Self {
+        let Some(met) = met else {
+            return Self::default();
+        };
+        Self {
+            met: 1,
+            shape: met.shape as u32,
+            primitive: met.primitive,
+            reserved: 0,
+            distance: met.distance,
+            position: met.position.to_array(),
+            normal: met.geometric_normal.to_array(),
+            shading_normal: met.shading_normal.to_array(),
+            uv: met.uv.to_array(),
+        }
+    }
+}
+
+/// Rays of the caller's.
+///
+/// # Safety
+/// The pointer is null, or they are there.
+unsafe fn read_rays(
+    rays: *const EtdRay,
+    count: usize,
+    stride: usize,
+) -> Result<Vec<QueryRay>, Failure> {
+    // SAFETY: the caller's promise.
+    let rays: Vec<EtdRay> = unsafe { read_list(rays.cast(), count, stride, "rays") }?;
+    Ok(rays.into_iter().map(QueryRay::from).collect())
+}
+
+/// An error about one of several rays.
+fn of_ray(index: usize) -> impl Fn(renderer::Error) -> Failure {
+    move |error| {
+        let failure = Failure::from(error);
+        Failure::new(failure.status, format!("ray {index}: {}", failure.text))
+    }
+}
+
+/// Tells what each of `count` rays meets first. Strides are bytes from one item to the next; 0 stands for items without a gap. May
+/// be called from any number of threads at once. A surface that is only partly there counts where more than half of it is.
+///
+/// # Safety
+/// The pointers are null, or as many rays are there, and as many hits may be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_intersect(
+    scene: *const EtdScene,
+    rays: *const EtdRay,
+    count: usize,
+    ray_stride: usize,
+    hits: *mut EtdHit,
+    hit_stride: usize,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let rays = unsafe { read_rays(rays, count, ray_stride) }?;
+        checked_stride::<EtdHit>(count, hit_stride, "hits")?;
+        let met: Vec<EtdHit> = scene.ready.read(|session| {
+            let ask = |(index, ray)| session.intersect(ray).map_err(of_ray(index));
+            let met = rays.iter().enumerate().map(ask);
+            met.map(|met| met.map(EtdHit::from)).collect()
+        })?;
+        // SAFETY: the caller's promise.
+        unsafe { write_list(hits.cast(), hit_stride, met.into_iter(), "hits") }?;
+        Ok(EtdStatus::Ok)
+    })
+}
+
+/// Tells of each of `count` rays whether anything lies on it: 1 or 0 for each, without a gap. May be called from any number of
+/// threads at once.
+///
+/// # Safety
+/// The pointers are null, or as many rays are there, and as many bytes may be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_occluded(
+    scene: *const EtdScene,
+    rays: *const EtdRay,
+    count: usize,
+    ray_stride: usize,
+    occluded: *mut u8,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let rays = unsafe { read_rays(rays, count, ray_stride) }?;
+        let found: Vec<u8> = scene.ready.read(|session| {
+            let ask = |(index, ray)| session.occluded(ray).map_err(of_ray(index));
+            let found = rays.iter().enumerate().map(ask);
+            found.map(|found| found.map(u8::from)).collect()
+        })?;
+        // SAFETY: the caller's promise.
+        unsafe { write_list(occluded.cast(), 0, found.into_iter(), "occluded") }?;
+        Ok(EtdStatus::Ok)
+    })
+}
+
+/// Estimates the radiance that comes along each of `count` rays to its origin by `spp` samples, on the scene's threads: red, green
+/// and blue for each ray, without a gap. Where `standard_errors` is not null, their standard errors too, and `spp` is rounded
+/// up to whole rounds of 16. Of the settings, which may be null, limits, crop and flags for layers do not count.
+///
+/// # Safety
+/// The pointers are null, or what they say is there; three floats for each ray may be written to the last two.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_radiance(
+    scene: *const EtdScene,
+    settings: *const EtdSettings,
+    rays: *const EtdRay,
+    count: usize,
+    ray_stride: usize,
+    spp: u64,
+    radiance: *mut f32,
+    standard_errors: *mut f32,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let mut wishes = unsafe { read_struct_or_zeros(settings)?.wishes() }?;
+        (wishes.time, wishes.error, wishes.crop) = (None, None, None);
+        wishes.layers = !standard_errors.is_null();
+        let rays = unsafe { read_rays(rays, count, ray_stride) }?;
+        if count > 0 {
+            not_null(radiance, "radiance")?;
+        }
+        let along = scene.ready.read(|session| {
+            let along = session.radiance(&wishes, &rays, spp);
+            along.map_err(Failure::from)
+        })?;
+        let means = along.iter().map(|it| it.mean.to_array());
+        let errors = along.iter().map(|it| {
+            let errors = it.standard_error.map(|error| error.to_array());
+            errors.unwrap_or([f32::NAN; 3])
+        });
+        // SAFETY: the caller's promise.
+        unsafe {
+            write_list(radiance.cast::<c_void>(), 0, means, "radiance")?;
+            if !standard_errors.is_null() {
+                write_list(standard_errors.cast(), 0, errors, "standard_errors")?;
+            }
+        }
+        Ok(EtdStatus::Ok)
+    })
+}

@@ -1,0 +1,462 @@
+//! Renders: begun, run, gone on with, read.
+//!
+//! Measure: radiance, samples per pixel, seconds.
+//! Range: while a render runs, all other calls with its handle but `etd_render_cancel`, `etd_render_retain`,
+//! `etd_render_release` and `etd_render_error` are answered with `ETD_STATUS_BUSY`.
+//! Source: none needed.
+
+use crate::handle::Table;
+use crate::memory::{
+    Versioned, not_null, read_struct_or_zeros, text, write_list, write_struct, write_text,
+};
+use crate::scene::{EtdScene, Ready, SCENES};
+use crate::settings::EtdSettings;
+use crate::status::{EtdStatus, Failure, Outcome};
+use crate::watch::{EtdWatch, Watcher};
+use renderer::image::{Image, LayeredImage, WriteOptions, write};
+use renderer::render::settings::Budget;
+use renderer::session::Rendering;
+use std::ffi::c_char;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, TryLockError};
+
+/// A render of a scene, as far as it has come.
+pub struct EtdRender(());
+
+/// What a render's handle stands for.
+struct Render {
+    ready: Arc<Ready>,
+    state: Mutex<State>,
+    cancelled: AtomicBool,
+}
+
+struct State {
+    rendering: Rendering,
+    /// The picture with its layers, once somebody has asked for them.
+    layered: Option<LayeredImage>,
+}
+
+static RENDERS: Table<Render> = Table::new(2);
+
+/// What is known of a render.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct EtdRenderInfo {
+    /// sizeof(EtdRenderInfo), to be set before the call.
+    pub struct_size: usize,
+    /// Pixels in a row of what is rendered.
+    pub width: u32,
+    /// Rows of it.
+    pub height: u32,
+    /// Complete samples per pixel; in the mean, where pixels differ.
+    pub spp: u64,
+    /// Samples in all pixels together.
+    pub samples: u64,
+    /// Rays traced.
+    pub rays: u64,
+    /// Samples that were not finite, and were left out.
+    pub rejected: u64,
+    /// Seconds that rendering took so far.
+    pub seconds: f64,
+    /// 1 if the last call was cancelled.
+    pub cancelled: u32,
+    /// 1 if the last call ended because the error that was asked for was reached.
+    pub reached: u32,
+    /// Estimated error, the root of relMSE; not a number before it can be told.
+    pub rel_rmse: f64,
+    /// With `confidence`, the error is below this; not a number before that can be told.
+    pub rel_rmse_upper: f64,
+    /// The confidence of that.
+    pub confidence: f64,
+    /// The share of pixels whose error bars are not to be trusted.
+    pub uncalibrated_fraction: f64,
+}
+
+// SAFETY: numbers.
+unsafe impl Versioned for EtdRenderInfo {
+    const NAME: &'static str = "EtdRenderInfo";
+}
+
+impl Render {
+    /// Does something with the render, unless it runs.
+    fn with<T>(&self, work: impl FnOnce(&mut State) -> Result<T, Failure>) -> Result<T, Failure> {
+        match self.state.try_lock() {
+            Ok(mut state) => work(&mut state),
+            Err(TryLockError::Poisoned(poisoned)) => work(&mut poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(Failure::new(
+                EtdStatus::Busy,
+                "the render is in use by another call, which has to end first",
+            )),
+        }
+    }
+
+    /// Goes on with the render.
+    ///
+    /// # Safety
+    /// The watch is null, or as it says.
+    unsafe fn run(
+        &self,
+        watch: *const EtdWatch,
+        until: impl FnOnce(&Rendering) -> Budget,
+    ) -> Outcome {
+        // SAFETY: the caller's promise.
+        let watch = unsafe { read_struct_or_zeros(watch) }?;
+        self.with(|state| {
+            self.cancelled.store(false, Ordering::Relaxed);
+            state.layered = None;
+            let watcher = Watcher::new(watch, &self.cancelled);
+            let until = until(&state.rendering);
+            let rendering = &mut state.rendering;
+            self.ready
+                .read(|session| Ok(rendering.go_on(session, until, &watcher)?))?;
+            Ok(match rendering.rendered().cancelled {
+                true => EtdStatus::Cancelled,
+                false => EtdStatus::Ok,
+            })
+        })
+    }
+}
+
+/// Begins a render of a committed scene, without a sample yet, and writes its handle, to be released by `etd_render_release`. It
+/// keeps the scene as long as it lives. `settings` may be null. A failure leaves its text with the scene.
+///
+/// # Safety
+/// `settings` is null, or a structure as long as it says, whose pointers are null or texts; `render` is null, or a handle may be
+/// written there.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_render_create(
+    scene: *const EtdScene,
+    settings: *const EtdSettings,
+    render: *mut *mut EtdRender,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        not_null(render, "render")?;
+        // SAFETY: the caller's promise.
+        let wishes = unsafe { read_struct_or_zeros(settings)?.wishes() }?;
+        let rendering = scene.ready.read(|session| Ok(session.start(&wishes)?))?;
+        let handle = RENDERS.add(Render {
+            ready: Arc::clone(&scene.ready),
+            state: Mutex::new(State {
+                rendering,
+                layered: None,
+            }),
+            cancelled: AtomicBool::new(false),
+        });
+        // SAFETY: the caller's promise.
+        unsafe { render.write_unaligned(handle) };
+        Ok(EtdStatus::Ok)
+    })
+}
+
+/// Holds a render once more.
+#[unsafe(no_mangle)]
+pub extern "C" fn etd_render_retain(render: *const EtdRender) -> EtdStatus {
+    RENDERS.retain(render)
+}
+
+/// Holds a render once less. Nobody's render is freed, once it does not run. Null, and what was released already, are
+/// `ETD_STATUS_INVALID_HANDLE`.
+#[unsafe(no_mangle)]
+pub extern "C" fn etd_render_release(render: *mut EtdRender) -> EtdStatus {
+    RENDERS.release(render)
+}
+
+/// The text of the render's last failure, as `etd_scene_error`.
+///
+/// # Safety
+/// As `etd_scene_error`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_render_error(
+    render: *const EtdRender,
+    text: *mut c_char,
+    capacity: usize,
+) -> usize {
+    let words = match RENDERS.get(render) {
+        Some(render) => render.errors.get(),
+        None => "no render has this handle".to_owned(),
+    };
+    // SAFETY: the caller's promise.
+    unsafe { write_text(&words, text, capacity) }
+}
+
+/// Renders until what the settings say is met: samples, a time or an error. Returns when it is, or `ETD_STATUS_CANCELLED`. A render that
+/// was cancelled may be run again, and loses nothing. `watch` may be null.
+///
+/// # Safety
+/// `watch` is null, or a structure as long as it says, with functions of these signatures.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_render_run(
+    render: *mut EtdRender,
+    watch: *const EtdWatch,
+) -> EtdStatus {
+    RENDERS.call(render, |render| {
+        // SAFETY: the caller's promise.
+        unsafe { render.run(watch, |rendering| rendering.settings().budget) }
+    })
+}
+
+/// Takes `spp` more samples in each pixel, as `etd_render_run`. Not for adaptive renders that have begun.
+///
+/// # Safety
+/// As `etd_render_run`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_render_add_samples(
+    render: *mut EtdRender,
+    spp: u64,
+    watch: *const EtdWatch,
+) -> EtdStatus {
+    RENDERS.call(render, |render| {
+        if spp == 0 {
+            return Err(Failure::argument("spp: expected at least 1 sample"));
+        }
+        let until = |rendering: &Rendering| Budget::samples(rendering.spp().saturating_add(spp));
+        // SAFETY: the caller's promise.
+        unsafe { render.run(watch, until) }
+    })
+}
+
+/// Ends the run of a render that is under way, from any thread, as soon as it can. Without one nothing happens.
+#[unsafe(no_mangle)]
+pub extern "C" fn etd_render_cancel(render: *mut EtdRender) -> EtdStatus {
+    match RENDERS.get(render) {
+        Some(object) => {
+            object.value.cancelled.store(true, Ordering::Relaxed);
+            EtdStatus::Ok
+        }
+        None => EtdStatus::InvalidHandle,
+    }
+}
+
+/// Tells what is known of a render.
+///
+/// # Safety
+/// `info` is null, or a structure as long as it says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_render_info(
+    render: *const EtdRender,
+    info: *mut EtdRenderInfo,
+) -> EtdStatus {
+    RENDERS.call(render, |render| {
+        let known = render.with(|state| Ok(known(&state.rendering)))?;
+        // SAFETY: the caller's promise.
+        unsafe { write_struct(info, known) }?;
+        Ok(EtdStatus::Ok)
+    })
+}
+
+fn known(rendering: &Rendering) -> EtdRenderInfo {
+    let (rendered, settings) = (rendering.rendered(), rendering.settings());
+    let target = settings.budget.error;
+    let confidence = target.map_or(renderer::render::CONFIDENCE, |target| target.confidence);
+    let error = rendering.error(confidence);
+    EtdRenderInfo {
+        struct_size: size_of::<EtdRenderInfo>(),
+        width: settings.window.width,
+        height: settings.window.height,
+        spp: rendered.spp,
+        samples: rendered.film.sample_count(),
+        rays: rendered.rays.total(),
+        rejected: rendered.rejected.count,
+        seconds: rendered.elapsed.as_secs_f64(),
+        cancelled: rendered.cancelled.into(),
+        reached: rendered.reached.into(),
+        rel_rmse: error.map_or(f64::NAN, |error| error.rel_rmse),
+        rel_rmse_upper: error.map_or(f64::NAN, |error| error.upper_bound),
+        confidence,
+        uncalibrated_fraction: error.map_or(0.0, |error| error.uncalibrated_fraction),
+    }
+}
+
+/// Where a picture goes in the caller's memory: `EtdRenderInfo` tells how many rows of how many pixels. Strides are bytes from one
+/// pixel to the next and from one row to the next; 0 stands for no gap.
+struct Target {
+    pixels: *mut f32,
+    pixel_stride: usize,
+    row_stride: usize,
+    /// Bytes that there are.
+    size: usize,
+}
+
+impl Target {
+    /// Writes rows of pixels.
+    ///
+    /// # Safety
+    /// As many bytes may be written as `size` says, unless the pointer is null.
+    unsafe fn fill<T: Copy>(&self, width: usize, pixels: &[T]) -> Result<(), Failure> {
+        not_null(self.pixels, "pixels")?;
+        let stride_or = |stride: usize, least: usize, what: &str| match stride {
+            0 => Ok(least),
+            stride if stride >= least => Ok(stride),
+            stride => Err(Failure::argument(format!(
+                "{what}: {stride} bytes, expected at least {least}"
+            ))),
+        };
+        let item = size_of::<T>();
+        let pixel = stride_or(self.pixel_stride, item, "pixel_stride")?;
+        let overflow = || Failure::argument("the strides are larger than memory");
+        let row = (width - 1).checked_mul(pixel).ok_or_else(overflow)?;
+        let row = row.checked_add(item).ok_or_else(overflow)?;
+        let gapless = width.checked_mul(pixel).ok_or_else(overflow)?;
+        let row_stride = match self.row_stride {
+            0 => gapless,
+            stride => stride_or(stride, row, "row_stride")?,
+        };
+        let height = pixels.len() / width;
+        let before = (height - 1).checked_mul(row_stride).ok_or_else(overflow)?;
+        let needed = before.checked_add(row).ok_or_else(overflow)?;
+        if needed > self.size {
+            return Err(Failure::argument(format!(
+                "size: {width} x {height} pixels with these strides take {needed} bytes, but there are {}",
+                self.size
+            )));
+        }
+        for (y, row) in pixels.chunks(width).enumerate() {
+            // SAFETY: the row lies within the bytes that may be written, as was just checked.
+            unsafe {
+                let start = self.pixels.cast::<u8>().add(y * row_stride);
+                write_list(start.cast(), pixel, row.iter().copied(), "pixels")?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn channels(image: &Image) -> Vec<[f32; 3]> {
+    let pixels = image.pixels().iter();
+    pixels.map(|pixel| pixel.to_array()).collect()
+}
+
+/// Copies the picture to `pixels`, where `size` bytes may be written: red, green and blue of each pixel as three floats, linear
+/// Rec. 709, row by row from the top. Strides are bytes from one pixel or row to the next; 0 stands for no gap.
+///
+/// # Safety
+/// `pixels` is null, or so many bytes may be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_render_read_pixels(
+    render: *const EtdRender,
+    pixels: *mut f32,
+    size: usize,
+    pixel_stride: usize,
+    row_stride: usize,
+) -> EtdStatus {
+    RENDERS.call(render, |render| {
+        let image = render.with(|state| Ok(state.rendering.image()))?;
+        let target = Target {
+            pixels,
+            pixel_stride,
+            row_stride,
+            size,
+        };
+        // SAFETY: the caller's promise.
+        unsafe { target.fill(image.width() as usize, &channels(&image)) }?;
+        Ok(EtdStatus::Ok)
+    })
+}
+
+/// Copies the standard error of each pixel, as `etd_render_read_pixels`. For renders with `ETD_LAYERS`, or with an error to reach.
+///
+/// # Safety
+/// As `etd_render_read_pixels`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_render_read_standard_errors(
+    render: *const EtdRender,
+    pixels: *mut f32,
+    size: usize,
+    pixel_stride: usize,
+    row_stride: usize,
+) -> EtdStatus {
+    RENDERS.call(render, |render| {
+        let errors = render.with(|state| {
+            state.rendering.standard_errors().ok_or_else(|| {
+                Failure::argument("the render keeps no error bars: ask for ETD_LAYERS")
+            })
+        })?;
+        let target = Target {
+            pixels,
+            pixel_stride,
+            row_stride,
+            size,
+        };
+        // SAFETY: the caller's promise.
+        unsafe { target.fill(errors.width() as usize, &channels(&errors)) }?;
+        Ok(EtdStatus::Ok)
+    })
+}
+
+/// Copies a layer, one float a pixel, as `etd_render_read_pixels`; its name is one of those of docs/accuracy.md, such as "albedo.R",
+/// "depth.Z" or "spp.Y". For renders with `ETD_LAYERS`. What is seen first is traced when a layer is asked for the first time.
+///
+/// # Safety
+/// As `etd_render_read_pixels`; `name` is null, or a text that ends with a NUL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_render_read_layer(
+    render: *const EtdRender,
+    name: *const c_char,
+    pixels: *mut f32,
+    size: usize,
+    pixel_stride: usize,
+    row_stride: usize,
+) -> EtdStatus {
+    RENDERS.call(render, |render| {
+        not_null(name, "name")?;
+        // SAFETY: the caller's promise.
+        let name = unsafe { text(name, "name") }?.unwrap_or_default();
+        let target = Target {
+            pixels,
+            pixel_stride,
+            row_stride,
+            size,
+        };
+        render.with(|state| {
+            let picture = state.layered(&render.ready)?;
+            let Some(layer) = picture.layer(name) else {
+                let names: Vec<&str> = picture.layers.iter().map(|it| it.name.as_str()).collect();
+                return Err(Failure::argument(format!(
+                    "name: there is no layer {name:?}, only {}",
+                    names.join(", ")
+                )));
+            };
+            // SAFETY: the caller's promise.
+            unsafe { target.fill(picture.image.width() as usize, layer) }?;
+            Ok(EtdStatus::Ok)
+        })
+    })
+}
+
+impl State {
+    /// The picture with its layers.
+    fn layered(&mut self, ready: &Ready) -> Result<&LayeredImage, Failure> {
+        if self.layered.is_none() {
+            let rendering = &self.rendering;
+            self.layered = Some(ready.read(|session| Ok(rendering.layered(session)?))?);
+        }
+        Ok(self.layered.as_ref().expect("it was just made"))
+    }
+}
+
+/// Writes the picture to a file, whole or not at all: `.exr`, with all layers if the render has them, `.png`, `.hdr` or `.pfm`.
+///
+/// # Safety
+/// `path` is null, or a text that ends with a NUL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_render_write(
+    render: *const EtdRender,
+    path: *const c_char,
+) -> EtdStatus {
+    RENDERS.call(render, |render| {
+        not_null(path, "path")?;
+        // SAFETY: the caller's promise.
+        let path = unsafe { text(path, "path") }?.unwrap_or_default();
+        render.with(|state| {
+            let mut options = WriteOptions::default();
+            if state.rendering.film().has_bars() {
+                options
+                    .layers
+                    .clone_from(&state.layered(&render.ready)?.layers);
+            }
+            write(Path::new(path), &state.rendering.image(), &options)?;
+            Ok(EtdStatus::Ok)
+        })
+    })
+}

@@ -1,0 +1,505 @@
+//! Scenes: put together or loaded, made ready, changed.
+//!
+//! Measure: as in `describe.rs`.
+//! Range: a scene may be used from any number of threads at once. What changes it once it is committed is answered with
+//! `ETD_STATUS_BUSY` while somebody renders it or asks something of it.
+//! Source: none needed.
+
+use crate::build::{EtdTracing, EtdWork};
+use crate::describe::{
+    EtdCamera, EtdFilm, EtdInstance, EtdLight, EtdMaterial, EtdMesh, EtdSurface, transform, vec3,
+};
+use crate::handle::Table;
+use crate::memory::{
+    not_null, read_list, read_struct, read_struct_or_zeros, text, write, write_struct, write_text,
+};
+use crate::status::{EtdStatus, Failure, Outcome};
+use renderer::math::vec::DAffine3;
+use renderer::scene::description::{
+    CameraDescription, GeometryDescription, SceneDescription, ShapeDescription,
+};
+use renderer::scene::{check, load};
+use renderer::session::Session;
+use std::ffi::c_char;
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, TryLockError};
+
+/// A scene.
+pub struct EtdScene(());
+
+/// What a scene's handle stands for.
+pub struct Scene {
+    /// As it will be when it is committed next.
+    description: Mutex<SceneDescription>,
+    /// As it was committed, with the changes since. Shared with the renders that have begun.
+    pub ready: Arc<Ready>,
+}
+
+/// A scene that is ready, or is not yet.
+#[derive(Default)]
+pub struct Ready(RwLock<Option<Session>>);
+
+/// All scenes.
+pub static SCENES: Table<Scene> = Table::new(1);
+
+impl Ready {
+    /// Does something with the scene that leaves it as it is.
+    pub fn read<T>(&self, work: impl FnOnce(&Session) -> Result<T, Failure>) -> Result<T, Failure> {
+        let guard: RwLockReadGuard<'_, _> = self.0.read().unwrap_or_else(PoisonError::into_inner);
+        match guard.as_ref() {
+            Some(session) => work(session),
+            None => Err(not_committed()),
+        }
+    }
+
+    /// Changes the scene, if nobody uses it.
+    fn change<T>(
+        &self,
+        work: impl FnOnce(&mut Option<Session>) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        match self.0.try_write() {
+            Ok(mut session) => work(&mut session),
+            Err(TryLockError::Poisoned(poisoned)) => work(&mut poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(Failure::new(
+                EtdStatus::Busy,
+                "the scene is in use: a render of it has to end first",
+            )),
+        }
+    }
+}
+
+fn not_committed() -> Failure {
+    Failure::new(
+        EtdStatus::NotCommitted,
+        "the scene has not been committed: call etd_scene_commit first",
+    )
+}
+
+impl Scene {
+    fn describe(&self) -> MutexGuard<'_, SceneDescription> {
+        self.description
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Changes what there is of a committed scene, and then the description.
+    fn change(
+        &self,
+        ready: impl FnOnce(&mut Session) -> renderer::Result<()>,
+        description: impl FnOnce(&mut SceneDescription),
+    ) -> Outcome {
+        self.ready.change(|session| {
+            if let Some(session) = session {
+                ready(session)?;
+            }
+            description(&mut self.describe());
+            Ok(EtdStatus::Ok)
+        })
+    }
+
+    /// Adds a shape, and tells its number.
+    ///
+    /// # Safety
+    /// The number may be written, or its pointer is null.
+    unsafe fn add_shape(&self, shape: ShapeDescription, number: *mut u32) -> Outcome {
+        let index = self.describe().add_shape(shape)?;
+        // SAFETY: the caller's promise.
+        unsafe { tell(number, index) }
+    }
+}
+
+/// Tells the number of what was added, to those who want to know.
+///
+/// # Safety
+/// The number may be written, or its pointer is null.
+unsafe fn tell(number: *mut u32, index: usize) -> Outcome {
+    if !number.is_null() {
+        // SAFETY: the caller's promise.
+        unsafe { write(number, index as u32, "number")? };
+    }
+    Ok(EtdStatus::Ok)
+}
+
+/// A scene that nobody has looked at yet: a pinhole at the origin that looks along -z.
+fn empty() -> SceneDescription {
+    let fov = 40.0_f64.to_radians();
+    SceneDescription::new("", CameraDescription::pinhole(DAffine3::IDENTITY, fov))
+}
+
+/// Makes an empty scene, seen from the origin along -z, and writes its handle. It is held once, to be released by
+/// `etd_scene_release`.
+///
+/// # Safety
+/// `scene` is null, or a handle may be written there.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_create(scene: *mut *mut EtdScene) -> EtdStatus {
+    if scene.is_null() {
+        return EtdStatus::InvalidArgument;
+    }
+    let handle = SCENES.add(Scene {
+        description: Mutex::new(empty()),
+        ready: Arc::default(),
+    });
+    // SAFETY: the caller's promise.
+    unsafe { scene.write_unaligned(handle) };
+    EtdStatus::Ok
+}
+
+/// Holds a scene once more.
+#[unsafe(no_mangle)]
+pub extern "C" fn etd_scene_retain(scene: *const EtdScene) -> EtdStatus {
+    SCENES.retain(scene)
+}
+
+/// Holds a scene once less. Nobody's scene is freed; renders that have begun keep it as long as they live. Null, and what was
+/// released already, are `ETD_STATUS_INVALID_HANDLE`.
+#[unsafe(no_mangle)]
+pub extern "C" fn etd_scene_release(scene: *mut EtdScene) -> EtdStatus {
+    SCENES.release(scene)
+}
+
+/// Copies the text of the scene's last failure to `text`, cut to `capacity` bytes with the NUL that ends it, and returns its whole
+/// length without the NUL. `text` may be null, to ask for the length.
+///
+/// # Safety
+/// `capacity` bytes may be written to `text`, unless it is null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_error(
+    scene: *const EtdScene,
+    text: *mut c_char,
+    capacity: usize,
+) -> usize {
+    let words = match SCENES.get(scene) {
+        Some(scene) => scene.errors.get(),
+        None => "no scene has this handle".to_owned(),
+    };
+    // SAFETY: the caller's promise.
+    unsafe { write_text(&words, text, capacity) }
+}
+
+/// Reads a scene from a `.toml` file or a bare `.obj` model, in place of what is there. It still has to be committed.
+///
+/// # Safety
+/// `path` is null, or a text that ends with a NUL.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_load(scene: *mut EtdScene, path: *const c_char) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        not_null(path, "path")?;
+        // SAFETY: the caller's promise.
+        let path = unsafe { text(path, "path") }?.unwrap_or_default();
+        *scene.describe() = load::load(Path::new(path))?;
+        Ok(EtdStatus::Ok)
+    })
+}
+
+/// Looks from somewhere else. On a committed scene this is effective at once, and builds nothing.
+///
+/// # Safety
+/// `camera` is null, or a structure as long as it says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_set_camera(
+    scene: *mut EtdScene,
+    camera: *const EtdCamera,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let mut camera = unsafe { read_struct(camera) }?.describe()?;
+        check::camera(&camera)?;
+        camera.shutter = scene.describe().camera.shutter;
+        let same = camera.clone();
+        scene.change(
+            |session| session.set_camera(same),
+            |description| description.camera = camera,
+        )
+    })
+}
+
+/// Makes pictures of another size or by another filter. On a committed scene this is effective at once, and builds nothing.
+///
+/// # Safety
+/// `film` is null, or a structure as long as it says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_set_film(
+    scene: *mut EtdScene,
+    film: *const EtdFilm,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let film = unsafe { read_struct(film) }?.describe()?;
+        check::film(&film)?;
+        let same = film.clone();
+        scene.change(
+            |session| session.set_film(same),
+            |description| description.film = film,
+        )
+    })
+}
+
+/// Adds a material, and writes its number, counted from 0, unless `number` is null. Textures are copied.
+///
+/// # Safety
+/// `material` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_add_material(
+    scene: *mut EtdScene,
+    material: *const EtdMaterial,
+    number: *mut u32,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let material = unsafe { read_struct(material)?.describe() }?;
+        let index = scene.describe().add_material(material)?;
+        unsafe { tell(number, index) }
+    })
+}
+
+/// Adds triangles, and writes the number of the shape, counted from 0, unless `number` is null. All buffers are copied.
+///
+/// # Safety
+/// `surface` and `mesh` are null, or structures as long as they say, whose pointers are null or lead to what they say.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_add_mesh(
+    scene: *mut EtdScene,
+    surface: *const EtdSurface,
+    mesh: *const EtdMesh,
+    number: *mut u32,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let mesh = unsafe { read_struct(mesh)?.describe() }?;
+        let geometry = GeometryDescription::Mesh(Arc::new(mesh));
+        let shape = unsafe { read_struct(surface)?.describe(geometry) }?;
+        unsafe { scene.add_shape(shape, number) }
+    })
+}
+
+/// Adds a sphere about `center`, three numbers, and writes the number of the shape unless `number` is null.
+///
+/// # Safety
+/// As `etd_scene_add_mesh`; `center` is null, or three numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_add_sphere(
+    scene: *mut EtdScene,
+    surface: *const EtdSurface,
+    center: *const f64,
+    radius: f64,
+    number: *mut u32,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let center = unsafe { vec3(center, "center") }?;
+        let geometry = GeometryDescription::Sphere { center, radius };
+        let shape = unsafe { read_struct(surface)?.describe(geometry) }?;
+        unsafe { scene.add_shape(shape, number) }
+    })
+}
+
+/// Adds a flat disk about `center`, with a normal of any length, and writes the number of the shape unless `number` is null.
+///
+/// # Safety
+/// As `etd_scene_add_sphere`, of `normal` too.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_add_disk(
+    scene: *mut EtdScene,
+    surface: *const EtdSurface,
+    center: *const f64,
+    normal: *const f64,
+    radius: f64,
+    number: *mut u32,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let geometry = unsafe {
+            GeometryDescription::Disk {
+                center: vec3(center, "center")?,
+                normal: vec3(normal, "normal")?,
+                radius,
+            }
+        };
+        // SAFETY: the caller's promise.
+        let shape = unsafe { read_struct(surface)?.describe(geometry) }?;
+        unsafe { scene.add_shape(shape, number) }
+    })
+}
+
+/// Adds a parallelogram with the normal edge_u x edge_v, and writes the number of the shape unless `number` is null.
+///
+/// # Safety
+/// As `etd_scene_add_sphere`, of corner and edges.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_add_rectangle(
+    scene: *mut EtdScene,
+    surface: *const EtdSurface,
+    corner: *const f64,
+    edge_u: *const f64,
+    edge_v: *const f64,
+    number: *mut u32,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let geometry = unsafe {
+            GeometryDescription::Rectangle {
+                corner: vec3(corner, "corner")?,
+                edge_u: vec3(edge_u, "edge_u")?,
+                edge_v: vec3(edge_v, "edge_v")?,
+            }
+        };
+        // SAFETY: the caller's promise.
+        let shape = unsafe { read_struct(surface)?.describe(geometry) }?;
+        unsafe { scene.add_shape(shape, number) }
+    })
+}
+
+/// Adds an axis-aligned box whose normals point outwards, and writes the number of the shape unless `number` is null.
+///
+/// # Safety
+/// As `etd_scene_add_sphere`, of both corners.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_add_box(
+    scene: *mut EtdScene,
+    surface: *const EtdSurface,
+    min: *const f64,
+    max: *const f64,
+    number: *mut u32,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let geometry = unsafe {
+            GeometryDescription::Box {
+                min: vec3(min, "min")?,
+                max: vec3(max, "max")?,
+            }
+        };
+        // SAFETY: the caller's promise.
+        let shape = unsafe { read_struct(surface)?.describe(geometry) }?;
+        unsafe { scene.add_shape(shape, number) }
+    })
+}
+
+/// Adds a group without members yet, and writes its number, counted from 1: 0 stands for the world itself. `name` is for
+/// messages and may be null.
+///
+/// # Safety
+/// `name` is null, or a text that ends with a NUL; `number` is null, or may be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_add_group(
+    scene: *mut EtdScene,
+    name: *const c_char,
+    number: *mut u32,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let name = unsafe { text(name, "name") }?.unwrap_or("group");
+        let index = scene.describe().add_group(name);
+        unsafe { tell(number, index + 1) }
+    })
+}
+
+/// Adds an instance of a group, and writes its number, counted from 0, unless `number` is null.
+///
+/// # Safety
+/// `instance` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_add_instance(
+    scene: *mut EtdScene,
+    instance: *const EtdInstance,
+    number: *mut u32,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let instance = unsafe { read_struct(instance)?.describe() }?;
+        let index = scene.describe().add_instance(instance)?;
+        unsafe { tell(number, index) }
+    })
+}
+
+/// Adds a light that is no shape. Its panorama is copied.
+///
+/// # Safety
+/// `light` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_add_light(
+    scene: *mut EtdScene,
+    light: *const EtdLight,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let light = unsafe { read_struct(light)?.describe() }?;
+        scene.describe().add_light(light)?;
+        Ok(EtdStatus::Ok)
+    })
+}
+
+/// Makes the scene ready: checks it, and builds its acceleration structures. What is added later counts from the next commit on;
+/// renders that have begun cannot go on then. `tracing` may be null.
+///
+/// # Safety
+/// `tracing` is null, or a structure as long as it says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_commit(
+    scene: *mut EtdScene,
+    tracing: *const EtdTracing,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let options = unsafe { read_struct_or_zeros(tracing) }?.options()?;
+        scene.ready.change(|session| {
+            let description = scene.describe().clone();
+            *session = Some(Session::new(description, options)?);
+            Ok(EtdStatus::Ok)
+        })
+    })
+}
+
+/// Places `count` instances anew: `instances` are their numbers, `transforms` 12 numbers for each, row by row without a gap. On a
+/// committed scene this is effective at once; groups are not built again, only the structure above them.
+///
+/// # Safety
+/// The pointers are null, or as many numbers are there.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_set_transforms(
+    scene: *mut EtdScene,
+    instances: *const u32,
+    transforms: *const f64,
+    count: usize,
+) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        // SAFETY: the caller's promise.
+        let numbers: Vec<u32> = unsafe { read_list(instances.cast(), count, 0, "instances") }?;
+        let matrices: Vec<[f64; 12]> =
+            unsafe { read_list(transforms.cast(), count, 0, "transforms") }?;
+        let mut placed = Vec::with_capacity(count);
+        for (number, matrix) in numbers.into_iter().zip(&matrices) {
+            // SAFETY: the caller's promise.
+            placed.push((number as usize, unsafe { transform(matrix.as_ptr()) }?));
+        }
+        let mut description = scene.describe().clone();
+        for &(index, transform) in &placed {
+            let Some(instance) = description.instances.get_mut(index) else {
+                let there = description.instances.len();
+                let text = format!("instances: {index}, but there are {there}");
+                return Err(Failure::argument(text));
+            };
+            instance.transform = transform;
+            check::instance(&description.instances[index], &description)?;
+        }
+        scene.change(
+            |session| session.set_transforms(&placed),
+            |kept| kept.instances = description.instances,
+        )
+    })
+}
+
+/// Tells what was done so far to make the scene ready.
+///
+/// # Safety
+/// `work` is null, or a structure as long as it says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn etd_scene_work(scene: *const EtdScene, work: *mut EtdWork) -> EtdStatus {
+    SCENES.call(scene, |scene| {
+        let done = scene.ready.read(|session| Ok(session.work()))?;
+        // SAFETY: the caller's promise.
+        unsafe { write_struct(work, done.into()) }?;
+        Ok(EtdStatus::Ok)
+    })
+}

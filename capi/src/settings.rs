@@ -1,0 +1,146 @@
+//! What C may ask of a render.
+//!
+//! Measure: samples per pixel, seconds.
+//! Range: as the flags of `etendue render`; zeros stand for what the scene says, and then for the defaults.
+//! Source: `etendue help render`.
+
+use crate::memory::{Versioned, text};
+use crate::status::Failure;
+use renderer::integrator::Roulette;
+use renderer::integrator::kind::IntegratorKind;
+use renderer::render::adaptive::Adaptive;
+use renderer::render::settings::SamplerKind;
+use renderer::render::wishes::Wishes;
+use std::ffi::c_char;
+use std::time::Duration;
+
+/// `EtdSettings.flags`: `seed` is given.
+pub const ETD_HAS_SEED: u32 = 1;
+/// `EtdSettings.flags`: `max_bounces` is given.
+pub const ETD_HAS_MAX_BOUNCES: u32 = 2;
+/// `EtdSettings.flags`: keep error bars, which standard errors and layers are made of. Samples are rounded up to whole rounds of 16.
+pub const ETD_LAYERS: u32 = 4;
+/// `EtdSettings.flags`: `crop` is given.
+pub const ETD_HAS_CROP: u32 = 8;
+
+const ALL_FLAGS: u32 = ETD_HAS_SEED | ETD_HAS_MAX_BOUNCES | ETD_LAYERS | ETD_HAS_CROP;
+
+/// What is asked of a render. Zeros and null stand for what the scene says, and then for the defaults.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct EtdSettings {
+    /// sizeof(EtdSettings)
+    pub struct_size: usize,
+    /// `ETD_HAS_SEED` and others, added.
+    pub flags: u32,
+    /// Scattering events at most, with `ETD_HAS_MAX_BOUNCES`. Biases.
+    pub max_bounces: u32,
+    /// Samples per pixel.
+    pub spp: u64,
+    /// Seconds at most.
+    pub seconds: f64,
+    /// The error to reach, the root of relMSE, such as 0.01.
+    pub error: f64,
+    /// The probability with which that error is kept; 0 stands for 0.95.
+    pub confidence: f64,
+    /// Picks one of 2^64 sets of random numbers, with `ETD_HAS_SEED`.
+    pub seed: u64,
+    /// The estimator, such as "path" or "ambient-occlusion".
+    pub integrator: *const c_char,
+    /// Where random numbers come from: "sobol", "stratified" or "independent".
+    pub sampler: *const c_char,
+    /// How samples are given out to pixels: "off", "two-phase" or "greedy".
+    pub adaptive: *const c_char,
+    /// When paths end by chance: "none", "albedo" or "throughput".
+    pub roulette: *const c_char,
+    /// How far, in world units, something may be and still count for ambient occlusion.
+    pub occlusion_distance: f64,
+    /// With `ETD_HAS_CROP`, x0, y0, x1, y1: only the pixels from (x0, y0) up to but not including (x1, y1) are rendered.
+    pub crop: [u32; 4],
+}
+
+// SAFETY: numbers and pointers, of which zeros are values.
+unsafe impl Versioned for EtdSettings {
+    const NAME: &'static str = "EtdSettings";
+}
+
+impl EtdSettings {
+    /// # Safety
+    /// Its pointers are null, or texts that end with a NUL.
+    pub unsafe fn wishes(&self) -> Result<Wishes, Failure> {
+        if self.flags & !ALL_FLAGS != 0 {
+            let unknown = self.flags & !ALL_FLAGS;
+            return Err(Failure::argument(format!("flags: nobody knows {unknown}")));
+        }
+        let has = |flag: u32| self.flags & flag != 0;
+        let mut wishes = Wishes::default();
+        // SAFETY: the caller's promise.
+        unsafe {
+            let integrators = IntegratorKind::ALL.iter().map(|&it| (it.name(), it));
+            wishes.integrator = named(self.integrator, integrators, "integrator")?;
+            let samplers = SamplerKind::ALL.iter().map(|&it| (it.name(), it));
+            wishes.sampler = named(self.sampler, samplers, "sampler")?;
+            let ways = Adaptive::ALL.iter().map(|&it| (it.name(), it));
+            wishes.adaptive = named(self.adaptive, ways, "adaptive")?;
+            let ways = Roulette::ALL.iter().map(|&it| (it.name(), it));
+            wishes.roulette = named(self.roulette, ways, "roulette")?;
+        }
+        wishes.seed = has(ETD_HAS_SEED).then_some(self.seed);
+        wishes.max_bounces = has(ETD_HAS_MAX_BOUNCES).then_some(self.max_bounces);
+        wishes.layers = has(ETD_LAYERS);
+        wishes.crop = has(ETD_HAS_CROP).then_some(self.crop);
+        wishes.spp = (self.spp != 0).then_some(self.spp);
+        wishes.time = duration(self.seconds)?;
+        wishes.error = given(self.error, "error")?;
+        wishes.confidence = given(self.confidence, "confidence")?;
+        wishes.occlusion_distance = given(self.occlusion_distance, "occlusion_distance")?;
+        Ok(wishes)
+    }
+}
+
+/// A time, if one is given.
+fn duration(seconds: f64) -> Result<Option<Duration>, Failure> {
+    let Some(seconds) = given(seconds, "seconds")? else {
+        return Ok(None);
+    };
+    match Duration::try_from_secs_f64(seconds) {
+        Ok(time) => Ok(Some(time)),
+        Err(_) => Err(Failure::argument("seconds: more than can be counted")),
+    }
+}
+
+/// A number above 0, if one is given.
+fn given(number: f64, what: &str) -> Result<Option<f64>, Failure> {
+    if number == 0.0 {
+        return Ok(None);
+    }
+    if number > 0.0 {
+        return Ok(Some(number));
+    }
+    Err(Failure::argument(format!(
+        "{what}: expected a number above 0, or 0 for none, found {number}"
+    )))
+}
+
+/// A choice by its name, if one is given.
+///
+/// # Safety
+/// The pointer is null, or a text that ends with a NUL.
+unsafe fn named<T>(
+    name: *const c_char,
+    mut all: impl Iterator<Item = (&'static str, T)> + Clone,
+    what: &str,
+) -> Result<Option<T>, Failure> {
+    // SAFETY: the caller's promise.
+    let Some(name) = (unsafe { text(name, what) })? else {
+        return Ok(None);
+    };
+    let names: Vec<&str> = all.clone().map(|(name, _)| name).collect();
+    match all.find(|(known, _)| *known == name) {
+        Some((_, choice)) => Ok(Some(choice)),
+        None => Err(Failure::argument(format!(
+            "{what}: there is no {name:?}, only {}",
+            names.join(", ")
+        ))),
+    }
+}

@@ -1,0 +1,121 @@
+//! Watching a render from C.
+//!
+//! Measure: samples, seconds.
+//! Range: any functions, or none.
+//! Source: none needed.
+
+use crate::memory::Versioned;
+use renderer::film::Film;
+use renderer::render::{Progress, RenderObserver};
+use std::ffi::c_void;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// How far a render has come.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct EtdProgress {
+    /// Size of this structure in bytes.
+    pub struct_size: usize,
+    /// Samples so far, over all pixels.
+    pub samples: u64,
+    /// Complete samples per pixel; in the mean, where pixels differ.
+    pub spp: u64,
+    /// Seconds since the call began.
+    pub seconds: f64,
+    /// The share of what was asked for that is done, from 0 to 1.
+    pub fraction: f64,
+    /// The estimated error so far, the root of relMSE; not a number before it can be told.
+    pub rel_rmse: f64,
+}
+
+/// A picture while it becomes: borrowed for the time of the call that gets it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct EtdPicture {
+    /// Size of this structure in bytes.
+    pub struct_size: usize,
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green and blue of each pixel, linear Rec. 709, row by row from the top without a gap.
+    pub rgb: *const f32,
+}
+
+/// Who watches a render. Any of its functions may be null. None may throw, longjmp, or wait for the render that calls it; all may
+/// call this library, where `ETD_STATUS_BUSY` answers what the render excludes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct EtdWatch {
+    /// sizeof(EtdWatch)
+    pub struct_size: usize,
+    /// Handed to each function.
+    pub user: *mut c_void,
+    /// Called often, from any of the render's threads and from several at once. Other than 0 ends the render as soon as it can; the
+    /// samples so far are kept. The progress is borrowed for the time of the call.
+    pub progress:
+        Option<unsafe extern "C" fn(user: *mut c_void, progress: *const EtdProgress) -> i32>,
+    /// Called after each pass over the picture, from one of the render's threads while the others wait.
+    pub picture: Option<unsafe extern "C" fn(user: *mut c_void, picture: *const EtdPicture)>,
+}
+
+// SAFETY: numbers, pointers and functions that may be null.
+unsafe impl Versioned for EtdWatch {
+    const NAME: &'static str = "EtdWatch";
+}
+
+/// Passes on what a render tells, and that it should end.
+pub struct Watcher<'a> {
+    watch: EtdWatch,
+    cancelled: &'a AtomicBool,
+}
+
+// SAFETY: callers are told that their functions are called from any thread; the pointer is only handed on to them.
+unsafe impl Sync for Watcher<'_> {}
+
+impl<'a> Watcher<'a> {
+    pub fn new(watch: EtdWatch, cancelled: &'a AtomicBool) -> Self {
+        Self { watch, cancelled }
+    }
+}
+
+impl RenderObserver for Watcher<'_> {
+    fn progress(&self, progress: &Progress) {
+        let Some(function) = self.watch.progress else {
+            return;
+        };
+        let progress = EtdProgress {
+            struct_size: size_of::<EtdProgress>(),
+            samples: progress.samples,
+            spp: progress.spp,
+            seconds: progress.elapsed.as_secs_f64(),
+            fraction: progress.fraction,
+            rel_rmse: progress.rel_rmse.unwrap_or(f64::NAN),
+        };
+        // SAFETY: a function of the caller's with this signature; the progress lives through the call.
+        if unsafe { function(self.watch.user, &raw const progress) } != 0 {
+            self.cancelled.store(true, Ordering::Relaxed);
+        }
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+
+    fn pass(&self, film: &Film) {
+        let Some(function) = self.watch.picture else {
+            return;
+        };
+        let image = film.develop();
+        let pixels = image.pixels().iter();
+        let rgb: Vec<[f32; 3]> = pixels.map(|pixel| pixel.to_array()).collect();
+        let picture = EtdPicture {
+            struct_size: size_of::<EtdPicture>(),
+            width: image.width(),
+            height: image.height(),
+            rgb: rgb.as_ptr().cast(),
+        };
+        // SAFETY: as above.
+        unsafe { function(self.watch.user, &raw const picture) };
+    }
+}

@@ -342,6 +342,16 @@ pub const PLANTED: &[Planted] = &[
         "what is nearer than a ray's least distance counts",
         "rendering::session::rays_meet_what_is_there",
     ),
+    bug(
+        "rejected-steps-stay",
+        "a chain that goes back keeps one of the numbers that were proposed",
+        "lib::sampler::primary::tests::a_point_is_the_same_whenever_it_is_asked_for_and_after_a_rejection",
+    ),
+    bug(
+        "brightness-of-what-chains-see",
+        "the brightness is the mean over those points alone that a chain may walk through",
+        "rendering::metropolis::it_agrees_with_path_in_every_part_of_the_picture",
+    ),
 ];
 
 /// Where a bug stands in [`PLANTED`].

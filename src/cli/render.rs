@@ -16,6 +16,7 @@ use crate::film::ErrorEstimate;
 use crate::film::filter::Filter;
 use crate::image::atomic::check_creatable;
 use crate::image::{self, LayeredImage, MetadataValue, WriteOptions};
+use crate::integrator::kind::IntegratorKind;
 use crate::render::{RenderObserver, Rendered, View};
 use crate::scene::load;
 use crate::scene::prepare::{Prepared, prepare};
@@ -70,6 +71,11 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         return Ok(Outcome::Interrupted);
     }
     if let (Some(pixel), Some(sample)) = (arguments.pixel, arguments.sample) {
+        if settings.integrator == IntegratorKind::Metropolis {
+            return Err(Error::usage(
+                "the steps of mlt belong to no pixel and cannot be replayed: --integrator bdpt replays samples of the same kind",
+            ));
+        }
         return replay::run(&job, &filter, pixel, sample);
     }
 

@@ -164,7 +164,6 @@ impl Film {
         for (index, mean, _) in self.means() {
             estimates[index].mean = mean;
         }
-        let light_paths = self.sample_count();
         for tile in &self.tiles {
             for (i, pixel) in tile.window.pixels().enumerate() {
                 let index = self.index(pixel);
@@ -174,7 +173,7 @@ impl Film {
                     (Some(bars), Some(splats)) => {
                         // A light path and the rest of its sample are not independent, but their batches are.
                         let mut batches = bars[i].batch_means(samples);
-                        let of_splats = splats.batch_means(index, light_paths);
+                        let of_splats = splats.batch_means(index);
                         for (batch, splats) in batches.iter_mut().zip(of_splats) {
                             *batch = sum(*batch, splats);
                         }
@@ -183,7 +182,7 @@ impl Film {
                     (None, None) => sums.variance_of_mean(samples),
                     (None, Some(splats)) => sums
                         .variance_of_mean(samples)
-                        .map(|own| sum(own, splats.variance_of_mean(index, light_paths))),
+                        .map(|own| sum(own, splats.variance_of_mean(index))),
                 };
                 estimates[index].variance = variance.unwrap_or_default();
             }

@@ -87,7 +87,7 @@ impl Tile {
 pub struct Film {
     window: Window,
     tiles: Vec<Tile>,
-    /// What light paths bring, if there are any: one with each sample.
+    /// What light paths bring, if there are any.
     splats: Option<Splats>,
 }
 
@@ -202,14 +202,13 @@ impl Film {
     pub fn develop_half(&self) -> Option<Image> {
         let [width, height] = [self.window.width, self.window.height];
         let mut image = vec![Rgb::BLACK; self.window.pixel_count() as usize];
-        let light_paths = self.sample_count();
         for tile in &self.tiles {
             let pixels = tile.window.pixels().zip(tile.bars.as_ref()?);
             for (place, (pixel, bars)) in pixels.enumerate() {
                 let index = self.index(pixel);
                 let mut mean = bars.half_mean(tile.count(place));
                 if let Some(splats) = &self.splats {
-                    mean = sum(mean, splats.half_mean(index, light_paths));
+                    mean = sum(mean, splats.half_mean(index));
                 }
                 image[index] = Rgb::from(mean.map(|x| x as f32));
             }
@@ -244,17 +243,13 @@ impl Film {
 
     /// Each pixel's index in the window, mean and sample count.
     fn means(&self) -> impl Iterator<Item = (usize, [f64; 3], u64)> {
-        let light_paths = self
-            .splats
-            .as_ref()
-            .map(|splats| (splats, self.sample_count()));
         self.tiles.iter().flat_map(move |tile| {
             let pixels = tile.window.pixels().zip(&tile.pixels).enumerate();
             pixels.map(move |(place, (pixel, sums))| {
                 let (index, samples) = (self.index(pixel), tile.count(place));
                 let mut mean = sums.mean(samples);
-                if let Some((splats, light_paths)) = light_paths {
-                    mean = sum(mean, splats.mean(index, light_paths));
+                if let Some(splats) = &self.splats {
+                    mean = sum(mean, splats.mean(index));
                 }
                 (index, mean, samples)
             })

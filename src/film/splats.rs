@@ -17,6 +17,7 @@ use super::filter::Filter;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::planted::planted;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
 /// Takes light that an integrator finds for other places of the film than that of its camera ray.
@@ -69,6 +70,8 @@ struct Sums([ExactSum; 3]);
 pub struct Splats {
     window: Window,
     batches: u64,
+    /// Light paths so far, of each batch.
+    paths: Vec<AtomicU64>,
     /// Pixels row by row, each with its batches; without batches the sums and those of squares.
     rows: Vec<Mutex<Vec<Sums>>>,
 }
@@ -76,9 +79,14 @@ pub struct Splats {
 impl Clone for Splats {
     fn clone(&self) -> Self {
         let rows = (0..self.rows.len()).map(|row| Mutex::new(self.row(row).clone()));
+        let paths = self.paths.iter();
         Self {
+            window: self.window,
+            batches: self.batches,
+            paths: paths
+                .map(|it| AtomicU64::new(it.load(Ordering::Relaxed)))
+                .collect(),
             rows: rows.collect(),
-            ..*self
         }
     }
 }
@@ -90,6 +98,7 @@ impl Splats {
         let mut splats = Self {
             window,
             batches,
+            paths: (0..batches).map(|_| AtomicU64::new(0)).collect(),
             rows: vec![],
         };
         let row = vec![Sums::default(); splats.per_pixel() * window.width as usize];
@@ -108,6 +117,23 @@ impl Splats {
     #[inline]
     pub fn reaches(&self, filter: &Filter, film: Vec2) -> bool {
         !self.rows_at(filter, film.y).is_empty() && !self.columns_at(filter, film.x).is_empty()
+    }
+
+    /// Counts light paths of the sample with this index, whatever they find.
+    pub fn add_paths(&self, sample: u64, count: u64) {
+        let batch = (sample % self.batches) as usize;
+        self.paths[batch].fetch_add(count, Ordering::Relaxed);
+    }
+
+    /// Light paths of all batches.
+    pub fn path_count(&self) -> u64 {
+        (0..self.paths.len())
+            .map(|batch| self.paths_of(batch))
+            .sum()
+    }
+
+    fn paths_of(&self, batch: usize) -> u64 {
+        self.paths[batch].load(Ordering::Relaxed)
     }
 
     /// Takes in light that the sample with this index found. Threads may do so at once.
@@ -136,26 +162,28 @@ impl Splats {
     }
 
     /// The mean of a pixel of the window over all light paths.
-    pub fn mean(&self, pixel: usize, light_paths: u64) -> [f64; 3] {
-        self.mean_of_batches(pixel, light_paths, 1)
+    pub fn mean(&self, pixel: usize) -> [f64; 3] {
+        self.mean_of_batches(pixel, 1)
     }
 
     /// The mean of a pixel over the light paths of every second batch; there have to be batches.
-    pub fn half_mean(&self, pixel: usize, light_paths: u64) -> [f64; 3] {
-        self.mean_of_batches(pixel, light_paths, 2)
+    pub fn half_mean(&self, pixel: usize) -> [f64; 3] {
+        self.mean_of_batches(pixel, 2)
     }
 
     /// The means of a pixel over the light paths of each batch; there have to be batches.
-    pub fn batch_means(&self, pixel: usize, light_paths: u64) -> [[f64; 3]; BATCHES as usize] {
-        let per_batch = light_paths.max(1) as f64 / BATCHES as f64;
+    pub fn batch_means(&self, pixel: usize) -> [[f64; 3]; BATCHES as usize] {
         let (row, place) = self.place(pixel);
         let row = self.row(row);
-        std::array::from_fn(|batch| row[place + batch].0.map(|sum| sum.high / per_batch))
+        std::array::from_fn(|batch| {
+            let paths = self.paths_of(batch).max(1) as f64;
+            row[place + batch].0.map(|sum| sum.high / paths)
+        })
     }
 
     /// The variance of a pixel's [`mean`](Self::mean), if there are no batches: that of independent splats.
-    pub fn variance_of_mean(&self, pixel: usize, light_paths: u64) -> [f64; 3] {
-        let n = light_paths as f64;
+    pub fn variance_of_mean(&self, pixel: usize) -> [f64; 3] {
+        let n = self.paths_of(0).max(1) as f64;
         let (row, place) = self.place(pixel);
         let row = self.row(row);
         let (sums, squares) = (&row[place].0, &row[place + 1].0);
@@ -165,14 +193,14 @@ impl Splats {
         })
     }
 
-    fn mean_of_batches(&self, pixel: usize, light_paths: u64, step: usize) -> [f64; 3] {
+    fn mean_of_batches(&self, pixel: usize, step: usize) -> [f64; 3] {
         let (row, place) = self.place(pixel);
         let row = self.row(row);
-        let batches = &row[place..place + self.batches as usize];
-        let paths = light_paths.max(1) as f64 / step as f64;
+        let batches = (0..self.batches as usize).step_by(step);
+        let paths: u64 = batches.clone().map(|batch| self.paths_of(batch)).sum();
         std::array::from_fn(|c| {
-            let sums = batches.iter().step_by(step).map(|batch| batch.0[c].high);
-            sums.sum::<f64>() / paths
+            let sums = batches.clone().map(|batch| row[place + batch].0[c].high);
+            sums.sum::<f64>() / paths.max(1) as f64
         })
     }
 
@@ -249,6 +277,10 @@ mod tests {
         for in_batches in [false, true] {
             let [one, other] = [0, 1].map(|_| Splats::new(WINDOW, in_batches));
             let splats = splats();
+            for sample in 0..2000 {
+                one.add_paths(sample, 1);
+                other.add_paths(sample, 1);
+            }
             for (i, (at, value)) in splats.iter().enumerate() {
                 one.add(&filter, i as u64, *at, *value);
             }
@@ -256,13 +288,13 @@ mod tests {
                 other.add(&filter, i as u64, *at, *value);
             }
             for pixel in 0..20 {
-                let mean = one.mean(pixel, 7);
-                assert_eq!(mean, other.mean(pixel, 7));
+                let mean = one.mean(pixel);
+                assert_eq!(mean, other.mean(pixel));
                 if in_batches {
-                    assert_eq!(one.batch_means(pixel, 7), other.batch_means(pixel, 7));
+                    assert_eq!(one.batch_means(pixel), other.batch_means(pixel));
                 } else {
-                    let variance = one.variance_of_mean(pixel, 1 << 12);
-                    assert_eq!(variance, other.variance_of_mean(pixel, 1 << 12));
+                    let variance = one.variance_of_mean(pixel);
+                    assert_eq!(variance, other.variance_of_mean(pixel));
                 }
             }
         }
@@ -272,6 +304,7 @@ mod tests {
     fn a_box_gives_each_splat_to_the_pixel_that_it_lies_in() {
         let filter = filter(FilterKind::Box);
         let all = Splats::new(WINDOW, false);
+        all.add_paths(0, 10);
         let mut expected = [0.0; 20];
         for (i, (at, value)) in splats().into_iter().enumerate() {
             let (x, y) = (at.x.floor() - 2.0, at.y.floor() - 1.0);
@@ -283,13 +316,13 @@ mod tests {
             }
         }
         for (pixel, expected) in expected.into_iter().enumerate() {
-            let mean = all.mean(pixel, 10)[0];
+            let mean = all.mean(pixel)[0];
             assert!((mean / (expected / 10.0) - 1.0).abs() < 1e-12, "{pixel}");
         }
         // A border belongs to one of its two pixels.
         let borders = Splats::new(WINDOW, false);
         borders.add(&filter, 0, Vec2::new(4.0, 2.5), Rgb::WHITE);
-        let lit = (0..20).filter(|&pixel| borders.mean(pixel, 1)[0] > 0.0);
+        let lit = (0..20).filter(|&pixel| borders.mean(pixel)[0] > 0.0);
         assert_eq!(lit.collect::<Vec<_>>(), [7]);
     }
 
@@ -300,6 +333,7 @@ mod tests {
             let filter = filter(kind);
             let splats = Splats::new(WINDOW, true);
             const FINE: u32 = 32;
+            splats.add_paths(3, u64::from(FINE * FINE));
             for i in 0..12 * FINE {
                 for j in 0..10 * FINE {
                     let at = |i: u32| (i as f32 + 0.5) / FINE as f32 - 2.0;
@@ -308,7 +342,7 @@ mod tests {
                 }
             }
             for pixel in 0..20 {
-                let mean = splats.mean(pixel, u64::from(FINE * FINE))[1];
+                let mean = splats.mean(pixel)[1];
                 // The midpoint rule on steps of 1/32 of a pixel.
                 assert!((mean - 1.0).abs() < 2e-3, "{name}: {mean}");
             }
@@ -324,13 +358,15 @@ mod tests {
             let value = Rgb::grey((sample % 16) as f32);
             splats.add(&filter, sample, Vec2::new(2.5, 1.5), value);
             alone.add(&filter, sample, Vec2::new(2.5, 1.5), value);
+            splats.add_paths(sample, 1);
+            alone.add_paths(sample, 1);
         }
-        let means = splats.batch_means(0, 64);
+        let means = splats.batch_means(0);
         assert!((0..16).all(|batch| means[batch] == [batch as f64; 3]));
-        assert_eq!(splats.half_mean(0, 64), [7.0; 3]);
-        assert_eq!(splats.mean(0, 64), [7.5; 3]);
+        assert_eq!(splats.half_mean(0), [7.0; 3]);
+        assert_eq!(splats.mean(0), [7.5; 3]);
         // The variance of 0..16, four times each, over 64.
         let expected = 4.0 * 340.0 / (64.0 * 63.0);
-        assert!((alone.variance_of_mean(0, 64)[0] - expected).abs() < 1e-12);
+        assert!((alone.variance_of_mean(0)[0] - expected).abs() < 1e-12);
     }
 }

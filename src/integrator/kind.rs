@@ -30,6 +30,8 @@ pub enum IntegratorKind {
     DirectArea,
     /// Bidirectional path tracing.
     Bidirectional,
+    /// Metropolis light transport, over bidirectional path tracing.
+    Metropolis,
     /// Ambient occlusion.
     AmbientOcclusion,
 }
@@ -46,6 +48,7 @@ impl IntegratorKind {
         Self::DirectDirectional,
         Self::DirectArea,
         Self::Bidirectional,
+        Self::Metropolis,
         Self::AmbientOcclusion,
     ];
 
@@ -61,6 +64,7 @@ impl IntegratorKind {
             Self::DirectDirectional => "direct-directional",
             Self::DirectArea => "direct-area",
             Self::Bidirectional => "bdpt",
+            Self::Metropolis => "mlt",
             Self::AmbientOcclusion => "ambient-occlusion",
         }
     }
@@ -76,7 +80,7 @@ impl IntegratorKind {
             Self::Path => Some(Technique::PATH),
             Self::DirectDirectional => Some(Technique::DIRECT_DIRECTIONAL),
             Self::DirectArea => Some(Technique::DIRECT_AREA),
-            Self::Bidirectional | Self::AmbientOcclusion => None,
+            Self::Bidirectional | Self::Metropolis | Self::AmbientOcclusion => None,
         }
     }
 
@@ -92,13 +96,14 @@ impl IntegratorKind {
             | Self::LightOrRest
             | Self::NextEvent
             | Self::Path
-            | Self::Bidirectional => Roulette::Throughput,
+            | Self::Bidirectional
+            | Self::Metropolis => Roulette::Throughput,
         }
     }
 
     /// Whether its samples find light for other pixels, too.
     pub fn splats(self) -> bool {
-        self == Self::Bidirectional
+        matches!(self, Self::Bidirectional | Self::Metropolis)
     }
 
     /// Scattering events at most, if it is not meant for more.

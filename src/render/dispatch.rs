@@ -96,12 +96,9 @@ impl<D: Dispatched> SamplerJob for Full<'_, D> {
                 kernel.run(With(job, path(settings, Weighted), sampler))
             }
             Some(technique) => first_or_last(kernel, With(job, path(settings, technique), sampler)),
-            None if settings.integrator == IntegratorKind::Bidirectional => {
-                let integrator = Bidirectional {
-                    max_bounces: settings.most_bounces(),
-                    roulette: settings.roulette(),
-                    pixels: settings.window.pixel_count(),
-                };
+            None if settings.integrator.splats() => {
+                let area = settings.window.pixel_count() as f64;
+                let integrator = bidirectional(settings, area);
                 first_or_last(kernel, With(job, integrator, sampler))
             }
             None => {
@@ -121,8 +118,17 @@ fn path<C>(settings: &RenderSettings, technique: C) -> PathIntegrator<C> {
     }
 }
 
+/// The bidirectional integrator of these settings, whose samples are spread over so much film, in pixels.
+pub fn bidirectional(settings: &RenderSettings, film_area: f64) -> Bidirectional {
+    Bidirectional {
+        max_bounces: settings.most_bounces(),
+        roulette: settings.roulette(),
+        film_area,
+    }
+}
+
 /// Runs a job of which only two kernels are compiled.
-fn first_or_last<J: KernelJob>(kernel: Kernel, job: J) -> J::Output {
+pub fn first_or_last<J: KernelJob>(kernel: Kernel, job: J) -> J::Output {
     match kernel {
         Kernel::Matte => job.run::<types::Matte>(),
         _ => job.run::<types::Everything>(),

@@ -14,6 +14,7 @@ pub mod budget;
 mod camera_rays;
 mod dispatch;
 pub mod first_hit;
+mod metropolis;
 mod observed;
 pub mod replay;
 pub mod settings;
@@ -26,8 +27,10 @@ use crate::film::bars::BATCHES;
 use crate::film::filter::Filter;
 use crate::film::{Film, Tile};
 use crate::integrator::RayCounts;
+use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::Unobserved;
 use crate::planted::planted;
+use crate::sampler::hash;
 use crate::scene::Scene;
 use adaptive::{Adaptive, Deal, Dealer};
 use budget::PassPlanner;
@@ -235,6 +238,12 @@ pub fn resume(
         totals: Mutex::default(),
     };
     threads.run(|| run.all_passes(until, rendered));
+    let is_dark = || rendered.film.mean() == [0.0; 3];
+    if settings.integrator == IntegratorKind::Metropolis && !rendered.cancelled && is_dark() {
+        return Err(Error::render(
+            "none of the paths that chains could begin with has found any light: is there a light, and can it reach what the camera sees? Others find it more easily where it is rare: try --integrator path",
+        ));
+    }
     Ok(())
 }
 
@@ -356,6 +365,9 @@ impl Run<'_> {
 
     /// Takes the samples of one pass: so many in every pixel, if they are dealt evenly.
     fn pass(&self, film: &mut Film, deal: Deal, samples: u64, planner: &PassPlanner, shown: Shown) {
+        if self.settings.integrator == IntegratorKind::Metropolis {
+            return self.chains(film, samples, planner, shown);
+        }
         let end = planner.spp() + samples;
         // A tile may have more samples than others, where a render goes on that was interrupted.
         let same = |tile: &Tile| {
@@ -400,6 +412,42 @@ impl Run<'_> {
                 drop(totals);
                 self.report(planner, new_samples, shown);
             });
+    }
+
+    /// The same by Markov chains, whose steps are as many as the samples would be.
+    fn chains(&self, film: &mut Film, samples: u64, planner: &PassPlanner, shown: Shown) {
+        let (tiles, Some(splats)) = film.tiles_and_splats() else {
+            return;
+        };
+        let (settings, filter) = (self.settings, self.filter);
+        let area = metropolis::film_area(settings.window, filter);
+        let stage = metropolis::Stage {
+            scene: self.scene,
+            filter,
+            kernel: dispatch::kernel(self.scene, settings),
+            window: settings.window,
+            integrator: dispatch::bidirectional(settings, area),
+            splats,
+            is_cancelled: &|| self.is_cancelled(),
+        };
+        let steps = samples * settings.window.pixel_count() / BATCHES;
+        // Numbers that no pass before has had, were it interrupted or not.
+        let seed = hash::combine(settings.seed, splats.path_count());
+        let walked = |steps| self.report(planner, steps, shown);
+        metropolis::batches().for_each(|batch| {
+            let outcome = stage.batch(batch, seed, steps, &walked);
+            let mut totals = self
+                .totals
+                .lock()
+                .expect("no thread panics while it holds this");
+            totals.rays += outcome.rays;
+            totals.rejected.merge(outcome.rejected);
+        });
+        if !self.is_cancelled() {
+            for tile in tiles {
+                tile.samples += samples;
+            }
+        }
     }
 
     /// Asks the observer once and for all.

@@ -247,7 +247,11 @@ impl RenderSettings {
 
     /// Whether error bars are kept: also to know when an error is reached, and who needs more samples.
     pub fn has_bars(&self) -> bool {
-        self.bars || self.budget.error.is_some() || self.adaptive != Adaptive::Off
+        let batches_are_all_that_tells = self.integrator == IntegratorKind::Metropolis;
+        self.bars
+            || self.budget.error.is_some()
+            || self.adaptive != Adaptive::Off
+            || batches_are_all_that_tells
     }
 
     /// When paths end by chance.

@@ -173,6 +173,11 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
                 }
             }
         }
+        if let (Some(splats), Asked::Same(range)) = (splats, &asked) {
+            for sample in range.clone() {
+                splats.add_paths(sample, tile.window.pixel_count());
+            }
+        }
         match asked {
             Asked::Same(range) => tile.samples += range.end - range.start,
             Asked::Each(ends) => {

@@ -12,10 +12,12 @@ use crate::planted::planted;
 
 pub mod hash;
 pub mod independent;
+pub mod primary;
 pub mod sobol;
 pub mod stratified;
 
 pub use independent::Independent;
+pub use primary::Primary;
 pub use sobol::Sobol;
 pub use stratified::Stratified;
 

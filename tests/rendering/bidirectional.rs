@@ -29,7 +29,7 @@ const RENDERS: u64 = 12;
 /// Blocks of a picture along each axis.
 const BLOCKS: u32 = 4;
 
-fn settings(scene: &SceneDescription, integrator: IntegratorKind, spp: u64) -> RenderSettings {
+pub fn settings(scene: &SceneDescription, integrator: IntegratorKind, spp: u64) -> RenderSettings {
     RenderSettings {
         integrator,
         sampler: SamplerKind::Independent,
@@ -39,7 +39,7 @@ fn settings(scene: &SceneDescription, integrator: IntegratorKind, spp: u64) -> R
 }
 
 /// The moments over several renders of each block, row by row, and last of the whole picture: for each channel.
-fn seen(scene: &SceneDescription, settings: &RenderSettings) -> Vec<[Moments; 3]> {
+pub fn seen(scene: &SceneDescription, settings: &RenderSettings) -> Vec<[Moments; 3]> {
     let ready = ready(scene, Backend::ALL[0]);
     let mut blocks = vec![[Moments::default(); 3]; (BLOCKS * BLOCKS + 1) as usize];
     for seed in 0..RENDERS {
@@ -72,7 +72,7 @@ fn seen(scene: &SceneDescription, settings: &RenderSettings) -> Vec<[Moments; 3]
 
 /// Welch's test of every block and channel, of some three thousand in this file. The standard error of the whole has to be
 /// below `power` of it.
-fn assert_same(what: &str, a: &[[Moments; 3]], b: &[[Moments; 3]], power: f64) {
+pub fn assert_same(what: &str, a: &[[Moments; 3]], b: &[[Moments; 3]], power: f64) {
     let significance = sidak(1e-4, 6000);
     for (block, (a, b)) in a.iter().zip(b).enumerate() {
         for (channel, (a, b)) in a.iter().zip(b).enumerate() {

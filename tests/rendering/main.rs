@@ -14,6 +14,7 @@ mod integrators;
 mod lens;
 mod lesson;
 mod metamorphic;
+mod metropolis;
 mod motion;
 mod pixels;
 mod resume;

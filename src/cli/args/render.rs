@@ -70,7 +70,8 @@ pub struct RenderArguments {
     /// The estimator. The path tracers of the course, from the first to the best: naive (a coin decides between emission and
     /// a direction anywhere), emit-or-reflect (a better coin), bsdf (no coin, directions by the BSDF), light-or-rest (a ray to
     /// a light, a ray anywhere else), nee (next event estimation), path (with multiple importance sampling). Paths from the
-    /// camera and from the lights, connected in every way: bdpt, for caustics and hidden lamps. Direct light alone, by uniform
+    /// camera and from the lights, connected in every way: bdpt, for caustics and hidden lamps; mlt walks through such paths and
+    /// stays where there is light. Direct light alone, by uniform
     /// directions or by uniform points on lights: direct-directional, direct-area. And ambient-occlusion. Default: the scene's,
     /// or path.
     #[arg(long, value_parser = named(IntegratorKind::ALL, IntegratorKind::name))]

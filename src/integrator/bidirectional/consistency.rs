@@ -113,7 +113,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
     let integrator = Bidirectional {
         max_bounces: Some(8),
         roulette: Roulette::None,
-        pixels: 100,
+        film_area: 100.0,
     };
     let (mut count, mut differ) = (0, 0);
     let mut sampler = Independent::new(5);

@@ -47,8 +47,9 @@ pub struct Bidirectional {
     pub max_bounces: Option<u32>,
     /// When walks end by chance.
     pub roulette: Roulette,
-    /// Pixels that are rendered: as many light paths share the film with one sample of each.
-    pub pixels: u64,
+    /// The area of film, in pixels, over which samples are spread evenly, with one light path for each: of a picture whose
+    /// pixels have the same number of samples that of all of them.
+    pub film_area: f64,
 }
 
 impl Integrator for Bidirectional {
@@ -88,7 +89,7 @@ impl Integrator for Bidirectional {
         };
         let light = self.light_path::<E, S, O>(&mut walker);
 
-        let per_pixel = 1.0 / self.pixels as f64;
+        let per_pixel = 1.0 / self.film_area;
         let viewpoint = |u| scene.camera.viewpoint::<E>(u, time);
         let film = viewpoint(Vec2::splat(0.5)).film_point(ray.dir);
         let per_steradian = film.map_or(0.0, |film| film.per_steradian);

@@ -1,0 +1,94 @@
+//! Metropolis light transport has the mean of path tracing, from the first step of the shortest chain on, and the error that it
+//! says.
+
+use super::bidirectional::{assert_same, seen, settings};
+use super::integrators::{glass, matte, small_light};
+use crate::common::room::room;
+use crate::common::scene::{film, ready};
+use etendue::accel::Backend;
+use etendue::film::filter::Filter;
+use etendue::integrator::kind::IntegratorKind;
+use etendue::math::stats::Moments;
+use etendue::render::settings::RenderSettings;
+use etendue::render::{Unwatched, render};
+use etendue::scene::description::SceneDescription;
+
+fn compare(
+    what: &str,
+    scene: &SceneDescription,
+    [steps, path]: [u64; 2],
+    power: f64,
+    max_bounces: Option<u32>,
+) {
+    let see = |integrator, spp, seed| {
+        let settings = RenderSettings {
+            seed,
+            max_bounces,
+            ..settings(scene, integrator, spp)
+        };
+        seen(scene, &settings)
+    };
+    let a = see(IntegratorKind::Metropolis, steps, 500);
+    let b = see(IntegratorKind::Path, path, 600);
+    assert_same(what, &a, &b, power);
+}
+
+#[test]
+fn it_agrees_with_path_in_every_part_of_the_picture() {
+    compare("matte", &matte(), [64, 128], 0.02, None);
+    compare("smooth glass", &glass(0.0), [64, 128], 0.02, None);
+    compare("rough glass", &glass(0.8), [64, 128], 0.02, None);
+    compare("small light", &small_light(), [128, 128], 0.05, None);
+}
+
+#[test]
+fn it_agrees_for_every_number_of_bounces() {
+    for max_bounces in 0..4 {
+        let what = format!("{max_bounces} bounces");
+        compare(&what, &glass(0.0), [64, 128], 0.03, Some(max_bounces));
+    }
+}
+
+/// Each render has 128 chains of 32 steps: more than a thousand chains in all, too short to forget where they began.
+#[test]
+fn short_chains_are_unbiased() {
+    compare("short chains", &glass(0.0), [16, 128], 0.03, None);
+}
+
+#[test]
+fn error_bars_hold_the_spread_of_chains() {
+    let scene = matte();
+    let ready = ready(&scene, Backend::ALL[0]);
+    let films: Vec<_> = (0..32)
+        .map(|seed| {
+            let settings = RenderSettings {
+                seed,
+                ..settings(&scene, IntegratorKind::Metropolis, 32)
+            };
+            film(&ready, &scene, &settings).estimates()
+        })
+        .collect();
+    let (mut claimed, mut true_one) = (0.0, 0.0);
+    for pixel in 0..films[0].len() {
+        let mean = Moments::of(films.iter().map(|it| it[pixel].mean[1]));
+        let stated = Moments::of(films.iter().map(|it| it[pixel].variance[1]));
+        let weight = 1.0 / (mean.mean() * mean.mean());
+        claimed += weight * stated.mean();
+        true_one += weight * mean.variance().expect("many renders");
+    }
+    let ratio = claimed / true_one;
+    println!("claimed over true variance {ratio:.3}");
+    // 256 pixels, of which neighbours move together, with 31 degrees of freedom each.
+    assert!((ratio - 1.0).abs() < 0.15, "{ratio}");
+}
+
+#[test]
+fn where_no_light_is_found_the_render_says_so() {
+    let scene = room("");
+    let ready = ready(&scene, Backend::ALL[0]);
+    let filter = Filter::new(&scene.film.filter);
+    let settings = settings(&scene, IntegratorKind::Metropolis, 16);
+    let error = render(&ready, &filter, scene.film.size, &settings, &Unwatched);
+    let error = error.expect_err("there is no light");
+    assert!(error.to_string().contains("found any light"), "{error}");
+}

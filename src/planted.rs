@@ -352,6 +352,16 @@ pub const PLANTED: &[Planted] = &[
         "the brightness is the mean over those points alone that a chain may walk through",
         "rendering::metropolis::it_agrees_with_path_in_every_part_of_the_picture",
     ),
+    bug(
+        "cache-without-bound",
+        "records count as far as the surroundings are away, whatever they are like",
+        "rendering::irradiance_cache::what_it_tells_is_within_the_bound_of_the_truth",
+    ),
+    bug(
+        "cache-counts-lights-twice",
+        "what the rays of a record find of lights is weighted as if light sampling at the record had not found all of it",
+        "rendering::irradiance_cache::a_room_is_as_path_shows_it",
+    ),
 ];
 
 /// Where a bug stands in [`PLANTED`].

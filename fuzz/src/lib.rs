@@ -192,7 +192,9 @@ fn go_on(mut description: SceneDescription) {
             Err(error) => return check_error(&error, &[ErrorKind::Scene]),
         };
         for pixel in [[0, 0], [1, 1]] {
-            replay(&prepared.scene, &filter, &settings, pixel, 0);
+            if let Err(error) = replay(&prepared.scene, &filter, &settings, pixel, 0) {
+                return check_error(&error, &[ErrorKind::Usage]);
+            }
         }
     }
 }

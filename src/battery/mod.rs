@@ -13,6 +13,7 @@ mod form_factor;
 mod fresnel;
 mod furnaces;
 mod geometry;
+pub mod irradiance;
 mod lamps;
 mod mirrors;
 mod pictures;
@@ -45,7 +46,7 @@ const fn subject(
 }
 
 /// Every subject, in the order of the report.
-pub const SUBJECTS: [Subject; 11] = [
+pub const SUBJECTS: [Subject; 12] = [
     subject(
         "Six cases that break renderers",
         "Those of the first table, with their errors. Radiance.",
@@ -95,6 +96,11 @@ pub const SUBJECTS: [Subject; 11] = [
         "Many bounces",
         "Radiance in closed rooms, where light is a geometric series.",
         transport::cases,
+    ),
+    subject(
+        "Irradiance cache",
+        "Points of a floor at which it is farther from a closed form than it may be.",
+        irradiance::cases,
     ),
     subject(
         "Film and camera",

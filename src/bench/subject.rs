@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::film::filter::Filter;
 use crate::integrator::observer::PathObserver;
+use crate::render::overture::overture;
 use crate::render::settings::RenderSettings;
 use crate::render::{RenderObserver, Rendered, observe_tile, render};
 use crate::scene::Scene;
@@ -52,6 +53,7 @@ impl Subject<'_> {
     /// Shows `observer` whole tiles until it has seen `enough` or every sample. The film has the samples shown.
     pub fn observe<O: PathObserver>(&self, observer: &mut O, enough: impl Fn(&O) -> bool) -> Film {
         let mut film = Film::new(self.settings.window, TILE_SIZE);
+        let (cache, _) = overture(self.scene, self.filter, self.settings, &|_, _| true);
         let spp = self.settings.budget.spp.unwrap_or(u64::MAX);
         let count = film.tiles().len();
         let stride = even_stride(count);
@@ -65,6 +67,7 @@ impl Subject<'_> {
                     self.scene,
                     self.filter,
                     self.settings,
+                    cache.as_ref(),
                     tile,
                     samples,
                     observer,

@@ -23,6 +23,12 @@ impl Diffuse {
         Self { reflectance }
     }
 
+    /// The share that is reflected.
+    #[inline]
+    pub fn reflectance(&self) -> Rgb {
+        self.reflectance
+    }
+
     /// f = rho / pi on the side of `wo`.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {

@@ -124,6 +124,10 @@ fn describe_prediction(predicted: &Predicted) -> String {
 }
 
 impl RenderObserver for Watcher {
+    fn overture(&self, share: f64, records: usize) {
+        self.show(share, || format!("irradiance cache, {records} records"));
+    }
+
     fn progress(&self, progress: &Progress) {
         if let Some(predicted) = &progress.predicted
             && !self.has_predicted.swap(true, Ordering::Relaxed)

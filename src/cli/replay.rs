@@ -20,7 +20,7 @@ pub fn run(job: &Job<'_>, filter: &Filter, pixel: [u32; 2], sample: u64) -> Resu
             pixel[0], pixel[1]
         )));
     }
-    let path = replay(job.scene, filter, job.settings, pixel, sample);
+    let path = replay(job.scene, filter, job.settings, pixel, sample)?;
     let mut text = format!("pixel {},{} sample {sample}\n", pixel[0], pixel[1]);
     let mut vertex = 0;
     for event in &path.events {
@@ -69,6 +69,9 @@ fn describe(job: &Job<'_>, event: &PathEvent, vertex: &mut u32) -> String {
                 "  light sample {}, {seen} (weight {weight:.4})",
                 rgb(*contribution)
             )
+        }
+        PathEvent::Known { contribution } => {
+            format!("  indirect light {} by the cache", rgb(*contribution))
         }
         PathEvent::Scattered {
             direction,

@@ -98,6 +98,7 @@ impl Job<'_> {
                 peak_rss: stats::peak_rss(),
                 accel: self.scene.accel.memory() as u64,
                 splats: rendered.film.splats().map_or(0, Splats::memory) as u64,
+                cache: rendered.cache.as_ref().map(|cache| cache.memory() as u64),
             },
             error: error.map(Into::into),
             target: self.settings.budget.error.map(|target| TargetStats {
@@ -141,6 +142,7 @@ impl Job<'_> {
                 "occlusion-distance",
                 flags.occlusion_distance.map(|it| it.to_string()),
             ),
+            ("cache-error", flags.cache_error.map(|it| it.to_string())),
             ("max-bounces", flags.max_bounces.map(|it| it.to_string())),
             ("backend", backend),
             ("precision", precision),

@@ -22,6 +22,7 @@ pub fn wishes(arguments: &RenderArguments) -> Wishes {
         max_bounces: arguments.max_bounces,
         roulette: arguments.roulette,
         occlusion_distance: arguments.occlusion_distance,
+        cache_error: arguments.cache_error,
         kernel: arguments.kernel,
         threads: Some(arguments.tracing.options().threads),
         crop: arguments.crop,

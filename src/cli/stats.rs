@@ -72,6 +72,8 @@ pub struct Memory {
     pub accel: u64,
     /// What light paths bring to the film, where there are any.
     pub splats: u64,
+    /// Of the irradiance cache, where there is one.
+    pub cache: Option<u64>,
 }
 
 #[derive(Debug, Clone, Copy, Serialize)]

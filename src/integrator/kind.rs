@@ -24,6 +24,8 @@ pub enum IntegratorKind {
     /// Path tracing with next event estimation and multiple importance sampling.
     #[default]
     Path,
+    /// Path tracing with indirect light from an irradiance cache.
+    IrradianceCache,
     /// Direct light by uniform directions.
     DirectDirectional,
     /// Direct light by uniform points on the lights.
@@ -45,6 +47,7 @@ impl IntegratorKind {
         Self::LightOrRest,
         Self::NextEvent,
         Self::Path,
+        Self::IrradianceCache,
         Self::DirectDirectional,
         Self::DirectArea,
         Self::Bidirectional,
@@ -61,6 +64,7 @@ impl IntegratorKind {
             Self::LightOrRest => "light-or-rest",
             Self::NextEvent => "nee",
             Self::Path => "path",
+            Self::IrradianceCache => "irradiance-cache",
             Self::DirectDirectional => "direct-directional",
             Self::DirectArea => "direct-area",
             Self::Bidirectional => "bdpt",
@@ -77,7 +81,7 @@ impl IntegratorKind {
             Self::Bsdf => Some(Technique::BSDF),
             Self::LightOrRest => Some(Technique::LIGHT_OR_REST),
             Self::NextEvent => Some(Technique::NEXT_EVENT),
-            Self::Path => Some(Technique::PATH),
+            Self::Path | Self::IrradianceCache => Some(Technique::PATH),
             Self::DirectDirectional => Some(Technique::DIRECT_DIRECTIONAL),
             Self::DirectArea => Some(Technique::DIRECT_AREA),
             Self::Bidirectional | Self::Metropolis | Self::AmbientOcclusion => None,
@@ -96,6 +100,7 @@ impl IntegratorKind {
             | Self::LightOrRest
             | Self::NextEvent
             | Self::Path
+            | Self::IrradianceCache
             | Self::Bidirectional
             | Self::Metropolis => Roulette::Throughput,
         }

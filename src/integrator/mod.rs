@@ -4,6 +4,8 @@
 
 pub mod ambient_occlusion;
 pub mod bidirectional;
+pub mod indirect;
+pub mod irradiance_cache;
 pub mod kind;
 pub mod observer;
 pub mod path;

@@ -78,6 +78,8 @@ pub trait PathObserver {
     fn light(&mut self, _contribution: Rgb, _weight: f32, _visible: f32) {}
     /// Light sampling found no light that shines here.
     fn unlit(&mut self) {}
+    /// Indirect light that is known was added, and the path ended.
+    fn known(&mut self, _contribution: Rgb) {}
     /// The path was scattered.
     fn scattered(&mut self, _wi: Vec3, _lobe: Lobe, _beta: Rgb) {}
     /// The path ended by Russian roulette, which let it survive with this probability.

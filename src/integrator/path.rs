@@ -20,6 +20,7 @@
 //! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `battery/`,
 //! `tests/scattering/furnace.rs`, `tests/rendering/effects.rs` and `tests/rendering/integrators.rs`.
 
+use super::indirect::{Indirect, Traced};
 use super::observer::{PathObserver, RayKind};
 use super::steps::{sample_direction, toss};
 use super::technique::{Chosen, LightRule, Technique, Weighted};
@@ -38,9 +39,11 @@ use crate::scene::interaction::Interaction;
 
 /// The path integrator's choices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct PathIntegrator<C = Weighted> {
+pub struct PathIntegrator<C = Weighted, K = Traced> {
     /// How it finds light.
     pub technique: C,
+    /// What it knows of indirect light.
+    pub indirect: K,
     /// Scattering events at most; `None` does not limit them.
     pub max_bounces: Option<u32>,
     /// When paths end by chance.
@@ -54,6 +57,8 @@ pub struct PathState<E: Effects> {
     pub ray: Ray,
     /// What the ray leaves.
     pub departure: Option<Departure>,
+    /// Scattering events so far.
+    pub bounces: u32,
     /// When, from 0 to 1 while the shutter is open.
     pub time: State<E::Motion, f32>,
     /// What radiance along the ray counts.
@@ -73,6 +78,7 @@ impl<E: Effects> PathState<E> {
         Self {
             ray,
             departure: None,
+            bounces: 0,
             time: Slot::new(|| time),
             beta: Rgb::WHITE,
             radiance: Rgb::BLACK,
@@ -124,22 +130,37 @@ impl<E: Effects> PathState<E> {
     }
 }
 
-impl<C: Chosen> Integrator for PathIntegrator<C> {
+impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
     fn radiance<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         scene: &Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
+        found: Option<Hit>,
+        rays: &mut RayCounts,
+        observer: &mut O,
+    ) -> Rgb {
+        let path = PathState::<E>::new(camera_ray.ray, camera_ray.time);
+        rays.camera += 1;
+        self.follow(scene, sampler, path, found, rays, observer)
+    }
+}
+
+impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
+    /// One estimate of the radiance along the ray of a path, given what is found on it.
+    pub fn follow<E: Effects, S: Sampler, O: PathObserver>(
+        &self,
+        scene: &Scene,
+        sampler: &mut S,
+        mut path: PathState<E>,
         mut found: Option<Hit>,
         rays: &mut RayCounts,
         observer: &mut O,
     ) -> Rgb {
         let technique = self.technique.technique();
-        let mut path = PathState::<E>::new(camera_ray.ray, camera_ray.time);
         // The light that the last surface looked for, where that matters.
         let mut chosen = None;
-        rays.camera += 1;
-        for bounce in 0.. {
+        for bounce in path.bounces.. {
             let time = path.time.or(0.0);
             let u_alpha = if E::Alpha::ON {
                 let [u] = sampler.draw(Decision::Alpha(bounce));
@@ -179,6 +200,13 @@ impl<C: Chosen> Integrator for PathIntegrator<C> {
                 observer.absorbed();
                 break;
             };
+            let is_limited = self.max_bounces.is_some();
+            let known = self.indirect.reflected(&at, &bsdf, bounce, is_limited);
+            let lighting = match known {
+                // No ray is scattered that could find a light.
+                Some(_) => technique.by_lights_alone(),
+                None => technique,
+            };
             let wo = at.frame.to_local(at.wo);
             let seen = bsdf.seen_from::<E>(wo);
             if technique.samples_lights() && !bsdf.is_delta::<E>() && !scene.lights.is_empty() {
@@ -186,7 +214,7 @@ impl<C: Chosen> Integrator for PathIntegrator<C> {
                 let choice = scene.lights.choose::<E>(u_choice);
                 chosen = choice.map(|(light, _)| light);
                 if let Some(choice) = choice
-                    && let Some(light) = sample_light(scene, &at, time, &seen, technique, choice, u)
+                    && let Some(light) = sample_light(scene, &at, time, &seen, lighting, choice, u)
                 {
                     rays.shadow += 1;
                     observer.traced(RayKind::Shadow, &light.ray, time);
@@ -199,6 +227,13 @@ impl<C: Chosen> Integrator for PathIntegrator<C> {
                 } else {
                     observer.unlit();
                 }
+            }
+
+            if let Some(known) = known {
+                let contribution = path.beta * known;
+                observer.known(contribution);
+                path.radiance += contribution;
+                break;
             }
 
             // Onward.

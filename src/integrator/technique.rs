@@ -132,6 +132,15 @@ impl Technique {
         !matches!(self.lights, LightRule::None)
     }
 
+    /// The same where no ray is scattered: light sampling is alone.
+    #[inline(always)]
+    pub const fn by_lights_alone(self) -> Self {
+        Self {
+            lights: LightRule::Alone,
+            ..self
+        }
+    }
+
     /// The weight of light that a ray scattered with density `p_bsdf` met. Light sampling there had the density
     /// `p_light`; `is_chosen` tells whether it was this light that it looked for.
     #[inline(always)]

@@ -30,6 +30,10 @@ impl PdfArea {
 }
 
 impl PdfSolidAngle {
+    /// The least density above 0: against it any other way of finding a light has all of the weight, and where there is
+    /// no other it has all of it.
+    pub const LEAST: Self = Self(f32::from_bits(1));
+
     /// The same density per unit of area at squared distance `distance2`: p_A = p_omega |cos| / r^2.
     #[inline]
     pub fn to_area(self, distance2: f32, cos: f32) -> Option<PdfArea> {

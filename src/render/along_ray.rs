@@ -28,7 +28,7 @@ pub struct AlongRay {
 }
 
 /// Estimates the radiance along each ray by `spp` samples, on rayon's current threads. The random numbers of the ray with index
-/// i are those of the pixel i of a single row. With error bars, `spp` has to be whole rounds of batches.
+/// i are those of the pixel i of a single row. There is no irradiance cache, but the path tracer in its place. With error bars, `spp` has to be whole rounds of batches.
 pub fn along_rays(
     scene: &Scene,
     settings: &RenderSettings,
@@ -41,7 +41,7 @@ pub fn along_rays(
         rays,
         spp,
     };
-    dispatch::dispatch(scene, settings, job)
+    dispatch::dispatch(scene, settings, None, job)
 }
 
 struct Job<'a> {

@@ -9,10 +9,13 @@
 
 use super::settings::{RenderSettings, SamplerKind};
 use crate::effects::kernel::{KernelJob, types};
-use crate::effects::{Effects, Kernel};
+use crate::effects::{Effect, Effects, Kernel};
+use crate::error::{Error, Result};
 use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::AmbientOcclusion;
 use crate::integrator::bidirectional::Bidirectional;
+use crate::integrator::indirect::{Indirect, Traced};
+use crate::integrator::irradiance_cache::{Cached, IrradianceCache};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::path::PathIntegrator;
 use crate::integrator::technique::Weighted;
@@ -35,6 +38,40 @@ pub fn kernel(scene: &Scene, settings: &RenderSettings) -> Kernel {
         .unwrap_or_else(|| Kernel::smallest_of(compiled, scene.effects))
 }
 
+/// Whether a scene can be rendered with these settings.
+///
+/// # Errors
+/// A kernel that the integrator has not, or that lacks an effect of the scene; a cache for what moves.
+pub fn check(scene: &Scene, settings: &RenderSettings) -> Result<()> {
+    let kernel = kernel(scene, settings);
+    let compiled = kernels(settings.integrator);
+    if !compiled.contains(&kernel) {
+        let compiled: Vec<&str> = compiled.iter().map(|kernel| kernel.name()).collect();
+        return Err(Error::usage(format!(
+            "the integrator {} has no kernel {}, only {}",
+            settings.integrator.name(),
+            kernel.name(),
+            compiled.join(" and ")
+        )));
+    }
+    if !kernel.effects().contains(scene.effects) {
+        let lacking = scene.effects.iter().filter(|&e| !kernel.effects().has(e));
+        let lacking: Vec<&str> = lacking.map(|effect| effect.name()).collect();
+        return Err(Error::usage(format!(
+            "the kernel {} lacks effects of the scene: {}",
+            kernel.name(),
+            lacking.join(", ")
+        )));
+    }
+    if settings.integrator == IntegratorKind::IrradianceCache && scene.effects.has(Effect::Motion) {
+        return Err(Error::usage(
+            "the records of an irradiance cache hold for one moment, and this scene moves while the shutter is open: take \
+             --integrator path, or shutter = [0, 0] in the scene's [camera]",
+        ));
+    }
+    Ok(())
+}
+
 /// Something to do with an integrator, a kernel and a sampler that are known only when running.
 pub trait Dispatched {
     /// What it yields.
@@ -43,11 +80,18 @@ pub trait Dispatched {
     fn run<E: Effects, S: Sampler, I: Integrator>(self, integrator: I, sampler: S) -> Self::Output;
 }
 
-/// Does something with the integrator, the kernel and the sampler of the settings.
-pub fn dispatch<D: Dispatched>(scene: &Scene, settings: &RenderSettings, job: D) -> D::Output {
+/// Does something with the integrator, the kernel and the sampler of the settings. `cache` is what an overture has yielded
+/// for them.
+pub fn dispatch<D: Dispatched>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    cache: Option<&IrradianceCache>,
+    job: D,
+) -> D::Output {
     let job = Full {
         scene,
         settings,
+        cache,
         job,
     };
     with_sampler(settings, job)
@@ -78,6 +122,7 @@ pub fn with_sampler<J: SamplerJob>(settings: &RenderSettings, job: J) -> J::Outp
 struct Full<'a, D> {
     scene: &'a Scene,
     settings: &'a RenderSettings,
+    cache: Option<&'a IrradianceCache>,
     job: D,
 }
 
@@ -88,14 +133,24 @@ impl<D: Dispatched> SamplerJob for Full<'_, D> {
         let Full {
             scene,
             settings,
+            cache,
             job,
         } = self;
         let kernel = kernel(scene, settings);
         match settings.integrator.technique() {
             Some(_) if settings.integrator == IntegratorKind::Path => {
-                kernel.run(With(job, path(settings, Weighted), sampler))
+                kernel.run(With(job, path(settings, Weighted, Traced), sampler))
             }
-            Some(technique) => first_or_last(kernel, With(job, path(settings, technique), sampler)),
+            Some(technique) => match cache {
+                Some(cache) => {
+                    let integrator = path(settings, Weighted, Cached(cache));
+                    first_or_last(kernel, With(job, integrator, sampler))
+                }
+                None => {
+                    let integrator = path(settings, technique, Traced);
+                    first_or_last(kernel, With(job, integrator, sampler))
+                }
+            },
             None if settings.integrator.splats() => {
                 let area = settings.window.pixel_count() as f64;
                 let integrator = bidirectional(settings, area);
@@ -110,9 +165,15 @@ impl<D: Dispatched> SamplerJob for Full<'_, D> {
     }
 }
 
-fn path<C>(settings: &RenderSettings, technique: C) -> PathIntegrator<C> {
+/// A path tracer by these settings.
+pub fn path<C, K: Indirect>(
+    settings: &RenderSettings,
+    technique: C,
+    indirect: K,
+) -> PathIntegrator<C, K> {
     PathIntegrator {
         technique,
+        indirect,
         max_bounces: settings.most_bounces(),
         roulette: settings.roulette(),
     }

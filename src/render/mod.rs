@@ -16,6 +16,7 @@ mod dispatch;
 pub mod first_hit;
 mod metropolis;
 mod observed;
+pub mod overture;
 pub mod replay;
 pub mod settings;
 mod threads;
@@ -27,6 +28,7 @@ use crate::film::bars::BATCHES;
 use crate::film::filter::Filter;
 use crate::film::{Film, Tile};
 use crate::integrator::RayCounts;
+use crate::integrator::irradiance_cache::IrradianceCache;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::Unobserved;
 use crate::planted::planted;
@@ -34,7 +36,7 @@ use crate::sampler::hash;
 use crate::scene::Scene;
 use adaptive::{Adaptive, Deal, Dealer};
 use budget::PassPlanner;
-pub use dispatch::kernel;
+pub use dispatch::{check, kernel};
 pub use observed::observe_tile;
 use rayon::prelude::*;
 use settings::{Budget, RenderSettings};
@@ -92,6 +94,8 @@ impl Predicted {
 
 /// Is told how a render goes on, from any of its threads, and can end it.
 pub trait RenderObserver: Sync {
+    /// Before the first sample, while an irradiance cache is filled: the share of that which is done, and its records.
+    fn overture(&self, _share: f64, _records: usize) {}
     /// After every tile.
     fn progress(&self, _progress: &Progress) {}
     /// After every pass, with the picture so far; no thread renders meanwhile.
@@ -127,6 +131,8 @@ pub struct Rendered {
     pub reached: bool,
     /// What the pilot told of that.
     pub predicted: Option<Predicted>,
+    /// What was known of indirect light.
+    pub cache: Option<IrradianceCache>,
 }
 
 impl Rendered {
@@ -151,6 +157,7 @@ impl Rendered {
             cancelled: false,
             reached: false,
             predicted: None,
+            cache: None,
         }
     }
 }
@@ -216,7 +223,7 @@ pub fn resume(
         ..settings.clone()
     };
     budgeted.validate(view.size)?;
-    check_kernel(view.scene, settings)?;
+    check(view.scene, settings)?;
     if until.error.is_some() && !rendered.film.has_bars() {
         return Err(Error::usage(
             "an error can only be reached by a render that keeps error bars",
@@ -243,34 +250,6 @@ pub fn resume(
         return Err(Error::render(
             "none of the paths that chains could begin with has found any light: is there a light, and can it reach what the camera sees? Others find it more easily where it is rare: try --integrator path",
         ));
-    }
-    Ok(())
-}
-
-/// Whether the kernel that the settings ask for is there and has all effects of the scene.
-///
-/// # Errors
-/// A usage error that names what is lacking.
-pub fn check_kernel(scene: &Scene, settings: &RenderSettings) -> Result<()> {
-    let kernel = dispatch::kernel(scene, settings);
-    let compiled = dispatch::kernels(settings.integrator);
-    if !compiled.contains(&kernel) {
-        let compiled: Vec<&str> = compiled.iter().map(|kernel| kernel.name()).collect();
-        return Err(Error::usage(format!(
-            "the integrator {} has no kernel {}, only {}",
-            settings.integrator.name(),
-            kernel.name(),
-            compiled.join(" and ")
-        )));
-    }
-    if !kernel.effects().contains(scene.effects) {
-        let lacking = scene.effects.iter().filter(|&e| !kernel.effects().has(e));
-        let lacking: Vec<&str> = lacking.map(|effect| effect.name()).collect();
-        return Err(Error::usage(format!(
-            "the kernel {} lacks effects of the scene: {}",
-            kernel.name(),
-            lacking.join(", ")
-        )));
     }
     Ok(())
 }
@@ -309,6 +288,17 @@ struct Totals {
 impl Run<'_> {
     fn all_passes(self, mut budget: Budget, rendered: &mut Rendered) {
         let settings = self.settings;
+        if rendered.cache.is_none() {
+            let go_on = |share, records| {
+                self.observer.overture(share, records);
+                !self.is_cancelled()
+            };
+            let (cache, rays) = overture::overture(self.scene, self.filter, settings, &go_on);
+            rendered.rays += rays;
+            // One that was interrupted would make another picture.
+            rendered.cache = cache.filter(|_| !self.is_cancelled());
+        }
+        let cache = rendered.cache.as_ref();
         let film = &mut rendered.film;
         let batches = if film.has_bars() { BATCHES } else { 1 };
         if settings.adaptive == Adaptive::Greedy {
@@ -326,7 +316,7 @@ impl Run<'_> {
                 is_reached = true;
                 break;
             }
-            self.pass(film, deal, samples, &planner, shown);
+            self.pass(film, cache, deal, samples, &planner, shown);
             if self.is_cancelled() {
                 break;
             }
@@ -364,7 +354,15 @@ impl Run<'_> {
     }
 
     /// Takes the samples of one pass: so many in every pixel, if they are dealt evenly.
-    fn pass(&self, film: &mut Film, deal: Deal, samples: u64, planner: &PassPlanner, shown: Shown) {
+    fn pass(
+        &self,
+        film: &mut Film,
+        cache: Option<&IrradianceCache>,
+        deal: Deal,
+        samples: u64,
+        planner: &PassPlanner,
+        shown: Shown,
+    ) {
         if self.settings.integrator == IntegratorKind::Metropolis {
             return self.chains(film, samples, planner, shown);
         }
@@ -402,14 +400,8 @@ impl Run<'_> {
                     asked,
                     observer: &mut Unobserved,
                 };
-                let outcome = dispatch::dispatch(scene, self.settings, job);
-                let mut totals = self
-                    .totals
-                    .lock()
-                    .expect("no thread panics while it holds this");
-                totals.rays += outcome.rays;
-                totals.rejected.merge(outcome.rejected);
-                drop(totals);
+                let outcome = dispatch::dispatch(scene, self.settings, cache, job);
+                self.take_in(outcome.rays, outcome.rejected);
                 self.report(planner, new_samples, shown);
             });
     }
@@ -436,18 +428,20 @@ impl Run<'_> {
         let walked = |steps| self.report(planner, steps, shown);
         metropolis::batches().for_each(|batch| {
             let outcome = stage.batch(batch, seed, steps, &walked);
-            let mut totals = self
-                .totals
-                .lock()
-                .expect("no thread panics while it holds this");
-            totals.rays += outcome.rays;
-            totals.rejected.merge(outcome.rejected);
+            self.take_in(outcome.rays, outcome.rejected);
         });
         if !self.is_cancelled() {
             for tile in tiles {
                 tile.samples += samples;
             }
         }
+    }
+
+    fn take_in(&self, rays: RayCounts, rejected: Rejected) {
+        let totals = self.totals.lock();
+        let mut totals = totals.expect("no thread panics while it holds this");
+        totals.rays += rays;
+        totals.rejected.merge(rejected);
     }
 
     /// Asks the observer once and for all.

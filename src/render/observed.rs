@@ -9,15 +9,18 @@ use super::settings::RenderSettings;
 use super::tile::{Asked, TileJob};
 use crate::film::Tile;
 use crate::film::filter::Filter;
+use crate::integrator::irradiance_cache::IrradianceCache;
 use crate::integrator::observer::PathObserver;
 use crate::scene::Scene;
 use std::ops::Range;
 
-/// Adds the samples of `range` to every pixel of a tile, in the order of a render, and tells `observer` of their paths.
+/// Adds the samples of `range` to every pixel of a tile, in the order of a render, and tells `observer` of their paths. `cache` is that of
+/// [`overture`](super::overture::overture), if there is one.
 pub fn observe_tile<O: PathObserver>(
     scene: &Scene,
     filter: &Filter,
     settings: &RenderSettings,
+    cache: Option<&IrradianceCache>,
     tile: &mut Tile,
     range: Range<u64>,
     observer: &mut O,
@@ -30,5 +33,5 @@ pub fn observe_tile<O: PathObserver>(
         asked: Asked::Same(range),
         observer,
     };
-    dispatch::dispatch(scene, settings, job);
+    dispatch::dispatch(scene, settings, cache, job);
 }

@@ -6,9 +6,11 @@
 
 use super::camera_rays::{CameraRays, Pixel};
 use super::dispatch::{self, Dispatched};
+use super::overture::overture;
 use super::settings::RenderSettings;
 use crate::bsdf::types::Lobe;
 use crate::effects::Effects;
+use crate::error::Result;
 use crate::film::filter::Filter;
 use crate::film::splats::NoSplats;
 use crate::integrator::observer::PathObserver;
@@ -56,6 +58,11 @@ pub enum PathEvent {
         /// The share of it that nothing is in the way of.
         visible: f32,
     },
+    /// Indirect light that a cache knows, which ended the path.
+    Known {
+        /// What it added.
+        contribution: Rgb,
+    },
     /// It was scattered.
     Scattered {
         /// Along this unit vector.
@@ -82,13 +89,18 @@ pub struct Replay {
 }
 
 /// Replays one sample of one pixel.
+///
+/// # Errors
+/// Settings with which the scene cannot be rendered.
 pub fn replay(
     scene: &Scene,
     filter: &Filter,
     settings: &RenderSettings,
     pixel: [u32; 2],
     sample: u64,
-) -> Replay {
+) -> Result<Replay> {
+    dispatch::check(scene, settings)?;
+    let (cache, _) = overture(scene, filter, settings, &|_, _| true);
     let pixel = Pixel {
         scene,
         filter,
@@ -103,11 +115,11 @@ pub fn replay(
         sample,
         recorder: &mut recorder,
     };
-    let radiance = dispatch::dispatch(scene, settings, job);
-    Replay {
+    let radiance = dispatch::dispatch(scene, settings, cache.as_ref(), job);
+    Ok(Replay {
         radiance,
         events: recorder.events,
-    }
+    })
 }
 
 struct Recorder<'a> {
@@ -163,6 +175,10 @@ impl PathObserver for Recorder<'_> {
             weight,
             visible,
         });
+    }
+
+    fn known(&mut self, contribution: Rgb) {
+        self.events.push(PathEvent::Known { contribution });
     }
 
     fn scattered(&mut self, direction: Vec3, lobe: Lobe, beta: Rgb) {

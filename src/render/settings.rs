@@ -21,6 +21,8 @@ const DEFAULT_SPP: u64 = 64;
 
 /// Samples per pixel at most: beyond 2^47, random numbers would repeat (`sampler/mod.rs`).
 const MOST_SPP: u64 = 1 << 46;
+/// The bound of an irradiance cache where nobody says.
+pub const DEFAULT_CACHE_ERROR: f64 = 0.05;
 
 /// Where random numbers come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -107,6 +109,8 @@ pub struct RenderSettings {
     pub roulette: Option<Roulette>,
     /// How far, in world units, something may be and still count for ambient occlusion; `None` for any distance.
     pub occlusion_distance: Option<f64>,
+    /// The share of indirect light up to which an irradiance cache may be wrong, from 0, which is never, to below 1.
+    pub cache_error: f64,
     /// The code that runs; `None` takes the smallest that has all effects of the scene. It changes nothing but the speed.
     pub kernel: Option<Kernel>,
     /// Threads, at least 1.
@@ -130,6 +134,7 @@ impl RenderSettings {
             max_bounces: None,
             roulette: None,
             occlusion_distance: None,
+            cache_error: DEFAULT_CACHE_ERROR,
             kernel: None,
             threads: available_threads(),
             window: Window {
@@ -165,6 +170,7 @@ impl RenderSettings {
             max_bounces: render.max_bounces,
             roulette,
             occlusion_distance: render.occlusion_distance,
+            cache_error: render.cache_error.unwrap_or(DEFAULT_CACHE_ERROR),
             ..Self::new(description.film.size, spp)
         })
     }
@@ -215,6 +221,9 @@ impl RenderSettings {
                     self.integrator.name()
                 )))
             }
+            _ if !(0.0..1.0).contains(&self.cache_error) => Err(Error::usage(
+                "the error of an irradiance cache must be from 0 to below 1",
+            )),
             _ if self.threads == 0 => Err(Error::usage("threads must be at least 1")),
             _ if self.tile_size == 0 => Err(Error::usage("the tile size must be at least 1")),
             _ => Ok(()),
@@ -265,7 +274,15 @@ impl RenderSettings {
             .max_bounces
             .map(|n| format!("max_bounces {n}: light that scatters more often is missing"));
         let integrator = self.integrator.bias(effects);
-        let all = [integrator, self.adaptive.bias(), limit];
+        let is_cached =
+            self.integrator == IntegratorKind::IrradianceCache && self.cache_error > 0.0;
+        let cache = is_cached.then(|| {
+            format!(
+                "irradiance-cache: indirect light on matte surfaces is interpolated, within about {} % of it, which error bars do not tell",
+                100.0 * self.cache_error
+            )
+        });
+        let all = [integrator, cache, self.adaptive.bias(), limit];
         all.into_iter().flatten().collect()
     }
 }

@@ -45,6 +45,8 @@ pub struct Wishes {
     pub roulette: Option<Roulette>,
     /// How far, in world units, something may be and still count for ambient occlusion.
     pub occlusion_distance: Option<f64>,
+    /// The share of indirect light up to which an irradiance cache may be wrong, from 0 to below 1.
+    pub cache_error: Option<f64>,
     /// The code that runs.
     pub kernel: Option<Kernel>,
     /// Threads, at least 1; all that this process may use where nobody says.
@@ -78,6 +80,7 @@ impl Wishes {
             max_bounces: self.max_bounces.or(of_scene.max_bounces),
             roulette: self.roulette.or(of_scene.roulette),
             occlusion_distance: self.occlusion_distance.or(of_scene.occlusion_distance),
+            cache_error: self.cache_error.unwrap_or(of_scene.cache_error),
             kernel: self.kernel,
             threads: self.threads.unwrap_or_else(available_threads),
             window: self.window(description.film.size)?,
@@ -189,6 +192,7 @@ mod tests {
         for wrong in [
             wishes(&|w| w.spp = Some(0)),
             wishes(&|w| w.threads = Some(0)),
+            wishes(&|w| w.cache_error = Some(1.0)),
             wishes(&|w| w.error = Some(f64::NAN)),
             wishes(&|w| w.crop = Some([0, 0, 9, 4])),
             wishes(&|w| w.crop = Some([3, 0, 3, 4])),

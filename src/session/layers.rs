@@ -2,13 +2,14 @@
 //!
 //! Measure: `se` is the standard error of R, G and B, and of the layers that follow; `spp` the samples; `flag` 1 where the
 //! standard error is not to be trusted; `half` the picture from one half of the samples, which `etendue denoise` holds
-//! against the other; `albedo`, `normal` and `depth` as in `render/first_hit.rs`.
+//! against the other; `cache` how many records of an irradiance cache tell the indirect light; `albedo`, `normal` and `depth` as in `render/first_hit.rs`.
 //! Range: renders with error bars.
 //! Source: the channels of docs/accuracy.md. Tested in `tests/command/layers.rs` and `tests/rendering/session.rs`.
 
 use crate::error::{Error, Result};
 use crate::image::{Image, Layer};
 use crate::render::first_hit::{FirstHit, first_hits};
+use crate::render::overture::cover;
 use crate::render::settings::RenderSettings;
 use crate::render::{Rendered, View};
 
@@ -65,6 +66,13 @@ pub fn layers(
         name: "spp.Y".to_owned(),
         samples: film.sample_counts().iter().map(|&n| n as f32).collect(),
     });
+    layers.extend(rendered.cache.as_ref().map(|cache| {
+        let cover = cover(view.scene, view.filter, settings, cache);
+        Layer {
+            name: "cache.Y".to_owned(),
+            samples: cover.into_iter().map(|count| count as f32).collect(),
+        }
+    }));
     Ok(layers)
 }
 

@@ -15,7 +15,7 @@ use crate::math::ray::Ray;
 use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
 use crate::planted::planted;
 use crate::render::along_ray::{AlongRay, along_rays};
-use crate::render::check_kernel;
+use crate::render::check;
 use crate::render::wishes::Wishes;
 
 /// What a surface has to have left to count, and light to pass.
@@ -112,7 +112,7 @@ impl Session {
             ..wishes.clone()
         };
         let settings = wishes.settings(&self.description)?;
-        check_kernel(&self.scene, &settings)?;
+        check(&self.scene, &settings)?;
         if u32::try_from(rays.len()).is_err() {
             return Err(Error::usage("more than 2^32 rays at once"));
         }

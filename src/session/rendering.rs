@@ -13,7 +13,7 @@ use crate::image::{Image, LayeredImage};
 use crate::render::adaptive::Adaptive;
 use crate::render::settings::{Budget, RenderSettings};
 use crate::render::wishes::Wishes;
-use crate::render::{RenderObserver, Rendered, check_kernel, resume};
+use crate::render::{RenderObserver, Rendered, check, resume};
 use std::sync::Arc;
 
 /// A render as far as it has come.
@@ -28,7 +28,7 @@ impl Rendering {
     pub(super) fn new(session: &Session, wishes: &Wishes) -> Result<Self> {
         let mut settings = wishes.settings(&session.description)?;
         settings.threads = session.threads.count();
-        check_kernel(&session.scene, &settings)?;
+        check(&session.scene, &settings)?;
         check_room(&settings)?;
         Ok(Self {
             rendered: Rendered::nothing(&settings),

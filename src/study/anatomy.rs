@@ -13,6 +13,7 @@ use super::stage::Stage;
 use super::variant::Variant;
 use crate::bsdf::types::Lobe;
 use crate::film::Film;
+use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::PathObserver;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
@@ -77,7 +78,8 @@ pub fn is_longest(bounces: usize) -> bool {
     bounces == LONGEST
 }
 
-/// Watches `spp` samples of each pixel; `None` of an integrator that does not tell of its paths.
+/// Watches `spp` samples of each pixel; `None` of an integrator that does not tell of its paths, or has parts of
+/// them from a cache.
 pub fn path_shares(
     stage: &Stage,
     variant: &Variant,
@@ -86,6 +88,9 @@ pub fn path_shares(
     seed: u64,
 ) -> Option<PathShares> {
     let settings = stage.settings(variant, spp, seed);
+    if settings.integrator == IntegratorKind::IrradianceCache {
+        return None;
+    }
     let scene = stage.scene(variant.options);
     let mut film = Film::new(settings.window, TILE);
     let width = stage.size().0 as usize;
@@ -102,6 +107,7 @@ pub fn path_shares(
             scene,
             stage.filter(),
             &settings,
+            None,
             tile,
             0..spp,
             &mut observer,

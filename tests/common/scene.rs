@@ -32,7 +32,8 @@ pub fn ready(description: &SceneDescription, backend: Backend) -> Scene {
         .scene
 }
 
-fn robust(backend: Backend) -> AccelOptions {
+/// How rays are traced robustly.
+pub fn robust(backend: Backend) -> AccelOptions {
     AccelOptions {
         backend,
         precision: Precision::Robust,

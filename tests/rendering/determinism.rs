@@ -130,7 +130,15 @@ fn a_sample_does_not_depend_on_those_that_are_taken_with_it() {
                 let tile = &mut film.tiles_mut()[0];
                 for ends in cuts.windows(2) {
                     let range = ends[0]..ends[1];
-                    observe_tile(&scene, &filter, &settings, tile, range, &mut Unobserved);
+                    observe_tile(
+                        &scene,
+                        &filter,
+                        &settings,
+                        None,
+                        tile,
+                        range,
+                        &mut Unobserved,
+                    );
                 }
                 film.develop()
             };
@@ -146,7 +154,8 @@ fn a_sample_does_not_depend_on_those_that_are_taken_with_it() {
             let replayed = |pixel: [u32; 2]| {
                 let mut sums = PixelSums::default();
                 for sample in 0..53 {
-                    sums.add(replay(&scene, &filter, &settings, pixel, sample).radiance);
+                    let replayed = replay(&scene, &filter, &settings, pixel, sample);
+                    sums.add(replayed.expect("the settings are valid").radiance);
                 }
                 sums.mean(53).map(|x| x as f32)
             };

@@ -11,6 +11,7 @@ mod determinism;
 mod effects;
 mod error_bars;
 mod integrators;
+mod irradiance_cache;
 mod lens;
 mod lesson;
 mod metamorphic;

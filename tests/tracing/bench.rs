@@ -122,6 +122,7 @@ fn a_limited_recording_is_a_part_of_the_render_and_always_the_same() {
             scene,
             filter,
             settings,
+            None,
             &mut tile.clone(),
             samples,
             &mut count,

@@ -5,7 +5,7 @@
 //! Source: the conventions of `etendue help`. Tested in `tests/command/render.rs` and `tests/command/bad_flags.rs`.
 
 use super::values::{
-    named, parse_distance, parse_exposure, parse_numbers, parse_share, parse_size,
+    named, parse_distance, parse_exposure, parse_numbers, parse_share, parse_size, parse_small,
 };
 use super::{ProgressMode, TracingArguments};
 use crate::cli::durations::parse_duration;
@@ -71,9 +71,9 @@ pub struct RenderArguments {
     /// a direction anywhere), emit-or-reflect (a better coin), bsdf (no coin, directions by the BSDF), light-or-rest (a ray to
     /// a light, a ray anywhere else), nee (next event estimation), path (with multiple importance sampling). Paths from the
     /// camera and from the lights, connected in every way: bdpt, for caustics and hidden lamps; mlt walks through such paths and
-    /// stays where there is light. Direct light alone, by uniform
-    /// directions or by uniform points on lights: direct-directional, direct-area. And ambient-occlusion. Default: the scene's,
-    /// or path.
+    /// stays where there is light. Path with the indirect light of matte surfaces told from few of their points, biased
+    /// within --cache-error: irradiance-cache. Direct light alone, by uniform directions or by uniform points on lights:
+    /// direct-directional, direct-area. And ambient-occlusion. Default: the scene's, or path.
     #[arg(long, value_parser = named(IntegratorKind::ALL, IntegratorKind::name))]
     pub integrator: Option<IntegratorKind>,
     /// Where random numbers come from. Default: the scene's, or sobol.
@@ -96,6 +96,10 @@ pub struct RenderArguments {
     /// distance.
     #[arg(long, value_name = "DISTANCE", value_parser = parse_distance)]
     pub occlusion_distance: Option<f64>,
+    /// The share of indirect light up to which irradiance-cache may be wrong, such as 5% or 0.05; 0 caches nothing. Default: the
+    /// scene's, or 5%.
+    #[arg(long, value_name = "SHARE", value_parser = parse_small)]
+    pub cache_error: Option<f64>,
     /// Picks one of 2^64 sets of random numbers. Default: the scene's, or 0.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,

@@ -78,6 +78,13 @@ pub fn parse_share(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a share above 0 and below 1, such as 1% or 0.01".to_owned())
 }
 
+/// A share from 0 to below 1, also in percent.
+pub fn parse_small(text: &str) -> Result<f64, String> {
+    parse_ratio(text)
+        .filter(|share| (0.0..1.0).contains(share))
+        .ok_or_else(|| "expected a share from 0 to below 1, such as 5% or 0.05".to_owned())
+}
+
 /// A finite number from 0 on, also in percent.
 pub fn parse_limit(text: &str) -> Result<f64, String> {
     parse_ratio(text)

@@ -201,6 +201,8 @@ pub struct RenderDescription {
     pub adaptive: Option<Written<String>>,
     /// How far, in world units, something may be and still count for ambient occlusion; above 0.
     pub occlusion_distance: Option<f64>,
+    /// The share of indirect light up to which an irradiance cache may be wrong, from 0 to below 1.
+    pub cache_error: Option<f64>,
     /// The seed.
     pub seed: Option<u64>,
 }

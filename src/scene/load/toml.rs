@@ -144,6 +144,12 @@ fn render_table(table: Table<'_>) -> Result<RenderDescription> {
             .optional("occlusion_distance")
             .map(|value| value.number_where("a number above 0", |x| x > 0.0))
             .transpose()?,
+        cache_error: table
+            .optional("cache_error")
+            .map(|value| {
+                value.number_where("a number from 0 to below 1", |x| (0.0..1.0).contains(&x))
+            })
+            .transpose()?,
         seed: whole("seed", 0, u64::MAX)?,
     };
     table.finish()?;

@@ -1,0 +1,123 @@
+//! One look into the hemisphere over a matte surface: the light that light sampling does not find there.
+//!
+//! One ray goes through each cell, to a random point of it, and its path is followed as any other. A first look with few
+//! cells tells how many the record needs.
+//!
+//! Measure: radiance; normalised scene units.
+//! Range: any surface that scatters to one side. A value that is not finite makes no record: the place is left to paths,
+//! which report it.
+//! Source: Ward, Rubinstein and Clear 1988. Tested in `tests/rendering/irradiance_cache.rs`.
+
+use super::hemisphere::{Cells, Expansion};
+use super::record::Record;
+use crate::effects::Effects;
+use crate::integrator::RayCounts;
+use crate::integrator::observer::Unobserved;
+use crate::integrator::path::{PathIntegrator, PathState};
+use crate::math::measure::PdfSolidAngle;
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec2;
+use crate::planted::planted;
+use crate::sampler::{Decision, Sampler};
+use crate::scene::Scene;
+use crate::scene::interaction::Interaction;
+
+/// The standard error of a record is at most this share of the bound, unless that takes too many rays. A picture shows
+/// means over some records, which have less.
+const NOISE: f64 = 0.5;
+
+/// The fewest rays of a record: with fewer, what it knows of its surroundings is chance.
+const FEWEST: f64 = 256.0;
+
+/// The most.
+const MOST: f64 = 16_384.0;
+
+/// Looks from the places of a scene.
+#[derive(Debug)]
+pub struct Gatherer<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Follows what comes to them.
+    pub integrator: PathIntegrator,
+    /// The error that is allowed, as a share.
+    pub bound: f64,
+    /// What names the random numbers, as a pixel does.
+    pub numbers: [u32; 2],
+}
+
+impl Gatherer<'_> {
+    /// The record of an interaction. Rays are counted in `rays`.
+    pub fn gather<E: Effects, S: Sampler>(
+        &self,
+        sampler: &mut S,
+        at: &Interaction<E>,
+        rays: &mut RayCounts,
+    ) -> Option<Record> {
+        let record =
+            |seen: &Seen| Record::new(at.p, &at.frame, &seen.light, &seen.distance, self.bound);
+        let first = self.look(Cells::about(FEWEST), 0, sampler, at, rays)?;
+        let noise = first.light.variance.sqrt() / first.light.irradiance();
+        let too_much = (noise / (NOISE * self.bound)).powi(2);
+        if too_much <= 1.0 {
+            return Some(record(&first));
+        }
+        // The most if nothing was seen at all.
+        let count = (first.distance.len() as f64 * too_much).min(MOST);
+        let spent = first.distance.len();
+        let second = self.look(Cells::about(count), spent, sampler, at, rays)?;
+        Some(record(&second))
+    }
+
+    /// One look, with random numbers from the index `spent` on.
+    fn look<E: Effects, S: Sampler>(
+        &self,
+        cells: Cells,
+        spent: usize,
+        sampler: &mut S,
+        at: &Interaction<E>,
+        rays: &mut RayCounts,
+    ) -> Option<Seen> {
+        let mut radiance = vec![Rgb::BLACK; cells.count()];
+        let mut distance = vec![f32::INFINITY; cells.count()];
+        for cell in 0..cells.count() {
+            sampler.start(self.numbers, (spent + cell) as u64);
+            let u: [f32; 2] = sampler.draw(Decision::Bsdf(0));
+            let local = cells.direction(cell, Vec2::from_array(u));
+            let wi = at.frame.to_world(local);
+            if !at.agrees(wi, false) {
+                continue;
+            }
+            // Nothing moves.
+            let time = 0.0;
+            let (ray, departure) = self.scene.spawn(at, time, wi, false);
+            let mut path = PathState::<E>::new(ray, time);
+            path.departure = Some(departure);
+            path.bounces = 1;
+            let pdf = planted!(
+                "cache-counts-lights-twice",
+                PdfSolidAngle(local.z * std::f32::consts::FRAC_1_PI),
+                PdfSolidAngle::LEAST
+            );
+            path.scattered_from = Some((at.p, pdf));
+            rays.closest += 1;
+            let found = self.scene.accel.intersect(&ray, time, path.departure);
+            if let Some(hit) = found {
+                distance[cell] = hit.t;
+            }
+            let follow = &self.integrator;
+            let value = follow.follow(self.scene, sampler, path, found, rays, &mut Unobserved);
+            if !value.is_finite() {
+                return None;
+            }
+            radiance[cell] = value;
+        }
+        let light = Expansion::of(cells, &radiance, &distance);
+        Some(Seen { light, distance })
+    }
+}
+
+/// What one look has seen.
+struct Seen {
+    light: Expansion,
+    distance: Vec<f32>,
+}

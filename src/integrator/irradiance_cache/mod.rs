@@ -1,0 +1,205 @@
+//! Irradiance caching: indirect light at matte surfaces is looked up at few points and told in between.
+//!
+//! The light that a matte surface of albedo rho sends back is rho / pi E. What light sampling finds is sampled at every
+//! point; the rest of E changes slowly, and is a mean over the [`Record`]s nearby,
+//!
+//!   E(x, n) = sum_i w_i E_i(x, n) / sum_i w_i,   w_i = 1 - e_i,
+//!
+//! each counted by how much of the allowed error e_i it leaves, if these weights sum to [`ENOUGH`]. Elsewhere the path is
+//! followed: what the cache does not know is not guessed. It is biased by the interpolation, within about the bound, and by the noise of its records,
+//! which is less; both vanish with the bound, and a bound of 0 gives the path tracer's picture.
+//!
+//! Measure: irradiance; normalised scene units.
+//! Range: scenes that stand still; a limit of bounces leaves the cache to the first surface, as it holds for no other.
+//! Source: Ward, Rubinstein and Clear 1988, "A Ray Tracing Solution for Diffuse Interreflection"; Krivanek and Gautron 2009.
+//! Tested in `tests/rendering/irradiance_cache.rs`.
+
+mod gather;
+pub mod hemisphere;
+mod record;
+
+use super::indirect::Indirect;
+use super::path::PathIntegrator;
+use super::{RayCounts, technique::Weighted};
+use crate::bsdf::Bsdf;
+use crate::effects::Effects;
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec3;
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use crate::scene::interaction::Interaction;
+use gather::Gatherer;
+pub use record::Record;
+use rstar::RTree;
+use rstar::primitives::{GeomWithData, Rectangle};
+use std::f32::consts::FRAC_1_PI;
+use std::sync::Mutex;
+
+/// The sum of weights from which on irradiance is known: one record tells it at its own place alone, two in the middle
+/// between them. The mean over several has less noise than each, and the worst of 100,000 points stays within the bound.
+pub const ENOUGH: f32 = 1.0;
+
+/// Where a record counts, and its index.
+type Reach = GeomWithData<Rectangle<[f32; 3]>, u32>;
+
+/// What is known of a scene's indirect light.
+#[derive(Debug, Clone, Default)]
+pub struct IrradianceCache {
+    bound: f32,
+    records: Vec<Record>,
+    reaches: RTree<Reach>,
+}
+
+impl IrradianceCache {
+    /// An empty cache for errors up to the share `bound`, from 0 to 1.
+    pub fn new(bound: f64) -> Self {
+        Self {
+            bound: bound as f32,
+            ..Self::default()
+        }
+    }
+
+    /// Takes a record in, unless others tell its point already.
+    pub fn insert(&mut self, record: Record) -> bool {
+        if self.count(record.p, record.n) > 0 {
+            return false;
+        }
+        let index = self.records.len() as u32;
+        let reach = Vec3::splat(record.radius);
+        let corners = [record.p - reach, record.p + reach].map(|corner| corner.to_array());
+        let reach = Rectangle::from_corners(corners[0], corners[1]);
+        self.reaches.insert(GeomWithData::new(reach, index));
+        self.records.push(record);
+        true
+    }
+
+    /// The records.
+    pub fn records(&self) -> &[Record] {
+        &self.records
+    }
+
+    /// Bytes that it takes, but for the tree's inner nodes, of which there is about one for six records.
+    pub fn memory(&self) -> usize {
+        self.records.len() * (size_of::<Record>() + size_of::<Reach>())
+    }
+
+    /// The records that count at a point, with their errors as parts of what is allowed.
+    fn near(&self, p: Vec3, n: Vec3) -> impl Iterator<Item = (&Record, f32)> {
+        let reaching = self.reaches.locate_all_at_point(p.to_array());
+        reaching.filter_map(move |reach| {
+            let record = &self.records[reach.data as usize];
+            record.error(p, n, self.bound).map(|error| (record, error))
+        })
+    }
+
+    /// The irradiance at a point with this normal, and how many records tell it; `None` if they are not enough.
+    fn told(&self, p: Vec3, n: Vec3) -> Option<(Rgb, usize)> {
+        let (mut sum, mut weights, mut count) = (Rgb::BLACK, 0.0, 0);
+        for (record, error) in self.near(p, n) {
+            let weight = 1.0 - error;
+            sum += weight * record.irradiance(p, n);
+            weights += weight;
+            count += 1;
+        }
+        // A gradient may tell less than nothing.
+        (weights >= ENOUGH).then(|| ((sum / weights).map(|e| e.max(0.0)), count))
+    }
+
+    /// The irradiance at a point with this normal, where it is known.
+    pub fn irradiance(&self, p: Vec3, n: Vec3) -> Option<Rgb> {
+        self.told(p, n).map(|(irradiance, _)| irradiance)
+    }
+
+    /// How many records tell the irradiance there; none if it is not known.
+    pub fn count(&self, p: Vec3, n: Vec3) -> usize {
+        self.told(p, n).map_or(0, |(_, count)| count)
+    }
+
+    /// Whether it may be asked at this surface, and the surface's albedo.
+    fn albedo(bsdf: &Bsdf, bounce: u32, is_limited: bool) -> Option<Rgb> {
+        match bsdf {
+            Bsdf::Diffuse(matte) if bounce == 0 || !is_limited => Some(matte.reflectance()),
+            _ => None,
+        }
+    }
+}
+
+/// Indirect light as a cache knows it.
+#[derive(Debug, Clone, Copy)]
+pub struct Cached<'a>(pub &'a IrradianceCache);
+
+impl Indirect for Cached<'_> {
+    fn reflected<E: Effects>(
+        &self,
+        at: &Interaction<E>,
+        bsdf: &Bsdf,
+        bounce: u32,
+        is_limited: bool,
+    ) -> Option<Rgb> {
+        let albedo = IrradianceCache::albedo(bsdf, bounce, is_limited)?;
+        let irradiance = self.0.irradiance(at.p, at.frame.n)?;
+        Some(FRAC_1_PI * albedo * irradiance)
+    }
+}
+
+/// What a survey found where a path asked for indirect light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Surveyed {
+    /// So many records tell it; 0 if it is not known.
+    Known(usize),
+    /// They do not tell it, and this is one more, with the rays that it took.
+    New(Record, RayCounts),
+}
+
+/// Follows a path to the first surface where the cache may be asked, and looks what it knows.
+#[derive(Debug)]
+pub struct Survey<'a, S> {
+    /// The cache.
+    pub cache: &'a IrradianceCache,
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Follows the paths of new records.
+    pub integrator: PathIntegrator,
+    /// Where new records have their random numbers from; `None` if none are to be made.
+    pub sampler: Option<S>,
+    /// What names them.
+    pub numbers: [u32; 2],
+    /// What was found.
+    pub found: Mutex<Option<Surveyed>>,
+}
+
+impl<S: Sampler> Indirect for &Survey<'_, S> {
+    fn reflected<E: Effects>(
+        &self,
+        at: &Interaction<E>,
+        bsdf: &Bsdf,
+        bounce: u32,
+        is_limited: bool,
+    ) -> Option<Rgb> {
+        IrradianceCache::albedo(bsdf, bounce, is_limited)?;
+        let count = self.cache.count(at.p, at.frame.n);
+        let found = match &self.sampler {
+            Some(sampler) if count == 0 => {
+                let (mut sampler, mut rays) = (sampler.clone(), RayCounts::default());
+                let gatherer = Gatherer {
+                    scene: self.scene,
+                    integrator: self.integrator,
+                    bound: self.cache.bound.into(),
+                    numbers: self.numbers,
+                };
+                let record = gatherer.gather(&mut sampler, at, &mut rays);
+                record.map(|record| Surveyed::New(record, rays))
+            }
+            _ => Some(Surveyed::Known(count)),
+        };
+        *self
+            .found
+            .lock()
+            .expect("no thread panics while it holds this") = found;
+        // It has seen enough.
+        Some(Rgb::BLACK)
+    }
+}
+
+/// The path tracer that asks a cache.
+pub type CachedPath<'a> = PathIntegrator<Weighted, Cached<'a>>;

@@ -1,0 +1,179 @@
+//! What comes before the first sample: an irradiance cache is filled.
+//!
+//! The first sample of some pixels is followed to the first surface where the cache may be asked, and where no record counts
+//! there, one is made. Pixels are taken from coarse to fine, in groups in which nobody knows of the others' records: these are
+//! made on all threads and taken in one by one, in the order of their pixels, so that the cache is the same on any number of
+//! threads. Between the last pixels, paths see to what no record tells.
+//!
+//! Measure: pixels; records.
+//! Range: `irradiance-cache` with a bound above 0; others need nothing. One record for 12 pixels at most, of which each takes
+//! about 200 bytes.
+//! Source: the overture of Ward, Rubinstein and Clear 1988. Tested in `tests/rendering/irradiance_cache.rs`.
+
+use super::camera_rays::{CameraRays, Pixel};
+use super::dispatch::{SamplerJob, first_or_last, kernel, path, with_sampler};
+use super::settings::RenderSettings;
+use crate::effects::Effects;
+use crate::effects::kernel::KernelJob;
+use crate::film::filter::Filter;
+use crate::film::splats::NoSplats;
+use crate::integrator::RayCounts;
+use crate::integrator::indirect::Traced;
+use crate::integrator::irradiance_cache::{IrradianceCache, Survey, Surveyed};
+use crate::integrator::kind::IntegratorKind;
+use crate::integrator::observer::Unobserved;
+use crate::integrator::technique::Weighted;
+use crate::sampler::Sampler;
+use crate::scene::Scene;
+use rayon::prelude::*;
+use std::sync::Mutex;
+
+/// Sides of the squares, from pass to pass.
+const STRIDES: [u32; 5] = [64, 32, 16, 8, 4];
+
+/// Pixels in a group: enough for many threads, few enough to seldom make a record twice.
+const GROUP: usize = 64;
+
+/// Is told how far an overture has come, from 0 to 1, and how many records there are; says whether to go on.
+pub type Watch<'a> = &'a dyn Fn(f64, usize) -> bool;
+
+/// The cache for a render, if it is by one, and the rays that it took. An interrupted overture leaves what there is.
+pub fn overture(
+    scene: &Scene,
+    filter: &Filter,
+    settings: &RenderSettings,
+    watch: Watch<'_>,
+) -> (Option<IrradianceCache>, RayCounts) {
+    let mut rays = RayCounts::default();
+    if settings.integrator != IntegratorKind::IrradianceCache {
+        return (None, rays);
+    }
+    let mut cache = IrradianceCache::new(settings.cache_error);
+    if settings.cache_error == 0.0 {
+        return (Some(cache), rays);
+    }
+    let groups = groups(settings);
+    for (done, positions) in groups.iter().enumerate() {
+        if !watch(done as f64 / groups.len() as f64, cache.records().len()) {
+            break;
+        }
+        let surveyor = Surveyor {
+            scene,
+            filter,
+            settings,
+            cache: &cache,
+            makes_records: true,
+            positions,
+        };
+        for found in surveyor.survey().into_iter().flatten() {
+            if let Surveyed::New(record, its_rays) = found {
+                rays += its_rays;
+                cache.insert(record);
+            }
+        }
+    }
+    (Some(cache), rays)
+}
+
+/// How many records count where the first sample of each pixel of the window asks, row by row; 0 where nothing is asked.
+pub fn cover(
+    scene: &Scene,
+    filter: &Filter,
+    settings: &RenderSettings,
+    cache: &IrradianceCache,
+) -> Vec<usize> {
+    let positions: Vec<[u32; 2]> = settings.window.pixels().collect();
+    let surveyor = Surveyor {
+        scene,
+        filter,
+        settings,
+        cache,
+        makes_records: false,
+        positions: &positions,
+    };
+    let count = |found: Option<Surveyed>| match found {
+        Some(Surveyed::Known(count)) => count,
+        Some(Surveyed::New(..)) | None => 0,
+    };
+    surveyor.survey().into_iter().map(count).collect()
+}
+
+/// The pixels of all passes: the middles of ever smaller squares, none of which is another's.
+fn groups(settings: &RenderSettings) -> Vec<Vec<[u32; 2]>> {
+    let mut groups = Vec::new();
+    for stride in STRIDES {
+        let is_middle = |position: &[u32; 2]| position.iter().all(|i| i % stride == stride / 2);
+        let pixels: Vec<[u32; 2]> = settings.window.pixels().filter(is_middle).collect();
+        groups.extend(pixels.chunks(GROUP).map(<[_]>::to_vec));
+    }
+    groups
+}
+
+/// Some pixels of a picture, and what is to be found out at them.
+struct Surveyor<'a> {
+    scene: &'a Scene,
+    filter: &'a Filter,
+    settings: &'a RenderSettings,
+    cache: &'a IrradianceCache,
+    makes_records: bool,
+    positions: &'a [[u32; 2]],
+}
+
+impl Surveyor<'_> {
+    fn survey(&self) -> Vec<Option<Surveyed>> {
+        with_sampler(self.settings, self)
+    }
+}
+
+impl SamplerJob for &Surveyor<'_> {
+    type Output = Vec<Option<Surveyed>>;
+
+    fn run<S: Sampler>(self, sampler: S) -> Self::Output {
+        let kernel = kernel(self.scene, self.settings);
+        first_or_last(kernel, With(self, sampler))
+    }
+}
+
+/// A survey whose sampler is known and whose kernel is not.
+struct With<'a, S>(&'a Surveyor<'a>, S);
+
+impl<S: Sampler> KernelJob for With<'_, S> {
+    type Output = Vec<Option<Surveyed>>;
+
+    fn run<E: Effects>(self) -> Self::Output {
+        let Self(surveyor, sampler) = self;
+        let positions = surveyor.positions.par_iter();
+        positions
+            .map(|&position| surveyor.pixel::<E, S>(position, &sampler))
+            .collect()
+    }
+}
+
+impl Surveyor<'_> {
+    fn pixel<E: Effects, S: Sampler>(&self, position: [u32; 2], sampler: &S) -> Option<Surveyed> {
+        let survey = Survey {
+            cache: self.cache,
+            scene: self.scene,
+            integrator: path(self.settings, Weighted, Traced),
+            sampler: self.makes_records.then(|| sampler.clone()),
+            // No picture is so large that these are pixels, too.
+            numbers: position.map(|i| !i),
+            found: Mutex::new(None),
+        };
+        let integrator = path(self.settings, Weighted, &survey);
+        let pixel = Pixel {
+            scene: self.scene,
+            filter: self.filter,
+            position,
+        };
+        let mut rays = RayCounts::default();
+        let mut camera_rays = CameraRays::new();
+        let unobserved = &mut Unobserved;
+        let mut traced = camera_rays.trace::<E, _>(&pixel, sampler, 0..1, unobserved);
+        let (_, place) = traced.next().expect("one sample was asked for");
+        let (scene, splats) = (self.scene, &mut NoSplats);
+        camera_rays.value::<E, _, _, _>(place, scene, integrator, &mut rays, unobserved, splats);
+        let found = survey.found.into_inner();
+        found.expect("no thread panics while it holds this")
+    }
+}

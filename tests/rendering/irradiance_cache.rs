@@ -1,0 +1,236 @@
+//! The irradiance cache is as wrong as its bound allows and no more: by a closed form at every point, and by the path tracer.
+
+use crate::common::room::{LAMP, room};
+use crate::common::scene::{film, ready, robust};
+use crate::common::verdict::sidak;
+use etendue::accel::Backend;
+use etendue::battery::case::{Effort, Trial};
+use etendue::battery::irradiance::told;
+use etendue::film::Film;
+use etendue::film::filter::Filter;
+use etendue::integrator::kind::IntegratorKind;
+use etendue::math::rgb::Rgb;
+use etendue::math::stats::Moments;
+use etendue::render::overture::overture;
+use etendue::render::replay::{PathEvent, replay};
+use etendue::render::settings::{RenderSettings, SamplerKind};
+use etendue::render::{Unwatched, render};
+use etendue::scene::description::SceneDescription;
+use statrs::distribution::{ContinuousCDF, Normal};
+
+fn settings(description: &SceneDescription, cache_error: f64, spp: u64) -> RenderSettings {
+    RenderSettings {
+        integrator: IntegratorKind::IrradianceCache,
+        cache_error,
+        ..RenderSettings::new(description.film.size, spp)
+    }
+}
+
+#[test]
+fn what_it_tells_is_within_the_bound_of_the_truth() {
+    let mut counts = Vec::new();
+    for (bound, seed) in [(0.2, 0), (0.05, 0), (0.2, 1), (0.2, 2), (0.2, 3)] {
+        let trial = Trial {
+            options: robust(Backend::ALL[0]),
+            seed,
+            effort: Effort::Quick,
+            is_cancelled: &|| false,
+        };
+        let told = told(&trial, bound).expect("a valid scene");
+        println!("{bound} {told:?}");
+        assert!(told.worst < bound && told.known > 0.9, "{bound} {told:?}");
+        counts.push(told.records);
+    }
+    // A quarter of the bound is half the distance.
+    assert!(counts[1] > 2 * counts[0], "{counts:?}");
+}
+
+/// Two blocks, one of them a mirror, in a room with a lamp under a plain sky.
+fn furnished() -> SceneDescription {
+    let mut scene = room(&format!(
+        "{LAMP}
+[[material]]
+name = \"mirror\"
+type = \"mirror\"
+reflectance = 0.9
+
+[[shape]]
+type = \"sphere\"
+material = \"mirror\"
+center = [0.45, 0.5, 0]
+radius = 0.4
+
+[[shape]]
+type = \"box\"
+material = \"white\"
+min = [-0.6, 0, -0.6]
+max = [-0.1, 1.1, -0.1]
+
+[[light]]
+type = \"environment\"
+radiance = [0.2, 0.3, 0.5]
+"
+    ));
+    scene.film.size = (32, 32);
+    scene
+}
+
+/// Means over quarters.
+fn tiles(film: &Film) -> Vec<Moments> {
+    let image = film.develop();
+    let side = image.width() as usize;
+    let mut tiles = vec![Moments::default(); 4];
+    for (i, value) in image.pixels().iter().enumerate() {
+        let tile = i / side / (side / 2) * 2 + i % side / (side / 2);
+        tiles[tile].push(value.luminance().into());
+    }
+    tiles
+}
+
+#[test]
+fn a_room_is_as_path_shows_it() {
+    let description = furnished();
+    let scene = ready(&description, Backend::ALL[0]);
+    let bound = 0.1;
+    for max_bounces in [None, Some(2)] {
+        // Of both, some pictures that know nothing of each other.
+        let pictures = |integrator, count: u64, spp| -> Vec<Vec<Moments>> {
+            let one = |seed| {
+                let settings = RenderSettings {
+                    integrator,
+                    max_bounces,
+                    seed,
+                    ..settings(&description, bound, spp)
+                };
+                tiles(&film(&scene, &description, &settings))
+            };
+            (0..count).map(one).collect()
+        };
+        let cached = pictures(IntegratorKind::IrradianceCache, 8, 16);
+        let path = pictures(IntegratorKind::Path, 8, 64);
+        let quantile = Normal::standard().inverse_cdf(1.0 - 0.5 * sidak(1e-4, 2 * 4));
+        for tile in 0..4 {
+            let means = |pictures: &[Vec<Moments>]| {
+                Moments::of(pictures.iter().map(|tiles| tiles[tile].mean()))
+            };
+            let (a, b) = (means(&cached), means(&path));
+            let error = |it: &Moments| it.standard_error().expect("there are some");
+            let noise = quantile * error(&a).hypot(error(&b));
+            // Of 8 numbers each: Student's t has heavier tails than the normal distribution.
+            let allowed = 2.0 * noise + bound * b.mean();
+            assert!(
+                noise < 0.06 * b.mean(),
+                "the test can tell nothing: {noise} {}",
+                b.mean()
+            );
+            println!(
+                "{max_bounces:?} {tile}: {:.5} {:.5} {noise:.5}",
+                a.mean(),
+                b.mean()
+            );
+            let off = (a.mean() - b.mean()).abs();
+            assert!(off < allowed, "tile {tile}: {} {}", a.mean(), b.mean());
+        }
+    }
+}
+
+#[test]
+fn a_bound_of_zero_is_path_bit_for_bit() {
+    let description = furnished();
+    let scene = ready(&description, Backend::ALL[0]);
+    let cached = settings(&description, 0.0, 4);
+    let path = RenderSettings {
+        integrator: IntegratorKind::Path,
+        ..cached.clone()
+    };
+    assert!(cached.bias(scene.effects).is_empty());
+    let [cached, path] =
+        [cached, path].map(|settings| film(&scene, &description, &settings).develop());
+    assert_eq!(cached.pixels(), path.pixels());
+}
+
+#[test]
+fn the_same_bits_on_any_number_of_threads_and_for_one_pixel_alone() {
+    let description = furnished();
+    let scene = ready(&description, Backend::ALL[0]);
+    for sampler in SamplerKind::ALL {
+        let with = |threads| RenderSettings {
+            threads,
+            sampler: *sampler,
+            ..settings(&description, 0.1, 2)
+        };
+        let one = film(&scene, &description, &with(1)).develop();
+        let three = film(&scene, &description, &with(3)).develop();
+        assert_eq!(one.pixels(), three.pixels());
+
+        let filter = Filter::new(&description.film.filter);
+        let alone = |pixel, sample| {
+            let replayed = replay(&scene, &filter, &with(1), pixel, sample);
+            replayed.expect("the settings are valid")
+        };
+        let is_known = |event: &PathEvent| matches!(event, PathEvent::Known { .. });
+        let mut of_row = (0..32).map(|x| (x, [alone([x, 12], 0), alone([x, 12], 1)]));
+        let (x, pixels) = of_row
+            .find(|(_, pair)| {
+                pair.iter()
+                    .all(|path| path.events.last().is_some_and(is_known))
+            })
+            .expect("the cache knows most of the picture");
+        let mean = pixels
+            .iter()
+            .fold(Rgb::BLACK, |sum, path| sum + path.radiance)
+            * 0.5;
+        let developed = one.pixels()[12 * 32 + x as usize];
+        assert!((mean - developed).max_channel().abs() < 1e-6 * mean.max_channel());
+    }
+}
+
+#[test]
+fn an_interrupted_overture_leaves_what_there_is() {
+    let description = furnished();
+    let scene = ready(&description, Backend::ALL[0]);
+    let filter = Filter::new(&description.film.filter);
+    let settings = settings(&description, 0.1, 2);
+    let calls = std::cell::Cell::new(0);
+    let watch = |share: f64, _| {
+        assert!((0.0..1.0).contains(&share));
+        calls.set(calls.get() + 1);
+        calls.get() < 3
+    };
+    let (some, _) = overture(&scene, &filter, &settings, &watch);
+    let (all, rays) = overture(&scene, &filter, &settings, &|_, _| true);
+    let [some, all] = [some, all].map(|cache| cache.expect("it is the integrator's"));
+    assert_eq!(calls.get(), 3);
+    assert!((1..all.records().len()).contains(&some.records().len()));
+    assert_eq!(some.records(), &all.records()[..some.records().len()]);
+    assert!(rays.closest > 256 * all.records().len() as u64);
+    assert!(all.memory() < 300 * all.records().len());
+}
+
+#[test]
+fn what_moves_is_refused_with_what_to_take_instead() {
+    let text = format!(
+        "{LAMP}
+[[shape]]
+type = \"sphere\"
+center = [0, 0.5, 0]
+radius = 0.4
+motion = [{{ time = 0, transform = [{{ translate = [0, 0, 0] }}] }}, {{ time = 1, transform = [{{ translate = [0.2, 0, 0] }}] }}]
+"
+    );
+    let mut description = room(&text);
+    description.camera.shutter = [0.0, 1.0];
+    let scene = ready(&description, Backend::ALL[0]);
+    let filter = Filter::new(&description.film.filter);
+    let settings = settings(&description, 0.1, 1);
+    let refused = render(
+        &scene,
+        &filter,
+        description.film.size,
+        &settings,
+        &Unwatched,
+    );
+    let error = refused.expect_err("it moves").to_string();
+    assert!(error.contains("--integrator path"), "{error}");
+    assert!(replay(&scene, &filter, &settings, [0, 0], 0).is_err());
+}

@@ -19,7 +19,8 @@ use renderer::session::Rendering;
 use std::ffi::c_char;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, TryLockError};
+use std::sync::{Arc, Mutex, PoisonError, TryLockError};
+use std::time::Duration;
 
 /// A render of a scene, as far as it has come.
 pub struct EtdRender(());
@@ -28,8 +29,22 @@ pub struct EtdRender(());
 struct Render {
     ready: Arc<Ready>,
     state: Mutex<State>,
+    /// Whether a run is under way, or about to be.
+    runs: AtomicBool,
     cancelled: AtomicBool,
 }
+
+/// Says that a run is under way, until it is dropped.
+struct Running<'a>(&'a AtomicBool);
+
+impl Drop for Running<'_> {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::Release);
+    }
+}
+
+/// Between two looks whether another call is done: one that only reads takes about as long.
+const PATIENCE: Duration = Duration::from_micros(20);
 
 struct State {
     rendering: Rendering,
@@ -81,13 +96,16 @@ unsafe impl Versioned for EtdRenderInfo {
 impl Render {
     /// Does something with the render, unless it runs.
     fn with<T>(&self, work: impl FnOnce(&mut State) -> Result<T, Failure>) -> Result<T, Failure> {
-        match self.state.try_lock() {
-            Ok(mut state) => work(&mut state),
-            Err(TryLockError::Poisoned(poisoned)) => work(&mut poisoned.into_inner()),
-            Err(TryLockError::WouldBlock) => Err(Failure::new(
-                EtdStatus::Busy,
-                "the render is in use by another call, which has to end first",
-            )),
+        loop {
+            match self.state.try_lock() {
+                Ok(mut state) => return work(&mut state),
+                Err(TryLockError::Poisoned(poisoned)) => return work(&mut poisoned.into_inner()),
+                Err(TryLockError::WouldBlock) if self.runs.load(Ordering::Acquire) => {
+                    return Err(busy());
+                }
+                // Others that read are done soon.
+                Err(TryLockError::WouldBlock) => std::thread::sleep(PATIENCE),
+            }
         }
     }
 
@@ -102,20 +120,31 @@ impl Render {
     ) -> Outcome {
         // SAFETY: the caller's promise.
         let watch = unsafe { read_struct_or_zeros(watch) }?;
-        self.with(|state| {
-            self.cancelled.store(false, Ordering::Relaxed);
-            state.layered = None;
-            let watcher = Watcher::new(watch, &self.cancelled);
-            let until = until(&state.rendering);
-            let rendering = &mut state.rendering;
-            self.ready
-                .read(|session| Ok(rendering.go_on(session, until, &watcher)?))?;
-            Ok(match rendering.rendered().cancelled {
-                true => EtdStatus::Cancelled,
-                false => EtdStatus::Ok,
-            })
+        if self.runs.swap(true, Ordering::AcqRel) {
+            return Err(busy());
+        }
+        let _running = Running(&self.runs);
+        self.cancelled.store(false, Ordering::Relaxed);
+        // Whoever has it reads, and is done soon.
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.layered = None;
+        let watcher = Watcher::new(watch, &self.cancelled);
+        let until = until(&state.rendering);
+        let rendering = &mut state.rendering;
+        self.ready
+            .read(|session| Ok(rendering.go_on(session, until, &watcher)?))?;
+        Ok(match rendering.rendered().cancelled {
+            true => EtdStatus::Cancelled,
+            false => EtdStatus::Ok,
         })
     }
+}
+
+fn busy() -> Failure {
+    Failure::new(
+        EtdStatus::Busy,
+        "the render is under way: that call has to end first",
+    )
 }
 
 /// Begins a render of a committed scene, without a sample yet, and writes its handle, to be released by `etd_render_release`. It
@@ -141,6 +170,7 @@ pub unsafe extern "C" fn etd_render_create(
                 rendering,
                 layered: None,
             }),
+            runs: AtomicBool::new(false),
             cancelled: AtomicBool::new(false),
         });
         // SAFETY: the caller's promise.

@@ -16,7 +16,7 @@ use crate::memory::{
 use crate::status::{EtdStatus, Failure, Outcome};
 use renderer::math::vec::DAffine3;
 use renderer::scene::description::{
-    CameraDescription, GeometryDescription, SceneDescription, ShapeDescription,
+    CameraDescription, GeometryDescription, InstanceDescription, SceneDescription, ShapeDescription,
 };
 use renderer::scene::{check, load};
 use renderer::session::Session;
@@ -468,24 +468,33 @@ pub unsafe extern "C" fn etd_scene_set_transforms(
         let numbers: Vec<u32> = unsafe { read_list(instances.cast(), count, 0, "instances") }?;
         let matrices: Vec<[f64; 12]> =
             unsafe { read_list(transforms.cast(), count, 0, "transforms") }?;
-        let mut placed = Vec::with_capacity(count);
+        let description = scene.describe();
+        let mut placed = Vec::with_capacity(numbers.len());
+        let mut changed = Vec::with_capacity(numbers.len());
         for (number, matrix) in numbers.into_iter().zip(&matrices) {
-            // SAFETY: the caller's promise.
-            placed.push((number as usize, unsafe { transform(matrix.as_ptr()) }?));
-        }
-        let mut description = scene.describe().clone();
-        for &(index, transform) in &placed {
-            let Some(instance) = description.instances.get_mut(index) else {
+            let index = number as usize;
+            let Some(instance) = description.instances.get(index) else {
                 let there = description.instances.len();
                 let text = format!("instances: {index}, but there are {there}");
                 return Err(Failure::argument(text));
             };
-            instance.transform = transform;
-            check::instance(&description.instances[index], &description)?;
+            let instance = InstanceDescription {
+                // SAFETY: the numbers were just read.
+                transform: unsafe { transform(matrix.as_ptr()) }?,
+                ..instance.clone()
+            };
+            check::instance(&instance, &description)?;
+            placed.push((index, instance.transform));
+            changed.push((index, instance));
         }
+        drop(description);
         scene.change(
             |session| session.set_transforms(&placed),
-            |kept| kept.instances = description.instances,
+            |description| {
+                for (index, instance) in changed {
+                    description.instances[index] = instance;
+                }
+            },
         )
     })
 }

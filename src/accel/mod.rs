@@ -53,6 +53,7 @@ impl Departure {
 
 /// The library that answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Backend {
     /// Intel Embree, through the system's library.
     #[cfg(feature = "embree")]

@@ -13,14 +13,12 @@ use super::stats::Times;
 use super::{Outcome, replay};
 use crate::error::{Error, Result};
 use crate::film::ErrorEstimate;
-use crate::film::filter::Filter;
 use crate::image::atomic::check_creatable;
 use crate::image::{self, LayeredImage, MetadataValue, WriteOptions};
 use crate::integrator::kind::IntegratorKind;
-use crate::render::{RenderObserver, Rendered, View};
+use crate::render::{RenderObserver, Rendered};
 use crate::scene::load;
-use crate::scene::prepare::{Prepared, prepare};
-use crate::session::layers::layers;
+use crate::session::Session;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -41,22 +39,23 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     if let Some(size) = arguments.size {
         description.film.size = size;
     }
-    let settings = wishes(arguments).settings(&description)?;
-    let Prepared {
-        scene,
-        notes,
-        build_time,
-    } = prepare(&description, arguments.tracing.options())?;
+    let wishes = wishes(arguments);
+    // What makes no sense is said before anything takes long.
+    wishes.settings(&description)?;
+    let session = Session::new(description, arguments.tracing.options())?;
+    let build_time = session.work().structures;
     let loaded = start.elapsed().saturating_sub(build_time);
+    let mut rendering = session.start(&wishes)?;
+    let settings = rendering.settings().clone();
     let job = Job {
         arguments,
-        description: &description,
-        scene: &scene,
+        description: session.description(),
+        scene: session.scene(),
         settings: &settings,
     };
     if !arguments.quiet {
-        let bias = settings.integrator.bias(scene.effects);
-        for note in description.notes.iter().chain(&notes).chain(&bias) {
+        let bias = settings.integrator.bias(session.scene().effects);
+        for note in session.notes().chain(bias.as_deref()) {
             eprintln!("note: {note}");
         }
         if arguments.denoise.is_some() && arguments.error.is_some() {
@@ -66,7 +65,6 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     if arguments.verbose {
         eprint!("{}", job.summary());
     }
-    let filter = Filter::new(&description.film.filter);
     if watcher.is_cancelled() {
         return Ok(Outcome::Interrupted);
     }
@@ -76,13 +74,13 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
                 "the steps of mlt belong to no pixel and cannot be replayed: --integrator bdpt replays samples of the same kind",
             ));
         }
-        return replay::run(&job, &filter, pixel, sample);
+        return replay::run(&job, session.filter(), pixel, sample);
     }
 
-    let rendered =
-        crate::render::render(&scene, &filter, description.film.size, &settings, &watcher);
+    let ended = rendering.go_on(&session, settings.budget, &watcher);
     watcher.finish();
-    let rendered = rendered?;
+    ended?;
+    let rendered = rendering.rendered();
 
     let mut times = Times {
         load: loaded.as_secs_f64(),
@@ -90,19 +88,22 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         render: rendered.elapsed.as_secs_f64(),
         ..Times::default()
     };
-    let error = rendered.film.error(arguments.confidence);
-    let picture = job.picture(&filter, &rendered)?;
+    let error = rendering.error(arguments.confidence);
+    let picture = match settings.bars {
+        true => rendering.layered(&session)?,
+        false => LayeredImage::from(rendering.image()),
+    };
     let denoised = arguments
         .denoise
         .map(|filter| Denoised::new(filter, &picture, settings.threads))
         .transpose()?;
     times.denoise = denoised.as_ref().map_or(0.0, |it| it.elapsed.as_secs_f64());
     let writing = Instant::now();
-    let metadata = job.metadata(&rendered, error.as_ref(), denoised.as_ref());
+    let metadata = job.metadata(rendered, error.as_ref(), denoised.as_ref());
     job.write(&outputs, picture, denoised.as_ref(), metadata)?;
     times.write = writing.elapsed().as_secs_f64();
     times.total = start.elapsed().as_secs_f64();
-    job.report(&outputs, &rendered, error, denoised.as_ref(), times)
+    job.report(&outputs, rendered, error, denoised.as_ref(), times)
 }
 
 /// Whether all that comes after the last sample can be done.
@@ -136,20 +137,6 @@ fn outputs(arguments: &RenderArguments) -> Vec<PathBuf> {
 }
 
 impl Job<'_> {
-    /// The picture, with its layers if they are asked for.
-    fn picture(&self, filter: &Filter, rendered: &Rendered) -> Result<LayeredImage> {
-        let mut picture = LayeredImage::from(rendered.film.develop());
-        if self.arguments.layers || self.arguments.denoise.is_some() {
-            let view = View {
-                scene: self.scene,
-                filter,
-                size: self.description.film.size,
-            };
-            picture.layers = layers(&view, self.settings, rendered)?;
-        }
-        Ok(picture)
-    }
-
     fn write(
         &self,
         outputs: &[PathBuf],

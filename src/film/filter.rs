@@ -18,6 +18,7 @@ pub struct FilterDescription {
 
 /// The shapes of reconstruction filters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FilterKind {
     /// Constant.
     Box,

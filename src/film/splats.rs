@@ -92,6 +92,12 @@ impl Clone for Splats {
 }
 
 impl Splats {
+    /// Bytes that the splats of a pixel take.
+    pub fn bytes_per_pixel(in_batches: bool) -> usize {
+        let sums = if in_batches { BATCHES as usize } else { 2 };
+        sums * size_of::<Sums>()
+    }
+
     /// None yet, in the pixels of this window; in as many batches as error bars have, or all together.
     pub fn new(window: Window, in_batches: bool) -> Self {
         let batches = if in_batches { BATCHES } else { 1 };

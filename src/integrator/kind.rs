@@ -10,6 +10,7 @@ use crate::effects::{Effect, EffectSet};
 
 /// The estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[non_exhaustive]
 pub enum IntegratorKind {
     /// A coin, and directions anywhere.
     Naive,

@@ -92,6 +92,7 @@ impl std::ops::AddAssign for RayCounts {
 
 /// When a path ends by chance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Roulette {
     /// Never: only absorption, the bounce limit and, where there is one, the integrator's coin end it.
     None,

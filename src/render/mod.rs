@@ -205,7 +205,7 @@ pub struct View<'a> {
 
 /// Goes on with a render, until `until` is met in place of the settings' own budget: samples per pixel count from the first,
 /// time from now. The picture is bit for bit that of a render which got so many samples at once; but strata stay those of the
-/// settings' own budget.
+/// settings' own budget, and Markov chains begin anew.
 ///
 /// # Errors
 /// As [`render`]; an error to reach without error bars; and an adaptive render that has begun, whose pilot is forgotten. What

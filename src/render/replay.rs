@@ -23,6 +23,7 @@ use crate::scene::interaction::Interaction;
 
 /// One thing that happened to a path.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum PathEvent {
     /// It came to a surface.
     Arrived {

@@ -26,6 +26,7 @@ pub const DEFAULT_CACHE_ERROR: f64 = 0.05;
 
 /// Where random numbers come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum SamplerKind {
     /// Independent numbers.
     Independent,

@@ -102,6 +102,8 @@ pub struct Work {
     pub cameras: u64,
     /// What the last of them took.
     pub last: Duration,
+    /// What building acceleration structures took of the time when everything was made ready last.
+    pub structures: Duration,
 }
 
 impl Session {
@@ -125,7 +127,11 @@ impl Session {
     fn of_valid(description: SceneDescription, options: AccelOptions) -> Result<Self> {
         let start = Instant::now();
         let threads = Threads::new(options.threads)?;
-        let Prepared { scene, notes, .. } = prepare(&description, options)?;
+        let Prepared {
+            scene,
+            notes,
+            build_time,
+        } = prepare(&description, options)?;
         Ok(Self {
             filter: Filter::new(&description.film.filter),
             description,
@@ -136,6 +142,7 @@ impl Session {
             work: Work {
                 builds: 1,
                 last: start.elapsed(),
+                structures: build_time,
                 ..Work::default()
             },
             state: Arc::default(),
@@ -145,6 +152,11 @@ impl Session {
     /// The scene as it was written, with the changes since.
     pub fn description(&self) -> &SceneDescription {
         &self.description
+    }
+
+    /// The reconstruction filter.
+    pub fn filter(&self) -> &Filter {
+        &self.filter
     }
 
     /// The scene as it is rendered.
@@ -188,13 +200,15 @@ impl Session {
     /// A camera that is not valid: then nothing changes.
     pub fn set_camera(&mut self, camera: CameraDescription) -> Result<()> {
         check::camera(&camera)?;
-        let mut description = self.description.clone();
-        let same_shutter = camera.shutter == description.camera.shutter;
-        description.camera = camera;
-        if !same_shutter && moves(&description) {
-            return self.rebuild(description);
+        let start = Instant::now();
+        let other_shutter = camera.shutter != self.description.camera.shutter;
+        if other_shutter && moves(&self.description) {
+            let mut description = self.description.clone();
+            description.camera = camera;
+            return self.rebuild(description, start);
         }
-        self.replace_camera(description);
+        self.description.camera = camera;
+        self.look_again(start);
         Ok(())
     }
 
@@ -204,9 +218,10 @@ impl Session {
     /// A film that is not valid: then nothing changes.
     pub fn set_film(&mut self, film: FilmDescription) -> Result<()> {
         check::film(&film)?;
-        let mut description = self.description.clone();
-        description.film = film;
-        self.replace_camera(description);
+        let start = Instant::now();
+        self.filter = Filter::new(&film.filter);
+        self.description.film = film;
+        self.look_again(start);
         Ok(())
     }
 
@@ -217,41 +232,53 @@ impl Session {
     /// An index that there is not, or a transform that flattens space: then nothing changes.
     pub fn set_transforms(&mut self, transforms: &[(usize, DAffine3)]) -> Result<()> {
         let start = Instant::now();
-        let mut description = self.description.clone();
-        let count = description.instances.len();
+        let before = self.description.instances.clone();
+        match self.place_again(transforms) {
+            Ok(notes) => self.notes = notes,
+            Err(error) => {
+                self.description.instances = before;
+                return Err(error);
+            }
+        }
+        self.work.placements += 1;
+        self.changed(start);
+        Ok(())
+    }
+
+    fn place_again(&mut self, transforms: &[(usize, DAffine3)]) -> Result<Vec<String>> {
+        let count = self.description.instances.len();
         for &(index, transform) in transforms {
-            let Some(instance) = description.instances.get_mut(index) else {
+            let Some(instance) = self.description.instances.get_mut(index) else {
                 let message = format!("there is no instance {index}: there are {count}");
                 return Err(Error::usage(message));
             };
             instance.transform = transform;
-            check::instance(&description.instances[index], &description)?;
+            check::instance(&self.description.instances[index], &self.description)?;
         }
-        self.notes = self.scene.place_again(&description)?;
-        self.work.placements += 1;
-        self.changed(description, start);
-        Ok(())
+        self.scene.place_again(&self.description)
     }
 
-    fn replace_camera(&mut self, description: SceneDescription) {
-        let start = Instant::now();
-        self.scene.look_from(&description);
-        self.filter = Filter::new(&description.film.filter);
+    fn look_again(&mut self, start: Instant) {
+        self.scene.look_from(&self.description);
         self.work.cameras += 1;
-        self.changed(description, start);
+        self.changed(start);
     }
 
-    fn rebuild(&mut self, description: SceneDescription) -> Result<()> {
-        let start = Instant::now();
-        let Prepared { scene, notes, .. } = prepare(&description, self.options)?;
+    fn rebuild(&mut self, description: SceneDescription, start: Instant) -> Result<()> {
+        let Prepared {
+            scene,
+            notes,
+            build_time,
+        } = prepare(&description, self.options)?;
         (self.scene, self.notes) = (scene, notes);
+        self.description = description;
         self.work.builds += 1;
-        self.changed(description, start);
+        self.work.structures = build_time;
+        self.changed(start);
         Ok(())
     }
 
-    fn changed(&mut self, description: SceneDescription, start: Instant) {
-        self.description = description;
+    fn changed(&mut self, start: Instant) {
         self.work.last = start.elapsed();
         self.state = planted!("changes-unnoticed", Arc::clone(&self.state), Arc::default());
     }

@@ -113,6 +113,12 @@ impl Session {
         };
         let settings = wishes.settings(&self.description)?;
         check(&self.scene, &settings)?;
+        if settings.integrator.splats() {
+            return Err(Error::usage(format!(
+                "{} finds a part of the light by paths to the camera: along other rays it is missing",
+                settings.integrator.name()
+            )));
+        }
         if u32::try_from(rays.len()).is_err() {
             return Err(Error::usage("more than 2^32 rays at once"));
         }

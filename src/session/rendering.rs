@@ -8,6 +8,7 @@ use super::{Session, State, layers};
 use crate::error::{Error, ErrorKind, Result};
 use crate::film::bars::PixelBars;
 use crate::film::pixel::PixelSums;
+use crate::film::splats::Splats;
 use crate::film::{ErrorEstimate, Film};
 use crate::image::{Image, LayeredImage};
 use crate::render::adaptive::Adaptive;
@@ -138,8 +139,10 @@ impl Rendering {
 /// for, too.
 fn check_room(settings: &RenderSettings) -> Result<()> {
     let has_counts = settings.adaptive != Adaptive::Off;
+    let of_splats = Splats::bytes_per_pixel(settings.has_bars());
     let of_pixel = size_of::<PixelSums>()
         + usize::from(settings.has_bars()) * size_of::<PixelBars>()
+        + usize::from(settings.integrator.splats()) * of_splats
         + usize::from(has_counts) * size_of::<u64>();
     let pixels = usize::try_from(settings.window.pixel_count()).ok();
     let bytes = pixels.and_then(|pixels| pixels.checked_mul(of_pixel));

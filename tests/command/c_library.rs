@@ -138,6 +138,21 @@ fn the_example_of_the_guide_compiles_and_runs() {
     }
 }
 
+#[test]
+fn the_example_in_python_renders() {
+    let output = Command::new("python3")
+        .arg(in_repository("examples/python/render.py"))
+        .env("PREFIX", prefix())
+        .output();
+    match output {
+        Ok(output) => {
+            let says = expect_success("python3", output);
+            assert!(says.contains(env!("CARGO_PKG_VERSION")), "{says}");
+        }
+        Err(_) => eprintln!("python3 is not there: the example was not run"),
+    }
+}
+
 /// Whether `cc` can sanitize addresses here: some systems lack the library for it.
 fn has_sanitizer(folder: &SceneFolder) -> bool {
     let empty = folder.path("empty.c");
@@ -215,7 +230,7 @@ fn the_library_shows_the_functions_of_its_header_and_nothing_else() {
 
 #[test]
 fn the_header_is_that_of_the_sources() {
-    // Whole where cbindgen is there, as in `.ci/run`; its functions and structures everywhere.
+    // Whole where cbindgen is there; its functions and structures everywhere.
     let folder = in_repository("capi/src");
     let files = std::fs::read_dir(folder).expect("the sources");
     let mut exported = BTreeSet::new();

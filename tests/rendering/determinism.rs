@@ -68,6 +68,7 @@ fn rewritten(scene: &SceneDescription, factor: f64) -> SceneDescription {
                 *min *= factor;
                 *max *= factor;
             }
+            other => panic!("{other:?} would not be scaled"),
         }
     }
     scaled

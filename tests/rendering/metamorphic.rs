@@ -101,6 +101,7 @@ fn brighter(scene: &SceneDescription, factor: f32) -> SceneDescription {
                 *intensity *= factor;
             }
             LightModel::Distant { irradiance, .. } => *irradiance *= factor,
+            other => panic!("{other:?} would not be scaled"),
         }
     }
     scene
@@ -155,6 +156,7 @@ fn moved(scene: &SceneDescription, turn: DMat3, factor: f64, by: DVec3) -> Scene
                 *intensity *= area;
             }
             LightModel::Distant { direction, .. } => *direction = turn * *direction,
+            other => panic!("{other:?} would not be moved"),
         }
     }
     scene

@@ -7,6 +7,7 @@ use etendue::accel::Backend;
 use etendue::film::Film;
 use etendue::film::filter::Filter;
 use etendue::image::Image;
+use etendue::integrator::kind::IntegratorKind;
 use etendue::render::adaptive::Adaptive;
 use etendue::render::settings::{Budget, RenderSettings, SamplerKind};
 use etendue::render::{RenderObserver, Rendered, Threads, Unwatched, View, render, resume};
@@ -64,10 +65,15 @@ impl Stage {
 #[test]
 fn samples_in_parts_are_those_at_once() {
     let stage = Stage::new();
-    for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
+    for (sampler, integrator) in [
+        (SamplerKind::Independent, IntegratorKind::Path),
+        (SamplerKind::Sobol, IntegratorKind::Path),
+        (SamplerKind::Sobol, IntegratorKind::Bidirectional),
+    ] {
         for bars in [false, true] {
             let settings = |spp| RenderSettings {
                 sampler,
+                integrator,
                 bars,
                 ..stage.settings(spp)
             };

@@ -310,6 +310,12 @@ fn radiance_along_rays_is_what_a_closed_form_says() {
     let share = session.radiance(&wishes, &rays[..1], 16).expect("valid");
     assert_eq!(share[0].mean, Rgb::WHITE);
     assert_eq!(share[0].standard_error, Some(Rgb::BLACK));
+    wishes.integrator = Some(IntegratorKind::Bidirectional);
+    let refused = session.radiance(&wishes, &rays[..1], 16);
+    assert_eq!(
+        refused.expect_err("no camera is there").kind(),
+        ErrorKind::Usage
+    );
 }
 
 #[test]

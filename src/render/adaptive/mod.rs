@@ -16,6 +16,7 @@ use std::time::Duration;
 
 /// How samples are given out to the pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Adaptive {
     /// The same number to each.
     #[default]

@@ -19,6 +19,7 @@ pub struct LightDescription {
 
 /// The kinds of lights that are no shapes.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub enum LightModel {
     /// Light from everywhere beyond the scene.
     Environment {

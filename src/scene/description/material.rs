@@ -51,6 +51,7 @@ impl MaterialDescription {
 
 /// The scattering models. Roughness is perceptual, in [0, 1]: the microfacet alpha is its square.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub enum MaterialModel {
     /// Lambert.
     Diffuse {

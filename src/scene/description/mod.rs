@@ -296,6 +296,7 @@ impl ShapeDescription {
 
 /// The forms.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub enum GeometryDescription {
     /// Triangles.
     Mesh(Arc<MeshDescription>),

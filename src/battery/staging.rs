@@ -6,7 +6,6 @@
 
 use super::trial::Trial;
 use crate::error::Result;
-use crate::film::Tile;
 use crate::film::filter::{Filter, FilterDescription, FilterKind};
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
@@ -214,9 +213,8 @@ pub fn see_by(
     let rendered = render(&scene, &filter, size, &settings, trial)?;
     // A sample that was rejected would be missing in silence.
     let lost = rendered.rejected.count > 0;
-    let mean = |tile: &Tile| tile.pixels[0].mean(tile.samples)[1];
-    let tiles = rendered.film.tiles().iter();
-    Ok(tiles
-        .map(|tile| if lost { f64::NAN } else { mean(tile) })
+    let pixels = rendered.film.estimates().into_iter();
+    Ok(pixels
+        .map(|pixel| if lost { f64::NAN } else { pixel.mean[1] })
         .collect())
 }

@@ -183,12 +183,13 @@ fn ratio(trial: &Trial<'_>, roulette: Roulette, depth: u32, spp: u64) -> Result<
     Ok(pairs.map(|(on, off)| 1.0 + (on - off) / mean).collect())
 }
 
-/// Light found by scattering alone, by light sampling alone, and by both.
+/// Light found by scattering alone, by light sampling alone, by both, and by paths from both ends.
 fn techniques() -> Vec<Case> {
     let kinds = [
         IntegratorKind::Bsdf,
         IntegratorKind::NextEvent,
         IntegratorKind::Path,
+        IntegratorKind::Bidirectional,
     ];
     let mut floor = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(0.5));
     let ground = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
@@ -212,7 +213,12 @@ fn techniques() -> Vec<Case> {
                 let spp = trial.samples(look.spp);
                 see_by(trial, kind, &scene, Look { spp, ..look })
             };
-            cases.push(Case::new(51, name, Claim::mean(exact, 2e-3), measure));
+            let row = if kind == IntegratorKind::Bidirectional {
+                52
+            } else {
+                51
+            };
+            cases.push(Case::new(row, name, Claim::mean(exact, 2e-3), measure));
         }
     }
     cases

@@ -13,10 +13,12 @@ use super::stats::Times;
 use super::{Outcome, replay};
 use crate::error::{Error, Result};
 use crate::film::ErrorEstimate;
+use crate::film::filter::Filter;
+use crate::film::splats::Strategy;
 use crate::image::atomic::check_creatable;
 use crate::image::{self, LayeredImage, MetadataValue, WriteOptions};
 use crate::integrator::kind::IntegratorKind;
-use crate::render::{RenderObserver, Rendered};
+use crate::render::{RenderObserver, Rendered, Threads, View, strategies};
 use crate::scene::load;
 use crate::session::Session;
 use std::path::{Path, PathBuf};
@@ -65,6 +67,9 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     if arguments.verbose {
         eprint!("{}", job.summary());
     }
+    if arguments.bdpt_strategies.is_some() {
+        strategies::check(&settings)?;
+    }
     if watcher.is_cancelled() {
         return Ok(Outcome::Interrupted);
     }
@@ -101,6 +106,9 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     let writing = Instant::now();
     let metadata = job.metadata(rendered, error.as_ref(), denoised.as_ref());
     job.write(&outputs, picture, denoised.as_ref(), metadata)?;
+    if let Some(folder) = &arguments.bdpt_strategies {
+        job.write_strategies(folder, session.filter())?;
+    }
     times.write = writing.elapsed().as_secs_f64();
     times.total = start.elapsed().as_secs_f64();
     job.report(&outputs, rendered, error, denoised.as_ref(), times)
@@ -157,6 +165,27 @@ impl Job<'_> {
         outputs
             .iter()
             .try_for_each(|output| image::write(output, image, &options))
+    }
+
+    /// What each strategy contributes, as two pictures.
+    fn write_strategies(&self, folder: &Path, filter: &Filter) -> Result<()> {
+        std::fs::create_dir_all(folder)
+            .map_err(|error| Error::io("cannot make the folder", folder, error))?;
+        let view = View {
+            scene: self.scene,
+            filter,
+            size: self.description.film.size,
+        };
+        let threads = Threads::new(self.settings.threads)?;
+        for pictures in strategies::strategies(&view, &threads, self.settings)? {
+            let Strategy { s, t } = pictures.strategy;
+            let options = WriteOptions::default();
+            let alone = folder.join(format!("s{s}-t{t}.exr"));
+            image::write(&alone, &pictures.unweighted, &options)?;
+            let weighted = folder.join(format!("s{s}-t{t}-weighted.exr"));
+            image::write(&weighted, &pictures.weighted, &options)?;
+        }
+        Ok(())
     }
 
     /// What an EXR says of itself.

@@ -16,6 +16,7 @@ use crate::error::Result;
 use crate::film::ErrorEstimate;
 use crate::film::splats::Splats;
 use crate::image::atomic::write_text;
+use crate::integrator::kind::IntegratorKind;
 use crate::render::adaptive::Adaptive;
 use crate::render::{Rejected, Rendered, kernel};
 use std::path::PathBuf;
@@ -54,6 +55,9 @@ impl Job<'_> {
                     "time: load {:.3} s, build {:.3} s, render {:.3} s, write {:.3} s",
                     times.load, times.build, times.render, times.write
                 );
+            }
+            if self.settings.integrator == IntegratorKind::Metropolis {
+                warn_of_disagreement(rendered);
             }
             eprintln!("{}", last_line(outputs, rendered, &stats, denoised));
         }
@@ -237,4 +241,16 @@ fn last_line(
         format_duration(Duration::from_secs_f64(stats.time.total)),
         stats.samples_per_second / 1e6,
     )
+}
+
+/// Says so where chains have not found the same.
+fn warn_of_disagreement(rendered: &Rendered) {
+    /// Of the tiles.
+    const MANY: f64 = 0.05;
+    if let Some(share) = rendered.film.disagreement().filter(|&share| share > MANY) {
+        eprintln!(
+            "warning: the chains disagree: in {} of the picture their means are uncertain by more than a fifth, and the brightness there by as much; give them more time",
+            format_percent(share)
+        );
+    }
 }

@@ -190,6 +190,35 @@ impl Film {
         estimates
     }
 
+    /// The share of lit tiles whose mean is uncertain by more than a fifth, by the spread of batches: where these are of Markov
+    /// chains, they have not yet found the same. `None` without batches.
+    pub fn disagreement(&self) -> Option<f64> {
+        const UNCERTAIN: f64 = 0.2;
+        let (mut lit, mut uncertain) = (0, 0);
+        for tile in &self.tiles {
+            let bars = tile.bars.as_ref()?;
+            let mut batches = [0.0; bars::BATCHES as usize];
+            for (i, pixel) in tile.window.pixels().enumerate() {
+                let own = bars[i].batch_means(tile.count(i).max(1));
+                let of_splats = self
+                    .splats
+                    .as_ref()
+                    .map(|it| it.batch_means(self.index(pixel)));
+                for (batch, sum) in batches.iter_mut().enumerate() {
+                    *sum += own[batch].iter().sum::<f64>();
+                    *sum += of_splats.map_or(0.0, |it| it[batch].iter().sum());
+                }
+            }
+            let moments = Moments::of(batches);
+            if moments.mean() > 0.0 {
+                lit += 1;
+                let error = moments.standard_error().unwrap_or(0.0);
+                uncertain += u32::from(error > UNCERTAIN * moments.mean());
+            }
+        }
+        Some(f64::from(uncertain) / f64::from(lit.max(1)))
+    }
+
     /// The share of pixels without light that [`unlit_among_lit`](Self::unlit_among_lit) names.
     fn uncalibrated_fraction(&self) -> f64 {
         let doubtful = self.unlit_among_lit();

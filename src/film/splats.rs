@@ -20,12 +20,25 @@ use crate::planted::planted;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
+/// A way of making a path: of so many vertices of a walk from the light and so many of one from the eye, ends included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Strategy {
+    /// From the light.
+    pub s: usize,
+    /// From the eye.
+    pub t: usize,
+}
+
 /// Takes light that an integrator finds for other places of the film than that of its camera ray.
 pub trait SplatSink {
     /// Whether light at this place would count.
     fn reaches(&self, film: Vec2) -> bool;
     /// Light at this place.
     fn splat(&mut self, film: Vec2, value: Rgb);
+    /// What a strategy contributes, and with which weight that is part of the picture: in the sample's own pixel or, if it falls
+    /// elsewhere, there.
+    #[inline]
+    fn made(&mut self, _by: Strategy, _elsewhere: Option<Vec2>, _contribution: Rgb, _weight: f32) {}
 }
 
 /// Nobody takes it.
@@ -122,7 +135,36 @@ impl Splats {
     /// Whether the filter of any pixel covers this place.
     #[inline]
     pub fn reaches(&self, filter: &Filter, film: Vec2) -> bool {
-        !self.rows_at(filter, film.y).is_empty() && !self.columns_at(filter, film.x).is_empty()
+        Self::covers(self.window, filter, film)
+    }
+
+    /// Whether the filter of any pixel of a window covers this place.
+    #[inline]
+    pub fn covers(window: Window, filter: &Filter, film: Vec2) -> bool {
+        let rows = covering(filter, film.y, window.y, window.height);
+        let columns = covering(filter, film.x, window.x, window.width);
+        !rows.is_empty() && !columns.is_empty()
+    }
+
+    /// Takes in light of the sample with this index in one pixel of the picture, which is in the window.
+    pub fn add_to_pixel(&self, sample: u64, [x, y]: [u32; 2], value: Rgb) {
+        let batch = (sample % self.batches) as usize;
+        let mut row = self.row((y - self.window.y) as usize);
+        let place = (x - self.window.x) as usize * self.per_pixel();
+        self.add_at(&mut row[place..], batch, value);
+    }
+
+    /// Takes in light in a pixel whose sums these are.
+    #[inline]
+    fn add_at(&self, pixel: &mut [Sums], batch: usize, value: Rgb) {
+        for (sum, x) in pixel[batch].0.iter_mut().zip(value.to_array()) {
+            sum.add(f64::from(x));
+        }
+        if self.batches == 1 {
+            for (sum, x) in pixel[1].0.iter_mut().zip(value.to_array()) {
+                sum.add(f64::from(x) * f64::from(x));
+            }
+        }
     }
 
     /// Counts light paths of the sample with this index, whatever they find.
@@ -153,16 +195,7 @@ impl Splats {
                 let center = Vec2::new(x as f32 + middle, y as f32 + middle);
                 let value = value * filter.evaluate(film - center);
                 let place = (x - self.window.x) as usize * width;
-                let sums = &mut row[place + batch].0;
-                for (sum, x) in sums.iter_mut().zip(value.to_array()) {
-                    sum.add(f64::from(x));
-                }
-                if self.batches == 1 {
-                    let squares = &mut row[place + 1].0;
-                    for (sum, x) in squares.iter_mut().zip(value.to_array()) {
-                        sum.add(f64::from(x) * f64::from(x));
-                    }
-                }
+                self.add_at(&mut row[place..], batch, value);
             }
         }
     }

@@ -160,6 +160,11 @@ impl<S: Sampler> CameraRays<S> {
         (CameraRay { ray, time }, found, sampler)
     }
 
+    /// What a sample's radiance counts in its pixel.
+    pub fn weight(&self, place: usize) -> f32 {
+        self.samples[place].weight
+    }
+
     /// A sample's value: radiance along the camera ray, times the filter's weight.
     #[inline]
     pub fn value<E: Effects, I: Integrator, O: PathObserver, P: SplatSink>(

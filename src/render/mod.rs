@@ -19,6 +19,7 @@ mod observed;
 pub mod overture;
 pub mod replay;
 pub mod settings;
+pub mod strategies;
 mod threads;
 mod tile;
 pub mod wishes;

@@ -416,3 +416,74 @@ fn adaptive_sampling_is_refused_with_another_way() {
         .expect_err("it is refused");
     assert!(error.to_string().contains("--integrator path"), "{error}");
 }
+
+/// A mirror beside a floor, and a spot that shines on nothing but the mirror; or, for the same light, a spot behind where the
+/// mirror was.
+pub fn by_a_mirror(is_there: bool) -> SceneDescription {
+    let (x, intensity) = if is_there {
+        (0.5, 4.0)
+    } else {
+        (-2.5, 0.9 * 4.0)
+    };
+    let mirror = if is_there {
+        "[[shape]]\ntype = \"rectangle\"\nmaterial = \"mirror\"\ncorner = [-1, 0, -3]\nedge_u = [0, 0, 6]\nedge_v = [0, 4, 0]\n"
+    } else {
+        ""
+    };
+    crate::common::scene_folder::load_text(&format!(
+        r#"version = 1
+[camera]
+eye = [0.5, 3, 1.5]
+target = [0.5, 0, 0.1]
+fov = 40
+[film]
+size = [16, 16]
+filter = "box"
+[[material]]
+name = "white"
+type = "diffuse"
+reflectance = 0.6
+[[material]]
+name = "mirror"
+type = "mirror"
+reflectance = 0.9
+[[shape]]
+type = "rectangle"
+material = "white"
+corner = [-4, 0, 3]
+edge_u = [8, 0, 0]
+edge_v = [0, 0, -6]
+{mirror}
+[[light]]
+type = "spot"
+position = [{x}, 1, 0]
+target = [-1, 0.4, 0]
+cone = 10
+penumbra = 4
+intensity = {intensity}
+"#
+    ))
+}
+
+/// What path tracing cannot find at all: light of a point that a mirror throws on a floor. It is that of the point's image.
+#[test]
+fn what_a_mirror_throws_of_a_point_is_the_light_of_its_image() {
+    let with = |integrator, is_there, spp, max_bounces| {
+        let scene = by_a_mirror(is_there);
+        let settings = RenderSettings {
+            max_bounces: Some(max_bounces),
+            ..settings(&scene, integrator, spp)
+        };
+        seen(&scene, &settings)
+    };
+    let image = with(IntegratorKind::Path, false, 64, 1);
+    let mirror = with(IntegratorKind::Bidirectional, true, 256, 2);
+    assert_same("by a mirror", &mirror, &image, 0.02);
+    let chains = with(IntegratorKind::Metropolis, true, 128, 2);
+    assert_same("by a mirror, by chains", &chains, &image, 0.05);
+    let path = with(IntegratorKind::Path, true, 16, 2);
+    assert!(
+        path.iter()
+            .all(|block| block.iter().all(|it| it.mean() == 0.0))
+    );
+}

@@ -82,6 +82,24 @@ fn error_bars_hold_the_spread_of_chains() {
     assert!((ratio - 1.0).abs() < 0.15, "{ratio}");
 }
 
+/// One step of each batch for a pixel says nothing of it; 64 steps do.
+#[test]
+fn chains_that_have_not_found_the_same_are_told_from_those_that_have() {
+    let scene = glass(0.0);
+    let ready = ready(&scene, Backend::ALL[0]);
+    let told = |spp| {
+        let settings = RenderSettings {
+            tile_size: 1,
+            ..settings(&scene, IntegratorKind::Metropolis, spp)
+        };
+        let film = film(&ready, &scene, &settings);
+        film.disagreement().expect("there are batches")
+    };
+    let (few, many) = (told(16), told(1024));
+    println!("disagreement {few} and {many}");
+    assert!(few > 0.2 && many < 0.5 * few, "{few} {many}");
+}
+
 #[test]
 fn where_no_light_is_found_the_render_says_so() {
     let scene = room("");

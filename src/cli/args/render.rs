@@ -92,6 +92,10 @@ pub struct RenderArguments {
     /// time, not the mean. Default: the scene's, or the integrator's own: throughput; none for naive, which has a coin, and for those that scatter once at most.
     #[arg(long, value_parser = named(Roulette::ALL, Roulette::name))]
     pub roulette: Option<Roulette>,
+    /// Also write what each strategy of bdpt contributes into this folder: sS-tT.exr, with S vertices from the light and T from
+    /// the camera, as if it were alone, and sS-tT-weighted.exr, its share of the picture. Needs --max-bounces
+    #[arg(long, value_name = "DIR")]
+    pub bdpt_strategies: Option<PathBuf>,
     /// How far, in the scene's units, something may be and still count for ambient-occlusion. Default: the scene's, or any
     /// distance.
     #[arg(long, value_name = "DISTANCE", value_parser = parse_distance)]

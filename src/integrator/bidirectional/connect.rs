@@ -18,7 +18,7 @@ use super::walk::Walked;
 use super::weights::{Join, WholePath};
 use crate::camera::Viewpoint;
 use crate::effects::{Effects, Switch};
-use crate::film::splats::SplatSink;
+use crate::film::splats::{SplatSink, Strategy};
 use crate::geometry::surface::SurfacePoint;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::{PathObserver, RayKind};
@@ -63,15 +63,15 @@ pub struct Connector<'a, 'w, E: Effects, O> {
 
 impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
     /// Everything that the walk from the eye finds: with at least one surface of it, or none if it leaves at once.
-    pub fn radiance(&mut self) -> Rgb {
+    pub fn radiance<P: SplatSink>(&mut self, splats: &mut P) -> Rgb {
         let mut radiance = Rgb::BLACK;
         for j in 0..self.eye.vertices.len() {
-            radiance += self.met(j);
+            radiance += self.met(j, splats);
             if !self.eye.vertices[j].is_connectible() {
                 continue;
             }
             if self.allows(j + 1) {
-                radiance += self.looked_for(j);
+                radiance += self.looked_for(j, splats);
             }
             let surfaces = self
                 .light
@@ -79,11 +79,11 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
                 .map_or(0, |light| light.walked.vertices.len());
             for i in 0..surfaces {
                 if self.allows(i + j + 2) {
-                    radiance += self.connected(i, j);
+                    radiance += self.connected(i, j, splats);
                 }
             }
         }
-        radiance + self.beyond()
+        radiance + self.beyond(splats)
     }
 
     /// Whether a path may scatter so often.
@@ -92,7 +92,7 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
     }
 
     /// s = 0: the surface `j` of the walk from the eye emits.
-    fn met(&mut self, j: usize) -> Rgb {
+    fn met<P: SplatSink>(&mut self, j: usize, splats: &mut P) -> Rgb {
         let (scene, vertex) = (self.scene, &self.eye.vertices[j]);
         let Some(emitted) = scene.emitted(&vertex.at) else {
             return Rgb::BLACK;
@@ -114,17 +114,24 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
             self.whole.densities[1].by_light = at_before;
             weight = self.whole.weight(0) as f32;
         }
-        let contribution = vertex.beta * emitted * weight;
+        let unweighted = vertex.beta * emitted;
+        splats.made(Strategy { s: 0, t: j + 2 }, None, unweighted, weight);
+        let contribution = unweighted * weight;
         self.observer.emission(contribution, weight);
         contribution
     }
 
     /// s = 0: light from beyond the scene.
-    fn beyond(&mut self) -> Rgb {
+    fn beyond<P: SplatSink>(&mut self, splats: &mut P) -> Rgb {
         let Some(escape) = self.eye.escape.filter(|_| E::Environment::ON) else {
             return Rgb::BLACK;
         };
+        let by = Strategy {
+            s: 0,
+            t: self.eye.vertices.len() + 2,
+        };
         let mut radiance = self.scene.environment;
+        splats.made(by, None, escape.beta * radiance, 1.0);
         if E::EnvironmentMap::ON
             && let Some(beyond) = self.scene.lights.beyond(escape.direction)
         {
@@ -145,6 +152,7 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
                 self.whole.densities[1].by_light = at_last;
                 weight = self.whole.weight(0) as f32;
             }
+            splats.made(by, None, escape.beta * beyond.radiance, weight);
             radiance += beyond.radiance * weight;
         }
         let contribution = escape.beta * radiance;
@@ -153,7 +161,7 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
     }
 
     /// s = 1: a light is looked for from the surface `j` of the walk from the eye.
-    fn looked_for(&mut self, j: usize) -> Rgb {
+    fn looked_for<P: SplatSink>(&mut self, j: usize, splats: &mut P) -> Rgb {
         let (scene, vertex) = (self.scene, &self.eye.vertices[j]);
         let [u, v, u_choice, v_choice] = vertex.u;
         let Some(choice) = scene.lights.choose::<E>([u_choice, v_choice]) else {
@@ -192,13 +200,21 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
         self.whole.join(1, &join);
         let weight = self.whole.weight(1) as f32;
         let over_pdf = light.pdf.map_or(1.0, |pdf| 1.0 / pdf.0);
-        let contribution = vertex.beta * at.to_eye * light.radiance * (weight * over_pdf);
+        let unweighted = vertex.beta * at.to_eye * light.radiance * over_pdf;
+        let contribution = unweighted * weight;
         let ray = vertex.at.ray_to(&light.end, light.wi, at.goes_through);
-        contribution * self.seen(&ray, contribution, weight)
+        let visible = self.seen(&ray, contribution, weight);
+        splats.made(
+            Strategy { s: 1, t: j + 2 },
+            None,
+            unweighted * visible,
+            weight,
+        );
+        contribution * visible
     }
 
     /// s > 1, t > 1: the surface `i` of the walk from the light is connected to the surface `j` of that from the eye.
-    pub fn connected(&mut self, i: usize, j: usize) -> Rgb {
+    pub fn connected<P: SplatSink>(&mut self, i: usize, j: usize, splats: &mut P) -> Rgb {
         let Some(light) = &self.light else {
             return Rgb::BLACK;
         };
@@ -231,10 +247,13 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
         self.whole.join(s, &join);
         let weight = self.whole.weight(s) as f32;
         let of_light = far.beta * at_far.to_eye * (at_far.adjoint / distance2);
-        let contribution = near.beta * at_near.to_eye * of_light * weight;
+        let unweighted = near.beta * at_near.to_eye * of_light;
+        let contribution = unweighted * weight;
         let end = LightEnd::Surface(point_of(&far.at), [0.0; 2]);
         let ray = near.at.ray_to(&end, w, at_near.goes_through);
-        contribution * self.seen(&ray, contribution, weight)
+        let visible = self.seen(&ray, contribution, weight);
+        splats.made(Strategy { s, t: j + 2 }, None, unweighted * visible, weight);
+        contribution * visible
     }
 
     /// t = 1: everything that the walk from the light brings to the lens.
@@ -286,7 +305,7 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
         self.whole.join(s, &join);
         let weight = self.whole.weight(s) as f32;
         let flux = planted!("splats-without-film", 1.0, film.per_steradian as f32);
-        let contribution = vertex.beta * at.to_eye * (at.adjoint * flux * weight / distance2);
+        let unweighted = vertex.beta * at.to_eye * (at.adjoint * flux / distance2);
         let ray = vertex
             .at
             .ray_to(&LightEnd::Point(lens.p), w, at.goes_through);
@@ -294,7 +313,10 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
         self.observer.traced(RayKind::Shadow, &ray, self.time);
         let visible = self.scene.visibility::<E>(&ray, self.time);
         if visible > 0.0 {
-            splats.splat(film.position, contribution * visible);
+            let contribution = unweighted * visible;
+            let place = film.position;
+            splats.made(Strategy { s, t: 1 }, Some(place), contribution, weight);
+            splats.splat(place, contribution * weight);
         }
         Some(())
     }

@@ -13,6 +13,7 @@ use super::weights::WholePath;
 use super::{Bidirectional, Roulette};
 use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::effects::kernel::types::Everything;
+use crate::film::splats::NoSplats;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::Unobserved;
 use crate::light::types::LightEnd;
@@ -164,7 +165,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
         for i in 0..surfaces {
             for j in 0..eye.vertices.len() {
                 let is_connectible = eye.vertices[j].is_connectible();
-                if !is_connectible || connector.connected(i, j).is_black() {
+                if !is_connectible || connector.connected(i, j, &mut NoSplats).is_black() {
                     continue;
                 }
                 let known = connector.whole.clone();

@@ -116,7 +116,7 @@ impl Integrator for Bidirectional {
             whole: WholePath::default(),
         };
         connector.splat(viewpoint, splats);
-        connector.radiance()
+        connector.radiance(splats)
     }
 }
 

@@ -1,0 +1,204 @@
+//! The pictures of the strategies of bidirectional path tracing: what each way of making paths contributes, before it is
+//! weighted and after.
+//!
+//! Unweighted, each picture of the same number of edges tends to the same light wherever its strategy can find it, with a noise
+//! of its own; weighted, all pictures together are the render.
+//!
+//! Measure: radiance.
+//! Range: paths of a limited number of scattering events; 192 bytes a pixel for each strategy.
+//! Source: Veach 1997, figure 10.2. Tested in `tests/rendering/strategies.rs`.
+
+use super::camera_rays::{CameraRays, Pixel, blocks};
+use super::dispatch::{self, Dispatched};
+use super::settings::RenderSettings;
+use super::{Threads, View};
+use crate::effects::Effects;
+use crate::error::{Error, Result};
+use crate::film::splats::{SplatSink, Splats, Strategy};
+use crate::film::{Film, Window};
+use crate::image::Image;
+use crate::integrator::kind::IntegratorKind;
+use crate::integrator::observer::Unobserved;
+use crate::integrator::{Integrator, RayCounts};
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec2;
+use crate::sampler::Sampler;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+
+/// Scattering events of paths whose strategies are shown, at most.
+const MOST_BOUNCES: u32 = 8;
+
+/// What one strategy contributes.
+#[derive(Debug, Clone)]
+pub struct StrategyPictures {
+    /// Which one.
+    pub strategy: Strategy,
+    /// As if it were the only one.
+    pub unweighted: Image,
+    /// Its share of the picture.
+    pub weighted: Image,
+}
+
+/// Whether the strategies of these settings can be shown.
+///
+/// # Errors
+/// A usage error that says what they have to be.
+pub fn check(settings: &RenderSettings) -> Result<u64> {
+    let is_limited = settings
+        .most_bounces()
+        .is_some_and(|most| most <= MOST_BOUNCES);
+    match settings.budget.spp {
+        _ if settings.integrator != IntegratorKind::Bidirectional => Err(Error::usage(
+            "strategies are those of bidirectional path tracing: give --integrator bdpt",
+        )),
+        _ if !is_limited => Err(Error::usage(format!(
+            "each length of paths has strategies of its own: limit it by --max-bounces {MOST_BOUNCES} or less, such as --max-bounces 3"
+        ))),
+        None => Err(Error::usage(
+            "strategies are shown after a number of samples: give --spp",
+        )),
+        Some(spp) => Ok(spp),
+    }
+}
+
+/// The pictures of all strategies that contribute anything, with the samples of a render.
+///
+/// # Errors
+/// As [`check`].
+pub fn strategies(
+    view: &View<'_>,
+    threads: &Threads,
+    settings: &RenderSettings,
+) -> Result<Vec<StrategyPictures>> {
+    let spp = check(settings)?;
+    let pictures = Pictures {
+        view: *view,
+        window: settings.window,
+        spp,
+        found: Mutex::default(),
+    };
+    let film = Film::new(settings.window, settings.tile_size);
+    threads.run(|| {
+        film.tiles().par_iter().with_max_len(1).for_each(|tile| {
+            let job = Job {
+                pictures: &pictures,
+                window: tile.window,
+            };
+            dispatch::dispatch(view.scene, settings, None, job);
+        });
+    });
+    let found = pictures.found.into_inner();
+    let found = found.expect("no thread panics while it holds this");
+    let picture = |splats: &Splats| {
+        splats.add_paths(0, spp * settings.window.pixel_count());
+        let pixels = 0..settings.window.pixel_count() as usize;
+        let pixels = pixels.map(|pixel| Rgb::from(splats.mean(pixel).map(|x| x as f32)));
+        let Window { width, height, .. } = settings.window;
+        Image::new(width, height, pixels.collect())
+    };
+    let pictures = found
+        .iter()
+        .map(|(&strategy, [unweighted, weighted])| StrategyPictures {
+            strategy,
+            unweighted: picture(unweighted),
+            weighted: picture(weighted),
+        });
+    Ok(pictures.collect())
+}
+
+/// What is gathered.
+struct Pictures<'a> {
+    view: View<'a>,
+    window: Window,
+    spp: u64,
+    /// Of each strategy, unweighted and weighted.
+    found: Mutex<BTreeMap<Strategy, [Splats; 2]>>,
+}
+
+/// The samples of a tile.
+struct Job<'a> {
+    pictures: &'a Pictures<'a>,
+    window: Window,
+}
+
+impl Dispatched for Job<'_> {
+    type Output = ();
+
+    fn run<E: Effects, S: Sampler, I: Integrator>(self, integrator: I, sampler: S) {
+        let View { scene, filter, .. } = self.pictures.view;
+        let mut camera_rays = CameraRays::new();
+        let mut rays = RayCounts::default();
+        let observer = &mut Unobserved;
+        for position in self.window.pixels() {
+            let pixel = Pixel {
+                scene,
+                filter,
+                position,
+            };
+            let mut made = Made {
+                pictures: self.pictures,
+                all: Vec::new(),
+            };
+            for block in blocks(0..self.pictures.spp) {
+                for (_, place) in camera_rays.trace::<E, _>(&pixel, &sampler, block, observer) {
+                    let first = made.all.len();
+                    let rays = &mut rays;
+                    camera_rays
+                        .value::<E, I, _, _>(place, scene, integrator, rays, observer, &mut made);
+                    let weight = camera_rays.weight(place);
+                    let own = made.all[first..].iter_mut().filter(|it| it.1.is_none());
+                    own.for_each(|it| it.2 *= weight);
+                }
+            }
+            self.pictures.add(position, &made.all);
+        }
+    }
+}
+
+/// What the samples of one pixel make: by which strategy, where if not in the pixel, how much, and with which weight.
+struct Made<'a> {
+    pictures: &'a Pictures<'a>,
+    all: Vec<(Strategy, Option<Vec2>, Rgb, f32)>,
+}
+
+impl SplatSink for Made<'_> {
+    fn reaches(&self, film: Vec2) -> bool {
+        let view = &self.pictures.view;
+        Splats::covers(self.pictures.window, view.filter, film)
+    }
+
+    fn splat(&mut self, _film: Vec2, _value: Rgb) {}
+
+    fn made(
+        &mut self,
+        strategy: Strategy,
+        elsewhere: Option<Vec2>,
+        contribution: Rgb,
+        weight: f32,
+    ) {
+        self.all.push((strategy, elsewhere, contribution, weight));
+    }
+}
+
+impl Pictures<'_> {
+    fn add(&self, pixel: [u32; 2], made: &[(Strategy, Option<Vec2>, Rgb, f32)]) {
+        let mut found = self
+            .found
+            .lock()
+            .expect("no thread panics while it holds this");
+        // One of as many samples as there are pixels is in this one.
+        let share = self.window.pixel_count() as f32;
+        for &(strategy, elsewhere, contribution, weight) in made {
+            let new = || [0, 1].map(|_| Splats::new(self.window, false));
+            let pictures = found.entry(strategy).or_insert_with(new);
+            for (picture, value) in pictures.iter().zip([contribution, contribution * weight]) {
+                match elsewhere {
+                    Some(film) => picture.add(self.view.filter, 0, film, value),
+                    None => picture.add_to_pixel(0, pixel, share * value),
+                }
+            }
+        }
+    }
+}

@@ -3,6 +3,7 @@
 use crate::common::scene_folder::{SMALL, load_text};
 use etendue::ErrorKind;
 use etendue::accel::{AccelOptions, Backend};
+use etendue::effects::Effect;
 use etendue::image::Image;
 use etendue::integrator::Roulette;
 use etendue::integrator::kind::IntegratorKind;
@@ -128,6 +129,8 @@ fn another_camera_builds_nothing_and_shows_what_it_should() {
         let work = changed.work();
         assert_eq!((work.builds, work.cameras, work.placements), (1, 2, 0));
         assert!(Arc::ptr_eq(&world, &changed.scene().world));
+        // The kernel that runs has lenses anyway: what the scene calls for is asked itself.
+        assert!(changed.scene().effects.has(Effect::Lens));
         assert_eq!(picture(&changed, 4), picture(&session(moved, backend), 4));
     }
 }

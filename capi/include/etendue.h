@@ -193,6 +193,8 @@ typedef struct {
   const char *roulette;
   // How far, in world units, something may be and still count for ambient occlusion.
   double occlusion_distance;
+  // The share of indirect light up to which "irradiance-cache" may be wrong, such as 0.05; below 1.
+  double cache_error;
   // With `ETD_HAS_CROP`, x0, y0, x1, y1: only the pixels from (x0, y0) up to but not including (x1, y1) are rendered.
   uint32_t crop[4];
 } EtdSettings;

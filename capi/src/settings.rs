@@ -55,6 +55,8 @@ pub struct EtdSettings {
     pub roulette: *const c_char,
     /// How far, in world units, something may be and still count for ambient occlusion.
     pub occlusion_distance: f64,
+    /// The share of indirect light up to which "irradiance-cache" may be wrong, such as 0.05; below 1.
+    pub cache_error: f64,
     /// With `ETD_HAS_CROP`, x0, y0, x1, y1: only the pixels from (x0, y0) up to but not including (x1, y1) are rendered.
     pub crop: [u32; 4],
 }
@@ -94,6 +96,7 @@ impl EtdSettings {
         wishes.error = given(self.error, "error")?;
         wishes.confidence = given(self.confidence, "confidence")?;
         wishes.occlusion_distance = given(self.occlusion_distance, "occlusion_distance")?;
+        wishes.cache_error = given(self.cache_error, "cache_error")?;
         Ok(wishes)
     }
 }

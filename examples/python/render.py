@@ -64,7 +64,7 @@ class Settings(Structure):
         ("struct_size", c_size_t), ("flags", c_uint32), ("max_bounces", c_uint32), ("spp", c_uint64),
         ("seconds", c_double), ("error", c_double), ("confidence", c_double), ("seed", c_uint64),
         ("integrator", c_char_p), ("sampler", c_char_p), ("adaptive", c_char_p), ("roulette", c_char_p),
-        ("occlusion_distance", c_double), ("crop", c_uint32 * 4),
+        ("occlusion_distance", c_double), ("cache_error", c_double), ("crop", c_uint32 * 4),
     ]
 
 

@@ -57,8 +57,6 @@ pub struct PathState<E: Effects> {
     pub ray: Ray,
     /// What the ray leaves.
     pub departure: Option<Departure>,
-    /// Scattering events so far.
-    pub bounces: u32,
     /// When, from 0 to 1 while the shutter is open.
     pub time: State<E::Motion, f32>,
     /// What radiance along the ray counts.
@@ -78,7 +76,6 @@ impl<E: Effects> PathState<E> {
         Self {
             ray,
             departure: None,
-            bounces: 0,
             time: Slot::new(|| time),
             beta: Rgb::WHITE,
             radiance: Rgb::BLACK,
@@ -160,7 +157,9 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         let technique = self.technique.technique();
         // The light that the last surface looked for, where that matters.
         let mut chosen = None;
-        for bounce in path.bounces.. {
+        // What comes from a surface has been scattered there.
+        let first = u32::from(path.departure.is_some());
+        for bounce in first.. {
             let time = path.time.or(0.0);
             let u_alpha = if E::Alpha::ON {
                 let [u] = sampler.draw(Decision::Alpha(bounce));

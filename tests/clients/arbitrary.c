@@ -114,6 +114,7 @@ static EtdSettings some_settings(void) {
     settings.adaptive = below(3) ? NULL : name();
     settings.roulette = below(3) ? NULL : name();
     settings.occlusion_distance = below(3) ? 0 : number();
+    settings.cache_error = below(3) ? 0 : number();
     for (int i = 0; i < 4; i++) {
         settings.crop[i] = (uint32_t)below(10);
     }

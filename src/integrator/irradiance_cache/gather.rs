@@ -92,7 +92,6 @@ impl Gatherer<'_> {
             let (ray, departure) = self.scene.spawn(at, time, wi, false);
             let mut path = PathState::<E>::new(ray, time);
             path.departure = Some(departure);
-            path.bounces = 1;
             let pdf = planted!(
                 "cache-counts-lights-twice",
                 PdfSolidAngle(local.z * std::f32::consts::FRAC_1_PI),

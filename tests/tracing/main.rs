@@ -7,7 +7,6 @@ mod batches;
 mod bench;
 mod bench_agreement;
 mod bench_scenes;
-mod embree_build;
 mod hard;
 mod instance_rays;
 mod instance_surfaces;

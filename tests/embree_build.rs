@@ -2,8 +2,10 @@
 //! would count too.
 #![cfg(all(feature = "embree", target_os = "linux"))]
 
-use crate::common::TestRng;
-use crate::common::tracing::{direction, point, standing};
+mod common;
+
+use common::TestRng;
+use common::tracing::{direction, point, standing};
 use etendue::accel::{Accel, AccelOptions, Backend, Precision, Quality};
 use etendue::geometry::{Geometry, mesh::Mesh};
 

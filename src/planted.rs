@@ -357,6 +357,11 @@ pub const PLANTED: &[Planted] = &[
         "records count as far as the surroundings are away, whatever they are like",
         "rendering::irradiance_cache::what_it_tells_is_within_the_bound_of_the_truth",
     ),
+    bug(
+        "cache-counts-lights-twice",
+        "what the rays of a record find of lights counts as if light sampling did not find it at every point",
+        "rendering::irradiance_cache::a_room_is_as_path_shows_it",
+    ),
 ];
 
 /// Where a bug stands in [`PLANTED`].

@@ -17,6 +17,7 @@ use crate::integrator::path::{PathIntegrator, PathState};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
+use crate::planted::planted;
 use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
@@ -91,7 +92,11 @@ impl Gatherer<'_> {
             let (ray, departure) = self.scene.spawn(at, time, wi, false);
             let mut path = PathState::<E>::new(ray, time);
             path.departure = Some(departure);
-            path.scattered_from = Some((at.p, PdfSolidAngle::LEAST));
+            path.scattered_from = planted!(
+                "cache-counts-lights-twice",
+                None,
+                Some((at.p, PdfSolidAngle::LEAST))
+            );
             rays.closest += 1;
             let found = self.scene.accel.intersect(&ray, time, path.departure);
             if let Some(hit) = found {

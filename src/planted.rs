@@ -353,6 +353,11 @@ pub const PLANTED: &[Planted] = &[
         "rendering::metropolis::it_agrees_with_path_in_every_part_of_the_picture",
     ),
     bug(
+        "strategies-have-uneven-shares",
+        "a chain takes the first strategies more often than the last and does not count that",
+        "rendering::metropolis::it_agrees_with_path_in_every_part_of_the_picture",
+    ),
+    bug(
         "cache-without-bound",
         "records count as far as the surroundings are away, whatever they are like",
         "rendering::irradiance_cache::what_it_tells_is_within_the_bound_of_the_truth",

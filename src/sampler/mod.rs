@@ -28,6 +28,8 @@ pub enum Decision {
     Camera,
     /// When the ray is traced: one number.
     Time,
+    /// In which way a path is made, where a sample makes one in one way: one number.
+    Strategy,
     /// Whether a surface that is only partly there is met, after so many scattering events: one number.
     Alpha(u32),
     /// Whether a path ends with what a surface emits, after so many scattering events: one number.
@@ -72,6 +74,7 @@ impl Decision {
         match self {
             Self::Camera => 0,
             Self::Time => 4,
+            Self::Strategy => 5,
             Self::Alpha(b) => ALPHA + u64::from(b),
             Self::Emission(b) => EMISSION + u64::from(b),
             Self::Light(b) => bounce(b, 0),
@@ -147,6 +150,7 @@ mod tests {
         };
         take(Decision::Camera, 4);
         take(Decision::Time, 1);
+        take(Decision::Strategy, 1);
         take(Decision::Source, 4);
         take(Decision::SourceDirection, 2);
         for bounce in [0, 1, 2, u32::MAX - 1, u32::MAX] {

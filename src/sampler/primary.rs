@@ -26,6 +26,9 @@ pub const LARGE_STEPS: f64 = 0.3;
 /// What is drawn for the chain itself: beyond the numbers of any decision.
 const CHAIN: u64 = 1 << 50;
 
+/// What tells the numbers that are drawn until one is wanted from others for the same decision.
+const FIRST: u64 = 4;
+
 /// A point in the space of a sample's random numbers, and how it moves.
 #[derive(Debug, Clone)]
 pub struct Primary {
@@ -67,6 +70,17 @@ impl Primary {
     pub fn reseeded(mut self, seed: u64) -> Self {
         self.seed = seed;
         self
+    }
+
+    /// Draws the number of a decision, which nobody has asked for, until it is a wanted one: as if chance had made it so.
+    pub fn draw_until(&mut self, decision: Decision, is_wanted: impl Fn(f32) -> bool) {
+        let slot = decision.slot();
+        let drawn = (0..).map(|i| self.number(slot, FIRST + i));
+        let value = drawn.into_iter().find(|&value| is_wanted(unit(value)));
+        let step = self.step;
+        if let Some(value) = value {
+            self.coordinates.insert(slot, Coordinate { value, step });
+        }
     }
 
     /// Proposes another point, which the numbers drawn from now on are of.
@@ -143,8 +157,13 @@ impl Sampler for Primary {
 
     fn draw<const N: usize>(&mut self, decision: Decision) -> [f32; N] {
         let first = decision.slot();
-        std::array::from_fn(|i| to_unit((self.value(first + i as u64) * 4_294_967_296.0) as u32))
+        std::array::from_fn(|i| unit(self.value(first + i as u64)))
     }
+}
+
+/// A coordinate as a random number.
+fn unit(value: f64) -> f32 {
+    to_unit((value * 4_294_967_296.0) as u32)
 }
 
 /// Hashes the slots of numbers.

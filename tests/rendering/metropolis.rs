@@ -49,7 +49,7 @@ fn it_agrees_for_every_number_of_bounces() {
     }
 }
 
-/// Each render has 128 chains of 32 steps: more than a thousand chains in all, too short to forget where they began.
+/// Each render has 512 chains of 8 steps: thousands in all, too short to forget where they began.
 #[test]
 fn short_chains_are_unbiased() {
     compare("short chains", &glass(0.0), [16, 128], 0.03, None);

@@ -7,9 +7,10 @@ use etendue::math::vec::ONE_MINUS_EPSILON;
 use etendue::sampler::{Decision, Independent, Sampler, Sobol, Stratified};
 
 /// Decisions of all kinds, also where the independent sampler changes its stream (bounce 8191) and far beyond.
-const DECISIONS: [Decision; 23] = [
+const DECISIONS: [Decision; 24] = [
     Decision::Camera,
     Decision::Time,
+    Decision::Strategy,
     Decision::Alpha(0),
     Decision::Alpha(9),
     Decision::Emission(0),
@@ -39,6 +40,7 @@ fn count(decision: Decision) -> usize {
         Decision::Bsdf(_) | Decision::LightPathBsdf(_) => 3,
         Decision::SourceDirection | Decision::Lens(_) => 2,
         Decision::Time
+        | Decision::Strategy
         | Decision::Alpha(_)
         | Decision::Emission(_)
         | Decision::Roulette(_)

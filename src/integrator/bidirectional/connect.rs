@@ -13,7 +13,7 @@
 //! Range: any walks through the same scene at the same time.
 //! Source: Veach 1997, section 10.2 and 10.3.4. Tested in `tests/rendering/bidirectional.rs`.
 
-use super::vertex::{Source, Spread};
+use super::vertex::{Source, Spread, Vertex};
 use super::walk::Walked;
 use super::weights::{Join, WholePath};
 use crate::camera::Viewpoint;
@@ -84,6 +84,30 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
             }
         }
         radiance + self.beyond(splats)
+    }
+
+    /// What one strategy finds, of walks that have as many surfaces as it takes at most.
+    pub fn by_strategy<P: SplatSink>(
+        &mut self,
+        s: usize,
+        t: usize,
+        viewpoint: impl Fn(Vec2) -> Viewpoint,
+        splats: &mut P,
+    ) {
+        if t == 1 {
+            self.lens_connected(s - 2, &viewpoint, splats);
+            return;
+        }
+        let last = self.eye.vertices.last();
+        let is_there = self.eye.vertices.len() + 1 == t;
+        let is_connectible = is_there && last.is_some_and(Vertex::is_connectible);
+        match s {
+            0 if is_there => self.met(t - 2, splats),
+            0 if self.eye.vertices.len() + 2 == t => self.beyond(splats),
+            1 if is_connectible => self.looked_for(t - 2, splats),
+            2.. if is_connectible => self.connected(s - 2, t - 2, splats),
+            _ => Rgb::BLACK,
+        };
     }
 
     /// Whether a path may scatter so often.

@@ -138,7 +138,9 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
             rays: &mut rays,
             observer: &mut observer,
         };
-        let Some(light) = integrator.light_path::<Everything, _, _>(&mut walker) else {
+        let Some(light) = integrator
+            .light_path::<Everything, _, _>(&mut walker, integrator.max_bounces.map(u64::from))
+        else {
             continue;
         };
         let eye: Walked<'_, Everything> = walker.walk(Start {

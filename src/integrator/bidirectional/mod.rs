@@ -22,11 +22,11 @@ mod vertex;
 mod walk;
 mod weights;
 
-use super::observer::PathObserver;
+use super::observer::{PathObserver, Unobserved};
 use super::{CameraRay, Integrator, RayCounts, Roulette};
 use crate::accel::Hit;
 use crate::effects::Effects;
-use crate::film::splats::{NoSplats, SplatSink};
+use crate::film::splats::{NoSplats, SplatSink, Strategy};
 use crate::light::types::{EmissionSample, LightEnd};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
@@ -37,7 +37,7 @@ use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use connect::{Connector, LightPath};
 use vertex::{Source, Spread, Vertex};
-use walk::{From, Start, Walker};
+use walk::{From, Start, Walked, Walker};
 use weights::WholePath;
 
 /// The bidirectional path integrator's choices.
@@ -78,55 +78,122 @@ impl Integrator for Bidirectional {
         observer: &mut O,
         splats: &mut P,
     ) -> Rgb {
-        let &CameraRay { ray, time } = camera_ray;
-        let mut walker = Walker {
-            scene,
-            time,
-            roulette: self.roulette,
-            sampler,
-            rays,
-            observer,
-        };
-        let light = self.light_path::<E, S, O>(&mut walker);
-
-        let per_pixel = 1.0 / self.film_area;
-        let viewpoint = |u| scene.camera.viewpoint::<E>(u, time);
-        let film = viewpoint(Vec2::splat(0.5)).film_point(ray.dir);
-        let per_steradian = film.map_or(0.0, |film| film.per_steradian);
-        walker.rays.camera += 1;
-        let eye = walker.walk::<E>(Start {
-            from: From::Eye,
-            ray,
-            origin: ray.origin,
-            found,
-            spread: Spread::Rays(per_steradian * per_pixel),
-            beta: Rgb::WHITE,
-            most: self.max_bounces.map(|most| u64::from(most) + 1),
-        });
-
-        let mut connector = Connector {
-            scene,
-            time,
-            max_bounces: self.max_bounces,
-            per_pixel,
-            light,
-            eye: &eye,
-            rays,
-            observer,
-            whole: WholePath::default(),
-        };
-        connector.splat(viewpoint, splats);
+        let mut walker = self.walker(scene, camera_ray, sampler, rays, observer);
+        let of_light = self.max_bounces.map(u64::from);
+        let light = self.light_path::<E, S, O>(&mut walker, of_light);
+        let of_eye = self.max_bounces.map(|most| u64::from(most) + 1);
+        let eye = self.eye_path::<E, S, O>(&mut walker, camera_ray, found, of_eye);
+        let mut connector = self.connector(scene, camera_ray.time, light, &eye, rays, observer);
+        connector.splat(|u| scene.camera.viewpoint::<E>(u, camera_ray.time), splats);
         connector.radiance(splats)
     }
 }
 
 impl Bidirectional {
-    /// A walk from a light; `None` where none shines, or nothing may scatter.
+    /// What one strategy makes of the numbers of `sampler`: the very same as of a sample that makes paths in all ways, with
+    /// walks no longer than it takes.
+    pub fn by_strategy<E: Effects, S: Sampler, P: SplatSink>(
+        &self,
+        Strategy { s, t }: Strategy,
+        scene: &Scene,
+        sampler: &mut S,
+        camera_ray: &CameraRay,
+        rays: &mut RayCounts,
+        splats: &mut P,
+    ) {
+        let &CameraRay { ray, time } = camera_ray;
+        let observer = &mut Unobserved;
+        let mut walker = self.walker(scene, camera_ray, sampler, rays, observer);
+        let mut light = None;
+        if s > 1 {
+            light = self.light_path::<E, S, _>(&mut walker, Some(s as u64 - 1));
+            if light
+                .as_ref()
+                .is_none_or(|it| it.walked.vertices.len() + 1 < s)
+            {
+                return;
+            }
+        }
+        let mut eye = Walked::nowhere();
+        if t > 1 {
+            let found = scene.accel.intersect(&ray, time, None);
+            eye = self.eye_path::<E, S, _>(&mut walker, camera_ray, found, Some(t as u64 - 1));
+        }
+        let mut connector = self.connector(scene, time, light, &eye, rays, observer);
+        connector.by_strategy(s, t, |u| scene.camera.viewpoint::<E>(u, time), splats);
+    }
+
+    fn walker<'a, 'w, S, O>(
+        &self,
+        scene: &'a Scene,
+        camera_ray: &CameraRay,
+        sampler: &'w mut S,
+        rays: &'w mut RayCounts,
+        observer: &'w mut O,
+    ) -> Walker<'a, 'w, S, O> {
+        Walker {
+            scene,
+            time: camera_ray.time,
+            roulette: self.roulette,
+            sampler,
+            rays,
+            observer,
+        }
+    }
+
+    fn connector<'a, 'w, E: Effects, O>(
+        &self,
+        scene: &'a Scene,
+        time: f32,
+        light: Option<LightPath<'a, E>>,
+        eye: &'w Walked<'a, E>,
+        rays: &'w mut RayCounts,
+        observer: &'w mut O,
+    ) -> Connector<'a, 'w, E, O> {
+        Connector {
+            scene,
+            time,
+            max_bounces: self.max_bounces,
+            per_pixel: 1.0 / self.film_area,
+            light,
+            eye,
+            rays,
+            observer,
+            whole: WholePath::default(),
+        }
+    }
+
+    /// A walk from the eye, along a camera ray that has met `found`, over `most` surfaces.
+    fn eye_path<'a, E: Effects, S: Sampler, O: PathObserver>(
+        &self,
+        walker: &mut Walker<'a, '_, S, O>,
+        &CameraRay { ray, time }: &CameraRay,
+        found: Option<Hit>,
+        most: Option<u64>,
+    ) -> Walked<'a, E> {
+        // Rays through the middle of the lens tell the density of rays through any of its points.
+        let middle = walker.scene.camera.viewpoint::<E>(Vec2::splat(0.5), time);
+        let film = middle.film_point(ray.dir);
+        let per_steradian = film.map_or(0.0, |film| film.per_steradian);
+        walker.rays.camera += 1;
+        walker.walk::<E>(Start {
+            from: From::Eye,
+            ray,
+            origin: ray.origin,
+            found,
+            spread: Spread::Rays(per_steradian / self.film_area),
+            beta: Rgb::WHITE,
+            most,
+        })
+    }
+
+    /// A walk from a light over `most` surfaces; `None` where none shines, or there is no surface.
     fn light_path<'a, E: Effects, S: Sampler, O: PathObserver>(
         &self,
         walker: &mut Walker<'a, '_, S, O>,
+        most: Option<u64>,
     ) -> Option<LightPath<'a, E>> {
-        if self.max_bounces == Some(0) {
+        if most == Some(0) {
             return None;
         }
         let (scene, time) = (walker.scene, walker.time);
@@ -145,7 +212,7 @@ impl Bidirectional {
             found: scene.accel.intersect(&ray, time, None),
             spread,
             beta: power(&sample, pmf),
-            most: self.max_bounces.map(u64::from),
+            most,
         });
         let first = walked.vertices.first()?;
         source.densities.by_eye = source.density_from(first.at.p, walked.back);

@@ -61,6 +61,17 @@ pub struct Walked<'a, E: Effects> {
     pub escape: Option<Escape>,
 }
 
+impl<E: Effects> Walked<'_, E> {
+    /// Before a walk's first ray.
+    pub fn nowhere() -> Self {
+        Self {
+            vertices: Vec::new(),
+            back: PdfSolidAngle(0.0),
+            escape: None,
+        }
+    }
+}
+
 /// A walk's last ray, if it meets nothing.
 #[derive(Debug, Clone, Copy)]
 pub struct Escape {
@@ -115,11 +126,7 @@ impl<'a, S: Sampler, O: PathObserver> Walker<'a, '_, S, O> {
             mut beta,
             most,
         } = start;
-        let mut walked = Walked {
-            vertices: Vec::new(),
-            back: PdfSolidAngle(0.0),
-            escape: None,
-        };
+        let mut walked = Walked::nowhere();
         let mut departure = None;
         // What roulette goes by.
         let mut left = Rgb::WHITE;

@@ -1,0 +1,150 @@
+//! A chain: from path to path with as many edges, by steps through the random numbers that they are made of.
+//!
+//! The strategy is one of these numbers: the interval is shared out evenly among those that make paths with so many edges.
+//!
+//! Measure: as in `mod.rs`.
+//! Range: any number of steps, from the first of which on a chain is unbiased.
+//! Source: Hachisuka et al. 2014, section 4. Tested below and in `tests/rendering/metropolis.rs`.
+
+use super::starts::{Start, Starts};
+use super::{ChainOutcome, Found, PATIENCE, Stage};
+use crate::effects::Effects;
+use crate::effects::kernel::KernelJob;
+use crate::film::splats::Strategy;
+use crate::planted::planted;
+use crate::sampler::{Decision, Primary, Sampler};
+
+/// One chain, by a kernel. It yields how far it has walked.
+pub struct ChainJob<'a> {
+    pub stage: &'a Stage<'a>,
+    pub batch: u64,
+    pub seed: u64,
+    pub steps: u64,
+    /// The batch's b.
+    pub mean: f64,
+    /// Where it begins.
+    pub start: Option<Start>,
+    pub starts: &'a Starts,
+}
+
+impl KernelJob for ChainJob<'_> {
+    type Output = (u64, ChainOutcome);
+
+    fn run<E: Effects>(self) -> Self::Output {
+        let mut outcome = ChainOutcome::default();
+        let steps = self.walk::<E>(&mut outcome);
+        (steps, outcome)
+    }
+}
+
+impl ChainJob<'_> {
+    /// Walks, and tells how far.
+    fn walk<E: Effects>(&self, outcome: &mut ChainOutcome) -> u64 {
+        let Some(start) = self.start else {
+            return self.steps;
+        };
+        let edges = start.strategy.s + start.strategy.t - 1;
+        let mut sampler = self.starts.point(start.sample);
+        let is_start = |u| strategy(u, edges) == start.strategy;
+        sampler.draw_until(Decision::Strategy, is_start);
+        let here = self.look::<E>(edges, &mut sampler, outcome);
+        let mut here = here.expect("a chain begins at a path that has been found");
+        assert_eq!(
+            here.brightness(),
+            start.brightness,
+            "a chain begins at the very path that it was chosen to"
+        );
+        sampler.accept();
+        let mut sampler = sampler.reseeded(self.seed);
+        // What the present point counts so far.
+        let mut held = 0.0;
+        for step in 0..self.steps {
+            if step % PATIENCE == 0 && (self.stage.is_cancelled)() {
+                self.add(&here, held);
+                return step;
+            }
+            sampler.propose();
+            let there = self.look::<E>(edges, &mut sampler, outcome);
+            let brightness = there.map_or(0.0, |it| it.brightness());
+            let accepted = (brightness / here.brightness()).min(1.0);
+            held += 1.0 - accepted;
+            match there {
+                Some(there) if sampler.verdict() < accepted => {
+                    sampler.accept();
+                    self.add(&here, held);
+                    (here, held) = (there, accepted);
+                }
+                there => {
+                    sampler.reject();
+                    if let Some(there) = there {
+                        self.add(&there, accepted);
+                    }
+                }
+            }
+        }
+        self.add(&here, held);
+        self.steps
+    }
+
+    /// The path that a point of the space is.
+    fn look<E: Effects>(
+        &self,
+        edges: usize,
+        sampler: &mut Primary,
+        outcome: &mut ChainOutcome,
+    ) -> Option<Found> {
+        let [u] = sampler.draw(Decision::Strategy);
+        let by = strategy(u, edges);
+        self.stage.look::<E>(Some(by), sampler, outcome).pop()
+    }
+
+    /// Brings a path to the film, as often as it counts.
+    fn add(&self, found: &Found, counts: f64) {
+        if counts <= 0.0 {
+            return;
+        }
+        let scale = (counts * self.mean / found.brightness()) as f32;
+        let stage = self.stage;
+        let value = scale * found.value;
+        stage
+            .splats
+            .add(stage.filter, self.batch, found.film, value);
+    }
+}
+
+/// The strategy that a number stands for, of those that make paths with so many edges.
+fn strategy(u: f32, edges: usize) -> Strategy {
+    // Light that the camera sees itself is found in one way alone.
+    let ways = if edges == 1 { 1 } else { edges + 1 };
+    let place = planted!("strategies-have-uneven-shares", u * u, u);
+    let s = (f64::from(place) * ways as f64) as usize;
+    Strategy {
+        s,
+        t: edges + 1 - s,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_strategy_has_the_same_share_of_numbers() {
+        for edges in 1..=6 {
+            let mut counts = [0_u32; 8];
+            let cells = 840 * 8;
+            for i in 0..cells {
+                let by = strategy((i as f32 + 0.5) / cells as f32, edges);
+                assert_eq!(by.s + by.t, edges + 1);
+                assert!(by.t >= 1);
+                counts[by.s] += 1;
+            }
+            let ways = if edges == 1 { 1 } else { edges + 1 };
+            let share = cells / ways as u32;
+            assert!(
+                counts[..ways].iter().all(|&count| count == share),
+                "{counts:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! Metropolis light transport: Markov chains in the space of the random numbers of bidirectional path tracing.
+//!
+//! Let paths with n edges that strategy s makes of the random numbers u add C_{n,s,j}(u) to pixel j, weights included, let
+//! I_{n,s}(u) be the brightness of that, and b_n the integral over u of the sum over s of I_{n,s}. A chain keeps to one n and
+//! walks through u and s. If its points are distributed as I_{n,s} / b_n, paths of n edges are estimated by the mean of
+//!
+//!   b_n C_{n,s,j}(u) / I_{n,s}(u).
+//!
+//! A step from there to (v, r) is accepted with probability a = min(1, I_{n,r}(v) / I_{n,s}(u)); whatever comes of it, the
+//! new point counts a and the old one 1 - a (expected values). Nothing is adapted on the way. Steps are cheap, as each makes
+//! one path in one way.
+//!
+//! A round of a batch begins with independent samples that make paths in all ways (`starts.rs`). Their mean brightness is b,
+//! and chains begin at their paths in proportion to brightness, so that as many of them keep to n edges as b_n / b says, and
+//! even the shortest chain is unbiased (Veach 1997, section 11.3.1). With every round all of this begins anew: b is known
+//! better the longer the render takes, and nothing but the sums of the film has to be kept. Batches never share a number, so
+//! that their spread is the error of the picture.
+//!
+//! Measure: brightness is luminance, times pixels; steps, of which a sample per pixel is as many as there are pixels.
+//! Range: any scene that bidirectional path tracing renders. A round keeps some 10 MB for each batch in work.
+//! Source: Kelemen et al. 2002; Hachisuka et al. 2014, "Multiplexed Metropolis Light Transport"; Veach 1997, chapter 11. Tested
+//! in `tests/rendering/metropolis.rs`.
+
+mod chain;
+mod starts;
+
+use super::dispatch::first_or_last;
+use super::tile::{NonFiniteSample, Rejected};
+use crate::effects::kernel::KernelJob;
+use crate::effects::{Effects, Kernel, Switch};
+use crate::film::Window;
+use crate::film::bars::BATCHES;
+use crate::film::filter::Filter;
+use crate::film::splats::{SplatSink, Splats, Strategy};
+use crate::integrator::bidirectional::Bidirectional;
+use crate::integrator::observer::Unobserved;
+use crate::integrator::{CameraRay, Integrator, RayCounts};
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec2;
+use crate::sampler::{Decision, Primary, Sampler, hash};
+use crate::scene::Scene;
+use rayon::prelude::*;
+
+/// Steps of a round at most, which bounds what it has to keep.
+const ROUND: u64 = 1 << 17;
+
+/// Chains of a round at most.
+const CHAINS: u64 = 32;
+
+/// Steps, or samples to begin at, after which it is asked whether to end.
+const PATIENCE: u64 = 256;
+
+/// What chains walk through.
+#[derive(Clone, Copy)]
+pub struct Stage<'a> {
+    pub scene: &'a Scene,
+    pub filter: &'a Filter,
+    pub kernel: Kernel,
+    pub window: Window,
+    pub integrator: Bidirectional,
+    /// Where everything goes.
+    pub splats: &'a Splats,
+    pub is_cancelled: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// What chains tell beside what they splat.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ChainOutcome {
+    pub rays: RayCounts,
+    pub rejected: Rejected,
+}
+
+impl ChainOutcome {
+    fn merge(mut self, other: Self) -> Self {
+        self.rays += other.rays;
+        self.rejected.merge(other.rejected);
+        self
+    }
+}
+
+/// A path that brings light to the film.
+#[derive(Debug, Clone, Copy)]
+struct Found {
+    /// The way that made it.
+    strategy: Strategy,
+    /// Where it falls.
+    film: Vec2,
+    /// What it brings, weighted.
+    value: Rgb,
+}
+
+impl Found {
+    fn brightness(&self) -> f64 {
+        self.value.luminance().into()
+    }
+}
+
+/// The part of the film from where light reaches any pixel: its first corner and its size.
+fn reach(window: Window, filter: &Filter) -> (Vec2, Vec2) {
+    let beyond = (filter.radius() as f32 - 0.5).max(0.0);
+    let corner = Vec2::new(window.x as f32, window.y as f32) - beyond;
+    let size = Vec2::new(window.width as f32, window.height as f32) + 2.0 * beyond;
+    (corner, size)
+}
+
+/// The area of film, in pixels, that paths from the eye are spread over.
+pub fn film_area(window: Window, filter: &Filter) -> f64 {
+    let (_, size) = reach(window, filter);
+    f64::from(size.x) * f64::from(size.y)
+}
+
+/// Batches, each as independent of the others as renders of other seeds.
+pub fn batches() -> impl ParallelIterator<Item = u64> {
+    let batches = (0..BATCHES as u32).into_par_iter().with_max_len(1);
+    batches.map(u64::from)
+}
+
+impl Stage<'_> {
+    /// One pass of a batch: `steps` steps by the numbers of `seed`. `walked` is told of those of each chain.
+    pub fn batch(
+        &self,
+        batch: u64,
+        seed: u64,
+        steps: u64,
+        walked: &(dyn Fn(u64) + Sync),
+    ) -> ChainOutcome {
+        let seed = hash::combine(seed, batch);
+        let mut outcome = ChainOutcome::default();
+        for first in (0..steps).step_by(ROUND as usize) {
+            let seed = hash::combine(seed, first);
+            let round = self.round(batch, seed, ROUND.min(steps - first), walked);
+            outcome = outcome.merge(round);
+        }
+        outcome
+    }
+
+    fn round(
+        &self,
+        batch: u64,
+        seed: u64,
+        steps: u64,
+        walked: &(dyn Fn(u64) + Sync),
+    ) -> ChainOutcome {
+        let (starts, outcome) = starts::Starts::look(self, hash::combine(seed, CHAINS), steps);
+        if (self.is_cancelled)() {
+            return outcome;
+        }
+        let chosen = starts.choose(CHAINS, hash::combine(seed, CHAINS + 1));
+        let chains = (0..CHAINS as u32).into_par_iter().with_max_len(1);
+        let of_chains = chains.map(u64::from).map(|chain| {
+            let job = chain::ChainJob {
+                stage: self,
+                batch,
+                seed: hash::combine(seed, chain),
+                steps: steps * (chain + 1) / CHAINS - steps * chain / CHAINS,
+                mean: starts.mean(),
+                // Where no light was found, b is 0, and so is the estimate.
+                start: chosen.get(chain as usize).copied(),
+                starts: &starts,
+            };
+            let (own_steps, outcome) = first_or_last(self.kernel, job);
+            self.splats.add_paths(batch, own_steps);
+            walked(own_steps);
+            outcome
+        });
+        let none = ChainOutcome::default;
+        of_chains.reduce(none, ChainOutcome::merge).merge(outcome)
+    }
+
+    /// The paths that a point of the space makes by one strategy or, if none is given, in all ways.
+    fn look<E: Effects>(
+        &self,
+        by: Option<Strategy>,
+        sampler: &mut Primary,
+        outcome: &mut ChainOutcome,
+    ) -> Vec<Found> {
+        let [x, y, u, v] = sampler.draw(Decision::Camera);
+        let time = if E::Motion::ON {
+            let [time] = sampler.draw(Decision::Time);
+            time
+        } else {
+            0.0
+        };
+        let (corner, size) = reach(self.window, self.filter);
+        let film = corner + Vec2::new(x, y) * size;
+        let ray = self.scene.camera.ray::<E>(film, Vec2::new(u, v), time);
+        let camera_ray = CameraRay { ray, time };
+        let mut made = Made {
+            stage: self,
+            film,
+            paths: Vec::new(),
+        };
+        let (scene, rays, integrator) = (self.scene, &mut outcome.rays, self.integrator);
+        if let Some(by) = by {
+            integrator.by_strategy::<E, _, _>(by, scene, sampler, &camera_ray, rays, &mut made);
+        } else {
+            let (found, observer) = (scene.accel.intersect(&ray, time, None), &mut Unobserved);
+            integrator.radiance_and_splats::<E, _, _, _>(
+                scene,
+                sampler,
+                &camera_ray,
+                found,
+                rays,
+                observer,
+                &mut made,
+            );
+        }
+        let mut paths = made.paths;
+        paths.retain(|it| {
+            let is_finite = it.brightness().is_finite();
+            if !is_finite {
+                outcome.rejected.merge(rejected(it.film));
+            }
+            is_finite && it.brightness() > 0.0
+        });
+        paths
+    }
+}
+
+/// A path that brings what is no number.
+fn rejected(film: Vec2) -> Rejected {
+    let first = NonFiniteSample {
+        x: film.x.max(0.0) as u32,
+        y: film.y.max(0.0) as u32,
+        sample: 0,
+    };
+    Rejected {
+        count: 1,
+        first: Some(first),
+    }
+}
+
+/// Gathers the paths of a sample.
+struct Made<'a> {
+    stage: &'a Stage<'a>,
+    /// Where its camera ray goes through the film.
+    film: Vec2,
+    paths: Vec<Found>,
+}
+
+impl SplatSink for Made<'_> {
+    fn reaches(&self, film: Vec2) -> bool {
+        self.stage.splats.reaches(self.stage.filter, film)
+    }
+
+    fn splat(&mut self, _film: Vec2, _value: Rgb) {}
+
+    fn made(
+        &mut self,
+        strategy: Strategy,
+        elsewhere: Option<Vec2>,
+        contribution: Rgb,
+        weight: f32,
+    ) {
+        let film = elsewhere.unwrap_or(self.film);
+        let over = match elsewhere {
+            Some(_) => 1.0,
+            None => self.stage.integrator.film_area as f32,
+        };
+        let value = contribution * (weight * over);
+        // Light from beyond the scene has two parts.
+        let same = |last: &&mut Found| last.strategy == strategy;
+        if let Some(last) = self.paths.last_mut().filter(same) {
+            last.value += value;
+        } else if self.reaches(film) {
+            self.paths.push(Found {
+                strategy,
+                film,
+                value,
+            });
+        }
+    }
+}
+
+/// One look, by a kernel.
+struct Look<'a>(&'a Stage<'a>, Option<Strategy>, Primary);
+
+impl KernelJob for Look<'_> {
+    type Output = (Vec<Found>, ChainOutcome);
+    fn run<E: Effects>(mut self) -> Self::Output {
+        let mut outcome = ChainOutcome::default();
+        (self.0.look::<E>(self.1, &mut self.2, &mut outcome), outcome)
+    }
+}

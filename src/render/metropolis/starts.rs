@@ -1,0 +1,159 @@
+//! Where chains begin: at paths of independent samples, chosen in proportion to their brightness.
+//!
+//! Paths stand in the order of their number of edges, and chains begin at equal distances along the sum of their brightness,
+//! the first of them anywhere: each chain may begin at any path, in proportion to its brightness, and all chains together
+//! have each number of edges as often as its share says, to within one chain.
+//!
+//! Measure: brightness is luminance, times pixels.
+//! Range: any samples; those that find no light count, but nothing begins there.
+//! Source: Veach 1997, section 11.3.1; Kitagawa 1996 for choosing at equal distances. Tested below and in
+//! `tests/rendering/metropolis.rs`.
+
+use super::{ChainOutcome, Found, Look, PATIENCE, Stage, first_or_last};
+use crate::film::splats::Strategy;
+use crate::planted::planted;
+use crate::sampler::{Primary, hash};
+use rayon::prelude::*;
+
+/// Steps of a round for each of its samples to begin at ...
+const STEPS_PER_SAMPLE: u64 = 16;
+/// ... of which there are so many at least.
+const LEAST_SAMPLES: u64 = 64;
+
+/// A path that a chain may begin at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// The sample that made it.
+    pub sample: u32,
+    /// In which way.
+    pub strategy: Strategy,
+    /// What it brings.
+    pub brightness: f64,
+}
+
+/// The paths of independent samples.
+pub struct Starts {
+    seed: u64,
+    samples: u64,
+    /// In the order of their edges.
+    paths: Vec<Start>,
+}
+
+impl Starts {
+    /// Those of a round with so many steps.
+    pub fn look(stage: &Stage<'_>, seed: u64, steps: u64) -> (Self, ChainOutcome) {
+        let samples = (steps / STEPS_PER_SAMPLE).max(LEAST_SAMPLES);
+        let mut starts = Self {
+            seed,
+            samples,
+            paths: Vec::new(),
+        };
+        let chunks = (0..samples.div_ceil(PATIENCE)).into_par_iter();
+        let chunks = chunks.map(|chunk| {
+            let (mut paths, mut outcome) = (Vec::new(), ChainOutcome::default());
+            let all = chunk * PATIENCE..((chunk + 1) * PATIENCE).min(samples);
+            for sample in all.take_while(|_| !(stage.is_cancelled)()) {
+                let point = starts.point(sample as u32);
+                let (found, of_look) = first_or_last(stage.kernel, Look(stage, None, point));
+                outcome = outcome.merge(of_look);
+                paths.extend(found.iter().map(|it| Start::new(sample as u32, it)));
+            }
+            (paths, outcome)
+        });
+        let chunks: Vec<_> = chunks.collect();
+        let mut outcome = ChainOutcome::default();
+        for (paths, of_chunk) in chunks {
+            outcome = outcome.merge(of_chunk);
+            starts.paths.extend(paths);
+        }
+        starts.paths.sort_by_key(|it| it.strategy.s + it.strategy.t);
+        (starts, outcome)
+    }
+
+    /// The point that a sample is.
+    pub fn point(&self, sample: u32) -> Primary {
+        Primary::new(hash::combine(self.seed, sample.into()))
+    }
+
+    /// The mean brightness of all samples.
+    pub fn mean(&self) -> f64 {
+        let looked = planted!(
+            "brightness-of-what-chains-see",
+            self.paths.len().max(1) as u64,
+            self.samples
+        );
+        self.total() / looked as f64
+    }
+
+    fn total(&self) -> f64 {
+        self.paths.iter().map(|it| it.brightness).sum()
+    }
+
+    /// Where so many chains begin; none, if no sample has found any light.
+    pub fn choose(&self, chains: u64, seed: u64) -> Vec<Start> {
+        let Some(last) = self.paths.last() else {
+            return Vec::new();
+        };
+        let first = (hash::mix(seed) >> 11) as f64 * f64::EPSILON / 2.0;
+        let mut ends = Vec::with_capacity(self.paths.len());
+        let mut sum = 0.0;
+        for path in &self.paths {
+            sum += path.brightness;
+            ends.push(sum);
+        }
+        let along = |chain| {
+            let place = (first + chain as f64 / chains as f64).fract() * sum;
+            let index = ends.partition_point(|&end| end <= place);
+            *self.paths.get(index).unwrap_or(last)
+        };
+        (0..chains).map(along).collect()
+    }
+}
+
+impl Start {
+    fn new(sample: u32, found: &Found) -> Self {
+        Self {
+            sample,
+            strategy: found.strategy,
+            brightness: found.brightness(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each chain begins at each path as often as its brightness says, and all chains share out what any render has to within
+    /// one of them.
+    #[test]
+    fn chains_begin_at_paths_in_proportion_to_brightness() {
+        let brightness = [3.0, 0.5, 1.5, 5.0];
+        let paths = brightness.iter().enumerate().map(|(i, &brightness)| Start {
+            sample: i as u32,
+            strategy: Strategy { s: i, t: 2 },
+            brightness,
+        });
+        let starts = Starts {
+            seed: 0,
+            samples: 20,
+            paths: paths.collect(),
+        };
+        assert_eq!(starts.mean(), 0.5);
+        let rounds = 20_000;
+        let mut of_first_chain = [0.0; 4];
+        for seed in 0..rounds {
+            let chosen = starts.choose(20, seed);
+            of_first_chain[chosen[0].sample as usize] += 1.0;
+            for (i, brightness) in brightness.iter().enumerate() {
+                let count = chosen.iter().filter(|it| it.sample == i as u32).count();
+                assert!((count as f64 - 2.0 * brightness).abs() <= 1.0, "{count}");
+            }
+        }
+        for (count, brightness) in of_first_chain.iter().zip(brightness) {
+            let share = brightness / 10.0;
+            let deviation = (share * (1.0 - share) * rounds as f64).sqrt();
+            assert!((count - share * rounds as f64).abs() < 5.0 * deviation);
+        }
+    }
+}

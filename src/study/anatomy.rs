@@ -78,8 +78,8 @@ pub fn is_longest(bounces: usize) -> bool {
     bounces == LONGEST
 }
 
-/// Watches `spp` samples of each pixel; `None` of an integrator that does not tell of its paths, or has parts of
-/// them from a cache.
+/// Watches `spp` samples of each pixel; `None` of an integrator that does not tell of its paths, has parts of them from a
+/// cache, or brings light to other pixels than its sample's own.
 pub fn path_shares(
     stage: &Stage,
     variant: &Variant,
@@ -88,7 +88,8 @@ pub fn path_shares(
     seed: u64,
 ) -> Option<PathShares> {
     let settings = stage.settings(variant, spp, seed);
-    if settings.integrator == IntegratorKind::IrradianceCache {
+    let integrator = settings.integrator;
+    if integrator == IntegratorKind::IrradianceCache || integrator.splats() {
         return None;
     }
     let scene = stage.scene(variant.options);

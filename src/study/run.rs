@@ -14,7 +14,6 @@ use super::settings::{StudyObserver, StudySettings, Watch};
 use super::stage::{Shot, Stage};
 use super::variant::Variant;
 use crate::error::{Error, Result};
-use crate::integrator::kind::IntegratorKind;
 use crate::render::settings::{RenderSettings, SamplerKind};
 use crate::scene::description::SceneDescription;
 use std::time::Duration;
@@ -162,10 +161,10 @@ impl Study<'_> {
         watch.report(&self.report);
     }
 
-    /// The most efficient unbiased way that there is.
+    /// The references, which are spread evenly where the integrator knows how.
     fn reference_variant(&self) -> Variant {
         let settings = RenderSettings {
-            integrator: IntegratorKind::Path,
+            integrator: self.settings.reference,
             sampler: SamplerKind::Sobol,
             occlusion_distance: None,
             threads: self.settings.options.threads,

@@ -8,6 +8,7 @@ use super::report::StudyReport;
 use super::schedule::Schedule;
 use super::variant::Variant;
 use crate::accel::AccelOptions;
+use crate::integrator::kind::IntegratorKind;
 use crate::render::{Progress, RenderObserver};
 use std::time::Instant;
 
@@ -18,7 +19,9 @@ pub struct StudySettings {
     pub budget: f64,
     /// Picks one of 2^64 sets of random numbers.
     pub seed: u64,
-    /// How the references trace.
+    /// What renders the references: it has to be unbiased.
+    pub reference: IntegratorKind,
+    /// How they trace.
     pub options: AccelOptions,
     /// What is compared; ratios are to the first.
     pub variants: Vec<Variant>,

@@ -109,7 +109,7 @@ fn a_study_is_printed_and_written_in_three_forms() {
     let folder = small();
     let finished = succeed(
         &folder,
-        "study small.toml --size 8x6 --vary integrator=path,direct-directional sampler=independent --budget 6s --seed 3 --progress none -o out",
+        "study small.toml --size 8x6 --vary integrator=path,direct-directional sampler=independent --reference bdpt --budget 6s --seed 3 --progress none -o out",
     );
     for expected in [
         "# Study of small.toml",
@@ -138,6 +138,7 @@ fn a_study_is_printed_and_written_in_three_forms() {
     let variants = report["variants"].as_array().expect("a list");
     assert_eq!(variants.len(), 2);
     assert_eq!(variants[0]["variant"]["sampler"], "independent");
+    assert_eq!(report["reference"]["integrator"], "bdpt");
     let runs: usize = variants
         .iter()
         .flat_map(|variant| variant["levels"].as_array().expect("levels"))

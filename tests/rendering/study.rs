@@ -30,6 +30,7 @@ fn settings(choices: &[Choice], budget: f64, schedule: Option<Schedule>) -> Stud
     StudySettings {
         budget,
         seed: 5,
+        reference: IntegratorKind::Path,
         options,
         variants: Variant::all(&base, choices),
         schedule,

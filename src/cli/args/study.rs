@@ -30,6 +30,9 @@ pub struct StudyArguments {
     /// Time for all of it.
     #[arg(long, value_name = "DURATION", value_parser = parse_duration, default_value = "5m")]
     pub budget: Duration,
+    /// What renders the references that all renders are held against: path, bdpt or mlt, whichever converges best here.
+    #[arg(long, value_name = "INTEGRATOR", value_parser = parse_reference, default_value = "path")]
+    pub reference: IntegratorKind,
     /// Size of the renders in pixels. Default: the scene's shape, about 20 000 pixels.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
@@ -69,6 +72,17 @@ const SETTINGS: [&str; 6] = [
     "kernel",
     "max-bounces",
 ];
+
+/// What may render references: nothing of what there is to see is beyond these.
+const REFERENCES: [IntegratorKind; 3] = [
+    IntegratorKind::Path,
+    IntegratorKind::Bidirectional,
+    IntegratorKind::Metropolis,
+];
+
+fn parse_reference(text: &str) -> Result<IntegratorKind, String> {
+    named(text, &REFERENCES, IntegratorKind::name)
+}
 
 fn parse_varied(text: &str) -> Result<Varied, String> {
     let (setting, values) = text

@@ -119,6 +119,7 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
     Ok(StudySettings {
         budget: arguments.budget.as_secs_f64(),
         seed: arguments.seed,
+        reference: arguments.reference,
         options,
         variants,
         schedule: None,

@@ -239,10 +239,14 @@ impl RenderSettings {
 
     /// Into how many batches the samples of a pixel are dealt out.
     pub fn batches(&self) -> Batches {
-        if self.has_bars() {
-            Batches::new(BATCHES)
-        } else {
-            Batches::ONE
+        Batches::new(self.least_samples())
+    }
+
+    /// What counts of samples are rounded up to a multiple of.
+    pub fn least_samples(&self) -> u64 {
+        match self.has_bars() {
+            true => BATCHES,
+            false => 1,
         }
     }
 

@@ -173,7 +173,7 @@ impl Study<'_> {
         Variant::new(settings, self.settings.options)
     }
 
-    /// What each variant and the reference cost. The first render of each warms caches up and does not count.
+    /// What each variant and the reference cost, by the least number of samples that each can have. The first render of each warms caches up and does not count.
     fn warm_up(&mut self, watch: &Watch<'_>) -> Result<Option<(Vec<TimeLaw>, TimeLaw)>> {
         let reference = self.reference_variant();
         let variants = self.settings.variants.iter().chain([&reference]);
@@ -182,7 +182,8 @@ impl Study<'_> {
         let mut laws = Vec::new();
         for (index, variant) in variants.enumerate() {
             let mut points = Vec::new();
-            let (mut spp, mut spent) = (1, 0.0);
+            let least = variant.settings.least_samples();
+            let (mut times, mut spent) = (1, 0.0);
             loop {
                 let number = points.len() as u64;
                 let seed = seed_for(
@@ -190,23 +191,26 @@ impl Study<'_> {
                     Purpose::WarmUp,
                     [index as u64, number, 0],
                 );
-                let settings = self.stage.settings(variant, spp, seed);
+                let settings = self.stage.settings(variant, times * least, seed);
                 let Some(shot) = self.stage.render(variant, &settings, watch)? else {
                     return Ok(None);
                 };
-                points.push([spp as f64, shot.seconds.wall]);
+                points.push([times as f64, shot.seconds.wall]);
                 spent += shot.seconds.wall;
                 // The next one takes about twice as long.
                 if points.len() > 2 && 2.0 * shot.seconds.wall + spent > each {
                     break;
                 }
                 if points.len() > 1 {
-                    spp *= 2;
+                    times *= 2;
                 }
             }
             let law = TimeLaw::of(&points[1..]).ok_or_else(|| Error::render("no time passed"))?;
             if let Some(study) = self.report.variants.get_mut(index) {
-                study.warm_up = law;
+                study.warm_up = TimeLaw {
+                    sample: law.sample / least as f64,
+                    ..law
+                };
             }
             laws.push(law);
         }
@@ -242,9 +246,11 @@ impl Study<'_> {
                 bytes as f64 / 1e9
             )));
         }
-        for (study, &k) in self.report.variants.iter_mut().zip(&schedule.doublings) {
+        let variants = self.report.variants.iter_mut().zip(&self.settings.variants);
+        for ((study, variant), &k) in variants.zip(&schedule.doublings) {
+            let least = variant.settings.least_samples();
             let level = |level: u32| LevelReport {
-                spp: 1 << level,
+                spp: least << level,
                 ..LevelReport::default()
             };
             study.levels = (0..=k).map(level).collect();
@@ -254,6 +260,7 @@ impl Study<'_> {
 
     fn references(&mut self, spp: u64, watch: &Watch<'_>) -> Result<Option<References>> {
         let variant = self.reference_variant();
+        let spp = spp * variant.settings.least_samples();
         let mut shots: Vec<(u64, Shot)> = Vec::new();
         for index in 0..2 {
             let seed = seed_for(self.settings.seed, Purpose::Reference, [index, 0, 0]);

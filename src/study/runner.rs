@@ -128,7 +128,8 @@ impl<'a> Runner<'a> {
         let index = [task.variant as u64, u64::from(task.level), task.seed];
         let seed = seed_for(self.settings.seed, Purpose::Level, index);
         let variant = &self.settings.variants[task.variant];
-        let settings = self.stage.settings(variant, 1 << task.level, seed);
+        let spp = variant.settings.least_samples() << task.level;
+        let settings = self.stage.settings(variant, spp, seed);
         let Some(mut shot) = self.stage.render(variant, &settings, self.watch)? else {
             return Ok(false);
         };

@@ -1,10 +1,11 @@
 //! Numbers that are proposed as changes of those before: the random numbers of a sample as a point in a space of its own, in
 //! which a Markov chain walks.
 //!
-//! A large step draws every number anew. A small step adds to each a normal number of standard deviation [`STEP`], around the
-//! end of the interval and in again at its beginning. What is not asked for is not drawn: a number that has slept through n
-//! small steps gets one of deviation sqrt(n) times as large, which is the same. What a number becomes is a function of the seed,
-//! the step and what the number is for, so that leaving a decision out moves no other.
+//! A large step draws every number anew. A small step moves each of them, around the end of the interval and in again at its
+//! beginning, by a nearly normal number whose deviation is the same for all of them: that is drawn for each step, as likely
+//! small as large within [`STEPS`]. What is not asked for is not drawn: a number that has slept through small steps is then
+//! moved once, by the sum of their variances. What a number becomes is a function of the seed, the step and what the number
+//! is for, so that leaving a decision out moves no other.
 //!
 //! Measure: uniform in [0, 1 - 2^-24], a multiple of 2^-24, if steps were all accepted.
 //! Range: any decisions. A chain has neither pixels nor samples: [`Sampler::start`] changes nothing.
@@ -13,12 +14,10 @@
 
 use super::{Decision, Sampler, hash, to_unit};
 use crate::planted::planted;
-use std::collections::HashMap;
-use std::f64::consts::TAU;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::ops::Range;
 
-/// The standard deviation of a small step.
-pub const STEP: f64 = 0.01;
+/// The standard deviations of small steps.
+pub const STEPS: Range<f64> = 0.003..0.03;
 
 /// How often a step is large.
 pub const LARGE_STEPS: f64 = 0.3;
@@ -26,42 +25,70 @@ pub const LARGE_STEPS: f64 = 0.3;
 /// What is drawn for the chain itself: beyond the numbers of any decision.
 const CHAIN: u64 = 1 << 50;
 
+/// Numbers that one slot may have in one attempt.
+const PER_SLOT: u64 = 1 << 8;
+
 /// What tells the numbers that are drawn until one is wanted from others for the same decision.
 const FIRST: u64 = 4;
+
+/// Slots of the same kind of decisions stand side by side.
+const KIND: u32 = 40;
+
+/// Kinds of decisions: slots are below so many times 2^[`KIND`].
+const KINDS: usize = 5;
 
 /// A point in the space of a sample's random numbers, and how it moves.
 #[derive(Debug, Clone)]
 pub struct Primary {
     seed: u64,
-    /// Proposals so far, whatever became of them.
-    attempt: u64,
-    coordinates: HashMap<u64, Coordinate, BuildHasherDefault<SlotHasher>>,
+    /// The seed of the present attempt, whatever became of those before.
+    attempt_seed: u64,
+    attempts: u64,
+    /// By kind, as many as have been asked for.
+    coordinates: [Vec<Coordinate>; KINDS],
     /// What the coordinates were that the present step has changed.
     before: Vec<(u64, Coordinate)>,
-    /// The number of the present step, counted from 1.
-    step: u64,
-    /// The last large step that was accepted.
-    last_large: u64,
+    /// The present step, which [`Coordinate`]s are compared with.
+    now: Step,
+    /// The last one that was accepted.
+    accepted: Step,
+    /// The last large one that was accepted.
+    large: Step,
     is_large: bool,
+}
+
+/// A step of the chain.
+#[derive(Debug, Clone, Copy, Default)]
+struct Step {
+    /// Counted from 1.
+    number: u64,
+    /// The variances of all small steps up to this one.
+    variance: f64,
 }
 
 /// One number, after the step in which it was last asked for.
 #[derive(Debug, Clone, Copy, Default)]
 struct Coordinate {
     value: f64,
-    step: u64,
+    step: Step,
 }
 
 impl Primary {
     /// A point that is uniform: where a chain may begin.
     pub fn new(seed: u64) -> Self {
+        let first = Step {
+            number: 1,
+            variance: 0.0,
+        };
         Self {
             seed,
-            attempt: 0,
-            coordinates: HashMap::default(),
+            attempt_seed: hash::combine(seed, 0),
+            attempts: 0,
+            coordinates: Default::default(),
             before: Vec::new(),
-            step: 1,
-            last_large: 1,
+            now: first,
+            accepted: first,
+            large: first,
             is_large: true,
         }
     }
@@ -75,26 +102,32 @@ impl Primary {
     /// Draws the number of a decision, which nobody has asked for, until it is a wanted one: as if chance had made it so.
     pub fn draw_until(&mut self, decision: Decision, is_wanted: impl Fn(f32) -> bool) {
         let slot = decision.slot();
-        let drawn = (0..).map(|i| self.number(slot, FIRST + i));
-        let value = drawn.into_iter().find(|&value| is_wanted(unit(value)));
-        let step = self.step;
-        if let Some(value) = value {
-            self.coordinates.insert(slot, Coordinate { value, step });
+        let mut drawn = (0..).map(|i| self.number(slot, FIRST + i));
+        if let Some(value) = drawn.find(|&value| is_wanted(unit(value))) {
+            let step = self.now;
+            *self.coordinate(slot) = Coordinate { value, step };
         }
     }
 
     /// Proposes another point, which the numbers drawn from now on are of.
     pub fn propose(&mut self) {
-        self.step += 1;
-        self.attempt += 1;
-        self.is_large = self.number(CHAIN, 0) < LARGE_STEPS;
         self.before.clear();
+        self.attempts += 1;
+        self.attempt_seed = hash::combine(self.seed, self.attempts);
+        self.is_large = self.number(CHAIN, 0) < LARGE_STEPS;
+        self.now.number += 1;
+        if !self.is_large {
+            let ratio = STEPS.end / STEPS.start;
+            let deviation = STEPS.start * ratio.powf(self.number(CHAIN, 2));
+            self.now.variance += deviation * deviation;
+        }
     }
 
     /// Stays at the point that was proposed.
     pub fn accept(&mut self) {
+        self.accepted = self.now;
         if self.is_large {
-            self.last_large = self.step;
+            self.large = self.now;
         }
         self.before.clear();
     }
@@ -102,11 +135,13 @@ impl Primary {
     /// Goes back to the point before.
     pub fn reject(&mut self) {
         let forgotten = planted!("rejected-steps-stay", 1, 0);
-        for (slot, coordinate) in self.before.drain(forgotten.min(self.before.len())..) {
-            self.coordinates.insert(slot, coordinate);
+        while self.before.len() > forgotten
+            && let Some((slot, coordinate)) = self.before.pop()
+        {
+            *self.coordinate(slot) = coordinate;
         }
         self.before.clear();
-        self.step -= 1;
+        self.now = self.accepted;
     }
 
     /// The number that decides whether a step is accepted.
@@ -114,41 +149,54 @@ impl Primary {
         self.number(CHAIN, 1)
     }
 
+    fn bits(&self, slot: u64, which: u64) -> u64 {
+        hash::combine(self.attempt_seed, slot * PER_SLOT + which)
+    }
+
     /// A number of this attempt.
     fn number(&self, slot: u64, which: u64) -> f64 {
-        let attempt = hash::combine(self.seed, self.attempt);
-        let bits = hash::combine(hash::combine(attempt, slot), which);
-        (bits >> 11) as f64 * f64::EPSILON / 2.0
+        (self.bits(slot, which) >> 11) as f64 * f64::EPSILON / 2.0
+    }
+
+    /// A number of mean 0 and variance 1: the sum of four uniform ones, which is nearly normal. That it is symmetric is what
+    /// matters.
+    fn normal(&self, slot: u64) -> f64 {
+        let bits = self.bits(slot, 2);
+        let sum: u64 = (0..4).map(|i| bits >> (16 * i) & 0xffff).sum();
+        // Each of the four is a whole number below 2^16 of which the mean is 32767.5 and the variance (2^32 - 1) / 12.
+        (sum as f64 - 131_070.0) * (3.0_f64 / 4_294_967_295.0).sqrt()
+    }
+
+    fn coordinate(&mut self, slot: u64) -> &mut Coordinate {
+        let of_kind = &mut self.coordinates[(slot >> KIND) as usize];
+        let place = (slot & ((1 << KIND) - 1)) as usize;
+        if place >= of_kind.len() {
+            of_kind.resize(place + 1, Coordinate::default());
+        }
+        &mut of_kind[place]
     }
 
     fn value(&mut self, slot: u64) -> f64 {
-        let mut coordinate = self.coordinates.get(&slot).copied().unwrap_or_default();
-        if coordinate.step < self.step {
-            self.before.push((slot, coordinate));
-            if coordinate.step < self.last_large {
-                coordinate.value = self.number(slot, 0);
-                coordinate.step = self.last_large;
-            }
-            let steps = self.step - coordinate.step;
-            if steps > 0 {
-                coordinate.value = if self.is_large {
-                    self.number(slot, 1)
-                } else {
-                    let deviation = STEP * (steps as f64).sqrt();
-                    let moved = coordinate.value + deviation * self.normal(slot);
-                    moved - moved.floor()
-                };
-            }
-            coordinate.step = self.step;
-            self.coordinates.insert(slot, coordinate);
+        let (now, large) = (self.now, self.large);
+        let before = *self.coordinate(slot);
+        if before.step.number == now.number {
+            return before.value;
         }
-        coordinate.value
-    }
-
-    /// A normal number (Box and Muller).
-    fn normal(&self, slot: u64) -> f64 {
-        let (u, v) = (1.0 - self.number(slot, 2), self.number(slot, 3));
-        (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
+        self.before.push((slot, before));
+        let Coordinate { mut value, step } = before;
+        let mut slept = now.variance - step.variance;
+        if step.number < large.number {
+            value = self.number(slot, 0);
+            slept = now.variance - large.variance;
+        }
+        if self.is_large && now.number > large.number {
+            value = self.number(slot, 1);
+        } else if slept > 0.0 {
+            let moved = value + slept.sqrt() * self.normal(slot);
+            value = moved - moved.floor();
+        }
+        *self.coordinate(slot) = Coordinate { value, step: now };
+        value
     }
 }
 
@@ -164,26 +212,6 @@ impl Sampler for Primary {
 /// A coordinate as a random number.
 fn unit(value: f64) -> f32 {
     to_unit((value * 4_294_967_296.0) as u32)
-}
-
-/// Hashes the slots of numbers.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct SlotHasher(u64);
-
-impl Hasher for SlotHasher {
-    fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.0 = hash::mix(self.0 ^ u64::from(byte));
-        }
-    }
-
-    fn write_u64(&mut self, slot: u64) {
-        self.0 = hash::mix(self.0 ^ slot);
-    }
-
-    fn finish(&self) -> u64 {
-        self.0
-    }
 }
 
 #[cfg(test)]
@@ -251,7 +279,10 @@ mod tests {
     }
 
     #[test]
-    fn small_steps_are_normal_with_their_deviation_however_long_a_number_slept() {
+    fn small_steps_have_the_deviation_that_they_should_however_long_a_number_slept() {
+        // The mean of the variance, whose logarithm is uniform.
+        let [least, most] = [STEPS.start, STEPS.end].map(|deviation| deviation * deviation);
+        let of_one_step = (most - least) / (most / least).ln();
         for sleeps in [1, 9] {
             let (mut sum, mut sum_of_squares, mut count) = (0.0, 0.0, 0.0);
             for seed in 0..8000 {
@@ -262,7 +293,7 @@ mod tests {
                     chain.propose();
                     chain.accept();
                 }
-                if chain.last_large > 1 {
+                if chain.large.number > 1 {
                     continue;
                 }
                 let [after]: [f32; 1] = chain.draw(Decision::Time);
@@ -274,10 +305,11 @@ mod tests {
                 count += 1.0;
             }
             let variance: f64 = sum_of_squares / count;
-            let expected = STEP * STEP * f64::from(sleeps);
+            let expected = of_one_step * f64::from(sleeps);
             let mean: f64 = sum / count;
             assert!(mean.abs() < 5.0 * (expected / count).sqrt(), "{mean}");
-            assert!((variance / expected - 1.0).abs() < 5.0 * (2.0 / count).sqrt());
+            // The kurtosis of steps of such different sizes is below 10.
+            assert!((variance / expected - 1.0).abs() < 5.0 * (9.0 / count).sqrt());
         }
     }
 }

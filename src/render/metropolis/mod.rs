@@ -44,8 +44,11 @@ use rayon::prelude::*;
 /// Steps of a round at most, which bounds what it has to keep.
 const ROUND: u64 = 1 << 17;
 
-/// Chains of a round at most.
-const CHAINS: u64 = 32;
+/// Steps of a chain: more of them find the way from one part of the picture to the next less well than other beginnings do.
+const LENGTH: u64 = 128;
+
+/// Chains of a round at least.
+const LEAST_CHAINS: u64 = 32;
 
 /// Steps, or samples to begin at, after which it is asked whether to end.
 const PATIENCE: u64 = 256;
@@ -141,19 +144,21 @@ impl Stage<'_> {
         steps: u64,
         walked: &(dyn Fn(u64) + Sync),
     ) -> ChainOutcome {
-        let (starts, outcome) = starts::Starts::look(self, hash::combine(seed, CHAINS), steps);
+        let (starts, outcome) = starts::Starts::look(self, hash::combine(seed, u64::MAX), steps);
         if (self.is_cancelled)() {
             return outcome;
         }
-        let chosen = starts.choose(CHAINS, hash::combine(seed, CHAINS + 1));
-        let chains = (0..CHAINS as u32).into_par_iter().with_max_len(1);
+        let mean = starts.mean();
+        let count = (steps / LENGTH).max(LEAST_CHAINS);
+        let chosen = starts.choose(count, hash::combine(seed, u64::MAX - 1));
+        let chains = (0..count as u32).into_par_iter().with_max_len(1);
         let of_chains = chains.map(u64::from).map(|chain| {
             let job = chain::ChainJob {
                 stage: self,
                 batch,
                 seed: hash::combine(seed, chain),
-                steps: steps * (chain + 1) / CHAINS - steps * chain / CHAINS,
-                mean: starts.mean(),
+                steps: steps * (chain + 1) / count - steps * chain / count,
+                mean,
                 // Where no light was found, b is 0, and so is the estimate.
                 start: chosen.get(chain as usize).copied(),
                 starts: &starts,

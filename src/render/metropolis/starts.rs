@@ -16,7 +16,7 @@ use crate::sampler::{Primary, hash};
 use rayon::prelude::*;
 
 /// Steps of a round for each of its samples to begin at ...
-const STEPS_PER_SAMPLE: u64 = 16;
+const STEPS_PER_SAMPLE: u64 = 8;
 /// ... of which there are so many at least.
 const LEAST_SAMPLES: u64 = 64;
 

@@ -86,6 +86,25 @@ pub fn variance_of_mean(batches: &[[f64; 3]; BATCHES as usize]) -> [f64; 3] {
     })
 }
 
+/// The central moments of the batches that such means are of, of their luminance: without bias, but for the square of the
+/// variance in the fourth.
+pub fn moments_of_batches(batches: &[[f64; 3]; BATCHES as usize]) -> CentralMoments {
+    let luminance = batches.map(|[r, g, b]| 0.2126 * r + 0.7152 * g + 0.0722 * b);
+    let n = BATCHES as f64;
+    let mean = luminance.iter().sum::<f64>() / n;
+    let power = |power| {
+        let powers = luminance.iter().map(|x| (x - mean).powi(power));
+        powers.sum::<f64>() / n
+    };
+    let second = power(2) * n / (n - 1.0);
+    let of_squares = 3.0 * (n - 1.0) * (2.0 * n - 3.0) * second * second;
+    CentralMoments {
+        second,
+        third: power(3) * n * n / ((n - 1.0) * (n - 2.0)),
+        fourth: (power(4) * n.powi(3) - of_squares) / ((n - 1.0) * (n * n - 3.0 * n + 3.0)),
+    }
+}
+
 /// Means of powers of the deviation from the mean.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CentralMoments {
@@ -100,12 +119,22 @@ pub struct CentralMoments {
 impl CentralMoments {
     /// Whether an error bar from `n` samples with these moments covers as often as it says.
     pub fn is_calibrated(&self, n: u64) -> bool {
+        self.is_nearly_normal(n, 1.0)
+    }
+
+    /// The same of batches whose means have these moments. What the variance of normal numbers varies by in any case,
+    /// Student's distribution knows.
+    pub fn of_batches_is_calibrated(&self) -> bool {
+        self.is_nearly_normal(BATCHES, 3.0)
+    }
+
+    fn is_nearly_normal(&self, n: u64, known: f64) -> bool {
         let n = n as f64;
         if self.second == 0.0 {
             return true;
         }
         let variance2 = self.second * self.second;
-        let of_variance = self.fourth / (n * variance2) - 1.0 / n;
+        let of_variance = (self.fourth / variance2 - known) / n;
         let skewness2 = self.third * self.third / (variance2 * self.second * n);
         of_variance < LARGEST_VARIANCE_OF_VARIANCE && skewness2 < LARGEST_SKEWNESS_SQUARED
     }
@@ -147,6 +176,7 @@ impl std::ops::Mul<CentralMoments> for f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sampler::hash;
 
     fn bars(samples: impl IntoIterator<Item = f32>) -> (PixelBars, u64) {
         let mut bars = PixelBars::default();
@@ -176,6 +206,34 @@ mod tests {
         for variance in bars.variance_of_mean(n) {
             assert!((variance - 17.0 / 12.0).abs() < 1e-12);
         }
+    }
+
+    /// Over many sets of 16 numbers, the moments are those of the distribution that they are from: exponential, with a
+    /// variance of 1, 2 and 9, which is no normal one.
+    #[test]
+    fn moments_of_batches_are_those_of_their_distribution() {
+        let mut sum = CentralMoments::default();
+        let (sets, mut state) = (40_000, 0_u64);
+        for _ in 0..sets {
+            let batches = [(); BATCHES as usize].map(|()| {
+                state += 1;
+                let u = (hash::mix(state.wrapping_mul(0x9e37_79b9_7f4a_7c15)) >> 11) as f64;
+                [-(1.0 - u * f64::EPSILON / 2.0).ln(); 3]
+            });
+            sum = sum + moments_of_batches(&batches);
+        }
+        let mean = (1.0 / f64::from(sets)) * sum;
+        // Deviations of the means of 640,000 numbers; the fourth is a little low, as the square of the variance is high.
+        assert!((mean.second - 1.0).abs() < 0.02, "{mean:?}");
+        assert!((mean.third - 2.0).abs() < 0.1, "{mean:?}");
+        assert!((mean.fourth - 9.0).abs() < 1.5, "{mean:?}");
+        assert!(!mean.of_batches_is_calibrated());
+        let normal = CentralMoments {
+            second: 1.0,
+            third: 0.0,
+            fourth: 3.0,
+        };
+        assert!(normal.of_batches_is_calibrated());
     }
 
     #[test]

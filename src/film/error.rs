@@ -6,7 +6,7 @@
 //! Source: docs/accuracy.md. Tested below, in `tests/rendering/error_bars.rs` and `tests/rendering/determinism.rs`.
 
 use super::bars::{self, CentralMoments};
-use super::{Film, sum};
+use super::{Film, Tile, sum};
 use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::stats::{Moments, normal_quantile};
@@ -24,6 +24,9 @@ pub struct ErrorEstimate {
     /// neighbourhood.
     pub uncalibrated_fraction: f64,
 }
+
+/// The means of each channel in each batch.
+type Batches = [[f64; 3]; bars::BATCHES as usize];
 
 /// How far neighbours are that tell of a pixel's samples.
 const NEAR: usize = 3;
@@ -108,33 +111,28 @@ impl Film {
     /// Which pixels' error bars are not to be trusted, row by row; `None` without error bars.
     ///
     /// Decided by the neighbours, not by the pixel's own samples: those would be lucky where they seem to be good. A pixel
-    /// is doubtful if its neighbours' samples are too far from normal numbers, or if many pixels about it are doubtful: rare
-    /// events that some have met, the others have yet to meet.
+    /// is doubtful if its neighbours' samples, or their batches where light paths add to them, are too far from normal
+    /// numbers, or if many pixels about it are doubtful: rare events that some have met, the others have yet to meet.
     pub fn flags(&self) -> Option<Vec<bool>> {
         /// Doubtful pixels among those farther about, from which share on they make others doubtful.
         const MANY: f64 = 0.2;
-        let mut moments = vec![CentralMoments::default(); self.window.pixel_count() as usize];
-        let mut samples = vec![0; moments.len()];
+        let mut of_samples = vec![CentralMoments::default(); self.window.pixel_count() as usize];
+        let mut samples = vec![0; of_samples.len()];
         for tile in &self.tiles {
             let pixels = tile.window.pixels().zip(tile.bars.as_ref()?);
             for (place, (pixel, bars)) in pixels.enumerate() {
                 let index = self.index(pixel);
                 samples[index] = tile.count(place);
-                moments[index] = bars.central_moments(samples[index]);
+                of_samples[index] = bars.central_moments(samples[index]);
             }
         }
-        let doubtful: Vec<bool> = (0..moments.len())
+        let of_batches = self.moments_of_batches();
+        let doubtful: Vec<bool> = (0..of_samples.len())
             .map(|index| {
-                let (count, sum) = self
-                    .around(index, NEAR)
-                    .fold((0, CentralMoments::default()), |(count, sum), other| {
-                        (count + 1, sum + moments[other])
-                    });
-                let mean = match count {
-                    0 => moments[index],
-                    _ => (1.0 / f64::from(count)) * sum,
-                };
-                !mean.is_calibrated(samples[index])
+                let by_batches = of_batches
+                    .as_ref()
+                    .is_none_or(|all| self.near(index, all).of_batches_is_calibrated());
+                !by_batches || !self.near(index, &of_samples).is_calibrated(samples[index])
             })
             .collect();
         let unlit = self.unlit_among_lit();
@@ -146,6 +144,44 @@ impl Film {
             unlit[index] || doubtful[index] || share > MANY
         });
         Some(flags.collect())
+    }
+
+    /// The moments of the batches of each pixel, where light paths add to its samples.
+    fn moments_of_batches(&self) -> Option<Vec<CentralMoments>> {
+        self.splats.as_ref()?;
+        let mut moments = vec![CentralMoments::default(); self.window.pixel_count() as usize];
+        for tile in &self.tiles {
+            for (place, pixel) in tile.window.pixels().enumerate() {
+                let batches = self.batches(tile, place, pixel)?;
+                moments[self.index(pixel)] = bars::moments_of_batches(&batches);
+            }
+        }
+        Some(moments)
+    }
+
+    /// The means of the batches of a pixel, which has this place in its tile: of its samples and of what light paths add to
+    /// them. The two are not independent, but batches are. `None` without error bars.
+    fn batches(&self, tile: &Tile, place: usize, pixel: [u32; 2]) -> Option<Batches> {
+        let mut batches = tile.bars.as_ref()?[place].batch_means(tile.count(place).max(1));
+        if let Some(splats) = &self.splats {
+            let of_splats = splats.batch_means(self.index(pixel));
+            for (batch, splats) in batches.iter_mut().zip(of_splats) {
+                *batch = sum(*batch, splats);
+            }
+        }
+        Some(batches)
+    }
+
+    /// The mean over the neighbours of a pixel, or its own where it has none.
+    fn near(&self, index: usize, moments: &[CentralMoments]) -> CentralMoments {
+        let none = (0, CentralMoments::default());
+        let near = self.around(index, NEAR);
+        match near.fold(none, |(count, sum), other| {
+            (count + 1, sum + moments[other])
+        }) {
+            (0, _) => moments[index],
+            (count, sum) => (1.0 / f64::from(count)) * sum,
+        }
     }
 
     /// The pixels about one, at most `reach` rows and columns away, without itself.
@@ -168,17 +204,8 @@ impl Film {
             for (i, pixel) in tile.window.pixels().enumerate() {
                 let index = self.index(pixel);
                 let (sums, samples) = (&tile.pixels[i], tile.count(i));
-                let variance = match (&tile.bars, &self.splats) {
-                    (Some(bars), None) => Some(bars[i].variance_of_mean(samples)),
-                    (Some(bars), Some(splats)) => {
-                        // A light path and the rest of its sample are not independent, but their batches are.
-                        let mut batches = bars[i].batch_means(samples);
-                        let of_splats = splats.batch_means(index);
-                        for (batch, splats) in batches.iter_mut().zip(of_splats) {
-                            *batch = sum(*batch, splats);
-                        }
-                        Some(bars::variance_of_mean(&batches))
-                    }
+                let variance = match (self.batches(tile, i, pixel), &self.splats) {
+                    (Some(batches), _) => Some(bars::variance_of_mean(&batches)),
                     (None, None) => sums.variance_of_mean(samples),
                     (None, Some(splats)) => sums
                         .variance_of_mean(samples)
@@ -196,17 +223,11 @@ impl Film {
         const UNCERTAIN: f64 = 0.2;
         let (mut lit, mut uncertain) = (0, 0);
         for tile in &self.tiles {
-            let bars = tile.bars.as_ref()?;
             let mut batches = [0.0; bars::BATCHES as usize];
-            for (i, pixel) in tile.window.pixels().enumerate() {
-                let own = bars[i].batch_means(tile.count(i).max(1));
-                let of_splats = self
-                    .splats
-                    .as_ref()
-                    .map(|it| it.batch_means(self.index(pixel)));
-                for (batch, sum) in batches.iter_mut().enumerate() {
-                    *sum += own[batch].iter().sum::<f64>();
-                    *sum += of_splats.map_or(0.0, |it| it[batch].iter().sum());
+            for (place, pixel) in tile.window.pixels().enumerate() {
+                let of_pixel = self.batches(tile, place, pixel)?;
+                for (sum, batch) in batches.iter_mut().zip(of_pixel) {
+                    *sum += batch.iter().sum::<f64>();
                 }
             }
             let moments = Moments::of(batches);

@@ -3,13 +3,14 @@
 
 use super::bidirectional::{assert_same, seen, settings};
 use super::integrators::{glass, matte, small_light};
+use crate::common::error_bars::Coverage;
 use crate::common::room::room;
 use crate::common::scene::{film, ready};
 use etendue::accel::Backend;
 use etendue::film::filter::Filter;
 use etendue::integrator::kind::IntegratorKind;
 use etendue::math::stats::Moments;
-use etendue::render::settings::RenderSettings;
+use etendue::render::settings::{RenderSettings, SamplerKind};
 use etendue::render::{Unwatched, render};
 use etendue::scene::description::SceneDescription;
 
@@ -109,4 +110,31 @@ fn where_no_light_is_found_the_render_says_so() {
     let error = render(&ready, &filter, scene.film.size, &settings, &Unwatched);
     let error = error.expect_err("there is no light");
     assert!(error.to_string().contains("found any light"), "{error}");
+}
+
+/// Chains stay long where they are: batches are far from normal numbers until they have many steps. What is trusted then holds
+/// the truth as often as it says.
+#[test]
+fn bars_that_are_trusted_cover_as_often_as_they_say() {
+    let scene = matte();
+    let ready = ready(&scene, Backend::ALL[0]);
+    let path = RenderSettings {
+        seed: 999,
+        sampler: SamplerKind::Sobol,
+        ..settings(&scene, IntegratorKind::Path, 1 << 16)
+    };
+    let truth = film(&ready, &scene, &path).develop();
+    let coverage = |spp, seeds| {
+        let mut coverage = Coverage::default();
+        let settings = settings(&scene, IntegratorKind::Metropolis, spp);
+        coverage.add_pictures((&ready, &scene), &settings, seeds, |index| {
+            truth.pixels()[index].to_array()[1].into()
+        });
+        println!("| mlt, {spp} steps a pixel |{coverage}");
+        coverage
+    };
+    let (few, many) = (coverage(64, 8), coverage(8192, 8));
+    assert!(few.flagged() > 0.9, "{}", few.flagged());
+    assert!(many.flagged() < 0.8, "{}", many.flagged());
+    assert_eq!(many.miscalibrated(), None);
 }

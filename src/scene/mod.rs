@@ -5,8 +5,10 @@ mod compose;
 pub mod description;
 pub mod effects;
 mod emitters;
+mod extent;
 pub mod interaction;
 pub mod keyframes;
+mod lit;
 pub mod load;
 pub mod material;
 pub mod normal_map;
@@ -14,6 +16,7 @@ pub mod normalisation;
 mod placed;
 pub mod placement;
 pub mod prepare;
+mod traced;
 
 use crate::accel::{Accel, Departure, Hit, PrimitiveId};
 use crate::bsdf::Bsdf;

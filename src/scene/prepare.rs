@@ -8,31 +8,24 @@
 //! farther away than 2^48 times the scene's unit.
 //! Source: docs/architecture.md. Tested below.
 
-use super::description::{CameraDescription, ColourDescription, LightModel, SceneDescription};
+use super::description::{CameraDescription, SceneDescription};
 use super::effects;
-use super::emitters::{Added, Emitters, Standing};
+use super::extent::{boxes, frame_of, scene_radius, sphere_around};
 use super::keyframes;
+use super::lit::Lit;
 use super::material::Material;
 use super::normalisation::Normalisation;
-use super::placed::{Form, Placed, Traced};
-use super::placement::{Layout, Placement, layout, stands_alone};
-use super::{Emitter, Kept, Scene, Shape};
-use crate::accel::{Accel, AccelOptions, PrimitiveId};
+use super::placed::Placed;
+use super::placement::{layout, stands_alone};
+use super::traced::{instances, traced};
+use super::{Kept, Scene};
+use crate::accel::{Accel, AccelOptions};
 use crate::camera::{Camera, CameraParameters};
-use crate::effects::{Effect, EffectSet};
+use crate::effects::Effect;
 use crate::error::Result;
-use crate::geometry::Geometry;
 use crate::geometry::packed::PackedImages;
-use crate::geometry::texture::Texture;
-use crate::geometry::world::{Instance, World};
-use crate::light::select::Lights;
-use crate::light::types::BoundingSphere;
-use crate::light::{
-    Light, distant::DistantLight, environment::EnvironmentMap, point::PointLight, spot::SpotLight,
-};
-use crate::math::bounds::Bounds;
-use crate::math::rgb::Rgb;
-use crate::math::vec::{DAffine3, DVec3, Vec3};
+use crate::geometry::world::World;
+use crate::math::vec::DAffine3;
 use crate::planted::planted;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -126,7 +119,7 @@ impl Scene {
         let many_lights = self.effects.has(Effect::ManyLights);
         let of_camera = planted!(
             "new-lens-left-out",
-            EffectSet::NONE,
+            Default::default(),
             effects::of_camera(&description.camera)
         );
         self.effects = (of_camera | self.kept.objects).with_if(Effect::ManyLights, many_lights);
@@ -158,16 +151,6 @@ impl Scene {
     }
 }
 
-/// In normalised units. Farther away, areas times numbers of primitives leave single precision, and obvhs builds its trees by
-/// these; beyond 2^60, Embree leaves shapes out without a word.
-const REACH: f64 = (1_u64 << 48) as f64;
-
-fn too_far(name: &str) -> String {
-    format!(
-        "{name} reaches farther than 2^48 times the size of what the scene mostly consists of, or leaves double precision"
-    )
-}
-
 fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<Placed>> {
     let shutter = description.camera.shutter;
     let shapes = shapes.iter().map(|&shape| &description.shapes[shape]);
@@ -182,134 +165,6 @@ fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<Placed>
             Placed::new(shape, &then)
         })
         .collect()
-}
-
-/// The boxes of all primitives; of an instance one for each shape.
-fn boxes(roots: &[Placed], groups: &[Vec<Placed>], layout: &Layout) -> Vec<Bounds> {
-    let whole = |placed: &Placed| {
-        let boxes = placed.boxes().into_iter();
-        boxes.fold(Bounds::default(), Bounds::union)
-    };
-    let of_groups: Vec<Vec<Bounds>> = groups
-        .iter()
-        .map(|group| group.iter().map(whole).filter(|b| !b.is_empty()).collect())
-        .collect();
-    let of_instances = layout.placements.iter().flat_map(|placement| {
-        let shapes = &of_groups[placement.group];
-        shapes.iter().map(|bounds| {
-            let moved = placement.steps.iter().map(|step| moved(bounds, step));
-            moved.fold(Bounds::default(), Bounds::union)
-        })
-    });
-    roots
-        .iter()
-        .flat_map(Placed::boxes)
-        .chain(of_instances)
-        .collect()
-}
-
-/// The box around a transformed box.
-fn moved(bounds: &Bounds, transform: &DAffine3) -> Bounds {
-    Bounds::around((0..8).map(|corner| {
-        let pick = |axis: usize| {
-            if corner >> axis & 1 == 0 {
-                bounds.min[axis]
-            } else {
-                bounds.max[axis]
-            }
-        };
-        transform.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
-    }))
-}
-
-/// Half the diagonal of the box around everything, in normalised units.
-fn scene_radius(boxes: &[Bounds], normalisation: &Normalisation) -> f64 {
-    let whole = boxes.iter().fold(Bounds::default(), |all, b| all.union(*b));
-    if whole.is_empty() {
-        return 1.0;
-    }
-    f64::from(normalisation.length(0.5 * whole.extent().length()))
-}
-
-/// The sphere through the corners of the box around everything that can be met.
-fn sphere_around(world: &World) -> BoundingSphere {
-    let bounds_of = |shapes: &[Geometry]| -> Vec<Bounds> {
-        let not_empty = shapes.iter().filter(|shape| shape.primitive_count() > 0);
-        not_empty.map(Geometry::bounds).collect()
-    };
-    let mut boxes = bounds_of(world.geometries());
-    for instance in world.instances() {
-        let shapes = bounds_of(&world.groups()[instance.group]);
-        boxes.extend(shapes.iter().map(|bounds| instance.bounds_of(bounds)));
-    }
-    let whole = boxes.iter().fold(Bounds::default(), |all, b| all.union(*b));
-    if whole.is_empty() {
-        return BoundingSphere {
-            center: Vec3::ZERO,
-            radius: 1.0,
-        };
-    }
-    BoundingSphere {
-        center: whole.centre().as_vec3a(),
-        radius: (0.5 * whole.extent().length()) as f32,
-    }
-}
-
-/// A group's own frame.
-fn frame_of(group: &[Placed]) -> Normalisation {
-    let boxes: Vec<Bounds> = group.iter().flat_map(Placed::boxes).collect();
-    Normalisation::of(&boxes)
-}
-
-/// All placements in normalised units.
-///
-/// # Errors
-/// The first with which nothing can be traced.
-fn instances(
-    layout: &Layout,
-    normalisation: &Normalisation,
-    frames: &[Normalisation],
-    groups: &[Vec<Geometry>],
-) -> Result<Vec<Instance>> {
-    let place = |placement: &Placement| {
-        let instance = instance(placement, normalisation, &frames[placement.group])?;
-        let boxes = groups[placement.group].iter().map(Geometry::bounds);
-        let boxes = boxes.map(|bounds| instance.bounds_of(&bounds));
-        if boxes
-            .fold(Bounds::default(), Bounds::union)
-            .is_within(REACH)
-        {
-            return Ok(instance);
-        }
-        let (name, place) = &placement.object;
-        Err(place.error(too_far(name)))
-    };
-    layout.placements.iter().map(place).collect()
-}
-
-/// A placement in normalised units on both sides, rounded last.
-fn instance(
-    placement: &Placement,
-    world: &Normalisation,
-    group: &Normalisation,
-) -> Result<Instance> {
-    let from_group = group.to_affine().inverse();
-    let to_world = world.to_affine();
-    let round =
-        |m: DAffine3| DAffine3::from_cols_array(&m.to_cols_array().map(|x| f64::from(x as f32)));
-    let steps = placement.steps.iter();
-    let instance = Instance {
-        group: placement.group,
-        steps: steps.map(|&m| round(to_world * m * from_group)).collect(),
-    };
-    if instance.is_invertible() {
-        return Ok(instance);
-    }
-    let (name, place) = &placement.object;
-    let message = format!(
-        "the transform of {name} cannot be inverted in single precision at all times: it flattens space, is too large or too small for the scene, or turns by half a circle or more from one key to the next"
-    );
-    Err(place.error(message))
 }
 
 fn camera(
@@ -337,205 +192,6 @@ fn camera(
     })
 }
 
-/// Shapes in normalised units, with what their lights need to know of their forms.
-///
-/// # Errors
-/// The first of the shapes that is out of reach.
-fn traced(
-    shapes: &[usize],
-    placed: &[Placed],
-    description: &SceneDescription,
-    frame: &Normalisation,
-) -> Result<(Vec<Geometry>, Vec<Form>)> {
-    let trace = |(&shape, placed): (&usize, &Placed)| {
-        let Traced { geometry, form } = placed.traced(frame);
-        if geometry.primitive_count() > 0 && !geometry.bounds().is_within(REACH) {
-            let shape = &description.shapes[shape];
-            return Err(shape.place.error(too_far(&shape.name)));
-        }
-        Ok((geometry, form))
-    };
-    shapes.iter().zip(placed).map(trace).collect()
-}
-
-/// What is gathered shape by shape.
-struct Lit {
-    shapes: Vec<Shape>,
-    emitters: Vec<Emitter>,
-    lights: Lights,
-    light_primitives: Vec<Option<PrimitiveId>>,
-    unsampled: usize,
-}
-
-impl Lit {
-    fn new(
-        description: &SceneDescription,
-        layout: &Layout,
-        materials: &[Material],
-        (normalisation, kept): (&Normalisation, &Kept),
-        world: &World,
-    ) -> Self {
-        let mut gathered = Gathered {
-            description,
-            materials,
-            shapes: vec![],
-            emitters: Emitters::default(),
-        };
-        gathered.add_lights(normalisation, kept.radius);
-        let roots = world.geometries();
-        gathered.add_shapes(&layout.shapes, roots, &kept.still, Standing::World);
-        for (instance, placement) in world.instances().iter().zip(&layout.placements) {
-            let standing = match instance.steps.as_slice() {
-                [still] => Standing::Still(still),
-                steps => Standing::Moving(steps),
-            };
-            let group = placement.group;
-            let (shapes, forms) = (&layout.groups[group], &kept.groups[group]);
-            gathered.add_shapes(shapes, &world.groups()[group], forms, standing);
-        }
-        let emitters = gathered.emitters;
-        let all_in_place = emitters.primitives.iter().all(Option::is_none);
-        Self {
-            shapes: gathered.shapes,
-            emitters: emitters.emitters,
-            lights: Lights::new(emitters.lights, &emitters.powers),
-            light_primitives: if all_in_place {
-                vec![]
-            } else {
-                emitters.primitives
-            },
-            unsampled: emitters.unsampled,
-        }
-    }
-
-    /// What the scene calls for.
-    fn effects(&self, camera: &CameraDescription, kept: &Kept) -> EffectSet {
-        (effects::of_camera(camera) | kept.objects)
-            .with_if(Effect::ManyLights, self.lights.len() > 1)
-    }
-
-    fn notes(&self, kept: &Kept) -> Vec<String> {
-        let forms = kept.still.iter().chain(kept.groups.iter().flatten());
-        let dropped: usize = forms.map(|form| form.dropped).sum();
-        let dropped =
-            (dropped > 0).then(|| format!("{dropped} triangles without an area were left out"));
-        let unsampled = self.unsampled;
-        let unsampled = (unsampled > 0).then(|| {
-            format!(
-                "{unsampled} emitting spheres, disks or textured meshes move, or are stretched or mirrored by an instance: only scattered rays find their light, with more noise"
-            )
-        });
-        dropped.into_iter().chain(unsampled).collect()
-    }
-}
-
-/// What is being gathered.
-struct Gathered<'a> {
-    description: &'a SceneDescription,
-    materials: &'a [Material],
-    shapes: Vec<Shape>,
-    emitters: Emitters,
-}
-
-impl Gathered<'_> {
-    /// Adds shapes in the order in which rays number them.
-    fn add_shapes(
-        &mut self,
-        shapes: &[usize],
-        geometries: &[Geometry],
-        forms: &[Form],
-        standing: Standing<'_>,
-    ) {
-        for (&shape, (geometry, form)) in shapes.iter().zip(geometries.iter().zip(forms)) {
-            let description = &self.description.shapes[shape];
-            let number = self.shapes.len() as u32;
-            let material = &self.materials[description.material];
-            let added = Added {
-                number,
-                description,
-                masked: material.is_masked(),
-                geometry,
-                rectangle: form.rectangle,
-            };
-            let emitter = self.emitters.add_shape(&added, standing);
-            let emission = emitter.map(|index| &self.emitters.emitters[index as usize]);
-            let shines_by_texture = emission.is_some_and(|emitter| emitter.texture.is_some());
-            self.shapes.push(Shape {
-                described: shape as u32,
-                material: description.material as u32,
-                emitter,
-                textured: material.is_textured() || shines_by_texture,
-            });
-        }
-    }
-
-    /// Adds the lights that are no shapes and are sampled, for a scene of this radius in normalised units.
-    fn add_lights(&mut self, normalisation: &Normalisation, radius: f64) {
-        for light in &self.description.lights {
-            if let Some(light) = light_of(&light.model, normalisation) {
-                let power = light.power(radius);
-                self.emitters.add_light(light, power);
-            }
-        }
-    }
-}
-
-/// A light that is no shape, in normalised units; `None` if it is black, or the same in all directions.
-fn light_of(model: &LightModel, normalisation: &Normalisation) -> Option<Light> {
-    // Irradiance, I / d^2, is not to change with the unit of length. The square of a unit may leave single precision
-    // where its product with an intensity does not.
-    let intensity = |intensity: Rgb| {
-        let normalised = |x: f32| normalisation.area(f64::from(x)) as f32;
-        let normalised = |x| planted!("intensity-in-world-units", x, normalised(x));
-        (!intensity.is_black()).then(|| intensity.map(normalised))
-    };
-    Some(match model {
-        LightModel::Environment { radiance, to_world } => {
-            let (None, ColourDescription::Texture(texture)) = (radiance.constant(), radiance)
-            else {
-                return None;
-            };
-            let Texture::Image { image, scale } = texture.as_ref() else {
-                return None;
-            };
-            let map = EnvironmentMap::new(Arc::clone(image), *scale, *to_world)?;
-            Light::Environment(Arc::new(map))
-        }
-        LightModel::Point {
-            position,
-            intensity: i,
-        } => {
-            let position = normalisation.point(*position);
-            Light::Point(PointLight::new(position, intensity(*i)?))
-        }
-        LightModel::Spot {
-            position,
-            target,
-            intensity: i,
-            cone,
-            penumbra,
-        } => {
-            let axis = (*target - *position).normalize().as_vec3a();
-            let position = normalisation.point(*position);
-            Light::Spot(SpotLight::new(
-                position,
-                axis,
-                intensity(*i)?,
-                *cone,
-                *penumbra,
-            ))
-        }
-        LightModel::Distant {
-            direction,
-            irradiance,
-        } => {
-            let direction = direction.normalize().as_vec3a();
-            let light = DistantLight::new(direction, *irradiance);
-            Light::Distant((!irradiance.is_black()).then_some(light)?)
-        }
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -546,10 +202,10 @@ mod tests {
     use crate::math::measure::Pmf;
     use crate::math::ray::Ray;
     use crate::math::rgb::Rgb;
-    use crate::math::vec::{Vec2, Vec3};
+    use crate::math::vec::{DVec3, Vec2, Vec3};
     use crate::scene::description::{
-        GeometryDescription, Key, LightDescription, MaterialDescription, MaterialModel,
-        MeshDescription, Place, ShapeDescription,
+        ColourDescription, GeometryDescription, Key, LightDescription, LightModel,
+        MaterialDescription, MaterialModel, MeshDescription, Place, ShapeDescription,
     };
 
     fn scene(geometry: GeometryDescription, transform: DAffine3) -> SceneDescription {

@@ -1,0 +1,91 @@
+//! How far things reach: the boxes that a scene's frame is chosen by, and what holds all of it.
+//!
+//! Measure: world units in double precision, or normalised units as said at each.
+//! Range: any shapes; where there is none, a radius of 1.
+//! Source: none needed. Tested through `prepare.rs` and `normalisation.rs`.
+
+use super::normalisation::Normalisation;
+use super::placed::Placed;
+use super::placement::Layout;
+use crate::geometry::Geometry;
+use crate::geometry::world::World;
+use crate::light::types::BoundingSphere;
+use crate::math::bounds::Bounds;
+use crate::math::vec::{DAffine3, DVec3, Vec3};
+
+/// The boxes of all primitives; of an instance one for each shape.
+pub fn boxes(roots: &[Placed], groups: &[Vec<Placed>], layout: &Layout) -> Vec<Bounds> {
+    let whole = |placed: &Placed| {
+        let boxes = placed.boxes().into_iter();
+        boxes.fold(Bounds::default(), Bounds::union)
+    };
+    let of_groups: Vec<Vec<Bounds>> = groups
+        .iter()
+        .map(|group| group.iter().map(whole).filter(|b| !b.is_empty()).collect())
+        .collect();
+    let of_instances = layout.placements.iter().flat_map(|placement| {
+        let shapes = &of_groups[placement.group];
+        shapes.iter().map(|bounds| {
+            let moved = placement.steps.iter().map(|step| moved(bounds, step));
+            moved.fold(Bounds::default(), Bounds::union)
+        })
+    });
+    roots
+        .iter()
+        .flat_map(Placed::boxes)
+        .chain(of_instances)
+        .collect()
+}
+
+/// The box around a transformed box.
+fn moved(bounds: &Bounds, transform: &DAffine3) -> Bounds {
+    Bounds::around((0..8).map(|corner| {
+        let pick = |axis: usize| {
+            if corner >> axis & 1 == 0 {
+                bounds.min[axis]
+            } else {
+                bounds.max[axis]
+            }
+        };
+        transform.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+    }))
+}
+
+/// Half the diagonal of the box around everything, in normalised units.
+pub fn scene_radius(boxes: &[Bounds], normalisation: &Normalisation) -> f64 {
+    let whole = boxes.iter().fold(Bounds::default(), |all, b| all.union(*b));
+    if whole.is_empty() {
+        return 1.0;
+    }
+    f64::from(normalisation.length(0.5 * whole.extent().length()))
+}
+
+/// The sphere through the corners of the box around everything that can be met.
+pub fn sphere_around(world: &World) -> BoundingSphere {
+    let bounds_of = |shapes: &[Geometry]| -> Vec<Bounds> {
+        let not_empty = shapes.iter().filter(|shape| shape.primitive_count() > 0);
+        not_empty.map(Geometry::bounds).collect()
+    };
+    let mut boxes = bounds_of(world.geometries());
+    for instance in world.instances() {
+        let shapes = bounds_of(&world.groups()[instance.group]);
+        boxes.extend(shapes.iter().map(|bounds| instance.bounds_of(bounds)));
+    }
+    let whole = boxes.iter().fold(Bounds::default(), |all, b| all.union(*b));
+    if whole.is_empty() {
+        return BoundingSphere {
+            center: Vec3::ZERO,
+            radius: 1.0,
+        };
+    }
+    BoundingSphere {
+        center: whole.centre().as_vec3a(),
+        radius: (0.5 * whole.extent().length()) as f32,
+    }
+}
+
+/// A group's own frame.
+pub fn frame_of(group: &[Placed]) -> Normalisation {
+    let boxes: Vec<Bounds> = group.iter().flat_map(Placed::boxes).collect();
+    Normalisation::of(&boxes)
+}

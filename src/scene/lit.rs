@@ -1,0 +1,210 @@
+//! Who emits: the lights of a scene and its shapes, numbered as rays number them.
+//!
+//! Measure: normalised units.
+//! Range: the shapes of a world, in its order.
+//! Source: docs/architecture.md. Tested through `prepare.rs` and in `tests/loading/lights.rs`.
+
+use super::description::{CameraDescription, ColourDescription, LightModel, SceneDescription};
+use super::effects;
+use super::emitters::{Added, Emitters, Standing};
+use super::material::Material;
+use super::normalisation::Normalisation;
+use super::placed::Form;
+use super::placement::Layout;
+use super::{Emitter, Kept, Shape};
+use crate::accel::PrimitiveId;
+use crate::effects::{Effect, EffectSet};
+use crate::geometry::Geometry;
+use crate::geometry::texture::Texture;
+use crate::geometry::world::World;
+use crate::light::select::Lights;
+use crate::light::{
+    Light, distant::DistantLight, environment::EnvironmentMap, point::PointLight, spot::SpotLight,
+};
+use crate::math::rgb::Rgb;
+use crate::planted::planted;
+use std::sync::Arc;
+
+/// What is gathered shape by shape.
+pub struct Lit {
+    /// As [`Scene::shapes`](super::Scene).
+    pub(super) shapes: Vec<Shape>,
+    /// Shapes that emit.
+    pub(super) emitters: Vec<Emitter>,
+    /// All that light sampling chooses from.
+    pub(super) lights: Lights,
+    /// As [`Scene::light_primitives`](super::Scene).
+    pub(super) light_primitives: Vec<Option<PrimitiveId>>,
+    unsampled: usize,
+}
+
+impl Lit {
+    /// What the shapes and lights of a description are in a world with this layout.
+    pub(super) fn new(
+        description: &SceneDescription,
+        layout: &Layout,
+        materials: &[Material],
+        (normalisation, kept): (&Normalisation, &Kept),
+        world: &World,
+    ) -> Self {
+        let mut gathered = Gathered {
+            description,
+            materials,
+            shapes: vec![],
+            emitters: Emitters::default(),
+        };
+        gathered.add_lights(normalisation, kept.radius);
+        let roots = world.geometries();
+        gathered.add_shapes(&layout.shapes, roots, &kept.still, Standing::World);
+        for (instance, placement) in world.instances().iter().zip(&layout.placements) {
+            let standing = match instance.steps.as_slice() {
+                [still] => Standing::Still(still),
+                steps => Standing::Moving(steps),
+            };
+            let group = placement.group;
+            let (shapes, forms) = (&layout.groups[group], &kept.groups[group]);
+            gathered.add_shapes(shapes, &world.groups()[group], forms, standing);
+        }
+        let emitters = gathered.emitters;
+        let all_in_place = emitters.primitives.iter().all(Option::is_none);
+        Self {
+            shapes: gathered.shapes,
+            emitters: emitters.emitters,
+            lights: Lights::new(emitters.lights, &emitters.powers),
+            light_primitives: if all_in_place {
+                vec![]
+            } else {
+                emitters.primitives
+            },
+            unsampled: emitters.unsampled,
+        }
+    }
+
+    /// What the scene calls for.
+    pub(super) fn effects(&self, camera: &CameraDescription, kept: &Kept) -> EffectSet {
+        (effects::of_camera(camera) | kept.objects)
+            .with_if(Effect::ManyLights, self.lights.len() > 1)
+    }
+
+    /// What is worth telling: one sentence each.
+    pub(super) fn notes(&self, kept: &Kept) -> Vec<String> {
+        let forms = kept.still.iter().chain(kept.groups.iter().flatten());
+        let dropped: usize = forms.map(|form| form.dropped).sum();
+        let dropped =
+            (dropped > 0).then(|| format!("{dropped} triangles without an area were left out"));
+        let unsampled = self.unsampled;
+        let unsampled = (unsampled > 0).then(|| {
+            format!(
+                "{unsampled} emitting spheres, disks or textured meshes move, or are stretched or mirrored by an instance: only scattered rays find their light, with more noise"
+            )
+        });
+        dropped.into_iter().chain(unsampled).collect()
+    }
+}
+
+/// What is being gathered.
+struct Gathered<'a> {
+    description: &'a SceneDescription,
+    materials: &'a [Material],
+    shapes: Vec<Shape>,
+    emitters: Emitters,
+}
+
+impl Gathered<'_> {
+    /// Adds shapes in the order in which rays number them.
+    fn add_shapes(
+        &mut self,
+        shapes: &[usize],
+        geometries: &[Geometry],
+        forms: &[Form],
+        standing: Standing<'_>,
+    ) {
+        for (&shape, (geometry, form)) in shapes.iter().zip(geometries.iter().zip(forms)) {
+            let description = &self.description.shapes[shape];
+            let number = self.shapes.len() as u32;
+            let material = &self.materials[description.material];
+            let added = Added {
+                number,
+                description,
+                masked: material.is_masked(),
+                geometry,
+                rectangle: form.rectangle,
+            };
+            let emitter = self.emitters.add_shape(&added, standing);
+            let emission = emitter.map(|index| &self.emitters.emitters[index as usize]);
+            let shines_by_texture = emission.is_some_and(|emitter| emitter.texture.is_some());
+            self.shapes.push(Shape {
+                described: shape as u32,
+                material: description.material as u32,
+                emitter,
+                textured: material.is_textured() || shines_by_texture,
+            });
+        }
+    }
+
+    /// Adds the lights that are no shapes and are sampled, for a scene of this radius in normalised units.
+    fn add_lights(&mut self, normalisation: &Normalisation, radius: f64) {
+        for light in &self.description.lights {
+            if let Some(light) = light_of(&light.model, normalisation) {
+                let power = light.power(radius);
+                self.emitters.add_light(light, power);
+            }
+        }
+    }
+}
+
+/// A light that is no shape, in normalised units; `None` if it is black, or the same in all directions.
+fn light_of(model: &LightModel, normalisation: &Normalisation) -> Option<Light> {
+    // Irradiance, I / d^2, is not to change with the unit of length. The square of a unit may leave single precision
+    // where its product with an intensity does not.
+    let intensity = |intensity: Rgb| {
+        let normalised = |x: f32| normalisation.area(f64::from(x)) as f32;
+        let normalised = |x| planted!("intensity-in-world-units", x, normalised(x));
+        (!intensity.is_black()).then(|| intensity.map(normalised))
+    };
+    Some(match model {
+        LightModel::Environment { radiance, to_world } => {
+            let (None, ColourDescription::Texture(texture)) = (radiance.constant(), radiance)
+            else {
+                return None;
+            };
+            let Texture::Image { image, scale } = texture.as_ref() else {
+                return None;
+            };
+            let map = EnvironmentMap::new(Arc::clone(image), *scale, *to_world)?;
+            Light::Environment(Arc::new(map))
+        }
+        LightModel::Point {
+            position,
+            intensity: i,
+        } => {
+            let position = normalisation.point(*position);
+            Light::Point(PointLight::new(position, intensity(*i)?))
+        }
+        LightModel::Spot {
+            position,
+            target,
+            intensity: i,
+            cone,
+            penumbra,
+        } => {
+            let axis = (*target - *position).normalize().as_vec3a();
+            let position = normalisation.point(*position);
+            Light::Spot(SpotLight::new(
+                position,
+                axis,
+                intensity(*i)?,
+                *cone,
+                *penumbra,
+            ))
+        }
+        LightModel::Distant {
+            direction,
+            irradiance,
+        } => {
+            let direction = direction.normalize().as_vec3a();
+            let light = DistantLight::new(direction, *irradiance);
+            Light::Distant((!irradiance.is_black()).then_some(light)?)
+        }
+    })
+}

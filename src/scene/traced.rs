@@ -1,0 +1,98 @@
+//! Shapes and instances as rays meet them: placed in double precision, in normalised units, rounded last.
+//!
+//! Measure: world units in, normalised units out.
+//! Range: what is farther away than 2^48 times the scene's unit is an error, and so is an instance that cannot be inverted in
+//! single precision.
+//! Source: docs/architecture.md. Tested through `prepare.rs` and in `tests/loading/built_scenes.rs`.
+
+use super::description::SceneDescription;
+use super::normalisation::Normalisation;
+use super::placed::{Form, Placed, Traced};
+use super::placement::{Layout, Placement};
+use crate::error::Result;
+use crate::geometry::Geometry;
+use crate::geometry::world::Instance;
+use crate::math::bounds::Bounds;
+use crate::math::vec::DAffine3;
+
+/// In normalised units. Farther away, areas times numbers of primitives leave single precision, and obvhs builds its trees by
+/// these; beyond 2^60, Embree leaves shapes out without a word.
+const REACH: f64 = (1_u64 << 48) as f64;
+
+fn too_far(name: &str) -> String {
+    format!(
+        "{name} reaches farther than 2^48 times the size of what the scene mostly consists of, or leaves double precision"
+    )
+}
+
+/// Shapes in normalised units, with what their lights need to know of their forms.
+///
+/// # Errors
+/// The first of the shapes that is out of reach.
+pub fn traced(
+    shapes: &[usize],
+    placed: &[Placed],
+    description: &SceneDescription,
+    frame: &Normalisation,
+) -> Result<(Vec<Geometry>, Vec<Form>)> {
+    let trace = |(&shape, placed): (&usize, &Placed)| {
+        let Traced { geometry, form } = placed.traced(frame);
+        if geometry.primitive_count() > 0 && !geometry.bounds().is_within(REACH) {
+            let shape = &description.shapes[shape];
+            return Err(shape.place.error(too_far(&shape.name)));
+        }
+        Ok((geometry, form))
+    };
+    shapes.iter().zip(placed).map(trace).collect()
+}
+
+/// All placements in normalised units.
+///
+/// # Errors
+/// The first with which nothing can be traced.
+pub fn instances(
+    layout: &Layout,
+    normalisation: &Normalisation,
+    frames: &[Normalisation],
+    groups: &[Vec<Geometry>],
+) -> Result<Vec<Instance>> {
+    let place = |placement: &Placement| {
+        let instance = instance(placement, normalisation, &frames[placement.group])?;
+        let boxes = groups[placement.group].iter().map(Geometry::bounds);
+        let boxes = boxes.map(|bounds| instance.bounds_of(&bounds));
+        if boxes
+            .fold(Bounds::default(), Bounds::union)
+            .is_within(REACH)
+        {
+            return Ok(instance);
+        }
+        let (name, place) = &placement.object;
+        Err(place.error(too_far(name)))
+    };
+    layout.placements.iter().map(place).collect()
+}
+
+/// A placement in normalised units on both sides, rounded last.
+fn instance(
+    placement: &Placement,
+    world: &Normalisation,
+    group: &Normalisation,
+) -> Result<Instance> {
+    let from_group = group.to_affine().inverse();
+    let to_world = world.to_affine();
+    let round =
+        |m: DAffine3| DAffine3::from_cols_array(&m.to_cols_array().map(|x| f64::from(x as f32)));
+    let steps = placement.steps.iter();
+    let instance = Instance {
+        group: placement.group,
+        steps: steps.map(|&m| round(to_world * m * from_group)).collect(),
+    };
+    if instance.is_invertible() {
+        return Ok(instance);
+    }
+    let (name, place) = &placement.object;
+    let message = format!(
+        "the transform of {name} cannot be inverted in single precision at all times: it flattens space, is too large or too small for the scene, or turns by half a circle or more from one key to the next"
+    );
+    Err(place.error(message))
+}

@@ -1,0 +1,98 @@
+//! What single values have to be like: numbers, points, colours, transforms and keys.
+//!
+//! Measure: as in the description.
+//! Range: any value; what is wrong is an error of the scene that names the field.
+//! Source: docs/scene-format.md. Tested in `tests/loading/built_scenes.rs`.
+
+use crate::error::{Error, Result};
+use crate::geometry::texture::Texture;
+use crate::math::rgb::Rgb;
+use crate::math::transform::is_invertible;
+use crate::math::vec::{DAffine3, DVec3};
+use crate::scene::description::{ColourDescription, Key};
+
+/// Keys of the motion of an object of this name: in order, and none of them flat.
+pub fn keys(keys: &[Key], object: &str) -> Result<()> {
+    let field = || format!("{object}: motion");
+    for key in keys {
+        require(key.time.is_finite(), field, "expected finite times")?;
+        placed(&key.transform, field)?;
+    }
+    let in_order = keys.windows(2).all(|pair| pair[0].time < pair[1].time);
+    require(in_order, field, "expected keys in order of time")
+}
+
+/// A transform that has a way back.
+pub fn placed(transform: &DAffine3, field: impl Fn() -> String) -> Result<()> {
+    require(
+        transform.is_finite() && is_invertible(&transform.matrix3),
+        field,
+        "expected finite numbers, and a transform that does not flatten space",
+    )
+}
+
+/// A colour from 0 to `most` in every channel, all over.
+pub fn colour(colour: &ColourDescription, most: f32, field: impl Fn() -> String) -> Result<()> {
+    let is_within = |c: Rgb| c.to_array().iter().all(|x| (0.0..=most).contains(x));
+    let all_within = match colour {
+        ColourDescription::Constant(colour) => is_within(*colour),
+        ColourDescription::Texture(texture) => match texture.as_ref() {
+            Texture::Image { image, scale } => {
+                image.pixels().iter().all(|&p| is_within(*scale * p))
+            }
+            Texture::Checker { colours, repeat } => {
+                repeat.is_finite() && colours.iter().all(|&c| is_within(c))
+            }
+        },
+    };
+    let expected = if most == 1.0 {
+        "expected a value from 0 to 1 in every channel"
+    } else {
+        "expected a finite value of at least 0 in every channel"
+    };
+    require(all_within, field, expected)
+}
+
+/// A colour above 0 in every channel.
+pub fn positive(colour: Rgb, field: impl Fn() -> String) -> Result<()> {
+    let is_fine = colour.to_array().iter().all(|&x| x > 0.0 && x.is_finite());
+    let expected = "expected a finite value above 0 in every channel";
+    require(is_fine, field, expected)
+}
+
+/// A colour of at least 0 in every channel.
+pub fn not_negative(colour: Rgb, field: impl Fn() -> String) -> Result<()> {
+    let is_fine = colour.to_array().iter().all(|&x| x >= 0.0 && x.is_finite());
+    let expected = "expected a finite value of at least 0 in every channel";
+    require(is_fine, field, expected)
+}
+
+/// A point that is somewhere.
+pub fn finite(point: DVec3, field: impl Fn() -> String) -> Result<()> {
+    require(point.is_finite(), field, "expected finite numbers")
+}
+
+/// A length above 0.
+pub fn length(length: f64, field: impl Fn() -> String) -> Result<()> {
+    let is_fine = length > 0.0 && length.is_finite();
+    require(is_fine, field, "expected a finite number above 0")
+}
+
+/// A vector that points somewhere.
+pub fn direction(direction: DVec3, field: impl Fn() -> String) -> Result<()> {
+    let is_fine = direction.try_normalize().is_some();
+    require(
+        is_fine,
+        field,
+        "expected a finite direction that is not zero",
+    )
+}
+
+/// An error that says what was expected of a field, unless it is fine.
+pub fn require(is_fine: bool, field: impl Fn() -> String, expected: &str) -> Result<()> {
+    if is_fine {
+        Ok(())
+    } else {
+        Err(Error::scene(expected).in_field(field()))
+    }
+}

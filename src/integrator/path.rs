@@ -110,6 +110,46 @@ impl<E: Effects> PathState<E> {
         true
     }
 
+    /// Adds what light sampling found, as far as nothing is in the way.
+    #[inline(always)]
+    fn add_light<O: PathObserver>(
+        &mut self,
+        scene: &Scene,
+        light: &DirectLight,
+        rays: &mut RayCounts,
+        observer: &mut O,
+    ) {
+        let time = self.time.or(0.0);
+        rays.shadow += 1;
+        observer.traced(RayKind::Shadow, &light.ray, time);
+        let then = planted!("shadows-as-the-shutter-opens", 0.0, time);
+        let visible = scene.visibility::<E>(&light.ray, then);
+        observer.light(self.beta * light.contribution, light.weight, visible);
+        if visible > 0.0 {
+            self.radiance += self.beta * light.contribution * visible;
+        }
+    }
+
+    /// Sends it on from a surface along `wi`, which was found with density `pdf`.
+    #[inline(always)]
+    fn leave(
+        &mut self,
+        scene: &Scene,
+        at: &Interaction<E>,
+        wi: Vec3,
+        pdf: Option<PdfSolidAngle>,
+        goes_through: bool,
+    ) {
+        let forgotten = planted!(
+            "mirror-weighted-as-what-it-shows",
+            self.scattered_from,
+            None
+        );
+        self.scattered_from = pdf.map(|p_bsdf| (at.p, p_bsdf)).or(forgotten);
+        let (ray, departure) = scene.spawn(at, self.time.or(0.0), wi, goes_through);
+        (self.ray, self.departure) = (ray, Some(departure));
+    }
+
     /// The weight of light found by scattering, where light sampling finds it with density `p_light`.
     #[inline]
     fn weight_of_scattering(
@@ -161,12 +201,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         let first = u32::from(path.departure.is_some());
         for bounce in first.. {
             let time = path.time.or(0.0);
-            let u_alpha = if E::Alpha::ON {
-                let [u] = sampler.draw(Decision::Alpha(bounce));
-                u
-            } else {
-                0.0
-            };
+            let u_alpha = draw_alpha::<E, S>(sampler, bounce);
             let Some(at) = scene.meet::<E>(&path.ray, time, path.departure, u_alpha, found) else {
                 observer.escaped(path.ray.dir);
                 let contribution = path.beta * beyond(scene, &path, technique, chosen);
@@ -215,14 +250,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
                 if let Some(choice) = choice
                     && let Some(light) = sample_light(scene, &at, time, &seen, lighting, choice, u)
                 {
-                    rays.shadow += 1;
-                    observer.traced(RayKind::Shadow, &light.ray, time);
-                    let then = planted!("shadows-as-the-shutter-opens", 0.0, time);
-                    let visible = scene.visibility::<E>(&light.ray, then);
-                    observer.light(path.beta * light.contribution, light.weight, visible);
-                    if visible > 0.0 {
-                        path.radiance += path.beta * light.contribution * visible;
-                    }
+                    path.add_light(scene, &light, rays, observer);
                 } else {
                     observer.unlit();
                 }
@@ -261,14 +289,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
                 observer.terminated(survival);
                 break;
             }
-            let forgotten = planted!(
-                "mirror-weighted-as-what-it-shows",
-                path.scattered_from,
-                None
-            );
-            path.scattered_from = sample.pdf.map(|p_bsdf| (at.p, p_bsdf)).or(forgotten);
-            let (ray, departure) = scene.spawn(&at, time, wi, goes_through);
-            (path.ray, path.departure) = (ray, Some(departure));
+            path.leave(scene, &at, wi, sample.pdf, goes_through);
             rays.closest += 1;
             let kind = RayKind::onward(bounce, path.scattered_from.is_none());
             observer.traced(kind, &path.ray, time);
@@ -276,6 +297,16 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         }
         path.radiance
     }
+}
+
+/// The number that decides where a surface is only partly there.
+#[inline(always)]
+fn draw_alpha<E: Effects, S: Sampler>(sampler: &mut S, bounce: u32) -> f32 {
+    if !E::Alpha::ON {
+        return 0.0;
+    }
+    let [u] = sampler.draw(Decision::Alpha(bounce));
+    u
 }
 
 /// The numbers that choose a point on a light and, where there are several, the light.

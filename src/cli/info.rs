@@ -30,7 +30,7 @@ struct Embree {
     header_version: String,
     fits: bool,
     library: Option<String>,
-    native_packet_widths: Vec<u32>,
+    native_packet_widths: Vec<usize>,
 }
 
 pub fn run(arguments: &InfoArguments) -> Result<Outcome> {
@@ -62,7 +62,7 @@ fn table(info: &Info) -> String {
             let widths: Vec<String> = embree
                 .native_packet_widths
                 .iter()
-                .map(u32::to_string)
+                .map(usize::to_string)
                 .collect();
             let fits = if embree.fits {
                 "they fit"

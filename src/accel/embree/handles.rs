@@ -9,7 +9,6 @@
 //! Source: Embree's manual; embree4 headers. Tested in `tests/tracing/rays.rs`.
 
 use super::lanes::{ActiveLanes, RayHitLanes, RayLanes};
-use crate::accel::batch::PacketWidth;
 use crate::accel::{AccelOptions, Precision, Quality};
 use crate::error::{Error, Result};
 use crate::geometry::mesh::Mesh;
@@ -77,13 +76,16 @@ impl Device {
         unsafe { rtcGetDeviceProperty(self.handle, property) as isize }
     }
 
-    /// Whether the library traces packets of this width as such on this machine.
-    pub fn is_native(&self, width: PacketWidth) -> bool {
-        match width {
-            PacketWidth::One => true,
-            PacketWidth::Eight => self.property(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0,
-            PacketWidth::Sixteen => self.property(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0,
-        }
+    /// Whether the library traces packets of so many rays as such on this machine.
+    pub fn is_native(&self, lanes: usize) -> bool {
+        let property = match lanes {
+            1 => return true,
+            4 => RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED,
+            8 => RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED,
+            16 => RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED,
+            _ => return false,
+        };
+        self.property(property) != 0
     }
 
     /// Bytes that Embree holds for this device.

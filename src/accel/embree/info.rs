@@ -7,9 +7,8 @@
 use super::handles::Device;
 use crate::error::Result;
 use embree4_sys::{
-    RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED,
-    RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED, RTC_DEVICE_PROPERTY_VERSION_MAJOR,
-    RTC_DEVICE_PROPERTY_VERSION_MINOR, RTC_DEVICE_PROPERTY_VERSION_PATCH,
+    RTC_DEVICE_PROPERTY_VERSION_MAJOR, RTC_DEVICE_PROPERTY_VERSION_MINOR,
+    RTC_DEVICE_PROPERTY_VERSION_PATCH,
 };
 use std::path::PathBuf;
 
@@ -23,7 +22,7 @@ pub struct EmbreeInfo {
     /// The file that the library was loaded from.
     pub library: Option<PathBuf>,
     /// Packet widths that the library traces natively on this machine.
-    pub native_widths: Vec<u32>,
+    pub native_widths: Vec<usize>,
 }
 
 impl EmbreeInfo {
@@ -48,23 +47,12 @@ pub fn info() -> Result<EmbreeInfo> {
         RTC_DEVICE_PROPERTY_VERSION_PATCH,
     ]
     .map(|property| device.property(property).to_string());
-    let widths = [
-        (4, RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED),
-        (8, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED),
-        (16, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED),
-    ];
+    let widths = [1, 4, 8, 16].into_iter();
     Ok(EmbreeInfo {
         header_version: env!("EMBREE_HEADER_VERSION").to_owned(),
         library_version: version.join("."),
         library: loaded_library(),
-        native_widths: std::iter::once(1)
-            .chain(
-                widths
-                    .into_iter()
-                    .filter(|&(_, p)| device.property(p) != 0)
-                    .map(|(w, _)| w),
-            )
-            .collect(),
+        native_widths: widths.filter(|&lanes| device.is_native(lanes)).collect(),
     })
 }
 

@@ -35,7 +35,7 @@ pub fn check(device: &Arc<Device>) -> Result<()> {
     let scene = scene.commit()?;
     let fits = PacketWidth::ALL.iter().all(|&width| match width {
         PacketWidth::One => single_rays_fit(&scene),
-        _ if !device.is_native(width) => true,
+        _ if !device.is_native(width.lanes()) => true,
         PacketWidth::Eight => packets_fit::<8>(&scene),
         PacketWidth::Sixteen => packets_fit::<16>(&scene),
     });

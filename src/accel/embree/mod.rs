@@ -85,7 +85,7 @@ impl EmbreeAccel {
         unsafe { attach_instances(&mut scene, &device, options, &world, &mut groups)? };
         let widths = PacketWidth::ALL.iter().copied();
         Ok(Self {
-            native_widths: widths.filter(|&w| device.is_native(w)).collect(),
+            native_widths: widths.filter(|&w| device.is_native(w.lanes())).collect(),
             scene: scene.commit()?,
             groups,
             first_instance: world.geometries().len() as u32,

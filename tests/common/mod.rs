@@ -13,6 +13,7 @@ pub mod closed_forms;
 #[cfg(feature = "cli")]
 pub mod command;
 pub mod error_bars;
+pub mod furnished;
 pub mod generated;
 pub mod quadrature;
 pub mod room;

@@ -4,7 +4,7 @@
 //! Splats of one light path fall on several pixels. So pictures are compared by their blocks of pixels over independent
 //! renders, by Welch's test with Student's distribution, at a significance of 1e-4 for all tests of this file together.
 
-use super::integrators::{glass, glossy, matte, outside, small_light};
+use crate::common::furnished::{glass, glossy, matte, outside, small_light};
 use crate::common::generated::Generator;
 use crate::common::room::{LAMP, room};
 use crate::common::scene::{film, mirrored_octahedron, panorama, ready, shape, slide};

@@ -5,7 +5,8 @@
 
 use crate::common::chi_square::uniformity;
 use crate::common::closed_forms::{coaxial_discs, parallel_rectangle};
-use crate::common::room::{LAMP, floor_below, room};
+use crate::common::furnished::{glass, glossy, matte, outside, small_light};
+use crate::common::room::{floor_below, room};
 use crate::common::scene::{film, ready, rectangle, slide};
 use crate::common::verdict::{assert_mean, sidak};
 use etendue::accel::Backend;
@@ -27,127 +28,6 @@ const COURSE: [IntegratorKind; 5] = [
     IntegratorKind::LightOrRest,
     IntegratorKind::NextEvent,
 ];
-
-/// A room with two matte blocks.
-pub fn matte() -> SceneDescription {
-    room(&format!(
-        "{LAMP}
-[[shape]]
-type = \"box\"
-material = \"white\"
-min = [-0.6, 0, -0.6]
-max = [-0.1, 1.1, -0.1]
-"
-    ))
-}
-
-/// Rough metal, plastic with a smooth coat, and a lamp of two triangles.
-pub fn glossy() -> SceneDescription {
-    room(
-        r#"
-[[material]]
-name = "metal"
-type = "conductor"
-preset = "gold"
-roughness = 0.5
-
-[[material]]
-name = "plastic"
-type = "plastic"
-reflectance = [0.2, 0.3, 0.7]
-roughness = 0
-
-[[shape]]
-type = "sphere"
-material = "metal"
-center = [-0.45, 0.45, -0.2]
-radius = 0.45
-
-[[shape]]
-type = "sphere"
-material = "plastic"
-center = [0.5, 0.4, 0.1]
-radius = 0.4
-
-[[shape]]
-type = "mesh"
-material = "white"
-emission = [9, 8, 6]
-positions = [[-0.5, 1.99, -0.4], [0.4, 1.99, -0.5], [0.4, 1.99, 0.4], [-0.4, 1.99, 0.5]]
-indices = [[0, 1, 2], [0, 2, 3]]
-"#,
-    )
-}
-
-/// A small bright sphere above a matte block, and a dim one that is larger.
-pub fn small_light() -> SceneDescription {
-    room(
-        r#"
-[[shape]]
-type = "sphere"
-material = "white"
-emission = 60
-center = [0.2, 1.6, 0]
-radius = 0.1
-
-[[shape]]
-type = "disk"
-material = "white"
-emission = 4
-center = [-0.99, 1, 0]
-normal = [1, 0, 0]
-radius = 0.3
-"#,
-    )
-}
-
-/// A large lamp and a ball of glass, smooth in one scene and rough in the other.
-pub fn glass(roughness: f32) -> SceneDescription {
-    room(&format!(
-        r#"
-[[material]]
-name = "glass"
-type = "dielectric"
-roughness = {roughness}
-
-[[shape]]
-type = "sphere"
-material = "glass"
-center = [0.1, 0.6, 0.1]
-radius = 0.5
-
-[[shape]]
-type = "rectangle"
-material = "white"
-emission = 4
-corner = [-0.9, 1.99, -0.9]
-edge_u = [1.8, 0, 0]
-edge_v = [0, 0, 1.8]
-"#
-    ))
-}
-
-/// A plain sky, a lamp, a mirror.
-pub fn outside() -> SceneDescription {
-    room(&format!(
-        "{LAMP}
-[[material]]
-name = \"mirror\"
-type = \"mirror\"
-reflectance = 0.9
-
-[[shape]]
-type = \"sphere\"
-material = \"mirror\"
-center = [0, 0.5, 0]
-radius = 0.5
-
-[[light]]
-type = \"environment\"
-radiance = [0.2, 0.3, 0.5]
-"
-    ))
-}
 
 fn rendered(description: &SceneDescription, settings: &RenderSettings) -> Film {
     film(&ready(description, Backend::ALL[0]), description, settings)

@@ -1,5 +1,6 @@
 //! The irradiance cache is as wrong as its bound allows and no more: by a closed form at every point, and by the path tracer.
 
+use crate::common::furnished::furnished;
 use crate::common::room::{LAMP, room};
 use crate::common::scene::{film, ready, robust};
 use crate::common::verdict::sidak;
@@ -43,36 +44,6 @@ fn what_it_tells_is_within_the_bound_of_the_truth() {
     }
     // A quarter of the bound is half the distance.
     assert!(counts[1] > 2 * counts[0], "{counts:?}");
-}
-
-/// Two blocks, one of them a mirror, in a room with a lamp under a plain sky.
-fn furnished() -> SceneDescription {
-    let mut scene = room(&format!(
-        "{LAMP}
-[[material]]
-name = \"mirror\"
-type = \"mirror\"
-reflectance = 0.9
-
-[[shape]]
-type = \"sphere\"
-material = \"mirror\"
-center = [0.45, 0.5, 0]
-radius = 0.4
-
-[[shape]]
-type = \"box\"
-material = \"white\"
-min = [-0.6, 0, -0.6]
-max = [-0.1, 1.1, -0.1]
-
-[[light]]
-type = \"environment\"
-radiance = [0.2, 0.3, 0.5]
-"
-    ));
-    scene.film.size = (32, 32);
-    scene
 }
 
 /// Means over quarters.

@@ -2,8 +2,8 @@
 //! says.
 
 use super::bidirectional::{assert_same, seen, settings};
-use super::integrators::{glass, matte, small_light};
 use crate::common::error_bars::Coverage;
+use crate::common::furnished::{glass, matte, small_light};
 use crate::common::room::room;
 use crate::common::scene::{film, ready};
 use etendue::accel::Backend;

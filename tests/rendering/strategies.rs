@@ -2,7 +2,7 @@
 //! number of bounces.
 
 use super::bidirectional::settings;
-use super::integrators::matte;
+use crate::common::furnished::matte;
 use crate::common::scene::{film, ready};
 use etendue::accel::Backend;
 use etendue::film::filter::Filter;

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 const HOUSE: &[(&str, u32)] = &[
     ("error", 0),
     ("planted", 0),
+    ("memory", 0),
     ("effects", 0),
     ("math", 0),
     ("sampling", 1),

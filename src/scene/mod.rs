@@ -6,6 +6,7 @@ pub mod description;
 pub mod effects;
 mod emitters;
 mod extent;
+pub mod footprint;
 pub mod interaction;
 pub mod keyframes;
 mod lit;

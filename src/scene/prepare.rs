@@ -11,6 +11,7 @@
 use super::description::{CameraDescription, SceneDescription};
 use super::effects;
 use super::extent::{boxes, frame_of, scene_radius, sphere_around};
+use super::footprint;
 use super::keyframes;
 use super::lit::Lit;
 use super::material::Material;
@@ -44,17 +45,23 @@ pub struct Prepared {
 /// Makes a scene ready.
 ///
 /// # Errors
-/// A shape that cannot be transformed as written, or what the acceleration structure's backend says.
+/// A shape that cannot be transformed as written, a scene that there is no memory for, or what the acceleration structure's
+/// backend says.
 pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<Prepared> {
     let layout = layout(description)?;
+    footprint::check(description, &layout)?;
     let roots = place(&layout.shapes, description)?;
     let groups = layout.groups.iter();
     let groups = groups
         .map(|shapes| place(shapes, description))
         .collect::<Result<Vec<_>>>()?;
-    let boxes = boxes(&roots, &groups, &layout);
-    let normalisation = Normalisation::of(&boxes);
-    let radius = scene_radius(&boxes, &normalisation);
+    let (normalisation, radius) = {
+        // Large, and gone before anything is built.
+        let boxes = boxes(&roots, &groups, &layout);
+        let normalisation = Normalisation::of(&boxes);
+        let radius = scene_radius(&boxes, &normalisation);
+        (normalisation, radius)
+    };
 
     let mut packed = PackedImages::default();
     let materials = description.materials.iter();

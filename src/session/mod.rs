@@ -59,7 +59,7 @@ use crate::scene::description::{CameraDescription, FilmDescription, SceneDescrip
 use crate::scene::prepare::{Prepared, prepare};
 use crate::scene::{Scene, check, load};
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// How rays are traced where nobody says: by the preferred backend of this build, robustly, on all threads.
@@ -82,13 +82,21 @@ pub struct Session {
     filter: Filter,
     threads: Threads,
     work: Work,
-    /// Replaced by another one with each change: a rendering knows by it whether it can go on.
-    state: Arc<State>,
+    /// Another one after each change: a rendering knows by it whether it can go on.
+    state: State,
 }
 
-/// What tells one state of a session from another: where it lies in memory, which needs a size.
-#[derive(Debug, Default)]
-struct State(#[allow(dead_code)] u8);
+/// What tells one state of a session from all others, of other sessions too: they are numbered through.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct State(u64);
+
+impl State {
+    /// One that nobody has.
+    fn next() -> Self {
+        static GIVEN: AtomicU64 = AtomicU64::new(0);
+        Self(GIVEN.fetch_add(1, Ordering::Relaxed))
+    }
+}
 
 /// What a session has done to be ready.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -145,7 +153,7 @@ impl Session {
                 structures: build_time,
                 ..Work::default()
             },
-            state: Arc::default(),
+            state: State::next(),
         })
     }
 
@@ -280,7 +288,7 @@ impl Session {
 
     fn changed(&mut self, start: Instant) {
         self.work.last = start.elapsed();
-        self.state = planted!("changes-unnoticed", Arc::clone(&self.state), Arc::default());
+        self.state = planted!("changes-unnoticed", self.state, State::next());
     }
 
     fn view(&self) -> View<'_> {

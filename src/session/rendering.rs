@@ -5,24 +5,24 @@
 //! Source: none needed. Tested in `tests/rendering/session.rs`.
 
 use super::{Session, State, layers};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, Result};
 use crate::film::bars::PixelBars;
 use crate::film::pixel::PixelSums;
 use crate::film::splats::Splats;
 use crate::film::{ErrorEstimate, Film};
 use crate::image::{Image, LayeredImage};
+use crate::memory;
 use crate::render::adaptive::Adaptive;
 use crate::render::settings::{Budget, RenderSettings};
 use crate::render::wishes::Wishes;
 use crate::render::{RenderObserver, Rendered, check, resume};
-use std::sync::Arc;
 
 /// A render as far as it has come.
 #[derive(Debug, Clone)]
 pub struct Rendering {
     settings: RenderSettings,
     rendered: Rendered,
-    state: Arc<State>,
+    state: State,
 }
 
 impl Rendering {
@@ -34,7 +34,7 @@ impl Rendering {
         Ok(Self {
             rendered: Rendered::nothing(&settings),
             settings,
-            state: Arc::clone(&session.state),
+            state: session.state,
         })
     }
 
@@ -126,7 +126,7 @@ impl Rendering {
     }
 
     fn check_session(&self, session: &Session) -> Result<()> {
-        if Arc::ptr_eq(&self.state, &session.state) {
+        if self.state == session.state {
             return Ok(());
         }
         Err(Error::usage(
@@ -135,8 +135,7 @@ impl Rendering {
     }
 }
 
-/// Whether there is memory for the sums of all pixels. Some systems promise more than they have, hence the machine's is asked
-/// for, too.
+/// Makes sure that there is memory for the sums of all pixels.
 fn check_room(settings: &RenderSettings) -> Result<()> {
     let has_counts = settings.adaptive != Adaptive::Off;
     let of_splats = Splats::bytes_per_pixel(settings.has_bars());
@@ -144,30 +143,10 @@ fn check_room(settings: &RenderSettings) -> Result<()> {
         + usize::from(settings.has_bars()) * size_of::<PixelBars>()
         + usize::from(settings.integrator.splats()) * of_splats
         + usize::from(has_counts) * size_of::<u64>();
-    let pixels = usize::try_from(settings.window.pixel_count()).ok();
-    let bytes = pixels.and_then(|pixels| pixels.checked_mul(of_pixel));
-    let has_room = |bytes| {
-        machine_memory().is_none_or(|there| bytes as u64 <= there)
-            && Vec::<u8>::new().try_reserve_exact(bytes).is_ok()
-    };
-    if bytes.is_some_and(has_room) {
-        return Ok(());
-    }
-    let message = format!(
-        "there is no memory for a picture of {} x {} pixels",
-        settings.window.width, settings.window.height
-    );
-    Err(Error::new(ErrorKind::Memory, message))
-}
-
-/// Bytes of memory that the machine has, where the system tells.
-fn machine_memory() -> Option<u64> {
-    #[cfg(target_os = "linux")]
-    {
-        let there = rustix::system::sysinfo();
-        let unit = u64::from(there.mem_unit);
-        Some((there.totalram as u64 + there.totalswap as u64) * unit)
-    }
-    #[cfg(not(target_os = "linux"))]
-    None
+    let bytes = settings
+        .window
+        .pixel_count()
+        .saturating_mul(of_pixel as u64);
+    let (width, height) = (settings.window.width, settings.window.height);
+    memory::check(bytes, || format!("a picture of {width} x {height} pixels"))
 }

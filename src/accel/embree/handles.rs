@@ -10,9 +10,10 @@
 
 use super::lanes::{ActiveLanes, RayHitLanes, RayLanes};
 use crate::accel::{AccelOptions, Precision, Quality};
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::geometry::mesh::Mesh;
 use crate::math::vec::Vec3;
+use crate::memory;
 use embree4_sys::*;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr;
@@ -20,10 +21,12 @@ use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// What Embree's callbacks write to, from any of its threads.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Monitor {
-    first_error: Mutex<Option<String>>,
+    first_error: Mutex<Option<(RTCError, String)>>,
     bytes: AtomicI64,
+    /// Bytes that it may hold.
+    most: i64,
 }
 
 /// An Embree device.
@@ -40,11 +43,16 @@ unsafe impl Sync for Device {}
 
 impl Device {
     /// A device that builds with `threads` threads, or as many as there are cores if those are fewer. The limit is the
-    /// process's: of several devices that live, the largest counts.
+    /// process's: of several devices that live, the largest counts. It may hold as much memory as the machine has left.
     ///
     /// # Errors
     /// Embree's own words, or that its library does not fit its headers.
     pub fn new(threads: usize) -> Result<Arc<Self>> {
+        Self::with_memory(threads, memory::available())
+    }
+
+    /// The same with so many bytes of memory at most.
+    fn with_memory(threads: usize, most: Option<u64>) -> Result<Arc<Self>> {
         let config =
             CString::new(format!("threads={threads}")).expect("a formatted number has no NUL byte");
         // SAFETY: `config` is a NUL-terminated string that lives through the call.
@@ -58,7 +66,11 @@ impl Device {
         }
         let device = Self {
             handle,
-            monitor: Box::default(),
+            monitor: Box::new(Monitor {
+                first_error: Mutex::default(),
+                bytes: AtomicI64::new(0),
+                most: most.map_or(i64::MAX, |most| i64::try_from(most).unwrap_or(i64::MAX)),
+            }),
         };
         let user: *const Monitor = &*device.monitor;
         // SAFETY: the monitor is boxed and dropped after the device is released, so `user` stays valid for as long as
@@ -100,8 +112,12 @@ impl Device {
             .first_error
             .lock()
             .unwrap_or_else(PoisonError::into_inner);
-        first.take().map_or(Ok(()), |words| {
-            Err(Error::render(format!("Embree: {words}")))
+        first.take().map_or(Ok(()), |(code, words)| {
+            let kind = match code {
+                RTC_ERROR_OUT_OF_MEMORY => ErrorKind::Memory,
+                _ => ErrorKind::Render,
+            };
+            Err(Error::new(kind, format!("Embree: {words}")))
         })
     }
 }
@@ -129,15 +145,20 @@ unsafe extern "C" fn on_error(user: *mut c_void, code: RTCError, text: *const c_
         .first_error
         .lock()
         .unwrap_or_else(PoisonError::into_inner);
-    first.get_or_insert(words);
+    first.get_or_insert((code, words));
 }
 
-/// Counts bytes as they come and go; allows everything.
-unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, _post: bool) -> bool {
+/// Counts bytes as they come and go. What is `there` already can no longer be refused.
+unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, there: bool) -> bool {
     // SAFETY: `user` is the monitor of a living device, see `Device::new`.
     let monitor = unsafe { &*user.cast::<Monitor>() };
-    monitor.bytes.fetch_add(bytes as i64, Ordering::Relaxed);
-    true
+    let bytes = bytes as i64;
+    let held = monitor.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
+    let refused = bytes > 0 && !there && held > monitor.most;
+    if refused {
+        monitor.bytes.fetch_sub(bytes, Ordering::Relaxed);
+    }
+    !refused
 }
 
 /// A scene that shapes are attached to.
@@ -424,5 +445,36 @@ impl PacketQuery {
                 ..Default::default()
             },
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::Backend;
+
+    /// Builds over a row of triangles with so much memory at most, and tells what is held then.
+    fn build(most: Option<u64>) -> Result<usize> {
+        let options = AccelOptions {
+            backend: Backend::Embree,
+            precision: Precision::Robust,
+            quality: Quality::Medium,
+            threads: 1,
+        };
+        let corner = |i: u32| Vec3::new((i / 2) as f32, (i % 2) as f32, 0.0);
+        let positions = (0..60_000).map(corner).collect();
+        let indices = (0..59_998).map(|i| [i, i + 1, i + 2]).collect();
+        let mesh = Mesh::new(positions, vec![], vec![], indices);
+        let mut scene = Scene::new(Device::with_memory(1, most)?, options)?;
+        // SAFETY: the mesh is dropped after the scene.
+        unsafe { scene.attach_mesh(0, &mesh) };
+        scene.commit().map(|built| built.memory())
+    }
+
+    #[test]
+    fn a_structure_that_there_is_no_memory_for_is_an_error_of_that_kind() {
+        assert!(build(None).expect("there is memory") > 1_000_000);
+        let error = build(Some(1_000_000)).expect_err("it takes more");
+        assert_eq!(error.kind(), ErrorKind::Memory, "{error}");
     }
 }

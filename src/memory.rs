@@ -1,0 +1,85 @@
+//! Whether there is memory for what is large.
+//!
+//! Rust ends a process whose allocation fails, and systems promise more than they have. Hence what input can make large is asked
+//! for before it is made, and what there is no memory for is an error.
+//!
+//! Measure: bytes.
+//! Range: what is small is never refused. Linux tells what is left, to the machine rather than to a container; elsewhere only
+//! what the allocator refuses is refused. What others take between the question and the use is theirs.
+//! Source: proc(5). Tested below, in `tests/scene_memory.rs` and by `tests/clients/limits.c`.
+
+use crate::error::{Error, ErrorKind, Result};
+
+/// What is asked for without a question, which takes longer than a small picture.
+const SMALL: u64 = 1 << 26;
+
+/// Makes sure that there is memory for `what`, which takes so many bytes.
+///
+/// # Errors
+/// If there is not: [`ErrorKind::Memory`].
+pub fn check(bytes: u64, what: impl FnOnce() -> String) -> Result<()> {
+    if bytes <= SMALL {
+        return Ok(());
+    }
+    let left = available();
+    // The allocator knows what this process may have.
+    let may_have = |bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok();
+    if left.is_none_or(|left| bytes <= left) && usize::try_from(bytes).is_ok_and(may_have) {
+        return Ok(());
+    }
+    let of_left = match left {
+        Some(left) => format!(", and the machine has {} left", gigabytes(left)),
+        None => String::new(),
+    };
+    let message = format!(
+        "there is no memory for {}: it takes {}{of_left}",
+        what(),
+        gigabytes(bytes)
+    );
+    Err(Error::new(ErrorKind::Memory, message))
+}
+
+fn gigabytes(bytes: u64) -> String {
+    format!("{:.1} GB", 1e-9 * bytes as f64)
+}
+
+/// Bytes that the machine has left, those that caches would give back among them, and what it may swap; `None` where the system
+/// does not tell.
+pub fn available() -> Option<u64> {
+    let facts = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let memory = entry(&facts, "MemAvailable:")?;
+    Some(memory + entry(&facts, "SwapFree:").unwrap_or(0))
+}
+
+/// An entry of `/proc/meminfo`, in bytes.
+fn entry(facts: &str, name: &str) -> Option<u64> {
+    let line = facts.lines().find_map(|line| line.strip_prefix(name))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    kibibytes.checked_mul(1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_machine_has_is_refused_in_words() {
+        assert!(check(SMALL, || unreachable!("it is not asked for")).is_ok());
+        for bytes in [1 << 60, u64::MAX] {
+            let error = check(bytes, || "a tower".to_owned()).expect_err("an exabyte");
+            assert_eq!(error.kind(), ErrorKind::Memory);
+            let words = error.to_string();
+            assert!(words.contains("no memory for a tower"), "{words}");
+        }
+    }
+
+    #[test]
+    fn what_is_left_is_read_in_bytes() {
+        let facts = "MemTotal: 9 kB\nMemAvailable:    1000 kB\nSwapFree:  24 kB\n";
+        assert_eq!(entry(facts, "MemAvailable:"), Some(1_024_000));
+        assert_eq!(entry(facts, "SwapFree:"), Some(24 * 1024));
+        assert_eq!(entry(facts, "Nothing:"), None);
+        #[cfg(target_os = "linux")]
+        assert!(available().is_some_and(|left| left > SMALL));
+    }
+}

@@ -42,7 +42,9 @@ mutants-some: setup ## The same for those that quick tests find.
 # Where cargo puts what it builds.
 BUILT = $(or $(CARGO_TARGET_DIR),target)/$(if $(filter dev test,$(PROFILE)),debug,$(PROFILE))
 VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
-INTO = $(DESTDIR)$(PREFIX)
+# What pkg-config says has to be true from any folder.
+PLACE = $(abspath $(PREFIX))
+INTO = $(DESTDIR)$(PLACE)
 
 # Both are built of one compiled renderer. Where Embree is a private copy in .embree/, they find it there.
 install: setup ## Builds the command and the C library and installs them under PREFIX (default: /usr/local).
@@ -54,7 +56,7 @@ install: setup ## Builds the command and the C library and installs them under P
 	ln -sf libetendue.so.$(VERSION) $(INTO)/lib/libetendue.so.$(firstword $(subst ., ,$(VERSION)))
 	ln -sf libetendue.so.$(firstword $(subst ., ,$(VERSION))) $(INTO)/lib/libetendue.so
 	install -m 644 $(BUILT)/libetendue.a $(INTO)/lib/libetendue.a
-	sed 's|@PREFIX@|$(PREFIX)|; s|@VERSION@|$(VERSION)|' capi/etendue.pc.in > $(INTO)/lib/pkgconfig/etendue.pc
+	sed 's|@PREFIX@|$(PLACE)|; s|@VERSION@|$(VERSION)|' capi/etendue.pc.in > $(INTO)/lib/pkgconfig/etendue.pc
 
 # Needs `cargo install cbindgen`. C has no heading for what Rust calls safety: it is about pointers.
 header: ## Makes the C library's header anew, capi/include/etendue.h.

@@ -87,7 +87,7 @@ typedef enum {
 
 // Lights that are no shapes.
 typedef enum {
-  // Light from everywhere beyond the scene: `value` is radiance, or `panorama`.
+  // Light from everywhere beyond the scene: `value` is radiance, or `panorama`; `transform`.
   ETD_LIGHT_KIND_ENVIRONMENT = 0,
   // A point: `value` is intensity, `position`.
   ETD_LIGHT_KIND_POINT = 1,
@@ -128,6 +128,175 @@ typedef struct EtdRender EtdRender;
 
 // A scene.
 typedef struct EtdScene EtdScene;
+
+// A picture in the caller's memory, which is copied.
+typedef struct {
+  // sizeof(EtdImage)
+  size_t struct_size;
+  // Pixels in a row.
+  uint32_t width;
+  // Rows.
+  uint32_t height;
+  // Red, green and blue of each pixel, linear Rec. 709, row by row from the top.
+  const float *rgb;
+  // Bytes from one pixel to the next; 0 stands for three floats without a gap.
+  size_t pixel_stride;
+  // Multiplies every value; 0 stands for 1.
+  float scale;
+} EtdImage;
+
+// A material. Fields that its model does not name are not looked at; sides, alpha and normals suit every model.
+typedef struct {
+  // sizeof(EtdMaterial)
+  size_t struct_size;
+  // For messages; may be null.
+  const char *name;
+  // An `EtdModel`.
+  int32_t model;
+  // The share of light that is sent on, from 0 to 1 in each channel.
+  float color[3];
+  // In place of `color`, by the texture coordinates of the shape; null for none.
+  const EtdImage *texture;
+  // The highlight's share; with `color` at most 1.
+  float specular[3];
+  // The highlight's power of the cosine, up to 1e6.
+  float exponent;
+  // From 0, smooth, to 1.
+  float roughness;
+  // Refractive index, inside over outside; 0 stands for 1.5.
+  float ior;
+  // From 0 to 1.
+  float metallic;
+  // From 0 to 1.
+  float transmission;
+  // Real part of a metal's refractive index, above 0.
+  float eta[3];
+  // Imaginary part of it.
+  float k[3];
+  // Other than 0: the back absorbs everything.
+  uint32_t one_sided;
+  // In place of `alpha`, by the texture coordinates of the shape: the luminance of each pixel counts, from 0 to 1; null for
+  // none.
+  const EtdImage *alpha_texture;
+  // In place of `specular`, by the texture coordinates of the shape; null for none.
+  const EtdImage *specular_texture;
+  // A picture of normals, by the texture coordinates of the shape: red is along u, green along v, blue away from the surface,
+  // each from -1 to 1 written as 0 to 1; null for none.
+  const EtdImage *normal_map;
+  // Multiplies red and green of the normals; 0 stands for 1.
+  float normal_strength;
+  // The share of the surface that is there, up to 1; where it is not, light passes straight on. 0 stands for 1.
+  float alpha;
+} EtdMaterial;
+
+// The place of a shape or an instance at a time. Between two keys, translation and scale change evenly, and what is turned
+// turns evenly, the shorter way; before the first and after the last one, things stand still.
+typedef struct {
+  // When, in the unit of the camera's shutter; above that of the key before.
+  double time;
+  // Where: what is applied after the object's own `transform`, 12 numbers, row by row.
+  double transform[12];
+} EtdKey;
+
+// What a shape has beside its form.
+typedef struct {
+  // sizeof(EtdSurface)
+  size_t struct_size;
+  // For messages; may be null.
+  const char *name;
+  // The material, as `etd_scene_add_material` numbers them.
+  uint32_t material;
+  // The group that the shape belongs to, as `etd_scene_add_group` numbers them; 0 stands in the world itself.
+  uint32_t group;
+  // Emitted radiance; all zeros do not emit.
+  float emission[3];
+  // Other than 0: both sides emit, else the side that the geometric normal points to.
+  uint32_t two_sided_emission;
+  // Shape to world, or to its group: the three upper rows of a matrix, row by row, 12 numbers; null leaves the shape as it is.
+  const double *transform;
+  // In place of `emission`, by the texture coordinates of the shape; null for none.
+  const EtdImage *emission_texture;
+  // Where the shape is at which time; null for a shape that stands still. It moves while the camera's shutter is open.
+  const EtdKey *motion;
+  // Keys, in order of time.
+  size_t motion_count;
+  // Bytes from one key to the next; 0 stands for keys without a gap.
+  size_t motion_stride;
+} EtdSurface;
+
+// Triangles with shared vertices, in the caller's memory, which is copied. Strides are bytes from one item to the next; 0 stands
+// for items without a gap. Addresses need no alignment.
+typedef struct {
+  // sizeof(EtdMesh)
+  size_t struct_size;
+  // x, y and z of each vertex.
+  const void *positions;
+  // Vertices, below 2^32.
+  size_t vertex_count;
+  // Bytes from one position to the next.
+  size_t position_stride;
+  // An `EtdFormat`, of positions alone: other numbers are 32-bit floats.
+  int32_t position_format;
+  // A shading normal for each vertex, of any length; null for none.
+  const float *normals;
+  // Bytes from one normal to the next.
+  size_t normal_stride;
+  // u and v of each vertex, v up; null for none.
+  const float *uvs;
+  // Bytes from one texture coordinate to the next.
+  size_t uv_stride;
+  // Three vertices of each triangle; the geometric normal is (b - a) x (c - a).
+  const uint32_t *indices;
+  // Triangles, below 2^32.
+  size_t triangle_count;
+  // Bytes from one triangle to the next.
+  size_t index_stride;
+} EtdMesh;
+
+// A group of shapes, placed once more.
+typedef struct {
+  // sizeof(EtdInstance)
+  size_t struct_size;
+  // For messages; may be null.
+  const char *name;
+  // The group that is placed, as `etd_scene_add_group` numbers them.
+  uint32_t of;
+  // The group that the instance belongs to; 0 stands in the world itself.
+  uint32_t group;
+  // Group to world, or to the group that the instance belongs to: 12 numbers, row by row; null leaves it where it is.
+  const double *transform;
+  // Where the instance is at which time; null for one that stands still. It moves while the camera's shutter is open.
+  const EtdKey *motion;
+  // Keys, in order of time.
+  size_t motion_count;
+  // Bytes from one key to the next; 0 stands for keys without a gap.
+  size_t motion_stride;
+} EtdInstance;
+
+// A light that is no shape. Fields that its kind does not name are not looked at.
+typedef struct {
+  // sizeof(EtdLight)
+  size_t struct_size;
+  // An `EtdLightKind`.
+  int32_t kind;
+  // Radiance, intensity or irradiance, at least 0.
+  float value[3];
+  // In place of `value`, all around: its middle is seen along -z, its right half towards +x, its top along +y; null for
+  // none.
+  const EtdImage *panorama;
+  // Where the light is.
+  double position[3];
+  // Where a spot points.
+  double target[3];
+  // Where distant light goes.
+  double direction[3];
+  // Angle from a spot's axis to its edge in degrees, up to 180.
+  double cone;
+  // The outer part of that angle over which a spot falls off, in degrees.
+  double penumbra;
+  // From the axes of the panorama to those of the world: 12 numbers, row by row, a rotation only; null leaves it as it is.
+  const double *transform;
+} EtdLight;
 
 // A ray through the world.
 typedef struct {
@@ -273,6 +442,18 @@ typedef struct {
   double uncalibrated_fraction;
 } EtdRenderInfo;
 
+// The place of a camera at a time.
+typedef struct {
+  // When; above that of the key before.
+  double time;
+  // Where it is.
+  double eye[3];
+  // What it looks at.
+  double target[3];
+  // What is up; all zeros stand for y.
+  double up[3];
+} EtdCameraKey;
+
 // A perspective camera.
 typedef struct {
   // sizeof(EtdCamera)
@@ -287,8 +468,17 @@ typedef struct {
   double fov;
   // Radius of the lens; 0 is a pinhole.
   double lens_radius;
-  // Distance of the plane in focus; 0 stands for that of the target.
+  // Distance of the plane in focus; 0 stands for that of the target, of the first key if the camera moves.
   double focus_distance;
+  // Two times: when the shutter opens and when it closes, in the unit of all keys. If they are equal, everything stands still
+  // as it is then. Null leaves the shutter as it is; that of a new scene is { 0, 0 }.
+  const double *shutter;
+  // Where the camera is at which time, in place of `eye`, `target` and `up`; null for a camera that stands still.
+  const EtdCameraKey *motion;
+  // Keys, in order of time.
+  size_t motion_count;
+  // Bytes from one key to the next; 0 stands for keys without a gap.
+  size_t motion_stride;
 } EtdCamera;
 
 // The picture.
@@ -304,138 +494,6 @@ typedef struct {
   // Its radius in pixels, up to 32; 0 stands for the filter's own.
   double filter_radius;
 } EtdFilm;
-
-// A picture in the caller's memory, which is copied.
-typedef struct {
-  // sizeof(EtdImage)
-  size_t struct_size;
-  // Pixels in a row.
-  uint32_t width;
-  // Rows.
-  uint32_t height;
-  // Red, green and blue of each pixel, linear Rec. 709, row by row from the top.
-  const float *rgb;
-  // Bytes from one pixel to the next; 0 stands for three floats without a gap.
-  size_t pixel_stride;
-  // Multiplies every value; 0 stands for 1.
-  float scale;
-} EtdImage;
-
-// A material. Fields that its model does not name are not looked at.
-typedef struct {
-  // sizeof(EtdMaterial)
-  size_t struct_size;
-  // For messages; may be null.
-  const char *name;
-  // An `EtdModel`.
-  int32_t model;
-  // The share of light that is sent on, from 0 to 1 in each channel.
-  float color[3];
-  // In place of `color`, by the texture coordinates of the shape; null for none.
-  const EtdImage *texture;
-  // The highlight's share; with `color` at most 1.
-  float specular[3];
-  // The highlight's power of the cosine, up to 1e6.
-  float exponent;
-  // From 0, smooth, to 1.
-  float roughness;
-  // Refractive index, inside over outside; 0 stands for 1.5.
-  float ior;
-  // From 0 to 1.
-  float metallic;
-  // From 0 to 1.
-  float transmission;
-  // Real part of a metal's refractive index, above 0.
-  float eta[3];
-  // Imaginary part of it.
-  float k[3];
-  // Other than 0: the back absorbs everything.
-  uint32_t one_sided;
-} EtdMaterial;
-
-// What a shape has beside its form.
-typedef struct {
-  // sizeof(EtdSurface)
-  size_t struct_size;
-  // For messages; may be null.
-  const char *name;
-  // The material, as `etd_scene_add_material` numbers them.
-  uint32_t material;
-  // The group that the shape belongs to, as `etd_scene_add_group` numbers them; 0 stands in the world itself.
-  uint32_t group;
-  // Emitted radiance; all zeros do not emit.
-  float emission[3];
-  // Other than 0: both sides emit, else the side that the geometric normal points to.
-  uint32_t two_sided_emission;
-  // Shape to world, or to its group: the three upper rows of a matrix, row by row, 12 numbers; null leaves the shape as it is.
-  const double *transform;
-} EtdSurface;
-
-// Triangles with shared vertices, in the caller's memory, which is copied. Strides are bytes from one item to the next; 0 stands
-// for items without a gap. Addresses need no alignment.
-typedef struct {
-  // sizeof(EtdMesh)
-  size_t struct_size;
-  // x, y and z of each vertex.
-  const void *positions;
-  // Vertices, below 2^32.
-  size_t vertex_count;
-  // Bytes from one position to the next.
-  size_t position_stride;
-  // An `EtdFormat`, of positions alone: other numbers are 32-bit floats.
-  int32_t position_format;
-  // A shading normal for each vertex, of any length; null for none.
-  const float *normals;
-  // Bytes from one normal to the next.
-  size_t normal_stride;
-  // u and v of each vertex, v up; null for none.
-  const float *uvs;
-  // Bytes from one texture coordinate to the next.
-  size_t uv_stride;
-  // Three vertices of each triangle; the geometric normal is (b - a) x (c - a).
-  const uint32_t *indices;
-  // Triangles, below 2^32.
-  size_t triangle_count;
-  // Bytes from one triangle to the next.
-  size_t index_stride;
-} EtdMesh;
-
-// A group of shapes, placed once more.
-typedef struct {
-  // sizeof(EtdInstance)
-  size_t struct_size;
-  // For messages; may be null.
-  const char *name;
-  // The group that is placed, as `etd_scene_add_group` numbers them.
-  uint32_t of;
-  // The group that the instance belongs to; 0 stands in the world itself.
-  uint32_t group;
-  // Group to world, or to the group that the instance belongs to: 12 numbers, row by row; null leaves it where it is.
-  const double *transform;
-} EtdInstance;
-
-// A light that is no shape. Fields that its kind does not name are not looked at.
-typedef struct {
-  // sizeof(EtdLight)
-  size_t struct_size;
-  // An `EtdLightKind`.
-  int32_t kind;
-  // Radiance, intensity or irradiance, at least 0.
-  float value[3];
-  // In place of `value`, all around: its middle is seen along -z, its right half towards +x, its top along +y; null for
-  // none.
-  const EtdImage *panorama;
-  // Where the light is.
-  double position[3];
-  // Where a spot points.
-  double target[3];
-  // Where distant light goes.
-  double direction[3];
-  // Angle from a spot's axis to its edge in degrees, up to 180.
-  double cone;
-  // The outer part of that angle over which a spot falls off, in degrees.
-  double penumbra;
-} EtdLight;
 
 // How a scene is traced. Zeros stand for the defaults.
 typedef struct {
@@ -467,175 +525,6 @@ typedef struct {
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
-
-// Tells what each of `count` rays meets first. Strides are bytes from one item to the next; 0 stands for items without a gap. May
-// be called from any number of threads at once. A surface that is only partly there counts where more than half of it is.
-//
-// Pointers:
-// The pointers are null, or as many rays are there, and as many hits may be written.
-EtdStatus etd_scene_intersect(const EtdScene *scene,
-                              const EtdRay *rays,
-                              size_t count,
-                              size_t ray_stride,
-                              EtdHit *hits,
-                              size_t hit_stride);
-
-// Tells of each of `count` rays whether anything lies on it: 1 or 0 for each, without a gap. May be called from any number of
-// threads at once.
-//
-// Pointers:
-// The pointers are null, or as many rays are there, and as many bytes may be written.
-EtdStatus etd_scene_occluded(const EtdScene *scene,
-                             const EtdRay *rays,
-                             size_t count,
-                             size_t ray_stride,
-                             uint8_t *occluded);
-
-// Estimates the radiance that comes along each of `count` rays to its origin by `spp` samples, on the scene's threads: red, green
-// and blue for each ray, without a gap. Where `standard_errors` is not null, their standard errors too, and `spp` is rounded
-// up to whole rounds of 16. Of the settings, which may be null, limits, crop and flags for layers do not count.
-//
-// Pointers:
-// The pointers are null, or what they say is there; three floats for each ray may be written to the last two.
-EtdStatus etd_scene_radiance(const EtdScene *scene,
-                             const EtdSettings *settings,
-                             const EtdRay *rays,
-                             size_t count,
-                             size_t ray_stride,
-                             uint64_t spp,
-                             float *radiance,
-                             float *standard_errors);
-
-// Begins a render of a committed scene, without a sample yet, and writes its handle, to be released by `etd_render_release`. It
-// keeps the scene as long as it lives. `settings` may be null. A failure leaves its text with the scene.
-//
-// Pointers:
-// `settings` is null, or a structure as long as it says, whose pointers are null or texts; `render` is null, or a handle may be
-// written there.
-EtdStatus etd_render_create(const EtdScene *scene,
-                            const EtdSettings *settings,
-                            EtdRender **render);
-
-// Holds a render once more.
-EtdStatus etd_render_retain(const EtdRender *render);
-
-// Holds a render once less. Nobody's render is freed, once it does not run. Null, and what was released already, are
-// `ETD_STATUS_INVALID_HANDLE`.
-EtdStatus etd_render_release(EtdRender *render);
-
-// The text of the render's last failure, as `etd_scene_error`.
-//
-// Pointers:
-// As `etd_scene_error`.
-size_t etd_render_error(const EtdRender *render, char *text, size_t capacity);
-
-// Renders until what the settings say is met: samples, a time or an error. Returns when it is, or `ETD_STATUS_CANCELLED`. A render that
-// was cancelled may be run again, and loses nothing. `watch` may be null.
-//
-// Pointers:
-// `watch` is null, or a structure as long as it says, with functions of these signatures.
-EtdStatus etd_render_run(EtdRender *render,
-                         const EtdWatch *watch);
-
-// Takes `spp` more samples in each pixel, as `etd_render_run`. Not for adaptive renders that have begun.
-//
-// Pointers:
-// As `etd_render_run`.
-EtdStatus etd_render_add_samples(EtdRender *render,
-                                 uint64_t spp,
-                                 const EtdWatch *watch);
-
-// Ends the run of a render that is under way, from any thread, as soon as it can. Without one nothing happens.
-EtdStatus etd_render_cancel(EtdRender *render);
-
-// Tells what is known of a render.
-//
-// Pointers:
-// `info` is null, or a structure as long as it says.
-EtdStatus etd_render_info(const EtdRender *render, EtdRenderInfo *info);
-
-// Copies the picture to `pixels`, where `size` bytes may be written: red, green and blue of each pixel as three floats, linear
-// Rec. 709, row by row from the top. Strides are bytes from one pixel or row to the next; 0 stands for no gap.
-//
-// Pointers:
-// `pixels` is null, or so many bytes may be written.
-EtdStatus etd_render_read_pixels(const EtdRender *render,
-                                 float *pixels,
-                                 size_t size,
-                                 size_t pixel_stride,
-                                 size_t row_stride);
-
-// Copies the standard error of each pixel, as `etd_render_read_pixels`. For renders with `ETD_LAYERS`, or with an error to reach.
-//
-// Pointers:
-// As `etd_render_read_pixels`.
-EtdStatus etd_render_read_standard_errors(const EtdRender *render,
-                                          float *pixels,
-                                          size_t size,
-                                          size_t pixel_stride,
-                                          size_t row_stride);
-
-// Copies a layer, one float a pixel, as `etd_render_read_pixels`; its name is one of those of docs/accuracy.md, such as "albedo.R",
-// "depth.Z" or "spp.Y". For renders with `ETD_LAYERS`. What is seen first is traced when a layer is asked for the first time.
-//
-// Pointers:
-// As `etd_render_read_pixels`; `name` is null, or a text that ends with a NUL.
-EtdStatus etd_render_read_layer(const EtdRender *render,
-                                const char *name,
-                                float *pixels,
-                                size_t size,
-                                size_t pixel_stride,
-                                size_t row_stride);
-
-// Writes the picture to a file, whole or not at all: `.exr`, with all layers if the render has them, `.png`, `.hdr` or `.pfm`.
-//
-// Pointers:
-// `path` is null, or a text that ends with a NUL.
-EtdStatus etd_render_write(const EtdRender *render,
-                           const char *path);
-
-// Makes an empty scene, seen from the origin along -z, and writes its handle. It is held once, to be released by
-// `etd_scene_release`.
-//
-// Pointers:
-// `scene` is null, or a handle may be written there.
-EtdStatus etd_scene_create(EtdScene **scene);
-
-// Holds a scene once more.
-EtdStatus etd_scene_retain(const EtdScene *scene);
-
-// Holds a scene once less. Nobody's scene is freed; renders that have begun keep it as long as they live. Null, and what was
-// released already, are `ETD_STATUS_INVALID_HANDLE`.
-EtdStatus etd_scene_release(EtdScene *scene);
-
-// Copies the text of the scene's last failure to `text`, cut to `capacity` bytes with the NUL that ends it, and returns its whole
-// length without the NUL. `text` may be null, to ask for the length.
-//
-// Pointers:
-// `capacity` bytes may be written to `text`, unless it is null.
-size_t etd_scene_error(const EtdScene *scene,
-                       char *text,
-                       size_t capacity);
-
-// Reads a scene from a `.toml` file or a bare `.obj` model, in place of what is there. It still has to be committed.
-//
-// Pointers:
-// `path` is null, or a text that ends with a NUL.
-EtdStatus etd_scene_load(EtdScene *scene,
-                         const char *path);
-
-// Looks from somewhere else. On a committed scene this is effective at once, and builds nothing.
-//
-// Pointers:
-// `camera` is null, or a structure as long as it says.
-EtdStatus etd_scene_set_camera(EtdScene *scene, const EtdCamera *camera);
-
-// Makes pictures of another size or by another filter. On a committed scene this is effective at once, and builds nothing.
-//
-// Pointers:
-// `film` is null, or a structure as long as it says.
-EtdStatus etd_scene_set_film(EtdScene *scene,
-                             const EtdFilm *film);
 
 // Adds a material, and writes its number, counted from 0, unless `number` is null. Textures are copied.
 //
@@ -713,12 +602,183 @@ EtdStatus etd_scene_add_instance(EtdScene *scene,
                                  const EtdInstance *instance,
                                  uint32_t *number);
 
-// Adds a light that is no shape. Its panorama is copied.
+// Adds a light that is no shape. Its panorama is copied; there may be one at most.
 //
 // Pointers:
 // `light` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
 EtdStatus etd_scene_add_light(EtdScene *scene,
                               const EtdLight *light);
+
+// Tells what each of `count` rays meets first. Strides are bytes from one item to the next; 0 stands for items without a gap. May
+// be called from any number of threads at once. A surface that is only partly there counts where more than half of it is.
+//
+// Pointers:
+// The pointers are null, or as many rays are there, and as many hits may be written.
+EtdStatus etd_scene_intersect(const EtdScene *scene,
+                              const EtdRay *rays,
+                              size_t count,
+                              size_t ray_stride,
+                              EtdHit *hits,
+                              size_t hit_stride);
+
+// Tells of each of `count` rays whether anything lies on it: 1 or 0 for each, without a gap. May be called from any number of
+// threads at once.
+//
+// Pointers:
+// The pointers are null, or as many rays are there, and as many bytes may be written.
+EtdStatus etd_scene_occluded(const EtdScene *scene,
+                             const EtdRay *rays,
+                             size_t count,
+                             size_t ray_stride,
+                             uint8_t *occluded);
+
+// Estimates the radiance that comes along each of `count` rays to its origin by `spp` samples, on the scene's threads: red, green
+// and blue for each ray, without a gap. Where `standard_errors` is not null, their standard errors too, and `spp` is rounded
+// up to whole rounds of 16. Of the settings, which may be null, limits, crop and flags for layers do not count.
+//
+// Pointers:
+// The pointers are null, or what they say is there; three floats for each ray may be written to the last two.
+EtdStatus etd_scene_radiance(const EtdScene *scene,
+                             const EtdSettings *settings,
+                             const EtdRay *rays,
+                             size_t count,
+                             size_t ray_stride,
+                             uint64_t spp,
+                             float *radiance,
+                             float *standard_errors);
+
+// Copies the picture to `pixels`, where `size` bytes may be written: red, green and blue of each pixel as three floats, linear
+// Rec. 709, row by row from the top. Strides are bytes from one pixel or row to the next; 0 stands for no gap.
+//
+// Pointers:
+// `pixels` is null, or so many bytes may be written.
+EtdStatus etd_render_read_pixels(const EtdRender *render,
+                                 float *pixels,
+                                 size_t size,
+                                 size_t pixel_stride,
+                                 size_t row_stride);
+
+// Copies the standard error of each pixel, as `etd_render_read_pixels`. For renders with `ETD_LAYERS`, or with an error to reach.
+//
+// Pointers:
+// As `etd_render_read_pixels`.
+EtdStatus etd_render_read_standard_errors(const EtdRender *render,
+                                          float *pixels,
+                                          size_t size,
+                                          size_t pixel_stride,
+                                          size_t row_stride);
+
+// Copies a layer, one float a pixel, as `etd_render_read_pixels`; its name is one of those of docs/accuracy.md, such as "albedo.R",
+// "depth.Z" or "spp.Y". For renders with `ETD_LAYERS`. What is seen first is traced when a layer is asked for the first time.
+//
+// Pointers:
+// As `etd_render_read_pixels`; `name` is null, or a text that ends with a NUL.
+EtdStatus etd_render_read_layer(const EtdRender *render,
+                                const char *name,
+                                float *pixels,
+                                size_t size,
+                                size_t pixel_stride,
+                                size_t row_stride);
+
+// Writes the picture to a file, whole or not at all: `.exr`, with all layers if the render has them, `.png`, `.hdr` or `.pfm`.
+//
+// Pointers:
+// `path` is null, or a text that ends with a NUL.
+EtdStatus etd_render_write(const EtdRender *render,
+                           const char *path);
+
+// Begins a render of a committed scene, without a sample yet, and writes its handle, to be released by `etd_render_release`. It
+// keeps the scene as long as it lives. `settings` may be null. A failure leaves its text with the scene.
+//
+// Pointers:
+// `settings` is null, or a structure as long as it says, whose pointers are null or texts; `render` is null, or a handle may be
+// written there.
+EtdStatus etd_render_create(const EtdScene *scene,
+                            const EtdSettings *settings,
+                            EtdRender **render);
+
+// Holds a render once more.
+EtdStatus etd_render_retain(const EtdRender *render);
+
+// Holds a render once less. Nobody's render is freed, once it does not run. Null, and what was released already, are
+// `ETD_STATUS_INVALID_HANDLE`.
+EtdStatus etd_render_release(EtdRender *render);
+
+// The text of the render's last failure, as `etd_scene_error`.
+//
+// Pointers:
+// As `etd_scene_error`.
+size_t etd_render_error(const EtdRender *render, char *text, size_t capacity);
+
+// Renders until what the settings say is met: samples, a time or an error. Returns when it is, or `ETD_STATUS_CANCELLED`. A render that
+// was cancelled may be run again, and loses nothing. `watch` may be null.
+//
+// Pointers:
+// `watch` is null, or a structure as long as it says, with functions of these signatures.
+EtdStatus etd_render_run(EtdRender *render,
+                         const EtdWatch *watch);
+
+// Takes `spp` more samples in each pixel, as `etd_render_run`. Not for adaptive renders that have begun.
+//
+// Pointers:
+// As `etd_render_run`.
+EtdStatus etd_render_add_samples(EtdRender *render,
+                                 uint64_t spp,
+                                 const EtdWatch *watch);
+
+// Ends the run of a render that is under way, from any thread, as soon as it can. Without one nothing happens.
+EtdStatus etd_render_cancel(EtdRender *render);
+
+// Tells what is known of a render.
+//
+// Pointers:
+// `info` is null, or a structure as long as it says.
+EtdStatus etd_render_info(const EtdRender *render, EtdRenderInfo *info);
+
+// Makes an empty scene, seen from the origin along -z, and writes its handle. It is held once, to be released by
+// `etd_scene_release`.
+//
+// Pointers:
+// `scene` is null, or a handle may be written there.
+EtdStatus etd_scene_create(EtdScene **scene);
+
+// Holds a scene once more.
+EtdStatus etd_scene_retain(const EtdScene *scene);
+
+// Holds a scene once less. Nobody's scene is freed; renders that have begun keep it as long as they live. Null, and what was
+// released already, are `ETD_STATUS_INVALID_HANDLE`.
+EtdStatus etd_scene_release(EtdScene *scene);
+
+// Copies the text of the scene's last failure to `text`, cut to `capacity` bytes with the NUL that ends it, and returns its whole
+// length without the NUL. `text` may be null, to ask for the length.
+//
+// Pointers:
+// `capacity` bytes may be written to `text`, unless it is null.
+size_t etd_scene_error(const EtdScene *scene,
+                       char *text,
+                       size_t capacity);
+
+// Reads a scene from a `.toml` file or a bare `.obj` model, in place of what is there. It still has to be committed.
+//
+// Pointers:
+// `path` is null, or a text that ends with a NUL.
+EtdStatus etd_scene_load(EtdScene *scene,
+                         const char *path);
+
+// Looks from somewhere else. On a committed scene this is effective at once, and builds nothing, unless another shutter makes
+// something move, or move otherwise.
+//
+// Pointers:
+// `camera` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
+EtdStatus etd_scene_set_camera(EtdScene *scene,
+                               const EtdCamera *camera);
+
+// Makes pictures of another size or by another filter. On a committed scene this is effective at once, and builds nothing.
+//
+// Pointers:
+// `film` is null, or a structure as long as it says.
+EtdStatus etd_scene_set_film(EtdScene *scene,
+                             const EtdFilm *film);
 
 // Makes the scene ready: checks it, and builds its acceleration structures. What is added later counts from the next commit on;
 // renders that have begun cannot go on then. `tracing` may be null.
@@ -729,7 +789,8 @@ EtdStatus etd_scene_commit(EtdScene *scene,
                            const EtdTracing *tracing);
 
 // Places `count` instances anew: `instances` are their numbers, `transforms` 12 numbers for each, row by row without a gap. On a
-// committed scene this is effective at once; groups are not built again, only the structure above them.
+// committed scene this is effective at once; groups are not built again, only the structure above them. What moves keeps its
+// keys, which are applied after the new transform.
 //
 // Pointers:
 // The pointers are null, or as many numbers are there.

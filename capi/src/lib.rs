@@ -13,10 +13,12 @@
 
 mod border;
 mod build;
+mod compose;
 mod describe;
 mod handle;
 mod memory;
 mod query;
+mod read;
 mod render;
 mod scene;
 mod settings;

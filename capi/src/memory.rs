@@ -167,6 +167,8 @@ pub unsafe fn read_list<T: Plain>(
 
 /// Room for so many items.
 pub fn room<T>(count: usize, what: &str) -> Result<Vec<T>, Failure> {
+    let bytes = (count as u64).saturating_mul(size_of::<T>() as u64);
+    renderer::memory::check(bytes, || format!("{count} items of {what}"))?;
     let mut items = Vec::new();
     items.try_reserve_exact(count).map_err(|_| {
         let text = format!("{what}: there is no memory for {count} items");

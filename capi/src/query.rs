@@ -98,6 +98,10 @@ unsafe fn read_rays(
     count: usize,
     stride: usize,
 ) -> Result<Vec<QueryRay>, Failure> {
+    checked_stride::<EtdRay>(count, stride, "rays")?;
+    let each = size_of::<EtdRay>() + size_of::<QueryRay>() + size_of::<EtdHit>();
+    let bytes = (count as u64).saturating_mul(each as u64);
+    renderer::memory::check(bytes, || format!("{count} rays"))?;
     // SAFETY: the caller's promise.
     let rays: Vec<EtdRay> = unsafe { read_list(rays.cast(), count, stride, "rays") }?;
     Ok(rays.into_iter().map(QueryRay::from).collect())

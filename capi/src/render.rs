@@ -1,4 +1,4 @@
-//! Renders: begun, run, gone on with, read.
+//! Renders: begun, run, gone on with. `read.rs` reads their pictures.
 //!
 //! Measure: radiance, samples per pixel, seconds.
 //! Range: while a render runs, all other calls with its handle but `etd_render_cancel`, `etd_render_retain`,
@@ -6,18 +6,15 @@
 //! Source: none needed.
 
 use crate::handle::Table;
-use crate::memory::{
-    Versioned, not_null, read_struct_or_zeros, text, write_list, write_struct, write_text,
-};
+use crate::memory::{Versioned, not_null, read_struct_or_zeros, write_struct, write_text};
 use crate::scene::{EtdScene, Ready, SCENES};
 use crate::settings::EtdSettings;
 use crate::status::{EtdStatus, Failure, Outcome};
 use crate::watch::{EtdWatch, Watcher};
-use renderer::image::{Image, LayeredImage, WriteOptions, write};
+use renderer::image::LayeredImage;
 use renderer::render::settings::Budget;
 use renderer::session::Rendering;
 use std::ffi::c_char;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use std::time::Duration;
@@ -26,8 +23,9 @@ use std::time::Duration;
 pub struct EtdRender(());
 
 /// What a render's handle stands for.
-struct Render {
-    ready: Arc<Ready>,
+pub struct Render {
+    /// The scene that is rendered.
+    pub ready: Arc<Ready>,
     state: Mutex<State>,
     /// Whether a run is under way, or about to be.
     runs: AtomicBool,
@@ -46,13 +44,16 @@ impl Drop for Running<'_> {
 /// Between two looks whether another call is done: one that only reads takes about as long.
 const PATIENCE: Duration = Duration::from_micros(20);
 
-struct State {
-    rendering: Rendering,
+/// How far a render has come.
+pub struct State {
+    /// The render itself.
+    pub rendering: Rendering,
     /// The picture with its layers, once somebody has asked for them.
     layered: Option<LayeredImage>,
 }
 
-static RENDERS: Table<Render> = Table::new(2);
+/// All renders.
+pub static RENDERS: Table<Render> = Table::new(2);
 
 /// What is known of a render.
 #[repr(C)]
@@ -93,9 +94,23 @@ unsafe impl Versioned for EtdRenderInfo {
     const NAME: &'static str = "EtdRenderInfo";
 }
 
+impl State {
+    /// The picture with its layers.
+    pub fn layered(&mut self, ready: &Ready) -> Result<&LayeredImage, Failure> {
+        if self.layered.is_none() {
+            let rendering = &self.rendering;
+            self.layered = Some(ready.read(|session| Ok(rendering.layered(session)?))?);
+        }
+        Ok(self.layered.as_ref().expect("it was just made"))
+    }
+}
+
 impl Render {
     /// Does something with the render, unless it runs.
-    fn with<T>(&self, work: impl FnOnce(&mut State) -> Result<T, Failure>) -> Result<T, Failure> {
+    pub fn with<T>(
+        &self,
+        work: impl FnOnce(&mut State) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
         loop {
             match self.state.try_lock() {
                 Ok(mut state) => return work(&mut state),
@@ -296,197 +311,4 @@ fn known(rendering: &Rendering) -> EtdRenderInfo {
         confidence,
         uncalibrated_fraction: error.map_or(0.0, |error| error.uncalibrated_fraction),
     }
-}
-
-/// Where a picture goes in the caller's memory: `EtdRenderInfo` tells how many rows of how many pixels. Strides are bytes from one
-/// pixel to the next and from one row to the next; 0 stands for no gap.
-struct Target {
-    pixels: *mut f32,
-    pixel_stride: usize,
-    row_stride: usize,
-    /// Bytes that there are.
-    size: usize,
-}
-
-impl Target {
-    /// Writes rows of pixels.
-    ///
-    /// # Safety
-    /// As many bytes may be written as `size` says, unless the pointer is null.
-    unsafe fn fill<T: Copy>(&self, width: usize, pixels: &[T]) -> Result<(), Failure> {
-        not_null(self.pixels, "pixels")?;
-        let stride_or = |stride: usize, least: usize, what: &str| match stride {
-            0 => Ok(least),
-            stride if stride >= least => Ok(stride),
-            stride => Err(Failure::argument(format!(
-                "{what}: {stride} bytes, expected at least {least}"
-            ))),
-        };
-        let item = size_of::<T>();
-        let pixel = stride_or(self.pixel_stride, item, "pixel_stride")?;
-        let overflow = || Failure::argument("the strides are larger than memory");
-        let row = (width - 1).checked_mul(pixel).ok_or_else(overflow)?;
-        let row = row.checked_add(item).ok_or_else(overflow)?;
-        let gapless = width.checked_mul(pixel).ok_or_else(overflow)?;
-        let row_stride = match self.row_stride {
-            0 => gapless,
-            stride => stride_or(stride, row, "row_stride")?,
-        };
-        let height = pixels.len() / width;
-        let before = (height - 1).checked_mul(row_stride).ok_or_else(overflow)?;
-        let needed = before.checked_add(row).ok_or_else(overflow)?;
-        if needed > self.size {
-            return Err(Failure::argument(format!(
-                "size: {width} x {height} pixels with these strides take {needed} bytes, but there are {}",
-                self.size
-            )));
-        }
-        for (y, row) in pixels.chunks(width).enumerate() {
-            // SAFETY: the row lies within the bytes that may be written, as was just checked.
-            unsafe {
-                let start = self.pixels.cast::<u8>().add(y * row_stride);
-                write_list(start.cast(), pixel, row.iter().copied(), "pixels")?;
-            }
-        }
-        Ok(())
-    }
-}
-
-fn channels(image: &Image) -> Vec<[f32; 3]> {
-    let pixels = image.pixels().iter();
-    pixels.map(|pixel| pixel.to_array()).collect()
-}
-
-/// Copies the picture to `pixels`, where `size` bytes may be written: red, green and blue of each pixel as three floats, linear
-/// Rec. 709, row by row from the top. Strides are bytes from one pixel or row to the next; 0 stands for no gap.
-///
-/// # Safety
-/// `pixels` is null, or so many bytes may be written.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_render_read_pixels(
-    render: *const EtdRender,
-    pixels: *mut f32,
-    size: usize,
-    pixel_stride: usize,
-    row_stride: usize,
-) -> EtdStatus {
-    RENDERS.call(render, |render| {
-        let image = render.with(|state| Ok(state.rendering.image()))?;
-        let target = Target {
-            pixels,
-            pixel_stride,
-            row_stride,
-            size,
-        };
-        // SAFETY: the caller's promise.
-        unsafe { target.fill(image.width() as usize, &channels(&image)) }?;
-        Ok(EtdStatus::Ok)
-    })
-}
-
-/// Copies the standard error of each pixel, as `etd_render_read_pixels`. For renders with `ETD_LAYERS`, or with an error to reach.
-///
-/// # Safety
-/// As `etd_render_read_pixels`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_render_read_standard_errors(
-    render: *const EtdRender,
-    pixels: *mut f32,
-    size: usize,
-    pixel_stride: usize,
-    row_stride: usize,
-) -> EtdStatus {
-    RENDERS.call(render, |render| {
-        let errors = render.with(|state| {
-            state.rendering.standard_errors().ok_or_else(|| {
-                Failure::argument("the render keeps no error bars: ask for ETD_LAYERS")
-            })
-        })?;
-        let target = Target {
-            pixels,
-            pixel_stride,
-            row_stride,
-            size,
-        };
-        // SAFETY: the caller's promise.
-        unsafe { target.fill(errors.width() as usize, &channels(&errors)) }?;
-        Ok(EtdStatus::Ok)
-    })
-}
-
-/// Copies a layer, one float a pixel, as `etd_render_read_pixels`; its name is one of those of docs/accuracy.md, such as "albedo.R",
-/// "depth.Z" or "spp.Y". For renders with `ETD_LAYERS`. What is seen first is traced when a layer is asked for the first time.
-///
-/// # Safety
-/// As `etd_render_read_pixels`; `name` is null, or a text that ends with a NUL.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_render_read_layer(
-    render: *const EtdRender,
-    name: *const c_char,
-    pixels: *mut f32,
-    size: usize,
-    pixel_stride: usize,
-    row_stride: usize,
-) -> EtdStatus {
-    RENDERS.call(render, |render| {
-        not_null(name, "name")?;
-        // SAFETY: the caller's promise.
-        let name = unsafe { text(name, "name") }?.unwrap_or_default();
-        let target = Target {
-            pixels,
-            pixel_stride,
-            row_stride,
-            size,
-        };
-        render.with(|state| {
-            let picture = state.layered(&render.ready)?;
-            let Some(layer) = picture.layer(name) else {
-                let names: Vec<&str> = picture.layers.iter().map(|it| it.name.as_str()).collect();
-                return Err(Failure::argument(format!(
-                    "name: there is no layer {name:?}, only {}",
-                    names.join(", ")
-                )));
-            };
-            // SAFETY: the caller's promise.
-            unsafe { target.fill(picture.image.width() as usize, layer) }?;
-            Ok(EtdStatus::Ok)
-        })
-    })
-}
-
-impl State {
-    /// The picture with its layers.
-    fn layered(&mut self, ready: &Ready) -> Result<&LayeredImage, Failure> {
-        if self.layered.is_none() {
-            let rendering = &self.rendering;
-            self.layered = Some(ready.read(|session| Ok(rendering.layered(session)?))?);
-        }
-        Ok(self.layered.as_ref().expect("it was just made"))
-    }
-}
-
-/// Writes the picture to a file, whole or not at all: `.exr`, with all layers if the render has them, `.png`, `.hdr` or `.pfm`.
-///
-/// # Safety
-/// `path` is null, or a text that ends with a NUL.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_render_write(
-    render: *const EtdRender,
-    path: *const c_char,
-) -> EtdStatus {
-    RENDERS.call(render, |render| {
-        not_null(path, "path")?;
-        // SAFETY: the caller's promise.
-        let path = unsafe { text(path, "path") }?.unwrap_or_default();
-        render.with(|state| {
-            let mut options = WriteOptions::default();
-            if state.rendering.film().has_bars() {
-                options
-                    .layers
-                    .clone_from(&state.layered(&render.ready)?.layers);
-            }
-            write(Path::new(path), &state.rendering.image(), &options)?;
-            Ok(EtdStatus::Ok)
-        })
-    })
 }

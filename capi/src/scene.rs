@@ -1,23 +1,19 @@
-//! Scenes: put together or loaded, made ready, changed.
+//! Scenes: loaded, made ready, changed. What they are put together of is added in `compose.rs`.
 //!
-//! Measure: as in `describe.rs`.
+//! Measure: as in `describe/`.
 //! Range: a scene may be used from any number of threads at once. What changes it once it is committed is answered with
 //! `ETD_STATUS_BUSY` while somebody renders it or asks something of it.
 //! Source: none needed.
 
 use crate::build::{EtdTracing, EtdWork};
-use crate::describe::{
-    EtdCamera, EtdFilm, EtdInstance, EtdLight, EtdMaterial, EtdMesh, EtdSurface, transform, vec3,
-};
+use crate::describe::{EtdCamera, EtdFilm, affine};
 use crate::handle::Table;
 use crate::memory::{
-    not_null, read_list, read_struct, read_struct_or_zeros, text, write, write_struct, write_text,
+    not_null, read_list, read_struct, read_struct_or_zeros, text, write_struct, write_text,
 };
 use crate::status::{EtdStatus, Failure, Outcome};
 use renderer::math::vec::DAffine3;
-use renderer::scene::description::{
-    CameraDescription, GeometryDescription, InstanceDescription, SceneDescription, ShapeDescription,
-};
+use renderer::scene::description::{CameraDescription, InstanceDescription, SceneDescription};
 use renderer::scene::{check, load};
 use renderer::session::Session;
 use std::ffi::c_char;
@@ -76,7 +72,8 @@ fn not_committed() -> Failure {
 }
 
 impl Scene {
-    fn describe(&self) -> MutexGuard<'_, SceneDescription> {
+    /// The description, for the time of a change.
+    pub fn describe(&self) -> MutexGuard<'_, SceneDescription> {
         self.description
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
@@ -96,28 +93,6 @@ impl Scene {
             Ok(EtdStatus::Ok)
         })
     }
-
-    /// Adds a shape, and tells its number.
-    ///
-    /// # Safety
-    /// The number may be written, or its pointer is null.
-    unsafe fn add_shape(&self, shape: ShapeDescription, number: *mut u32) -> Outcome {
-        let index = self.describe().add_shape(shape)?;
-        // SAFETY: the caller's promise.
-        unsafe { tell(number, index) }
-    }
-}
-
-/// Tells the number of what was added, to those who want to know.
-///
-/// # Safety
-/// The number may be written, or its pointer is null.
-unsafe fn tell(number: *mut u32, index: usize) -> Outcome {
-    if !number.is_null() {
-        // SAFETY: the caller's promise.
-        unsafe { write(number, index as u32, "number")? };
-    }
-    Ok(EtdStatus::Ok)
 }
 
 /// A scene that nobody has looked at yet: a pinhole at the origin that looks along -z.
@@ -192,20 +167,21 @@ pub unsafe extern "C" fn etd_scene_load(scene: *mut EtdScene, path: *const c_cha
     })
 }
 
-/// Looks from somewhere else. On a committed scene this is effective at once, and builds nothing.
+/// Looks from somewhere else. On a committed scene this is effective at once, and builds nothing, unless another shutter makes
+/// something move, or move otherwise.
 ///
 /// # Safety
-/// `camera` is null, or a structure as long as it says.
+/// `camera` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_set_camera(
     scene: *mut EtdScene,
     camera: *const EtdCamera,
 ) -> EtdStatus {
     SCENES.call(scene, |scene| {
+        let shutter = scene.describe().camera.shutter;
         // SAFETY: the caller's promise.
-        let mut camera = unsafe { read_struct(camera) }?.describe()?;
+        let camera = unsafe { read_struct(camera)?.describe(shutter) }?;
         check::camera(&camera)?;
-        camera.shutter = scene.describe().camera.shutter;
         let same = camera.clone();
         scene.change(
             |session| session.set_camera(same),
@@ -235,201 +211,6 @@ pub unsafe extern "C" fn etd_scene_set_film(
     })
 }
 
-/// Adds a material, and writes its number, counted from 0, unless `number` is null. Textures are copied.
-///
-/// # Safety
-/// `material` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_scene_add_material(
-    scene: *mut EtdScene,
-    material: *const EtdMaterial,
-    number: *mut u32,
-) -> EtdStatus {
-    SCENES.call(scene, |scene| {
-        // SAFETY: the caller's promise.
-        let material = unsafe { read_struct(material)?.describe() }?;
-        let index = scene.describe().add_material(material)?;
-        unsafe { tell(number, index) }
-    })
-}
-
-/// Adds triangles, and writes the number of the shape, counted from 0, unless `number` is null. All buffers are copied.
-///
-/// # Safety
-/// `surface` and `mesh` are null, or structures as long as they say, whose pointers are null or lead to what they say.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_scene_add_mesh(
-    scene: *mut EtdScene,
-    surface: *const EtdSurface,
-    mesh: *const EtdMesh,
-    number: *mut u32,
-) -> EtdStatus {
-    SCENES.call(scene, |scene| {
-        // SAFETY: the caller's promise.
-        let mesh = unsafe { read_struct(mesh)?.describe() }?;
-        let geometry = GeometryDescription::Mesh(Arc::new(mesh));
-        let shape = unsafe { read_struct(surface)?.describe(geometry) }?;
-        unsafe { scene.add_shape(shape, number) }
-    })
-}
-
-/// Adds a sphere about `center`, three numbers, and writes the number of the shape unless `number` is null.
-///
-/// # Safety
-/// As `etd_scene_add_mesh`; `center` is null, or three numbers.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_scene_add_sphere(
-    scene: *mut EtdScene,
-    surface: *const EtdSurface,
-    center: *const f64,
-    radius: f64,
-    number: *mut u32,
-) -> EtdStatus {
-    SCENES.call(scene, |scene| {
-        // SAFETY: the caller's promise.
-        let center = unsafe { vec3(center, "center") }?;
-        let geometry = GeometryDescription::Sphere { center, radius };
-        let shape = unsafe { read_struct(surface)?.describe(geometry) }?;
-        unsafe { scene.add_shape(shape, number) }
-    })
-}
-
-/// Adds a flat disk about `center`, with a normal of any length, and writes the number of the shape unless `number` is null.
-///
-/// # Safety
-/// As `etd_scene_add_sphere`, of `normal` too.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_scene_add_disk(
-    scene: *mut EtdScene,
-    surface: *const EtdSurface,
-    center: *const f64,
-    normal: *const f64,
-    radius: f64,
-    number: *mut u32,
-) -> EtdStatus {
-    SCENES.call(scene, |scene| {
-        // SAFETY: the caller's promise.
-        let geometry = unsafe {
-            GeometryDescription::Disk {
-                center: vec3(center, "center")?,
-                normal: vec3(normal, "normal")?,
-                radius,
-            }
-        };
-        // SAFETY: the caller's promise.
-        let shape = unsafe { read_struct(surface)?.describe(geometry) }?;
-        unsafe { scene.add_shape(shape, number) }
-    })
-}
-
-/// Adds a parallelogram with the normal edge_u x edge_v, and writes the number of the shape unless `number` is null.
-///
-/// # Safety
-/// As `etd_scene_add_sphere`, of corner and edges.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_scene_add_rectangle(
-    scene: *mut EtdScene,
-    surface: *const EtdSurface,
-    corner: *const f64,
-    edge_u: *const f64,
-    edge_v: *const f64,
-    number: *mut u32,
-) -> EtdStatus {
-    SCENES.call(scene, |scene| {
-        // SAFETY: the caller's promise.
-        let geometry = unsafe {
-            GeometryDescription::Rectangle {
-                corner: vec3(corner, "corner")?,
-                edge_u: vec3(edge_u, "edge_u")?,
-                edge_v: vec3(edge_v, "edge_v")?,
-            }
-        };
-        // SAFETY: the caller's promise.
-        let shape = unsafe { read_struct(surface)?.describe(geometry) }?;
-        unsafe { scene.add_shape(shape, number) }
-    })
-}
-
-/// Adds an axis-aligned box whose normals point outwards, and writes the number of the shape unless `number` is null.
-///
-/// # Safety
-/// As `etd_scene_add_sphere`, of both corners.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_scene_add_box(
-    scene: *mut EtdScene,
-    surface: *const EtdSurface,
-    min: *const f64,
-    max: *const f64,
-    number: *mut u32,
-) -> EtdStatus {
-    SCENES.call(scene, |scene| {
-        // SAFETY: the caller's promise.
-        let geometry = unsafe {
-            GeometryDescription::Box {
-                min: vec3(min, "min")?,
-                max: vec3(max, "max")?,
-            }
-        };
-        // SAFETY: the caller's promise.
-        let shape = unsafe { read_struct(surface)?.describe(geometry) }?;
-        unsafe { scene.add_shape(shape, number) }
-    })
-}
-
-/// Adds a group without members yet, and writes its number, counted from 1: 0 stands for the world itself. `name` is for
-/// messages and may be null.
-///
-/// # Safety
-/// `name` is null, or a text that ends with a NUL; `number` is null, or may be written.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_scene_add_group(
-    scene: *mut EtdScene,
-    name: *const c_char,
-    number: *mut u32,
-) -> EtdStatus {
-    SCENES.call(scene, |scene| {
-        // SAFETY: the caller's promise.
-        let name = unsafe { text(name, "name") }?.unwrap_or("group");
-        let index = scene.describe().add_group(name);
-        unsafe { tell(number, index + 1) }
-    })
-}
-
-/// Adds an instance of a group, and writes its number, counted from 0, unless `number` is null.
-///
-/// # Safety
-/// `instance` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_scene_add_instance(
-    scene: *mut EtdScene,
-    instance: *const EtdInstance,
-    number: *mut u32,
-) -> EtdStatus {
-    SCENES.call(scene, |scene| {
-        // SAFETY: the caller's promise.
-        let instance = unsafe { read_struct(instance)?.describe() }?;
-        let index = scene.describe().add_instance(instance)?;
-        unsafe { tell(number, index) }
-    })
-}
-
-/// Adds a light that is no shape. Its panorama is copied.
-///
-/// # Safety
-/// `light` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn etd_scene_add_light(
-    scene: *mut EtdScene,
-    light: *const EtdLight,
-) -> EtdStatus {
-    SCENES.call(scene, |scene| {
-        // SAFETY: the caller's promise.
-        let light = unsafe { read_struct(light)?.describe() }?;
-        scene.describe().add_light(light)?;
-        Ok(EtdStatus::Ok)
-    })
-}
-
 /// Makes the scene ready: checks it, and builds its acceleration structures. What is added later counts from the next commit on;
 /// renders that have begun cannot go on then. `tracing` may be null.
 ///
@@ -452,7 +233,8 @@ pub unsafe extern "C" fn etd_scene_commit(
 }
 
 /// Places `count` instances anew: `instances` are their numbers, `transforms` 12 numbers for each, row by row without a gap. On a
-/// committed scene this is effective at once; groups are not built again, only the structure above them.
+/// committed scene this is effective at once; groups are not built again, only the structure above them. What moves keeps its
+/// keys, which are applied after the new transform.
 ///
 /// # Safety
 /// The pointers are null, or as many numbers are there.
@@ -479,8 +261,7 @@ pub unsafe extern "C" fn etd_scene_set_transforms(
                 return Err(Failure::argument(text));
             };
             let instance = InstanceDescription {
-                // SAFETY: the numbers were just read.
-                transform: unsafe { transform(matrix.as_ptr()) }?,
+                transform: affine(matrix),
                 ..instance.clone()
             };
             check::instance(&instance, &description)?;

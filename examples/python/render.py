@@ -2,7 +2,8 @@
 
     PREFIX=$HOME/.local python3 examples/python/render.py
 
-Shows that the C interface is usable from elsewhere; a binding would declare the other structures in the same way.
+Shows that the C interface is usable from elsewhere; a binding would declare the other structures in the same way. Those of
+later versions are longer: what is not declared here takes its defaults.
 """
 
 import ctypes

@@ -3,7 +3,7 @@
  * believe them; everything else may be anything. Whatever comes, there is a status, and for a failure a text.
  */
 
-#include "check.h"
+#include "small_scene.h"
 #include <math.h>
 
 static uint64_t state;
@@ -66,6 +66,9 @@ static EtdRay rays[4];
 static EtdHit hits[4];
 static float pixels[4 * 64];
 
+static EtdKey keys[3];
+static EtdCameraKey camera_keys[3];
+
 static const void *somewhere(const void *place) { return below(8) ? place : NULL; }
 
 /* A list that is as long as it is said to be, or so long that nobody reads it. */
@@ -86,7 +89,15 @@ static EtdImage an_image(void) {
     return image;
 }
 
-static EtdSurface a_surface(void) {
+/* So many keys of a motion as there may be, mostly none or few. */
+static size_t key_count(void) { return below(2) ? 0 : below(8) ? below(4) : length(); }
+
+/* What few keys reach, or so much that nobody reads it. */
+static size_t key_stride(size_t right, size_t count) {
+    return count > 3 ? stride() : below(4) ? 0 : below(4) ? right : below(2) ? 8 : SIZE_MAX / 3;
+}
+
+static EtdSurface a_surface(const EtdImage *image) {
     EtdSurface surface;
     memset(&surface, 0, sizeof surface);
     surface.struct_size = size(sizeof surface);
@@ -95,6 +106,10 @@ static EtdSurface a_surface(void) {
     surface.group = (uint32_t)below(4);
     colour(surface.emission);
     surface.transform = below(2) ? NULL : numbers;
+    surface.emission_texture = below(4) ? NULL : image;
+    surface.motion = somewhere(keys);
+    surface.motion_count = key_count();
+    surface.motion_stride = key_stride(sizeof keys[0], surface.motion_count);
     return surface;
 }
 
@@ -126,9 +141,9 @@ static void an_odd_scene(EtdScene *scene, EtdStatus *status) {
     double a[3], b[3], c[3];
     vector(a), vector(b), vector(c);
     const double *pa = somewhere(a);
-    const EtdSurface surface = a_surface();
-    const EtdSurface *ps = somewhere(&surface);
     const EtdImage image = an_image();
+    const EtdSurface surface = a_surface(&image);
+    const EtdSurface *ps = somewhere(&surface);
     switch (below(13)) {
     case 0: {
         EtdCamera camera;
@@ -138,6 +153,10 @@ static void an_odd_scene(EtdScene *scene, EtdStatus *status) {
         camera.fov = number();
         camera.lens_radius = number();
         camera.focus_distance = number();
+        camera.shutter = below(2) ? NULL : numbers;
+        camera.motion = somewhere(camera_keys);
+        camera.motion_count = key_count();
+        camera.motion_stride = key_stride(sizeof camera_keys[0], camera.motion_count);
         *status = etd_scene_set_camera(scene, somewhere(&camera));
         break;
     }
@@ -165,6 +184,11 @@ static void an_odd_scene(EtdScene *scene, EtdStatus *status) {
         material.metallic = single();
         material.transmission = single();
         material.one_sided = (uint32_t)below(2);
+        material.alpha_texture = below(4) ? NULL : &image;
+        material.specular_texture = below(4) ? NULL : &image;
+        material.normal_map = below(4) ? NULL : &image;
+        material.normal_strength = single();
+        material.alpha = single();
         *status = etd_scene_add_material(scene, somewhere(&material), &out);
         break;
     }
@@ -209,6 +233,9 @@ static void an_odd_scene(EtdScene *scene, EtdStatus *status) {
         instance.of = (uint32_t)below(4);
         instance.group = (uint32_t)below(4);
         instance.transform = below(2) ? NULL : numbers;
+        instance.motion = somewhere(keys);
+        instance.motion_count = key_count();
+        instance.motion_stride = key_stride(sizeof keys[0], instance.motion_count);
         *status = etd_scene_add_instance(scene, somewhere(&instance), &out);
         break;
     }
@@ -222,6 +249,7 @@ static void an_odd_scene(EtdScene *scene, EtdStatus *status) {
         vector(light.position), vector(light.target), vector(light.direction);
         light.cone = number();
         light.penumbra = number();
+        light.transform = below(4) ? NULL : numbers;
         *status = etd_scene_add_light(scene, somewhere(&light));
         break;
     }
@@ -322,6 +350,12 @@ int main(int argc, char **argv) {
             numbers[k] = below(2) ? (double)(k % 5 == 0) : number();
             floats[k] = below(2) ? 0.5f : single();
             wholes[k % 16] = (uint32_t)below(4);
+        }
+        for (int k = 0; k < 3; k++) {
+            keys[k].time = below(8) ? k : number();
+            memcpy(keys[k].transform, numbers + k, sizeof keys[k].transform);
+            camera_keys[k].time = below(8) ? k : number();
+            vector(camera_keys[k].eye), vector(camera_keys[k].target), vector(camera_keys[k].up);
         }
         EtdStatus status = ETD_STATUS_OK;
         const uint64_t kind = below(20);

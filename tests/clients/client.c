@@ -1,6 +1,6 @@
 /* A client in C: client SCENE OUT.pfm renders the scene to the file, and tries everything else on a scene in memory. */
 
-#include "check.h"
+#include "small_scene.h"
 #include <math.h>
 #include <pthread.h>
 
@@ -304,53 +304,42 @@ static void rays_and_changes(void) {
     CHECK(etd_scene_release(scene) == ETD_STATUS_OK);
 }
 
-/* A call that has to fail, with a text that has these words. */
-static void fails(EtdScene *scene, EtdStatus status, EtdStatus expected, const char *words) {
-    char text[512];
-    const size_t length = etd_scene_error(scene, text, sizeof text);
-    if (status != expected || !strstr(text, words) || length != strlen(text)) {
-        fprintf(stderr, "expected %s: %s\nfound %s: %s\n", etd_status_text(expected), words,
-                etd_status_text(status), text);
-        exit(1);
-    }
-}
-
 static void wrong_arguments(void) {
     const EtdStatus argument = ETD_STATUS_INVALID_ARGUMENT, invalid = ETD_STATUS_INVALID_SCENE;
     CHECK(etd_scene_create(NULL) == argument);
     EtdScene *scene = make_scene(WIDTH, HEIGHT);
-    fails(scene, etd_scene_set_camera(scene, NULL), argument, "EtdCamera is null");
+    FAILS(scene, etd_scene_set_camera(scene, NULL), argument, "EtdCamera is null");
     EtdCamera camera;
     memset(&camera, 0, sizeof camera);
-    fails(scene, etd_scene_set_camera(scene, &camera), argument, "struct_size is 0");
+    FAILS(scene, etd_scene_set_camera(scene, &camera), argument, "struct_size is 0");
     camera.struct_size = sizeof camera;
-    fails(scene, etd_scene_set_camera(scene, &camera), invalid, "same point");
+    FAILS(scene, etd_scene_set_camera(scene, &camera), invalid, "same point");
     camera.eye[0] = 1;
     camera.fov = 180;
-    fails(scene, etd_scene_set_camera(scene, &camera), invalid, "fov");
+    FAILS(scene, etd_scene_set_camera(scene, &camera), invalid, "fov");
     camera.fov = 0;
     camera.eye[0] = NAN;
     CHECK(etd_scene_set_camera(scene, &camera) == invalid);
 
-    fails(scene, etd_scene_load(scene, NULL), argument, "path is null");
-    fails(scene, etd_scene_load(scene, "nowhere.toml"), ETD_STATUS_INPUT_OUTPUT, "nowhere.toml");
-    fails(scene, etd_scene_load(scene, "\xff.toml"), argument, "UTF-8");
+    FAILS(scene, etd_scene_load(scene, NULL), argument, "path is null");
+    FAILS(scene, etd_scene_load(scene, "nowhere.toml"), ETD_STATUS_INPUT_OUTPUT, "nowhere.toml");
+    FAILS(scene, etd_scene_load(scene, "\xff.toml"), argument, "UTF-8");
 
     EtdSurface surface;
     memset(&surface, 0, sizeof surface);
     surface.struct_size = sizeof surface;
     const double origin[3] = {0, 0, 0}, up[3] = {0, 1, 0}, far[3] = {0, HUGE_VAL, 0};
-    fails(scene, etd_scene_add_sphere(scene, &surface, origin, -1, NULL), invalid, "radius");
-    fails(scene, etd_scene_add_sphere(scene, &surface, NULL, 1, NULL), argument, "center is null");
-    fails(scene, etd_scene_add_sphere(scene, NULL, origin, 1, NULL), argument, "EtdSurface");
-    fails(scene, etd_scene_add_disk(scene, &surface, origin, far, 1, NULL), invalid, "normal");
-    fails(scene, etd_scene_add_rectangle(scene, &surface, origin, up, up, NULL), invalid, "edge_v");
-    fails(scene, etd_scene_add_box(scene, &surface, up, origin, NULL), invalid, "max");
+    FAILS(scene, etd_scene_add_sphere(scene, &surface, origin, -1, NULL), invalid, "radius");
+    FAILS(scene, etd_scene_add_sphere(scene, &surface, NULL, 1, NULL), argument, "center is null");
+    FAILS(scene, etd_scene_add_sphere(scene, NULL, origin, 1, NULL), argument, "EtdSurface");
+    FAILS(scene, etd_scene_add_disk(scene, &surface, origin, far, 1, NULL), invalid, "normal");
+    FAILS(scene, etd_scene_add_rectangle(scene, &surface, origin, up, up, NULL), invalid, "edge_v");
+    FAILS(scene, etd_scene_add_box(scene, &surface, up, origin, NULL), invalid, "max");
     surface.material = 5;
-    fails(scene, etd_scene_add_sphere(scene, &surface, origin, 1, NULL), invalid, "material");
+    FAILS(scene, etd_scene_add_sphere(scene, &surface, origin, 1, NULL), invalid, "material");
     surface.material = 0;
     surface.group = 7;
-    fails(scene, etd_scene_add_sphere(scene, &surface, origin, 1, NULL), invalid, "group");
+    FAILS(scene, etd_scene_add_sphere(scene, &surface, origin, 1, NULL), invalid, "group");
     surface.group = 0;
 
     const float triangle[3][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
@@ -362,57 +351,57 @@ static void wrong_arguments(void) {
     mesh.vertex_count = 3;
     mesh.indices = corners;
     mesh.triangle_count = 1;
-    fails(scene, etd_scene_add_mesh(scene, &surface, &mesh, NULL), invalid, "vertex 3");
+    FAILS(scene, etd_scene_add_mesh(scene, &surface, &mesh, NULL), invalid, "vertex 3");
     mesh.position_stride = 8;
-    fails(scene, etd_scene_add_mesh(scene, &surface, &mesh, NULL), argument, "stride of 8");
+    FAILS(scene, etd_scene_add_mesh(scene, &surface, &mesh, NULL), argument, "stride of 8");
     mesh.position_stride = SIZE_MAX / 2;
-    fails(scene, etd_scene_add_mesh(scene, &surface, &mesh, NULL), argument, "positions");
+    FAILS(scene, etd_scene_add_mesh(scene, &surface, &mesh, NULL), argument, "positions");
     mesh.position_stride = 0;
     mesh.vertex_count = SIZE_MAX;
-    fails(scene, etd_scene_add_mesh(scene, &surface, &mesh, NULL), argument, "2^32");
+    FAILS(scene, etd_scene_add_mesh(scene, &surface, &mesh, NULL), argument, "2^32");
     mesh.vertex_count = 3;
     mesh.position_format = 2;
-    fails(scene, etd_scene_add_mesh(scene, &surface, &mesh, NULL), argument, "position_format");
+    FAILS(scene, etd_scene_add_mesh(scene, &surface, &mesh, NULL), argument, "position_format");
     mesh.position_format = 0;
     mesh.indices = NULL;
-    fails(scene, etd_scene_add_mesh(scene, &surface, &mesh, NULL), argument, "indices is null");
+    FAILS(scene, etd_scene_add_mesh(scene, &surface, &mesh, NULL), argument, "indices is null");
 
     EtdFilm film;
     memset(&film, 0, sizeof film);
     film.struct_size = sizeof film;
     film.width = 8;
-    fails(scene, etd_scene_set_film(scene, &film), invalid, "film.size");
+    FAILS(scene, etd_scene_set_film(scene, &film), invalid, "film.size");
     film.height = 8;
     film.filter = 5;
-    fails(scene, etd_scene_set_film(scene, &film), argument, "filter: 5");
+    FAILS(scene, etd_scene_set_film(scene, &film), argument, "filter: 5");
 
     EtdTracing tracing;
     memset(&tracing, 0, sizeof tracing);
     tracing.struct_size = sizeof tracing;
     tracing.backend = -1;
-    fails(scene, etd_scene_commit(scene, &tracing), argument, "backend: -1");
+    FAILS(scene, etd_scene_commit(scene, &tracing), argument, "backend: -1");
     tracing.backend = ETD_BACKEND_OBVHS_BVH2;
     tracing.threads = 1u << 31;
-    fails(scene, etd_scene_commit(scene, &tracing), argument, "threads");
+    FAILS(scene, etd_scene_commit(scene, &tracing), argument, "threads");
     tracing.threads = 1;
     DONE(scene, etd_scene_commit(scene, &tracing));
 
     EtdRender *render = NULL;
     EtdSettings settings = settings_of(1);
-    fails(scene, etd_render_create(scene, &settings, NULL), argument, "render is null");
+    FAILS(scene, etd_render_create(scene, &settings, NULL), argument, "render is null");
     settings.integrator = "photon-map";
-    fails(scene, etd_render_create(scene, &settings, &render), argument, "photon-map");
+    FAILS(scene, etd_render_create(scene, &settings, &render), argument, "photon-map");
     settings.integrator = NULL;
     settings.flags = 1u << 20;
-    fails(scene, etd_render_create(scene, &settings, &render), argument, "flags");
+    FAILS(scene, etd_render_create(scene, &settings, &render), argument, "flags");
     settings.flags = ETD_HAS_CROP;
-    fails(scene, etd_render_create(scene, &settings, &render), argument, "crop");
+    FAILS(scene, etd_render_create(scene, &settings, &render), argument, "crop");
     settings.flags = 0;
     settings.seconds = NAN;
-    fails(scene, etd_render_create(scene, &settings, &render), argument, "seconds");
+    FAILS(scene, etd_render_create(scene, &settings, &render), argument, "seconds");
     settings.seconds = 0;
     settings.spp = UINT64_MAX;
-    fails(scene, etd_render_create(scene, &settings, &render), argument, "samples");
+    FAILS(scene, etd_render_create(scene, &settings, &render), argument, "samples");
     settings.spp = 1;
     CHECK(render == NULL);
     render = begin(scene, &settings);
@@ -431,17 +420,17 @@ static void wrong_arguments(void) {
     EtdRay ray;
     memset(&ray, 0, sizeof ray);
     EtdHit hit;
-    fails(scene, etd_scene_intersect(scene, &ray, 1, 0, &hit, 0), argument, "ray 0");
+    FAILS(scene, etd_scene_intersect(scene, &ray, 1, 0, &hit, 0), argument, "ray 0");
     ray.direction[0] = 1;
-    fails(scene, etd_scene_intersect(scene, &ray, 1, 8, &hit, 0), argument, "stride of 8");
-    fails(scene, etd_scene_intersect(scene, &ray, SIZE_MAX, 0, &hit, 0), argument, "rays");
-    fails(scene, etd_scene_intersect(scene, NULL, 1, 0, &hit, 0), argument, "rays is null");
-    fails(scene, etd_scene_intersect(scene, &ray, 1, 0, NULL, 0), argument, "hits is null");
+    FAILS(scene, etd_scene_intersect(scene, &ray, 1, 8, &hit, 0), argument, "stride of 8");
+    FAILS(scene, etd_scene_intersect(scene, &ray, SIZE_MAX, 0, &hit, 0), argument, "rays");
+    FAILS(scene, etd_scene_intersect(scene, NULL, 1, 0, &hit, 0), argument, "rays is null");
+    FAILS(scene, etd_scene_intersect(scene, &ray, 1, 0, NULL, 0), argument, "hits is null");
     const uint32_t nobody = 4;
     const double flat[12] = {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0};
-    fails(scene, etd_scene_set_transforms(scene, &nobody, flat, 1), argument, "instances: 4");
+    FAILS(scene, etd_scene_set_transforms(scene, &nobody, flat, 1), argument, "instances: 4");
     const uint32_t ball = 0;
-    fails(scene, etd_scene_set_transforms(scene, &ball, flat, 1), invalid, "flatten");
+    FAILS(scene, etd_scene_set_transforms(scene, &ball, flat, 1), invalid, "flatten");
 
     /* A picture of 2 terabytes. */
     film.width = film.height = 65536;
@@ -449,7 +438,7 @@ static void wrong_arguments(void) {
     DONE(scene, etd_scene_set_film(scene, &film));
     settings.flags = ETD_LAYERS;
     EtdRender *large = NULL;
-    fails(scene, etd_render_create(scene, &settings, &large), ETD_STATUS_OUT_OF_MEMORY, "memory");
+    FAILS(scene, etd_render_create(scene, &settings, &large), ETD_STATUS_OUT_OF_MEMORY, "memory");
     CHECK(large == NULL);
     /* The scene has changed since the render began. */
     CHECK(etd_render_run(render, NULL) == argument);

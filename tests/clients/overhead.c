@@ -1,7 +1,7 @@
 /* What a call costs: prints the least and the median time of a picture of 1 x 1 pixel by 1 sample, scene already built, from
  * etd_render_create to etd_render_release; and of a camera that replaces another. */
 
-#include "check.h"
+#include "small_scene.h"
 #include <time.h>
 
 enum { TIMES = 501 };

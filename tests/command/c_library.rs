@@ -100,20 +100,43 @@ fn small() -> SceneFolder {
 #[test]
 fn a_client_in_c_renders_what_the_command_does_and_everything_else() {
     let folder = small();
-    let program = compile(
-        "cc",
-        &["-std=c11", "-D_POSIX_C_SOURCE=200809L"],
-        &source("client.c"),
-        &folder,
-    );
-    let says = run(client(program, &folder).args(["small.toml", "client.pfm"]));
+    let mut flags = sanitized(&folder);
+    flags.push("-D_POSIX_C_SOURCE=200809L");
+    let program = compile("cc", &flags, &source("client.c"), &folder);
+    let mut client = client(program, &folder);
+    let says = run(guarded(&mut client, &folder).args(["small.toml", "client.pfm"]));
     assert!(says.contains("all is well"));
     succeed(
         &folder,
         "render small.toml --spp 4 --seed 7 --sampler independent -q -o command.pfm",
     );
+    assert_same_files(&folder, "client.pfm", "command.pfm");
+}
+
+fn assert_same_files(folder: &SceneFolder, a: &str, b: &str) {
     let read = |name| std::fs::read(folder.path(name)).expect("it was written");
-    assert!(read("client.pfm") == read("command.pfm"));
+    assert!(read(a) == read(b), "{a} and {b} differ");
+}
+
+/// Motion, cut-outs, relief and textured light.
+#[test]
+fn what_a_client_builds_in_memory_is_what_a_scene_file_says() {
+    let scene = std::fs::read_to_string(source("everything.toml")).expect("the scene");
+    let folder = SceneFolder::new([("everything.toml", scene.as_str())]);
+    let program = compile("cc", &sanitized(&folder), &source("everything.c"), &folder);
+    let says = run(guarded(&mut client(program, &folder), &folder).arg("client.pfm"));
+    assert!(says.contains("all is well"), "{says}");
+    succeed(&folder, "render everything.toml --spp 4 -q -o command.pfm");
+    assert_same_files(&folder, "client.pfm", "command.pfm");
+}
+
+#[test]
+fn what_there_is_no_memory_for_is_refused_and_the_client_goes_on() {
+    let folder = small();
+    let flags = ["-std=c11", "-D_POSIX_C_SOURCE=200809L"];
+    let program = compile("cc", &flags, &source("limits.c"), &folder);
+    let says = run(&mut client(program, &folder));
+    assert!(says.contains("all is well"), "{says}");
 }
 
 #[test]
@@ -165,6 +188,26 @@ fn has_sanitizer(folder: &SceneFolder) -> bool {
     output.is_ok_and(|output| output.status.success())
 }
 
+/// How a client in C is compiled that is to be watched for wrong addresses and leaks.
+fn sanitized(folder: &SceneFolder) -> Vec<&'static str> {
+    let mut flags = vec!["-std=c11"];
+    if has_sanitizer(folder) {
+        flags.push("-fsanitize=address,undefined");
+    } else {
+        eprintln!("without AddressSanitizer, which cc does not have here");
+    }
+    flags
+}
+
+/// A client that is watched so.
+fn guarded<'a>(client: &'a mut Command, folder: &SceneFolder) -> &'a mut Command {
+    // What Embree keeps for the process is not ours.
+    std::fs::write(folder.path("leaks"), "leak:libembree4\nleak:libtbb\n").expect("written");
+    client
+        .env("LSAN_OPTIONS", "suppressions=leaks")
+        .env("ASAN_OPTIONS", "allocator_may_return_null=1")
+}
+
 #[test]
 fn what_calls_cost_is_printed() {
     let folder = small();
@@ -176,19 +219,8 @@ fn what_calls_cost_is_printed() {
 #[test]
 fn arbitrary_arguments_end_in_a_status_and_a_text_and_leak_nothing() {
     let folder = small();
-    let mut flags = vec!["-std=c11"];
-    if has_sanitizer(&folder) {
-        flags.push("-fsanitize=address,undefined");
-    } else {
-        eprintln!("without AddressSanitizer, which cc does not have here");
-    }
-    let program = compile("cc", &flags, &source("arbitrary.c"), &folder);
-    // What Embree keeps for the process is not ours.
-    std::fs::write(folder.path("leaks"), "leak:libembree4\nleak:libtbb\n").expect("written");
-    let says = run(client(program, &folder)
-        .env("LSAN_OPTIONS", "suppressions=leaks")
-        .env("ASAN_OPTIONS", "allocator_may_return_null=1")
-        .args(["1", "20000"]));
+    let program = compile("cc", &sanitized(&folder), &source("arbitrary.c"), &folder);
+    let says = run(guarded(&mut client(program, &folder), &folder).args(["1", "20000"]));
     assert!(says.contains("all is well"), "{says}");
 }
 
@@ -231,12 +263,15 @@ fn the_library_shows_the_functions_of_its_header_and_nothing_else() {
 #[test]
 fn the_header_is_that_of_the_sources() {
     // Whole where cbindgen is there; its functions and structures everywhere.
-    let folder = in_repository("capi/src");
-    let files = std::fs::read_dir(folder).expect("the sources");
+    let folders = ["capi/src", "capi/src/describe"].map(in_repository);
+    let entries = folders.iter().flat_map(|folder| {
+        let entries = std::fs::read_dir(folder).expect("the sources");
+        entries.map(|entry| entry.expect("an entry").path())
+    });
     let mut exported = BTreeSet::new();
     let mut structures = BTreeSet::new();
-    for file in files {
-        let text = std::fs::read_to_string(file.expect("an entry").path()).expect("a source");
+    for file in entries.filter(|path| path.is_file()) {
+        let text = std::fs::read_to_string(file).expect("a source");
         for after in text.split("#[unsafe(no_mangle)]").skip(1) {
             let line = after.split_once("extern \"C\" fn ").expect("a function").1;
             let name = line.split('(').next().expect("its name");

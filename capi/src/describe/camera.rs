@@ -1,0 +1,167 @@
+//! Where a scene is seen from, and the picture.
+//!
+//! Measure: world units, degrees, pixels.
+//! Range: as docs/scene-format.md says of `[camera]` and `[film]`.
+//! Source: docs/scene-format.md.
+
+use super::{choice, or_default};
+use crate::memory::{Plain, Versioned, read_list};
+use crate::status::Failure;
+use renderer::math::vec::DVec3;
+use renderer::scene::description::{
+    CameraDescription, FilmDescription, FilterDescription, FilterKind, Key,
+};
+use std::mem::offset_of;
+
+/// A perspective camera.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct EtdCamera {
+    /// sizeof(EtdCamera)
+    pub struct_size: usize,
+    /// Where it is.
+    pub eye: [f64; 3],
+    /// What it looks at.
+    pub target: [f64; 3],
+    /// What is up; all zeros stand for y.
+    pub up: [f64; 3],
+    /// Vertical field of view in degrees, below 180; 0 stands for 40.
+    pub fov: f64,
+    /// Radius of the lens; 0 is a pinhole.
+    pub lens_radius: f64,
+    /// Distance of the plane in focus; 0 stands for that of the target, of the first key if the camera moves.
+    pub focus_distance: f64,
+    /// Two times: when the shutter opens and when it closes, in the unit of all keys. If they are equal, everything stands still
+    /// as it is then. Null leaves the shutter as it is; that of a new scene is { 0, 0 }.
+    pub shutter: *const f64,
+    /// Where the camera is at which time, in place of `eye`, `target` and `up`; null for a camera that stands still.
+    pub motion: *const EtdCameraKey,
+    /// Keys, in order of time.
+    pub motion_count: usize,
+    /// Bytes from one key to the next; 0 stands for keys without a gap.
+    pub motion_stride: usize,
+}
+
+/// The place of a camera at a time.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct EtdCameraKey {
+    /// When; above that of the key before.
+    pub time: f64,
+    /// Where it is.
+    pub eye: [f64; 3],
+    /// What it looks at.
+    pub target: [f64; 3],
+    /// What is up; all zeros stand for y.
+    pub up: [f64; 3],
+}
+
+/// Reconstruction filters.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EtdFilter {
+    /// A bell.
+    Gaussian = 0,
+    /// The same weight everywhere.
+    Box = 1,
+    /// A triangle.
+    Tent = 2,
+    /// Mitchell and Netravali's, with lobes below 0.
+    Mitchell = 3,
+    /// Blackman and Harris's.
+    BlackmanHarris = 4,
+}
+
+/// The picture.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct EtdFilm {
+    /// sizeof(EtdFilm)
+    pub struct_size: usize,
+    /// Pixels in a row, from 1 to 65536.
+    pub width: u32,
+    /// Rows, from 1 to 65536.
+    pub height: u32,
+    /// The reconstruction filter, an `EtdFilter`.
+    pub filter: i32,
+    /// Its radius in pixels, up to 32; 0 stands for the filter's own.
+    pub filter_radius: f64,
+}
+
+// SAFETY: numbers and pointers, of which zeros are values.
+unsafe impl Versioned for EtdCamera {
+    const NAME: &'static str = "EtdCamera";
+    const FIRST_SIZE: usize = offset_of!(EtdCamera, shutter);
+}
+
+// SAFETY: numbers without padding.
+unsafe impl Plain for EtdCameraKey {}
+
+// SAFETY: numbers.
+unsafe impl Versioned for EtdFilm {
+    const NAME: &'static str = "EtdFilm";
+}
+
+/// A camera that looks from `eye` at `target`; no direction at all stands for y up.
+fn look_at([eye, target, up]: [[f64; 3]; 3], fov: f64) -> renderer::Result<CameraDescription> {
+    let [eye, target, up] = [eye, target, up].map(DVec3::from_array);
+    let up = or_default(up, DVec3::Y);
+    CameraDescription::look_at(eye, target, up, fov)
+}
+
+impl EtdCamera {
+    /// The camera, whose shutter was as `shutter` says so far.
+    ///
+    /// # Safety
+    /// Its pointers are null, or what they point to is there.
+    pub unsafe fn describe(&self, shutter: [f64; 2]) -> Result<CameraDescription, Failure> {
+        let fov = or_default(self.fov, 40.0).to_radians();
+        // SAFETY: the caller's promise.
+        let keys: Vec<EtdCameraKey> = unsafe {
+            let keys = self.motion.cast();
+            read_list(keys, self.motion_count, self.motion_stride, "motion")
+        }?;
+        let first = match keys.first() {
+            Some(key) => [key.eye, key.target, key.up],
+            None => [self.eye, self.target, self.up],
+        };
+        let mut camera = look_at(first, fov)?;
+        camera.motion = keys.iter().map(place_at).collect::<Result<_, _>>()?;
+        camera.lens_radius = self.lens_radius;
+        camera.focus_distance = or_default(self.focus_distance, camera.focus_distance);
+        camera.shutter = if self.shutter.is_null() {
+            shutter
+        } else {
+            // SAFETY: the caller's promise.
+            unsafe { read_list(self.shutter.cast(), 1, 0, "shutter") }?[0]
+        };
+        Ok(camera)
+    }
+}
+
+fn place_at(key: &EtdCameraKey) -> Result<Key, Failure> {
+    // Any field of view will do: only the place is asked for.
+    let placed = look_at([key.eye, key.target, key.up], 1.0)?;
+    Ok(Key {
+        time: key.time,
+        transform: placed.to_world,
+    })
+}
+
+impl EtdFilm {
+    pub fn describe(&self) -> Result<FilmDescription, Failure> {
+        const KINDS: &[(i32, FilterKind)] = &[
+            (EtdFilter::Gaussian as i32, FilterKind::Gaussian),
+            (EtdFilter::Box as i32, FilterKind::Box),
+            (EtdFilter::Tent as i32, FilterKind::Tent),
+            (EtdFilter::Mitchell as i32, FilterKind::Mitchell),
+            (EtdFilter::BlackmanHarris as i32, FilterKind::BlackmanHarris),
+        ];
+        let kind = choice(self.filter, KINDS, "filter")?;
+        let radius = or_default(self.filter_radius, kind.default_radius());
+        Ok(FilmDescription {
+            size: (self.width, self.height),
+            filter: FilterDescription { kind, radius },
+        })
+    }
+}

@@ -1,0 +1,79 @@
+//! Pictures as textures.
+//!
+//! Measure: linear Rec. 709, or whatever the texture is of.
+//! Range: from 1 to 65536 pixels a side.
+//! Source: docs/scene-format.md.
+
+use super::or_default;
+use crate::memory::{Versioned, not_null, read_list, read_struct, room};
+use crate::status::Failure;
+use renderer::geometry::texture::Texture;
+use renderer::image::Image;
+use renderer::math::rgb::Rgb;
+use renderer::scene::description::ColourDescription;
+use std::sync::Arc;
+
+/// A picture in the caller's memory, which is copied.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct EtdImage {
+    /// sizeof(EtdImage)
+    pub struct_size: usize,
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green and blue of each pixel, linear Rec. 709, row by row from the top.
+    pub rgb: *const f32,
+    /// Bytes from one pixel to the next; 0 stands for three floats without a gap.
+    pub pixel_stride: usize,
+    /// Multiplies every value; 0 stands for 1.
+    pub scale: f32,
+}
+
+// SAFETY: numbers and pointers, of which zeros are values.
+unsafe impl Versioned for EtdImage {
+    const NAME: &'static str = "EtdImage";
+}
+
+/// A copy of a picture.
+///
+/// # Safety
+/// The pointer is null, or the structure and what it points to are there.
+pub unsafe fn texture(pointer: *const EtdImage) -> Result<Arc<Texture>, Failure> {
+    // SAFETY: the caller's promise.
+    let image = unsafe { read_struct(pointer) }?;
+    let (width, height) = (image.width as usize, image.height as usize);
+    let is_side = |side| (1..=renderer::image::MAX_SIDE).contains(&side);
+    if !(is_side(width) && is_side(height)) {
+        return Err(Failure::argument(format!(
+            "EtdImage: {width} x {height} pixels, but there are 1 to 65536 on each side"
+        )));
+    }
+    not_null(image.rgb, "EtdImage: rgb")?;
+    let stride = image.pixel_stride;
+    // SAFETY: as above.
+    let pixels: Vec<[f32; 3]> =
+        unsafe { read_list(image.rgb.cast(), width * height, stride, "rgb") }?;
+    let mut colours = room(pixels.len(), "rgb")?;
+    colours.extend(pixels.into_iter().map(Rgb::from));
+    Ok(Arc::new(Texture::Image {
+        image: Arc::new(Image::new(image.width, image.height, colours)),
+        scale: or_default(image.scale, 1.0),
+    }))
+}
+
+/// A picture, or the colour where there is none.
+///
+/// # Safety
+/// As [`texture`].
+pub unsafe fn texture_or(
+    pointer: *const EtdImage,
+    colour: Rgb,
+) -> Result<ColourDescription, Failure> {
+    if pointer.is_null() {
+        return Ok(colour.into());
+    }
+    // SAFETY: the caller's promise.
+    unsafe { texture(pointer) }.map(ColourDescription::Texture)
+}

@@ -1,0 +1,117 @@
+//! Lights that are no shapes.
+//!
+//! Measure: world units, degrees; W/sr, W/m^2 or W m^-2 sr^-1 as said at each.
+//! Range: as docs/scene-format.md says of `[[light]]`.
+//! Source: docs/scene-format.md.
+
+use super::choice;
+use super::image::{EtdImage, texture_or};
+use super::placement::transform;
+use crate::memory::Versioned;
+use crate::status::Failure;
+use renderer::math::rgb::Rgb;
+use renderer::math::vec::{DMat3, DVec3};
+use renderer::scene::description::{LightDescription, LightModel, Place};
+use std::mem::offset_of;
+
+/// Lights that are no shapes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EtdLightKind {
+    /// Light from everywhere beyond the scene: `value` is radiance, or `panorama`; `transform`.
+    Environment = 0,
+    /// A point: `value` is intensity, `position`.
+    Point = 1,
+    /// A point that shines into a cone: as a point, with `target`, `cone`, `penumbra`.
+    Spot = 2,
+    /// Parallel light: `value` is irradiance, `direction`.
+    Distant = 3,
+}
+
+/// A light that is no shape. Fields that its kind does not name are not looked at.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct EtdLight {
+    /// sizeof(EtdLight)
+    pub struct_size: usize,
+    /// An `EtdLightKind`.
+    pub kind: i32,
+    /// Radiance, intensity or irradiance, at least 0.
+    pub value: [f32; 3],
+    /// In place of `value`, all around: its middle is seen along -z, its right half towards +x, its top along +y; null for
+    /// none.
+    pub panorama: *const EtdImage,
+    /// Where the light is.
+    pub position: [f64; 3],
+    /// Where a spot points.
+    pub target: [f64; 3],
+    /// Where distant light goes.
+    pub direction: [f64; 3],
+    /// Angle from a spot's axis to its edge in degrees, up to 180.
+    pub cone: f64,
+    /// The outer part of that angle over which a spot falls off, in degrees.
+    pub penumbra: f64,
+    /// From the axes of the panorama to those of the world: 12 numbers, row by row, a rotation only; null leaves it as it is.
+    pub transform: *const f64,
+}
+
+// SAFETY: numbers and pointers, of which zeros are values.
+unsafe impl Versioned for EtdLight {
+    const NAME: &'static str = "EtdLight";
+    const FIRST_SIZE: usize = offset_of!(EtdLight, transform);
+}
+
+impl EtdLight {
+    /// # Safety
+    /// Its pointers are null, or what they point to is there.
+    pub unsafe fn describe(&self) -> Result<LightDescription, Failure> {
+        const KINDS: &[(i32, EtdLightKind)] = &[
+            (EtdLightKind::Environment as i32, EtdLightKind::Environment),
+            (EtdLightKind::Point as i32, EtdLightKind::Point),
+            (EtdLightKind::Spot as i32, EtdLightKind::Spot),
+            (EtdLightKind::Distant as i32, EtdLightKind::Distant),
+        ];
+        let value = Rgb::from(self.value);
+        let position = DVec3::from_array(self.position);
+        let model = match choice(self.kind, KINDS, "kind")? {
+            EtdLightKind::Environment => LightModel::Environment {
+                // SAFETY: the caller's promise.
+                radiance: unsafe { texture_or(self.panorama, value) }?,
+                // SAFETY: as above.
+                to_world: unsafe { self.rotation() }?,
+            },
+            EtdLightKind::Point => LightModel::Point {
+                position,
+                intensity: value,
+            },
+            EtdLightKind::Spot => LightModel::Spot {
+                position,
+                target: DVec3::from_array(self.target),
+                intensity: value,
+                cone: self.cone.to_radians(),
+                penumbra: self.penumbra.to_radians(),
+            },
+            EtdLightKind::Distant => LightModel::Distant {
+                direction: DVec3::from_array(self.direction),
+                irradiance: value,
+            },
+        };
+        Ok(LightDescription {
+            place: Place::default(),
+            model,
+        })
+    }
+
+    /// # Safety
+    /// As [`EtdLight::describe`].
+    unsafe fn rotation(&self) -> Result<DMat3, Failure> {
+        // SAFETY: the caller's promise.
+        let turned = unsafe { transform(self.transform) }?;
+        if turned.translation == DVec3::ZERO {
+            return Ok(turned.matrix3);
+        }
+        Err(Failure::argument(
+            "transform: expected a rotation only: what is beyond the scene has no place",
+        ))
+    }
+}

@@ -1,0 +1,165 @@
+//! Materials.
+//!
+//! Measure: shares without unit; roughness is perceptual.
+//! Range: as docs/scene-format.md says of `[[material]]`.
+//! Source: docs/scene-format.md.
+
+use super::image::{EtdImage, texture, texture_or};
+use super::{choice, or_default};
+use crate::memory::{Versioned, text};
+use crate::status::Failure;
+use renderer::math::rgb::Rgb;
+use renderer::scene::description::{
+    MaterialDescription, MaterialModel, NormalMapDescription, Place,
+};
+use std::ffi::c_char;
+use std::mem::offset_of;
+
+/// How a material scatters.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EtdModel {
+    /// Lambert: `color`.
+    Diffuse = 0,
+    /// A perfect mirror: `color`.
+    Mirror = 1,
+    /// Metal: `eta`, `k`, `roughness`.
+    Conductor = 2,
+    /// Glass and water: `ior`, `roughness`, and `color` as the tint of what is refracted.
+    Dielectric = 3,
+    /// A highlight over a matte part: `color`, `specular`, `exponent`.
+    Phong = 4,
+    /// A matte base under a clear coat: `color`, `ior`, `roughness`.
+    Plastic = 5,
+    /// The metallic-roughness model: `color`, `metallic`, `roughness`, `ior`, `transmission`.
+    Principled = 6,
+}
+
+/// A material. Fields that its model does not name are not looked at; sides, alpha and normals suit every model.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct EtdMaterial {
+    /// sizeof(EtdMaterial)
+    pub struct_size: usize,
+    /// For messages; may be null.
+    pub name: *const c_char,
+    /// An `EtdModel`.
+    pub model: i32,
+    /// The share of light that is sent on, from 0 to 1 in each channel.
+    pub color: [f32; 3],
+    /// In place of `color`, by the texture coordinates of the shape; null for none.
+    pub texture: *const EtdImage,
+    /// The highlight's share; with `color` at most 1.
+    pub specular: [f32; 3],
+    /// The highlight's power of the cosine, up to 1e6.
+    pub exponent: f32,
+    /// From 0, smooth, to 1.
+    pub roughness: f32,
+    /// Refractive index, inside over outside; 0 stands for 1.5.
+    pub ior: f32,
+    /// From 0 to 1.
+    pub metallic: f32,
+    /// From 0 to 1.
+    pub transmission: f32,
+    /// Real part of a metal's refractive index, above 0.
+    pub eta: [f32; 3],
+    /// Imaginary part of it.
+    pub k: [f32; 3],
+    /// Other than 0: the back absorbs everything.
+    pub one_sided: u32,
+    /// In place of `alpha`, by the texture coordinates of the shape: the luminance of each pixel counts, from 0 to 1; null for
+    /// none.
+    pub alpha_texture: *const EtdImage,
+    /// In place of `specular`, by the texture coordinates of the shape; null for none.
+    pub specular_texture: *const EtdImage,
+    /// A picture of normals, by the texture coordinates of the shape: red is along u, green along v, blue away from the surface,
+    /// each from -1 to 1 written as 0 to 1; null for none.
+    pub normal_map: *const EtdImage,
+    /// Multiplies red and green of the normals; 0 stands for 1.
+    pub normal_strength: f32,
+    /// The share of the surface that is there, up to 1; where it is not, light passes straight on. 0 stands for 1.
+    pub alpha: f32,
+}
+
+// SAFETY: numbers and pointers, of which zeros are values.
+unsafe impl Versioned for EtdMaterial {
+    const NAME: &'static str = "EtdMaterial";
+    const FIRST_SIZE: usize = offset_of!(EtdMaterial, alpha_texture);
+}
+
+impl EtdMaterial {
+    /// # Safety
+    /// Its pointers are null, or what they point to is there.
+    pub unsafe fn describe(&self) -> Result<MaterialDescription, Failure> {
+        // SAFETY: the caller's promise.
+        let name = unsafe { text(self.name, "name") }?.unwrap_or("material");
+        let alpha = Rgb::grey(or_default(self.alpha, 1.0));
+        let normal_map = if self.normal_map.is_null() {
+            None
+        } else {
+            Some(NormalMapDescription {
+                // SAFETY: the caller's promise.
+                texture: unsafe { texture(self.normal_map) }?,
+                strength: or_default(self.normal_strength, 1.0),
+            })
+        };
+        Ok(MaterialDescription {
+            // SAFETY: as above.
+            alpha: unsafe { texture_or(self.alpha_texture, alpha) }?,
+            normal_map,
+            two_sided: self.one_sided == 0,
+            // SAFETY: as above.
+            ..MaterialDescription::new(name, Place::default(), unsafe { self.model() }?)
+        })
+    }
+
+    /// # Safety
+    /// As [`EtdMaterial::describe`].
+    unsafe fn model(&self) -> Result<MaterialModel, Failure> {
+        const MODELS: &[(i32, EtdModel)] = &[
+            (EtdModel::Diffuse as i32, EtdModel::Diffuse),
+            (EtdModel::Mirror as i32, EtdModel::Mirror),
+            (EtdModel::Conductor as i32, EtdModel::Conductor),
+            (EtdModel::Dielectric as i32, EtdModel::Dielectric),
+            (EtdModel::Phong as i32, EtdModel::Phong),
+            (EtdModel::Plastic as i32, EtdModel::Plastic),
+            (EtdModel::Principled as i32, EtdModel::Principled),
+        ];
+        // SAFETY: the caller's promise.
+        let color = unsafe { texture_or(self.texture, self.color.into()) }?;
+        let roughness = self.roughness;
+        let ior = or_default(self.ior, 1.5);
+        Ok(match choice(self.model, MODELS, "model")? {
+            EtdModel::Diffuse => MaterialModel::Diffuse { reflectance: color },
+            EtdModel::Mirror => MaterialModel::Mirror { reflectance: color },
+            EtdModel::Conductor => MaterialModel::Conductor {
+                eta: self.eta.into(),
+                k: self.k.into(),
+                roughness,
+            },
+            EtdModel::Dielectric => MaterialModel::Dielectric {
+                ior,
+                roughness,
+                tint: color,
+            },
+            EtdModel::Phong => MaterialModel::Phong {
+                diffuse: color,
+                // SAFETY: as above.
+                specular: unsafe { texture_or(self.specular_texture, self.specular.into()) }?,
+                exponent: self.exponent,
+            },
+            EtdModel::Plastic => MaterialModel::Plastic {
+                reflectance: color,
+                ior,
+                roughness,
+            },
+            EtdModel::Principled => MaterialModel::Principled {
+                base_color: color,
+                metallic: self.metallic,
+                roughness,
+                ior,
+                transmission: self.transmission,
+            },
+        })
+    }
+}

@@ -310,12 +310,12 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "shading-normals-both-ways-alike",
         "power is scattered about shading normals as radiance is",
-        "rendering::bidirectional::shading_normals_are_the_same_from_both_ends",
+        "rendering::bidirectional::a_stone_scatters_power_as_it_scatters_radiance",
     ),
     bug(
         "light-thinned-as-radiance",
         "power is thinned on its way into glass as radiance is",
-        "rendering::bidirectional::it_agrees_with_path_in_every_part_of_six_scenes",
+        "rendering::bidirectional::a_wall_within_glass_is_lit_the_same_from_both_ends",
     ),
     bug(
         "splats-without-film",

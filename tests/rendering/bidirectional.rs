@@ -417,6 +417,48 @@ fn adaptive_sampling_is_refused_with_another_way() {
     assert!(error.to_string().contains("--integrator path"), "{error}");
 }
 
+/// From within a ball of glass, a wall in it: light that has come into glass is thinned, and what leaves it again has it undone, so
+/// that only what is scattered inside can tell.
+#[test]
+fn a_wall_within_glass_is_lit_the_same_from_both_ends() {
+    let scene = crate::common::scene_folder::load_text(
+        r#"version = 1
+[camera]
+eye = [0, 0, 0.8]
+target = [0, 0, -0.5]
+fov = 45
+[film]
+size = [16, 16]
+filter = "box"
+[[material]]
+name = "white"
+type = "diffuse"
+reflectance = 0.8
+[[material]]
+name = "glass"
+type = "dielectric"
+[[shape]]
+type = "sphere"
+material = "glass"
+center = [0, 0, 0]
+radius = 1.2
+[[shape]]
+type = "rectangle"
+material = "white"
+corner = [-0.5, -0.5, -0.5]
+edge_u = [1, 0, 0]
+edge_v = [0, 1, 0]
+[[shape]]
+type = "sphere"
+material = "white"
+emission = 30
+center = [0.5, 1.5, 2]
+radius = 0.3
+"#,
+    );
+    compare_limited("a wall within glass", &scene, [256, 2048], 0.02, Some(2));
+}
+
 /// A mirror beside a floor, and a spot that shines on nothing but the mirror; or, for the same light, a spot behind where the
 /// mirror was.
 pub fn by_a_mirror(is_there: bool) -> SceneDescription {
@@ -463,6 +505,25 @@ penumbra = 4
 intensity = {intensity}
 "#
     ))
+}
+
+/// By a mirror nothing but walks from the spot find light, so that their way of scattering power counts in full: at a stone
+/// whose shading normals are up to 55 degrees from the geometric ones.
+#[test]
+fn a_stone_scatters_power_as_it_scatters_radiance() {
+    let with = |integrator, is_there, spp, max_bounces| {
+        let mut scene = by_a_mirror(is_there);
+        let stone = mirrored_octahedron(DVec3::new(-0.1, 0.15, 0.0), 0.3);
+        scene.shapes.push(shape(stone, 0.0));
+        let settings = RenderSettings {
+            max_bounces: Some(max_bounces),
+            ..settings(&scene, integrator, spp)
+        };
+        seen(&scene, &settings)
+    };
+    let image = with(IntegratorKind::Path, false, 64, 1);
+    let mirror = with(IntegratorKind::Bidirectional, true, 512, 2);
+    assert_same("a stone by a mirror", &mirror, &image, 0.02);
 }
 
 /// What path tracing cannot find at all: light of a point that a mirror throws on a floor. It is that of the point's image.

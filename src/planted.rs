@@ -108,6 +108,11 @@ pub const PLANTED: &[Planted] = &[
         "tracing::instance_surfaces::a_triangle_has_the_points_and_normals_of_the_same_triangle_in_the_world",
     ),
     bug(
+        "slivers-as-others",
+        "the error bound of a sliver's points leaves out what rounding does to its normal",
+        "tracing::slivers::no_shadow_ray_meets_the_sliver_that_it_leaves_or_ends_on",
+    ),
+    bug(
         "normals-of-exchanged-corners",
         "shading normals are interpolated with two corners exchanged",
         "lib::geometry::mesh::tests::each_corner_has_its_own_normal_and_texture_coordinate",

@@ -86,8 +86,11 @@ impl<'a> Placed<'a> {
     pub fn error_at(&self, primitive: u32, p: Vec3) -> Vec3 {
         let bounds = self.geometry.primitive_bounds(primitive);
         let (size, extent) = (bounds.min.abs().max(bounds.max.abs()), bounds.extent());
-        // At least that of a triangle's point, a sphere's or a disk's.
-        let local = f64::from(gamma(8)) * (size + 2.0 * extent);
+        // At least that of a point of a triangle that is no sliver, of a sphere's or a disk's.
+        let mut local = f64::from(gamma(8)) * (size + 2.0 * extent);
+        if let Geometry::Mesh(mesh) = self.geometry {
+            local = local.max(mesh.greatest_error(primitive).as_dvec3());
+        }
         let reach = self.to_world.matrix3.abs() * extent;
         let (_, error) = self.point(self.local(p), local.as_vec3a(), reach);
         error.as_vec3a()

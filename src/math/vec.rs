@@ -6,7 +6,9 @@
 //! Range: as of `f32` and `f64`.
 //! Source: glam. Tested there and below.
 
-pub use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Mat3, Vec2, Vec3A as Vec3, Vec4};
+pub use glam::{
+    DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Mat3, Vec2, Vec3A as Vec3, Vec3Swizzles, Vec4,
+};
 
 /// The largest `f32` below one: the greatest value that a uniform random number takes.
 pub const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON / 2.0;

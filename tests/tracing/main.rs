@@ -12,3 +12,4 @@ mod instance_rays;
 mod instance_surfaces;
 mod instances;
 mod rays;
+mod slivers;

@@ -1,0 +1,111 @@
+//! Shadow rays that leave slivers, and such as end on them: a triangle is not in the way of its own light, however thin.
+//!
+//! Rays in all directions, and rays that graze the triangle at a cosine down to 10^-4, from places all over it. The error bound
+//! of a point has a part that matters for slivers alone (`geometry/mesh.rs`): without it, one ray in a hundred meets the triangle.
+
+use crate::common::TestRng;
+use crate::common::tracing::{
+    direction, every_accel, in_single, placed_once, rotation, standing, triangle,
+};
+use etendue::accel::Precision;
+use etendue::effects::kernel::types::Everything;
+use etendue::geometry::world::{PrimitiveId, World};
+use etendue::math::ray::Ray;
+use etendue::math::robust::{gamma, offset_point};
+use etendue::math::vec::{DAffine3, DVec3, Vec3};
+use etendue::sampling::warp::sample_triangle_uniform;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+const SLIVERS: u32 = 3000;
+const RAYS: u32 = 100;
+
+struct Sliver {
+    corners: [Vec3; 3],
+    size: f32,
+}
+
+/// A triangle whose height is 1 to 10^-4 of its longest edge, anywhere on which its third vertex may be; in any place, any
+/// order of its vertices and any size.
+fn sliver(rng: &mut TestRng) -> Sliver {
+    let height = 10.0_f64.powf(-4.0 * rng.uniform_f64());
+    // Right above an end, and all between.
+    let foot = (1.5 * rng.uniform_f64() - 0.25).clamp(0.0, 1.0);
+    let corners = [DVec3::ZERO, DVec3::X, DVec3::new(foot, height, 0.0)];
+    let size = 10.0_f64.powf(6.0 * rng.uniform_f64() - 3.0);
+    let away = 3.0 * rng.uniform_f64() * direction(rng).as_dvec3();
+    let turn = rotation(rng);
+    let mut corners =
+        corners.map(|corner| (size * (turn.transform_point3(corner) + away)).as_vec3a());
+    corners.rotate_left((3.0 * rng.uniform()) as usize);
+    let size = size as f32;
+    Sliver { corners, size }
+}
+
+/// A ray that leaves the one primitive of a world, and one that ends there, from three times its size away.
+fn rays(rng: &mut TestRng, world: &World, size: f32) -> [Ray; 2] {
+    let id = PrimitiveId {
+        shape: 0,
+        primitive: 0,
+    };
+    let u = sample_triangle_uniform(rng.uniform_2d()).to_array();
+    let nowhere = Ray::new(Vec3::ZERO, Vec3::X);
+    let surface = world.surface_at::<Everything>(id, &nowhere, 0.0, 0.0, u);
+    let mut dir = direction(rng);
+    if rng.uniform() < 0.5 {
+        let height = 10.0_f32.powf(-4.0 * rng.uniform());
+        dir = (dir.reject_from_normalized(surface.ng) + height * surface.ng).normalize();
+    }
+    let above = if dir.dot(surface.ng) < 0.0 {
+        -surface.ng
+    } else {
+        surface.ng
+    };
+    // As a light sample ends.
+    let start = surface.p + 3.0 * size * dir;
+    let error = surface.error + gamma(8) * (start - surface.p).abs();
+    let from = offset_point(surface.p, surface.error, above);
+    [
+        Ray::new(from, dir),
+        Ray::between(start, offset_point(surface.p, error, above)),
+    ]
+}
+
+/// Counts, for each way of tracing, the rays that leave a sliver and meet it, and those that end on it and meet it before.
+fn assert_none_meets(seed: u64, world: impl Fn(&mut TestRng, [Vec3; 3]) -> Arc<World>) {
+    let mut rng = TestRng::new(seed);
+    let mut counts = BTreeMap::<String, [u32; 2]>::new();
+    for _ in 0..SLIVERS {
+        let Sliver { corners, size } = sliver(&mut rng);
+        let world = world(&mut rng, corners);
+        let accels = every_accel(&world);
+        for _ in 0..RAYS {
+            let rays = rays(&mut rng, &world, size);
+            for (name, accel) in &accels {
+                let sum = counts.entry(name.clone()).or_default();
+                for (sum, ray) in sum.iter_mut().zip(&rays) {
+                    *sum += u32::from(accel.occluded(ray, 0.0));
+                }
+            }
+        }
+    }
+    let all = SLIVERS * RAYS;
+    println!("of {all} rays that leave and {all} that end, met: {counts:?}");
+    let robust = Precision::Robust.name();
+    for (name, met) in counts.iter().filter(|(name, _)| name.ends_with(robust)) {
+        assert_eq!(*met, [0, 0], "{name}");
+    }
+}
+
+#[test]
+fn no_shadow_ray_meets_the_sliver_that_it_leaves_or_ends_on() {
+    assert_none_meets(11, |_, corners| standing(vec![triangle(corners)]));
+}
+
+#[test]
+fn no_shadow_ray_meets_the_sliver_of_an_instance() {
+    assert_none_meets(12, |rng, corners| {
+        let place = rotation(rng) * DAffine3::from_scale(DVec3::new(1.5, 1.0, 0.7));
+        placed_once(vec![triangle(corners)], vec![in_single(place)])
+    });
+}

@@ -78,6 +78,13 @@ pub fn lambert_polygon(vertices: &[DVec3]) -> f64 {
     sum.abs() / TAU
 }
 
+/// The solid angle of the rectangle [x0, x1] x [y0, y1] at z = 0, seen from height h above the origin: a signed sum over its
+/// corners of that of a rectangle with one corner right below.
+pub fn rectangle_below([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], h: f64) -> f64 {
+    let corner = |x: f64, y: f64| (x * y).atan2(h * (x * x + y * y + h * h).sqrt());
+    corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)
+}
+
 /// The share of a disc of radius 1 beyond the line at `x`, in [-1, 1].
 pub fn disc_segment(x: f64) -> f64 {
     (x.acos() - x * (1.0 - x * x).sqrt()) / PI
@@ -127,6 +134,19 @@ mod tests {
         }
         let inside = 1.0 - (1.0 - FRESNEL_MEAN_OUTSIDE) / 2.25;
         assert!((inside / FRESNEL_MEAN_INSIDE - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn rectangles_below_a_point_share_out_the_lower_half_of_what_it_sees() {
+        let strip = |y| rectangle_below([-1e6, 1e6], y, 0.5);
+        let all = [[-1e6, -0.25], [-0.25, 0.5], [0.5, 1e6]].map(strip);
+        assert!(
+            (all.iter().sum::<f64>() / TAU - 1.0).abs() < 1e-5,
+            "{all:?}"
+        );
+        // A side of the cube about the point.
+        let side = rectangle_below([-0.5, 0.5], [-0.5, 0.5], 0.5);
+        assert!((side / (4.0 * PI / 6.0) - 1.0).abs() < 1e-12, "{side}");
     }
 
     #[test]

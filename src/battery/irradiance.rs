@@ -1,21 +1,26 @@
-//! The irradiance cache held against a closed form at every point, not in the mean.
+//! The irradiance cache held against closed forms at every point, not in the mean.
 //!
-//! Measure: points; errors are relative.
+//! Measure: points; irradiance over the exact.
 //! Range: bounds of 20 and of 5 %; points that the cache leaves to paths are not told by it.
-//! Source: the form factor of a rectangle, as in `closed_forms.rs`. Tested in `tests/rendering/irradiance_cache.rs`.
+//! Source: the form factor of a rectangle, as in `closed_forms.rs`; the integrating sphere. Tested in
+//! `tests/rendering/irradiance_cache.rs` and `tests/rendering/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::parallel_rectangle;
 use super::staging::{ceiling, diffuse, looking, ready, rectangle, shape, sky};
+use super::transport::{integrating_sphere, series};
 use crate::error::Result;
 use crate::film::filter::{Filter, FilterDescription, FilterKind};
+use crate::integrator::Roulette;
+use crate::integrator::irradiance_cache::IrradianceCache;
 use crate::integrator::kind::IntegratorKind;
 use crate::math::rgb::Rgb;
-use crate::math::vec::{DVec3, Vec3};
+use crate::math::vec::DVec3;
 use crate::render::RenderObserver;
 use crate::render::overture::overture;
 use crate::render::settings::RenderSettings;
+use crate::scene::Scene;
 use crate::scene::description::{MaterialDescription, Place, SceneDescription};
 use std::f64::consts::PI;
 
@@ -37,7 +42,92 @@ pub fn cases(_: Effort) -> Vec<Case> {
             }])
         })
     };
-    vec![case(0.2), case(0.05)]
+    vec![
+        case(0.2),
+        case(0.05),
+        in_a_sphere(0.5, 50),
+        in_a_sphere(0.9, 200),
+    ]
+}
+
+/// The cache of an integrating sphere, told all over the part that is seen. Records have no noise there, and their gradients
+/// are 0; but the sphere bends away from where they know it.
+fn in_a_sphere(albedo: f32, depth: u32) -> Case {
+    const BOUND: f64 = 0.05;
+    let name = format!(
+        "irradiance cache, bound {} %, over the exact: integrating sphere of albedo {albedo}, to depth {depth}",
+        100.0 * BOUND
+    );
+    let claim = Claim::without_noise(1.0, BOUND);
+    Case::new(48, name, claim, move |trial| {
+        let mut description = integrating_sphere(1.0, albedo);
+        description.camera.fov = 1.2;
+        description.film.size = (64, 64);
+        let filled = filled(trial, &description, BOUND, Some(depth))?;
+        // What is looked for is the first bounce of the series.
+        let exact = PI * (series(f64::from(albedo), Some(depth - 1)) - 1.0);
+        let told = seen_within(&description).map(|p| {
+            let told = filled.irradiance(p, -p)?;
+            Some(f64::from(told.luminance()) / exact)
+        });
+        let told: Vec<Option<f64>> = told.collect();
+        let known: Vec<f64> = told.iter().copied().flatten().collect();
+        // A cache that knows little is wrong about little.
+        let is_telling = 2 * known.len() > told.len();
+        Ok(if is_telling { known } else { vec![f64::NAN] })
+    })
+}
+
+/// Points of the unit sphere that a camera within it sees.
+fn seen_within(description: &SceneDescription) -> impl Iterator<Item = DVec3> {
+    const SIDE: usize = 100;
+    let camera = &description.camera;
+    let (eye, axes) = (camera.to_world.translation, camera.to_world.matrix3);
+    let half = (0.5 * camera.fov).tan();
+    let place = move |i: usize| half * (2.0 * (i as f64 + 0.5) / SIDE as f64 - 1.0);
+    (0..SIDE * SIDE).map(move |i| {
+        let dir = axes * DVec3::new(place(i % SIDE), place(i / SIDE), -1.0).normalize();
+        let b = eye.dot(dir);
+        eye + (-b + (b * b - eye.length_squared() + 1.0).sqrt()) * dir
+    })
+}
+
+/// A scene with its irradiance cache.
+struct Filled {
+    scene: Scene,
+    cache: IrradianceCache,
+}
+
+impl Filled {
+    /// The irradiance at a point of the scene as written, with this normal, where the cache knows it.
+    fn irradiance(&self, p: DVec3, n: DVec3) -> Option<Rgb> {
+        let p = self.scene.normalisation.point(p);
+        self.cache.irradiance(p, n.as_vec3a())
+    }
+}
+
+/// Fills a cache for what a scene's camera sees, within this bound.
+fn filled(
+    trial: &Trial<'_>,
+    description: &SceneDescription,
+    bound: f64,
+    max_bounces: Option<u32>,
+) -> Result<Filled> {
+    let settings = RenderSettings {
+        integrator: IntegratorKind::IrradianceCache,
+        cache_error: bound,
+        seed: trial.seed,
+        max_bounces,
+        roulette: max_bounces.map(|_| Roulette::None),
+        threads: trial.options.threads,
+        ..RenderSettings::new(description.film.size, 1)
+    };
+    let filter = Filter::new(&description.film.filter);
+    let scene = ready(trial, description)?;
+    let go_on = |_, _| !trial.is_cancelled();
+    let (cache, _) = overture(&scene, &filter, &settings, &go_on);
+    let cache = cache.expect("it is the integrator's");
+    Ok(Filled { scene, cache })
 }
 
 /// The height of the ceiling.
@@ -109,25 +199,12 @@ pub struct Told {
 /// What the scene or the backend says.
 pub fn told(trial: &Trial<'_>, bound: f64) -> Result<Told> {
     const SIDE: usize = 316;
-    let description = below_a_hole();
-    let settings = RenderSettings {
-        integrator: IntegratorKind::IrradianceCache,
-        cache_error: bound,
-        seed: trial.seed,
-        threads: trial.options.threads,
-        ..RenderSettings::new(description.film.size, 1)
-    };
-    let filter = Filter::new(&description.film.filter);
-    let scene = ready(trial, &description)?;
-    let go_on = |_, _| !trial.is_cancelled();
-    let (cache, _) = overture(&scene, &filter, &settings, &go_on);
-    let cache = cache.expect("it is the integrator's");
+    let filled = filled(trial, &below_a_hole(), bound, None)?;
     let place = |i: usize| HALF * (2.0 * (i as f64 + 0.5) / SIDE as f64 - 1.0);
     let (mut known, mut worst, mut beyond) = (0, f64::NAN, 0);
     for i in 0..SIDE * SIDE {
         let (x, y) = (place(i % SIDE), place(i / SIDE));
-        let p = scene.normalisation.point(DVec3::new(x, y, 0.0));
-        if let Some(told) = cache.irradiance(p, Vec3::Z) {
+        if let Some(told) = filled.irradiance(DVec3::new(x, y, 0.0), DVec3::Z) {
             let error = f64::from(told.luminance()) / irradiance(x, y) - 1.0;
             worst = worst.max(error.abs());
             beyond += usize::from(error.abs() > bound);
@@ -135,7 +212,7 @@ pub fn told(trial: &Trial<'_>, bound: f64) -> Result<Told> {
         }
     }
     Ok(Told {
-        records: cache.records().len(),
+        records: filled.cache.records().len(),
         known: f64::from(known) / (SIDE * SIDE) as f64,
         worst,
         beyond,

@@ -107,7 +107,7 @@ fn excess([a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 /// A floor in the plane y = 0 around the origin, seen from above, and lights.
-fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDescription {
+pub fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDescription {
     let mut scene = looking(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
     let side = 2.0 * half;
     let ground = rectangle([-half, 0.0, half], [side, 0.0, 0.0], [0.0, 0.0, -side]);
@@ -117,18 +117,20 @@ fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDescri
 }
 
 /// The radiance of the floor for an irradiance.
-fn reflected(irradiance: f64) -> f64 {
+pub fn reflected(irradiance: f64) -> f64 {
     0.5 / PI * irradiance
 }
 
-fn point(position: DVec3, intensity: f32) -> LightModel {
+/// A point that shines alike in all directions.
+pub fn point(position: DVec3, intensity: f32) -> LightModel {
     LightModel::Point {
         position,
         intensity: Rgb::grey(intensity),
     }
 }
 
-fn distant(direction: DVec3, irradiance: f32) -> LightModel {
+/// Parallel light.
+pub fn distant(direction: DVec3, irradiance: f32) -> LightModel {
     LightModel::Distant {
         direction,
         irradiance: Rgb::grey(irradiance),

@@ -4,6 +4,7 @@
 //! cases stand in one file a subject.
 
 pub mod albedo;
+mod both_ends;
 pub mod case;
 pub mod claim;
 pub mod closed_forms;
@@ -46,7 +47,7 @@ const fn subject(
 }
 
 /// Every subject, in the order of the report.
-pub const SUBJECTS: [Subject; 12] = [
+pub const SUBJECTS: [Subject; 13] = [
     subject(
         "Six cases that break renderers",
         "Those of the first table, with their errors. Radiance.",
@@ -98,8 +99,13 @@ pub const SUBJECTS: [Subject; 12] = [
         transport::cases,
     ),
     subject(
+        "Light from both ends",
+        "By bidirectional path tracing (bdpt) and Metropolis light transport (mlt): radiance, or radiance over the exact.",
+        both_ends::cases,
+    ),
+    subject(
         "Irradiance cache",
-        "Points of a floor at which it is farther from a closed form than it may be.",
+        "Points of a floor at which it is farther from a closed form than it may be; what it tells of a sphere, over the exact.",
         irradiance::cases,
     ),
     subject(

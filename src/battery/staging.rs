@@ -25,6 +25,9 @@ use std::sync::Arc;
 /// The film of a patch.
 pub const SIZE: (u32, u32) = (8, 4);
 
+/// Renders that [`see_again`] makes: as many independent numbers as a patch has pixels.
+const RENDERS: u64 = 32;
+
 /// The angle that a patch is seen under, in radians.
 const FOV: f64 = 1e-4;
 
@@ -188,7 +191,7 @@ pub fn see_exactly(
     see_by(trial, IntegratorKind::default(), description, look)
 }
 
-/// The same by an integrator.
+/// The same by an integrator whose samples find light for their own pixel alone.
 ///
 /// # Errors
 /// What the scene or the backend says.
@@ -198,19 +201,56 @@ pub fn see_by(
     description: &SceneDescription,
     look: Look,
 ) -> Result<Vec<f64>> {
+    let scene = ready(trial, description)?;
+    picture(trial, integrator, (description, &scene), look, trial.seed)
+}
+
+/// What `of` makes of the pixels of each of [`RENDERS`] renders by any integrator. Where samples find light for other pixels,
+/// or chains wander from one to the next, the pixels of one render know of each other; those of several do not.
+///
+/// # Errors
+/// What the scene or the backend says.
+pub fn see_again(
+    trial: &Trial<'_>,
+    integrator: IntegratorKind,
+    description: &SceneDescription,
+    look: Look,
+    of: impl Fn(&[f64]) -> f64,
+) -> Result<Vec<f64>> {
+    let scene = ready(trial, description)?;
+    let of_render = |number: u64| {
+        let seed = trial.seed.wrapping_mul(RENDERS).wrapping_add(number);
+        let pixels = picture(trial, integrator, (description, &scene), look, seed)?;
+        Ok(of(&pixels))
+    };
+    (0..RENDERS).map(of_render).collect()
+}
+
+/// The mean of some numbers.
+pub fn mean(numbers: &[f64]) -> f64 {
+    numbers.iter().sum::<f64>() / numbers.len() as f64
+}
+
+/// What each pixel of a render saw with just so many samples.
+fn picture(
+    trial: &Trial<'_>,
+    integrator: IntegratorKind,
+    (description, scene): (&SceneDescription, &Scene),
+    look: Look,
+    seed: u64,
+) -> Result<Vec<f64>> {
     let size = description.film.size;
     let settings = RenderSettings {
         integrator,
-        seed: trial.seed,
+        seed,
         max_bounces: look.max_bounces,
         roulette: Some(look.roulette),
         threads: trial.options.threads,
         tile_size: 1,
         ..RenderSettings::new(size, look.spp)
     };
-    let scene = ready(trial, description)?;
     let filter = Filter::new(&description.film.filter);
-    let rendered = render(&scene, &filter, size, &settings, trial)?;
+    let rendered = render(scene, &filter, size, &settings, trial)?;
     // A sample that was rejected would be missing in silence.
     let lost = rendered.rejected.count > 0;
     let pixels = rendered.film.estimates().into_iter();

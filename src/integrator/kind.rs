@@ -136,6 +136,41 @@ impl IntegratorKind {
                 "no scattered ray can meet point, spot and distant lights, whose light is missing",
             );
         }
+        // By what has no width nothing is found that was not aimed at, and into a mirror nothing can be aimed.
+        let has_both = effects.has(Effect::DeltaLights) && effects.has(Effect::Specular);
+        if has_both && technique.samples_lights() && self.most_bounces().is_none() {
+            lacks.push(if self.splats() {
+                "where it is seen in mirrors or through smooth glass, light is missing that other mirrors or glass throw there from point, spot and distant lights"
+            } else {
+                "light is missing that mirrors and smooth glass throw on other surfaces from point, spot and distant lights"
+            });
+        }
         (!lacks.is_empty()).then(|| format!("{name}: {}", lacks.join("; ")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Row 56 of docs/hard-cases.md: where no technique finds a class of paths, error bars cannot tell.
+    #[test]
+    fn what_mirrors_throw_of_lights_without_a_size_is_said_to_be_missing() {
+        let lights = EffectSet::NONE.with(Effect::DeltaLights);
+        let both = lights.with(Effect::Specular);
+        for &integrator in IntegratorKind::ALL {
+            let lacks = |effects| {
+                let bias = integrator.bias(effects).unwrap_or_default();
+                bias.matches("mirrors").count() > 0
+            };
+            let technique = integrator.technique().unwrap_or(Technique::PATH);
+            let looks = technique.samples_lights() && integrator.most_bounces().is_none();
+            let is_transport = integrator != IntegratorKind::AmbientOcclusion;
+            assert_eq!(lacks(both), looks && is_transport, "{integrator:?}");
+            assert!(!lacks(lights) && !lacks(EffectSet::NONE.with(Effect::Specular)));
+        }
+        let [path, both_ends] = [IntegratorKind::Path, IntegratorKind::Bidirectional]
+            .map(|kind| kind.bias(both).expect("both lack some"));
+        assert!(path.contains("on other surfaces") && both_ends.contains("seen in mirrors"));
     }
 }

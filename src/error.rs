@@ -28,10 +28,8 @@ pub enum ErrorKind {
 }
 
 /// A failure: its kind, a message, the place in a file where there is one, and the cause below it.
-#[derive(Debug)]
 pub struct Error(Box<Inner>);
 
-#[derive(Debug)]
 struct Inner {
     kind: ErrorKind,
     message: String,
@@ -130,6 +128,13 @@ impl Error {
 }
 
 /// `file:line: field: message`, leaving out what is not known.
+/// In the same words: Rust prints this where `main` returns an error.
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let inner = &self.0;
@@ -169,6 +174,7 @@ mod tests {
             error.to_string(),
             "a.toml:7: shape[2].radius: expected a number"
         );
+        assert_eq!(format!("{error:?}"), error.to_string());
         assert_eq!(error.kind(), ErrorKind::Scene);
     }
 

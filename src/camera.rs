@@ -89,6 +89,22 @@ impl Camera {
         }
     }
 
+    /// The same view on a film of `to` instead of `from` pixels: what was seen at a share of the width and height is seen there.
+    pub fn on_film(&self, from: (u32, u32), to: (u32, u32)) -> Self {
+        let x = (f64::from(from.0) / f64::from(to.0)) as f32;
+        let y = (f64::from(from.1) / f64::from(to.1)) as f32;
+        let pose = |pose: &Pose| Pose {
+            per_x: x * pose.per_x,
+            per_y: y * pose.per_y,
+            ..*pose
+        };
+        Self {
+            pose: pose(&self.pose),
+            motion: self.motion.iter().map(pose).collect(),
+            ..*self
+        }
+    }
+
     /// The ray through a point of the film and, given by two uniform numbers, a point of the lens, at a time of the
     /// shutter from 0 to 1. Its direction has unit length.
     #[inline]
@@ -200,6 +216,26 @@ mod tests {
             lens_radius,
             focus_distance: 3.0,
         })
+    }
+
+    #[test]
+    fn another_film_shows_the_same() {
+        let (fine, coarse) = (camera(0.5), camera(0.5).on_film((200, 100), (50, 20)));
+        let u = Vec2::new(0.3, 0.8);
+        for (x, y) in [(0.0, 0.0), (100.0, 50.0), (60.0, 90.0)] {
+            let ray = fine.ray::<Everything>(Vec2::new(x, y), u, 0.0);
+            let same = coarse.ray::<Everything>(Vec2::new(x / 4.0, y / 5.0), u, 0.0);
+            assert!(ray.origin == same.origin && (ray.dir - same.dir).length() < 1e-6);
+            let seen = |camera: &Camera| {
+                let viewpoint = camera.viewpoint::<Everything>(u, 0.0);
+                viewpoint
+                    .film_point(ray.dir)
+                    .expect("it is before the camera")
+            };
+            // A coarse pixel is as large as twenty.
+            let ratio = seen(&fine).per_steradian / seen(&coarse).per_steradian;
+            assert!((ratio - 20.0).abs() < 1e-4, "{ratio}");
+        }
     }
 
     #[test]

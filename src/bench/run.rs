@@ -102,7 +102,7 @@ impl Ready {
 
     fn accel(&self, target: Target) -> &Accel {
         let other = self.accels.iter().find(|(other, _)| *other == target);
-        other.map_or(&self.scene.accel, |(_, accel)| accel)
+        other.map_or(&*self.scene.accel, |(_, accel)| accel)
     }
 }
 
@@ -172,7 +172,7 @@ impl Bench<'_> {
             scene: prepared.scene,
             filter: Filter::new(&description.film.filter),
             size: description.film.size,
-            settings: RenderSettings::of_scene(description)?,
+            settings: RenderSettings::of_scene(description)?.by_name(),
             target,
             accels: vec![],
             load: given.load + (seconds - build).as_secs_f64(),

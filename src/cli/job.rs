@@ -6,6 +6,7 @@
 
 use super::args::RenderArguments;
 use crate::effects::Effect;
+use crate::render::auto::Recommendation;
 use crate::render::kernel;
 use crate::render::settings::RenderSettings;
 use crate::scene::Scene;
@@ -17,6 +18,8 @@ pub struct Job<'a> {
     pub description: &'a SceneDescription,
     pub scene: &'a Scene,
     pub settings: &'a RenderSettings,
+    /// What `auto` has come to, where that was asked for.
+    pub auto: Option<&'a Recommendation>,
 }
 
 impl Job<'_> {

@@ -18,6 +18,7 @@ mod output;
 mod page;
 mod plan;
 mod plot;
+mod recommendation;
 mod render;
 mod replay;
 mod report;

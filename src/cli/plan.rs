@@ -1,4 +1,4 @@
-//! `etendue plan`: the effects that a scene calls for, with reasons, and what they cost.
+//! `etendue plan`: the effects that a scene calls for, with reasons, what they cost, and the integrator that suits the scene.
 //!
 //! Measure: shares of the time and of the light, in percent.
 //! Range: any scene that loads.
@@ -6,15 +6,17 @@
 
 use super::args::{PlanArguments, ProgressMode};
 use super::output::{Watcher, format_percent, time_left};
+use super::recommendation::RecommendationReport;
 use super::{Outcome, print};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::math::stats::Spread;
 use crate::plan::{Finding, Plan};
 use crate::render::RenderObserver;
+use crate::render::auto::Recommendation;
+use crate::render::wishes::Wishes;
 use crate::scene::description::{Place, SceneDescription};
-use crate::scene::load;
-use crate::scene::prepare::prepare;
+use crate::session::Session;
 use crate::study::effect_cost::{CostSettings, Costs, EffectCost, effect_costs};
 use serde::Serialize;
 use std::fmt::Write;
@@ -34,6 +36,7 @@ struct Report {
     /// Time of the kernel with everything over that of the chosen one.
     #[serde(skip_serializing_if = "Option::is_none")]
     everything: Option<Spread>,
+    integrator: RecommendationReport,
 }
 
 #[derive(Debug, Serialize)]
@@ -56,9 +59,15 @@ struct CostReport {
 }
 
 pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
-    let mut description = load::load(&arguments.scene)?;
     let accel = arguments.tracing.options();
-    let plan = Plan::new(&description, &prepare(&description, accel)?.scene);
+    let session = Session::load(&arguments.scene, accel)?;
+    let mut description = session.description().clone();
+    let plan = Plan::new(&description, session.scene());
+    let watcher = Watcher::new(ProgressMode::Auto)?;
+    let recommendation = session.recommend(&Wishes::default(), &Cancelling(&watcher))?;
+    if watcher.is_cancelled() {
+        return Ok(Outcome::Interrupted);
+    }
     let mut costs = None;
     if arguments.cost {
         let (width, height) = description.film.size;
@@ -68,12 +77,12 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
             spp: arguments.spp,
             rounds: arguments.rounds,
         };
-        let Some(measured) = measure(&description, &plan, &settings)? else {
+        let Some(measured) = measure(&description, &plan, &settings, &watcher)? else {
             return Ok(Outcome::Interrupted);
         };
         costs = Some(measured);
     }
-    let report = report(&description, &plan, costs.as_ref());
+    let report = report(&description, &plan, costs.as_ref(), &recommendation);
     if arguments.json {
         let json = serde_json::to_string_pretty(&report).expect("plain data always serialises");
         return print((json + "\n").as_bytes());
@@ -103,10 +112,10 @@ fn measure(
     description: &SceneDescription,
     plan: &Plan,
     settings: &CostSettings,
+    watcher: &Watcher,
 ) -> Result<Option<Costs>> {
-    let watcher = Watcher::new(ProgressMode::Auto)?;
     let start = Instant::now();
-    let costs = effect_costs(description, plan, settings, &Cancelling(&watcher), |done| {
+    let costs = effect_costs(description, plan, settings, &Cancelling(watcher), |done| {
         let left = time_left(done, start.elapsed()).unwrap_or_default();
         watcher.show(done, || format!("measuring costs, {left} left"));
     });
@@ -114,7 +123,12 @@ fn measure(
     costs
 }
 
-fn report(description: &SceneDescription, plan: &Plan, costs: Option<&Costs>) -> Report {
+fn report(
+    description: &SceneDescription,
+    plan: &Plan,
+    costs: Option<&Costs>,
+    recommendation: &Recommendation,
+) -> Report {
     let kernel = plan.kernel.effects();
     let surplus = plan
         .findings
@@ -134,6 +148,7 @@ fn report(description: &SceneDescription, plan: &Plan, costs: Option<&Costs>) ->
             .map(|finding| effect_report(finding, cost_of(finding.effect)))
             .collect(),
         everything: costs.map(|costs| costs.everything),
+        integrator: recommendation.into(),
     }
 }
 
@@ -205,6 +220,9 @@ fn table(report: &Report) -> String {
                 everything.median, everything.min, everything.max
             ),
         );
+    }
+    for said in report.integrator.lines() {
+        line(&mut text, said);
     }
     text
 }

@@ -8,6 +8,7 @@ use super::args::{ProgressMode, RenderArguments};
 use super::denoise::Denoised;
 use super::job::Job;
 use super::output::Watcher;
+use super::recommendation::sentence;
 use super::settings::wishes;
 use super::stats::Times;
 use super::{Outcome, replay};
@@ -47,15 +48,20 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     let session = Session::new(description, arguments.tracing.options())?;
     let build_time = session.work().structures;
     let loaded = start.elapsed().saturating_sub(build_time);
-    let mut rendering = session.start(&wishes)?;
+    let mut rendering = session.start_watched(&wishes, &watcher)?;
     let settings = rendering.settings().clone();
+    let recommendation = rendering.recommendation().cloned();
     let job = Job {
         arguments,
         description: session.description(),
         scene: session.scene(),
         settings: &settings,
+        auto: recommendation.as_ref(),
     };
     if !arguments.quiet {
+        if let Some(recommendation) = &recommendation {
+            eprintln!("{}", sentence(recommendation));
+        }
         let bias = settings.integrator.bias(session.scene().effects);
         for note in session.notes().chain(bias.as_deref()) {
             eprintln!("note: {note}");
@@ -223,6 +229,7 @@ impl Job<'_> {
             Some(denoised) => denoised.filtered.error.map(|error| error.after),
             None => error.map(|error| error.rel_rmse),
         };
+        metadata.extend(self.auto.map(|it| ("auto", text(&it.why))));
         metadata.extend(error.map(|error| ("relRmse", MetadataValue::Real(error))));
         metadata
             .into_iter()

@@ -84,6 +84,7 @@ impl Job<'_> {
             height: self.settings.window.height,
             spp: rendered.spp,
             integrator: self.settings.integrator.name(),
+            auto: self.auto.map(|it| it.why.clone()),
             sampler: self.settings.sampler.name(),
             adaptive: self.settings.adaptive.name(),
             backend: self.arguments.tracing.backend.name(),
@@ -139,7 +140,9 @@ impl Job<'_> {
             ("sampler", flags.sampler.map(|it| it.name().to_owned())),
             (
                 "integrator",
-                flags.integrator.map(|it| it.name().to_owned()),
+                flags
+                    .integrator
+                    .map(|_| self.settings.integrator.name().to_owned()),
             ),
             ("roulette", flags.roulette.map(|it| it.name().to_owned())),
             (
@@ -232,8 +235,12 @@ fn last_line(
         _ if stats.adaptive == Adaptive::Off.name() => String::new(),
         [least, most] => format!(" in the mean ({least} to {most})"),
     };
+    let chosen = match &stats.auto {
+        Some(_) => format!(" by {}, which auto chose", stats.integrator),
+        None => String::new(),
+    };
     format!(
-        "{}: {interrupted}{missed}{} x {} pixels, {} spp{spread} in {}, {:.2} million samples/s, {error}{filtered}{bias}",
+        "{}: {interrupted}{missed}{} x {} pixels, {} spp{spread}{chosen} in {}, {:.2} million samples/s, {error}{filtered}{bias}",
         files.join(", "),
         stats.width,
         stats.height,

@@ -19,6 +19,8 @@ pub struct Stats {
     pub height: u32,
     pub spp: u64,
     pub integrator: &'static str,
+    /// Why it is that one, where the choice was left to `auto`.
+    pub auto: Option<String>,
     pub sampler: &'static str,
     /// How samples are given out to the pixels.
     pub adaptive: &'static str,

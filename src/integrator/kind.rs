@@ -37,10 +37,13 @@ pub enum IntegratorKind {
     Metropolis,
     /// Ambient occlusion.
     AmbientOcclusion,
+    /// Whichever of the unbiased ones suits the scene: `render/auto/` names it before anything is rendered.
+    Auto,
 }
 
 impl IntegratorKind {
-    /// Every integrator, from the first path tracer of the course to the last, then those that are no path tracers.
+    /// Every integrator, from the first path tracer of the course to the last, then those that are no path tracers, and the
+    /// name that stands for one of them.
     pub const ALL: &'static [Self] = &[
         Self::Naive,
         Self::EmitOrReflect,
@@ -54,6 +57,7 @@ impl IntegratorKind {
         Self::Bidirectional,
         Self::Metropolis,
         Self::AmbientOcclusion,
+        Self::Auto,
     ];
 
     /// The name in scenes and on the command line.
@@ -71,6 +75,7 @@ impl IntegratorKind {
             Self::Bidirectional => "bdpt",
             Self::Metropolis => "mlt",
             Self::AmbientOcclusion => "ambient-occlusion",
+            Self::Auto => "auto",
         }
     }
 
@@ -85,7 +90,7 @@ impl IntegratorKind {
             Self::Path | Self::IrradianceCache => Some(Technique::PATH),
             Self::DirectDirectional => Some(Technique::DIRECT_DIRECTIONAL),
             Self::DirectArea => Some(Technique::DIRECT_AREA),
-            Self::Bidirectional | Self::Metropolis | Self::AmbientOcclusion => None,
+            Self::Bidirectional | Self::Metropolis | Self::AmbientOcclusion | Self::Auto => None,
         }
     }
 
@@ -103,7 +108,8 @@ impl IntegratorKind {
             | Self::Path
             | Self::IrradianceCache
             | Self::Bidirectional
-            | Self::Metropolis => Roulette::Throughput,
+            | Self::Metropolis
+            | Self::Auto => Roulette::Throughput,
         }
     }
 

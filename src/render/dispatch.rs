@@ -41,8 +41,14 @@ pub fn kernel(scene: &Scene, settings: &RenderSettings) -> Kernel {
 /// Whether a scene can be rendered with these settings.
 ///
 /// # Errors
-/// A kernel that the integrator has not, or that lacks an effect of the scene; a cache for what moves.
+/// A kernel that the integrator has not, or that lacks an effect of the scene; a cache for what moves; `auto`, which has to be
+/// settled before.
 pub fn check(scene: &Scene, settings: &RenderSettings) -> Result<()> {
+    if settings.integrator == IntegratorKind::Auto {
+        return Err(Error::usage(
+            "auto stands for an integrator that is still to be chosen: name one here, such as path",
+        ));
+    }
     let kernel = kernel(scene, settings);
     let compiled = kernels(settings.integrator);
     if !compiled.contains(&kernel) {

@@ -10,6 +10,7 @@
 
 pub mod adaptive;
 pub mod along_ray;
+pub mod auto;
 pub mod budget;
 mod camera_rays;
 mod dispatch;
@@ -119,11 +120,12 @@ pub fn render(
         size,
     };
     let threads = Threads::new(settings.threads)?;
-    let mut rendered = Rendered::nothing(settings);
+    let (settings, _) = auto::settle(&view, &threads, settings, observer)?;
+    let mut rendered = Rendered::nothing(&settings);
     resume(
         &view,
         &threads,
-        settings,
+        &settings,
         settings.budget,
         &mut rendered,
         observer,

@@ -176,6 +176,14 @@ impl RenderSettings {
         })
     }
 
+    /// The same by `path` where the choice is left to `auto`: for those who do not look for the best.
+    pub fn by_name(mut self) -> Self {
+        if self.integrator == IntegratorKind::Auto {
+            self.integrator = IntegratorKind::Path;
+        }
+        self
+    }
+
     /// Whether the settings make sense for a picture of this size.
     ///
     /// # Errors

@@ -46,7 +46,7 @@ use std::sync::Arc;
 ///
 /// Its questions are asked by a kernel for effects `E`, which have to include all that the scene calls for. Times go from
 /// 0, when the shutter opens, to 1.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Scene {
     /// Where it is seen from.
     pub camera: Camera,
@@ -60,8 +60,8 @@ pub struct Scene {
     pub normalisation: Normalisation,
     /// All shapes.
     pub world: Arc<World>,
-    /// Ray queries.
-    pub accel: Accel,
+    /// Ray queries; copies of a scene share it.
+    pub accel: Arc<Accel>,
     /// What it calls for.
     pub effects: EffectSet,
     shapes: Vec<Shape>,
@@ -75,7 +75,7 @@ pub struct Scene {
 }
 
 /// What a scene keeps of its making, for changes that leave its shapes as they are.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct Kept {
     /// Half the diagonal of the box around everything, in normalised units.
     radius: f64,
@@ -114,6 +114,14 @@ struct Emitter {
 }
 
 impl Scene {
+    /// The same scene on a film of `to` instead of `from` pixels. Shapes and structures are shared.
+    pub fn on_film(&self, from: (u32, u32), to: (u32, u32)) -> Self {
+        Self {
+            camera: self.camera.on_film(from, to),
+            ..self.clone()
+        }
+    }
+
     /// What a ray meets first. `u_alpha`, a uniform number, decides where a surface is only partly there.
     #[inline]
     pub fn intersect<E: Effects>(

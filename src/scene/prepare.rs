@@ -86,7 +86,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     let instances = instances(&layout, &normalisation, &kept.frames, &members)?;
     let world = Arc::new(World::new(roots, members, instances));
     let building = Instant::now();
-    let accel = Accel::build(Arc::clone(&world), options)?;
+    let accel = Arc::new(Accel::build(Arc::clone(&world), options)?);
     let build_time = building.elapsed();
     let lit = Lit::new(
         description,
@@ -144,7 +144,7 @@ impl Scene {
         let groups = self.world.groups();
         let instances = instances(&layout, &self.normalisation, &kept.frames, groups)?;
         let world = Arc::new(self.world.with_instances(instances));
-        let accel = self.accel.with_instances_of(Arc::clone(&world))?;
+        let accel = Arc::new(self.accel.with_instances_of(Arc::clone(&world))?);
         let frame = (&self.normalisation, kept);
         let lamps_in = planted!("lamps-stay-behind", &self.world, &world);
         let lit = Lit::new(description, &layout, &self.materials, frame, lamps_in);

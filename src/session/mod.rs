@@ -52,9 +52,10 @@ use crate::error::{Error, Result};
 use crate::film::filter::Filter;
 use crate::math::vec::DAffine3;
 use crate::planted::planted;
+use crate::render::auto::{Recommendation, recommend};
 use crate::render::settings::available_threads;
 use crate::render::wishes::Wishes;
-use crate::render::{RenderObserver, Threads, View};
+use crate::render::{RenderObserver, Threads, Unwatched, View};
 use crate::scene::description::{CameraDescription, FilmDescription, SceneDescription};
 use crate::scene::prepare::{Prepared, prepare};
 use crate::scene::{Scene, check, load};
@@ -188,7 +189,33 @@ impl Session {
     /// # Errors
     /// Wishes that are out of their range, and a picture that there is no memory for.
     pub fn start(&self, wishes: &Wishes) -> Result<Rendering> {
-        Rendering::new(self, wishes)
+        self.start_watched(wishes, &Unwatched)
+    }
+
+    /// The same, where `observer` may end the pilot by which `auto` is settled; then it stands for `path`.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn start_watched(
+        &self,
+        wishes: &Wishes,
+        observer: &dyn RenderObserver,
+    ) -> Result<Rendering> {
+        Rendering::new(self, wishes, observer)
+    }
+
+    /// The integrator that suits the scene, whichever is wished for: what `auto` stands for.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub fn recommend(
+        &self,
+        wishes: &Wishes,
+        observer: &dyn RenderObserver,
+    ) -> Result<Recommendation> {
+        let mut settings = wishes.settings(&self.description)?;
+        settings.threads = self.threads.count();
+        recommend(&self.view(), &self.threads, &settings, observer)
     }
 
     /// Renders as wished.
@@ -196,7 +223,7 @@ impl Session {
     /// # Errors
     /// As [`Self::start`], and a kernel that lacks an effect of the scene.
     pub fn render(&self, wishes: &Wishes, observer: &dyn RenderObserver) -> Result<Rendering> {
-        let mut rendering = self.start(wishes)?;
+        let mut rendering = self.start_watched(wishes, observer)?;
         let until = rendering.settings().budget;
         rendering.go_on(self, until, observer)?;
         Ok(rendering)

@@ -13,6 +13,7 @@ use crate::film::{ErrorEstimate, Film};
 use crate::image::{Image, LayeredImage};
 use crate::memory;
 use crate::render::adaptive::Adaptive;
+use crate::render::auto::{Recommendation, settle};
 use crate::render::settings::{Budget, RenderSettings};
 use crate::render::wishes::Wishes;
 use crate::render::{RenderObserver, Rendered, check, resume};
@@ -21,19 +22,27 @@ use crate::render::{RenderObserver, Rendered, check, resume};
 #[derive(Debug, Clone)]
 pub struct Rendering {
     settings: RenderSettings,
+    recommendation: Option<Recommendation>,
     rendered: Rendered,
     state: State,
 }
 
 impl Rendering {
-    pub(super) fn new(session: &Session, wishes: &Wishes) -> Result<Self> {
-        let mut settings = wishes.settings(&session.description)?;
-        settings.threads = session.threads.count();
+    pub(super) fn new(
+        session: &Session,
+        wishes: &Wishes,
+        observer: &dyn RenderObserver,
+    ) -> Result<Self> {
+        let mut wished = wishes.settings(&session.description)?;
+        wished.threads = session.threads.count();
+        let view = session.view();
+        let (settings, recommendation) = settle(&view, &session.threads, &wished, observer)?;
         check(&session.scene, &settings)?;
         check_room(&settings)?;
         Ok(Self {
             rendered: Rendered::nothing(&settings),
             settings,
+            recommendation,
             state: session.state,
         })
     }
@@ -77,6 +86,11 @@ impl Rendering {
     /// The settings that the wishes have become.
     pub fn settings(&self) -> &RenderSettings {
         &self.settings
+    }
+
+    /// What `auto` has come to; `None` where an integrator was named.
+    pub fn recommendation(&self) -> Option<&Recommendation> {
+        self.recommendation.as_ref()
     }
 
     /// All that was counted.

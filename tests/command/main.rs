@@ -5,6 +5,7 @@
 mod common;
 
 mod adaptive;
+mod auto;
 mod bad_flags;
 mod battery;
 mod bench;

@@ -4,6 +4,7 @@
 mod common;
 
 mod adaptive;
+mod auto;
 mod battery;
 mod bidirectional;
 mod denoise;

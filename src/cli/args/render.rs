@@ -73,7 +73,8 @@ pub struct RenderArguments {
     /// camera and from the lights, connected in every way: bdpt, for caustics and hidden lamps; mlt walks through such paths and
     /// stays where there is light. Path with the indirect light of matte surfaces told from few of their points, biased
     /// within --cache-error: irradiance-cache. Direct light alone, by uniform directions or by uniform points on lights:
-    /// direct-directional, direct-area. And ambient-occlusion. Default: the scene's, or path.
+    /// direct-directional, direct-area. And ambient-occlusion. auto: path, bdpt or mlt, whichever suits the scene by a small
+    /// pilot, which is said with its reason; see etendue plan. Default: the scene's, or path.
     #[arg(long, value_parser = named(IntegratorKind::ALL, IntegratorKind::name))]
     pub integrator: Option<IntegratorKind>,
     /// Where random numbers come from. Default: the scene's, or sobol.

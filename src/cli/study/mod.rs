@@ -24,6 +24,7 @@ use crate::bench::machine::machine;
 use crate::bench::report::Machine;
 use crate::error::{Error, Result};
 use crate::image::atomic::{check_creatable, write_text};
+use crate::integrator::kind::IntegratorKind;
 use crate::render::settings::{RenderSettings, SamplerKind};
 use crate::render::wishes::refuse_endless;
 use crate::scene::description::SceneDescription;
@@ -115,6 +116,11 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
     let variants = Variant::all(&Variant::new(base, options), &choices);
     for variant in &variants {
         refuse_endless(&variant.settings)?;
+        if variant.settings.integrator == IntegratorKind::Auto {
+            return Err(Error::usage(
+                "a study compares what is named, and auto stands for others: give --vary integrator=path,bdpt, say",
+            ));
+        }
     }
     Ok(StudySettings {
         budget: arguments.budget.as_secs_f64(),

@@ -1,0 +1,256 @@
+//! How integrators did on small pictures of a scene, of which each made two with other random numbers.
+//!
+//! Half of the squared difference of two independent pictures a and b is, in the mean, the squared error of each; that takes no
+//! error bars and holds for Markov chains, too. Relative to t, the median of all pictures around a pixel,
+//!
+//!   relMSE = mean of (a - b)^2 / 2 / (t^2 + eps),
+//!
+//! where eps is a hundredth of the square of the mean of all pictures.
+//!
+//! Light that is so rare that an integrator has hardly met it does not show in its spread. So where its pictures lack light that
+//! those of bidirectional path tracing have, in whole tiles and significantly, that is counted as its error, too.
+//!
+//! Work is counted in rays, each of which stands for what an integrator does between two of them, so that neither the machine
+//! nor its mood has a say.
+//!
+//! Measure: relMSE of one picture; rays of `path`; their product is the inefficiency.
+//! Range: pictures of the same size.
+//! Source: docs/accuracy.md, "Which integrator". Tested below and in `tests/rendering/auto.rs`.
+
+use super::rule::Candidate;
+use crate::image::Image;
+use crate::image::tiles::Tile;
+use crate::integrator::kind::IntegratorKind;
+use crate::math::rgb::Rgb;
+
+/// How far around a pixel its truth is told by, in pixels.
+const REACH: u32 = 2;
+
+/// What a ray of bidirectional path tracing takes, with all that is done for it, beside one of `path`. In the scenes of
+/// docs/accuracy.md it was 1.3 to 1.6 times as long.
+const RAY_FROM_BOTH_ENDS: f64 = 1.5;
+
+/// The same of Markov chains: 1.9 to 2.4.
+const RAY_OF_CHAINS: f64 = 2.2;
+
+/// Side of the tiles in which light may be lacking, in pixels.
+const SIDE: u32 = 8;
+
+/// Standard errors by which a tile has to differ before it counts.
+const SIGMAS: f64 = 4.0;
+
+/// What one integrator did.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pilot {
+    /// The integrator.
+    pub integrator: IntegratorKind,
+    /// Two pictures that know nothing of each other.
+    pub pictures: [Image; 2],
+    /// Rays that one of them took.
+    pub rays: f64,
+}
+
+impl Pilot {
+    /// What one of its pictures took, in rays of `path`.
+    fn work(&self) -> f64 {
+        let of_ray = match self.integrator {
+            IntegratorKind::Bidirectional => RAY_FROM_BOTH_ENDS,
+            IntegratorKind::Metropolis => RAY_OF_CHAINS,
+            _ => 1.0,
+        };
+        of_ray * self.rays
+    }
+}
+
+/// How inefficient each is.
+pub fn inefficiencies(pilots: &[Pilot]) -> Vec<Candidate> {
+    let truth = Truth::of(pilots);
+    let by = |kind| pilots.iter().find(|it| it.integrator == kind);
+    let both_ends = by(IntegratorKind::Bidirectional);
+    let of_one = |pilot: &Pilot| {
+        let others = both_ends.filter(|it| it.integrator != pilot.integrator);
+        let lacking = others.map_or(0.0, |other| truth.lacking(pilot, other));
+        // Of black pictures nothing is known.
+        let is_black = pilot.pictures.iter().all(|it| it.mean() == [0.0; 3]);
+        Candidate {
+            integrator: pilot.integrator,
+            inefficiency: if is_black {
+                f64::INFINITY
+            } else {
+                (truth.spread(pilot) + lacking) * pilot.work()
+            },
+        }
+    };
+    pilots.iter().map(of_one).collect()
+}
+
+/// What the pictures show.
+struct Truth {
+    image: Image,
+    epsilon: f64,
+}
+
+impl Truth {
+    /// The median of what is around each pixel in all pictures: a rare bright sample does not stand for its own truth.
+    fn of(pilots: &[Pilot]) -> Self {
+        let pictures: Vec<&Image> = pilots.iter().flat_map(|pilot| &pilot.pictures).collect();
+        let (width, height) = (pictures[0].width(), pictures[0].height());
+        let near = |x: u32, length: u32| x.saturating_sub(REACH)..(x + REACH + 1).min(length);
+        let around = |(x, y)| {
+            let (columns, rows) = (near(x, width), near(y, height));
+            let places = rows.flat_map(|y| columns.clone().map(move |x| (x, y)));
+            let values = places.flat_map(|(x, y)| pictures.iter().map(move |it| it.get(x, y)));
+            let values: Vec<[f32; 3]> = values.map(Rgb::to_array).collect();
+            Rgb::from([0, 1, 2].map(|c| median(values.iter().map(|value| value[c]).collect())))
+        };
+        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let image = Image::new(width, height, places.map(around).collect());
+        let sum: f64 = pictures.iter().flat_map(|it| it.mean()).sum();
+        let mean = sum / (3 * pictures.len()) as f64;
+        Self {
+            image,
+            epsilon: 0.01 * mean * mean,
+        }
+    }
+
+    /// What squares of the channels of a pixel or a tile are relative to, by its colour.
+    fn scale(&self, colour: [f64; 3]) -> [f64; 3] {
+        colour.map(|t| 1.0 / (t * t + self.epsilon))
+    }
+
+    /// relMSE of a picture of a pilot by the spread of both.
+    fn spread(&self, pilot: &Pilot) -> f64 {
+        let sum: f64 = (0..self.image.pixels().len())
+            .map(|index| {
+                let scale = self.scale(self.image.pixels()[index].to_array().map(f64::from));
+                let variance = variance(pilot, index);
+                (0..3).map(|c| scale[c] * variance[c]).sum::<f64>()
+            })
+            .sum();
+        sum / (3 * self.image.pixels().len()) as f64
+    }
+
+    /// relMSE of the light that a pilot lacks in tiles where another has it.
+    fn lacking(&self, pilot: &Pilot, other: &Pilot) -> f64 {
+        let (width, height) = (self.image.width(), self.image.height());
+        let mut sum = 0.0;
+        for tile in Tile::all(width, height, SIDE) {
+            let of_truth = mean(&self.image, tile);
+            let scale = self.scale(of_truth);
+            let [own, others] = [pilot, other].map(|it| {
+                let [a, b] = [0, 1].map(|i| mean(&it.pictures[i], tile));
+                std::array::from_fn::<f64, 3, _>(|c| 0.5 * (a[c] + b[c]))
+            });
+            let noise = [pilot, other].map(|it| variance_of_tile(it, tile));
+            let pixels = f64::from(tile.width) * f64::from(tile.height);
+            for c in 0..3 {
+                let lacks = others[c] - own[c];
+                let error = (noise[0][c] + noise[1][c]).sqrt();
+                if lacks > SIGMAS * error {
+                    sum += pixels * scale[c] * lacks * lacks;
+                }
+            }
+        }
+        sum / (3 * self.image.pixels().len()) as f64
+    }
+}
+
+/// The middle of some numbers, the upper one of two.
+fn median(mut numbers: Vec<f32>) -> f32 {
+    let middle = numbers.len() / 2;
+    *numbers.select_nth_unstable_by(middle, f32::total_cmp).1
+}
+
+/// The variance of a picture's channels at a pixel.
+fn variance(pilot: &Pilot, index: usize) -> [f64; 3] {
+    let [a, b] = [0, 1].map(|i| pilot.pictures[i].pixels()[index].to_array().map(f64::from));
+    std::array::from_fn(|c| 0.5 * (a[c] - b[c]).powi(2))
+}
+
+/// The variance of the mean of both pictures over a tile, whose pixels are taken as independent.
+fn variance_of_tile(pilot: &Pilot, tile: Tile) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    let mut count = 0.0;
+    for index in tile.indices(pilot.pictures[0].width()) {
+        for (sum, variance) in sum.iter_mut().zip(variance(pilot, index)) {
+            *sum += 0.5 * variance;
+        }
+        count += 1.0;
+    }
+    sum.map(|sum| sum / (count * count))
+}
+
+/// The mean of a picture's channels over a tile.
+fn mean(image: &Image, tile: Tile) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    let mut count = 0.0;
+    for index in tile.indices(image.width()) {
+        for (sum, x) in sum.iter_mut().zip(image.pixels()[index].to_array()) {
+            *sum += f64::from(x);
+        }
+        count += 1.0;
+    }
+    sum.map(|sum| sum / count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: (u32, u32) = (64, 48);
+
+    /// Pictures of `light`, where a pixel is it over `p` with probability `p`, else black.
+    fn pilot(integrator: IntegratorKind, light: f32, p: f32, rays: f64, seed: u64) -> Pilot {
+        use crate::sampler::hash;
+        let picture = |index: u64| {
+            let pixel = |place: u64| {
+                let bits = hash::combine(hash::combine(seed, index), place) >> 40;
+                let is_met = (bits as f32) < p * 16_777_216.0;
+                Rgb::grey(if is_met { light / p } else { 0.0 })
+            };
+            let pixels = (0..u64::from(SIZE.0 * SIZE.1)).map(pixel).collect();
+            Image::new(SIZE.0, SIZE.1, pixels)
+        };
+        Pilot {
+            integrator,
+            pictures: [picture(0), picture(1)],
+            rays,
+        }
+    }
+
+    #[test]
+    fn efficiency_is_that_of_the_closed_form() {
+        use IntegratorKind::{Bidirectional, Path};
+        // The relative variance of one or nothing is (1 - p) / p.
+        let pilots = [
+            pilot(Path, 2.0, 0.7, 10.0, 1),
+            pilot(Bidirectional, 2.0, 0.9, 20.0, 2),
+        ];
+        let [path, other] = inefficiencies(&pilots)[..] else {
+            panic!("one for each");
+        };
+        let ratio = path.inefficiency / other.inefficiency;
+        // A standard error of 4 %.
+        let exact = (0.3 / 0.7) / (0.1 / 0.9) * 10.0 / (20.0 * RAY_FROM_BOTH_ENDS);
+        assert!((ratio / exact - 1.0).abs() < 0.2, "{ratio} {exact}");
+    }
+
+    #[test]
+    fn light_that_path_never_meets_counts_as_its_error() {
+        use IntegratorKind::{Bidirectional, Path};
+        let dark = pilot(Path, 1.0, 1.0, 10.0, 1);
+        let other = |light| pilot(Bidirectional, light, 0.8, 20.0, 2);
+        let of_path = |light| inefficiencies(&[dark.clone(), other(light)])[0].inefficiency;
+        // Alike in the mean: nothing is lacking.
+        assert_eq!(of_path(1.0), 0.0);
+        // It lacks a half of the light, 1 beside the other's 2 / 0.8 in most of its pixels: the median is in between, or 1.
+        let of_path = of_path(2.0);
+        assert!((10.0 / (2.5 * 2.5)..=10.0).contains(&of_path), "{of_path}");
+    }
+
+    #[test]
+    fn black_pictures_say_nothing() {
+        let black = pilot(IntegratorKind::Path, 0.0, 0.5, 10.0, 1);
+        assert_eq!(inefficiencies(&[black])[0].inefficiency, f64::INFINITY);
+    }
+}

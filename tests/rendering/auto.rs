@@ -1,0 +1,163 @@
+//! `auto` gives the picture of the integrator that it names, always names the same, and names one that suits the scene.
+
+use crate::common::furnished::{glass, matte, outside, small_light};
+use crate::common::room::room;
+use etendue::integrator::kind::IntegratorKind;
+use etendue::render::Unwatched;
+use etendue::render::adaptive::Adaptive;
+use etendue::render::auto::Recommendation;
+use etendue::render::wishes::Wishes;
+use etendue::scene::description::SceneDescription;
+use etendue::session::{Session, tracing};
+
+/// A bulb in a shade that is open above and below: all but two spots has its light from ceiling and floor.
+fn shaded() -> SceneDescription {
+    room(
+        r#"
+[[shape]]
+type = "mesh"
+material = "white"
+positions = [[-0.2, 1.2, -0.2], [0.2, 1.2, -0.2], [0.2, 1.2, 0.2], [-0.2, 1.2, 0.2], [-0.2, 1.8, -0.2], [0.2, 1.8, -0.2], [0.2, 1.8, 0.2], [-0.2, 1.8, 0.2]]
+indices = [[0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7]]
+
+[[shape]]
+type = "disk"
+material = "white"
+center = [0, 1.3, 0]
+normal = [0, 1, 0]
+radius = 0.19
+
+[[shape]]
+type = "sphere"
+material = "white"
+emission = 900
+center = [0, 1.45, 0]
+radius = 0.02
+"#,
+    )
+}
+
+/// A mirror under a point light, whose light no path from the eye finds by way of it.
+fn mirrored_point() -> SceneDescription {
+    room(
+        r#"
+[[material]]
+name = "mirror"
+type = "mirror"
+
+[[shape]]
+type = "sphere"
+material = "mirror"
+center = [0, 0.5, 0]
+radius = 0.4
+
+[[light]]
+type = "point"
+position = [0.3, 1.6, 0.2]
+intensity = 1
+"#,
+    )
+}
+
+/// The scene in pixels enough for a pilot.
+fn session(scene: SceneDescription, threads: usize) -> Session {
+    let mut scene = scene;
+    scene.film.size = (64, 64);
+    let options = etendue::accel::AccelOptions {
+        threads,
+        ..tracing()
+    };
+    Session::new(scene, options).expect("a valid scene")
+}
+
+fn wishes(integrator: IntegratorKind) -> Wishes {
+    let mut wishes = Wishes::samples(16);
+    wishes.integrator = Some(integrator);
+    wishes.seed = Some(3);
+    wishes
+}
+
+fn recommended(session: &Session, wishes: &Wishes) -> Recommendation {
+    session
+        .recommend(wishes, &Unwatched)
+        .expect("a valid scene and valid wishes")
+}
+
+#[test]
+fn the_picture_is_that_of_the_integrator_that_it_names() {
+    for scene in [matte(), shaded(), mirrored_point()] {
+        let session = session(scene, 2);
+        let see = |integrator| {
+            let rendering = session.render(&wishes(integrator), &Unwatched);
+            rendering.expect("valid wishes")
+        };
+        let auto = see(IntegratorKind::Auto);
+        let told = auto.recommendation().expect("it was left to auto");
+        assert_eq!(auto.settings().integrator, told.integrator);
+        let named = see(told.integrator);
+        assert!(named.recommendation().is_none());
+        assert_eq!(auto.image(), named.image(), "{}", told.integrator.name());
+    }
+}
+
+#[test]
+fn the_choice_is_the_same_on_any_number_of_threads() {
+    let on = |threads| {
+        let session = session(shaded(), threads);
+        recommended(&session, &wishes(IntegratorKind::Auto))
+    };
+    assert_eq!(on(1), on(2));
+}
+
+#[test]
+fn it_names_what_suits_the_scene() {
+    let path = &[IntegratorKind::Path][..];
+    let both_ends = &[IntegratorKind::Bidirectional, IntegratorKind::Metropolis];
+    for (what, scene, expected, says) in [
+        ("matte", matte(), path, "nothing else"),
+        (
+            "a ball of glass under a large lamp",
+            glass(0.0),
+            path,
+            "nothing else",
+        ),
+        ("a small lamp", small_light(), path, "nothing else"),
+        ("a lamp in a shade", shaded(), both_ends, "hard to reach"),
+        (
+            "a mirror",
+            mirrored_point(),
+            both_ends,
+            "by way of smooth surfaces",
+        ),
+    ] {
+        for seed in 0..3 {
+            let mut wishes = wishes(IntegratorKind::Auto);
+            wishes.seed = Some(seed);
+            let told = recommended(&session(scene.clone(), 2), &wishes);
+            println!("{what}: {told:?}");
+            assert!(expected.contains(&told.integrator), "{what}: {told:?}");
+            assert!(told.why.contains(says), "{what}: {told:?}");
+        }
+    }
+}
+
+#[test]
+fn what_settings_leave_out_is_not_chosen() {
+    let session = session(shaded(), 2);
+    let mut wishes = wishes(IntegratorKind::Auto);
+    wishes.adaptive = Some(Adaptive::TwoPhase);
+    let told = recommended(&session, &wishes);
+    assert_eq!(told.integrator, IntegratorKind::Path);
+    assert!(told.why.contains("path alone"), "{told:?}");
+    assert!(session.render(&wishes, &Unwatched).is_ok());
+}
+
+#[test]
+fn a_biased_integrator_is_named_and_not_chosen() {
+    let told = recommended(&session(matte(), 2), &wishes(IntegratorKind::Auto));
+    let option = told.option.expect("all is matte there");
+    assert!(option.contains("irradiance-cache") && option.contains("biased"));
+    // A mirror is not matte.
+    let told = recommended(&session(outside(), 2), &wishes(IntegratorKind::Auto));
+    assert_eq!(told.option, None);
+}

@@ -205,7 +205,7 @@ pub fn see_by(
     picture(trial, integrator, (description, &scene), look, trial.seed)
 }
 
-/// What `of` makes of the pixels of each of [`RENDERS`] renders by any integrator. Where samples find light for other pixels,
+/// What `of` makes of the pixels of each of `RENDERS` renders by any integrator. Where samples find light for other pixels,
 /// or chains wander from one to the next, the pixels of one render know of each other; those of several do not.
 ///
 /// # Errors

@@ -355,12 +355,12 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "brightness-of-what-chains-see",
         "the brightness is the mean over those points alone that a chain may walk through",
-        "rendering::metropolis::it_agrees_with_path_in_every_part_of_the_picture",
+        "rendering::metropolis::it_agrees_with_path_in_every_part_of_six_scenes",
     ),
     bug(
         "strategies-have-uneven-shares",
         "a chain takes the first strategies more often than the last and does not count that",
-        "rendering::metropolis::it_agrees_with_path_in_every_part_of_the_picture",
+        "rendering::metropolis::it_agrees_with_path_in_every_part_of_six_scenes",
     ),
     bug(
         "cache-without-bound",

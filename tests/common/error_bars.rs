@@ -92,12 +92,17 @@ impl Coverage {
 
     /// Whether the intervals of unflagged pixels hold the truth as often as they say: which one does not.
     pub fn miscalibrated(&self) -> Option<String> {
+        self.miscalibrated_beyond(1.0)
+    }
+
+    /// The same where shares may be off by so many times as much, as there are fewer intervals.
+    pub fn miscalibrated_beyond(&self, times: f64) -> Option<String> {
         LEVELS
             .into_iter()
             .enumerate()
             .find_map(|(level, (confidence, tolerance))| {
                 let share = self.share(0, level);
-                let is_off = self.counts[0] > 0 && (share - confidence).abs() > tolerance;
+                let is_off = self.counts[0] > 0 && (share - confidence).abs() > times * tolerance;
                 is_off.then(|| format!("{share} of intervals at {confidence}"))
             })
     }

@@ -3,7 +3,7 @@
 
 use super::bidirectional::{assert_same, seen, settings};
 use crate::common::error_bars::Coverage;
-use crate::common::furnished::{glass, matte, small_light};
+use crate::common::furnished::{glass, glossy, matte, outside, small_light};
 use crate::common::room::room;
 use crate::common::scene::{film, ready};
 use etendue::accel::Backend;
@@ -35,8 +35,10 @@ fn compare(
 }
 
 #[test]
-fn it_agrees_with_path_in_every_part_of_the_picture() {
+fn it_agrees_with_path_in_every_part_of_six_scenes() {
     compare("matte", &matte(), [64, 128], 0.02, None);
+    compare("glossy", &glossy(), [64, 128], 0.03, None);
+    compare("outside", &outside(), [64, 128], 0.03, None);
     compare("smooth glass", &glass(0.0), [64, 128], 0.02, None);
     compare("rough glass", &glass(0.8), [64, 128], 0.02, None);
     compare("small light", &small_light(), [128, 128], 0.05, None);
@@ -136,5 +138,6 @@ fn bars_that_are_trusted_cover_as_often_as_they_say() {
     let (few, many) = (coverage(64, 8), coverage(8192, 8));
     assert!(few.flagged() > 0.9, "{}", few.flagged());
     assert!(many.flagged() < 0.8, "{}", many.flagged());
-    assert_eq!(many.miscalibrated(), None);
+    // Some 700 intervals, of which neighbours move together.
+    assert_eq!(many.miscalibrated_beyond(2.0), None);
 }

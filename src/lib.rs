@@ -4,9 +4,9 @@
 //! with their error bars and layers, and what rays meet. The command `etendue` is the module `cli`, the C library the package
 //! in `capi/`. How it works inside is in `docs/architecture.md`.
 //!
-//! No state is kept for the process but a count of what sessions were: any number of them may live and render at once, on
-//! threads of their own. Vectors and
-//! matrices in the interface are those of glam, as [`math::vec`] re-exports them; no other dependency shows.
+//! No state is kept for the process but a count of what sessions were: any number of them may live and render at once, on threads
+//! of their own. Vectors and matrices in the interface are those of glam, as [`math::vec`] re-exports them, and reports can be
+//! written by serde; no other dependency shows.
 //!
 //! # Features
 //!

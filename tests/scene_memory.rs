@@ -1,8 +1,7 @@
 //! What memory a scene takes while it is made ready is not above what is told beforehand, nor far below. One test alone in its
 //! process, as what others allocate would count too.
 //!
-//! What Embree holds while it builds and gives back before it is done is not seen here; it was measured as the memory of whole
-//! processes, and stays far below what our own copies take at their peak.
+//! What Embree holds while it builds and gives back before it is done is not seen here.
 
 mod common;
 

@@ -46,7 +46,8 @@ VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
 PLACE = $(abspath $(PREFIX))
 INTO = $(DESTDIR)$(PLACE)
 
-# Both are built of one compiled renderer. Where Embree is a private copy in .embree/, they find it there.
+# Both are built of one compiled renderer. Where Embree is a private copy in .embree/, they find it there: as long as this
+# folder stays.
 install: setup ## Builds the command and the C library and installs them under PREFIX (default: /usr/local).
 	$(CARGO) build --profile $(PROFILE) -p etendue -p libetendue $(CARGO_FLAGS)
 	install -d $(INTO)/bin $(INTO)/include $(INTO)/lib/pkgconfig

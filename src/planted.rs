@@ -360,7 +360,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "strategies-have-uneven-shares",
         "a chain takes the first strategies more often than the last and does not count that",
-        "rendering::metropolis::it_agrees_with_path_in_every_part_of_six_scenes",
+        "lib::render::metropolis::chain::tests::every_strategy_has_the_same_share_of_numbers",
     ),
     bug(
         "cache-without-bound",

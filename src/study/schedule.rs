@@ -38,13 +38,14 @@ const LEAST_REFERENCE: u64 = 64;
 /// What is to be rendered.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Schedule {
-    /// Samples per pixel of each of the two references.
+    /// Samples per pixel of each of the two references, in units of the least number that their integrator takes: 16 of `mlt`,
+    /// else 1.
     pub reference_spp: u64,
     /// Seeds of each level.
     pub seeds: u64,
     /// Seeds of the last level of each variant.
     pub last_seeds: u64,
-    /// For each variant, the last level: it has 1, 2, 4 ... 2^k samples per pixel.
+    /// For each variant, the last level: it has 1, 2, 4 ... 2^k samples per pixel, in the same units.
     pub doublings: Vec<u32>,
 }
 

@@ -46,8 +46,8 @@ VERSION := $(shell sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml)
 PLACE = $(abspath $(PREFIX))
 INTO = $(DESTDIR)$(PLACE)
 
-# Both are built of one compiled renderer. Where Embree is a private copy in .embree/, they find it there: as long as this
-# folder stays.
+# Both are built of one compiled renderer. An Embree of the private copy is installed along, for them to find: the folder that
+# they were built in may go.
 install: setup ## Builds the command and the C library and installs them under PREFIX (default: /usr/local).
 	$(CARGO) build --profile $(PROFILE) -p etendue -p libetendue $(CARGO_FLAGS)
 	install -d $(INTO)/bin $(INTO)/include $(INTO)/lib/pkgconfig
@@ -57,6 +57,9 @@ install: setup ## Builds the command and the C library and installs them under P
 	ln -sf libetendue.so.$(VERSION) $(INTO)/lib/libetendue.so.$(firstword $(subst ., ,$(VERSION)))
 	ln -sf libetendue.so.$(firstword $(subst ., ,$(VERSION))) $(INTO)/lib/libetendue.so
 	install -m 644 $(BUILT)/libetendue.a $(INTO)/lib/libetendue.a
+	if ldd $(BUILT)/libetendue.so | grep --quiet --fixed-strings '=> $(CURDIR)/.embree/'; then \
+		install -d $(INTO)/lib/etendue && cp -P .embree/lib/*.so* $(INTO)/lib/etendue/; \
+	fi
 	sed 's|@PREFIX@|$(PLACE)|; s|@VERSION@|$(VERSION)|' capi/etendue.pc.in > $(INTO)/lib/pkgconfig/etendue.pc
 
 # Needs `cargo install cbindgen`. C has no heading for what Rust calls safety: it is about pointers.

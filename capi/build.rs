@@ -1,4 +1,5 @@
-//! Names the shared library for those that link it, and its run path to a private Embree.
+//! Names the shared library for those that link it, and its run path to a private Embree: the copy
+//! that `make install` puts beside it, or where it was built.
 //!
 //! The name has the major version, so that a library with another interface is not taken for this one.
 
@@ -12,6 +13,6 @@ fn main() {
         println!("cargo::rustc-cdylib-link-arg=-Wl,-soname,libetendue.so.{major}");
     }
     if let Ok(folder) = env::var("DEP_EMBREE4_RPATH") {
-        println!("cargo::rustc-cdylib-link-arg=-Wl,-rpath,{folder}");
+        println!("cargo::rustc-cdylib-link-arg=-Wl,-rpath,$ORIGIN/etendue:{folder}");
     }
 }

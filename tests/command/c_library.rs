@@ -321,17 +321,23 @@ fn the_static_library_links_too() {
         .args(pkg_config(&["--cflags"]))
         .arg(&archive)
         .args(&private);
-    if let Some(embree) = private_embree() {
-        let folder = embree.display();
-        compiler.args([format!("-L{folder}"), format!("-Wl,-rpath,{folder}")]);
-    }
     expect_success("cc", compiler.output().expect("a compiler is there"));
     let says = run(&mut Command::new(&program));
     assert_eq!(says.trim(), env!("CARGO_PKG_VERSION"));
 }
 
-/// The folder of the private copy of Embree, if there is one.
-fn private_embree() -> Option<PathBuf> {
-    let folder = in_repository(".embree/lib");
-    folder.is_dir().then_some(folder)
+#[test]
+fn what_is_installed_needs_nothing_of_the_folder_it_was_built_in() {
+    for file in ["bin/etendue", "lib/libetendue.so"] {
+        let output = Command::new("ldd").arg(prefix().join(file)).output();
+        let libraries = expect_success("ldd", output.expect("ldd is there"));
+        assert!(libraries.contains("libembree4"), "{file}: {libraries}");
+        assert!(!libraries.contains("not found"), "{file}: {libraries}");
+        let source = env!("CARGO_MANIFEST_DIR");
+        assert!(!libraries.contains(source), "{file}: {libraries}");
+    }
+    let says = Command::new(prefix().join("bin/etendue"))
+        .arg("info")
+        .output();
+    expect_success("etendue info", says.expect("it is installed"));
 }

@@ -111,7 +111,9 @@ fn find() -> Result<Embree, String> {
         return embree_under(Path::new(&dir))
             .map_err(|why| format!("EMBREE_DIR is set, but {why}."));
     }
-    let private = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name(".embree");
+    // Asked now: this program may have been built when the workspace was elsewhere.
+    let package = env::var("CARGO_MANIFEST_DIR").map_err(|error| error.to_string())?;
+    let private = Path::new(&package).with_file_name(".embree");
     let prefixes = USUAL_PREFIXES
         .map(PathBuf::from)
         .into_iter()

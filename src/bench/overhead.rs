@@ -5,7 +5,9 @@
 //! factor: 1 would be a render that does nothing but trace rays, each kind in the way that is best for it.
 //!
 //! Measure: nanoseconds of one core a sample.
-//! Range: at least one round. Renders on all threads and on one take turns; a first round of each does not count.
+//! Range: at least one round. Renders on all threads and on one take turns; a first round of each does not count. Pictures
+//! are so small that a render has many samples a pixel, as pictures have that are looked at: the first few are traced in
+//! smaller packets.
 //! Source: none needed. Tested in `tests/tracing/bench.rs`.
 
 use super::meter::Stage;
@@ -16,6 +18,7 @@ use super::target::Target;
 use crate::error::Result;
 use crate::math::stats::Spread;
 use crate::render::Rendered;
+use crate::render::settings::RenderSettings;
 
 /// What tracing alone takes.
 #[derive(Debug, Clone)]
@@ -58,6 +61,9 @@ impl Floor {
     }
 }
 
+/// Samples per pixel of a render on one thread at least.
+const LEAST_SPP: u64 = 64;
+
 /// What renders took.
 #[derive(Debug, Clone, Copy)]
 pub struct RenderTimes {
@@ -80,19 +86,30 @@ pub fn render_times(
     seconds: f64,
     stage: &Stage<'_>,
 ) -> Result<Option<RenderTimes>> {
-    let time = |threads: usize, spp: u64| {
-        let rendered = subject.render(threads, spp, stage)?;
-        Ok((!rendered.cancelled).then(|| nanoseconds_per_sample(&rendered, threads)))
-    };
-    let Some(first) = time(threads, 1)? else {
+    let Some(first) = time(subject, threads, 1, stage)? else {
         return Ok(None);
     };
+    // One thread has its share of these.
+    let least = LEAST_SPP * threads as u64;
     let samples = seconds * 1e9 * threads as f64 / first;
-    let spp = (samples / subject.settings.window.pixel_count() as f64).round() as u64;
+    let (scene, size) = subject.scene.reduced(subject.size, samples / least as f64);
+    let settings = RenderSettings {
+        window: RenderSettings::new(size, 1).window,
+        ..subject.settings.clone()
+    };
+    let reduced = Subject {
+        scene: &scene,
+        size,
+        settings: &settings,
+        ..*subject
+    };
+    let spp = (samples / settings.window.pixel_count() as f64).round() as u64;
+    let spp = spp.max(least);
+    let time = |threads, spp| time(&reduced, threads, spp, stage);
     let (mut sample, mut sample_alone) = (vec![], vec![]);
     for round in 0..=rounds {
-        let together = time(threads, spp.max(1))?;
-        let alone = time(1, spp.div_ceil(threads as u64).max(1))?;
+        let together = time(threads, spp)?;
+        let alone = time(1, spp / threads as u64)?;
         let (Some(together), Some(alone)) = (together, alone) else {
             return Ok(None);
         };
@@ -105,10 +122,16 @@ pub fn render_times(
         }
     }
     Ok(Some(RenderTimes {
-        spp: spp.max(1),
+        spp,
         sample: Spread::of(sample),
         sample_alone: Spread::of(sample_alone),
     }))
+}
+
+/// Nanoseconds of one core a sample; `None` if cancelled.
+fn time(subject: &Subject<'_>, threads: usize, spp: u64, stage: &Stage<'_>) -> Result<Option<f64>> {
+    let rendered = subject.render(threads, spp, stage)?;
+    Ok((!rendered.cancelled).then(|| nanoseconds_per_sample(&rendered, threads)))
 }
 
 fn nanoseconds_per_sample(rendered: &Rendered, threads: usize) -> f64 {

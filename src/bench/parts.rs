@@ -10,7 +10,7 @@
 //! Source: none needed. Tested in `tests/tracing/bench.rs`.
 
 use super::report::PartReport;
-use super::subject::Subject;
+use super::subject::{SAMPLES_AT_ONCE, Subject};
 use crate::bsdf::types::Lobe;
 use crate::effects::Effects;
 use crate::integrator::observer::{PathObserver, RayKind};
@@ -73,9 +73,17 @@ impl Part {
 /// The parts of a sample that takes so many nanoseconds, found out from at least `samples` of them.
 pub fn parts(subject: &Subject<'_>, samples: u64, nanoseconds: f64) -> Vec<PartReport> {
     let reading = cost_of_reading();
+    // The first ones are traced in smaller packets: most pictures have many others.
+    let spp = subject.settings.budget.spp.unwrap_or(u64::MAX);
+    let first = if spp > SAMPLES_AT_ONCE {
+        SAMPLES_AT_ONCE
+    } else {
+        0
+    };
     let watch = || {
         let mut stopwatch = Stopwatch::new();
-        subject.observe(&mut stopwatch, |watch| watch.samples >= samples);
+        let enough = |watch: &Stopwatch| watch.samples >= samples;
+        subject.observe(first, &mut stopwatch, enough);
         stopwatch.laps.map(|laps| laps.without(reading))
     };
     watch();

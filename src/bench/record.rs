@@ -34,7 +34,7 @@ pub fn record(subject: &Subject<'_>, limit: usize) -> Recording {
         traced: [0; KINDS],
     };
     let full = |recorder: &Recorder| recorder.rays.iter().any(|rays| rays.len() >= limit);
-    let film = subject.observe(&mut recorder, full);
+    let film = subject.observe(0, &mut recorder, full);
     Recording {
         rays: recorder.rays,
         traced: recorder.traced,

@@ -14,7 +14,7 @@ use crate::render::{RenderObserver, Rendered, observe_tile, render};
 use crate::scene::Scene;
 
 /// Samples that are watched in each pixel of a tile before the next tile is turned to: as many as are traced together.
-const SAMPLES_AT_ONCE: u64 = 16;
+pub const SAMPLES_AT_ONCE: u64 = 16;
 
 /// Edge of a tile in pixels: small ones are spread over the picture sooner.
 const TILE_SIZE: u32 = 8;
@@ -50,14 +50,19 @@ impl Subject<'_> {
         render(self.scene, self.filter, self.size, &settings, observer)
     }
 
-    /// Shows `observer` whole tiles until it has seen `enough` or every sample. The film has the samples shown.
-    pub fn observe<O: PathObserver>(&self, observer: &mut O, enough: impl Fn(&O) -> bool) -> Film {
+    /// Shows `observer` whole tiles until it has seen `enough` or every sample from `first` on. The film has the samples shown.
+    pub fn observe<O: PathObserver>(
+        &self,
+        first: u64,
+        observer: &mut O,
+        enough: impl Fn(&O) -> bool,
+    ) -> Film {
         let mut film = Film::new(self.settings.window, TILE_SIZE);
         let (cache, _) = overture(self.scene, self.filter, self.settings, &|_, _| true);
         let spp = self.settings.budget.spp.unwrap_or(u64::MAX);
         let count = film.tiles().len();
         let stride = even_stride(count);
-        let mut first = 0;
+        let mut first = first;
         while first < spp {
             let next = spp.min(first + SAMPLES_AT_ONCE);
             for visit in 0..count {

@@ -122,6 +122,15 @@ impl Scene {
         }
     }
 
+    /// The same scene on a film of the same shape with about so many pixels, or with those that it has if they are fewer; and
+    /// the size of that film.
+    pub fn reduced(&self, size: (u32, u32), pixels: f64) -> (Self, (u32, u32)) {
+        let scale = (pixels / (f64::from(size.0) * f64::from(size.1))).sqrt();
+        let side = |side: u32| ((f64::from(side) * scale.min(1.0)).round() as u32).max(1);
+        let to = (side(size.0), side(size.1));
+        (self.on_film(size, to), to)
+    }
+
     /// What a ray meets first. `u_alpha`, a uniform number, decides where a surface is only partly there.
     #[inline]
     pub fn intersect<E: Effects>(

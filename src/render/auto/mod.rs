@@ -159,12 +159,9 @@ impl<'a> Stage<'a> {
         settings: &'a RenderSettings,
         observer: &'a dyn RenderObserver,
     ) -> Self {
-        let pixels = f64::from(view.size.0) * f64::from(view.size.1);
-        let scale = (PIXELS / pixels).sqrt().min(1.0);
-        let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
-        let size = (side(view.size.0), side(view.size.1));
+        let (scene, size) = view.scene.reduced(view.size, PIXELS);
         Self {
-            scene: view.scene.on_film(view.size, size),
+            scene,
             size,
             view,
             threads,

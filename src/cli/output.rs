@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::render::{Predicted, Progress, RenderObserver};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -23,8 +23,8 @@ const BAR_LENGTH: u64 = 1000;
 /// Shows progress and passes Ctrl-C on.
 pub struct Watcher {
     display: Display,
-    /// Whether it was said when an error will be reached.
-    has_predicted: AtomicBool,
+    /// How well it was said when an error will be reached: not at all, roughly, by a whole pilot.
+    predicted: AtomicU8,
     interrupted: Arc<AtomicBool>,
 }
 
@@ -50,7 +50,7 @@ impl Watcher {
         .map_err(|error| Error::render("cannot watch for Ctrl-C").because(error))?;
         Ok(Self {
             display: Display::new(mode),
-            has_predicted: AtomicBool::new(false),
+            predicted: AtomicU8::new(0),
             interrupted,
         })
     }
@@ -114,8 +114,13 @@ impl Watcher {
 
 /// When an error will be reached, by what the pilot told.
 fn describe_prediction(predicted: &Predicted) -> String {
+    let about = if predicted.is_rough {
+        "very roughly"
+    } else {
+        "about"
+    };
     format!(
-        "after {} spp the error is below {}; what is asked for takes about {} spp, {}",
+        "after {} spp the error is below {}; what is asked for takes {about} {} spp, {}",
         predicted.pilot,
         format_percent(predicted.error),
         predicted.spp,
@@ -129,10 +134,11 @@ impl RenderObserver for Watcher {
     }
 
     fn progress(&self, progress: &Progress) {
-        if let Some(predicted) = &progress.predicted
-            && !self.has_predicted.swap(true, Ordering::Relaxed)
-        {
-            self.note(&describe_prediction(predicted));
+        if let Some(predicted) = &progress.predicted {
+            let how_well = if predicted.is_rough { 1 } else { 2 };
+            if self.predicted.fetch_max(how_well, Ordering::Relaxed) < how_well {
+                self.note(&describe_prediction(predicted));
+            }
         }
         self.show(progress.fraction, || describe(progress));
     }

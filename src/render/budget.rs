@@ -17,6 +17,12 @@ const LARGEST_PASS: u64 = 64;
 /// Samples per pixel after which the error is estimated for the first and for the second time: what the pilot tells.
 const PILOT: [u64; 2] = [16, 64];
 
+/// A pilot is one in so many of the samples that it foresees: a shorter one would carry the power law too far.
+const SHARE_OF_PILOT: u64 = 4;
+
+/// Looks whose samples differ by this factor tell the power with which the error falls: nearer ones differ by their noise.
+const APART: f64 = 4.0;
+
 /// An error falls at least as the root of the samples does ...
 const SLOWEST: f64 = 0.5;
 /// ... and hardly faster than this power of them.
@@ -32,6 +38,8 @@ pub struct Forecast {
     pub spp: u64,
     /// The error so far, as [`ErrorEstimate::upper_bound`].
     pub error: f64,
+    /// Whether the samples so far are too few for a pilot of that many.
+    pub is_rough: bool,
 }
 
 /// Decides on passes as time goes by.
@@ -45,8 +53,8 @@ pub struct PassPlanner {
     spp: u64,
     /// Where the error is looked at next.
     next_look: u64,
-    /// The last look: what the samples were worth, and the estimated error.
-    last_look: Option<(f64, f64)>,
+    /// All looks: what the samples were worth, and the estimated error.
+    looks: Vec<(f64, f64)>,
     forecast: Option<Forecast>,
     is_reached: bool,
 }
@@ -60,7 +68,7 @@ impl PassPlanner {
             begun: 0,
             spp: 0,
             next_look: PILOT[0],
-            last_look: None,
+            looks: Vec::new(),
             forecast: None,
             is_reached: false,
         }
@@ -80,7 +88,7 @@ impl PassPlanner {
         self.spp
     }
 
-    /// When the error that is asked for is thought to be reached, once the pilot is done.
+    /// When the error that is asked for is thought to be reached, by the last look.
     pub fn forecast(&self) -> Option<Forecast> {
         self.forecast
     }
@@ -116,8 +124,10 @@ impl PassPlanner {
             return;
         };
         let worth = allocation.map_or(self.spp as f64, |allocation| allocation.worth(self.spp));
-        let (now, before) = ((worth, error.rel_rmse), self.last_look);
-        self.last_look = Some(now);
+        let now = (worth, error.rel_rmse);
+        let far = self.looks.iter().rfind(|look| APART * look.0 <= worth);
+        let before = far.or(self.looks.first()).copied();
+        self.looks.push(now);
         let is_pilot = self.spp < PILOT[1];
         if error.upper_bound <= target.rel_rmse && !is_pilot {
             self.is_reached = true;
@@ -134,6 +144,7 @@ impl PassPlanner {
         self.forecast = Some(Forecast {
             spp: needed,
             error: error.upper_bound,
+            is_rough: needed > SHARE_OF_PILOT * self.spp,
         });
         self.next_look = needed.min(2 * self.spp);
     }
@@ -321,7 +332,9 @@ mod tests {
                     uncalibrated_fraction: 0.0,
                 };
                 planner.looked(target, Some(estimate), None);
-                first = first.or(planner.forecast());
+                first = first
+                    .filter(|it: &Forecast| !it.is_rough)
+                    .or(planner.forecast());
             }
         }
         assert!(planner.is_reached());
@@ -341,6 +354,7 @@ mod tests {
                 );
                 assert!(looks.len() < 20, "{looks:?}");
                 if let Some(forecast) = forecast {
+                    assert!(!forecast.is_rough, "{target} {power}");
                     let ratio = forecast.spp as f64 / spp as f64;
                     assert!((0.99..1.01).contains(&ratio), "{target} {power}: {ratio}");
                 }

@@ -273,7 +273,8 @@ impl Run<'_> {
                     planner.looked(target, estimate, dealer.allocation());
                 }
                 let elapsed = self.start.elapsed();
-                shown.predicted = shown.predicted.or(Predicted::by(&planner, elapsed));
+                let pilots = shown.predicted.filter(|predicted| !predicted.is_rough);
+                shown.predicted = pilots.or(Predicted::by(&planner, elapsed));
                 shown.rel_rmse = estimate.map(|error| error.rel_rmse);
                 last_look = Instant::now();
             }

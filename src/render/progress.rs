@@ -21,7 +21,7 @@ pub struct Progress {
     pub fraction: f64,
     /// Estimated root of relMSE, once it can be told.
     pub rel_rmse: Option<f64>,
-    /// What the pilot told of the error that is asked for.
+    /// What the pilot told of the error that is asked for, roughly at first.
     pub predicted: Option<Predicted>,
 }
 
@@ -36,6 +36,8 @@ pub struct Predicted {
     pub spp: u64,
     /// Time in all.
     pub time: Duration,
+    /// Whether the pilot was so short that another forecast will take the place of this one.
+    pub is_rough: bool,
 }
 
 impl Predicted {
@@ -48,6 +50,7 @@ impl Predicted {
             error: forecast.error,
             spp: forecast.spp,
             time: elapsed.mul_f64(1.0 + still / planner.new_spp()),
+            is_rough: forecast.is_rough,
         })
     }
 }

@@ -25,6 +25,9 @@ const LEVELS: [(f64, f64); 5] = [
     (0.99, 0.01),
 ];
 
+/// Standard deviations that the share of a few intervals may be off by: each of the five levels by chance once in a thousand.
+const SIGMAS: f64 = 3.3;
+
 /// Settings with error bars.
 pub fn settings(
     scene: &SceneDescription,
@@ -90,21 +93,18 @@ impl Coverage {
         self.counts[1] as f64 / (self.counts[0] + self.counts[1]) as f64
     }
 
-    /// Whether the intervals of unflagged pixels hold the truth as often as they say: which one does not.
+    /// Whether the intervals of unflagged pixels hold the truth as often as they say, or within what chance does to so few of
+    /// them: which one does not.
     pub fn miscalibrated(&self) -> Option<String> {
-        self.miscalibrated_beyond(1.0)
-    }
-
-    /// The same where shares may be off by so many times as much, as there are fewer intervals.
-    pub fn miscalibrated_beyond(&self, times: f64) -> Option<String> {
-        LEVELS
-            .into_iter()
-            .enumerate()
-            .find_map(|(level, (confidence, tolerance))| {
-                let share = self.share(0, level);
-                let is_off = self.counts[0] > 0 && (share - confidence).abs() > times * tolerance;
-                is_off.then(|| format!("{share} of intervals at {confidence}"))
-            })
+        let count = self.counts[0] as f64;
+        let is_off = |(level, (confidence, tolerance)): &(usize, (f64, f64))| {
+            let sigma = (confidence * (1.0 - confidence) / count).sqrt();
+            let off = (self.share(0, *level) - confidence).abs();
+            count > 0.0 && off > tolerance.max(SIGMAS * sigma)
+        };
+        let (level, (confidence, _)) = LEVELS.into_iter().enumerate().find(is_off)?;
+        let share = self.share(0, level);
+        Some(format!("{share} of {count} intervals at {confidence}"))
     }
 }
 

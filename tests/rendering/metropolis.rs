@@ -139,5 +139,5 @@ fn bars_that_are_trusted_cover_as_often_as_they_say() {
     assert!(few.flagged() > 0.9, "{}", few.flagged());
     assert!(many.flagged() < 0.8, "{}", many.flagged());
     // Some 700 intervals, of which neighbours move together.
-    assert_eq!(many.miscalibrated_beyond(2.0), None);
+    assert_eq!(many.miscalibrated(), None);
 }

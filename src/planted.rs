@@ -58,6 +58,11 @@ pub const PLANTED: &[Planted] = &[
         "tracing::rays::a_segment_sees_an_occluder_right_before_the_light_but_not_the_light",
     ),
     bug(
+        "points-exact",
+        "shadow rays to a point light end where it is, as if a surface through it were not rounded",
+        "tracing::rays::a_surface_through_a_point_light_hides_it_from_neither_side",
+    ),
+    bug(
         "balance-heuristic",
         "weights are of the first power of the densities instead of the second",
         "lib::sampling::mis::tests::twice_the_density_counts_four_times",
@@ -356,6 +361,11 @@ pub const PLANTED: &[Planted] = &[
         "brightness-of-what-chains-see",
         "the brightness is the mean over those points alone that a chain may walk through",
         "rendering::metropolis::it_agrees_with_path_in_every_part_of_six_scenes",
+    ),
+    bug(
+        "missed-light-is-no-error",
+        "auto goes by the spread of path's pictures alone, which lack light that it hardly meets",
+        "lib::render::auto::pilot::tests::light_that_path_never_meets_counts_as_its_error",
     ),
     bug(
         "strategies-have-uneven-shares",

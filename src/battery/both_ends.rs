@@ -8,7 +8,7 @@
 use super::case::{Case, Effort};
 use super::claim::Claim;
 use super::closed_forms::rectangle_below;
-use super::lamps::{distant, floor, point, reflected};
+use super::lamps::{distant, floor, point, reflected, square_through};
 use super::staging::{
     Look, SIZE, bounces, diffuse, light, looking, mean, mirror, rectangle, see_again, shape, sky,
     sphere,
@@ -157,6 +157,9 @@ fn lit_floors() -> Vec<(&'static str, SceneDescription, f64)> {
         scene.shapes.push(shape(lamp, 1.0));
         scene
     };
+    let mut in_a_square = floor(3.0, [point(position, 4.0)]);
+    let square = square_through(position, 0.05);
+    in_a_square.shapes.push(shape(square, 0.0));
     let ball = sphere(DVec3::Y, 0.5);
     let disk = GeometryDescription::Disk {
         center: 2.0 * DVec3::Y,
@@ -167,6 +170,11 @@ fn lit_floors() -> Vec<(&'static str, SceneDescription, f64)> {
         (
             "a point",
             floor(3.0, [point(position, 4.0)]),
+            reflected(4.0 * cos / d2),
+        ),
+        (
+            "a point in a square's plane",
+            in_a_square,
             reflected(4.0 * cos / d2),
         ),
         ("a spot", floor(3.0, [spot]), reflected(4.0 * cos / d2)),

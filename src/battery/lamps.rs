@@ -116,6 +116,16 @@ pub fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDe
     scene
 }
 
+/// A small square that a light at `position` is in, as one in a ceiling is: on which side rounding puts it says nothing.
+pub fn square_through(position: DVec3, tilt: f64) -> GeometryDescription {
+    let (u, v) = (
+        DVec3::new(0.4, tilt, 0.02),
+        DVec3::new(0.03, -0.7 * tilt, 0.4),
+    );
+    let corner = position - 0.37 * u - 0.61 * v;
+    rectangle(corner.into(), u.into(), v.into())
+}
+
 /// The radiance of the floor for an irradiance.
 pub fn reflected(irradiance: f64) -> f64 {
     0.5 / PI * irradiance
@@ -249,6 +259,16 @@ fn delta_lights() -> Vec<Case> {
                 scaled(scale, distant(-3.0 * position(scale), 7.0)),
             ),
         ]);
+    }
+    for tilt in [0.0, 0.05, -0.11] {
+        let mut scene = floor(3.0, [point(position(1.0), 4.0)]);
+        let square = square_through(position(1.0), tilt);
+        scene.shapes.push(shape(square, 0.0));
+        cases.push(seen(
+            format!("point in a square's plane, tilt {tilt}"),
+            Claim::without_noise(reflected(4.0 * cos / d2), 3e-4),
+            scene,
+        ));
     }
     let both = [point(position(1.0), 4.0), distant(DVec3::NEG_Y, 2.0)];
     cases.push(Case::seen(

@@ -4,6 +4,7 @@
 //! Range: hits are searched in (t_min, t_max]; both are at least 0.
 //! Source: pbrt, "Rays". Tested through every tracing test.
 
+use super::robust::reach_of_point;
 use super::vec::{ONE_MINUS_EPSILON, Vec3};
 use crate::planted::planted;
 
@@ -40,6 +41,19 @@ impl Ray {
             dir: b - a,
             t_min: 0.0,
             t_max: planted!("shadow-ray-cut-short", 1.0 - 1e-3, ONE_MINUS_EPSILON),
+        }
+    }
+
+    /// The segment from `a` to a point `b` in free space. What lies at `b` does not count as far as rounding can tell: a
+    /// surface through `b` may else be met before it or not, as chance will have it.
+    #[inline]
+    pub fn to_point(a: Vec3, b: Vec3) -> Self {
+        let segment = Self::between(a, b);
+        let reach = reach_of_point(a) + reach_of_point(b);
+        let open = planted!("points-exact", 0.0, reach / segment.dir.length());
+        Self {
+            t_max: segment.t_max - open,
+            ..segment
         }
     }
 

@@ -41,6 +41,14 @@ pub fn offset_point(p: Vec3, error: Vec3, n: Vec3) -> Vec3 {
     )
 }
 
+/// How far a surface through a point in free space may seem to be from it: the point and the surface are rounded, and so is
+/// what a ray query makes of both. A bound but for surfaces much larger than the point is far from the origin, and for rays
+/// that graze them.
+#[inline]
+pub fn reach_of_point(p: Vec3) -> f32 {
+    gamma(8) * p.abs().element_sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

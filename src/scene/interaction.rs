@@ -135,7 +135,7 @@ impl<E: Effects> Interaction<E> {
                 };
                 Ray::between(from, offset_point(other.p, error, facing))
             }
-            LightEnd::Point(point) => Ray::between(from, *point),
+            LightEnd::Point(point) => Ray::to_point(from, *point),
             LightEnd::Infinity => Ray::new(from, w),
         }
     }

@@ -217,6 +217,44 @@ fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
     }
 }
 
+/// Where the light of a lamp in a ceiling is, rounding decides.
+#[test]
+fn a_surface_through_a_point_light_hides_it_from_neither_side() {
+    let mut rng = TestRng::new(11);
+    let mut met = 0;
+    for round in 0..200 {
+        let light = point(&mut rng);
+        let [u, v] = [0, 1].map(|_| direction(&mut rng));
+        let normal = u.cross(v).normalize();
+        let [s, t] = [0, 1].map(|_| 0.2 + 0.3 * rng.uniform());
+        let corner = light - s * u - t * v;
+        let around = Geometry::Mesh(Mesh::new(
+            vec![corner, corner + u, corner + v],
+            vec![],
+            vec![],
+            vec![[0, 1, 2]],
+        ));
+        for (name, accel) in every_accel(&standing(vec![around])) {
+            for _ in 0..20 {
+                let from = point(&mut rng);
+                // Seen flat, the surface's rounding is as long as its cosine is small.
+                if (from - light).normalize().dot(normal).abs() < 0.3 {
+                    continue;
+                }
+                assert!(
+                    !accel.occluded(&Ray::to_point(from, light), 0.0),
+                    "{name}, round {round}: {from} {light}"
+                );
+                // Behind the surface by much more than rounding, it is hidden.
+                let behind = light + 1e-4 * (light - from);
+                assert!(accel.occluded(&Ray::to_point(from, behind), 0.0), "{name}");
+                met += 1;
+            }
+        }
+    }
+    assert!(met > 5000, "{met}");
+}
+
 /// The end of a segment is rounded as its length is: a small light about the origin is exact, a ray from afar is not.
 #[test]
 fn a_long_segment_does_not_end_on_its_light() {

@@ -31,7 +31,7 @@ use crate::light::types::{EmissionSample, LightEnd};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
-use crate::math::robust::offset_point;
+use crate::math::robust::{offset_point, reach_of_point};
 use crate::math::vec::{Vec2, Vec3};
 use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
@@ -234,7 +234,8 @@ fn beginning(sample: &EmissionSample) -> Vec3 {
             let side = if leaves_above { point.ng } else { -point.ng };
             offset_point(point.p, point.error, side)
         }
-        LightEnd::Point(_) | LightEnd::Infinity => sample.origin,
+        LightEnd::Point(point) => *point + reach_of_point(*point) * sample.direction,
+        LightEnd::Infinity => sample.origin,
     }
 }
 

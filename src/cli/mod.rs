@@ -99,6 +99,13 @@ fn manual(verb: Option<&str>) -> crate::Result<Outcome> {
     print(&text)
 }
 
+/// The command as it was given, by the program's name.
+fn command_line() -> String {
+    let words = std::env::args().skip(1);
+    let words: Vec<String> = ["etendue".to_owned()].into_iter().chain(words).collect();
+    words.join(" ")
+}
+
 /// Writes to standard output. A reader that has gone away, as in `| head`, is no failure.
 fn print(text: &[u8]) -> crate::Result<Outcome> {
     let mut stdout = std::io::stdout().lock();

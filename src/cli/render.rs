@@ -11,17 +11,17 @@ use super::output::Watcher;
 use super::recommendation::sentence;
 use super::settings::wishes;
 use super::stats::Times;
-use super::{Outcome, replay};
+use super::{Outcome, command_line, replay};
 use crate::error::{Error, Result};
 use crate::film::ErrorEstimate;
 use crate::film::filter::Filter;
 use crate::film::splats::Strategy;
-use crate::image::atomic::check_creatable;
+use crate::image::atomic::{check_creatable, make_folder};
 use crate::image::{self, LayeredImage, MetadataValue, WriteOptions};
 use crate::integrator::kind::IntegratorKind;
 use crate::render::{RenderObserver, Rendered, Threads, View, strategies};
 use crate::scene::load;
-use crate::session::Session;
+use crate::session::{Rendering, Session};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -58,21 +58,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         settings: &settings,
         auto: recommendation.as_ref(),
     };
-    if !arguments.quiet {
-        if let Some(recommendation) = &recommendation {
-            eprintln!("{}", sentence(recommendation));
-        }
-        let bias = settings.integrator.bias(session.scene().effects);
-        for note in session.notes().chain(bias.as_deref()) {
-            eprintln!("note: {note}");
-        }
-        if arguments.denoise.is_some() && arguments.error.is_some() {
-            eprintln!("note: the error asked for is that of the picture before it is filtered");
-        }
-    }
-    if arguments.verbose {
-        eprint!("{}", job.summary());
-    }
+    announce(&job, &session);
     if arguments.bdpt_strategies.is_some() {
         strategies::check(&settings)?;
     }
@@ -91,33 +77,65 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     let ended = rendering.go_on(&session, settings.budget, &watcher);
     watcher.finish();
     ended?;
-    let rendered = rendering.rendered();
-
-    let mut times = Times {
+    let times = Times {
         load: loaded.as_secs_f64(),
         build: build_time.as_secs_f64(),
-        render: rendered.elapsed.as_secs_f64(),
         ..Times::default()
     };
+    finish(&job, &session, &rendering, &outputs, times, start)
+}
+
+/// Says what is to be known before the first sample.
+fn announce(job: &Job<'_>, session: &Session) {
+    let arguments = job.arguments;
+    if !arguments.quiet {
+        if let Some(recommendation) = job.auto {
+            eprintln!("{}", sentence(recommendation));
+        }
+        let bias = job.settings.integrator.bias(job.scene.effects);
+        for note in session.notes().chain(bias.as_deref()) {
+            eprintln!("note: {note}");
+        }
+        if arguments.denoise.is_some() && arguments.error.is_some() {
+            eprintln!("note: the error asked for is that of the picture before it is filtered");
+        }
+    }
+    if arguments.verbose {
+        eprint!("{}", job.summary());
+    }
+}
+
+/// Filters, writes and reports what was rendered. `times` has what it took before, from `start` on.
+fn finish(
+    job: &Job<'_>,
+    session: &Session,
+    rendering: &Rendering,
+    outputs: &[PathBuf],
+    mut times: Times,
+    start: Instant,
+) -> Result<Outcome> {
+    let arguments = job.arguments;
+    let rendered = rendering.rendered();
+    times.render = rendered.elapsed.as_secs_f64();
     let error = rendering.error(arguments.confidence);
-    let picture = match settings.bars {
-        true => rendering.layered(&session)?,
+    let picture = match job.settings.bars {
+        true => rendering.layered(session)?,
         false => LayeredImage::from(rendering.image()),
     };
     let denoised = arguments
         .denoise
-        .map(|filter| Denoised::new(filter, &picture, settings.threads))
+        .map(|filter| Denoised::new(filter, &picture, job.settings.threads))
         .transpose()?;
     times.denoise = denoised.as_ref().map_or(0.0, |it| it.elapsed.as_secs_f64());
     let writing = Instant::now();
     let metadata = job.metadata(rendered, error.as_ref(), denoised.as_ref());
-    job.write(&outputs, picture, denoised.as_ref(), metadata)?;
+    job.write(outputs, picture, denoised.as_ref(), metadata)?;
     if let Some(folder) = &arguments.bdpt_strategies {
         job.write_strategies(folder, session.filter())?;
     }
     times.write = writing.elapsed().as_secs_f64();
     times.total = start.elapsed().as_secs_f64();
-    job.report(&outputs, rendered, error, denoised.as_ref(), times)
+    job.report(outputs, rendered, error, denoised.as_ref(), times)
 }
 
 /// Whether all that comes after the last sample can be done.
@@ -175,8 +193,7 @@ impl Job<'_> {
 
     /// What each strategy contributes, as two pictures.
     fn write_strategies(&self, folder: &Path, filter: &Filter) -> Result<()> {
-        std::fs::create_dir_all(folder)
-            .map_err(|error| Error::io("cannot make the folder", folder, error))?;
+        make_folder(folder)?;
         let view = View {
             scene: self.scene,
             filter,
@@ -206,7 +223,6 @@ impl Job<'_> {
             none if none.is_empty() => "none".to_owned(),
             all => all.join("; "),
         };
-        let command: Vec<String> = std::env::args().collect();
         let mut metadata = vec![
             (
                 "version",
@@ -223,7 +239,7 @@ impl Job<'_> {
                 MetadataValue::Real(rendered.elapsed.as_secs_f64()),
             ),
             ("bias", text(&bias)),
-            ("command", text(&command.join(" "))),
+            ("command", text(&command_line())),
         ];
         let error = match denoised {
             Some(denoised) => denoised.filtered.error.map(|error| error.after),

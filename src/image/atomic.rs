@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all: written beside their place, then renamed.
+//! Files that appear whole or not at all: written beside their place, then renamed. And the folders for them.
 //!
 //! Measure: none.
 //! Range: any path in an existing folder that can be written to. On failure an old file stays as it was, and nothing new
@@ -32,6 +32,12 @@ pub fn write_atomically(
 /// Replaces the file at `path` by `text`.
 pub fn write_text(path: &Path, text: &str) -> Result<()> {
     write_atomically(path, |writer| writer.write_all(text.as_bytes()))
+}
+
+/// Makes a folder, and those that it is in, where they are not there yet.
+pub fn make_folder(folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Error::io("cannot make the folder", folder, error))
 }
 
 /// Whether [`write_atomically`] could write to `path` now.

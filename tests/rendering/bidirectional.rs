@@ -39,7 +39,7 @@ pub fn settings(scene: &SceneDescription, integrator: IntegratorKind, spp: u64) 
 }
 
 /// The moments over several renders of each block, row by row, and last of the whole picture: for each channel.
-pub fn seen(scene: &SceneDescription, settings: &RenderSettings) -> Vec<[Moments; 3]> {
+fn seen(scene: &SceneDescription, settings: &RenderSettings) -> Vec<[Moments; 3]> {
     let ready = ready(scene, Backend::ALL[0]);
     let mut blocks = vec![[Moments::default(); 3]; (BLOCKS * BLOCKS + 1) as usize];
     for seed in 0..RENDERS {
@@ -72,7 +72,7 @@ pub fn seen(scene: &SceneDescription, settings: &RenderSettings) -> Vec<[Moments
 
 /// Welch's test of every block and channel, of some three thousand in this file. The standard error of the whole has to be
 /// below `power` of it.
-pub fn assert_same(what: &str, a: &[[Moments; 3]], b: &[[Moments; 3]], power: f64) {
+fn assert_same(what: &str, a: &[[Moments; 3]], b: &[[Moments; 3]], power: f64) {
     let significance = sidak(1e-4, 6000);
     for (block, (a, b)) in a.iter().zip(b).enumerate() {
         for (channel, (a, b)) in a.iter().zip(b).enumerate() {
@@ -113,15 +113,11 @@ pub fn assert_same(what: &str, a: &[[Moments; 3]], b: &[[Moments; 3]], power: f6
     );
 }
 
-/// Both integrators on a scene, with so many samples a pixel of each in each render.
-fn compare(what: &str, scene: &SceneDescription, [bidirectional, path]: [u64; 2], power: f64) {
-    compare_limited(what, scene, [bidirectional, path], power, None);
-}
-
-fn compare_limited(
+/// An integrator and `path` on a scene, with so many samples a pixel of each in each render.
+pub fn compare_with_path(
     what: &str,
     scene: &SceneDescription,
-    [bidirectional, path]: [u64; 2],
+    (integrator, [spp, spp_of_path]): (IntegratorKind, [u64; 2]),
     power: f64,
     max_bounces: Option<u32>,
 ) {
@@ -133,9 +129,25 @@ fn compare_limited(
         };
         seen(scene, &settings)
     };
-    let a = see(IntegratorKind::Bidirectional, bidirectional, 100);
-    let b = see(IntegratorKind::Path, path, 200);
+    let a = see(integrator, spp, 100);
+    let b = see(IntegratorKind::Path, spp_of_path, 200);
     assert_same(what, &a, &b, power);
+}
+
+/// The same of bidirectional path tracing, without a limit of bounces.
+fn compare(what: &str, scene: &SceneDescription, spp: [u64; 2], power: f64) {
+    compare_limited(what, scene, spp, power, None);
+}
+
+fn compare_limited(
+    what: &str,
+    scene: &SceneDescription,
+    spp: [u64; 2],
+    power: f64,
+    max_bounces: Option<u32>,
+) {
+    let both = (IntegratorKind::Bidirectional, spp);
+    compare_with_path(what, scene, both, power, max_bounces);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Metropolis light transport has the mean of path tracing, from the first step of the shortest chain on, and the error that it
 //! says.
 
-use super::bidirectional::{assert_same, seen, settings};
+use super::bidirectional::{compare_with_path, settings};
 use crate::common::error_bars::Coverage;
 use crate::common::furnished::{glass, glossy, matte, outside, small_light};
 use crate::common::room::room;
@@ -17,21 +17,12 @@ use etendue::scene::description::SceneDescription;
 fn compare(
     what: &str,
     scene: &SceneDescription,
-    [steps, path]: [u64; 2],
+    spp: [u64; 2],
     power: f64,
     max_bounces: Option<u32>,
 ) {
-    let see = |integrator, spp, seed| {
-        let settings = RenderSettings {
-            seed,
-            max_bounces,
-            ..settings(scene, integrator, spp)
-        };
-        seen(scene, &settings)
-    };
-    let a = see(IntegratorKind::Metropolis, steps, 500);
-    let b = see(IntegratorKind::Path, path, 600);
-    assert_same(what, &a, &b, power);
+    let chains = (IntegratorKind::Metropolis, spp);
+    compare_with_path(what, scene, chains, power, max_bounces);
 }
 
 #[test]

@@ -12,12 +12,12 @@ mod tables;
 use super::args::{BatteryArguments, ProgressMode};
 use super::durations::format_duration;
 use super::output::{Watcher, time_left};
-use super::{Outcome, print};
+use super::{Outcome, command_line, print};
 use crate::battery::case::{Case, Effort};
 use crate::battery::report::{BatteryReport, CaseReport};
 use crate::battery::{BatteryObserver, BatterySettings, cases, run as run_cases};
 use crate::error::{Error, Result};
-use crate::image::atomic::{check_creatable, write_text};
+use crate::image::atomic::{check_creatable, make_folder, write_text};
 use crate::math::verdict::Verdict;
 use crate::render::RenderObserver;
 use crate::render::settings::available_threads;
@@ -90,13 +90,11 @@ fn seconds_since_1970() -> u64 {
 
 /// The command that repeats what is done, also where the seed was not given.
 fn command(settings: &BatterySettings, has_seed: bool) -> String {
-    let words = std::env::args().skip(1);
-    let words: Vec<String> = ["etendue".to_owned()].into_iter().chain(words).collect();
     let seed = match settings.effort {
         Effort::Full if !has_seed => format!(" --seed {}", settings.seed),
         _ => String::new(),
     };
-    words.join(" ") + &seed
+    command_line() + &seed
 }
 
 /// The cases of the rows that are asked for, or all of them.
@@ -150,8 +148,7 @@ struct Files {
 impl Files {
     /// Makes the folder, and sees to it that both files can be written before anything is measured.
     fn new(folder: &Path, command: String) -> Result<Self> {
-        std::fs::create_dir_all(folder)
-            .map_err(|error| Error::io("cannot make the folder", folder, error))?;
+        make_folder(folder)?;
         let files = Self {
             json: folder.join("battery.json"),
             html: folder.join("battery.html"),

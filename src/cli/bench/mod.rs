@@ -19,13 +19,13 @@ use super::args::{BenchArguments, ProgressMode};
 use super::durations::format_duration;
 use super::keeper::Keeper;
 use super::output::Watcher;
-use super::{Outcome, print};
+use super::{Outcome, command_line, print};
 use crate::accel::Backend;
 use crate::bench::report::BenchReport;
 use crate::bench::settings::{BenchObserver, BenchSettings};
 use crate::bench::target::Target;
-use crate::error::{Error, Result};
-use crate::image::atomic::{check_creatable, write_text};
+use crate::error::Result;
+use crate::image::atomic::{check_creatable, make_folder, write_text};
 use crate::render::settings::available_threads;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -111,14 +111,11 @@ impl Files {
     /// Makes the folder, and sees to it that both files can be written before anything is measured.
     fn new(arguments: &BenchArguments) -> Result<Self> {
         let folder = &arguments.out;
-        std::fs::create_dir_all(folder)
-            .map_err(|error| Error::io("cannot make the folder", folder, error))?;
-        let words = std::env::args().skip(1);
-        let command: Vec<String> = ["etendue".to_owned()].into_iter().chain(words).collect();
+        make_folder(folder)?;
         let files = Self {
             json: folder.join("bench.json"),
             html: folder.join("bench.html"),
-            command: command.join(" "),
+            command: command_line(),
         };
         check_creatable(&files.json)?;
         check_creatable(&files.html)?;

@@ -17,7 +17,7 @@ use super::durations::format_duration;
 use super::output::{Watcher, time_left};
 use super::{Outcome, print};
 use crate::error::{Error, Result};
-use crate::image::atomic::{check_creatable, write_text};
+use crate::image::atomic::{check_creatable, make_folder, write_text};
 use crate::lesson::page::Page;
 use crate::lesson::topic::{LessonObserver, Settings, Topic};
 use crate::lesson::{self, TOPICS};
@@ -111,8 +111,7 @@ impl<'a> Site<'a> {
     /// Makes the folder, and sees to it that every page can be written before anything is measured.
     fn new(arguments: &'a LessonArguments, topics: &'a [Topic]) -> Result<Self> {
         let folder = &arguments.out;
-        std::fs::create_dir_all(folder)
-            .map_err(|error| Error::io("cannot make the folder", folder, error))?;
+        make_folder(folder)?;
         let site = Self { arguments, topics };
         for topic in topics {
             check_creatable(&site.file(topic))?;

@@ -19,11 +19,11 @@ use super::durations::format_duration;
 use super::keeper::Keeper;
 use super::output::Watcher;
 use super::plan::small;
-use super::{Outcome, print};
+use super::{Outcome, command_line, print};
 use crate::bench::machine::machine;
 use crate::bench::report::Machine;
 use crate::error::{Error, Result};
-use crate::image::atomic::{check_creatable, write_text};
+use crate::image::atomic::{check_creatable, make_folder, write_text};
 use crate::integrator::kind::IntegratorKind;
 use crate::render::settings::{RenderSettings, SamplerKind};
 use crate::render::wishes::refuse_endless;
@@ -146,17 +146,14 @@ impl Files {
     /// Makes the folder, and sees to it that all files can be written before anything is measured.
     fn new(arguments: &StudyArguments) -> Result<Self> {
         let folder = &arguments.out;
-        std::fs::create_dir_all(folder)
-            .map_err(|error| Error::io("cannot make the folder", folder, error))?;
-        let words = std::env::args().skip(1);
-        let command: Vec<String> = ["etendue".to_owned()].into_iter().chain(words).collect();
+        make_folder(folder)?;
         let files = Self {
             json: folder.join("study.json"),
             csv: folder.join("study.csv"),
             html: folder.join("study.html"),
             folder: folder.clone(),
             machine: machine(),
-            command: command.join(" "),
+            command: command_line(),
         };
         for file in [&files.json, &files.csv, &files.html] {
             check_creatable(file)?;

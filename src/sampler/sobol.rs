@@ -52,15 +52,21 @@ impl Sampler for Sobol {
     #[inline]
     fn draw<const N: usize>(&mut self, decision: Decision) -> [f32; N] {
         const { assert!(N <= DIMENSIONS) };
-        let seed = hash::combine(self.sequence_seed, decision.slot());
+        let seed = hash::split(self.sequence_seed, decision.slot());
+        // Two seeds from each word; the first one is for the order.
+        let half = |index: u64| {
+            let word = match index / 2 {
+                0 => seed,
+                step => hash::split(seed, step),
+            };
+            (word >> (32 * (index % 2))) as u32
+        };
         // Scrambling the order of the points decorrelates this decision from all others.
-        let order_seed = planted!("sobol-order-shared", self.sequence_seed, seed) as u32;
+        let order_seed = planted!("sobol-order-shared", self.sequence_seed as u32, half(0));
         let reversed_index = scramble_reversed(self.reversed_index, order_seed);
         let reversed_points = sobol_reversed(reversed_index);
         std::array::from_fn(|d| {
-            // Two seeds from each hash.
-            let digit_seed = (hash::combine(seed, d as u64 / 2) >> (32 * (d % 2))) as u32;
-            let scrambled = scramble_reversed(reversed_points[d], digit_seed);
+            let scrambled = scramble_reversed(reversed_points[d], half(1 + d as u64));
             to_unit(scrambled.reverse_bits())
         })
     }

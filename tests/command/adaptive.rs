@@ -24,7 +24,7 @@ fn greed_is_labelled_as_biased_everywhere_and_two_phases_are_not() {
     let flags = "-o a.exr --stats a.json --progress none";
     let greedy = succeed(
         &folder,
-        &format!("render a.toml --adaptive=greedy --error 50% --spp 64 {flags}"),
+        &format!("render a.toml --adaptive=greedy --error 50% --spp 512 {flags}"),
     );
     assert!(
         greedy.stderr.contains("biased by greedy"),

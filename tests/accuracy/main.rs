@@ -2,8 +2,8 @@
 //! seeds as it takes to know: `make accuracy`. It prints the tables of docs/accuracy.md.
 //!
 //! Measure: shares of intervals in percent; true errors as multiples of those asked for.
-//! Range: ACCURACY_SEEDS pictures of each case, an eighth as many of each error asked for; ends with a panic that names the
-//! cases that are off.
+//! Range: ACCURACY_SEEDS pictures of each case, an eighth as many of each error asked for, where the scene's name has
+//! ACCURACY_SCENES in it (default: all have); ends with a panic that names the cases that are off.
 //! Source: accuracy protocol of docs/accuracy.md. It is a program and no test, since it takes the better part of an hour.
 
 #[path = "../common/mod.rs"]
@@ -40,6 +40,12 @@ const TARGET_SCENES: [&str; 4] = [
 
 /// The seed of truths: no picture that is held against one has it.
 const SEED_OF_TRUTH: u64 = 1 << 32;
+
+/// Whether a scene is asked for.
+fn is_wanted(name: &str) -> bool {
+    let part = std::env::var("ACCURACY_SCENES").unwrap_or_default();
+    name.contains(&part)
+}
 
 fn main() {
     let seeds = std::env::var("ACCURACY_SEEDS");
@@ -88,7 +94,8 @@ fn closed_forms(seeds: u64, off: &mut Vec<String>) {
         ("disk", disk, 0.25),
         ("sphere", sphere, 0.125),
     ];
-    for (name, lamp, exact) in cases {
+    let wanted = cases.into_iter().filter(|(name, ..)| is_wanted(name));
+    for (name, lamp, exact) in wanted {
         let description = floor_below(lamp);
         let scene = ready(&description, Backend::ALL[0]);
         for sampler in SamplerKind::ALL {
@@ -111,7 +118,7 @@ fn closed_forms(seeds: u64, off: &mut Vec<String>) {
 
 /// Whole pictures, held against ones of many more samples.
 fn pictures(seeds: u64, off: &mut Vec<String>) {
-    for (name, spp_of_truth) in SCENES {
+    for (name, spp_of_truth) in SCENES.into_iter().filter(|(name, _)| is_wanted(name)) {
         let description = ours(name, (32, 32));
         let scene = ready(&description, Backend::ALL[0]);
         let truth = settings(
@@ -141,11 +148,11 @@ fn judge(case: &str, coverage: &Coverage, off: &mut Vec<String>) {
 
 /// Pictures that are rendered until an error is reached.
 fn targets(renders: u64, off: &mut Vec<String>) {
-    for name in TARGET_SCENES {
+    for name in TARGET_SCENES.into_iter().filter(|name| is_wanted(name)) {
         let description = ours(name, (16, 16));
         let scene = ready(&description, Backend::ALL[0]);
         let truth = settings(&description, SamplerKind::Sobol, SEED_OF_TRUTH, 1 << 18);
-        let truth = film(&scene, &description, &truth).develop();
+        let truth = film(&scene, &description, &truth);
         for rel_rmse in [0.05, 0.02, 0.01] {
             let kept = Kept::of(
                 (&scene, &description),

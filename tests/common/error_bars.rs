@@ -7,7 +7,6 @@
 use super::scene::film;
 use etendue::film::Film;
 use etendue::film::filter::Filter;
-use etendue::image::Image;
 use etendue::image::metrics::rel_mse;
 use etendue::math::stats::student_quantile;
 use etendue::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
@@ -140,13 +139,15 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// Renders with several seeds until the error is reached, and compares with the truth.
+    /// Renders with several seeds until the error is reached, and compares with the truth, whose own error is no part of theirs.
     pub fn of(
         (scene, description): (&Scene, &SceneDescription),
         (sampler, rel_rmse): (SamplerKind, f64),
         renders: u64,
-        truth: &Image,
+        truth: &Film,
     ) -> Self {
+        let of_truth = truth.error(0.95).expect("it has bars").rel_rmse;
+        let truth = truth.develop();
         let filter = Filter::new(&description.film.filter);
         let mut this = Self::default();
         for seed in 0..renders {
@@ -165,8 +166,8 @@ impl Kept {
             let rendered = render(scene, &filter, size, &settings, &Unwatched);
             let rendered = rendered.expect("the settings are valid");
             assert!(rendered.reached);
-            let error = rel_mse(&rendered.film.develop(), truth).expect("the same size");
-            let share = error.sqrt() / rel_rmse;
+            let apart = rel_mse(&rendered.film.develop(), &truth).expect("the same size");
+            let share = (apart - of_truth * of_truth).max(0.0).sqrt() / rel_rmse;
             this.renders += 1;
             this.kept += u64::from(share <= 1.0);
             this.sum += share;

@@ -8,7 +8,7 @@ use crate::common::error_bars::{Coverage, Kept, settings};
 use crate::common::room::{floor_below, with_metal_ball};
 use crate::common::scene::{film, ready, rectangle};
 use etendue::accel::Backend;
-use etendue::image::Image;
+use etendue::film::Film;
 use etendue::integrator::kind::IntegratorKind;
 use etendue::math::vec::DVec3;
 use etendue::render::settings::{RenderSettings, SamplerKind};
@@ -88,21 +88,22 @@ fn room_with_metal(roughness: f64) -> SceneDescription {
 }
 
 /// What the room with the roughest metal looks like; made once for all tests, since it takes half a minute.
-static MATTE_ROOM: LazyLock<Image> = LazyLock::new(|| truth(1.0, 1 << 15));
+static MATTE_ROOM: LazyLock<Film> = LazyLock::new(|| truth(1.0, 1 << 15));
 
 /// A picture of the room with so many samples.
-fn truth(roughness: f64, spp: u64) -> Image {
+fn truth(roughness: f64, spp: u64) -> Film {
     let description = room_with_metal(roughness);
     let scene = ready(&description, Backend::ALL[0]);
     let truth = settings(&description, SamplerKind::Sobol, 1000, spp);
-    film(&scene, &description, &truth).develop()
+    film(&scene, &description, &truth)
 }
 
 /// The coverage of 20 pictures of a room, given how rough its metal is and what it looks like.
-fn of_room(roughness: f64, truth: &Image, sampler: SamplerKind, spp: u64) -> Coverage {
+fn of_room(roughness: f64, truth: &Film, sampler: SamplerKind, spp: u64) -> Coverage {
     let description = room_with_metal(roughness);
     let scene = ready(&description, Backend::ALL[0]);
     let settings = settings(&description, sampler, 0, spp);
+    let truth = truth.develop();
     let mut coverage = Coverage::default();
     coverage.add_pictures((&scene, &description), &settings, 20, |index| {
         f64::from(truth.pixels()[index].to_array()[1])

@@ -51,8 +51,9 @@ impl Ray {
         let segment = Self::between(a, b);
         let reach = reach_of_point(a) + reach_of_point(b);
         let open = planted!("points-exact", 0.0, reach / segment.dir.length());
+        // Where both are one as far as rounding can tell, nothing is between them.
         Self {
-            t_max: segment.t_max - open,
+            t_max: (segment.t_max - open).max(0.0),
             ..segment
         }
     }

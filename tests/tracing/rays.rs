@@ -249,6 +249,10 @@ fn a_surface_through_a_point_light_hides_it_from_neither_side() {
                     !accel.occluded(&Ray::to_point(from, light), 0.0),
                     "{name}, round {round}: {from} {light}"
                 );
+                // Nor is it for who is right at it.
+                for near in [light, light.map(f32::next_up)] {
+                    assert!(!accel.occluded(&Ray::to_point(near, light), 0.0), "{name}");
+                }
                 // Behind the surface by much more than rounding, it is hidden.
                 let behind = light + 1e-4 * (light - from).normalize();
                 assert!(accel.occluded(&Ray::to_point(from, behind), 0.0), "{name}");

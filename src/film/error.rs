@@ -136,11 +136,12 @@ impl Film {
             })
             .collect();
         let unlit = self.unlit_among_lit();
+        let width = self.window.width as usize;
+        let about = counts_within(&doubtful, width, FAR);
+        let all = counts_within(&vec![true; doubtful.len()], width, FAR);
         let flags = (0..doubtful.len()).map(|index| {
-            let count = |is: &dyn Fn(usize) -> bool| {
-                self.around(index, FAR).filter(|&other| is(other)).count() as f64
-            };
-            let share = count(&|other| doubtful[other]) / count(&|_| true).max(1.0);
+            let others = about[index] - u32::from(doubtful[index]);
+            let share = f64::from(others) / f64::from(all[index] - 1).max(1.0);
             unlit[index] || doubtful[index] || share > MANY
         });
         Some(flags.collect())
@@ -249,18 +250,13 @@ impl Film {
     /// The pixels without light among whose neighbours, up to four pixels away, there is some.
     fn unlit_among_lit(&self) -> Vec<bool> {
         const REACH: usize = 4;
-        let (width, height) = (self.window.width as usize, self.window.height as usize);
-        let mut lit = vec![false; width * height];
+        let mut lit = vec![false; self.window.pixel_count() as usize];
         for (index, mean, _) in self.means() {
             lit[index] = mean != [0.0; 3];
         }
-        let mut near = lit.clone();
-        spread(&mut near, width, 1, REACH);
-        spread(&mut near, height, width, REACH);
-        lit.iter()
-            .zip(&near)
-            .map(|(lit, near)| !lit && *near)
-            .collect()
+        let near = counts_within(&lit, self.window.width as usize, REACH);
+        let unlit = lit.iter().zip(near).map(|(lit, near)| !lit && near > 0);
+        unlit.collect()
     }
 }
 
@@ -283,17 +279,31 @@ impl PixelEstimate {
     }
 }
 
-/// Spreads `true` by `reach` along one axis: `length` entries, `stride` apart.
-fn spread(mask: &mut [bool], length: usize, stride: usize, reach: usize) {
-    let lines = mask.len() / length;
-    for line in 0..lines {
+/// How many of the pixels of rows of `width` are set that are at most `reach` rows and columns away from each, itself included.
+fn counts_within(mask: &[bool], width: usize, reach: usize) -> Vec<u32> {
+    let counts = mask.iter().map(|&is| u32::from(is)).collect();
+    let counts = sums_along(counts, width, 1, reach);
+    sums_along(counts, mask.len() / width, width, reach)
+}
+
+/// The sums over `reach` entries on both sides of each, along lines of `length` entries that are `stride` apart.
+fn sums_along(counts: Vec<u32>, length: usize, stride: usize, reach: usize) -> Vec<u32> {
+    let mut sums = vec![0; counts.len()];
+    for line in 0..counts.len() / length {
         let start = if stride == 1 { line * length } else { line };
-        let before: Vec<bool> = (0..length).map(|i| mask[start + i * stride]).collect();
+        let at = |i: usize| start + i * stride;
+        let mut sum: u32 = (0..reach.min(length)).map(|i| counts[at(i)]).sum();
         for i in 0..length {
-            let around = i.saturating_sub(reach)..(i + reach + 1).min(length);
-            mask[start + i * stride] = before[around].contains(&true);
+            if i + reach < length {
+                sum += counts[at(i + reach)];
+            }
+            sums[at(i)] = sum;
+            if i >= reach {
+                sum -= counts[at(i - reach)];
+            }
         }
     }
+    sums
 }
 
 #[cfg(test)]
@@ -318,5 +328,20 @@ mod tests {
         }
         // The four pixels next to the lit one.
         assert_eq!(film.uncalibrated_fraction(), 0.2);
+    }
+
+    #[test]
+    fn counts_are_those_of_the_squares_about_each_pixel() {
+        let (width, height) = (13_usize, 9_usize);
+        let mask: Vec<bool> = (0..width * height).map(|i| i * i % 7 < 3).collect();
+        for reach in [0, 1, 4, 20] {
+            for (index, count) in counts_within(&mask, width, reach).into_iter().enumerate() {
+                let (x, y) = (index % width, index / width);
+                let is_near =
+                    |i: usize| (i % width).abs_diff(x) <= reach && (i / width).abs_diff(y) <= reach;
+                let near = (0..mask.len()).filter(|&i| mask[i] && is_near(i)).count();
+                assert_eq!(count as usize, near, "pixel {index}, reach {reach}");
+            }
+        }
     }
 }

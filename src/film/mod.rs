@@ -62,6 +62,8 @@ pub struct Tile {
     pub samples: u64,
     /// Samples of each pixel, where they may differ.
     pub counts: Option<Vec<u64>>,
+    /// Rays that the samples of each pixel took, where their counts may differ.
+    pub rays: Option<Vec<u64>>,
 }
 
 impl Tile {
@@ -111,6 +113,7 @@ impl Film {
                     bars: None,
                     samples: 0,
                     counts: None,
+                    rays: None,
                 });
             }
         }
@@ -135,10 +138,11 @@ impl Film {
         self
     }
 
-    /// The same with a sample count for each pixel.
+    /// The same with counts of samples and rays for each pixel.
     pub fn with_counts(mut self) -> Self {
         for tile in &mut self.tiles {
             tile.counts = Some(vec![0; tile.pixels.len()]);
+            tile.rays = Some(vec![0; tile.pixels.len()]);
         }
         self
     }
@@ -185,6 +189,18 @@ impl Film {
             counts[index] = samples;
         }
         counts
+    }
+
+    /// Rays that the samples of each pixel took, row by row; none without [`with_counts`](Self::with_counts).
+    pub fn ray_counts(&self) -> Vec<u64> {
+        let mut rays = vec![0; self.window.pixel_count() as usize];
+        for tile in &self.tiles {
+            let of_tile = tile.rays.iter().flatten();
+            for (pixel, &count) in tile.window.pixels().zip(of_tile) {
+                rays[self.index(pixel)] = count;
+            }
+        }
+        rays
     }
 
     /// The picture so far: the mean of each pixel.

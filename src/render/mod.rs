@@ -262,7 +262,6 @@ impl Run<'_> {
                 break;
             }
             planner.pass_done(samples);
-            dealer.pass_done(film, planner.spp(), self.start.elapsed());
             self.observer.pass(film);
             // It takes one thread's time, and nobody reads it more often.
             let target = planner.look();
@@ -278,6 +277,8 @@ impl Run<'_> {
                 shown.rel_rmse = estimate.map(|error| error.rel_rmse);
                 last_look = Instant::now();
             }
+            let used = planner.fraction(planner.spp() as f64, self.start.elapsed());
+            dealer.pass_done(film, planner.spp(), used);
         }
         let totals = self
             .totals

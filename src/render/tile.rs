@@ -136,6 +136,7 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
         let mut outcome = Outcome::default();
         let mut camera_rays = CameraRays::new();
         let (mut bars, counts) = (tile.bars.as_mut(), tile.counts.as_ref());
+        let mut rays_of_pixels = tile.rays.as_mut();
         for (i, ([x, y], sums)) in tile.window.pixels().zip(&mut tile.pixels).enumerate() {
             let pixel = Pixel {
                 scene,
@@ -146,6 +147,7 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
                 Asked::Same(range) => range.clone(),
                 Asked::Each(ends) => counts.map_or(tile.samples, |counts| counts[i])..ends[i],
             };
+            let before = outcome.rays.total();
             for block in blocks(range) {
                 for (sample, place) in camera_rays.trace::<E, O>(&pixel, &sampler, block, observer)
                 {
@@ -171,6 +173,9 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
                     elsewhere.found.clear();
                     observer.filmed(value);
                 }
+            }
+            if let Some(rays) = &mut rays_of_pixels {
+                rays[i] += outcome.rays.total() - before;
             }
         }
         if let (Some(splats), Asked::Same(range)) = (splats, &asked) {

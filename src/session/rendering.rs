@@ -156,7 +156,7 @@ fn check_room(settings: &RenderSettings) -> Result<()> {
     let of_pixel = size_of::<PixelSums>()
         + usize::from(settings.has_bars()) * size_of::<PixelBars>()
         + usize::from(settings.integrator.splats()) * of_splats
-        + usize::from(has_counts) * size_of::<u64>();
+        + usize::from(has_counts) * 2 * size_of::<u64>();
     let bytes = settings
         .window
         .pixel_count()

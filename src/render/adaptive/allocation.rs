@@ -1,7 +1,8 @@
 //! How many samples each pixel gets in all, by what a pilot shows of its neighbours.
 //!
 //! The picture's relMSE is the mean of v/n over the pixels, with v the relative variance of one sample of a pixel and n its
-//! count. For a given number of samples it is least where n is proportional to sqrt(v).
+//! count. For a given amount of work it is least where n is proportional to sqrt(v/c), with c the work of one sample: the rays
+//! that it takes.
 //!
 //! **Why it is unbiased.** The pixels are the fields of a chessboard. What a white one gets is decided by the pilot of the
 //! black ones alone, and the other way round. Given all samples of the black pixels, the counts of the white ones are
@@ -12,7 +13,7 @@
 //!
 //! Measure: samples per pixel; shares have the mean 1 over each colour of the chessboard.
 //! Range: a window of at least one pixel. One that has no neighbours gets what there is evenly.
-//! Source: Neyman 1934 for the square root; sample splitting after Cox 1975. Tested below and in `tests/rendering/adaptive.rs`.
+//! Source: Neyman 1934 for the square root, Cochran 1977, section 5.5, for the work; sample splitting after Cox 1975. Tested below and in `tests/rendering/adaptive.rs`.
 
 use crate::film::bars::BATCHES;
 use crate::film::{Film, PixelEstimate};
@@ -23,7 +24,7 @@ const REACH: usize = 3;
 
 /// No pixel gets less than this share of the mean, before shares are scaled to the mean 1: what the pilot has not seen
 /// anywhere near is there all the same.
-const LEAST_SHARE: f64 = 0.25;
+const LEAST_SHARE: f64 = 0.125;
 
 /// The allocation.
 #[derive(Debug, Clone)]
@@ -48,6 +49,9 @@ impl Allocation {
         for index in 0..estimates.len() {
             colours[colour(index)].push(index);
         }
+        // One at least is traced for a sample.
+        let rays = film.ray_counts().into_iter();
+        let own_work: Vec<f64> = rays.map(|n| (n as f64 / pilot as f64).max(1.0)).collect();
         let mut own = vec![0.0; estimates.len()];
         for pixels in &colours {
             // Each colour has an epsilon of its own: no number that comes of one may tell of the other.
@@ -57,7 +61,7 @@ impl Allocation {
                 own[i] = pilot as f64 * estimates[i].relative_variance(0.01 * mean * mean);
             }
         }
-        let of_neighbours = |index: usize| {
+        let of_neighbours = |own: &[f64], index: usize| {
             let (mut sum, mut weights) = (0.0, 0.0);
             for other in film.around(index, REACH) {
                 let tells = colour(other) != colour(index);
@@ -69,9 +73,16 @@ impl Allocation {
             }
             if weights > 0.0 { sum / weights } else { 0.0 }
         };
-        let neighbours: Vec<f64> = (0..own.len()).map(of_neighbours).collect();
+        let by_neighbours = |own: &[f64]| -> Vec<f64> {
+            (0..own.len())
+                .map(|index| of_neighbours(own, index))
+                .collect()
+        };
+        let neighbours = by_neighbours(&own);
         let variances = planted!("pixels-ask-their-own-pilot", own, neighbours);
-        let shares = shares(&variances, &colours);
+        let wanted = variances.iter().zip(by_neighbours(&own_work));
+        let wanted = wanted.map(|(v, work)| (v / work.max(1.0)).sqrt());
+        let shares = shares(wanted.collect(), &colours);
         Self {
             pilot,
             variances,
@@ -176,9 +187,8 @@ fn nearness(index: usize, other: usize, width: usize) -> f64 {
     1.0 / (along * along + across * across)
 }
 
-/// What each pixel gets, with the mean 1 over each colour.
-fn shares(variances: &[f64], colours: &[Vec<usize>; 2]) -> Vec<f64> {
-    let mut shares: Vec<f64> = variances.iter().map(|v| v.sqrt()).collect();
+/// What each pixel gets in proportion to what it wants, with the mean 1 over each colour.
+fn shares(mut shares: Vec<f64>, colours: &[Vec<usize>; 2]) -> Vec<f64> {
     for pixels in colours {
         let mean = |shares: &[f64]| {
             pixels.iter().map(|&index| shares[index]).sum::<f64>() / pixels.len().max(1) as f64

@@ -12,7 +12,6 @@ use super::settings::{Budget, RenderSettings};
 use crate::film::Film;
 use crate::film::bars::BATCHES;
 use allocation::Allocation;
-use std::time::Duration;
 
 /// How samples are given out to the pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -49,17 +48,33 @@ impl Adaptive {
     }
 }
 
-/// Samples per pixel of a pilot that nothing makes shorter.
-pub const LONGEST_PILOT: u64 = 64;
+/// Samples per pixel of a pilot, where that is not too large a share.
+const PILOT: u64 = 64;
 
-/// A pilot takes this share of the budget at most.
-const PILOT_SHARE: u64 = 4;
+/// It ends where this share of the budget is used up at the latest ...
+const LARGEST_SHARE: u64 = 4;
 
-/// Samples per pixel of the pilot: known before the first of them.
+/// ... and goes on up to this one: the longer it is, the better it tells, and no pixel gets less in the end.
+const SHARE: u64 = 16;
+
+/// Samples per pixel of the pilot, as far as they are known before the first of them.
 pub fn pilot(budget: Budget) -> u64 {
-    let affordable = budget.spp.map_or(LONGEST_PILOT, |spp| spp / PILOT_SHARE);
-    let whole = affordable - affordable % BATCHES;
-    whole.clamp(BATCHES, LONGEST_PILOT)
+    let may_end_before = budget.error.is_some() || budget.time.is_some();
+    let samples = budget.spp.map_or(PILOT, |spp| {
+        let long = if may_end_before {
+            0
+        } else {
+            spp.div_ceil(SHARE)
+        };
+        PILOT.min(spp.div_ceil(LARGEST_SHARE)).max(long)
+    });
+    samples.max(1).next_multiple_of(BATCHES)
+}
+
+/// Whether a pilot of so many samples per pixel, which has used up this share of the budget, has told enough.
+fn is_over(level: u64, used: f64) -> bool {
+    let uses = |share: u64| used * share as f64 >= 1.0;
+    uses(LARGEST_SHARE) || (level >= PILOT && uses(SHARE))
 }
 
 /// What the next pass gives out.
@@ -78,15 +93,8 @@ pub enum Deal {
 pub enum Dealer {
     /// Evenly.
     Evenly,
-    /// Evenly during the pilot, then as it tells.
-    ByPilot {
-        /// Samples per pixel of the pilot.
-        pilot: u64,
-        /// The time that there is for all.
-        time: Option<Duration>,
-        /// What the pilot tells, once it is over.
-        allocation: Option<Allocation>,
-    },
+    /// Evenly during the pilot, then as it tells once it is over.
+    ByPilot(Option<Allocation>),
     /// To those pixels whose own relative error is above this.
     Greedy(f64),
 }
@@ -97,34 +105,25 @@ impl Dealer {
         let budget = settings.budget;
         match (settings.adaptive, budget.error) {
             (Adaptive::Greedy, Some(target)) => Self::Greedy(target.rel_rmse),
-            (Adaptive::TwoPhase, _) => Self::ByPilot {
-                pilot: pilot(budget),
-                time: budget.time,
-                allocation: None,
-            },
+            (Adaptive::TwoPhase, _) => Self::ByPilot(None),
             _ => Self::Evenly,
         }
     }
 
-    /// Takes note of a complete pass: whether the pilot is over, and what it tells.
-    pub fn pass_done(&mut self, film: &Film, level: u64, elapsed: Duration) {
-        if let Self::ByPilot {
-            pilot,
-            time,
-            allocation: allocation @ None,
-        } = self
+    /// Takes note of a complete pass, up to which this share of the budget is used: whether the pilot is over, and what it
+    /// tells.
+    pub fn pass_done(&mut self, film: &Film, level: u64, used: f64) {
+        if let Self::ByPilot(allocation @ None) = self
+            && is_over(level, used)
         {
-            let is_short = time.is_some_and(|time| elapsed > time / PILOT_SHARE as u32);
-            if level >= *pilot || is_short {
-                *allocation = Some(Allocation::by_pilot(film, level));
-            }
+            *allocation = Some(Allocation::by_pilot(film, level));
         }
     }
 
     /// What the pilot tells, once it is over.
     pub fn allocation(&self) -> Option<&Allocation> {
         match self {
-            Self::ByPilot { allocation, .. } => allocation.as_ref(),
+            Self::ByPilot(allocation) => allocation.as_ref(),
             _ => None,
         }
     }
@@ -133,7 +132,7 @@ impl Dealer {
     pub fn deal(&self, film: &Film, level: u64, next: u64) -> Deal {
         match self {
             Self::Evenly => Deal::Evenly,
-            Self::ByPilot { allocation, .. } => Deal::UpTo(match allocation {
+            Self::ByPilot(allocation) => Deal::UpTo(match allocation {
                 Some(allocation) => allocation.counts(&film.sample_counts(), next),
                 None => vec![next; film.window().pixel_count() as usize],
             }),
@@ -147,17 +146,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pilot_is_a_quarter_of_the_samples_at_most_but_one_round_of_batches() {
+    fn a_pilot_is_a_sixteenth_of_the_samples_or_64_but_a_quarter_at_most() {
         for (spp, expected) in [
             (1, 16),
             (16, 16),
-            (127, 16),
+            (100, 32),
             (128, 32),
             (256, 64),
-            (9999, 64),
+            (1024, 64),
+            (2048, 128),
+            (9999, 640),
         ] {
             assert_eq!(pilot(Budget::samples(spp)), expected, "{spp}");
+            let over = |level: u64| is_over(level, level as f64 / spp as f64);
+            assert!(over(expected), "{spp}");
+            assert!(expected == BATCHES || !over(expected - BATCHES), "{spp}");
         }
-        assert_eq!(pilot(Budget::default()), LONGEST_PILOT);
+        assert_eq!(pilot(Budget::default()), PILOT);
+        // What is foreseen of an error tells how much is used up, and of a black picture nothing is.
+        assert!(!is_over(512, 0.0));
+        assert!(is_over(16, 0.25), "there is no more time");
     }
 }

@@ -270,7 +270,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "passes-repeat-samples",
         "each pass takes the same samples again",
-        "rendering::pixels::beside_an_edge_a_pixel_is_the_integral_of_its_filter",
+        "rendering::adaptive::every_pixel_is_the_mean_of_samples_that_can_be_replayed",
     ),
     bug(
         "pixels-ask-their-own-pilot",

@@ -273,6 +273,11 @@ pub const PLANTED: &[Planted] = &[
         "rendering::adaptive::every_pixel_is_the_mean_of_samples_that_can_be_replayed",
     ),
     bug(
+        "samples-cost-alike",
+        "samples are given out as if all of them took as many rays",
+        "rendering::adaptive::samples_that_take_more_rays_are_fewer",
+    ),
+    bug(
         "pixels-ask-their-own-pilot",
         "a pixel's own pilot decides how many samples it gets",
         "rendering::adaptive::rare_events_have_their_mean_in_two_phases",

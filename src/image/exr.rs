@@ -5,13 +5,14 @@
 //! refused. Writes one part of 32-bit floats, losslessly compressed.
 //! Source: the `exr` crate. Tested below and in `mod.rs`.
 
+use super::exr_blocks::{self, Fitting};
 use super::options::{MetadataValue, WriteOptions};
-use super::{Image, MAX_PIXELS_PER_BYTE, checked_size};
+use super::{Image, checked_size};
 use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
 use ::exr::image::read::image::ReadLayers;
+use ::exr::meta::MetaData;
 use ::exr::meta::header::Header;
-use ::exr::meta::{BlockDescription, MetaData};
 use ::exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Compression, Encoding, FlatSamples, Layer,
     LayerAttributes, LineOrder, ReadChannels, ReadSpecificChannel, Text, Vec2, WritableImage,
@@ -63,7 +64,7 @@ pub(super) fn checked_meta_data(bytes: &[u8]) -> Result<(MetaData, Colours)> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(not_valid)?;
     for header in &meta.headers {
         checked_size(header.layer_size.0, header.layer_size.1, bytes.len())?;
-        check_blocks(header, bytes.len())?;
+        exr_blocks::check_sizes(header, bytes.len())?;
     }
     let some_part_has = |colours: Colours| meta.headers.iter().any(|part| colours.are_in(part));
     let channels = || {
@@ -84,24 +85,6 @@ pub(super) fn checked_meta_data(bytes: &[u8]) -> Result<(MetaData, Colours)> {
     }
 }
 
-/// Refuses blocks that a file of so many bytes cannot hold, before memory is asked for: tiles may be larger than the picture.
-fn check_blocks(header: &Header, bytes: usize) -> Result<()> {
-    let Vec2(width, height) = header.max_block_pixel_size();
-    // The last lines of a picture are a block, too, however many lines others have.
-    let height = match header.blocks {
-        BlockDescription::ScanLines => height.min(header.layer_size.1),
-        BlockDescription::Tiles(_) => height,
-    };
-    let channels = header.channels.list.len();
-    let samples = width.saturating_mul(height).saturating_mul(channels);
-    if samples > MAX_PIXELS_PER_BYTE * bytes {
-        return Err(Error::scene(format!(
-            "blocks of {width} x {height} pixels with {channels} channels do not fit in {bytes} bytes"
-        )));
-    }
-    Ok(())
-}
-
 fn decode_colour(bytes: &[u8]) -> Result<Image> {
     let channels = ::exr::prelude::read()
         .no_deep_data()
@@ -111,7 +94,7 @@ fn decode_colour(bytes: &[u8]) -> Result<Image> {
             |rows, at, (r, g, b): (f32, f32, f32)| set_pixel(rows, at, [r, g, b]),
         );
     finish(
-        channels
+        Fitting(channels)
             .first_valid_layer()
             .all_attributes()
             .from_buffered(Cursor::new(bytes)),
@@ -130,7 +113,7 @@ fn decode_grey(bytes: &[u8]) -> Result<Image> {
             |rows, at, (y,): (f32,)| set_pixel(rows, at, [y; 3]),
         );
     finish(
-        channels
+        Fitting(channels)
             .first_valid_layer()
             .all_attributes()
             .from_buffered(Cursor::new(bytes)),
@@ -316,28 +299,5 @@ mod tests {
         assert_eq!(grey.pixels(), [Rgb::grey(0.25), Rgb::grey(4.0)]);
         let depth = single("Z").expect_err("no colour");
         assert!(depth.to_string().contains("channels Z"), "{depth}");
-    }
-
-    #[test]
-    fn tiles_may_be_larger_than_the_picture_but_not_than_the_file_can_hold() {
-        let tiled = |size: usize| {
-            let channels = AnyChannels::sort([channel("Y", vec![0.25, 4.0])].into_iter().collect());
-            let encoding = Encoding {
-                blocks: ::exr::prelude::Blocks::Tiles(Vec2(size, size)),
-                ..Encoding::FAST_LOSSLESS
-            };
-            let layer = Layer::new((2, 1), LayerAttributes::default(), encoding, channels);
-            let mut bytes = Cursor::new(Vec::new());
-            ::exr::prelude::Image::from_layer(layer)
-                .write()
-                .to_buffered(&mut bytes)
-                .expect("encoded");
-            decode(bytes.get_ref())
-        };
-        let grey = tiled(1024).expect("a picture");
-        assert_eq!(grey.pixels(), [Rgb::grey(0.25), Rgb::grey(4.0)]);
-        let vast = tiled(1 << 14).expect_err("268 million pixels");
-        let vast = vast.to_string();
-        assert!(vast.contains("blocks of 16384 x 16384 pixels"), "{vast}");
     }
 }

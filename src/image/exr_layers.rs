@@ -6,6 +6,7 @@
 //! Source: the `exr` crate. Tested below and by the fuzz target `image`.
 
 use super::exr::{Colours, checked_meta_data, not_valid};
+use super::exr_blocks::Fitting;
 use super::options::{Layer, MetadataValue};
 use super::{Image, MAX_PIXELS, MAX_PIXELS_PER_BYTE, checked_size};
 use crate::error::{Error, Result};
@@ -44,7 +45,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Contents> {
         colours,
         all_channels,
     };
-    let file = part
+    let file = Fitting(part)
         .first_valid_layer()
         .all_attributes()
         .from_buffered(Cursor::new(bytes))

@@ -7,6 +7,7 @@
 
 pub mod atomic;
 mod exr;
+mod exr_blocks;
 mod exr_layers;
 pub mod false_colour;
 #[cfg(feature = "flip")]

@@ -184,6 +184,24 @@ fn samples_are_given_to_the_noise_and_none_is_lost() {
 }
 
 #[test]
+fn samples_that_take_more_rays_are_fewer() {
+    let (mut film, mut rng) = (film_of(16), TestRng::new(2));
+    fill(&mut film, &[256; 256], &mut rng, |_, u| 1.0 + u);
+    let rays = film.tiles_mut()[0].rays.as_mut().expect("it has counts");
+    for (i, rays) in rays.iter_mut().enumerate() {
+        *rays = 256 * if i % 16 < 8 { 9 } else { 1 };
+    }
+    let counts = Allocation::by_pilot(&film, 256).counts(&[256; 256], 1 << 16);
+    let of = |columns: std::ops::Range<usize>| {
+        let far = (0..256).filter(|i| columns.contains(&(i % 16)));
+        far.map(|i| counts[i]).sum::<u64>() as f64
+    };
+    // The root of what they cost, but for what the noise of the pilot does to the means over four columns.
+    let ratio = of(12..16) / of(0..4);
+    assert!((ratio - 3.0).abs() < 0.3, "{ratio}");
+}
+
+#[test]
 fn a_lone_pixel_and_a_black_picture_get_what_there_is() {
     for edge in [1, 2, 5] {
         let mut film = film_of(edge);

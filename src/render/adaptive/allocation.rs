@@ -13,7 +13,8 @@
 //!
 //! Measure: samples per pixel; shares have the mean 1 over each colour of the chessboard.
 //! Range: a window of at least one pixel. One that has no neighbours gets what there is evenly.
-//! Source: Neyman 1934 for the square root, Cochran 1977, section 5.5, for the work; sample splitting after Cox 1975. Tested below and in `tests/rendering/adaptive.rs`.
+//! Source: Neyman 1934 for the square root, Cochran 1977, section 5.5, for the work; sample splitting after Cox 1975. Tested
+//! in `tests/rendering/adaptive.rs`.
 
 use crate::film::bars::BATCHES;
 use crate::film::{Film, PixelEstimate};
@@ -44,14 +45,10 @@ impl Allocation {
     pub fn by_pilot(film: &Film, pilot: u64) -> Self {
         let width = film.window().width as usize;
         let estimates = film.estimates();
-        let colour = |index: usize| (index % width + index / width) % 2;
         let mut colours = [vec![], vec![]];
         for index in 0..estimates.len() {
-            colours[colour(index)].push(index);
+            colours[colour(index, width)].push(index);
         }
-        // One at least is traced for a sample.
-        let rays = film.ray_counts().into_iter();
-        let own_work: Vec<f64> = rays.map(|n| (n as f64 / pilot as f64).max(1.0)).collect();
         let mut own = vec![0.0; estimates.len()];
         for pixels in &colours {
             // Each colour has an epsilon of its own: no number that comes of one may tell of the other.
@@ -61,27 +58,16 @@ impl Allocation {
                 own[i] = pilot as f64 * estimates[i].relative_variance(0.01 * mean * mean);
             }
         }
-        let of_neighbours = |own: &[f64], index: usize| {
-            let (mut sum, mut weights) = (0.0, 0.0);
-            for other in film.around(index, REACH) {
-                let tells = colour(other) != colour(index);
-                if planted!("neighbours-of-either-colour-tell", true, tells) {
-                    let weight = nearness(index, other, width);
-                    sum += weight * own[other];
-                    weights += weight;
-                }
-            }
-            if weights > 0.0 { sum / weights } else { 0.0 }
-        };
-        let by_neighbours = |own: &[f64]| -> Vec<f64> {
-            (0..own.len())
-                .map(|index| of_neighbours(own, index))
-                .collect()
-        };
-        let neighbours = by_neighbours(&own);
+        let neighbours = told_by_neighbours(film, &own);
         let variances = planted!("pixels-ask-their-own-pilot", own, neighbours);
-        let wanted = variances.iter().zip(by_neighbours(&own_work));
-        let wanted = wanted.map(|(v, work)| (v / work.max(1.0)).sqrt());
+        let rays = film.ray_counts().into_iter();
+        let work: Vec<f64> = rays.map(|count| count as f64 / pilot as f64).collect();
+        let wanted = variances.iter().zip(told_by_neighbours(film, &work));
+        let wanted = wanted.map(|(v, work)| {
+            // One ray at least is traced for a sample.
+            let work = planted!("samples-cost-alike", 1.0, work.max(1.0));
+            (v / work).sqrt()
+        });
         let shares = shares(wanted.collect(), &colours);
         Self {
             pilot,
@@ -173,6 +159,29 @@ impl Allocation {
         // Nothing varies: samples are worth what they are.
         (level, if worth.is_finite() { worth } else { level })
     }
+}
+
+/// The colour of a pixel's field of the chessboard.
+fn colour(index: usize, width: usize) -> usize {
+    (index % width + index / width) % 2
+}
+
+/// For each pixel, the mean over its neighbours of the other colour, of which the nearer count more.
+fn told_by_neighbours(film: &Film, own: &[f64]) -> Vec<f64> {
+    let width = film.window().width as usize;
+    let told = (0..own.len()).map(|index| {
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for other in film.around(index, REACH) {
+            let tells = colour(other, width) != colour(index, width);
+            if planted!("neighbours-of-either-colour-tell", true, tells) {
+                let weight = nearness(index, other, width);
+                sum += weight * own[other];
+                weights += weight;
+            }
+        }
+        if weights > 0.0 { sum / weights } else { 0.0 }
+    });
+    told.collect()
 }
 
 /// The mean over the channels.

@@ -48,7 +48,7 @@ pub struct RenderArguments {
     /// up, and low-discrepancy samplers gain a little less.
     #[arg(long)]
     pub layers: bool,
-    /// Give more samples to pixels with more noise. two-phase: a pilot of up to 64 samples per pixel shows where; a pixel's count
+    /// Give more samples to pixels with more noise. two-phase: a pilot, up to a quarter of them, shows where; a pixel's count
     /// is decided by its neighbours' pilot, never by its own samples, so that nothing is biased. greedy: the rule of other
     /// renderers, to compare with: a pixel stops when its own relative error is below --error, too early where its samples are
     /// alike by chance. Biased: of pixels that are 20 with probability 0.05, stopped at 10 %, the mean is

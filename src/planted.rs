@@ -183,6 +183,11 @@ pub const PLANTED: &[Planted] = &[
         "tracing::rays::what_has_just_been_left_is_passed_up_to_its_free_distance",
     ),
     bug(
+        "shadow-rays-together",
+        "shadow rays go through Embree's packets as they are, which take the first steps down the tree together",
+        "tracing::packets::what_a_ray_meets_does_not_depend_on_those_beside_it",
+    ),
+    bug(
         "box-without-slack",
         "the test of boxes does not allow for its rounding",
         "tracing::rays::robust_tracing_lets_nothing_out_of_a_closed_mesh",

@@ -12,7 +12,9 @@ pub mod batch;
 pub mod brute;
 #[cfg(feature = "embree")]
 pub mod embree;
+mod lanes;
 pub mod obvhs;
+pub mod packet;
 mod primitive;
 
 use crate::error::{Error, Result};
@@ -21,6 +23,7 @@ use crate::geometry::world::{Instance, World};
 use crate::math::ray::Ray;
 use crate::planted::planted;
 use batch::{HitBatch, Packets, RayBatch};
+use packet::{Hits, LANES, RayPacket};
 use std::sync::Arc;
 
 /// Where a ray meets a primitive.
@@ -47,7 +50,8 @@ impl Departure {
     /// Whether a hit must be an error of rounding.
     #[inline]
     fn rules_out(&self, hit: &Hit) -> bool {
-        self.id == hit.id && hit.t < self.free_distance
+        let is_error = self.id == hit.id && hit.t < self.free_distance;
+        planted!("departure-ignored", false, is_error)
     }
 }
 
@@ -184,19 +188,60 @@ impl Accel {
     /// The closest hit at a time of the shutter, from 0 to 1, other than a false one on the primitive just left.
     #[inline]
     pub fn intersect(&self, ray: &Ray, time: f32, departure: Option<Departure>) -> Option<Hit> {
+        let hit = self.closest(ray, time)?;
+        match departure {
+            Some(departure) if departure.rules_out(&hit) => self.beyond(ray, time, departure, hit),
+            _ => Some(hit),
+        }
+    }
+
+    /// The closest hit, whatever the ray has left.
+    #[inline]
+    fn closest(&self, ray: &Ray, time: f32) -> Option<Hit> {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(accel) => accel.intersect(ray, time),
+            Self::Obvhs(accel) => accel.intersect(ray, time),
+        }
+    }
+
+    /// The closest hit behind one that lies on what the ray has left, other than another of that kind.
+    #[cold]
+    fn beyond(&self, ray: &Ray, time: f32, departure: Departure, mut hit: Hit) -> Option<Hit> {
         let mut ray = *ray;
-        loop {
-            let hit = match self {
-                #[cfg(feature = "embree")]
-                Self::Embree(accel) => accel.intersect(&ray, time)?,
-                Self::Obvhs(accel) => accel.intersect(&ray, time)?,
-            };
-            match departure {
-                Some(d) if planted!("departure-ignored", false, d.rules_out(&hit)) => {
-                    ray.t_min = hit.t.max(ray.t_min).next_up();
-                }
-                _ => return Some(hit),
+        while departure.rules_out(&hit) {
+            ray.t_min = hit.t.max(ray.t_min).next_up();
+            hit = self.closest(&ray, time)?;
+        }
+        Some(hit)
+    }
+
+    /// The closest hit of every ray of a packet, other than a false one on the primitive just left. If the rays are
+    /// `coherent`, as those of a camera are, it is quicker, and what one of them meets may depend on the others: which of
+    /// two primitives at the same distance, and its last bits.
+    #[cfg_attr(not(feature = "embree"), allow(unused_variables))] // obvhs has no packets
+    pub fn intersect_packet(&self, rays: &mut RayPacket, coherent: bool, hits: &mut Hits) {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(accel) => accel.intersect_packet(rays, coherent, hits),
+            Self::Obvhs(accel) => rays.each(hits, |ray, time| accel.intersect(ray, time)),
+        }
+        for (lane, hit) in hits.iter_mut().enumerate().take(rays.len()) {
+            if let (Some(departure), Some(found)) = (rays.departure(lane), &hit)
+                && departure.rules_out(found)
+            {
+                let (ray, time) = rays.get(lane);
+                *hit = self.beyond(&ray, time, departure, *found);
             }
+        }
+    }
+
+    /// Whether anything lies on each ray of a packet.
+    pub fn occluded_packet(&self, rays: &mut RayPacket, occluded: &mut [bool; LANES]) {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(accel) => accel.occluded_packet(rays, occluded),
+            Self::Obvhs(accel) => rays.each(occluded, |ray, time| accel.occluded(ray, time)),
         }
     }
 

@@ -8,8 +8,8 @@ use super::robust::reach_of_point;
 use super::vec::{ONE_MINUS_EPSILON, Vec3};
 use crate::planted::planted;
 
-/// A ray through the scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A ray through the scene; by default, one that has no length and meets nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Ray {
     /// Where the ray starts.
     pub origin: Vec3,
@@ -56,6 +56,12 @@ impl Ray {
             t_max: (segment.t_max - open).max(0.0),
             ..segment
         }
+    }
+
+    /// Whether origin and direction are finite numbers.
+    #[inline]
+    pub fn is_finite(&self) -> bool {
+        self.origin.is_finite() && self.dir.is_finite()
     }
 
     /// The point at parameter `t`.

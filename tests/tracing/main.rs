@@ -11,5 +11,6 @@ mod hard;
 mod instance_rays;
 mod instance_surfaces;
 mod instances;
+mod packets;
 mod rays;
 mod slivers;

@@ -8,7 +8,7 @@
 //! Range: Embree 4 with the layout of hits that its headers say, which `layout.rs` makes sure of.
 //! Source: Embree's manual; embree4 headers. Tested in `tests/tracing/rays.rs`.
 
-use super::lanes::{ActiveLanes, RayHitLanes, RayLanes};
+use crate::accel::lanes::{ActiveLanes, RayHitLanes, RayLanes};
 use crate::accel::{AccelOptions, Precision, Quality};
 use crate::error::{Error, ErrorKind, Result};
 use crate::geometry::mesh::Mesh;
@@ -384,7 +384,7 @@ impl CommittedScene {
         const { assert!(N == 8 || N == 16) };
         let (active, packet) = (active.0.as_ptr(), ptr::from_mut(packet));
         let arguments = &mut query.intersect;
-        // SAFETY: the scene is committed; mask and packet have Embree's layout and alignment for `N` lanes, as `lanes.rs`
+        // SAFETY: the scene is committed; mask and packet have Embree's layout and alignment for `N` lanes, as `layout.rs`
         // asserts, and live through the call; the arguments name no callback.
         unsafe {
             if N == 8 {

@@ -3,17 +3,21 @@
 //!
 //! Measure: none.
 //! Range: every device, with single rays and with the packets that it traces natively.
-//! Source: embree4-sys and `lanes.rs` assert the headers' side at compile time. Tested by every test that builds a scene.
+//! Source: embree4-sys, and the assertions at the end, hold the headers' side at compile time. Tested by every test that builds a scene.
 
 use super::handles::{CommittedScene, Device, PacketQuery, Scene};
-use super::lanes::RayHitLanes;
 use super::new_ray_hit;
 use crate::accel::batch::{PacketWidth, RayBatch};
+use crate::accel::lanes::{ActiveLanes, HitLanes, NO_ID, RayHitLanes, RayLanes};
 use crate::accel::{AccelOptions, Backend, Precision, Quality};
 use crate::error::{Error, Result};
 use crate::math::ray::Ray;
 use crate::math::vec::Vec3;
-use embree4_sys::{RTC_INVALID_GEOMETRY_ID, RTCHit, RTCRayHit};
+use embree4_sys::{
+    RTC_INVALID_GEOMETRY_ID, RTCHit, RTCHit8, RTCHit16, RTCRay8, RTCRay16, RTCRayHit, RTCRayHit8,
+    RTCRayHit16,
+};
+use std::mem::offset_of;
 use std::sync::Arc;
 
 /// The id of the sphere that is traced.
@@ -122,3 +126,39 @@ impl<Q> Guarded<Q> {
         self.guard.iter().all(|&word| word == Self::CANARY)
     }
 }
+
+const _: () = assert!(NO_ID == RTC_INVALID_GEOMETRY_ID);
+
+/// Holds the types for one width against the headers.
+macro_rules! assert_layout {
+    ($lanes:literal, $ray:ident, $hit:ident, $ray_hit:ident) => {
+        const _: () = {
+            const N: usize = $lanes;
+            assert!(align_of::<ActiveLanes<N>>() >= align_of::<$ray_hit>());
+            assert!(size_of::<RayLanes<N>>() == size_of::<$ray>());
+            assert!(align_of::<RayLanes<N>>() >= align_of::<$ray>());
+            assert!(offset_of!(RayLanes<N>, origin) == offset_of!($ray, org_x));
+            assert!(offset_of!(RayLanes<N>, t_min) == offset_of!($ray, tnear));
+            assert!(offset_of!(RayLanes<N>, dir) == offset_of!($ray, dir_x));
+            assert!(offset_of!(RayLanes<N>, time) == offset_of!($ray, time));
+            assert!(offset_of!(RayLanes<N>, t_max) == offset_of!($ray, tfar));
+            assert!(offset_of!(RayLanes<N>, mask) == offset_of!($ray, mask));
+            assert!(offset_of!(RayLanes<N>, id) == offset_of!($ray, id));
+            assert!(offset_of!(RayLanes<N>, flags) == offset_of!($ray, flags));
+            // Hits grew by a field in Embree 4.3.
+            assert!(size_of::<HitLanes<N>>() >= size_of::<$hit>());
+            assert!(offset_of!(HitLanes<N>, normal) == offset_of!($hit, Ng_x));
+            assert!(offset_of!(HitLanes<N>, u) == offset_of!($hit, u));
+            assert!(offset_of!(HitLanes<N>, v) == offset_of!($hit, v));
+            assert!(offset_of!(HitLanes<N>, primitive) == offset_of!($hit, primID));
+            assert!(offset_of!(HitLanes<N>, geometry) == offset_of!($hit, geomID));
+            assert!(offset_of!(HitLanes<N>, instance) == offset_of!($hit, instID));
+            assert!(size_of::<RayHitLanes<N>>() >= size_of::<$ray_hit>());
+            assert!(align_of::<RayHitLanes<N>>() >= align_of::<$ray_hit>());
+            assert!(offset_of!(RayHitLanes<N>, hits) == offset_of!($ray_hit, hit));
+        };
+    };
+}
+
+assert_layout!(8, RTCRay8, RTCHit8, RTCRayHit8);
+assert_layout!(16, RTCRay16, RTCHit16, RTCRayHit16);

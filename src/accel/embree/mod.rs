@@ -104,7 +104,7 @@ impl EmbreeAccel {
     /// Whether anything lies on the ray.
     #[inline]
     pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
-        if !is_finite(ray) {
+        if !ray.is_finite() {
             return false;
         }
         let mut query = new_ray(ray, time);
@@ -119,7 +119,7 @@ impl EmbreeAccel {
 
     #[inline]
     fn query(&self, ray: &Ray, time: f32) -> Option<Hit> {
-        if !is_finite(ray) {
+        if !ray.is_finite() {
             return None;
         }
         let mut query = new_ray_hit(ray, time);
@@ -289,11 +289,6 @@ unsafe fn attach_instances(
 /// The entries of a matrix, which are single-precision numbers.
 fn to_single(matrix: &DAffine3) -> [f32; 12] {
     matrix.to_cols_array().map(|entry| entry as f32)
-}
-
-#[inline]
-fn is_finite(ray: &Ray) -> bool {
-    ray.origin.is_finite() && ray.dir.is_finite()
 }
 
 #[inline]

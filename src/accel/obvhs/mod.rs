@@ -93,7 +93,7 @@ impl ObvhsAccel {
     /// The closest hit.
     #[inline]
     pub fn intersect(&self, ray: &Ray, time: f32) -> Option<Hit> {
-        if !is_finite(ray) {
+        if !ray.is_finite() {
             return None;
         }
         match self.precision {
@@ -105,7 +105,7 @@ impl ObvhsAccel {
     /// Whether anything lies on the ray; stops at the first hit found.
     #[inline]
     pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
-        if !is_finite(ray) {
+        if !ray.is_finite() {
             return false;
         }
         match self.precision {
@@ -229,11 +229,6 @@ fn meet(shapes: &[Geometry], id: PrimitiveId, ray: &DRay) -> Option<(f64, Hit)> 
         uv: uv.map(|x| x as f32),
     };
     Some((t, hit))
-}
-
-#[inline]
-fn is_finite(ray: &Ray) -> bool {
-    ray.origin.is_finite() && ray.dir.is_finite()
 }
 
 #[cfg(test)]

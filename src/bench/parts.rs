@@ -157,6 +157,8 @@ impl Stopwatch {
 }
 
 impl PathObserver for Stopwatch {
+    const ONE_BY_ONE: bool = false;
+
     fn traced(&mut self, kind: RayKind, _ray: &Ray, _time: f32) {
         self.end(match kind {
             RayKind::Camera => Part::Camera,

@@ -88,6 +88,8 @@ struct Recorder {
 }
 
 impl PathObserver for Recorder {
+    const ONE_BY_ONE: bool = false;
+
     fn traced(&mut self, kind: RayKind, ray: &Ray, time: f32) {
         let kind = kind as usize;
         self.traced[kind] += 1;

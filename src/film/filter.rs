@@ -92,7 +92,7 @@ struct Cell {
 }
 
 /// Where to take a sample, and what it counts.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FilterSample {
     /// From the centre of the pixel, in pixels.
     pub offset: Vec2,

@@ -1,6 +1,6 @@
 //! Estimators of the radiance that arrives along a camera ray.
 //!
-//! An integrator is handed one sample at a time and knows nothing of pixels, passes or threads.
+//! An integrator is handed one sample at a time, or some of them, and knows nothing of pixels, passes or threads.
 
 pub mod ambient_occlusion;
 pub mod bidirectional;
@@ -11,6 +11,7 @@ pub mod observer;
 pub mod path;
 mod steps;
 pub mod technique;
+pub mod waiting;
 
 use crate::accel::Hit;
 use crate::effects::Effects;
@@ -20,9 +21,10 @@ use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use observer::PathObserver;
+use waiting::Waiting;
 
 /// A ray from the camera into the scene.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct CameraRay {
     /// The ray.
     pub ray: Ray,
@@ -30,8 +32,61 @@ pub struct CameraRay {
     pub time: f32,
 }
 
-/// An estimator, one sample at a time.
+/// A sample on its way into the scene.
+#[derive(Debug, Clone)]
+pub struct Sample<S> {
+    /// Its random numbers.
+    pub sampler: S,
+    /// Where it looks.
+    pub camera_ray: CameraRay,
+    /// What is found on its ray: camera rays are traced side by side.
+    pub found: Option<Hit>,
+    /// The radiance that arrives from there, once it is estimated.
+    pub radiance: Rgb,
+    /// What that took.
+    pub rays: RayCounts,
+}
+
+impl<S> Sample<S> {
+    /// One whose ray is yet to be traced.
+    #[inline]
+    pub fn new(sampler: S, camera_ray: CameraRay) -> Self {
+        Self {
+            sampler,
+            camera_ray,
+            found: None,
+            radiance: Rgb::BLACK,
+            rays: RayCounts::default(),
+        }
+    }
+}
+
+/// An estimator, one sample at a time or several.
 pub trait Integrator: Copy + Send + Sync {
+    /// Whether it gains by estimating several samples at once.
+    const SIDE_BY_SIDE: bool = false;
+
+    /// Estimates the radiance of some samples, the very same as that of each by itself.
+    fn radiances<E: Effects, S: Sampler, O: PathObserver>(
+        &self,
+        scene: &Scene,
+        samples: &mut [Sample<S>],
+        _waiting: &mut Waiting,
+        observer: &mut O,
+    ) {
+        for sample in samples {
+            let Sample {
+                sampler,
+                camera_ray,
+                found,
+                radiance,
+                rays,
+            } = sample;
+            *radiance =
+                self.radiance::<E, S, O>(scene, sampler, camera_ray, *found, rays, observer);
+        }
+    }
+
     /// One estimate of the radiance that arrives along a camera ray, given what is found on it: camera rays are traced
     /// side by side.
     fn radiance<E: Effects, S: Sampler, O: PathObserver>(

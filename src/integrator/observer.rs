@@ -64,6 +64,11 @@ impl RayKind {
 
 /// What an integrator tells of a path. Every method does nothing unless it is implemented.
 pub trait PathObserver {
+    /// Whether it has to be told of one path after the other, each from its beginning to its end. Else it may be told of some
+    /// paths side by side, step by step, in the order in which their rays are traced; what is visible then comes after what
+    /// follows from it.
+    const ONE_BY_ONE: bool = true;
+
     /// A ray is about to be traced. One that goes on behind a surface that is partly there is told once.
     fn traced(&mut self, _kind: RayKind, _ray: &Ray, _time: f32) {}
     /// The path came to a surface with this throughput.
@@ -94,4 +99,6 @@ pub trait PathObserver {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unobserved;
 
-impl PathObserver for Unobserved {}
+impl PathObserver for Unobserved {
+    const ONE_BY_ONE: bool = false;
+}

@@ -10,7 +10,8 @@ use crate::effects::Effects;
 use crate::film::bars::PixelBars;
 use crate::film::pixel::PixelSums;
 use crate::integrator::observer::Unobserved;
-use crate::integrator::{CameraRay, Integrator, RayCounts};
+use crate::integrator::waiting::{AT_ONCE, Waiting};
+use crate::integrator::{CameraRay, Integrator, Sample};
 use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
@@ -68,33 +69,36 @@ impl Dispatched for Job<'_> {
 impl Job<'_> {
     fn one<E: Effects, S: Sampler, I: Integrator>(
         &self,
-        index: u32,
+        place: u32,
         ray: &CameraRay,
         integrator: I,
         sampler: &S,
     ) -> AlongRay {
         let found = self.scene.accel.intersect(&ray.ray, ray.time, None);
-        let mut sampler = sampler.clone();
         let mut sums = PixelSums::default();
         let mut bars = self.settings.has_bars().then(PixelBars::default);
         let mut rejected = 0;
-        for sample in 0..self.spp {
-            sampler.start([index, 0], sample);
-            let value = integrator.radiance::<E, S, _>(
-                self.scene,
-                &mut sampler,
-                ray,
-                found,
-                &mut RayCounts::default(),
-                &mut Unobserved,
-            );
-            if !value.is_finite() {
-                rejected += 1;
-                continue;
-            }
-            sums.add(value);
-            if let Some(bars) = &mut bars {
-                bars.add(sample, value);
+        let (mut samples, mut waiting) = (Vec::new(), Waiting::default());
+        for first in (0..self.spp).step_by(AT_ONCE) {
+            let indices = first..self.spp.min(first + AT_ONCE as u64);
+            samples.clear();
+            samples.extend(indices.clone().map(|index| {
+                let mut sample = Sample::new(sampler.clone(), *ray);
+                sample.sampler.start([place, 0], index);
+                sample.found = found;
+                sample
+            }));
+            let (scene, unobserved) = (self.scene, &mut Unobserved);
+            integrator.radiances::<E, S, _>(scene, &mut samples, &mut waiting, unobserved);
+            for (index, sample) in indices.zip(&samples) {
+                if !sample.radiance.is_finite() {
+                    rejected += 1;
+                    continue;
+                }
+                sums.add(sample.radiance);
+                if let Some(bars) = &mut bars {
+                    bars.add(index, sample.radiance);
+                }
             }
         }
         let single = |channels: [f64; 3]| Rgb::from(channels.map(|x| x as f32));

@@ -1,7 +1,7 @@
 //! The samples of a pixel on their way from the film into the scene, with what their camera rays meet.
 //!
-//! Camera rays of one pixel go much the same way: those of a block of samples are traced as one packet. Which of two
-//! primitives at the same distance a ray meets may depend on its packet. So that a sample stays a pure function of seed,
+//! Camera rays of one pixel go much the same way: those of a block of samples are traced as one coherent packet. Which of two
+//! primitives at the same distance a ray meets may depend on such a packet. So that a sample stays a pure function of seed,
 //! pixel and index, a block is always traced whole, whichever of its samples are asked for. Blocks double in size up to
 //! sixteen samples, as passes do, so that those seldom ask for a part of one.
 //!
@@ -9,14 +9,13 @@
 //! Range: any indices; those of one call lie in one block, see [`blocks`].
 //! Source: docs/architecture.md, "The way of a sample". Tested in `tests/rendering/determinism.rs`.
 
-use crate::accel::Hit;
-use crate::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
+use crate::accel::packet::{LANES, RayPacket};
 use crate::effects::{Effects, Switch};
-use crate::film::filter::Filter;
+use crate::film::filter::{Filter, FilterSample};
 use crate::film::splats::SplatSink;
 use crate::integrator::observer::{PathObserver, RayKind};
-use crate::integrator::{CameraRay, Integrator, RayCounts};
-use crate::math::ray::Ray;
+use crate::integrator::waiting::{AT_ONCE, Waiting};
+use crate::integrator::{CameraRay, Integrator, Sample};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::planted::planted;
@@ -24,8 +23,8 @@ use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use std::ops::Range;
 
-/// Samples in a block at most.
-pub const LARGEST_BLOCK: u64 = 16;
+/// Samples in a block at most: as many as are traced side by side.
+pub const LARGEST_BLOCK: u64 = LANES as u64;
 
 /// The block of a sample: 0, 1, 2..4, 4..8, 8..16, 16..32, 32..48 and so on.
 fn block_of(index: u64) -> Range<u64> {
@@ -58,24 +57,17 @@ pub struct Pixel<'a> {
     pub position: [u32; 2],
 }
 
-/// A sample whose camera ray is known.
-#[derive(Debug, Clone)]
-struct CameraSample<S> {
-    /// Its random numbers.
-    sampler: S,
-    /// What its radiance counts in the pixel.
-    weight: f32,
+/// What chance decides of a camera ray.
+#[derive(Debug, Clone, Copy, Default)]
+struct CameraNumbers {
+    film: Vec2,
+    lens: Vec2,
+    time: f32,
 }
 
-impl Pixel<'_> {
-    /// A sample, its ray and its time.
+impl CameraNumbers {
     #[inline]
-    fn sample<E: Effects, S: Sampler>(
-        &self,
-        mut sampler: S,
-        index: u64,
-    ) -> (CameraSample<S>, Ray, f32) {
-        sampler.start(self.position, index);
+    fn draw<E: Effects, S: Sampler>(sampler: &mut S) -> Self {
         let (film, lens) = if E::Lens::ON {
             let [film_x, film_y, lens_x, lens_y] = sampler.draw(Decision::Camera);
             (Vec2::new(film_x, film_y), Vec2::new(lens_x, lens_y))
@@ -89,106 +81,175 @@ impl Pixel<'_> {
         } else {
             0.0
         };
-        let filtered = self.filter.sample(film);
+        Self { film, lens, time }
+    }
+}
+
+impl Pixel<'_> {
+    /// The ray to a place that the filter has sampled.
+    #[inline]
+    fn ray<E: Effects>(&self, numbers: &CameraNumbers, filtered: FilterSample) -> CameraRay {
         let middle = planted!("half-a-pixel", 0.0, 0.5);
         let [x, y] = self.position.map(|i| i as f32 + middle);
         let film = Vec2::new(x, y) + filtered.offset;
+        let CameraNumbers { lens, time, .. } = *numbers;
         let ray = self.scene.camera.ray::<E>(film, lens, time);
-        let weight = planted!("filter-weight-dropped", 1.0, filtered.weight);
-        (CameraSample { sampler, weight }, ray, time)
+        CameraRay { ray, time }
     }
 }
 
-/// The camera rays of a block, and what they meet.
+/// Samples, with what their camera rays meet. They have places, in the order in which they were added.
 #[derive(Debug)]
 pub struct CameraRays<S> {
-    samples: Vec<CameraSample<S>>,
-    rays: RayBatch,
-    hits: HitBatch,
+    samples: Vec<Sample<S>>,
+    /// What the radiance of each counts in its pixel.
+    weights: Vec<f32>,
+    /// The blocks whose camera rays are yet to be traced.
+    blocks: Vec<Block>,
+    /// The rays of these, and memory for those to come.
+    packets: Vec<RayPacket>,
+    waiting: Waiting,
+}
+
+/// A block's samples.
+#[derive(Debug)]
+struct Block {
+    /// The place of the first sample that is asked for.
+    place: usize,
+    /// The lanes of those that are.
+    lanes: Range<usize>,
 }
 
 impl<S: Sampler> CameraRays<S> {
-    /// Room for a block.
+    /// None so far.
     pub fn new() -> Self {
         Self {
-            samples: Vec::with_capacity(LARGEST_BLOCK as usize),
-            rays: RayBatch::default(),
-            hits: HitBatch::default(),
+            samples: Vec::with_capacity(AT_ONCE + LANES),
+            weights: Vec::with_capacity(AT_ONCE + LANES),
+            blocks: Vec::new(),
+            packets: Vec::new(),
+            waiting: Waiting::default(),
         }
     }
 
-    /// Traces the camera rays of the samples of `range`, which lies in one block. Tells their indices, and where their
-    /// [`value`](Self::value)s are to be had.
-    pub fn trace<E: Effects, O: PathObserver>(
+    /// Forgets all samples and keeps the memory.
+    pub fn clear(&mut self) {
+        self.samples.clear();
+        self.weights.clear();
+    }
+
+    /// Adds the samples of `range`, which lies in one block, and tells their places. Their camera rays are not traced yet.
+    pub fn add<E: Effects, O: PathObserver>(
         &mut self,
         pixel: &Pixel<'_>,
         sampler: &S,
         range: Range<u64>,
         observer: &mut O,
-    ) -> impl Iterator<Item = (u64, usize)> + use<E, O, S> {
+    ) -> Range<usize> {
         let block = block_of(range.start);
-        let width = match block.end - block.start {
-            0..4 => PacketWidth::One,
-            4..16 => PacketWidth::Eight,
-            _ => PacketWidth::Sixteen,
-        };
-        let packets = Packets {
-            width,
-            coherent: true,
-        };
-        let first = block.start;
-        self.samples.clear();
-        self.rays.clear();
-        for index in block {
-            let (sample, ray, time) = pixel.sample::<E, S>(sampler.clone(), index);
-            if range.contains(&index) {
-                observer.traced(RayKind::Camera, &ray, time);
-            }
-            self.rays.push(&ray, time);
-            self.samples.push(sample);
+        let lane = |index: u64| (index - block.start) as usize;
+        let (count, place) = (lane(block.end), self.samples.len());
+        let asked = lane(range.start)..lane(range.end);
+        // Step by step, so that the processor works on several samples at once.
+        let mut numbers = [CameraNumbers::default(); LANES];
+        for (numbers, index) in numbers.iter_mut().zip(block.clone()) {
+            let mut sampler = sampler.clone();
+            sampler.start(pixel.position, index);
+            *numbers = CameraNumbers::draw::<E, S>(&mut sampler);
+            self.samples
+                .push(Sample::new(sampler, CameraRay::default()));
         }
-        let accel = &pixel.scene.accel;
-        accel.intersect_batch(&self.rays, packets, &mut self.hits);
-        range.map(move |index| (index, (index - first) as usize))
+        let mut filtered = [FilterSample::default(); LANES];
+        for (filtered, numbers) in filtered.iter_mut().zip(&numbers[..count]) {
+            *filtered = pixel.filter.sample(numbers.film);
+        }
+        if self.packets.len() == self.blocks.len() {
+            self.packets.push(RayPacket::default());
+        }
+        let rays = &mut self.packets[self.blocks.len()];
+        rays.clear();
+        let found = numbers.iter().zip(filtered);
+        for (sample, (numbers, filtered)) in self.samples[place..].iter_mut().zip(found) {
+            sample.camera_ray = pixel.ray::<E>(numbers, filtered);
+            rays.push(&sample.camera_ray.ray, sample.camera_ray.time, None);
+            self.weights
+                .push(planted!("filter-weight-dropped", 1.0, filtered.weight));
+        }
+        keep(&mut self.samples, place, &asked);
+        keep(&mut self.weights, place, &asked);
+        for sample in &self.samples[place..] {
+            let CameraRay { ray, time } = &sample.camera_ray;
+            observer.traced(RayKind::Camera, ray, *time);
+        }
+        self.blocks.push(Block {
+            place,
+            lanes: asked,
+        });
+        place..self.samples.len()
     }
 
-    /// A sample's camera ray, what it meets, and where its random numbers come from.
-    pub fn get(&mut self, place: usize) -> (CameraRay, Option<Hit>, &mut S) {
-        let (ray, time) = self.rays.get(place);
-        let found = self.hits.get(place);
-        let sampler = &mut self.samples[place].sampler;
-        (CameraRay { ray, time }, found, sampler)
+    /// Traces the camera rays of all samples that were added.
+    pub fn trace(&mut self, scene: &Scene) {
+        let mut hits = [None; LANES];
+        for (block, rays) in self.blocks.drain(..).zip(&mut self.packets) {
+            scene.accel.intersect_packet(rays, true, &mut hits);
+            let samples = &mut self.samples[block.place..];
+            for (sample, found) in samples.iter_mut().zip(&hits[block.lanes]) {
+                sample.found = *found;
+            }
+        }
+    }
+
+    /// A sample.
+    pub fn sample(&mut self, place: usize) -> &mut Sample<S> {
+        &mut self.samples[place]
     }
 
     /// What a sample's radiance counts in its pixel.
     pub fn weight(&self, place: usize) -> f32 {
-        self.samples[place].weight
+        self.weights[place]
     }
 
-    /// A sample's value: radiance along the camera ray, times the filter's weight.
+    /// A sample's value, once it is estimated: radiance along the camera ray, times the filter's weight.
     #[inline]
-    pub fn value<E: Effects, I: Integrator, O: PathObserver, P: SplatSink>(
+    pub fn value(&self, place: usize) -> Rgb {
+        self.weights[place] * self.samples[place].radiance
+    }
+
+    /// Estimates samples whose camera rays are traced: all of these places, by an integrator that gains by estimating them side
+    /// by side, else the first one, as also where somebody wants to watch one after the other. Tells the place after them.
+    #[inline]
+    pub fn estimate<E: Effects, I: Integrator, O: PathObserver, P: SplatSink>(
         &mut self,
-        place: usize,
+        places: Range<usize>,
         scene: &Scene,
         integrator: I,
-        rays: &mut RayCounts,
         observer: &mut O,
         splats: &mut P,
-    ) -> Rgb {
-        let weight = self.samples[place].weight;
-        let (camera_ray, found, sampler) = self.get(place);
-        let radiance = integrator.radiance_and_splats::<E, _, _, _>(
-            scene,
+    ) -> usize {
+        if I::SIDE_BY_SIDE && !O::ONE_BY_ONE {
+            let samples = &mut self.samples[places.clone()];
+            integrator.radiances::<E, S, O>(scene, samples, &mut self.waiting, observer);
+            return places.end;
+        }
+        let Sample {
             sampler,
-            &camera_ray,
+            camera_ray,
             found,
+            radiance,
             rays,
-            observer,
-            splats,
+        } = &mut self.samples[places.start];
+        *radiance = integrator.radiance_and_splats::<E, _, _, _>(
+            scene, sampler, camera_ray, *found, rays, observer, splats,
         );
-        weight * radiance
+        places.start + 1
     }
+}
+
+/// Keeps of the items from `start` on only those of a range, counted from there.
+fn keep<T>(items: &mut Vec<T>, start: usize, range: &Range<usize>) {
+    items.truncate(start + range.end);
+    items.drain(start..start + range.start);
 }
 
 #[cfg(test)]

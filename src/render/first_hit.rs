@@ -15,6 +15,7 @@ use crate::effects::kernel::types::Everything;
 use crate::film::bars::BATCHES;
 use crate::film::filter::Filter;
 use crate::integrator::observer::Unobserved;
+use crate::integrator::{CameraRay, Sample};
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;
 use crate::math::vec::{Vec2, Vec3};
@@ -163,11 +164,19 @@ impl Job<'_> {
         };
         let mut batches = [Sums::default(); BATCHES as usize];
         for block in blocks(0..self.spp) {
-            let traced = rays.trace::<Everything, _>(&pixel, sampler, block, &mut Unobserved);
-            for (index, place) in traced {
-                let (camera_ray, found, sampler) = rays.get(place);
+            let indices = block.clone();
+            rays.clear();
+            let places = rays.add::<Everything, _>(&pixel, sampler, block, &mut Unobserved);
+            rays.trace(self.scene);
+            for (index, place) in indices.zip(places) {
+                let Sample {
+                    sampler,
+                    camera_ray: CameraRay { ray, time },
+                    found,
+                    ..
+                } = rays.sample(place);
+                let (ray, time, found) = (&*ray, *time, *found);
                 let [u_alpha] = sampler.draw(Decision::Alpha(0));
-                let (ray, time) = (&camera_ray.ray, camera_ray.time);
                 let batch = &mut batches[(index % BATCHES) as usize];
                 batch.count += 1;
                 let Some(at) = self.scene.meet(ray, time, None, u_alpha, found) else {

@@ -166,13 +166,12 @@ impl Surveyor<'_> {
             filter: self.filter,
             position,
         };
-        let mut rays = RayCounts::default();
         let mut camera_rays = CameraRays::new();
         let unobserved = &mut Unobserved;
-        let mut traced = camera_rays.trace::<E, _>(&pixel, sampler, 0..1, unobserved);
-        let (_, place) = traced.next().expect("one sample was asked for");
+        let place = camera_rays.add::<E, _>(&pixel, sampler, 0..1, unobserved);
+        camera_rays.trace(self.scene);
         let (scene, splats) = (self.scene, &mut NoSplats);
-        camera_rays.value::<E, _, _, _>(place, scene, integrator, &mut rays, unobserved, splats);
+        camera_rays.estimate::<E, _, _, _>(place, scene, integrator, unobserved, splats);
         let found = survey.found.into_inner();
         found.expect("no thread panics while it holds this")
     }

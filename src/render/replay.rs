@@ -13,8 +13,8 @@ use crate::effects::Effects;
 use crate::error::Result;
 use crate::film::filter::Filter;
 use crate::film::splats::NoSplats;
+use crate::integrator::Integrator;
 use crate::integrator::observer::PathObserver;
-use crate::integrator::{Integrator, RayCounts};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec3, Vec3};
 use crate::sampler::Sampler;
@@ -140,11 +140,11 @@ impl Dispatched for ReplayJob<'_, '_> {
     fn run<E: Effects, S: Sampler, I: Integrator>(self, integrator: I, sampler: S) -> Rgb {
         let mut camera_rays = CameraRays::new();
         let only = self.sample..self.sample + 1;
-        let mut traced = camera_rays.trace::<E, _>(&self.pixel, &sampler, only, self.recorder);
-        let (_, place) = traced.next().expect("one sample was asked for");
-        let (scene, rays) = (self.pixel.scene, &mut RayCounts::default());
-        let elsewhere = &mut NoSplats;
-        camera_rays.value::<E, I, _, _>(place, scene, integrator, rays, self.recorder, elsewhere)
+        let places = camera_rays.add::<E, _>(&self.pixel, &sampler, only, self.recorder);
+        let (scene, place, splats) = (self.pixel.scene, places.start, &mut NoSplats);
+        camera_rays.trace(scene);
+        camera_rays.estimate::<E, I, _, _>(places, scene, integrator, self.recorder, splats);
+        camera_rays.value(place)
     }
 }
 

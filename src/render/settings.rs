@@ -144,7 +144,7 @@ impl RenderSettings {
                 width: size.0,
                 height: size.1,
             },
-            tile_size: 32,
+            tile_size: 16,
         }
     }
 

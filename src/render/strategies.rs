@@ -17,9 +17,9 @@ use crate::error::{Error, Result};
 use crate::film::splats::{SplatSink, Splats, Strategy};
 use crate::film::{Film, Window};
 use crate::image::Image;
+use crate::integrator::Integrator;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::Unobserved;
-use crate::integrator::{Integrator, RayCounts};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::sampler::Sampler;
@@ -129,7 +129,6 @@ impl Dispatched for Job<'_> {
     fn run<E: Effects, S: Sampler, I: Integrator>(self, integrator: I, sampler: S) {
         let View { scene, filter, .. } = self.pictures.view;
         let mut camera_rays = CameraRays::new();
-        let mut rays = RayCounts::default();
         let observer = &mut Unobserved;
         for position in self.window.pixels() {
             let pixel = Pixel {
@@ -142,11 +141,14 @@ impl Dispatched for Job<'_> {
                 all: Vec::new(),
             };
             for block in blocks(0..self.pictures.spp) {
-                for (_, place) in camera_rays.trace::<E, _>(&pixel, &sampler, block, observer) {
+                camera_rays.clear();
+                let places = camera_rays.add::<E, _>(&pixel, &sampler, block, observer);
+                camera_rays.trace(scene);
+                for place in places {
                     let first = made.all.len();
-                    let rays = &mut rays;
+                    let only = place..place + 1;
                     camera_rays
-                        .value::<E, I, _, _>(place, scene, integrator, rays, observer, &mut made);
+                        .estimate::<E, I, _, _>(only, scene, integrator, observer, &mut made);
                     let weight = camera_rays.weight(place);
                     let own = made.all[first..].iter_mut().filter(|it| it.1.is_none());
                     own.for_each(|it| it.2 *= weight);

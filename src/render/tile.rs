@@ -11,6 +11,7 @@ use crate::film::Tile;
 use crate::film::filter::Filter;
 use crate::film::splats::{SplatSink, Splats};
 use crate::integrator::observer::PathObserver;
+use crate::integrator::waiting::AT_ONCE;
 use crate::integrator::{Integrator, RayCounts};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -128,56 +129,44 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
             asked,
             observer,
         } = self;
-        let mut elsewhere = Elsewhere {
-            filter,
-            splats,
-            found: Vec::new(),
+        let mut front = Front {
+            scene,
+            integrator,
+            camera_rays: CameraRays::new(),
+            samples: Vec::new(),
+            elsewhere: Elsewhere {
+                filter,
+                splats,
+                found: Vec::new(),
+            },
+            outcome: Outcome::default(),
         };
-        let mut outcome = Outcome::default();
-        let mut camera_rays = CameraRays::new();
-        let (mut bars, counts) = (tile.bars.as_mut(), tile.counts.as_ref());
-        let mut rays_of_pixels = tile.rays.as_mut();
-        for (i, ([x, y], sums)) in tile.window.pixels().zip(&mut tile.pixels).enumerate() {
-            let pixel = Pixel {
+        for (pixel, position) in tile.window.pixels().enumerate() {
+            let at = Pixel {
                 scene,
                 filter,
-                position: [x, y],
+                position,
             };
             let range = match &asked {
                 Asked::Same(range) => range.clone(),
-                Asked::Each(ends) => counts.map_or(tile.samples, |counts| counts[i])..ends[i],
+                Asked::Each(ends) => tile.count(pixel)..ends[pixel],
             };
-            let before = outcome.rays.total();
             for block in blocks(range) {
-                for (sample, place) in camera_rays.trace::<E, O>(&pixel, &sampler, block, observer)
-                {
-                    let rays = &mut outcome.rays;
-                    let value = camera_rays.value::<E, I, O, _>(
-                        place,
-                        scene,
-                        integrator,
-                        rays,
-                        observer,
-                        &mut elsewhere,
-                    );
-                    if value.is_finite() && elsewhere.is_finite() {
-                        elsewhere.add(sample);
-                        sums.add(value);
-                        if let Some(bars) = &mut bars {
-                            bars[i].add(sample, value);
-                        }
-                    } else {
-                        let first = Some(NonFiniteSample { y, x, sample });
-                        outcome.rejected.merge(Rejected { count: 1, first });
-                    }
-                    elsewhere.found.clear();
-                    observer.filmed(value);
+                let index = |index| Index {
+                    pixel,
+                    position,
+                    index,
+                };
+                front.samples.extend(block.clone().map(index));
+                front
+                    .camera_rays
+                    .add::<E, O>(&at, &sampler, block, observer);
+                if front.samples.len() >= AT_ONCE {
+                    front.advance::<E, O>(tile, observer);
                 }
             }
-            if let Some(rays) = &mut rays_of_pixels {
-                rays[i] += outcome.rays.total() - before;
-            }
         }
+        front.advance::<E, O>(tile, observer);
         if let (Some(splats), Asked::Same(range)) = (splats, &asked) {
             for sample in range.clone() {
                 splats.add_paths(sample, tile.window.pixel_count());
@@ -190,6 +179,76 @@ impl<O: PathObserver> Dispatched for TileJob<'_, O> {
                 tile.counts = Some(ends);
             }
         }
-        outcome
+        front.outcome
+    }
+}
+
+/// Which sample of which pixel.
+struct Index {
+    /// In the tile.
+    pixel: usize,
+    /// On the film.
+    position: [u32; 2],
+    index: u64,
+}
+
+/// Samples that are under way together.
+struct Front<'a, I, S> {
+    scene: &'a Scene,
+    integrator: I,
+    camera_rays: CameraRays<S>,
+    /// As those of `camera_rays`.
+    samples: Vec<Index>,
+    elsewhere: Elsewhere<'a>,
+    outcome: Outcome,
+}
+
+impl<I: Integrator, S: Sampler> Front<'_, I, S> {
+    /// Brings all samples to the film.
+    fn advance<E: Effects, O: PathObserver>(&mut self, tile: &mut Tile, observer: &mut O) {
+        self.camera_rays.trace(self.scene);
+        let mut places = 0..self.samples.len();
+        while !places.is_empty() {
+            let end = self.camera_rays.estimate::<E, I, O, _>(
+                places.clone(),
+                self.scene,
+                self.integrator,
+                observer,
+                &mut self.elsewhere,
+            );
+            for place in places.start..end {
+                self.film(tile, place, observer);
+            }
+            places.start = end;
+        }
+        self.camera_rays.clear();
+        self.samples.clear();
+    }
+
+    /// Brings one sample to the film.
+    fn film<O: PathObserver>(&mut self, tile: &mut Tile, place: usize, observer: &mut O) {
+        let value = self.camera_rays.value(place);
+        let Index {
+            pixel,
+            position: [x, y],
+            index: sample,
+        } = self.samples[place];
+        if value.is_finite() && self.elsewhere.is_finite() {
+            self.elsewhere.add(sample);
+            tile.pixels[pixel].add(value);
+            if let Some(bars) = &mut tile.bars {
+                bars[pixel].add(sample, value);
+            }
+        } else {
+            let first = Some(NonFiniteSample { y, x, sample });
+            self.outcome.rejected.merge(Rejected { count: 1, first });
+        }
+        self.elsewhere.found.clear();
+        let rays = self.camera_rays.sample(place).rays;
+        self.outcome.rays += rays;
+        if let Some(of_pixels) = &mut tile.rays {
+            of_pixels[pixel] += rays.total();
+        }
+        observer.filmed(value);
     }
 }

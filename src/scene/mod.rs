@@ -19,6 +19,7 @@ pub mod placement;
 pub mod prepare;
 mod traced;
 
+use crate::accel::packet::{LANES, RayPacket};
 use crate::accel::{Accel, Departure, Hit, PrimitiveId};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
@@ -220,6 +221,25 @@ impl Scene {
                 return 0.0;
             }
             ray.t_min = hit.t.next_up();
+        }
+        visible
+    }
+
+    /// The same for each ray of a packet.
+    #[inline]
+    pub fn visibilities<E: Effects>(&self, rays: &mut RayPacket) -> [f32; LANES] {
+        let mut visible = [0.0; LANES];
+        if E::Alpha::ON {
+            for (lane, visible) in visible.iter_mut().enumerate().take(rays.len()) {
+                let (ray, time) = rays.get(lane);
+                *visible = self.visibility::<E>(&ray, time);
+            }
+            return visible;
+        }
+        let mut occluded = [false; LANES];
+        self.accel.occluded_packet(rays, &mut occluded);
+        for (visible, occluded) in visible.iter_mut().zip(occluded) {
+            *visible = if occluded { 0.0 } else { 1.0 };
         }
         visible
     }

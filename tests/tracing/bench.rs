@@ -26,7 +26,7 @@ use etendue::render::{Unwatched, observe_tile};
 use etendue::scene::Scene;
 use etendue::scene::description::SceneDescription;
 use etendue::scene::interaction::Interaction;
-use std::collections::{HashMap, HashSet};
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -142,6 +142,8 @@ struct Count {
 }
 
 impl PathObserver for Count {
+    const ONE_BY_ONE: bool = false;
+
     fn traced(&mut self, kind: RayKind, _ray: &Ray, _time: f32) {
         *self.rays.entry(kind).or_default() += 1;
     }
@@ -150,8 +152,9 @@ impl PathObserver for Count {
 /// What the render's own rays met, kind by kind in the order of a recording.
 #[derive(Default)]
 struct Meetings {
-    /// The kind of the ray under way, after the camera's: those are told beforehand.
-    kind: Option<RayKind>,
+    /// Rays under way: their kinds, and what they have left. Paths side by side arrive in the order in which their rays were
+    /// traced.
+    under_way: VecDeque<(RayKind, Option<PrimitiveId>)>,
     /// The surface that the path is on.
     left: Option<PrimitiveId>,
     closest: Vec<(RayKind, Option<PrimitiveId>, Option<PrimitiveId>)>,
@@ -160,20 +163,21 @@ struct Meetings {
 
 impl Meetings {
     fn met(&mut self, id: Option<PrimitiveId>) {
-        let kind = self.kind.take().unwrap_or(RayKind::Camera);
-        self.closest.push((kind, self.left, id));
+        let (kind, left) = self.under_way.pop_front().expect("a ray is under way");
+        self.closest.push((kind, left, id));
         self.left = id;
     }
 }
 
 impl PathObserver for Meetings {
+    const ONE_BY_ONE: bool = false;
+
     fn traced(&mut self, kind: RayKind, _ray: &Ray, _time: f32) {
-        if !matches!(kind, RayKind::Camera | RayKind::Shadow) {
-            self.kind = Some(kind);
+        match kind {
+            RayKind::Shadow => {}
+            RayKind::Camera => self.under_way.push_back((kind, None)),
+            _ => self.under_way.push_back((kind, self.left)),
         }
-    }
-    fn filmed(&mut self, _value: Rgb) {
-        self.left = None;
     }
     fn arrived<E: Effects>(&mut self, at: &Interaction<E>, _beta: Rgb) {
         self.met(Some(at.id));

@@ -14,6 +14,7 @@ use crate::effects::Effects;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::Unobserved;
 use crate::integrator::path::{PathIntegrator, PathState};
+use crate::integrator::waiting::Waiting;
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -79,6 +80,7 @@ impl Gatherer<'_> {
     ) -> Option<Seen> {
         let mut radiance = vec![Rgb::BLACK; cells.count()];
         let mut distance = vec![f32::INFINITY; cells.count()];
+        let mut waiting = Waiting::default();
         for cell in 0..cells.count() {
             sampler.start(self.numbers, (spent + cell) as u64);
             let u: [f32; 2] = sampler.draw(Decision::Bsdf(0));
@@ -103,7 +105,8 @@ impl Gatherer<'_> {
                 distance[cell] = hit.t;
             }
             let follow = &self.integrator;
-            let value = follow.follow(self.scene, sampler, path, found, rays, &mut Unobserved);
+            let (waiting, unobserved) = (&mut waiting, &mut Unobserved);
+            let value = follow.follow(self.scene, sampler, path, found, waiting, rays, unobserved);
             if !value.is_finite() {
                 return None;
             }

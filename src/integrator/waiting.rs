@@ -1,0 +1,92 @@
+//! What waits while paths are followed side by side: their rays, to be traced in packets.
+//!
+//! All paths go one step, and then all of their rays are traced: packets are whole, however many paths have ended, and neither
+//! the code nor the data of the one are driven out of the processor's caches by the other after every ray.
+//!
+//! Measure: normalised scene units; radiance.
+//! Range: any number of paths.
+//! Source: Wald 2001, "Interactive Rendering with Coherent Ray Tracing", for rays in packets; Laine, Karras and Aila 2013,
+//! "Megakernels Considered Harmful", for one step of all paths at a time. Tested in `tests/rendering/determinism.rs`.
+
+use super::observer::PathObserver;
+use crate::accel::packet::{LANES, RayQueue};
+use crate::effects::Effects;
+use crate::math::ray::Ray;
+use crate::math::rgb::Rgb;
+use crate::planted::planted;
+use crate::scene::Scene;
+
+/// How many paths are best followed side by side: enough to fill packets of rays while some of them end, and few enough to
+/// stay in a processor's first cache, some 600 bytes each.
+pub const AT_ONCE: usize = 64;
+
+/// What waits while paths are followed side by side: memory to be used again.
+#[derive(Debug, Default)]
+pub struct Waiting {
+    /// Rays to lights.
+    pub(super) shadows: ShadowRays,
+    /// Rays of paths that go on.
+    pub(super) onward: RayQueue,
+    /// The paths that go on, by their numbers, in the order of their rays.
+    pub(super) going: Vec<usize>,
+    /// For each path, the light that the last surface looked for, where that matters.
+    pub(super) chosen: Vec<Option<u32>>,
+}
+
+/// Rays to lights that are yet to be traced, with what they add to their paths.
+#[derive(Debug, Default)]
+pub struct ShadowRays {
+    rays: RayQueue,
+    lights: Vec<Awaited>,
+}
+
+/// What a path gets if its light is visible.
+#[derive(Debug, Clone, Copy)]
+struct Awaited {
+    path: usize,
+    contribution: Rgb,
+    weight: f32,
+}
+
+impl ShadowRays {
+    /// A ray to a light that adds so much to the path with this number, if nothing is in the way. `weight` is part of it.
+    #[inline(always)]
+    pub(super) fn push(
+        &mut self,
+        path: usize,
+        contribution: Rgb,
+        weight: f32,
+        ray: &Ray,
+        time: f32,
+    ) {
+        let then = planted!("shadows-as-the-shutter-opens", 0.0, time);
+        self.lights.push(Awaited {
+            path,
+            contribution,
+            weight,
+        });
+        self.rays.push(ray, then, None);
+    }
+
+    /// Traces them all, and tells what each path gets.
+    #[inline]
+    pub(super) fn trace<E: Effects, O: PathObserver>(
+        &mut self,
+        scene: &Scene,
+        observer: &mut O,
+        mut add: impl FnMut(usize, Rgb),
+    ) {
+        let packets = self.rays.packets_mut().iter_mut();
+        for (rays, lights) in packets.zip(self.lights.chunks(LANES)) {
+            let visible = scene.visibilities::<E>(rays);
+            for (light, visible) in lights.iter().zip(visible) {
+                observer.light(light.contribution, light.weight, visible);
+                if visible > 0.0 {
+                    add(light.path, light.contribution * visible);
+                }
+            }
+        }
+        self.rays.clear();
+        self.lights.clear();
+    }
+}

@@ -185,15 +185,10 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         observer: &mut O,
     ) -> bool {
         let technique = self.technique.technique();
-        let Sample {
-            sampler,
-            found,
-            rays,
-            ..
-        } = sample;
+        let (sampler, found, rays) = (&mut sample.sampler, sample.found, &mut sample.rays);
         let time = path.time.or(0.0);
         let u_alpha = draw_alpha::<E, S>(sampler, bounce);
-        let Some(at) = scene.meet::<E>(&path.ray, time, path.departure, u_alpha, *found) else {
+        let Some(at) = scene.meet::<E>(&path.ray, time, path.departure, u_alpha, found) else {
             observer.escaped(path.ray.dir);
             let contribution = path.beta * beyond(scene, path, technique, *chosen);
             path.radiance += contribution;

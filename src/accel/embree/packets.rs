@@ -11,7 +11,8 @@
 //! Measure: as [`RayBatch`] and [`HitBatch`].
 //! Range: any number of rays. Inactive and not finite ones are masked out, as are the lanes past the end of the batch.
 //! Where the library lacks packets of the width asked for, the widest it has below that is used.
-//! Source: Embree's manual, "Ray packets" and "Fast Coherent Rays". Tested in `tests/tracing/batches.rs`.
+//! Source: Embree's manual, "Ray packets" and "Fast Coherent Rays". Tested below and in `tests/tracing/batches.rs` and
+//! `packets.rs`.
 
 use super::EmbreeAccel;
 use super::handles::PacketQuery;

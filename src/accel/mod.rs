@@ -20,10 +20,11 @@ mod primitive;
 use crate::error::{Error, Result};
 pub use crate::geometry::world::PrimitiveId;
 use crate::geometry::world::{Instance, World};
+use crate::math::lanes::LANES;
 use crate::math::ray::Ray;
 use crate::planted::planted;
 use batch::{HitBatch, Packets, RayBatch};
-use packet::{Hits, LANES, RayPacket};
+use packet::{Hits, RayPacket};
 use std::sync::Arc;
 
 /// Where a ray meets a primitive.

@@ -10,11 +10,9 @@
 
 use super::lanes::{ActiveLanes, RayHitLanes};
 use super::{Departure, Hit};
+use crate::math::lanes::LANES;
 use crate::math::ray::Ray;
 use crate::math::vec::Vec3;
-
-/// The most rays of a packet.
-pub const LANES: usize = 16;
 
 /// Rays with their times, laid out as Embree traces them.
 #[derive(Debug, Clone)]

@@ -49,7 +49,7 @@ impl Bsdf {
     #[inline]
     pub fn seen_from<E: Effects>(&self, wo: Vec3) -> View<'_> {
         let choice = match self {
-            Self::Principled(model) if mirrors::<E>() => Some(model.choice(wo)),
+            Self::Principled(model) if has_lobes::<E>() => Some(model.choice(wo)),
             _ => None,
         };
         View {
@@ -132,8 +132,8 @@ impl View<'_> {
         let wo = self.wo;
         match (self.bsdf, &self.choice) {
             (Bsdf::Diffuse(model), _) => model.eval(wo, wi),
-            (Bsdf::Mirror(model), _) if mirrors::<E>() => model.eval(),
-            (Bsdf::Conductor(model), _) if mirrors::<E>() => model.eval(wo, wi),
+            (Bsdf::Mirror(model), _) if has_lobes::<E>() => model.eval(),
+            (Bsdf::Conductor(model), _) if has_lobes::<E>() => model.eval(wo, wi),
             (Bsdf::Dielectric(model), _) if E::Transmission::ON => model.eval(wo, wi),
             (Bsdf::Phong(model), _) if E::Glossy::ON => model.eval(wo, wi),
             (Bsdf::Principled(model), Some(choice)) => model.eval(wo, choice, wi),
@@ -148,8 +148,8 @@ impl View<'_> {
         let wo = self.wo;
         match (self.bsdf, &self.choice) {
             (Bsdf::Diffuse(model), _) => model.sample(wo, u),
-            (Bsdf::Mirror(model), _) if mirrors::<E>() => model.sample(wo),
-            (Bsdf::Conductor(model), _) if mirrors::<E>() => model.sample(wo, u_lobe, u),
+            (Bsdf::Mirror(model), _) if has_lobes::<E>() => model.sample(wo),
+            (Bsdf::Conductor(model), _) if has_lobes::<E>() => model.sample(wo, u_lobe, u),
             (Bsdf::Dielectric(model), _) if E::Transmission::ON => model.sample(wo, u_lobe, u),
             (Bsdf::Phong(model), _) if E::Glossy::ON => model.sample(wo, u_lobe, u),
             (Bsdf::Principled(model), Some(choice)) => model.sample(wo, choice, u_lobe, u),
@@ -167,7 +167,7 @@ fn lobes(is_delta: bool) -> EffectSet {
     })
 }
 
-/// Whether a kernel knows anything but matte surfaces.
-const fn mirrors<E: Effects>() -> bool {
+/// Whether a kernel knows anything but matte surfaces, so that there may be lobes to choose from.
+pub const fn has_lobes<E: Effects>() -> bool {
     E::Glossy::ON || E::Specular::ON
 }

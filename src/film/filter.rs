@@ -4,6 +4,7 @@
 //! Range: u in [0, 1 - 2^-24]; offsets in [-radius, radius]. A radius that is not a positive number panics.
 //! Source: Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling"; the shapes are named at each. Tested below.
 
+use crate::math::lanes::{FEW, LANES, Lanes, each_lane, vectorised};
 use crate::math::vec::Vec2;
 use std::f64::consts::PI;
 
@@ -177,9 +178,49 @@ impl Filter {
         (self.evaluate_axis(offset.x.into()) * self.evaluate_axis(offset.y.into())) as f32
     }
 
+    /// The same for each of at most [`LANES`] pairs of numbers.
+    pub fn sample_each(&self, u: &[Vec2], mut tell: impl FnMut(FilterSample)) {
+        if u.len() <= FEW {
+            return u.iter().for_each(|&u| tell(self.sample(u)));
+        }
+        let (mut asked, mut weights) = ([[[0.0; LANES]; 6]; 2], [1.0; LANES]);
+        for (lane, u) in u.iter().enumerate() {
+            for (asked, u) in asked.iter_mut().zip(u.to_array()) {
+                let (signed, cell) = self.cell(u);
+                let found = &self.cells[cell];
+                let of_cell = [found.to, found.scale, found.a, found.b];
+                for (asked, of_cell) in asked.iter_mut().zip(of_cell) {
+                    asked[lane] = of_cell;
+                }
+                (asked[4][lane], asked[5][lane]) = (signed, cell as f32);
+                weights[lane] *= found.weight;
+            }
+        }
+        let mut offsets = [[[0.0; LANES]; 1]; 2];
+        for (asked, offsets) in asked.iter().zip(&mut offsets) {
+            offsets_within(self.reach, asked, offsets);
+        }
+        let [[x], [y]] = offsets;
+        for lane in 0..u.len() {
+            tell(FilterSample {
+                offset: Vec2::new(x[lane], y[lane]),
+                weight: weights[lane],
+            });
+        }
+    }
+
     /// One coordinate and its factor of the weight. The map from `u` rises, so that strata stay strata.
     #[inline]
     fn sample_axis(&self, u: f32) -> (f32, f32) {
+        let (signed, cell) = self.cell(u);
+        let found = &self.cells[cell];
+        let within = [found.to, found.scale, found.a, found.b, signed, cell as f32];
+        (offset_within(self.reach, within), found.weight)
+    }
+
+    /// The share, with the sign of its side, and the cell that it is in.
+    #[inline]
+    fn cell(&self, u: f32) -> (f32, usize) {
         let signed = 2.0 * u - 1.0;
         let share = signed.abs();
         // A share of 1 belongs to the last step.
@@ -188,10 +229,7 @@ impl Filter {
         while self.cells[cell].to <= share && cell + 1 < CELLS {
             cell += 1;
         }
-        let found = &self.cells[cell];
-        let within = invert_linear(1.0 - (found.to - share) * found.scale, found.a, found.b);
-        let distance = (cell as f32 + within) / CELLS as f32 * self.reach;
-        (distance.copysign(signed), found.weight)
+        (signed, cell)
     }
 
     fn evaluate_axis(&self, x: f64) -> f64 {
@@ -205,13 +243,29 @@ impl Filter {
     }
 }
 
+/// The coordinate of a share in a cell, of which the numbers are those of [`Cell`], the share and the cell's own.
+#[inline(always)]
+fn offset_within(reach: f32, [to, scale, a, b, signed, cell]: [f32; 6]) -> f32 {
+    let within = invert_linear(1.0 - (to - signed.abs()) * scale, a, b);
+    let distance = (cell + within) / CELLS as f32 * reach;
+    distance.copysign(signed)
+}
+
+vectorised! {
+    /// [`offset_within`] for each lane.
+    fn offsets_within(reach: f32, asked: &[Lanes<f32>; 6], offsets: &mut [Lanes<f32>; 1]) {
+        each_lane(asked, offsets, |asked| [offset_within(reach, asked)]);
+    }
+}
+
 /// The place in [0, 1] that has the share `u` before it, where the density goes from `a` to `b`, not both 0.
-#[inline]
+#[inline(always)]
 fn invert_linear(u: f32, a: f32, b: f32) -> f32 {
     // The root of a x + (b - a) x^2 / 2 = u (a + b) / 2, in the form that does not cancel.
     let root = (a * a + u * (b * b - a * a)).max(0.0).sqrt();
+    let place = u * (a + b) / (a + root);
     if a + root > 0.0 {
-        (u * (a + b) / (a + root)).clamp(0.0, 1.0)
+        place.clamp(0.0, 1.0)
     } else {
         0.0
     }
@@ -385,6 +439,23 @@ mod tests {
                 before = x;
                 if i > 0 && i < 4096 {
                     assert_eq!(x, -sample(1.0 - u));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn samples_side_by_side_are_those_of_each_alone() {
+        for (kind, filter) in filters() {
+            for count in 0..=LANES {
+                for turn in 0..200 {
+                    let u = |i: usize| (0.618_034 * (i + 16 * turn) as f32).fract();
+                    let u: Vec<Vec2> = (0..count).map(|i| Vec2::new(u(i), u(3 * i + 1))).collect();
+                    let mut alone = u.iter().map(|&u| filter.sample(u));
+                    filter.sample_each(&u, |sample| {
+                        assert_eq!(Some(sample), alone.next(), "{kind:?}, {count}");
+                    });
+                    assert!(alone.next().is_none(), "{kind:?}, {count}");
                 }
             }
         }

@@ -34,9 +34,7 @@ pub struct CameraRay {
 
 /// A sample on its way into the scene.
 #[derive(Debug, Clone)]
-pub struct Sample<S> {
-    /// Its random numbers.
-    pub sampler: S,
+pub struct Sample {
     /// Where it looks.
     pub camera_ray: CameraRay,
     /// What is found on its ray: camera rays are traced side by side.
@@ -47,12 +45,11 @@ pub struct Sample<S> {
     pub rays: RayCounts,
 }
 
-impl<S> Sample<S> {
+impl Sample {
     /// One whose ray is yet to be traced.
     #[inline]
-    pub fn new(sampler: S, camera_ray: CameraRay) -> Self {
+    pub fn new(camera_ray: CameraRay) -> Self {
         Self {
-            sampler,
             camera_ray,
             found: None,
             radiance: Rgb::BLACK,
@@ -66,17 +63,17 @@ pub trait Integrator: Copy + Send + Sync {
     /// Whether it gains by estimating several samples at once.
     const SIDE_BY_SIDE: bool = false;
 
-    /// Estimates the radiance of some samples, the very same as that of each by itself.
+    /// Estimates the radiance of some samples, the very same as that of each by itself. Samplers are those of the samples.
     fn radiances<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         scene: &Scene,
-        samples: &mut [Sample<S>],
+        samplers: &mut [S],
+        samples: &mut [Sample],
         _waiting: &mut Waiting,
         observer: &mut O,
     ) {
-        for sample in samples {
+        for (sampler, sample) in samplers.iter_mut().zip(samples) {
             let Sample {
-                sampler,
                 camera_ray,
                 found,
                 radiance,

@@ -10,16 +10,18 @@
 //! `tests/rendering/determinism.rs`, where replays follow paths one by one, and in `tests/tracing/bench.rs`.
 
 use super::observer::PathObserver;
-use crate::accel::packet::{LANES, RayQueue};
+use crate::accel::packet::RayQueue;
 use crate::effects::Effects;
+use crate::light::types::LightQuestion;
+use crate::math::lanes::LANES;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::planted::planted;
 use crate::scene::Scene;
 
-/// How many paths are best followed side by side: enough to fill packets of rays while some of them end, and few enough to
-/// stay in a processor's first cache, some 600 bytes each.
-pub const AT_ONCE: usize = 64;
+/// How many paths are best followed side by side: enough to fill packets of rays and lanes while some of them end, and to come
+/// to each stage's code seldom; few enough to stay in a processor's second cache, some 600 bytes each.
+pub const AT_ONCE: usize = 256;
 
 /// What waits while paths are followed side by side: memory to be used again.
 #[derive(Debug, Default)]
@@ -32,6 +34,24 @@ pub struct Waiting {
     pub(super) going: Vec<usize>,
     /// For each path, the light that the last surface looked for, where that matters.
     pub(super) chosen: Vec<Option<u32>>,
+    /// The paths that look for a light.
+    pub(super) looking: Vec<usize>,
+    /// What they ask.
+    pub(super) questions: Vec<LightQuestion>,
+    /// The numbers that decide on directions.
+    pub(super) directions: Vec<[f32; 3]>,
+    /// And on who goes on.
+    pub(super) roulette: Vec<f32>,
+}
+
+impl Waiting {
+    /// Waits for so many paths, all of which go on.
+    pub(super) fn begin(&mut self, count: usize) {
+        self.chosen.clear();
+        self.chosen.resize(count, None);
+        self.going.clear();
+        self.going.extend(0..count);
+    }
 }
 
 /// Rays to lights that are yet to be traced, with what they add to their paths.

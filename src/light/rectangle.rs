@@ -6,11 +6,12 @@
 //! else by solid angle, or by area again below [`spherical_rectangle::SMALLEST`].
 //! Source: `sampling/linear.rs`, `sampling/spherical_rectangle.rs`. Tested in `tests/lights/light.rs`.
 
-use super::types::{Emission, LightEnd, LightSample};
+use super::types::{Emission, LightEnd, LightQuestion, LightSample};
 use crate::geometry::surface::SurfacePoint;
+use crate::math::lanes::{LANES, Lanes, each_lane, vectorised};
 use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::robust::{gamma, never_zero};
-use crate::math::vec::{DVec3, Vec2, Vec3, Vec4};
+use crate::math::vec::{DVec3, LaneVec3, Vec2, Vec3};
 use crate::sampling::linear::LinearSquare;
 use crate::sampling::spherical_rectangle::{self, SphericalRectangle};
 
@@ -28,9 +29,9 @@ pub const FAR: f32 = 100.0;
 /// An emitting rectangle.
 #[derive(Debug, Clone, Copy)]
 pub struct RectangleLight {
-    corner: Vec3,
-    edges: [Vec3; 2],
-    normal: Vec3,
+    corner: LaneVec3,
+    edges: [LaneVec3; 2],
+    normal: LaneVec3,
     emission: Emission,
     /// Bound of the rounding error of every point.
     error: Vec3,
@@ -46,6 +47,25 @@ pub struct RectangleLight {
     lengths: [f64; 2],
 }
 
+/// How a point is chosen for a receiver.
+struct Choice {
+    /// By solid angle, else with the density.
+    is_near: bool,
+    /// In shares of the edges.
+    density: LinearSquare,
+}
+
+/// A point on the light as a receiver sees it.
+struct Found {
+    position: LaneVec3,
+    /// Unit vector towards it.
+    wi: LaneVec3,
+    /// Cosine between the light's normal and the way back.
+    cos: f32,
+    /// Per steradian; not finite where there is none.
+    pdf: f32,
+}
+
 impl RectangleLight {
     /// A light at `corner` along two edges at right angles; its normal is edge_u x edge_v.
     pub fn new(corner: Vec3, edges: [Vec3; 2], emission: Emission) -> Self {
@@ -59,9 +79,9 @@ impl RectangleLight {
         let lengths2 = lengths.map(|length| length * length);
         let radius2 = 0.25 * (lengths2[0] + lengths2[1]);
         Self {
-            corner,
-            edges,
-            normal: normal.as_vec3a(),
+            corner: corner.into(),
+            edges: edges.map(LaneVec3::from),
+            normal: normal.as_vec3(),
             emission,
             error: never_zero(rounding, lengths[0].max(lengths[1]) as f32),
             over_edges2: Vec2::from(lengths2.map(|length2| (1.0 / length2) as f32)),
@@ -85,7 +105,7 @@ impl RectangleLight {
 
     /// A point chosen uniformly by area.
     pub fn point(&self, u: Vec2) -> SurfacePoint {
-        self.surface(self.corner + u.x * self.edges[0] + u.y * self.edges[1])
+        self.surface(self.at(u))
     }
 
     /// The density of [`point`](Self::point).
@@ -96,25 +116,66 @@ impl RectangleLight {
     /// A point that lights `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let Some(density) = self.density_of_points(p) else {
+        let choice = self.choice(self.corner - LaneVec3::from(p));
+        if choice.is_near {
             return self.sample_near(p, u);
-        };
-        self.sample_points(p, density, u)
+        }
+        self.told(&self.find(p.into(), choice.density, u))
+    }
+
+    /// A point that lights each of at most [`LANES`] places.
+    #[inline]
+    pub fn sample_each(
+        &self,
+        questions: &[LightQuestion],
+        mut tell: impl FnMut(&LightQuestion, Option<LightSample>),
+    ) {
+        let mut asked = [[0.0; LANES]; 5];
+        for (lane, LightQuestion { p, u, .. }) in questions.iter().enumerate() {
+            let numbers = [p.x, p.y, p.z, u.x, u.y];
+            for (asked, number) in asked.iter_mut().zip(numbers) {
+                asked[lane] = number;
+            }
+        }
+        let mut found = [[0.0; LANES]; 9];
+        find_lanes(self, &asked, &mut found);
+        for (lane, question) in questions.iter().enumerate() {
+            let [x, y, z, wi_x, wi_y, wi_z, cos, pdf, is_near] =
+                found.each_ref().map(|of| of[lane]);
+            let LightQuestion { p, u, pmf, .. } = *question;
+            let found = if is_near > 0.0 {
+                self.sample_near(p, u)
+            } else {
+                self.told(&Found {
+                    position: LaneVec3::new(x, y, z),
+                    wi: LaneVec3::new(wi_x, wi_y, wi_z),
+                    cos,
+                    pdf,
+                })
+            };
+            tell(question, found.map(|sample| sample.chosen(pmf)));
+        }
     }
 
     /// A point chosen uniformly by area.
     pub fn sample_by_area(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        self.sample_points(p, LinearSquare::UNIFORM, u)
+        self.told(&self.find(p.into(), LinearSquare::UNIFORM, u))
     }
 
-    /// A point that lights `p`, chosen with this density in shares of the edges.
-    #[inline]
-    fn sample_points(&self, p: Vec3, density: LinearSquare, u: Vec2) -> Option<LightSample> {
+    /// A point for `p`, chosen with this density in shares of the edges. Free of branches.
+    #[inline(always)]
+    fn find(&self, p: LaneVec3, density: LinearSquare, u: Vec2) -> Found {
         let at = density.sample(u);
-        let position = self.corner + at.x * self.edges[0] + at.y * self.edges[1];
+        let position = self.at(at);
         self.found(p, position, |distance2, cos| {
             self.per_steradian(density.pdf(at), distance2, cos)
         })
+    }
+
+    /// The point at these shares of the edges.
+    #[inline(always)]
+    fn at(&self, shares: Vec2) -> LaneVec3 {
+        self.corner + shares.x * self.edges[0] + shares.y * self.edges[1]
     }
 
     /// The density with which [`sample`](Self::sample) finds, from `p`, the point at `towards` from it whose normal has
@@ -122,49 +183,52 @@ impl RectangleLight {
     #[inline]
     pub fn pdf(&self, p: Vec3, towards: Vec3, cos: f32) -> Option<PdfSolidAngle> {
         let distance2 = towards.length_squared();
-        let Some(density) = self.density_of_points(p) else {
+        let corner = self.corner - LaneVec3::from(p);
+        let choice = self.choice(corner);
+        if choice.is_near {
             return self.pdf_near(p, distance2, cos);
-        };
-        let from_corner = towards - (self.corner - p);
+        }
+        let from_corner = LaneVec3::from(towards) - corner;
         let along = Vec2::new(
             from_corner.dot(self.edges[0]),
             from_corner.dot(self.edges[1]),
         );
-        self.per_steradian(density.pdf(self.over_edges2 * along), distance2, cos)
+        let pdf = self.per_steradian(choice.density.pdf(self.over_edges2 * along), distance2, cos);
+        pdf.is_finite().then_some(PdfSolidAngle(pdf))
     }
 
-    /// How points are chosen, in shares of the edges; `None` where directions are. A function of nothing but `p`, so that
-    /// [`sample`](Self::sample) and [`pdf`](Self::pdf) speak of the same density.
-    #[inline]
-    fn density_of_points(&self, p: Vec3) -> Option<LinearSquare> {
-        let corner = self.corner - p;
-        if self.emission.is_dark_behind() && corner.dot(self.normal) > 0.0 {
-            return Some(LinearSquare::UNIFORM);
-        }
+    /// How points are chosen for a receiver from which the corner lies there. A function of nothing else, so that
+    /// [`sample`](Self::sample) and [`pdf`](Self::pdf) speak of the same density. Free of branches.
+    #[inline(always)]
+    fn choice(&self, corner: LaneVec3) -> Choice {
+        let is_behind = self.emission.is_dark_behind() & (corner.dot(self.normal) > 0.0);
         let center = corner + 0.5 * (self.edges[0] + self.edges[1]);
         let distance2 = self.over_radius2 * center.length_squared();
-        if distance2 < CLEAR * CLEAR {
-            return None;
-        }
-        if distance2 > FAR * FAR {
-            return Some(LinearSquare::UNIFORM);
-        }
+        let is_uniform = is_behind | (distance2 > FAR * FAR);
         // 1 / r^3 in the middle of each edge, from r^2 = |center|^2 + |edge|^2 / 4 +- center . edge.
-        let u = self.over_radius2 * center.dot(self.edges[0]);
-        let v = self.over_radius2 * center.dot(self.edges[1]);
-        let [far_u, far_v] = (self.half_edges2 + Vec2::splat(distance2)).to_array();
-        let over_r2 = Vec4::new(far_u - u, far_v - v, far_u + u, far_v + v).recip();
-        let weights = over_r2 * over_r2.sqrt();
-        Some(LinearSquare::new(
-            Vec2::new(weights.x, weights.y),
-            Vec2::new(weights.z, weights.w),
-        ))
+        let along =
+            self.over_radius2 * Vec2::new(center.dot(self.edges[0]), center.dot(self.edges[1]));
+        let far = self.half_edges2 + Vec2::splat(distance2);
+        let weight = |r2: f32| {
+            let over_r2 = 1.0 / r2;
+            if is_uniform {
+                1.0
+            } else {
+                over_r2 * over_r2.sqrt()
+            }
+        };
+        let weights = |r2: Vec2| Vec2::new(weight(r2.x), weight(r2.y));
+        Choice {
+            is_near: !is_behind & (distance2 < CLEAR * CLEAR),
+            density: LinearSquare::new(weights(far - along), weights(far + along)),
+        }
     }
 
-    /// The density per steradian of a point with this density in shares of the edges.
-    #[inline]
-    fn per_steradian(&self, of_shares: f32, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        PdfArea(of_shares * self.pdf_area).to_solid_angle(distance2, cos)
+    /// The density per steradian of a point with this density in shares of the edges; infinite edge-on.
+    #[inline(always)]
+    fn per_steradian(&self, of_shares: f32, distance2: f32, cos: f32) -> f32 {
+        let pdf = PdfArea(of_shares * self.pdf_area).to_solid_angle(distance2, cos);
+        pdf.map_or(f32::INFINITY, |pdf| pdf.0)
     }
 
     #[cold]
@@ -177,15 +241,16 @@ impl RectangleLight {
         };
         // In double precision: on a huge rectangle, single-precision fractions would jump past a near receiver.
         let [along_u, along_v] = [0, 1].map(|i| s[i] * self.edges[i].as_dvec3());
-        let position = (self.corner.as_dvec3() + along_u + along_v).as_vec3a();
-        self.found(p, position, |distance2, cos| {
+        let position = (self.corner.as_dvec3() + along_u + along_v).as_vec3();
+        self.told(&self.found(p.into(), position, |distance2, cos| {
             self.of_angle(&seen, distance2, cos)
-        })
+        }))
     }
 
     #[cold]
     fn pdf_near(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        self.of_angle(&self.seen_from(p)?, distance2, cos)
+        let pdf = self.of_angle(&self.seen_from(p)?, distance2, cos);
+        pdf.is_finite().then_some(PdfSolidAngle(pdf))
     }
 
     fn seen_from(&self, p: Vec3) -> Option<SphericalRectangle> {
@@ -193,46 +258,65 @@ impl RectangleLight {
         SphericalRectangle::new(corner, self.axes, self.lengths)
     }
 
-    fn of_angle(
-        &self,
-        seen: &SphericalRectangle,
-        distance2: f32,
-        cos: f32,
-    ) -> Option<PdfSolidAngle> {
+    fn of_angle(&self, seen: &SphericalRectangle, distance2: f32, cos: f32) -> f32 {
         if seen.solid_angle() >= spherical_rectangle::SMALLEST {
-            Some(PdfSolidAngle((1.0 / seen.solid_angle()) as f32))
+            (1.0 / seen.solid_angle()) as f32
         } else {
             self.per_steradian(1.0, distance2, cos)
         }
     }
 
-    #[inline]
-    fn surface(&self, p: Vec3) -> SurfacePoint {
-        SurfacePoint {
-            p,
-            error: self.error,
-            ng: self.normal,
-            ns: self.normal,
+    /// What is at `position`, whose density is a function of its squared distance and its cosine.
+    #[inline(always)]
+    fn found(
+        &self,
+        p: LaneVec3,
+        position: LaneVec3,
+        density: impl FnOnce(f32, f32) -> f32,
+    ) -> Found {
+        let towards = position - p;
+        let distance2 = towards.length_squared();
+        let wi = towards * (1.0 / distance2.sqrt());
+        let cos = -wi.dot(self.normal);
+        Found {
+            position,
+            wi,
+            cos,
+            pdf: density(distance2, cos),
         }
     }
 
-    /// The sample at `position`, whose density is a function of its squared distance and its cosine.
+    /// The sample that was found, if its density is a number.
     #[inline]
-    fn found(
-        &self,
-        p: Vec3,
-        position: Vec3,
-        density: impl FnOnce(f32, f32) -> Option<PdfSolidAngle>,
-    ) -> Option<LightSample> {
-        let towards = position - p;
-        let wi = towards.normalize();
-        let cos = -wi.dot(self.normal);
-        let point = self.surface(position);
-        Some(LightSample {
-            wi,
-            radiance: self.emission.towards(cos),
-            pdf: Some(density(towards.length_squared(), cos)?),
-            end: LightEnd::Surface(point, [0.0; 2]),
+    fn told(&self, found: &Found) -> Option<LightSample> {
+        found.pdf.is_finite().then(|| LightSample {
+            wi: found.wi.into(),
+            radiance: self.emission.towards(found.cos),
+            pdf: Some(PdfSolidAngle(found.pdf)),
+            end: LightEnd::Surface(self.surface(found.position), [0.0; 2]),
         })
+    }
+
+    #[inline]
+    fn surface(&self, p: LaneVec3) -> SurfacePoint {
+        SurfacePoint {
+            p: p.into(),
+            error: self.error,
+            ng: self.normal.into(),
+            ns: self.normal.into(),
+        }
+    }
+}
+
+vectorised! {
+    /// What [`RectangleLight::find`] finds for places and two numbers each, and 1 where directions are chosen instead, else 0.
+    fn find_lanes(light: &RectangleLight, asked: &[Lanes<f32>; 5], found: &mut [Lanes<f32>; 9]) {
+        each_lane(asked, found, |[x, y, z, u, v]| {
+            let p = LaneVec3::new(x, y, z);
+            let Choice { is_near, density } = light.choice(light.corner - p);
+            let Found { position, wi, cos, pdf } = light.find(p, density, Vec2::new(u, v));
+            let is_near = if is_near { 1.0 } else { 0.0 };
+            [position.x, position.y, position.z, wi.x, wi.y, wi.z, cos, pdf, is_near]
+        });
     }
 }

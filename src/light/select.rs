@@ -6,8 +6,11 @@
 
 use super::Light;
 use super::environment::EnvironmentMap;
-use super::types::{LightSample, PointRule};
+use super::rectangle::RectangleLight;
+use super::triangle::TriangleLight;
+use super::types::{LightQuestion, LightSample, PointRule};
 use crate::effects::{Effects, Switch};
+use crate::math::lanes::{FEW, LANES};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
@@ -23,6 +26,14 @@ pub struct Lights {
     choice: Option<AliasTable>,
     /// Which of them is the environment map, if there is one.
     map: Option<(u32, Arc<EnvironmentMap>)>,
+}
+
+/// Lights that are sampled side by side.
+enum Alike<'a> {
+    /// One for all lanes.
+    Rectangle(&'a RectangleLight),
+    /// One for each lane.
+    Triangles([&'a TriangleLight; LANES]),
 }
 
 /// Light from beyond the scene that is sampled.
@@ -89,15 +100,65 @@ impl Lights {
         u: Vec2,
     ) -> Option<LightSample> {
         let light = &self.lights[light as usize];
-        let mut sample = match points {
-            PointRule::SolidAngle => light.sample::<E>(p, time, u)?,
-            PointRule::Area => light.sample_by_area::<E>(p, time, u)?,
+        let sample = match points {
+            PointRule::SolidAngle => light.sample::<E>(p, time, u),
+            PointRule::Area => light.sample_by_area::<E>(p, time, u),
         };
-        match &mut sample.pdf {
-            Some(pdf) => *pdf = pmf * *pdf,
-            None => sample.radiance *= 1.0 / pmf.0,
+        sample.map(|sample| sample.chosen(pmf))
+    }
+
+    /// The same for each of some places, in their order.
+    #[inline]
+    pub fn sample_each<E: Effects>(
+        &self,
+        questions: &[LightQuestion],
+        points: PointRule,
+        mut tell: impl FnMut(&LightQuestion, Option<LightSample>),
+    ) {
+        let by_solid_angle = E::AreaLights::ON && points == PointRule::SolidAngle;
+        for questions in questions.chunks(LANES) {
+            let alike = (by_solid_angle && questions.len() > FEW).then(|| self.alike(questions));
+            match alike.flatten() {
+                Some(Alike::Rectangle(light)) => light.sample_each(questions, &mut tell),
+                Some(Alike::Triangles(lights)) => {
+                    TriangleLight::sample_each(&lights, questions, &mut tell);
+                }
+                None => {
+                    for question in questions {
+                        let LightQuestion { light, p, time, .. } = *question;
+                        let choice = (light, question.pmf);
+                        tell(
+                            question,
+                            self.sample::<E>(choice, points, p, time, question.u),
+                        );
+                    }
+                }
+            }
         }
-        Some(sample)
+    }
+
+    /// What is asked of, where it is all of a kind that is sampled side by side.
+    #[inline]
+    fn alike(&self, questions: &[LightQuestion]) -> Option<Alike<'_>> {
+        let asked = |question: &LightQuestion| &self.lights[question.light as usize];
+        let (first, rest) = questions.split_first()?;
+        match asked(first) {
+            Light::Rectangle(light) => {
+                let is_same = rest.iter().all(|question| question.light == first.light);
+                is_same.then_some(Alike::Rectangle(light))
+            }
+            Light::Triangle(light) => {
+                let mut lights = [light; LANES];
+                for (light, question) in lights.iter_mut().zip(questions) {
+                    let Light::Triangle(found) = asked(question) else {
+                        return None;
+                    };
+                    *light = found;
+                }
+                Some(Alike::Triangles(lights))
+            }
+            _ => None,
+        }
     }
 
     /// The density of [`sample`](Self::sample) at `p` for the point of light `light` at `towards`, with normal

@@ -6,11 +6,12 @@
 //! below [`spherical_triangle::SMALLEST`].
 //! Source: `sampling/clear_triangle.rs`, `sampling/spherical_triangle.rs`. Tested in `tests/lights/light.rs`.
 
-use super::types::{Emission, LightEnd, LightSample};
+use super::types::{Emission, LightEnd, LightQuestion, LightSample};
 use crate::geometry::mesh::triangle_point;
 use crate::geometry::surface::SurfacePoint;
+use crate::math::lanes::{LANES, Lanes, each_lane, vectorised};
 use crate::math::measure::{PdfArea, PdfSolidAngle};
-use crate::math::vec::{DVec3, Vec2, Vec3};
+use crate::math::vec::{DVec3, LaneVec3, Vec2, Vec3};
 use crate::sampling::clear_triangle::ClearTriangle;
 use crate::sampling::{spherical_triangle, warp};
 
@@ -95,6 +96,45 @@ impl TriangleLight {
         }
     }
 
+    /// A point on a light for each of at most [`LANES`] places.
+    #[inline]
+    pub fn sample_each(
+        lights: &Lanes<&Self>,
+        questions: &[LightQuestion],
+        mut tell: impl FnMut(&LightQuestion, Option<LightSample>),
+    ) {
+        let mut asked = [[0.0; LANES]; 13];
+        for (lane, LightQuestion { p, u, .. }) in questions.iter().enumerate() {
+            let light = lights[lane];
+            let [a, b, c] = light.vertices.map(|v| (v - *p).to_array());
+            let of_light = [light.triple(*p), 2.0 * light.area];
+            let numbers = a
+                .into_iter()
+                .chain(b)
+                .chain(c)
+                .chain(of_light)
+                .chain(u.to_array());
+            for (asked, number) in asked.iter_mut().zip(numbers) {
+                asked[lane] = number;
+            }
+        }
+        let mut found = [[0.0; LANES]; 4];
+        find_lanes(&asked, &mut found);
+        for (lane, question) in questions.iter().enumerate() {
+            let LightQuestion { p, u, pmf, .. } = *question;
+            let light = lights[lane];
+            let [b1, b2, pdf, is_clear] = found.each_ref().map(|of| of[lane]);
+            let found = if light.is_by_area(p) {
+                light.sample_by_area(p, u)
+            } else if is_clear > 0.0 {
+                light.found(p, [b1, b2], |_, _| Some(PdfSolidAngle(pdf)))
+            } else {
+                light.sample_skew(p, u)
+            };
+            tell(question, found.map(|sample| sample.chosen(pmf)));
+        }
+    }
+
     /// The density with which [`sample`](Self::sample) finds, from `p`, the point at squared distance `distance2`
     /// whose normal has cosine `cos` with the direction back.
     #[inline]
@@ -110,16 +150,29 @@ impl TriangleLight {
     /// `None` where that takes double precision.
     #[inline]
     fn view(&self, p: Vec3) -> Option<View> {
-        let [a, b, c] = self.vertices;
-        let (a, b, c) = (a - p, b - p, c - p);
-        let centroid = (a + b + c) * (1.0 / 3.0);
-        let is_behind = self.emission.is_dark_behind() && a.dot(self.normal) > 0.0;
-        if is_behind || centroid.length_squared() >= self.far2 {
+        if self.is_by_area(p) {
             return Some(View::ByArea);
         }
+        let [a, b, c] = self.vertices.map(|v| v - p);
+        let vertices = [a, b, c].map(LaneVec3::from);
+        ClearTriangle::new(vertices, self.triple(p), 2.0 * self.area).map(View::Clear)
+    }
+
+    /// Whether it is seen from behind or from afar.
+    #[inline]
+    fn is_by_area(&self, p: Vec3) -> bool {
+        let [a, b, c] = self.vertices.map(|v| v - p);
+        let centroid = (a + b + c) * (1.0 / 3.0);
+        let is_behind = self.emission.is_dark_behind() && a.dot(self.normal) > 0.0;
+        is_behind || centroid.length_squared() >= self.far2
+    }
+
+    /// |a . (ab x ac)| with vertices as `p` sees them.
+    #[inline]
+    fn triple(&self, p: Vec3) -> f32 {
         // In double precision, so that nothing cancels near the plane.
         let triple = (self.vertices[0].as_dvec3() - p.as_dvec3()).dot(self.cross);
-        ClearTriangle::new([a, b, c], triple.abs() as f32, 2.0 * self.area).map(View::Clear)
+        triple.abs() as f32
     }
 
     /// A point chosen uniformly by area.
@@ -190,5 +243,19 @@ impl TriangleLight {
             pdf: Some(density(towards.length_squared(), cos)?),
             end: LightEnd::Surface(point, b),
         })
+    }
+}
+
+vectorised! {
+    /// Barycentric coordinates of points, their densities, and 1 where the triangle is clearly seen, else 0: for its vertices
+    /// as they are seen, the triple product, twice the area and two numbers.
+    fn find_lanes(asked: &[Lanes<f32>; 13], found: &mut [Lanes<f32>; 4]) {
+        each_lane(asked, found, |[a_x, a_y, a_z, b_x, b_y, b_z, c_x, c_y, c_z, triple, area, u, v]| {
+            let (a, b) = (LaneVec3::new(a_x, a_y, a_z), LaneVec3::new(b_x, b_y, b_z));
+            let vertices = [a, b, LaneVec3::new(c_x, c_y, c_z)];
+            let (triangle, is_clear) = ClearTriangle::and_whether_clear(vertices, triple, area);
+            let [b1, b2] = triangle.sample(Vec2::new(u, v));
+            [b1, b2, 1.0 / triangle.solid_angle(), if is_clear { 1.0 } else { 0.0 }]
+        });
     }
 }

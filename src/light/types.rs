@@ -5,9 +5,9 @@
 //! Source: Veach 1997, section 8.2; Pharr, Jakob, Humphreys, "Light Interface". Tested in `tests/lights/light.rs`.
 
 use crate::geometry::surface::SurfacePoint;
-use crate::math::measure::{PdfArea, PdfSolidAngle};
+use crate::math::measure::{PdfArea, PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
-use crate::math::vec::Vec3;
+use crate::math::vec::{Vec2, Vec3};
 
 /// A direction from which a light shines on a given receiver.
 #[derive(Debug, Clone, Copy)]
@@ -20,6 +20,33 @@ pub struct LightSample {
     pub pdf: Option<PdfSolidAngle>,
     /// Where a shadow ray has to end.
     pub end: LightEnd,
+}
+
+impl LightSample {
+    /// The same of a light that is chosen with this probability: its density, or the irradiance of a delta light, includes it.
+    #[inline]
+    pub fn chosen(mut self, pmf: Pmf) -> Self {
+        match &mut self.pdf {
+            Some(pdf) => *pdf = pmf * *pdf,
+            None => self.radiance *= 1.0 / pmf.0,
+        }
+        self
+    }
+}
+
+/// A place that looks for light.
+#[derive(Debug, Clone, Copy)]
+pub struct LightQuestion {
+    /// The light, which is chosen.
+    pub light: u32,
+    /// The probability of choosing it.
+    pub pmf: Pmf,
+    /// Where the light is looked for.
+    pub p: Vec3,
+    /// When.
+    pub time: f32,
+    /// The numbers that choose a point on the light.
+    pub u: Vec2,
 }
 
 /// How a point on a light is chosen.

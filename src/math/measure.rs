@@ -21,7 +21,7 @@ pub struct Pmf(pub f32);
 impl PdfArea {
     /// The same density per steradian, seen from a point at squared distance `distance2`, where `cos` is between the
     /// light's normal and the connecting line: p_omega = p_A r^2 / |cos|. `None` edge-on.
-    #[inline]
+    #[inline(always)]
     pub fn to_solid_angle(self, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
         let tilt = planted!("area-pdf-without-cosine", 1.0, cos.abs());
         let pdf = self.0 * distance2 / tilt;

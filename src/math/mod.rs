@@ -3,6 +3,7 @@
 pub mod bounds;
 pub mod difference;
 pub mod frame;
+pub mod lanes;
 pub mod measure;
 pub mod ray;
 pub mod rgb;

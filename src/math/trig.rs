@@ -25,7 +25,7 @@ const ATAN: [f32; 9] = [
 ];
 
 /// Sine and cosine of an angle from -pi / 4 to pi / 4.
-#[inline]
+#[inline(always)]
 pub fn sin_cos_eighth(x: f32) -> (f32, f32) {
     let x2 = x * x;
     (x * polynomial(&SIN, x2), polynomial(&COS, x2))
@@ -44,13 +44,13 @@ pub fn sin_cos_turns(u: f32) -> (f32, f32) {
 }
 
 /// The arc tangent of a number from 0 to 1.
-#[inline]
+#[inline(always)]
 pub fn atan_unit(x: f32) -> f32 {
     x * polynomial(&ATAN, x * x)
 }
 
 /// The even and the odd powers on their own: two short chains of operations instead of a long one.
-#[inline]
+#[inline(always)]
 fn polynomial<const N: usize>(coefficients: &[f32; N], x: f32) -> f32 {
     let x2 = x * x;
     let mut sums = [0.0; 2];

@@ -1,13 +1,15 @@
 //! The vector types of the house: glam's, single precision to trace and shade, double precision to load.
 //!
-//! `Vec3` is the one of four lanes, of which the last says nothing: it lies in one register.
+//! `Vec3` is the one of four lanes, of which the last says nothing: it lies in one register. `LaneVec3` has three numbers, for
+//! loops over lanes, which keep as many of them in three registers.
 //!
 //! Measure: positions in normalised scene units, directions of unit length unless said otherwise.
 //! Range: as of `f32` and `f64`.
 //! Source: glam. Tested there and below.
 
 pub use glam::{
-    DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Mat3, Vec2, Vec3A as Vec3, Vec3Swizzles, Vec4,
+    DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Mat3, Vec2, Vec3 as LaneVec3, Vec3A as Vec3,
+    Vec3Swizzles, Vec4,
 };
 
 /// The largest `f32` below one: the greatest value that a uniform random number takes.

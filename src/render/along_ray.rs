@@ -78,18 +78,28 @@ impl Job<'_> {
         let mut sums = PixelSums::default();
         let mut bars = self.settings.has_bars().then(PixelBars::default);
         let mut rejected = 0;
-        let (mut samples, mut waiting) = (Vec::new(), Waiting::default());
+        let (mut samplers, mut samples) = (Vec::new(), Vec::new());
+        let mut waiting = Waiting::default();
         for first in (0..self.spp).step_by(AT_ONCE) {
             let indices = first..self.spp.min(first + AT_ONCE as u64);
+            samplers.clear();
             samples.clear();
-            samples.extend(indices.clone().map(|index| {
-                let mut sample = Sample::new(sampler.clone(), *ray);
-                sample.sampler.start([place, 0], index);
-                sample.found = found;
-                sample
-            }));
-            let (scene, unobserved) = (self.scene, &mut Unobserved);
-            integrator.radiances::<E, S, _>(scene, &mut samples, &mut waiting, unobserved);
+            for index in indices.clone() {
+                let mut sampler = sampler.clone();
+                sampler.start([place, 0], index);
+                samplers.push(sampler);
+                samples.push(Sample {
+                    found,
+                    ..Sample::new(*ray)
+                });
+            }
+            integrator.radiances::<E, S, _>(
+                self.scene,
+                &mut samplers,
+                &mut samples,
+                &mut waiting,
+                &mut Unobserved,
+            );
             for (index, sample) in indices.zip(&samples) {
                 if !sample.radiance.is_finite() {
                     rejected += 1;

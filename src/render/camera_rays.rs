@@ -9,13 +9,14 @@
 //! Range: any indices; those of one call lie in one block, see [`blocks`].
 //! Source: docs/architecture.md, "The way of a sample". Tested in `tests/rendering/determinism.rs`.
 
-use crate::accel::packet::{LANES, RayPacket};
+use crate::accel::packet::RayPacket;
 use crate::effects::{Effects, Switch};
 use crate::film::filter::{Filter, FilterSample};
 use crate::film::splats::SplatSink;
 use crate::integrator::observer::{PathObserver, RayKind};
 use crate::integrator::waiting::{AT_ONCE, Waiting};
 use crate::integrator::{CameraRay, Integrator, Sample};
+use crate::math::lanes::LANES;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::planted::planted;
@@ -66,22 +67,39 @@ struct CameraNumbers {
 }
 
 impl CameraNumbers {
+    /// Those of each of at most [`LANES`] samplers.
     #[inline]
-    fn draw<E: Effects, S: Sampler>(sampler: &mut S) -> Self {
-        let (film, lens) = if E::Lens::ON {
-            let [film_x, film_y, lens_x, lens_y] = sampler.draw(Decision::Camera);
-            (Vec2::new(film_x, film_y), Vec2::new(lens_x, lens_y))
-        } else {
-            let film = sampler.draw(Decision::Camera);
-            (Vec2::from_array(film), Vec2::ZERO)
+    fn draw_each<E: Effects, S: Sampler>(samplers: &mut [S], numbers: &mut [Self]) {
+        let places: [usize; LANES] = std::array::from_fn(|place| place);
+        let places = &places[..numbers.len()];
+        let mut drawn = numbers.iter_mut();
+        let mut tell = |film, lens| {
+            if let Some(numbers) = drawn.next() {
+                (numbers.film, numbers.lens) = (film, lens);
+            }
         };
-        let time = if E::Motion::ON {
-            let [time] = sampler.draw(Decision::Time);
-            time
+        if E::Lens::ON {
+            S::draw_each(
+                samplers,
+                places,
+                Decision::Camera,
+                |[x, y, lens_x, lens_y]| {
+                    tell(Vec2::new(x, y), Vec2::new(lens_x, lens_y));
+                },
+            );
         } else {
-            0.0
-        };
-        Self { film, lens, time }
+            S::draw_each(samplers, places, Decision::Camera, |[x, y]| {
+                tell(Vec2::new(x, y), Vec2::ZERO);
+            });
+        }
+        if E::Motion::ON {
+            let mut drawn = numbers.iter_mut();
+            S::draw_each(samplers, places, Decision::Time, |[time]| {
+                if let Some(numbers) = drawn.next() {
+                    numbers.time = time;
+                }
+            });
+        }
     }
 }
 
@@ -101,7 +119,8 @@ impl Pixel<'_> {
 /// Samples, with what their camera rays meet. They have places, in the order in which they were added.
 #[derive(Debug)]
 pub struct CameraRays<S> {
-    samples: Vec<Sample<S>>,
+    samplers: Vec<S>,
+    samples: Vec<Sample>,
     /// What the radiance of each counts in its pixel.
     weights: Vec<f32>,
     /// The blocks whose camera rays are yet to be traced.
@@ -124,6 +143,7 @@ impl<S: Sampler> CameraRays<S> {
     /// None so far.
     pub fn new() -> Self {
         Self {
+            samplers: Vec::with_capacity(AT_ONCE + LANES),
             samples: Vec::with_capacity(AT_ONCE + LANES),
             weights: Vec::with_capacity(AT_ONCE + LANES),
             blocks: Vec::new(),
@@ -134,6 +154,7 @@ impl<S: Sampler> CameraRays<S> {
 
     /// Forgets all samples and keeps the memory.
     pub fn clear(&mut self) {
+        self.samplers.clear();
         self.samples.clear();
         self.weights.clear();
     }
@@ -152,29 +173,27 @@ impl<S: Sampler> CameraRays<S> {
         let asked = lane(range.start)..lane(range.end);
         // Step by step, so that the processor works on several samples at once.
         let mut numbers = [CameraNumbers::default(); LANES];
-        for (numbers, index) in numbers.iter_mut().zip(block.clone()) {
-            let mut sampler = sampler.clone();
-            sampler.start(pixel.position, index);
-            *numbers = CameraNumbers::draw::<E, S>(&mut sampler);
-            self.samples
-                .push(Sample::new(sampler, CameraRay::default()));
-        }
-        let mut filtered = [FilterSample::default(); LANES];
-        for (filtered, numbers) in filtered.iter_mut().zip(&numbers[..count]) {
-            *filtered = pixel.filter.sample(numbers.film);
-        }
+        sampler.start_each(pixel.position, block, &mut self.samplers);
+        let samplers = &mut self.samplers[place..];
+        CameraNumbers::draw_each::<E, S>(samplers, &mut numbers[..count]);
+        let film = numbers.map(|numbers| numbers.film);
         if self.packets.len() == self.blocks.len() {
             self.packets.push(RayPacket::default());
         }
         let rays = &mut self.packets[self.blocks.len()];
         rays.clear();
-        let found = numbers.iter().zip(filtered);
-        for (sample, (numbers, filtered)) in self.samples[place..].iter_mut().zip(found) {
-            sample.camera_ray = pixel.ray::<E>(numbers, filtered);
-            rays.push(&sample.camera_ray.ray, sample.camera_ray.time, None);
+        let mut numbers = numbers.iter();
+        pixel.filter.sample_each(&film[..count], |filtered| {
+            let Some(numbers) = numbers.next() else {
+                return;
+            };
+            let camera_ray = pixel.ray::<E>(numbers, filtered);
+            rays.push(&camera_ray.ray, camera_ray.time, None);
+            self.samples.push(Sample::new(camera_ray));
             self.weights
                 .push(planted!("filter-weight-dropped", 1.0, filtered.weight));
-        }
+        });
+        keep(&mut self.samplers, place, &asked);
         keep(&mut self.samples, place, &asked);
         keep(&mut self.weights, place, &asked);
         for sample in &self.samples[place..] {
@@ -200,9 +219,9 @@ impl<S: Sampler> CameraRays<S> {
         }
     }
 
-    /// A sample.
-    pub fn sample(&mut self, place: usize) -> &mut Sample<S> {
-        &mut self.samples[place]
+    /// A sample, with its random numbers.
+    pub fn sample(&mut self, place: usize) -> (&mut S, &mut Sample) {
+        (&mut self.samplers[place], &mut self.samples[place])
     }
 
     /// What a sample's radiance counts in its pixel.
@@ -228,12 +247,13 @@ impl<S: Sampler> CameraRays<S> {
         splats: &mut P,
     ) -> usize {
         if I::SIDE_BY_SIDE && !O::ONE_BY_ONE {
-            let samples = &mut self.samples[places.clone()];
-            integrator.radiances::<E, S, O>(scene, samples, &mut self.waiting, observer);
+            let samplers = &mut self.samplers[places.clone()];
+            let (samples, waiting) = (&mut self.samples[places.clone()], &mut self.waiting);
+            integrator.radiances::<E, S, O>(scene, samplers, samples, waiting, observer);
             return places.end;
         }
+        let sampler = &mut self.samplers[places.start];
         let Sample {
-            sampler,
             camera_ray,
             found,
             radiance,

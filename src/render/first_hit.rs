@@ -169,12 +169,12 @@ impl Job<'_> {
             let places = rays.add::<Everything, _>(&pixel, sampler, block, &mut Unobserved);
             rays.trace(self.scene);
             for (index, place) in indices.zip(places) {
+                let (sampler, sample) = rays.sample(place);
                 let Sample {
-                    sampler,
                     camera_ray: CameraRay { ray, time },
                     found,
                     ..
-                } = rays.sample(place);
+                } = sample;
                 let (ray, time, found) = (&*ray, *time, *found);
                 let [u_alpha] = sampler.draw(Decision::Alpha(0));
                 let batch = &mut batches[(index % BATCHES) as usize];

@@ -244,7 +244,7 @@ impl<I: Integrator, S: Sampler> Front<'_, I, S> {
             self.outcome.rejected.merge(Rejected { count: 1, first });
         }
         self.elsewhere.found.clear();
-        let rays = self.camera_rays.sample(place).rays;
+        let rays = self.camera_rays.sample(place).1.rays;
         self.outcome.rays += rays;
         if let Some(of_pixels) = &mut tile.rays {
             of_pixels[pixel] += rays.total();

@@ -6,7 +6,7 @@
 //! `tests/sampling/sampler.rs`.
 
 /// A well mixed 64-bit value.
-#[inline]
+#[inline(always)]
 pub fn mix(mut x: u64) -> u64 {
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -21,7 +21,7 @@ pub fn combine(state: u64, value: u64) -> u64 {
 
 /// The number at place `step` of the SplitMix64 sequence of a well mixed state: quicker than [`combine`], whose states may be
 /// any.
-#[inline]
+#[inline(always)]
 pub fn split(state: u64, step: u64) -> u64 {
     mix(state.wrapping_add(step.wrapping_mul(0x9e37_79b9_7f4a_7c15)))
 }

@@ -9,6 +9,7 @@
 //! Source: pbrt, "Sampling Interface", for the division of labour. Tested in `tests/sampling/sampler.rs`.
 
 use crate::planted::planted;
+use std::ops::Range;
 
 pub mod hash;
 pub mod independent;
@@ -127,10 +128,32 @@ pub trait Sampler: Clone + Send + Sync {
 
     /// The first `N` numbers, at most four, of a decision of the current sample.
     fn draw<const N: usize>(&mut self, decision: Decision) -> [f32; N];
+
+    /// Adds samplers that are turned to each sample of a range of a pixel.
+    fn start_each(&self, pixel: [u32; 2], samples: Range<u64>, started: &mut Vec<Self>) {
+        started.extend(samples.map(|sample| {
+            let mut sampler = self.clone();
+            sampler.start(pixel, sample);
+            sampler
+        }));
+    }
+
+    /// The numbers of a decision of each of some samplers, by their places: tells them one after the other.
+    #[inline]
+    fn draw_each<const N: usize>(
+        samplers: &mut [Self],
+        places: &[usize],
+        decision: Decision,
+        mut tell: impl FnMut([f32; N]),
+    ) {
+        for &place in places {
+            tell(samplers[place].draw(decision));
+        }
+    }
 }
 
 /// The 24 high bits as a number in [0, 1).
-#[inline]
+#[inline(always)]
 fn to_unit(bits: u32) -> f32 {
     let bits = planted!("one-is-drawn", bits as f32 / 256.0, (bits >> 8) as f32);
     bits * (1.0 / 16_777_216.0)

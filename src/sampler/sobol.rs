@@ -10,7 +10,9 @@
 //! LK Hash"; direction numbers of Joe and Kuo 2008. Elementary intervals and uniformity in `tests/sampling/sampler.rs`.
 
 use super::{Batches, Decision, Sampler, hash, to_unit};
+use crate::math::lanes::{FEW, LANES, Lanes, vectorised};
 use crate::planted::planted;
+use std::ops::Range;
 
 /// The Sobol' sampler.
 #[derive(Debug, Clone)]
@@ -34,6 +36,13 @@ impl Sobol {
         }
     }
 
+    #[inline]
+    fn turn(&mut self, pixel_seed: u64, sample: u64) {
+        let (pixel_seed, sample) = self.batches.split(pixel_seed, sample);
+        self.sequence_seed = hash::combine(pixel_seed, sample >> 32);
+        self.reversed_index = (sample as u32).reverse_bits();
+    }
+
     /// The same with a sequence for each batch.
     pub fn in_batches(self, batches: Batches) -> Self {
         Self { batches, ..self }
@@ -43,33 +52,115 @@ impl Sobol {
 impl Sampler for Sobol {
     #[inline]
     fn start(&mut self, pixel: [u32; 2], sample: u64) {
+        self.turn(hash::pixel_seed(self.seed, pixel), sample);
+    }
+
+    fn start_each(&self, pixel: [u32; 2], samples: Range<u64>, started: &mut Vec<Self>) {
         let pixel_seed = hash::pixel_seed(self.seed, pixel);
-        let (pixel_seed, sample) = self.batches.split(pixel_seed, sample);
-        self.sequence_seed = hash::combine(pixel_seed, sample >> 32);
-        self.reversed_index = (sample as u32).reverse_bits();
+        started.extend(samples.map(|sample| {
+            let mut sampler = self.clone();
+            sampler.turn(pixel_seed, sample);
+            sampler
+        }));
     }
 
     #[inline]
     fn draw<const N: usize>(&mut self, decision: Decision) -> [f32; N] {
         const { assert!(N <= DIMENSIONS) };
-        let seed = hash::split(self.sequence_seed, decision.slot());
-        // Two seeds from each word; the first one is for the order.
+        let seeds = Seeds::<N>::of(self.sequence_seed, decision.slot());
+        let points = sobol_reversed::<N>(scramble_reversed(self.reversed_index, seeds.order));
+        std::array::from_fn(|d| number(points[d], seeds.of_dimension[d]))
+    }
+
+    #[inline]
+    fn draw_each<const N: usize>(
+        samplers: &mut [Self],
+        places: &[usize],
+        decision: Decision,
+        mut tell: impl FnMut([f32; N]),
+    ) {
+        const { assert!(N <= DIMENSIONS) };
+        let (mut seeds, mut indices) = ([0; LANES], [0; LANES]);
+        let mut numbers = [[0.0; LANES]; N];
+        for places in places.chunks(LANES) {
+            if places.len() <= FEW {
+                places
+                    .iter()
+                    .for_each(|&place| tell(samplers[place].draw(decision)));
+                continue;
+            }
+            for (lane, &place) in places.iter().enumerate() {
+                let sampler = &samplers[place];
+                (seeds[lane], indices[lane]) = (sampler.sequence_seed, sampler.reversed_index);
+            }
+            draw_lanes(&seeds, &indices, decision.slot(), &mut numbers);
+            for lane in 0..places.len() {
+                tell(numbers.each_ref().map(|lanes| lanes[lane]));
+            }
+        }
+    }
+}
+
+vectorised! {
+    /// [`Sampler::draw`] of samplers side by side.
+    fn draw_lanes<const N: usize>(
+        sequence_seeds: &Lanes<u64>,
+        reversed_indices: &Lanes<u32>,
+        slot: u64,
+        numbers: &mut [Lanes<f32>; N],
+    ) {
+        let (mut indices, mut seeds) = ([0; LANES], [[0; LANES]; N]);
+        for (lane, &seed) in sequence_seeds.iter().enumerate() {
+            let found = Seeds::<N>::of(seed, slot);
+            indices[lane] = scramble_reversed(reversed_indices[lane], found.order);
+            for (seeds, seed) in seeds.iter_mut().zip(found.of_dimension) {
+                seeds[lane] = seed;
+            }
+        }
+        let mut points = [[0; LANES]; N];
+        for (lane, &index) in indices.iter().enumerate() {
+            for (points, point) in points.iter_mut().zip(sobol_reversed::<N>(index)) {
+                points[lane] = point;
+            }
+        }
+        for ((numbers, points), seeds) in numbers.iter_mut().zip(&points).zip(&seeds) {
+            for (lane, to) in numbers.iter_mut().enumerate() {
+                *to = number(points[lane], seeds[lane]);
+            }
+        }
+    }
+}
+
+/// The seeds of a decision of a sample.
+struct Seeds<const N: usize> {
+    /// Scrambling the order of the points decorrelates the decision from all others.
+    order: u32,
+    of_dimension: [u32; N],
+}
+
+impl<const N: usize> Seeds<N> {
+    /// Two from each word of the decision's own sequence.
+    #[inline(always)]
+    fn of(sequence_seed: u64, slot: u64) -> Self {
+        let first = hash::split(sequence_seed, slot);
         let half = |index: u64| {
             let word = match index / 2 {
-                0 => seed,
-                step => hash::split(seed, step),
+                0 => first,
+                step => hash::split(first, step),
             };
             (word >> (32 * (index % 2))) as u32
         };
-        // Scrambling the order of the points decorrelates this decision from all others.
-        let order_seed = planted!("sobol-order-shared", self.sequence_seed as u32, half(0));
-        let reversed_index = scramble_reversed(self.reversed_index, order_seed);
-        let reversed_points = sobol_reversed(reversed_index);
-        std::array::from_fn(|d| {
-            let scrambled = scramble_reversed(reversed_points[d], half(1 + d as u64));
-            to_unit(scrambled.reverse_bits())
-        })
+        Self {
+            order: planted!("sobol-order-shared", sequence_seed as u32, half(0)),
+            of_dimension: std::array::from_fn(|d| half(1 + d as u64)),
+        }
     }
+}
+
+/// The number that a coordinate with its bits reversed stands for, scrambled.
+#[inline(always)]
+fn number(reversed: u32, seed: u32) -> f32 {
+    to_unit(scramble_reversed(reversed, seed).reverse_bits())
 }
 
 /// Dimensions in the table.
@@ -77,7 +168,7 @@ const DIMENSIONS: usize = 4;
 
 /// Owen scrambling of a number whose bits are reversed: every bit is flipped depending on the bits below it, which are
 /// the more significant digits.
-#[inline]
+#[inline(always)]
 fn scramble_reversed(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -86,22 +177,53 @@ fn scramble_reversed(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// The first four Sobol' dimensions at a bit-reversed index, as bit-reversed fractions.
-#[inline]
-fn sobol_reversed(reversed_index: u32) -> [u32; DIMENSIONS] {
-    let bytes = reversed_index.to_be_bytes();
+/// The first Sobol' dimensions at a bit-reversed index, as bit-reversed fractions.
+#[inline(always)]
+fn sobol_reversed<const N: usize>(reversed_index: u32) -> [u32; N] {
+    let index = reversed_index.reverse_bits();
     let mut x = [0; DIMENSIONS];
+    x[0] = index;
+    if N > 1 {
+        x[1] = pascal(index);
+    }
+    if N > COMPUTED {
+        [x[2], x[3]] = look_up(reversed_index);
+    }
+    std::array::from_fn(|d| x[d])
+}
+
+/// The second dimension, as a bit-reversed fraction: its digit j is the sum modulo 2 of the index's digits i times
+/// binomial(i, j), which by Lucas is odd where i has all the bits that j has.
+#[inline(always)]
+fn pascal(index: u32) -> u32 {
+    let mut x = index;
+    x ^= (x >> 1) & 0x5555_5555;
+    x ^= (x >> 2) & 0x3333_3333;
+    x ^= (x >> 4) & 0x0f0f_0f0f;
+    x ^= (x >> 8) & 0x00ff_00ff;
+    x ^ (x >> 16)
+}
+
+/// Dimensions that are computed. The others are looked up, which takes room in the processor's first cache.
+const COMPUTED: usize = 2;
+
+/// The third and the fourth dimension at a bit-reversed index, as bit-reversed fractions.
+#[inline(always)]
+fn look_up(reversed_index: u32) -> [u32; DIMENSIONS - COMPUTED] {
+    let bytes = reversed_index.to_be_bytes();
+    let mut x = [0; DIMENSIONS - COMPUTED];
     for (table, byte) in TABLES.iter().zip(bytes) {
-        let row = &table[usize::from(byte)];
-        for d in 0..DIMENSIONS {
-            x[d] ^= row[d];
+        for (x, row) in x.iter_mut().zip(&table[usize::from(byte)]) {
+            *x ^= row;
         }
     }
     x
 }
 
 /// `TABLES[b][v]`: what byte `v` at bits 8b.. of the index, its bits reversed, contributes to each dimension.
-static TABLES: [[[u32; DIMENSIONS]; 256]; 4] = byte_tables();
+static TABLES: Tables = byte_tables();
+
+type Tables = [[[u32; DIMENSIONS - COMPUTED]; 256]; 4];
 
 /// A primitive polynomial over GF(2) by its degree and inner coefficients, with its initial direction numbers.
 struct Polynomial {
@@ -159,9 +281,9 @@ const fn direction_numbers() -> [[u32; DIMENSIONS]; 32] {
     v
 }
 
-const fn byte_tables() -> [[[u32; DIMENSIONS]; 256]; 4] {
+const fn byte_tables() -> Tables {
     let v = direction_numbers();
-    let mut tables = [[[0; DIMENSIONS]; 256]; 4];
+    let mut tables: Tables = [[[0; DIMENSIONS - COMPUTED]; 256]; 4];
     let mut byte = 0;
     while byte < 4 {
         let mut value = 0;
@@ -170,9 +292,9 @@ const fn byte_tables() -> [[[u32; DIMENSIONS]; 256]; 4] {
             while bit < 8 {
                 // The bits within a byte are reversed, as the index is.
                 if (value >> (7 - bit)) & 1 == 1 {
-                    let mut d = 0;
+                    let mut d = COMPUTED;
                     while d < DIMENSIONS {
-                        tables[byte][value][d] ^= v[8 * byte + bit][d].reverse_bits();
+                        tables[byte][value][d - COMPUTED] ^= v[8 * byte + bit][d].reverse_bits();
                         d += 1;
                     }
                 }
@@ -191,7 +313,7 @@ mod tests {
 
     /// The points as fractions, unscrambled.
     fn point(index: u32) -> [u32; DIMENSIONS] {
-        sobol_reversed(index.reverse_bits()).map(u32::reverse_bits)
+        sobol_reversed::<DIMENSIONS>(index.reverse_bits()).map(u32::reverse_bits)
     }
 
     #[test]
@@ -210,6 +332,23 @@ mod tests {
             // Joe and Kuo list them in Gray-code order.
             let got = point(i ^ (i >> 1)).map(|x| f64::from(x) / 2.0_f64.powi(32));
             assert_eq!(got, expected, "point {i}");
+        }
+    }
+
+    #[test]
+    fn what_is_computed_and_what_is_looked_up_are_the_direction_numbers() {
+        let v = direction_numbers();
+        for i in 0..100_000 {
+            let index = hash::mix(i) as u32;
+            let mut expected = [0; DIMENSIONS];
+            for (bit, v) in v.iter().enumerate() {
+                if (index >> bit) & 1 == 1 {
+                    for d in 0..DIMENSIONS {
+                        expected[d] ^= v[d];
+                    }
+                }
+            }
+            assert_eq!(point(index), expected, "index {index:#x}");
         }
     }
 

@@ -11,7 +11,7 @@
 //! [`spherical_triangle`]: super::spherical_triangle
 
 use crate::math::trig::{atan_unit, sin_cos_eighth};
-use crate::math::vec::{Vec2, Vec3};
+use crate::math::vec::{LaneVec3, Vec2};
 
 /// The sine of the least angle under which each vertex is seen from the triangle's plane.
 const LEAST_SINE: f32 = 1.0 / 16.0;
@@ -19,10 +19,10 @@ const LEAST_SINE: f32 = 1.0 / 16.0;
 /// A triangle as seen from the origin.
 #[derive(Debug, Clone, Copy)]
 pub struct ClearTriangle {
-    a: Vec3,
-    b: Vec3,
-    ab: Vec3,
-    ac: Vec3,
+    a: LaneVec3,
+    b: LaneVec3,
+    ab: LaneVec3,
+    ac: LaneVec3,
     length_a: f32,
     length_b: f32,
     /// |a . (b x c)|
@@ -33,7 +33,18 @@ pub struct ClearTriangle {
 impl ClearTriangle {
     /// The triangle of the given vertices, if it is clearly seen. `triple` is |a . (ab x ac)| and `double_area` |ab x ac|.
     #[inline]
-    pub fn new([a, b, c]: [Vec3; 3], triple: f32, double_area: f32) -> Option<Self> {
+    pub fn new(vertices: [LaneVec3; 3], triple: f32, double_area: f32) -> Option<Self> {
+        let (triangle, is_clear) = Self::and_whether_clear(vertices, triple, double_area);
+        is_clear.then_some(triangle)
+    }
+
+    /// The same without a branch: what is not clearly seen says nothing.
+    #[inline(always)]
+    pub fn and_whether_clear(
+        [a, b, c]: [LaneVec3; 3],
+        triple: f32,
+        double_area: f32,
+    ) -> (Self, bool) {
         let (length_a, length_b, length_c) = (a.length(), b.length(), c.length());
         let lengths = length_a * length_b * length_c;
         let rest = a.dot(b) * length_c + a.dot(c) * length_b + b.dot(c) * length_a;
@@ -43,7 +54,7 @@ impl ClearTriangle {
             triple >= LEAST_SINE * double_area * length_a.max(length_b).max(length_c);
         // Below this, digits are lost to gradual underflow.
         let has_digits = triple >= f32::MIN_POSITIVE / f32::EPSILON;
-        (is_small && is_off_plane && has_digits).then(|| Self {
+        let triangle = Self {
             a,
             b,
             ab: b - a,
@@ -52,17 +63,18 @@ impl ClearTriangle {
             length_b,
             triple,
             half_angle: atan_unit(triple / (lengths + rest)),
-        })
+        };
+        (triangle, is_small & is_off_plane & has_digits)
     }
 
     /// The solid angle, in steradians.
-    #[inline]
+    #[inline(always)]
     pub fn solid_angle(&self) -> f32 {
         2.0 * self.half_angle
     }
 
     /// The barycentric coordinates (b1, b2) of a point on the triangle, uniform in its solid angle.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, u: Vec2) -> [f32; 2] {
         let s = self.cut_edge(u.x);
         let to_cut = s * self.ac - self.ab;
@@ -74,7 +86,7 @@ impl ClearTriangle {
     /// edge: with the unit vector N in the plane A C at right angles to A, C' = cos(phi) A + sin(phi) N, and
     ///
     ///   tan(phi / 2) = t (1 + A.B) / ([A, B, N] - t N.B),   t = tan(u Omega / 2).
-    #[inline]
+    #[inline(always)]
     fn cut_edge(&self, u: f32) -> f32 {
         let (sin, cos) = sin_cos_eighth(u * self.half_angle);
         let over_a = 1.0 / self.length_a;
@@ -93,8 +105,8 @@ impl ClearTriangle {
 
     /// How far from B towards C' = B + `to_cut`, as a share, the point lies up to which the arc has the share `v` of
     /// 1 - cos of the whole.
-    #[inline]
-    fn along_arc(&self, to_cut: Vec3, v: f32) -> f32 {
+    #[inline(always)]
+    fn along_arc(&self, to_cut: LaneVec3, v: f32) -> f32 {
         let over_b = 1.0 / self.length_b;
         let axis = over_b * self.b;
         let along = to_cut.dot(axis);
@@ -111,7 +123,7 @@ impl ClearTriangle {
 }
 
 /// Rounding, and 0 / 0, end in [0, 1].
-#[inline]
+#[inline(always)]
 fn to_unit(x: f32) -> f32 {
     if x > 0.0 { x.min(1.0) } else { 0.0 }
 }

@@ -20,7 +20,7 @@ impl LinearSquare {
     pub const UNIFORM: Self = Self::new(Vec2::ONE, Vec2::ONE);
 
     /// The density whose factors run from one weight to the other.
-    #[inline]
+    #[inline(always)]
     pub const fn new(start: Vec2, end: Vec2) -> Self {
         Self { start, end }
     }
@@ -29,7 +29,7 @@ impl LinearSquare {
     ///
     /// Each coordinate solves a x + (b - a) x^2 / 2 = u (a + b) / 2, by the root that does not cancel where a and b are
     /// close.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, u: Vec2) -> Vec2 {
         let (a, b) = (self.start, self.end);
         let square = a * a + u * (b * b - a * a);
@@ -38,7 +38,7 @@ impl LinearSquare {
     }
 
     /// The density at a point.
-    #[inline]
+    #[inline(always)]
     pub fn pdf(&self, at: Vec2) -> f32 {
         let at = at.clamp(Vec2::ZERO, Vec2::ONE);
         let value = self.start + at * (self.end - self.start);

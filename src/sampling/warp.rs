@@ -17,11 +17,11 @@ pub fn sample_disk_concentric(u: Vec2) -> Vec2 {
     let Vec2 { x, y } = 2.0 * u - Vec2::ONE;
     // Four quadrants of the square, each around one axis: the angle is counted from there.
     let along_x = x.abs() > y.abs();
-    let (radius, across) = if along_x { (x, y) } else { (y, x) };
-    if radius == 0.0 {
-        return Vec2::ZERO;
-    }
-    let (sin, cos) = sin_cos_eighth(FRAC_PI_4 * (across / radius));
+    let radius = if along_x { x } else { y };
+    let across = if along_x { y } else { x };
+    // In the middle both are 0, and so is their share.
+    let share = across / if radius == 0.0 { 1.0 } else { radius };
+    let (sin, cos) = sin_cos_eighth(FRAC_PI_4 * share);
     radius
         * if along_x {
             Vec2::new(cos, sin)

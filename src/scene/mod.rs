@@ -19,7 +19,7 @@ pub mod placement;
 pub mod prepare;
 mod traced;
 
-use crate::accel::packet::{LANES, RayPacket};
+use crate::accel::packet::RayPacket;
 use crate::accel::{Accel, Departure, Hit, PrimitiveId};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
@@ -28,8 +28,9 @@ use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
 use crate::light::select::Lights;
 use crate::light::types::{
-    BoundingSphere, Emission, EmissionSample, LightEnd, LightSample, PointRule,
+    BoundingSphere, Emission, EmissionSample, LightEnd, LightQuestion, LightSample, PointRule,
 };
+use crate::math::lanes::LANES;
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
@@ -327,6 +328,24 @@ impl Scene {
         let mut sample = self.lights.sample::<E>(choice, points, p, time, u)?;
         self.adapt_to_primitive::<E>(choice.0, time, &mut sample.radiance, &mut sample.end);
         Some(sample)
+    }
+
+    /// The same for each of some places, in their order.
+    #[inline]
+    pub fn sample_lights<E: Effects>(
+        &self,
+        questions: &[LightQuestion],
+        points: PointRule,
+        mut tell: impl FnMut(&LightQuestion, Option<LightSample>),
+    ) {
+        let all = &self.lights;
+        all.sample_each::<E>(questions, points, |question, mut found| {
+            if let Some(sample) = &mut found {
+                let LightQuestion { light, time, .. } = *question;
+                self.adapt_to_primitive::<E>(light, time, &mut sample.radiance, &mut sample.end);
+            }
+            tell(question, found);
+        });
     }
 
     /// A ray of light as it leaves a light, as [`Light::sample_emission`](crate::light::Light::sample_emission), by two

@@ -7,4 +7,5 @@ mod delta_lights;
 mod emission;
 mod environment;
 mod lamps;
+mod lanes;
 mod light;

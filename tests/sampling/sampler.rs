@@ -4,7 +4,7 @@ use crate::common::chi_square::uniformity;
 use crate::common::verdict::sidak;
 use etendue::math::stats::Moments;
 use etendue::math::vec::ONE_MINUS_EPSILON;
-use etendue::sampler::{Decision, Independent, Sampler, Sobol, Stratified};
+use etendue::sampler::{Batches, Decision, Independent, Sampler, Sobol, Stratified};
 
 /// Decisions of all kinds, also where the independent sampler changes its stream (bounce 8191) and far beyond.
 const DECISIONS: [Decision; 24] = [
@@ -383,4 +383,48 @@ fn sobol_beats_independent_numbers_on_smooth_integrands() {
         println!("dimensions {dimensions:?}: variance ~ N^{slope:.2}");
         assert!(slope < -1.3, "{dimensions:?} {slope}");
     }
+}
+
+/// Draws as a sampler alone does, and as those of a whole block do side by side.
+fn draw_alike<S: Sampler, const N: usize>(
+    sampler: &S,
+    pixel: [u32; 2],
+    samples: std::ops::Range<u64>,
+    decision: Decision,
+) {
+    let mut started = Vec::new();
+    sampler.start_each(pixel, samples.clone(), &mut started);
+    // Every other one, and the last.
+    let places: Vec<usize> = (0..started.len()).filter(|i| i % 2 == 0).collect();
+    let mut alone = places.iter().map(|&place| {
+        let mut sampler = sampler.clone();
+        sampler.start(pixel, samples.start + place as u64);
+        sampler.draw::<N>(decision)
+    });
+    S::draw_each(&mut started, &places, decision, |numbers: [f32; N]| {
+        assert_eq!(Some(numbers), alone.next(), "{samples:?}, {decision:?}");
+    });
+    assert!(alone.next().is_none(), "as many as were asked for");
+}
+
+fn side_by_side<S: Sampler>(sampler: S) {
+    for start in STARTS.into_iter().chain([(1 << 32) - 5, 77]) {
+        for count in 0..=70 {
+            let samples = start..start + count;
+            for decision in [Decision::Camera, Decision::Bsdf(3), Decision::Light(70_000)] {
+                draw_alike::<S, 1>(&sampler, [3, 9], samples.clone(), decision);
+                draw_alike::<S, 2>(&sampler, [3, 9], samples.clone(), decision);
+                draw_alike::<S, 3>(&sampler, [4, 9], samples.clone(), decision);
+                draw_alike::<S, 4>(&sampler, [4, 2], samples.clone(), decision);
+            }
+        }
+    }
+}
+
+#[test]
+fn samplers_draw_side_by_side_what_each_draws_alone() {
+    side_by_side(Independent::new(5));
+    side_by_side(Stratified::new(5, Some(64)));
+    side_by_side(Sobol::new(5));
+    side_by_side(Sobol::new(5).in_batches(Batches::new(16)));
 }

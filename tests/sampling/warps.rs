@@ -4,7 +4,7 @@ use crate::common::TestRng;
 use crate::common::chi_square::{ChiSquareTest, pearson, uniformity};
 use crate::common::closed_forms::{rectangle_solid_angle, triangle_solid_angle};
 use crate::common::verdict::sidak;
-use etendue::math::vec::{DVec2, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::math::vec::{DVec2, DVec3, LaneVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
 use etendue::sampling::clear_triangle::ClearTriangle;
 use etendue::sampling::distribution::AliasTable;
 use etendue::sampling::linear::LinearSquare;
@@ -322,7 +322,8 @@ fn clear_triangles_are_sampled_uniformly_in_single_precision() {
         let exact = vertices.map(|v| v.as_dvec3());
         let cross = (exact[1] - exact[0]).cross(exact[2] - exact[0]);
         let triple = exact[0].dot(cross).abs() as f32;
-        let Some(clear) = ClearTriangle::new(vertices, triple, cross.length() as f32) else {
+        let plain = vertices.map(LaneVec3::from);
+        let Some(clear) = ClearTriangle::new(plain, triple, cross.length() as f32) else {
             continue;
         };
         seen += 1;

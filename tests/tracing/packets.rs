@@ -5,11 +5,12 @@ use crate::common::TestRng;
 use crate::common::tracing::{
     closed_mesh, direction, every_accel, in_single, moving, point, rotation, same, soup, standing,
 };
-use etendue::accel::packet::{LANES, RayPacket};
+use etendue::accel::packet::RayPacket;
 use etendue::accel::{Accel, Departure, Hit};
 use etendue::geometry::Geometry;
 use etendue::geometry::mesh::Mesh;
 use etendue::geometry::world::{Instance, World};
+use etendue::math::lanes::LANES;
 use etendue::math::ray::Ray;
 use etendue::math::vec::Vec3;
 use std::sync::Arc;

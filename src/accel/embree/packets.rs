@@ -18,8 +18,9 @@ use super::EmbreeAccel;
 use super::handles::PacketQuery;
 use crate::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
 use crate::accel::lanes::{ActiveLanes, HitLanes, RayHitLanes, RayLanes};
-use crate::accel::packet::{Hits, LANES, RayPacket};
+use crate::accel::packet::{Hits, RayPacket};
 use crate::accel::{Hit, Precision};
+use crate::math::lanes::LANES;
 use crate::planted::planted;
 
 /// The most active lanes, of so many, whose rays Embree traces one after the other: 14 of 16 and 7 of 8 (Embree 4.3.3,

@@ -1,53 +1,138 @@
 //! Light that is looked for at the surfaces of paths, and the rays that tell whether it is visible.
 //!
 //! Measure: radiance; normalised scene units.
-//! Range: any light and surface; as many rays together as a packet has.
+//! Range: any light and surface.
 //! Source: next event estimation, Veach 1997, section 8.2. Tested in `battery/` and `tests/rendering/integrators.rs`.
 
-use super::super::technique::{LightRule, Technique};
+use super::super::indirect::Indirect;
+use super::super::observer::{PathObserver, RayKind};
+use super::super::technique::{Chosen, LightRule, Technique};
+use super::super::waiting::Waiting;
+use super::arrival::Arrival;
+use super::{PathIntegrator, Paths};
 use crate::bsdf::View;
-use crate::effects::{Effects, Switch};
+use crate::effects::{Effects, Slot, Switch};
+use crate::light::types::{LightQuestion, LightSample};
 use crate::math::measure::Pmf;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::planted::planted;
 use crate::sampler::{Decision, Sampler};
-use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
-/// The numbers that choose a point on a light and, where there are several, the light.
-#[inline]
-pub(super) fn draw_light<E: Effects, S: Sampler>(sampler: &mut S, bounce: u32) -> (Vec2, [f32; 2]) {
-    if E::ManyLights::ON {
-        let [u, v, u_choice, v_choice] = sampler.draw(Decision::Light(bounce));
-        return (Vec2::new(u, v), [u_choice, v_choice]);
+impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
+    /// Looks for one light where each path is, and leaves the rays to them to be traced.
+    pub(super) fn look_for_lights<E: Effects, S: Sampler, O: PathObserver>(
+        &self,
+        paths: &mut Paths<'_, E, S, O>,
+        arrivals: &[Arrival<'_, E>],
+        views: &[View<'_>],
+    ) {
+        let (scene, technique) = (paths.scene, self.technique.technique());
+        if !technique.samples_lights() || scene.lights.is_empty() {
+            return;
+        }
+        let Waiting {
+            chosen,
+            looking,
+            questions,
+            shadows,
+            ..
+        } = &mut *paths.waiting;
+        // Delta lobes reflect no light that is found in this way.
+        let looks = |arrival: &Arrival<'_, E>| !arrival.bsdf.is_delta::<E>();
+        let seen = || {
+            arrivals
+                .iter()
+                .zip(views)
+                .filter(|(arrival, _)| looks(arrival))
+        };
+
+        looking.clear();
+        looking.extend(seen().map(|(arrival, _)| arrival.number));
+        questions.clear();
+        let mut asking = seen();
+        draw_lights::<E, S>(paths.samplers, looking, paths.bounce, |u, u_choice| {
+            let choice = scene.lights.choose::<E>(u_choice);
+            if let (Some((arrival, _)), Some((light, pmf))) = (asking.next(), choice) {
+                chosen[arrival.number] = Some(light);
+                questions.push(LightQuestion {
+                    light,
+                    pmf,
+                    p: arrival.at.p,
+                    time: paths.states[arrival.number].time.or(0.0),
+                    u,
+                });
+            }
+        });
+
+        let mut asking = seen();
+        scene.sample_lights::<E>(questions, technique.points, |question, light| {
+            let Some((arrival, seen)) = asking.next() else {
+                return;
+            };
+            let lighting = match arrival.known {
+                // No ray is scattered that could find a light.
+                Some(_) => technique.by_lights_alone(),
+                None => technique,
+            };
+            let found = light
+                .and_then(|light| reflected(&arrival.at, seen, lighting, question.pmf, &light));
+            let Some(found) = found else {
+                paths.observer.unlit();
+                return;
+            };
+            let (path, time) = (&mut paths.states[arrival.number], question.time);
+            paths.samples[arrival.number].rays.shadow += 1;
+            paths.observer.traced(RayKind::Shadow, &found.ray, time);
+            let contribution = path.beta * found.contribution;
+            shadows.push(arrival.number, contribution, found.weight, &found.ray, time);
+            if O::ONE_BY_ONE {
+                shadows.trace::<E, O>(scene, paths.observer, |_, light| path.radiance += light);
+            }
+        });
     }
-    let u = sampler.draw(Decision::Light(bounce));
-    (Vec2::from_array(u), [0.0; 2])
+}
+
+/// Draws the numbers that choose a point on a light and, where there are several, the light.
+#[inline]
+fn draw_lights<E: Effects, S: Sampler>(
+    samplers: &mut [S],
+    places: &[usize],
+    bounce: u32,
+    mut tell: impl FnMut(Vec2, [f32; 2]),
+) {
+    let decision = Decision::Light(bounce);
+    if E::ManyLights::ON {
+        S::draw_each(samplers, places, decision, |[u, v, u_choice, v_choice]| {
+            tell(Vec2::new(u, v), [u_choice, v_choice]);
+        });
+    } else {
+        S::draw_each(samplers, places, decision, |[u, v]| {
+            tell(Vec2::new(u, v), [0.0; 2]);
+        });
+    }
 }
 
 /// What light sampling found at a surface, if nothing is in the way.
-pub(super) struct DirectLight {
+struct DirectLight {
     /// f |cos| Le / p_light, times the weight.
-    pub(super) contribution: Rgb,
-    pub(super) weight: f32,
+    contribution: Rgb,
+    weight: f32,
     /// To the light.
-    pub(super) ray: Ray,
+    ray: Ray,
 }
 
-/// One point on one light, weighted against the chance that the BSDF finds it.
+/// What a surface reflects of one point on one light, weighted against the chance that the BSDF finds it.
 #[inline]
-pub(super) fn sample_light<E: Effects>(
-    scene: &Scene,
+fn reflected<E: Effects>(
     at: &Interaction<E>,
-    time: f32,
     seen: &View,
     technique: Technique,
-    choice: (u32, Pmf),
-    u: Vec2,
+    pmf: Pmf,
+    light: &LightSample,
 ) -> Option<DirectLight> {
-    let light = scene.sample_light::<E>(choice, technique.points, at.p, time, u)?;
     if light.radiance.is_black() {
         return None;
     }
@@ -62,7 +147,7 @@ pub(super) fn sample_light<E: Effects>(
         return None;
     }
     let (weight, over_pdf) = match light.pdf {
-        Some(pdf) if technique.lights == LightRule::OneAndRest => (1.0, choice.1.0 / pdf.0),
+        Some(pdf) if technique.lights == LightRule::OneAndRest => (1.0, pmf.0 / pdf.0),
         Some(pdf) => (technique.weight_of_light(pdf, value.pdf), 1.0 / pdf.0),
         None => (1.0, 1.0),
     };

@@ -20,24 +20,26 @@
 //! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `battery/`,
 //! `tests/scattering/furnace.rs`, `tests/rendering/effects.rs` and `tests/rendering/integrators.rs`.
 
+mod arrival;
 mod direct_light;
+mod onward;
 mod state;
 
 pub use state::PathState;
 
 use super::indirect::{Indirect, Traced};
-use super::observer::{PathObserver, RayKind};
-use super::steps::{sample_direction, toss};
-use super::technique::{Chosen, Technique, Weighted};
-use super::waiting::{ShadowRays, Waiting};
+use super::observer::PathObserver;
+use super::technique::{Chosen, Weighted};
+use super::waiting::Waiting;
 use super::{CameraRay, Integrator, RayCounts, Roulette, Sample};
 use crate::accel::Hit;
-use crate::accel::packet::LANES;
-use crate::effects::{Effects, Slot, Switch};
+use crate::bsdf::View;
+use crate::effects::{Effects, Slot};
+use crate::math::lanes::LANES;
 use crate::math::rgb::Rgb;
-use crate::sampler::{Decision, Sampler};
+use crate::sampler::Sampler;
 use crate::scene::Scene;
-use direct_light::{draw_light, sample_light};
+use arrival::Arrival;
 use std::slice;
 
 /// The path integrator's choices.
@@ -74,17 +76,18 @@ impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
     fn radiances<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         scene: &Scene,
-        samples: &mut [Sample<S>],
+        samplers: &mut [S],
+        samples: &mut [Sample],
         waiting: &mut Waiting,
         observer: &mut O,
     ) {
-        let begin = |sample: &mut Sample<S>| {
+        let begin = |sample: &mut Sample| {
             sample.rays.camera += 1;
             let CameraRay { ray, time } = sample.camera_ray;
             PathState::<E>::new(ray, time)
         };
         let mut paths: Vec<PathState<E>> = samples.iter_mut().map(begin).collect();
-        self.follow_all(scene, samples, &mut paths, waiting, observer);
+        self.follow_all(scene, samplers, samples, &mut paths, waiting, observer);
         for (sample, path) in samples.iter_mut().zip(paths) {
             sample.radiance = path.radiance;
         }
@@ -100,7 +103,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     pub fn follow<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         scene: &Scene,
-        sampler: &S,
+        sampler: &mut S,
         mut path: PathState<E>,
         found: Option<Hit>,
         waiting: &mut Waiting,
@@ -108,221 +111,82 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         observer: &mut O,
     ) -> Rgb {
         let (ray, time) = (path.ray, path.time.or(0.0));
-        let mut sample = Sample::new(sampler.clone(), CameraRay { ray, time });
+        let mut sample = Sample::new(CameraRay { ray, time });
         sample.found = found;
         let (samples, paths) = (slice::from_mut(&mut sample), slice::from_mut(&mut path));
-        self.follow_all(scene, samples, paths, waiting, observer);
+        let samplers = slice::from_mut(sampler);
+        self.follow_all(scene, samplers, samples, paths, waiting, observer);
         *rays += sample.rays;
         path.radiance
     }
 
     /// Follows the paths of some samples side by side, all of which have scattered as often, to their ends.
+    ///
+    /// Each stage is a loop over all of them that does little: a processor works at several of its turns at once.
     fn follow_all<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         scene: &Scene,
-        samples: &mut [Sample<S>],
-        paths: &mut [PathState<E>],
+        samplers: &mut [S],
+        samples: &mut [Sample],
+        states: &mut [PathState<E>],
         waiting: &mut Waiting,
         observer: &mut O,
     ) {
-        let Waiting {
-            shadows,
-            onward,
-            going,
-            chosen,
-        } = waiting;
-        chosen.clear();
-        chosen.resize(paths.len(), None);
-        going.clear();
-        going.extend(0..paths.len());
-        let mut hits = [None; LANES];
+        waiting.begin(states.len());
+        let mut arrivals = Vec::with_capacity(states.len());
         // What comes from a surface has been scattered there.
         let is_scattered = |path: &PathState<E>| path.departure.is_some();
-        let first = u32::from(paths.first().is_some_and(is_scattered));
-        for bounce in first.. {
-            onward.clear();
-            going.retain(|&number| {
-                let (path, sample) = (&mut paths[number], &mut samples[number]);
-                let chosen = &mut chosen[number];
-                let goes_on = self.step(
-                    scene, number, path, sample, chosen, bounce, shadows, observer,
-                );
-                if goes_on {
-                    onward.push(&path.ray, path.time.or(0.0), path.departure);
-                }
-                goes_on
-            });
-            shadows.trace::<E, O>(scene, observer, |number, light| {
-                paths[number].radiance += light;
-            });
-            if onward.is_empty() {
-                break;
-            }
-            for (rays, numbers) in onward.packets_mut().iter_mut().zip(going.chunks(LANES)) {
-                scene.accel.intersect_packet(rays, false, &mut hits);
-                for (&number, found) in numbers.iter().zip(&hits) {
-                    samples[number].found = *found;
-                }
-            }
-        }
-    }
-
-    /// What a path does where its ray has come to; whether it goes on. Rays to lights are left to be traced.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "a path, its surroundings, and all that it may tell of"
-    )]
-    #[inline(always)]
-    fn step<E: Effects, S: Sampler, O: PathObserver>(
-        &self,
-        scene: &Scene,
-        number: usize,
-        path: &mut PathState<E>,
-        sample: &mut Sample<S>,
-        chosen: &mut Option<u32>,
-        bounce: u32,
-        shadows: &mut ShadowRays,
-        observer: &mut O,
-    ) -> bool {
-        let technique = self.technique.technique();
-        let (sampler, found, rays) = (&mut sample.sampler, sample.found, &mut sample.rays);
-        let time = path.time.or(0.0);
-        let u_alpha = draw_alpha::<E, S>(sampler, bounce);
-        let Some(at) = scene.meet::<E>(&path.ray, time, path.departure, u_alpha, found) else {
-            observer.escaped(path.ray.dir);
-            let contribution = path.beta * beyond(scene, path, technique, *chosen);
-            path.radiance += contribution;
-            observer.environment(contribution);
-            return false;
+        let mut paths = Paths {
+            bounce: u32::from(states.first().is_some_and(is_scattered)),
+            scene,
+            samplers,
+            samples,
+            states,
+            waiting,
+            observer,
         };
-        observer.arrived(&at, path.beta);
-
-        // Emission, in the light of how else it could have been found.
-        let emitted = scene.emitted(&at);
-        let coin = toss::<S>(technique, emitted, sampler, bounce);
-        if let Some(emitted) = emitted {
-            let weight = path.weight_of_scattering(
-                technique,
-                |from| scene.light_pdf(from, time, &at),
-                || chosen.is_some() && scene.light_of(&at) == *chosen,
-            );
-            let contribution = path.beta * emitted * (weight * coin.taken);
-            observer.emission(contribution, weight);
-            path.radiance += contribution;
+        while !paths.waiting.going.is_empty() {
+            arrivals.clear();
+            self.arrive(&mut paths, &mut arrivals);
+            let views: Vec<View<'_>> = arrivals.iter().map(Arrival::seen).collect();
+            self.look_for_lights(&mut paths, &arrivals, &views);
+            self.scatter(&mut paths, &arrivals, &views);
+            paths.trace();
+            paths.bounce += 1;
         }
-        if coin.ends || self.max_bounces.is_some_and(|limit| bounce >= limit) {
-            observer.absorbed();
-            return false;
-        }
-        path.beta *= coin.left;
-
-        if scene.is_dark(&at) {
-            observer.absorbed();
-            return false;
-        }
-        let bsdf = scene.surface(&at);
-        let is_limited = self.max_bounces.is_some();
-        let known = self.indirect.reflected(&at, &bsdf, bounce, is_limited);
-        let lighting = match known {
-            // No ray is scattered that could find a light.
-            Some(_) => technique.by_lights_alone(),
-            None => technique,
-        };
-        let wo = at.frame.to_local(at.wo);
-        let seen = bsdf.seen_from::<E>(wo);
-        if technique.samples_lights() && !bsdf.is_delta::<E>() && !scene.lights.is_empty() {
-            let (u, u_choice) = draw_light::<E, S>(sampler, bounce);
-            let choice = scene.lights.choose::<E>(u_choice);
-            *chosen = choice.map(|(light, _)| light);
-            if let Some(choice) = choice
-                && let Some(light) = sample_light(scene, &at, time, &seen, lighting, choice, u)
-            {
-                rays.shadow += 1;
-                observer.traced(RayKind::Shadow, &light.ray, time);
-                shadows.push(
-                    number,
-                    path.beta * light.contribution,
-                    light.weight,
-                    &light.ray,
-                    time,
-                );
-                if O::ONE_BY_ONE {
-                    shadows.trace::<E, O>(scene, observer, |_, light| path.radiance += light);
-                }
-            } else {
-                observer.unlit();
-            }
-        }
-
-        if let Some(known) = known {
-            let contribution = path.beta * known;
-            observer.known(contribution);
-            path.radiance += contribution;
-            return false;
-        }
-
-        // Onward.
-        let u = sampler.draw(Decision::Bsdf(bounce));
-        let Some(sample) = sample_direction::<E>(&bsdf, &seen, technique, u) else {
-            observer.absorbed();
-            return false;
-        };
-        let wi = at.frame.to_world(sample.wi);
-        // A shading normal can promise what the surface cannot keep: light leaking through it.
-        let goes_through = E::Transmission::ON && sample.lobe.is_transmission();
-        if !at.agrees(wi, goes_through) {
-            observer.absorbed();
-            return false;
-        }
-        path.beta *= sample.weight;
-        observer.scattered(wi, sample.lobe, path.beta);
-
-        let mut reflected = sample.weight;
-        if goes_through {
-            reflected *= path.refract(bsdf.ior(), wo.z > 0.0);
-        }
-        let left = path.eta_scale.or(1.0) * path.beta;
-        let survival = self.roulette.survival(bounce, reflected, left);
-        if survival < 1.0 && !path.survives(survival, bounce, sampler) {
-            observer.terminated(survival);
-            return false;
-        }
-        path.leave(scene, &at, wi, sample.pdf, goes_through);
-        rays.closest += 1;
-        let kind = RayKind::onward(bounce, path.scattered_from.is_none());
-        observer.traced(kind, &path.ray, time);
-        true
     }
 }
 
-/// The number that decides where a surface is only partly there.
-#[inline(always)]
-fn draw_alpha<E: Effects, S: Sampler>(sampler: &mut S, bounce: u32) -> f32 {
-    if !E::Alpha::ON {
-        return 0.0;
-    }
-    let [u] = sampler.draw(Decision::Alpha(bounce));
-    u
+/// Paths that are followed side by side, all of which have scattered as often.
+struct Paths<'a, E: Effects, S, O> {
+    scene: &'a Scene,
+    samples: &'a mut [Sample],
+    /// As those of the samples.
+    samplers: &'a mut [S],
+    /// As those of the samples.
+    states: &'a mut [PathState<E>],
+    waiting: &'a mut Waiting,
+    observer: &'a mut O,
+    /// Scattering events before.
+    bounce: u32,
 }
 
-/// Radiance from beyond the scene along the path's ray.
-#[inline]
-fn beyond<E: Effects>(
-    scene: &Scene,
-    path: &PathState<E>,
-    technique: Technique,
-    chosen: Option<u32>,
-) -> Rgb {
-    if !E::Environment::ON {
-        return Rgb::BLACK;
+impl<E: Effects, S, O: PathObserver> Paths<'_, E, S, O> {
+    /// Traces the rays to lights, and then those of the paths that go on.
+    fn trace(&mut self) {
+        let states = &mut *self.states;
+        let shadows = &mut self.waiting.shadows;
+        shadows.trace::<E, O>(self.scene, self.observer, |number, light| {
+            states[number].radiance += light;
+        });
+        let Waiting { onward, going, .. } = &mut *self.waiting;
+        let mut hits = [None; LANES];
+        for (rays, numbers) in onward.packets_mut().iter_mut().zip(going.chunks(LANES)) {
+            self.scene.accel.intersect_packet(rays, false, &mut hits);
+            for (&number, found) in numbers.iter().zip(&hits) {
+                self.samples[number].found = *found;
+            }
+        }
+        onward.clear();
     }
-    let mut radiance = scene.environment;
-    if E::EnvironmentMap::ON
-        && let Some(beyond) = scene.lights.beyond(path.ray.dir)
-    {
-        let is_chosen = || Some(beyond.light) == chosen;
-        radiance +=
-            beyond.radiance * path.weight_of_scattering(technique, |_| beyond.pdf, is_chosen);
-    }
-    radiance
 }

@@ -12,7 +12,6 @@ use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
 use crate::planted::planted;
-use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
@@ -59,20 +58,10 @@ impl<E: Effects> PathState<E> {
         eta * eta
     }
 
-    /// Whether it goes on, with probability `survival`: then its throughput makes up for those that end here.
+    /// Whether it goes on, with probability `survival`, as the uniform number `u` decides: then its throughput makes up for
+    /// those that end here.
     #[inline]
-    pub(super) fn survives<S: Sampler>(
-        &mut self,
-        survival: f32,
-        bounce: u32,
-        sampler: &mut S,
-    ) -> bool {
-        let decision = planted!(
-            "roulette-takes-a-spent-number",
-            Decision::Bsdf(bounce),
-            Decision::Roulette(bounce)
-        );
-        let [u] = sampler.draw(decision);
+    pub(super) fn survives(&mut self, survival: f32, u: f32) -> bool {
         if u >= survival {
             return false;
         }

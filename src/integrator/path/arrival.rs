@@ -1,0 +1,134 @@
+//! Where paths have come to: what their surfaces emit, and whether they go on from there.
+//!
+//! Measure: radiance.
+//! Range: any hit; a ray that meets nothing ends its path beyond the scene.
+//! Source: the emission of the rendering equation, Kajiya 1986, weighted as in Veach 1997, section 9.2. Tested in `battery/`
+//! and `tests/rendering/integrators.rs`.
+
+use super::super::indirect::Indirect;
+use super::super::observer::PathObserver;
+use super::super::steps::toss;
+use super::super::technique::{Chosen, Technique};
+use super::{PathIntegrator, PathState, Paths};
+use crate::bsdf::{Bsdf, View};
+use crate::effects::{Effects, Slot, Switch};
+use crate::math::rgb::Rgb;
+use crate::sampler::{Decision, Sampler};
+use crate::scene::Scene;
+use crate::scene::interaction::Interaction;
+use std::borrow::Cow;
+
+/// A path at a surface where it does not end.
+pub(super) struct Arrival<'a, E: Effects> {
+    /// Which path.
+    pub(super) number: usize,
+    pub(super) at: Interaction<E>,
+    pub(super) bsdf: Cow<'a, Bsdf>,
+    /// Light that light sampling does not find here, where it is known: then the path ends.
+    pub(super) known: Option<Rgb>,
+}
+
+impl<E: Effects> Arrival<'_, E> {
+    /// How the path sees the surface.
+    #[inline]
+    pub(super) fn seen(&self) -> View<'_> {
+        self.bsdf.seen_from::<E>(self.at.frame.to_local(self.at.wo))
+    }
+}
+
+impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
+    /// Takes what is emitted where paths have come to, and tells which of them do not end there.
+    pub(super) fn arrive<'a, E: Effects, S: Sampler, O: PathObserver>(
+        &self,
+        paths: &mut Paths<'a, E, S, O>,
+        arrivals: &mut Vec<Arrival<'a, E>>,
+    ) {
+        for place in 0..paths.waiting.going.len() {
+            let number = paths.waiting.going[place];
+            arrivals.extend(self.arrival(paths, number));
+        }
+    }
+
+    #[inline(always)]
+    fn arrival<'a, E: Effects, S: Sampler, O: PathObserver>(
+        &self,
+        paths: &mut Paths<'a, E, S, O>,
+        number: usize,
+    ) -> Option<Arrival<'a, E>> {
+        let (scene, bounce, technique) = (paths.scene, paths.bounce, self.technique.technique());
+        let (path, sampler) = (&mut paths.states[number], &mut paths.samplers[number]);
+        let observer = &mut *paths.observer;
+        let (chosen, time) = (paths.waiting.chosen[number], path.time.or(0.0));
+        let u_alpha = draw_alpha::<E, S>(sampler, bounce);
+        let found = paths.samples[number].found;
+        let Some(at) = scene.meet::<E>(&path.ray, time, path.departure, u_alpha, found) else {
+            observer.escaped(path.ray.dir);
+            let contribution = path.beta * beyond(scene, path, technique, chosen);
+            path.radiance += contribution;
+            observer.environment(contribution);
+            return None;
+        };
+        observer.arrived(&at, path.beta);
+
+        // Emission, in the light of how else it could have been found.
+        let emitted = scene.emitted(&at);
+        let coin = toss::<S>(technique, emitted, sampler, bounce);
+        if let Some(emitted) = emitted {
+            let weight = path.weight_of_scattering(
+                technique,
+                |from| scene.light_pdf(from, time, &at),
+                || chosen.is_some() && scene.light_of(&at) == chosen,
+            );
+            let contribution = path.beta * emitted * (weight * coin.taken);
+            observer.emission(contribution, weight);
+            path.radiance += contribution;
+        }
+        let is_last = self.max_bounces.is_some_and(|limit| bounce >= limit);
+        if coin.ends || is_last || scene.is_dark(&at) {
+            observer.absorbed();
+            return None;
+        }
+        path.beta *= coin.left;
+        let bsdf = scene.surface(&at);
+        let is_limited = self.max_bounces.is_some();
+        let known = self.indirect.reflected(&at, &bsdf, bounce, is_limited);
+        Some(Arrival {
+            number,
+            at,
+            bsdf,
+            known,
+        })
+    }
+}
+
+/// The number that decides where a surface is only partly there.
+#[inline(always)]
+fn draw_alpha<E: Effects, S: Sampler>(sampler: &mut S, bounce: u32) -> f32 {
+    if !E::Alpha::ON {
+        return 0.0;
+    }
+    let [u] = sampler.draw(Decision::Alpha(bounce));
+    u
+}
+
+/// Radiance from beyond the scene along the path's ray.
+#[inline]
+fn beyond<E: Effects>(
+    scene: &Scene,
+    path: &PathState<E>,
+    technique: Technique,
+    chosen: Option<u32>,
+) -> Rgb {
+    if !E::Environment::ON {
+        return Rgb::BLACK;
+    }
+    let mut radiance = scene.environment;
+    if E::EnvironmentMap::ON
+        && let Some(beyond) = scene.lights.beyond(path.ray.dir)
+    {
+        let is_chosen = || Some(beyond.light) == chosen;
+        radiance +=
+            beyond.radiance * path.weight_of_scattering(technique, |_| beyond.pdf, is_chosen);
+    }
+    radiance
+}

@@ -29,9 +29,9 @@ const RUNS: usize = 3;
 pub enum Part {
     /// Turning the sampler to the sample, and making its camera ray.
     Camera,
-    /// Finding closest hits, and what the surface is like there.
+    /// Finding closest hits, and what the surface is like there and how it scatters.
     ClosestHits,
-    /// Emission, materials, and light sampling.
+    /// Emission, and light sampling.
     Lights,
     /// Whether lights are visible.
     ShadowRays,
@@ -56,8 +56,8 @@ impl Part {
     pub fn name(self) -> &'static str {
         match self {
             Self::Camera => "sampler start, camera ray",
-            Self::ClosestHits => "closest hits, surfaces",
-            Self::Lights => "emission, materials, light sampling",
+            Self::ClosestHits => "closest hits, surfaces, materials",
+            Self::Lights => "emission, light sampling",
             Self::ShadowRays => "shadow rays",
             Self::Scattering => "scattering, roulette",
             Self::Film => "film",

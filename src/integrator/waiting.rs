@@ -20,7 +20,7 @@ use crate::planted::planted;
 use crate::scene::Scene;
 
 /// How many paths are best followed side by side: enough to fill packets of rays and lanes while some of them end, and to come
-/// to each stage's code seldom; few enough to stay in a processor's second cache, some 600 bytes each.
+/// to each stage's code seldom; few enough to stay in a processor's second cache, some 900 bytes each.
 pub const AT_ONCE: usize = 256;
 
 /// What waits while paths are followed side by side: memory to be used again.

@@ -24,6 +24,8 @@ pub(super) struct Arrival<'a, E: Effects> {
     pub(super) number: usize,
     pub(super) at: Interaction<E>,
     pub(super) bsdf: Cow<'a, Bsdf>,
+    /// Whether it looks for lights, if they are sampled at all.
+    pub(super) looks: bool,
     /// Light that light sampling does not find here, where it is known: then the path ends.
     pub(super) known: Option<Rgb>,
 }
@@ -45,16 +47,17 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     ) {
         for place in 0..paths.waiting.going.len() {
             let number = paths.waiting.going[place];
-            arrivals.extend(self.arrival(paths, number));
+            self.arrive_one(paths, number, arrivals);
         }
     }
 
     #[inline(always)]
-    fn arrival<'a, E: Effects, S: Sampler, O: PathObserver>(
+    fn arrive_one<'a, E: Effects, S: Sampler, O: PathObserver>(
         &self,
         paths: &mut Paths<'a, E, S, O>,
         number: usize,
-    ) -> Option<Arrival<'a, E>> {
+        arrivals: &mut Vec<Arrival<'a, E>>,
+    ) {
         let (scene, bounce, technique) = (paths.scene, paths.bounce, self.technique.technique());
         let (path, sampler) = (&mut paths.states[number], &mut paths.samplers[number]);
         let observer = &mut *paths.observer;
@@ -66,7 +69,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             let contribution = path.beta * beyond(scene, path, technique, chosen);
             path.radiance += contribution;
             observer.environment(contribution);
-            return None;
+            return;
         };
         observer.arrived(&at, path.beta);
 
@@ -86,18 +89,20 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         let is_last = self.max_bounces.is_some_and(|limit| bounce >= limit);
         if coin.ends || is_last || scene.is_dark(&at) {
             observer.absorbed();
-            return None;
+            return;
         }
         path.beta *= coin.left;
         let bsdf = scene.surface(&at);
         let is_limited = self.max_bounces.is_some();
         let known = self.indirect.reflected(&at, &bsdf, bounce, is_limited);
-        Some(Arrival {
+        arrivals.push(Arrival {
             number,
+            // Delta lobes reflect no light that is found by sampling it.
+            looks: !bsdf.is_delta::<E>(),
             at,
             bsdf,
             known,
-        })
+        });
     }
 }
 

@@ -40,13 +40,11 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             shadows,
             ..
         } = &mut *paths.waiting;
-        // Delta lobes reflect no light that is found in this way.
-        let looks = |arrival: &Arrival<'_, E>| !arrival.bsdf.is_delta::<E>();
         let seen = || {
             arrivals
                 .iter()
                 .zip(views)
-                .filter(|(arrival, _)| looks(arrival))
+                .filter(|(arrival, _)| arrival.looks)
         };
 
         looking.clear();

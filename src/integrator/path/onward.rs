@@ -70,6 +70,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             at,
             bsdf,
             known,
+            ..
         } = arrival;
         let (bounce, technique) = (paths.bounce, self.technique.technique());
         let (path, observer) = (&mut paths.states[*number], &mut *paths.observer);

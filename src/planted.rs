@@ -98,6 +98,11 @@ pub const PLANTED: &[Planted] = &[
         "sampling::sampler::sobol_decisions_take_orders_of_their_own",
     ),
     bug(
+        "lanes-share-a-sampler",
+        "samplers that draw side by side all draw what the first of them does",
+        "sampling::sampler::samplers_draw_side_by_side_what_each_draws_alone",
+    ),
+    bug(
         "strata-shared-by-decisions",
         "all decisions of a sample lie in the same stratum",
         "sampling::stratified::decisions_and_pixels_know_nothing_of_one_another",

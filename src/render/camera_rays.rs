@@ -79,14 +79,9 @@ impl CameraNumbers {
             }
         };
         if E::Lens::ON {
-            S::draw_each(
-                samplers,
-                places,
-                Decision::Camera,
-                |[x, y, lens_x, lens_y]| {
-                    tell(Vec2::new(x, y), Vec2::new(lens_x, lens_y));
-                },
-            );
+            S::draw_each(samplers, places, Decision::Camera, |[x, y, u, v]| {
+                tell(Vec2::new(x, y), Vec2::new(u, v));
+            });
         } else {
             S::draw_each(samplers, places, Decision::Camera, |[x, y]| {
                 tell(Vec2::new(x, y), Vec2::ZERO);

@@ -90,7 +90,7 @@ impl Sampler for Sobol {
                 continue;
             }
             for (lane, &place) in places.iter().enumerate() {
-                let sampler = &samplers[place];
+                let sampler = &samplers[planted!("lanes-share-a-sampler", places[0], place)];
                 (seeds[lane], indices[lane]) = (sampler.sequence_seed, sampler.reversed_index);
             }
             draw_lanes(&seeds, &indices, decision.slot(), &mut numbers);

@@ -40,36 +40,32 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             shadows,
             ..
         } = &mut *paths.waiting;
-        let seen = || {
-            arrivals
-                .iter()
-                .zip(views)
-                .filter(|(arrival, _)| arrival.looks)
-        };
+        let all = || arrivals.iter().zip(views);
+        let seen = || all().filter(|(arrival, _)| arrival.looks);
 
         looking.clear();
         looking.extend(seen().map(|(arrival, _)| arrival.number));
         questions.clear();
         let mut asking = seen();
         draw_lights::<E, S>(paths.samplers, looking, paths.bounce, |u, u_choice| {
+            let (arrival, _) = asking
+                .next()
+                .expect("numbers are drawn for each that looks");
             let choice = scene.lights.choose::<E>(u_choice);
-            if let (Some((arrival, _)), Some((light, pmf))) = (asking.next(), choice) {
-                chosen[arrival.number] = Some(light);
-                questions.push(LightQuestion {
-                    light,
-                    pmf,
-                    p: arrival.at.p,
-                    time: paths.states[arrival.number].time.or(0.0),
-                    u,
-                });
-            }
+            let (light, pmf) = choice.expect("there are lights, or nobody would look");
+            chosen[arrival.number] = Some(light);
+            questions.push(LightQuestion {
+                light,
+                pmf,
+                p: arrival.at.p,
+                time: paths.states[arrival.number].time.or(0.0),
+                u,
+            });
         });
 
         let mut asking = seen();
         scene.sample_lights::<E>(questions, technique.points, |question, light| {
-            let Some((arrival, seen)) = asking.next() else {
-                return;
-            };
+            let (arrival, seen) = asking.next().expect("every question is answered once");
             let lighting = match arrival.known {
                 // No ray is scattered that could find a light.
                 Some(_) => technique.by_lights_alone(),

@@ -18,7 +18,8 @@ pub const FEW: usize = 3;
 /// Numbers side by side.
 pub type Lanes<T> = [T; LANES];
 
-/// A function of some numbers for each lane: to be called in a [`vectorised`] function, and with a function that has no branches.
+/// A function of some numbers for each lane. It becomes vectors where it has no branches and where it is called in a function that
+/// is compiled for them.
 #[inline(always)]
 pub fn each_lane<const M: usize, const N: usize>(
     from: &[Lanes<f32>; M],

@@ -1,5 +1,5 @@
 //! Path tracing: with next event estimation, multiple importance sampling and Russian roulette, or by any simpler
-//! [`Technique`] of the course.
+//! [`Technique`](super::technique::Technique) of the course.
 //!
 //! The radiance along a ray is the sum over paths x_0 x_1 ... x_k from the eye to a light,
 //!

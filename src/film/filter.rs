@@ -178,7 +178,11 @@ impl Filter {
         (self.evaluate_axis(offset.x.into()) * self.evaluate_axis(offset.y.into())) as f32
     }
 
-    /// The same for each of at most [`LANES`] pairs of numbers.
+    /// [`sample`](Self::sample) for each of some pairs of numbers, in their order.
+    ///
+    /// # Panics
+    ///
+    /// If there are more than [`LANES`].
     pub fn sample_each(&self, u: &[Vec2], mut tell: impl FnMut(FilterSample)) {
         if u.len() <= FEW {
             return u.iter().for_each(|&u| tell(self.sample(u)));

@@ -123,7 +123,11 @@ impl RectangleLight {
         self.told(&self.find(p.into(), choice.density, u))
     }
 
-    /// A point that lights each of at most [`LANES`] places.
+    /// A point that lights each of some places, in their order.
+    ///
+    /// # Panics
+    ///
+    /// If there are more than [`LANES`].
     #[inline]
     pub fn sample_each(
         &self,

@@ -96,7 +96,11 @@ impl TriangleLight {
         }
     }
 
-    /// A point on a light for each of at most [`LANES`] places.
+    /// A point on its light for each of some places, in their order.
+    ///
+    /// # Panics
+    ///
+    /// If there are more than [`LANES`].
     #[inline]
     pub fn sample_each(
         lights: &Lanes<&Self>,

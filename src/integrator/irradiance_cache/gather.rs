@@ -11,10 +11,10 @@
 use super::hemisphere::{Cells, Expansion};
 use super::record::Record;
 use crate::effects::Effects;
-use crate::integrator::RayCounts;
 use crate::integrator::observer::Unobserved;
 use crate::integrator::path::{PathIntegrator, PathState};
-use crate::integrator::waiting::Waiting;
+use crate::integrator::waiting::{AT_ONCE, Waiting};
+use crate::integrator::{CameraRay, RayCounts, Sample};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -81,36 +81,52 @@ impl Gatherer<'_> {
         let mut radiance = vec![Rgb::BLACK; cells.count()];
         let mut distance = vec![f32::INFINITY; cells.count()];
         let mut waiting = Waiting::default();
-        for cell in 0..cells.count() {
-            sampler.start(self.numbers, (spent + cell) as u64);
-            let u: [f32; 2] = sampler.draw(Decision::Bsdf(0));
-            let local = cells.direction(cell, Vec2::from_array(u));
-            let wi = at.frame.to_world(local);
-            if !at.agrees(wi, false) {
-                continue;
+        // Nothing moves.
+        let time = 0.0;
+        for first in (0..cells.count()).step_by(AT_ONCE) {
+            let (mut asked, mut samplers) = (Vec::new(), Vec::new());
+            let (mut samples, mut paths) = (Vec::new(), Vec::new());
+            for cell in first..cells.count().min(first + AT_ONCE) {
+                sampler.start(self.numbers, (spent + cell) as u64);
+                let u: [f32; 2] = sampler.draw(Decision::Bsdf(0));
+                let local = cells.direction(cell, Vec2::from_array(u));
+                let wi = at.frame.to_world(local);
+                if !at.agrees(wi, false) {
+                    continue;
+                }
+                let (ray, departure) = self.scene.spawn(at, time, wi, false);
+                let mut path = PathState::<E>::new(ray, time);
+                path.departure = Some(departure);
+                path.scattered_from = planted!(
+                    "cache-counts-lights-twice",
+                    None,
+                    Some((at.p, PdfSolidAngle::LEAST))
+                );
+                let mut sample = Sample::new(CameraRay { ray, time });
+                sample.rays.closest += 1;
+                sample.found = self.scene.accel.intersect(&ray, time, path.departure);
+                let clear = sample.found.map_or(f32::INFINITY, |hit| hit.t);
+                asked.push((cell, clear));
+                samplers.push(sampler.clone());
+                samples.push(sample);
+                paths.push(path);
             }
-            // Nothing moves.
-            let time = 0.0;
-            let (ray, departure) = self.scene.spawn(at, time, wi, false);
-            let mut path = PathState::<E>::new(ray, time);
-            path.departure = Some(departure);
-            path.scattered_from = planted!(
-                "cache-counts-lights-twice",
-                None,
-                Some((at.p, PdfSolidAngle::LEAST))
+            self.integrator.follow(
+                self.scene,
+                &mut samplers,
+                &mut samples,
+                &mut paths,
+                &mut waiting,
+                &mut Unobserved,
             );
-            rays.closest += 1;
-            let found = self.scene.accel.intersect(&ray, time, path.departure);
-            if let Some(hit) = found {
-                distance[cell] = hit.t;
+            for (((cell, clear), sample), path) in asked.into_iter().zip(samples).zip(paths) {
+                *rays += sample.rays;
+                distance[cell] = clear;
+                if !path.radiance.is_finite() {
+                    return None;
+                }
+                radiance[cell] = path.radiance;
             }
-            let follow = &self.integrator;
-            let (waiting, unobserved) = (&mut waiting, &mut Unobserved);
-            let value = follow.follow(self.scene, sampler, path, found, waiting, rays, unobserved);
-            if !value.is_finite() {
-                return None;
-            }
-            radiance[cell] = value;
         }
         let light = Expansion::of(cells, &radiance, &distance);
         Some(Seen { light, distance })

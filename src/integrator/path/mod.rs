@@ -34,7 +34,7 @@ use super::waiting::Waiting;
 use super::{CameraRay, Integrator, RayCounts, Roulette, Sample};
 use crate::accel::Hit;
 use crate::bsdf::View;
-use crate::effects::{Effects, Slot};
+use crate::effects::Effects;
 use crate::math::lanes::LANES;
 use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
@@ -67,10 +67,13 @@ impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
         rays: &mut RayCounts,
         observer: &mut O,
     ) -> Rgb {
-        let path = PathState::<E>::new(camera_ray.ray, camera_ray.time);
-        rays.camera += 1;
+        let mut sample = Sample::new(*camera_ray);
+        sample.found = found;
+        let (samplers, samples) = (slice::from_mut(sampler), slice::from_mut(&mut sample));
         let waiting = &mut Waiting::default();
-        self.follow(scene, sampler, path, found, waiting, rays, observer)
+        self.radiances::<E, S, O>(scene, samplers, samples, waiting, observer);
+        *rays += sample.rays;
+        sample.radiance
     }
 
     fn radiances<E: Effects, S: Sampler, O: PathObserver>(
@@ -87,7 +90,7 @@ impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
             PathState::<E>::new(ray, time)
         };
         let mut paths: Vec<PathState<E>> = samples.iter_mut().map(begin).collect();
-        self.follow_all(scene, samplers, samples, &mut paths, waiting, observer);
+        self.follow(scene, samplers, samples, &mut paths, waiting, observer);
         for (sample, path) in samples.iter_mut().zip(paths) {
             sample.radiance = path.radiance;
         }
@@ -95,35 +98,11 @@ impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
 }
 
 impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
-    /// One estimate of the radiance along the ray of a path, given what is found on it.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "a path, its surroundings, and all that it may tell of"
-    )]
-    pub fn follow<E: Effects, S: Sampler, O: PathObserver>(
-        &self,
-        scene: &Scene,
-        sampler: &mut S,
-        mut path: PathState<E>,
-        found: Option<Hit>,
-        waiting: &mut Waiting,
-        rays: &mut RayCounts,
-        observer: &mut O,
-    ) -> Rgb {
-        let (ray, time) = (path.ray, path.time.or(0.0));
-        let mut sample = Sample::new(CameraRay { ray, time });
-        sample.found = found;
-        let (samples, paths) = (slice::from_mut(&mut sample), slice::from_mut(&mut path));
-        let samplers = slice::from_mut(sampler);
-        self.follow_all(scene, samplers, samples, paths, waiting, observer);
-        *rays += sample.rays;
-        path.radiance
-    }
-
-    /// Follows the paths of some samples side by side, all of which have scattered as often, to their ends.
+    /// Follows the paths of some samples side by side, all of which have scattered as often, to their ends, given what is found on
+    /// their rays. States and samplers are those of the samples.
     ///
     /// Each stage is a loop over all of them that does little: a processor works at several of its turns at once.
-    fn follow_all<E: Effects, S: Sampler, O: PathObserver>(
+    pub fn follow<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         scene: &Scene,
         samplers: &mut [S],

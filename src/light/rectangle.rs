@@ -4,7 +4,8 @@
 //! Range: edges at right angles (others are two triangles); any receiver off the plane. Beyond [`CLEAR`] radii the point is
 //! chosen with a density per area that is linear along each edge, beyond [`FAR`] radii and on the dark side by area, and
 //! else by solid angle, or by area again below [`spherical_rectangle::SMALLEST`].
-//! Source: `sampling/linear.rs`, `sampling/spherical_rectangle.rs`. Tested in `tests/lights/light.rs`.
+//! Source: `sampling/linear.rs`, `sampling/spherical_rectangle.rs`. Tested in `tests/lights/light.rs`
+//! and `tests/lights/lanes.rs`.
 
 use super::types::{Emission, LightEnd, LightQuestion, LightSample};
 use crate::geometry::surface::SurfacePoint;

@@ -4,7 +4,8 @@
 //! Range: any receiver off the triangle's plane. Beyond [`FAR`] radii, and on the dark side, the point is chosen by area;
 //! before that by solid angle, in single precision where the triangle is clearly seen, else in double; and by area again
 //! below [`spherical_triangle::SMALLEST`].
-//! Source: `sampling/clear_triangle.rs`, `sampling/spherical_triangle.rs`. Tested in `tests/lights/light.rs`.
+//! Source: `sampling/clear_triangle.rs`, `sampling/spherical_triangle.rs`. Tested in `tests/lights/light.rs`
+//! and `tests/lights/lanes.rs`.
 
 use super::types::{Emission, LightEnd, LightQuestion, LightSample};
 use crate::geometry::mesh::triangle_point;

@@ -163,7 +163,7 @@ fn number(reversed: u32, seed: u32) -> f32 {
     to_unit(scramble_reversed(reversed, seed).reverse_bits())
 }
 
-/// Dimensions in the table.
+/// Dimensions that there are.
 const DIMENSIONS: usize = 4;
 
 /// Owen scrambling of a number whose bits are reversed: every bit is flipped depending on the bits below it, which are
@@ -220,7 +220,7 @@ fn look_up(reversed_index: u32) -> [u32; DIMENSIONS - COMPUTED] {
     x
 }
 
-/// `TABLES[b][v]`: what byte `v` at bits 8b.. of the index, its bits reversed, contributes to each dimension.
+/// `TABLES[b][v]`: what byte `v` at bits 8b.. of the index, its bits reversed, contributes to each dimension that is looked up.
 static TABLES: Tables = byte_tables();
 
 type Tables = [[[u32; DIMENSIONS - COMPUTED]; 256]; 4];

@@ -1,8 +1,8 @@
 //! Weights that combine two sampling techniques.
 //!
 //! Measure: both densities in the same measure; the weight has none.
-//! Range: any densities from 0 to the largest `f32`; ratios are formed in double precision and never squared apart, so
-//! that neither overflow nor 0/0 can arise.
+//! Range: any densities from 0 to the largest `f32` of which the first is not 0; they are never squared apart, so that 0/0
+//! cannot arise. A ratio that overflows makes a weight of 0, one that underflows a weight of 1, as they should.
 //! Source: Veach and Guibas 1995, the power heuristic with exponent 2. Tested below.
 
 use crate::math::measure::PdfSolidAngle;
@@ -12,9 +12,9 @@ use crate::planted::planted;
 /// p^2 / (p^2 + q^2) = 1 / (1 + (q / p)^2).
 #[inline]
 pub fn power_heuristic(p: PdfSolidAngle, other: PdfSolidAngle) -> f32 {
-    let ratio = f64::from(other.0) / f64::from(p.0);
+    let ratio = other.0 / p.0;
     let power = planted!("balance-heuristic", ratio, ratio * ratio);
-    (1.0 / (1.0 + power)) as f32
+    1.0 / (1.0 + power)
 }
 
 #[cfg(test)]

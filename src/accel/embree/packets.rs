@@ -141,13 +141,15 @@ impl EmbreeAccel {
                 self.scene.intersect_packet(active, lanes, &mut query);
             }
         }
-        for (lane, found) in hits.iter_mut().enumerate().take(rays.len()) {
-            let mut hit = self.hit_of_lane(&rays.lanes, lane);
-            if self.options.precision == Precision::Robust {
+        let hits = &mut hits[..rays.len()];
+        for (lane, found) in hits.iter_mut().enumerate() {
+            *found = self.hit_of_lane(&rays.lanes, lane);
+        }
+        if self.options.precision == Precision::Robust {
+            for (lane, found) in hits.iter_mut().enumerate() {
                 let (ray, time) = rays.get(lane);
-                hit = hit.and_then(|hit| self.confirm(&ray, time, hit));
+                *found = found.and_then(|hit| self.confirm(&ray, time, hit));
             }
-            *found = hit;
         }
     }
 

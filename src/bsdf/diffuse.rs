@@ -4,10 +4,10 @@
 //! Range: `reflectance` in [0, 1]; scatters on the side that `wo` is on, from both sides alike.
 //! Source: f = rho / pi, sampled by the cosine (Malley). Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
-use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
-use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec2, vec::Vec3};
+use super::types::{BsdfSample, BsdfValue, Lobe, Numbers, facing_up};
+use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec3};
 use crate::planted::planted;
-use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
+use crate::sampling::warp::pdf_hemisphere_cosine;
 use std::f32::consts::FRAC_1_PI;
 
 /// A matte surface.
@@ -40,11 +40,11 @@ impl Diffuse {
 
     /// A direction by the cosine; the weight is the albedo.
     #[inline]
-    pub fn sample(&self, wo: Vec3, u: Vec2) -> Option<BsdfSample> {
+    pub fn sample(&self, wo: Vec3, numbers: &Numbers) -> Option<BsdfSample> {
         if wo.z == 0.0 {
             return None;
         }
-        let mut wi = sample_hemisphere_cosine(u);
+        let mut wi = numbers.by_cosine;
         let pdf = pdf_hemisphere_cosine(wi.z);
         wi.z = wi.z.copysign(wo.z);
         Some(BsdfSample {

@@ -25,7 +25,7 @@ pub use mirror::Mirror;
 pub use phong::Phong;
 use principled::Choice;
 pub use principled::{Principled, PrincipledParameters};
-pub use types::{BsdfSample, BsdfValue, Lobe};
+pub use types::{BsdfSample, BsdfValue, Lobe, Numbers};
 
 /// How one point of a surface scatters.
 #[derive(Debug, Clone, Copy)]
@@ -68,7 +68,8 @@ impl Bsdf {
     /// [`View::sample`] from `wo`.
     #[inline]
     pub fn sample<E: Effects>(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        self.seen_from::<E>(wo).sample::<E>(u_lobe, u)
+        self.seen_from::<E>(wo)
+            .sample::<E>(&Numbers::new(u_lobe, u))
     }
 
     /// Refractive index inside over outside; 1 for what lets no light through.
@@ -141,18 +142,17 @@ impl View<'_> {
         }
     }
 
-    /// A direction for light to come from. `u_lobe` chooses among lobes and is spent by that; `u` chooses the direction.
-    /// `None`: nothing is scattered this time, which is part of the estimate.
+    /// A direction for light to come from. `None`: nothing is scattered this time, which is part of the estimate.
     #[inline]
-    pub fn sample<E: Effects>(&self, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        let wo = self.wo;
+    pub fn sample<E: Effects>(&self, numbers: &Numbers) -> Option<BsdfSample> {
+        let (wo, Numbers { lobe, u, .. }) = (self.wo, *numbers);
         match (self.bsdf, &self.choice) {
-            (Bsdf::Diffuse(model), _) => model.sample(wo, u),
+            (Bsdf::Diffuse(model), _) => model.sample(wo, numbers),
             (Bsdf::Mirror(model), _) if has_lobes::<E>() => model.sample(wo),
-            (Bsdf::Conductor(model), _) if has_lobes::<E>() => model.sample(wo, u_lobe, u),
-            (Bsdf::Dielectric(model), _) if E::Transmission::ON => model.sample(wo, u_lobe, u),
-            (Bsdf::Phong(model), _) if E::Glossy::ON => model.sample(wo, u_lobe, u),
-            (Bsdf::Principled(model), Some(choice)) => model.sample(wo, choice, u_lobe, u),
+            (Bsdf::Conductor(model), _) if has_lobes::<E>() => model.sample(wo, lobe, u),
+            (Bsdf::Dielectric(model), _) if E::Transmission::ON => model.sample(wo, lobe, u),
+            (Bsdf::Phong(model), _) if E::Glossy::ON => model.sample(wo, numbers),
+            (Bsdf::Principled(model), Some(choice)) => model.sample(wo, choice, numbers),
             _ => beyond_kernel(),
         }
     }

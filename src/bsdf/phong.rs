@@ -9,11 +9,11 @@
 //! Source: Phong 1975, "Illumination for Computer Generated Pictures"; Lafortune and Willems 1994, "Using the Modified
 //! Phong Reflectance Model for Physically Based Rendering", eq. 4 and 8. Tested in `tests/scattering/bsdf.rs`.
 
-use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
+use super::types::{BsdfSample, BsdfValue, Lobe, Numbers, facing_up};
 use crate::math::frame::Frame;
-use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec2, vec::Vec3};
+use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec3};
 use crate::sampling::cosine_power::{cosine_power, one_minus_cos, sample_cosine_power};
-use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
+use crate::sampling::warp::pdf_hemisphere_cosine;
 use std::f32::consts::{FRAC_1_PI, PI};
 
 /// A matte surface with a highlight.
@@ -52,17 +52,17 @@ impl Phong {
 
     /// A direction about the mirror direction, or by the cosine. One below the surface is none: that share is lost.
     #[inline]
-    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+    pub fn sample(&self, wo: Vec3, numbers: &Numbers) -> Option<BsdfSample> {
         if wo.z == 0.0 {
             return None;
         }
         let up = Vec3::new(wo.x, wo.y, wo.z.abs());
-        let (mut wi, lobe) = if u_lobe < self.lobe_share {
+        let (mut wi, lobe) = if numbers.lobe < self.lobe_share {
             let about_mirror = Frame::from_normal(mirrored(up));
-            let wi = about_mirror.to_world(sample_cosine_power(u, self.exponent));
+            let wi = about_mirror.to_world(sample_cosine_power(numbers.u, self.exponent));
             (wi, Lobe::GlossyReflection)
         } else {
-            (sample_hemisphere_cosine(u), Lobe::Diffuse)
+            (numbers.by_cosine, Lobe::Diffuse)
         };
         if wi.z <= 0.0 {
             return None;
@@ -106,6 +106,7 @@ fn mirrored(w: Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::vec::Vec2;
 
     /// Hard case 10.
     #[test]
@@ -120,7 +121,7 @@ mod tests {
         ] {
             for i in 0..1000 {
                 let u = Vec2::new(i as f32 / 1000.0, (i as f32 * 0.618).fract());
-                let Some(s) = lobe.sample(wo, 0.0, u) else {
+                let Some(s) = lobe.sample(wo, &Numbers::new(0.0, u)) else {
                     continue;
                 };
                 let mirror = mirrored(wo).as_dvec3().normalize();

@@ -22,7 +22,7 @@ use super::conductor::multiple_scattering_colour;
 use super::dielectric::Dielectric;
 use super::fresnel::{normal_reflectance, schlick_mean, schlick_weight};
 use super::microfacet::Ggx;
-use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
+use super::types::{BsdfSample, BsdfValue, Lobe, Numbers, facing_up};
 use crate::effects::{Effect, EffectSet};
 use crate::math::{
     measure::PdfSolidAngle,
@@ -30,7 +30,7 @@ use crate::math::{
     vec::{Vec2, Vec3},
 };
 use crate::planted::planted;
-use crate::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
+use crate::sampling::warp::pdf_hemisphere_cosine;
 use std::f32::consts::FRAC_1_PI;
 
 /// What a principled material is made of.
@@ -169,7 +169,12 @@ impl Principled {
 
     /// A lobe by its share of the albedo, then its direction; `choice` is that of `wo`.
     #[inline]
-    pub fn sample(&self, wo: Vec3, choice: &Choice, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+    pub fn sample(&self, wo: Vec3, choice: &Choice, numbers: &Numbers) -> Option<BsdfSample> {
+        let Numbers {
+            lobe: u_lobe,
+            u,
+            by_cosine,
+        } = *numbers;
         if wo.z == 0.0 {
             return None;
         }
@@ -178,7 +183,7 @@ impl Principled {
         }
         let up = Vec3::new(wo.x, wo.y, wo.z.abs());
         let (mut wi, lobe) = if u_lobe < choice.glass + choice.base {
-            (sample_hemisphere_cosine(u), Lobe::Diffuse)
+            (by_cosine, Lobe::Diffuse)
         } else if u_lobe < choice.glass + choice.base + choice.metal_ms {
             (self.albedo.sample_multiple(u), Lobe::GlossyReflection)
         } else if let Some(ggx) = self.facets {

@@ -12,7 +12,11 @@
 //! Range: both directions anywhere on the sphere; exactly tangential ones scatter nothing.
 //! Source: Veach 1997, chapter 5. Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
-use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec3};
+use crate::math::lanes::{FEW, LANES};
+use crate::math::measure::PdfSolidAngle;
+use crate::math::rgb::Rgb;
+use crate::math::vec::{Vec2, Vec3};
+use crate::sampling::warp::{sample_hemisphere_cosine, sample_hemisphere_cosine_lanes};
 
 /// The value of a BSDF for one pair of directions, and how likely `sample` is to find it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -31,6 +35,56 @@ pub fn facing_up(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3)> {
     // Signs, not the product, which underflows for two grazing directions.
     let same_side = (wo.z > 0.0 && wi.z > 0.0) || (wo.z < 0.0 && wi.z < 0.0);
     same_side.then(|| (up(wo), up(wi)))
+}
+
+/// The random numbers that choose a direction, in [0, 1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Numbers {
+    /// Chooses among lobes, and is spent by that.
+    pub lobe: f32,
+    /// Choose the direction.
+    pub u: Vec2,
+    /// The direction that they choose by the cosine, which most surfaces ask for: whoever has many of them works it out for all
+    /// of them side by side.
+    pub by_cosine: Vec3,
+}
+
+impl Numbers {
+    /// One number for the lobe and two for the direction.
+    #[inline]
+    pub fn new(lobe: f32, u: Vec2) -> Self {
+        Self {
+            lobe,
+            u,
+            by_cosine: sample_hemisphere_cosine(u),
+        }
+    }
+
+    /// Of many, each two numbers for the direction and one for the lobe: added in their order.
+    pub fn add_each(drawn: &[[f32; 3]], all: &mut Vec<Self>) {
+        let (mut asked, mut found) = ([[0.0; LANES]; 2], [[0.0; LANES]; 3]);
+        for drawn in drawn.chunks(LANES) {
+            if drawn.len() <= FEW {
+                let one = |&[u, v, lobe]: &[f32; 3]| Self::new(lobe, Vec2::new(u, v));
+                all.extend(drawn.iter().map(one));
+                continue;
+            }
+            for (lane, &[u, v, _]) in drawn.iter().enumerate() {
+                (asked[0][lane], asked[1][lane]) = (u, v);
+            }
+            sample_hemisphere_cosine_lanes(&asked, &mut found);
+            let [x, y, z] = &found;
+            all.extend(
+                (0..)
+                    .zip(drawn)
+                    .map(|(lane, &[u, v, lobe]): (usize, _)| Self {
+                        lobe,
+                        u: Vec2::new(u, v),
+                        by_cosine: Vec3::new(x[lane], y[lane], z[lane]),
+                    }),
+            );
+        }
+    }
 }
 
 /// A sampled direction.

@@ -86,11 +86,9 @@ impl Mesh {
         SurfacePoint { ns, ..point }
     }
 
-    /// The error bound that holds for the points of one triangle all over it: it is largest at a corner.
+    /// The error bound that holds for the points of one triangle all over it.
     pub fn greatest_error(&self, primitive: u32) -> Vec3 {
-        let error = |corner| triangle_point(self.triangle(primitive), corner).error;
-        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
-        corners.map(error).into_iter().fold(Vec3::ZERO, Vec3::max)
+        greatest_error(self.triangle(primitive))
     }
 
     /// The directions in which u and v grow on one triangle, solved from p(u, v) being linear; zero where the texture
@@ -149,6 +147,13 @@ fn inset(point: SurfacePoint, triangle: [Vec3; 3]) -> SurfacePoint {
     // What pushing rounds.
     let error = point.error + gamma(4) * p.abs();
     SurfacePoint { p, error, ..point }
+}
+
+/// The error bound that holds for the points of a triangle all over it: it is largest at a corner.
+pub fn greatest_error(triangle: [Vec3; 3]) -> Vec3 {
+    let error = |corner| triangle_point(triangle, corner).error;
+    let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+    corners.map(error).into_iter().fold(Vec3::ZERO, Vec3::max)
 }
 
 /// A point of a flat triangle with its error bound; the shading normal is the geometric one.

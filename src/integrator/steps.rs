@@ -5,11 +5,10 @@
 //! Source: the course's path tracers, see `technique.rs`. Tested in `tests/rendering/integrators.rs`.
 
 use super::technique::{DirectionRule, EmissionRule, Technique};
-use crate::bsdf::{Bsdf, BsdfSample, Lobe, View};
+use crate::bsdf::{Bsdf, BsdfSample, Lobe, Numbers, View};
 use crate::effects::{Effect, Effects};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
-use crate::math::vec::Vec2;
 use crate::sampler::{Decision, Sampler};
 use crate::sampling::warp::{PDF_SPHERE_UNIFORM, sample_sphere_uniform};
 
@@ -57,11 +56,11 @@ pub(super) fn sample_direction<E: Effects>(
     bsdf: &Bsdf,
     seen: &View,
     technique: Technique,
-    [u, v, u_lobe]: [f32; 3],
+    numbers: &Numbers,
 ) -> Option<BsdfSample> {
     match technique.directions {
-        DirectionRule::Bsdf => seen.sample::<E>(u_lobe, Vec2::new(u, v)),
-        DirectionRule::Uniform => sample_uniformly::<E>(bsdf, seen, u_lobe, Vec2::new(u, v)),
+        DirectionRule::Bsdf => seen.sample::<E>(numbers),
+        DirectionRule::Uniform => sample_uniformly::<E>(bsdf, seen, numbers),
     }
 }
 
@@ -69,21 +68,21 @@ pub(super) fn sample_direction<E: Effects>(
 ///
 /// No such direction is that of a delta lobe. Of a surface that has one, half of the samples are taken by the BSDF, and
 /// what they find counts where it is the delta lobe.
-fn sample_uniformly<E: Effects>(
-    bsdf: &Bsdf,
-    seen: &View,
-    u_lobe: f32,
-    u: Vec2,
-) -> Option<BsdfSample> {
+fn sample_uniformly<E: Effects>(bsdf: &Bsdf, seen: &View, numbers: &Numbers) -> Option<BsdfSample> {
     if bsdf.is_delta::<E>() {
-        return seen.sample::<E>(u_lobe, u);
+        return seen.sample::<E>(numbers);
     }
+    let u_lobe = numbers.lobe;
     let effects = bsdf.effects();
     let mut share = 1.0;
     if effects.has(Effect::Specular) {
         share = 0.5;
         if u_lobe < share {
-            let sample = seen.sample::<E>(u_lobe / share, u)?;
+            let rest = Numbers {
+                lobe: u_lobe / share,
+                ..*numbers
+            };
+            let sample = seen.sample::<E>(&rest)?;
             return sample.pdf.is_none().then(|| BsdfSample {
                 weight: sample.weight * (1.0 / share),
                 ..sample
@@ -91,7 +90,7 @@ fn sample_uniformly<E: Effects>(
         }
     }
     let wo = seen.wo();
-    let mut wi = sample_sphere_uniform(u);
+    let mut wi = sample_sphere_uniform(numbers.u);
     let mut pdf = share * PDF_SPHERE_UNIFORM;
     if !effects.has(Effect::Transmission) {
         wi.z = wi.z.abs().copysign(wo.z);

@@ -11,8 +11,9 @@
 
 use super::observer::PathObserver;
 use crate::accel::packet::RayQueue;
+use crate::bsdf::Numbers;
 use crate::effects::Effects;
-use crate::light::types::LightQuestion;
+use crate::light::types::{LightQuestion, LightSample};
 use crate::math::lanes::LANES;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
@@ -36,10 +37,16 @@ pub struct Waiting {
     pub(super) chosen: Vec<Option<u32>>,
     /// The paths that look for a light.
     pub(super) looking: Vec<usize>,
-    /// What they ask.
+    /// The numbers that choose their lights and points on them.
+    pub(super) light_numbers: Vec<[f32; 4]>,
+    /// What some of them ask.
     pub(super) questions: Vec<LightQuestion>,
-    /// The numbers that decide on directions.
-    pub(super) directions: Vec<[f32; 3]>,
+    /// What answers they get.
+    pub(super) samples: Vec<Option<LightSample>>,
+    /// The numbers that decide on directions, as they are drawn.
+    pub(super) drawn: Vec<[f32; 3]>,
+    /// The same, as surfaces ask for them.
+    pub(super) directions: Vec<Numbers>,
     /// And on who goes on.
     pub(super) roulette: Vec<f32>,
 }

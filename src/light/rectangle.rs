@@ -106,7 +106,7 @@ impl RectangleLight {
 
     /// A point chosen uniformly by area.
     pub fn point(&self, u: Vec2) -> SurfacePoint {
-        self.surface(self.at(u))
+        self.surface(self.at(u).into())
     }
 
     /// The density of [`point`](Self::point).
@@ -124,17 +124,13 @@ impl RectangleLight {
         self.told(&self.find(p.into(), choice.density, u))
     }
 
-    /// A point that lights each of some places, in their order.
+    /// A point that lights each of some places: added in their order.
     ///
     /// # Panics
     ///
     /// If there are more than [`LANES`].
     #[inline]
-    pub fn sample_each(
-        &self,
-        questions: &[LightQuestion],
-        mut tell: impl FnMut(&LightQuestion, Option<LightSample>),
-    ) {
+    pub fn sample_each(&self, questions: &[LightQuestion], samples: &mut Vec<Option<LightSample>>) {
         let mut asked = [[0.0; LANES]; 5];
         for (lane, LightQuestion { p, u, .. }) in questions.iter().enumerate() {
             let numbers = [p.x, p.y, p.z, u.x, u.y];
@@ -144,21 +140,15 @@ impl RectangleLight {
         }
         let mut found = [[0.0; LANES]; 9];
         find_lanes(self, &asked, &mut found);
-        for (lane, question) in questions.iter().enumerate() {
+        for (lane, LightQuestion { p, u, .. }) in questions.iter().enumerate() {
             let [x, y, z, wi_x, wi_y, wi_z, cos, pdf, is_near] =
                 found.each_ref().map(|of| of[lane]);
-            let LightQuestion { p, u, pmf, .. } = *question;
-            let found = if is_near > 0.0 {
-                self.sample_near(p, u)
+            if is_near > 0.0 {
+                samples.push(self.sample_near(*p, *u));
             } else {
-                self.told(&Found {
-                    position: LaneVec3::new(x, y, z),
-                    wi: LaneVec3::new(wi_x, wi_y, wi_z),
-                    cos,
-                    pdf,
-                })
-            };
-            tell(question, found.map(|sample| sample.chosen(pmf)));
+                let (position, wi) = (Vec3::new(x, y, z), Vec3::new(wi_x, wi_y, wi_z));
+                samples.push(self.sample_at(position, wi, cos, pdf));
+            }
         }
     }
 
@@ -291,21 +281,26 @@ impl RectangleLight {
         }
     }
 
-    /// The sample that was found, if its density is a number.
     #[inline]
     fn told(&self, found: &Found) -> Option<LightSample> {
-        found.pdf.is_finite().then(|| LightSample {
-            wi: found.wi.into(),
-            radiance: self.emission.towards(found.cos),
-            pdf: Some(PdfSolidAngle(found.pdf)),
-            end: LightEnd::Surface(self.surface(found.position), [0.0; 2]),
+        self.sample_at(found.position.into(), found.wi.into(), found.cos, found.pdf)
+    }
+
+    /// The sample that was found, if its density is a number.
+    #[inline(always)]
+    fn sample_at(&self, position: Vec3, wi: Vec3, cos: f32, pdf: f32) -> Option<LightSample> {
+        pdf.is_finite().then(|| LightSample {
+            wi,
+            radiance: self.emission.towards(cos),
+            pdf: Some(PdfSolidAngle(pdf)),
+            end: LightEnd::Surface(self.surface(position), [0.0; 2]),
         })
     }
 
     #[inline]
-    fn surface(&self, p: LaneVec3) -> SurfacePoint {
+    fn surface(&self, p: Vec3) -> SurfacePoint {
         SurfacePoint {
-            p: p.into(),
+            p,
             error: self.error,
             ng: self.normal.into(),
             ns: self.normal.into(),

@@ -99,39 +99,53 @@ impl Lights {
         time: f32,
         u: Vec2,
     ) -> Option<LightSample> {
-        let light = &self.lights[light as usize];
-        let sample = match points {
-            PointRule::SolidAngle => light.sample::<E>(p, time, u),
-            PointRule::Area => light.sample_by_area::<E>(p, time, u),
-        };
-        sample.map(|sample| sample.chosen(pmf))
+        let mut sample = self.sample_one::<E>(light, points, p, time, u)?;
+        sample.is_chosen_with(pmf);
+        Some(sample)
     }
 
-    /// The same for each of some places, in their order.
+    /// The same of a light that is not chosen but given.
+    #[inline]
+    fn sample_one<E: Effects>(
+        &self,
+        light: u32,
+        points: PointRule,
+        p: Vec3,
+        time: f32,
+        u: Vec2,
+    ) -> Option<LightSample> {
+        let light = &self.lights[light as usize];
+        match points {
+            PointRule::SolidAngle => light.sample::<E>(p, time, u),
+            PointRule::Area => light.sample_by_area::<E>(p, time, u),
+        }
+    }
+
+    /// The same for each of some places: added in their order.
     #[inline]
     pub fn sample_each<E: Effects>(
         &self,
         questions: &[LightQuestion],
         points: PointRule,
-        mut tell: impl FnMut(&LightQuestion, Option<LightSample>),
+        samples: &mut Vec<Option<LightSample>>,
     ) {
         let by_solid_angle = E::AreaLights::ON && points == PointRule::SolidAngle;
         for questions in questions.chunks(LANES) {
+            let first = samples.len();
             let alike = (by_solid_angle && questions.len() > FEW).then(|| self.alike(questions));
             match alike.flatten() {
-                Some(Alike::Rectangle(light)) => light.sample_each(questions, &mut tell),
+                Some(Alike::Rectangle(light)) => light.sample_each(questions, samples),
                 Some(Alike::Triangles(lights)) => {
-                    TriangleLight::sample_each(&lights, questions, &mut tell);
+                    TriangleLight::sample_each(&lights, questions, samples);
                 }
-                None => {
-                    for question in questions {
-                        let LightQuestion { light, p, time, .. } = *question;
-                        let choice = (light, question.pmf);
-                        tell(
-                            question,
-                            self.sample::<E>(choice, points, p, time, question.u),
-                        );
-                    }
+                None => samples.extend(questions.iter().map(|question| {
+                    let LightQuestion { p, time, u, .. } = *question;
+                    self.sample_one::<E>(question.light, points, p, time, u)
+                })),
+            }
+            for (question, sample) in questions.iter().zip(&mut samples[first..]) {
+                if let Some(sample) = sample {
+                    sample.is_chosen_with(question.pmf);
                 }
             }
         }

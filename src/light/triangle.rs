@@ -8,7 +8,7 @@
 //! and `tests/lights/lanes.rs`.
 
 use super::types::{Emission, LightEnd, LightQuestion, LightSample};
-use crate::geometry::mesh::triangle_point;
+use crate::geometry::mesh::{greatest_error, triangle_point};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::lanes::{LANES, Lanes, each_lane, vectorised};
 use crate::math::measure::{PdfArea, PdfSolidAngle};
@@ -34,6 +34,8 @@ pub struct TriangleLight {
     far2: f32,
     /// The cross product of the edges from the first vertex.
     cross: DVec3,
+    /// The error bound that holds all over it.
+    error: Vec3,
 }
 
 /// How a receiver sees the triangle that is not close to it.
@@ -59,6 +61,7 @@ impl TriangleLight {
             area: (0.5 * cross.length()) as f32,
             far2: FAR * FAR * radius2,
             cross,
+            error: greatest_error(vertices),
         }
     }
 
@@ -97,7 +100,7 @@ impl TriangleLight {
         }
     }
 
-    /// A point on its light for each of some places, in their order.
+    /// A point on its light for each of some places: added in their order.
     ///
     /// # Panics
     ///
@@ -106,19 +109,19 @@ impl TriangleLight {
     pub fn sample_each(
         lights: &Lanes<&Self>,
         questions: &[LightQuestion],
-        mut tell: impl FnMut(&LightQuestion, Option<LightSample>),
+        samples: &mut Vec<Option<LightSample>>,
     ) {
         let mut asked = [[0.0; LANES]; 13];
+        let mut is_by_area = [false; LANES];
         for (lane, LightQuestion { p, u, .. }) in questions.iter().enumerate() {
             let light = lights[lane];
-            let [a, b, c] = light.vertices.map(|v| (v - *p).to_array());
-            let of_light = [light.triple(*p), 2.0 * light.area];
-            let numbers = a
-                .into_iter()
-                .chain(b)
-                .chain(c)
-                .chain(of_light)
-                .chain(u.to_array());
+            let seen = light.vertices.map(|v| v - *p);
+            is_by_area[lane] = light.is_by_area(seen);
+            let [a, b, c] = seen;
+            let (triple, area) = (light.triple(*p), 2.0 * light.area);
+            let numbers = [
+                a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, triple, area, u.x, u.y,
+            ];
             for (asked, number) in asked.iter_mut().zip(numbers) {
                 asked[lane] = number;
             }
@@ -126,17 +129,16 @@ impl TriangleLight {
         let mut found = [[0.0; LANES]; 4];
         find_lanes(&asked, &mut found);
         for (lane, question) in questions.iter().enumerate() {
-            let LightQuestion { p, u, pmf, .. } = *question;
+            let LightQuestion { p, u, .. } = *question;
             let light = lights[lane];
             let [b1, b2, pdf, is_clear] = found.each_ref().map(|of| of[lane]);
-            let found = if light.is_by_area(p) {
-                light.sample_by_area(p, u)
+            if is_by_area[lane] {
+                samples.push(light.sample_by_area(p, u));
             } else if is_clear > 0.0 {
-                light.found(p, [b1, b2], |_, _| Some(PdfSolidAngle(pdf)))
+                samples.push(light.found(p, [b1, b2], |_, _| Some(PdfSolidAngle(pdf))));
             } else {
-                light.sample_skew(p, u)
-            };
-            tell(question, found.map(|sample| sample.chosen(pmf)));
+                samples.push(light.sample_skew(p, u));
+            }
         }
     }
 
@@ -155,18 +157,17 @@ impl TriangleLight {
     /// `None` where that takes double precision.
     #[inline]
     fn view(&self, p: Vec3) -> Option<View> {
-        if self.is_by_area(p) {
+        let seen = self.vertices.map(|v| v - p);
+        if self.is_by_area(seen) {
             return Some(View::ByArea);
         }
-        let [a, b, c] = self.vertices.map(|v| v - p);
-        let vertices = [a, b, c].map(LaneVec3::from);
+        let vertices = seen.map(LaneVec3::from);
         ClearTriangle::new(vertices, self.triple(p), 2.0 * self.area).map(View::Clear)
     }
 
-    /// Whether it is seen from behind or from afar.
+    /// Whether it is seen from behind or from afar: its vertices from the receiver.
     #[inline]
-    fn is_by_area(&self, p: Vec3) -> bool {
-        let [a, b, c] = self.vertices.map(|v| v - p);
+    fn is_by_area(&self, [a, b, c]: [Vec3; 3]) -> bool {
         let centroid = (a + b + c) * (1.0 / 3.0);
         let is_behind = self.emission.is_dark_behind() && a.dot(self.normal) > 0.0;
         is_behind || centroid.length_squared() >= self.far2
@@ -223,10 +224,13 @@ impl TriangleLight {
     /// The point at these barycentric coordinates.
     #[inline]
     fn surface(&self, b: [f32; 2]) -> SurfacePoint {
+        let [u, v] = b;
+        let [a, b, c] = self.vertices;
         SurfacePoint {
+            p: (1.0 - u - v) * a + u * b + v * c,
+            error: self.error,
             ng: self.normal,
             ns: self.normal,
-            ..triangle_point(self.vertices, b)
         }
     }
 

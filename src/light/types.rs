@@ -23,14 +23,13 @@ pub struct LightSample {
 }
 
 impl LightSample {
-    /// The same of a light that is chosen with this probability: its density, or the irradiance of a delta light, includes it.
+    /// Lets its density, or the irradiance of a delta light, include the probability with which its light is chosen.
     #[inline]
-    pub fn chosen(mut self, pmf: Pmf) -> Self {
+    pub fn is_chosen_with(&mut self, pmf: Pmf) {
         match &mut self.pdf {
             Some(pdf) => *pdf = pmf * *pdf,
             None => self.radiance *= 1.0 / pmf.0,
         }
-        self
     }
 }
 

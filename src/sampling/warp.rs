@@ -4,15 +4,16 @@
 //! Range: u in [0, 1 - 2^-24] in each dimension; every result is finite and inside its domain.
 //! Source: named at each function. Round trips and chi-square in `tests/sampling/warps.rs`.
 
+use crate::math::lanes::{Lanes, each_lane, vectorised};
 use crate::math::trig::{sin_cos_eighth, sin_cos_turns};
-use crate::math::vec::{Vec2, Vec3};
+use crate::math::vec::{LaneVec3, Vec2, Vec3};
 use crate::planted::planted;
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
 
 /// A uniform point on the unit disk, keeping neighbours together.
 ///
 /// Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
-#[inline]
+#[inline(always)]
 pub fn sample_disk_concentric(u: Vec2) -> Vec2 {
     let Vec2 { x, y } = 2.0 * u - Vec2::ONE;
     // Four quadrants of the square, each around one axis: the angle is counted from there.
@@ -61,14 +62,27 @@ pub fn invert_disk_concentric(p: Vec2) -> Vec2 {
 }
 
 /// A direction on the upper hemisphere with density cos / pi: the disk lifted up (Malley's method).
-#[inline]
+#[inline(always)]
 pub fn sample_hemisphere_cosine(u: Vec2) -> Vec3 {
+    lift(u).into()
+}
+
+vectorised! {
+    /// [`sample_hemisphere_cosine`] for each lane.
+    pub fn sample_hemisphere_cosine_lanes(u: &[Lanes<f32>; 2], directions: &mut [Lanes<f32>; 3]) {
+        each_lane(u, directions, |[u, v]| lift(Vec2::new(u, v)).to_array());
+    }
+}
+
+/// The point of the disk, lifted up to the hemisphere.
+#[inline(always)]
+fn lift(u: Vec2) -> LaneVec3 {
     let d = sample_disk_concentric(u);
     // Rounding can put the disk's rim at 1 + eps; a tangential direction would have density 0.
     let z = (1.0 - d.length_squared())
         .max(f32::EPSILON * f32::EPSILON)
         .sqrt();
-    Vec3::new(d.x, d.y, z)
+    LaneVec3::new(d.x, d.y, z)
 }
 
 /// Density of [`sample_hemisphere_cosine`] per steradian.

@@ -336,16 +336,18 @@ impl Scene {
         &self,
         questions: &[LightQuestion],
         points: PointRule,
-        mut tell: impl FnMut(&LightQuestion, Option<LightSample>),
+        samples: &mut Vec<Option<LightSample>>,
     ) {
-        let all = &self.lights;
-        all.sample_each::<E>(questions, points, |question, mut found| {
-            if let Some(sample) = &mut found {
-                let LightQuestion { light, time, .. } = *question;
-                self.adapt_to_primitive::<E>(light, time, &mut sample.radiance, &mut sample.end);
+        samples.clear();
+        self.lights.sample_each::<E>(questions, points, samples);
+        if self.light_primitives.is_empty() {
+            return;
+        }
+        for (question, sample) in questions.iter().zip(samples) {
+            if let Some(LightSample { radiance, end, .. }) = sample {
+                self.adapt_to_primitive::<E>(question.light, question.time, radiance, end);
             }
-            tell(question, found);
-        });
+        }
     }
 
     /// A ray of light as it leaves a light, as [`Light::sample_emission`](crate::light::Light::sample_emission), by two

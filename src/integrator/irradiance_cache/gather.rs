@@ -12,7 +12,7 @@ use super::hemisphere::{Cells, Expansion};
 use super::record::Record;
 use crate::effects::Effects;
 use crate::integrator::observer::Unobserved;
-use crate::integrator::path::{PathIntegrator, PathState};
+use crate::integrator::path::{PathIntegrator, PathState, Paths};
 use crate::integrator::waiting::{AT_ONCE, Waiting};
 use crate::integrator::{CameraRay, RayCounts, Sample};
 use crate::math::measure::PdfSolidAngle;
@@ -95,8 +95,7 @@ impl Gatherer<'_> {
                     continue;
                 }
                 let (ray, departure) = self.scene.spawn(at, time, wi, false);
-                let mut path = PathState::<E>::new(ray, time);
-                path.departure = Some(departure);
+                let mut path = PathState::<E>::new(ray, Some(departure), time);
                 path.scattered_from = planted!(
                     "cache-counts-lights-twice",
                     None,
@@ -104,21 +103,22 @@ impl Gatherer<'_> {
                 );
                 let mut sample = Sample::new(CameraRay { ray, time });
                 sample.rays.closest += 1;
-                sample.found = self.scene.accel.intersect(&ray, time, path.departure);
+                sample.found = self.scene.accel.intersect(&ray, time, Some(departure));
                 let clear = sample.found.map_or(f32::INFINITY, |hit| hit.t);
                 asked.push((cell, clear));
                 samplers.push(sampler.clone());
                 samples.push(sample);
                 paths.push(path);
             }
-            self.integrator.follow(
-                self.scene,
-                &mut samplers,
-                &mut samples,
-                &mut paths,
-                &mut waiting,
-                &mut Unobserved,
-            );
+            self.integrator.follow(Paths {
+                scene: self.scene,
+                samples: &mut samples,
+                samplers: &mut samplers,
+                states: &mut paths,
+                waiting: &mut waiting,
+                observer: &mut Unobserved,
+                bounce: 1,
+            });
             for (((cell, clear), sample), path) in asked.into_iter().zip(samples).zip(paths) {
                 *rays += sample.rays;
                 distance[cell] = clear;

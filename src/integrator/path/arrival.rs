@@ -64,7 +64,8 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         let (chosen, time) = (paths.waiting.chosen[number], path.time.or(0.0));
         let u_alpha = draw_alpha::<E, S>(sampler, bounce);
         let found = paths.samples[number].found;
-        let Some(at) = scene.meet::<E>(&path.ray, time, path.departure, u_alpha, found) else {
+        let Some(at) = scene.meet::<E>(&path.ray, time, path.departure.or(None), u_alpha, found)
+        else {
             observer.escaped(path.ray.dir);
             let contribution = path.beta * beyond(scene, path, technique, chosen);
             path.radiance += contribution;

@@ -13,6 +13,7 @@ use super::{PathIntegrator, Paths};
 use crate::bsdf::View;
 use crate::effects::{Effects, Slot, Switch};
 use crate::light::types::{LightQuestion, LightSample};
+use crate::math::lanes::LANES;
 use crate::math::measure::Pmf;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
@@ -36,56 +37,62 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         let Waiting {
             chosen,
             looking,
+            light_numbers,
             questions,
+            samples,
             shadows,
             ..
         } = &mut *paths.waiting;
-        let all = || arrivals.iter().zip(views);
-        let seen = || all().filter(|(arrival, _)| arrival.looks);
+        let all = arrivals.iter().zip(views);
+        let seen = all.filter(|(arrival, _)| arrival.looks);
 
         looking.clear();
-        looking.extend(seen().map(|(arrival, _)| arrival.number));
-        questions.clear();
-        let mut asking = seen();
-        draw_lights::<E, S>(paths.samplers, looking, paths.bounce, |u, u_choice| {
-            let (arrival, _) = asking
-                .next()
-                .expect("numbers are drawn for each that looks");
-            let choice = scene.lights.choose::<E>(u_choice);
-            let (light, pmf) = choice.expect("there are lights, or nobody would look");
-            chosen[arrival.number] = Some(light);
-            questions.push(LightQuestion {
-                light,
-                pmf,
-                p: arrival.at.p,
-                time: paths.states[arrival.number].time.or(0.0),
-                u,
-            });
-        });
+        looking.extend(seen.clone().map(|(arrival, _)| arrival.number));
+        light_numbers.clear();
+        draw_lights::<E, S>(paths.samplers, looking, paths.bounce, light_numbers);
 
-        let mut asking = seen();
-        scene.sample_lights::<E>(questions, technique.points, |question, light| {
-            let (arrival, seen) = asking.next().expect("every question is answered once");
-            let lighting = match arrival.known {
-                // No ray is scattered that could find a light.
-                Some(_) => technique.by_lights_alone(),
-                None => technique,
-            };
-            let found = light
-                .and_then(|light| reflected(&arrival.at, seen, lighting, question.pmf, &light));
-            let Some(found) = found else {
-                paths.observer.unlit();
-                return;
-            };
-            let (path, time) = (&mut paths.states[arrival.number], question.time);
-            paths.samples[arrival.number].rays.shadow += 1;
-            paths.observer.traced(RayKind::Shadow, &found.ray, time);
-            let contribution = path.beta * found.contribution;
-            shadows.push(arrival.number, contribution, found.weight, &found.ray, time);
-            if O::ONE_BY_ONE {
-                shadows.trace::<E, O>(scene, paths.observer, |_, light| path.radiance += light);
+        let mut asking = seen.clone();
+        let mut answered = seen;
+        for numbers in light_numbers.chunks(LANES) {
+            questions.clear();
+            for ([u, v, choice @ ..], (arrival, _)) in numbers.iter().zip(asking.by_ref()) {
+                let choice = scene.lights.choose::<E>(*choice);
+                let (light, pmf) = choice.expect("there are lights, or nobody would look");
+                chosen[arrival.number] = Some(light);
+                questions.push(LightQuestion {
+                    light,
+                    pmf,
+                    p: arrival.at.p,
+                    time: paths.states[arrival.number].time.or(0.0),
+                    u: Vec2::new(*u, *v),
+                });
             }
-        });
+            scene.sample_lights::<E>(questions, technique.points, samples);
+
+            let answers = questions.iter().zip(&*samples);
+            for ((question, light), (arrival, seen)) in answers.zip(answered.by_ref()) {
+                let lighting = match arrival.known {
+                    // No ray is scattered that could find a light.
+                    Some(_) => technique.by_lights_alone(),
+                    None => technique,
+                };
+                let found = light
+                    .as_ref()
+                    .and_then(|light| reflected(&arrival.at, seen, lighting, question.pmf, light));
+                let Some(found) = found else {
+                    paths.observer.unlit();
+                    continue;
+                };
+                let (path, time) = (&mut paths.states[arrival.number], question.time);
+                paths.samples[arrival.number].rays.shadow += 1;
+                paths.observer.traced(RayKind::Shadow, &found.ray, time);
+                let contribution = path.beta * found.contribution;
+                shadows.push(arrival.number, contribution, found.weight, &found.ray, time);
+                if O::ONE_BY_ONE {
+                    shadows.trace::<E, O>(scene, paths.observer, |_, light| path.radiance += light);
+                }
+            }
+        }
     }
 }
 
@@ -95,16 +102,14 @@ fn draw_lights<E: Effects, S: Sampler>(
     samplers: &mut [S],
     places: &[usize],
     bounce: u32,
-    mut tell: impl FnMut(Vec2, [f32; 2]),
+    numbers: &mut Vec<[f32; 4]>,
 ) {
     let decision = Decision::Light(bounce);
     if E::ManyLights::ON {
-        S::draw_each(samplers, places, decision, |[u, v, u_choice, v_choice]| {
-            tell(Vec2::new(u, v), [u_choice, v_choice]);
-        });
+        S::draw_each(samplers, places, decision, |u| numbers.push(u));
     } else {
         S::draw_each(samplers, places, decision, |[u, v]| {
-            tell(Vec2::new(u, v), [0.0; 2]);
+            numbers.push([u, v, 0.0, 0.0]);
         });
     }
 }

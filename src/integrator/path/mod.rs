@@ -87,43 +87,31 @@ impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
         let begin = |sample: &mut Sample| {
             sample.rays.camera += 1;
             let CameraRay { ray, time } = sample.camera_ray;
-            PathState::<E>::new(ray, time)
+            PathState::<E>::new(ray, None, time)
         };
-        let mut paths: Vec<PathState<E>> = samples.iter_mut().map(begin).collect();
-        self.follow(scene, samplers, samples, &mut paths, waiting, observer);
-        for (sample, path) in samples.iter_mut().zip(paths) {
+        let mut states: Vec<PathState<E>> = samples.iter_mut().map(begin).collect();
+        self.follow(Paths {
+            scene,
+            samples,
+            samplers,
+            states: &mut states,
+            waiting,
+            observer,
+            bounce: 0,
+        });
+        for (sample, path) in samples.iter_mut().zip(states) {
             sample.radiance = path.radiance;
         }
     }
 }
 
 impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
-    /// Follows the paths of some samples side by side, all of which have scattered as often, to their ends, given what is found on
-    /// their rays. States and samplers are those of the samples.
+    /// Follows paths side by side to their ends, given what is found on their rays.
     ///
     /// Each stage is a loop over all of them that does little: a processor works at several of its turns at once.
-    pub fn follow<E: Effects, S: Sampler, O: PathObserver>(
-        &self,
-        scene: &Scene,
-        samplers: &mut [S],
-        samples: &mut [Sample],
-        states: &mut [PathState<E>],
-        waiting: &mut Waiting,
-        observer: &mut O,
-    ) {
-        waiting.begin(states.len());
-        let mut arrivals = Vec::with_capacity(states.len());
-        // What comes from a surface has been scattered there.
-        let is_scattered = |path: &PathState<E>| path.departure.is_some();
-        let mut paths = Paths {
-            bounce: u32::from(states.first().is_some_and(is_scattered)),
-            scene,
-            samplers,
-            samples,
-            states,
-            waiting,
-            observer,
-        };
+    pub fn follow<E: Effects, S: Sampler, O: PathObserver>(&self, mut paths: Paths<'_, E, S, O>) {
+        paths.waiting.begin(paths.states.len());
+        let mut arrivals = Vec::with_capacity(paths.states.len());
         while !paths.waiting.going.is_empty() {
             arrivals.clear();
             self.arrive(&mut paths, &mut arrivals);
@@ -137,17 +125,21 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
 }
 
 /// Paths that are followed side by side, all of which have scattered as often.
-struct Paths<'a, E: Effects, S, O> {
-    scene: &'a Scene,
-    samples: &'a mut [Sample],
+pub struct Paths<'a, E: Effects, S, O> {
+    /// Where they lie.
+    pub scene: &'a Scene,
+    /// Whose they are.
+    pub samples: &'a mut [Sample],
     /// As those of the samples.
-    samplers: &'a mut [S],
+    pub samplers: &'a mut [S],
     /// As those of the samples.
-    states: &'a mut [PathState<E>],
-    waiting: &'a mut Waiting,
-    observer: &'a mut O,
+    pub states: &'a mut [PathState<E>],
+    /// Memory.
+    pub waiting: &'a mut Waiting,
+    /// Who watches.
+    pub observer: &'a mut O,
     /// Scattering events before.
-    bounce: u32,
+    pub bounce: u32,
 }
 
 impl<E: Effects, S, O: PathObserver> Paths<'_, E, S, O> {

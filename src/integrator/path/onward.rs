@@ -12,8 +12,10 @@ use super::super::technique::Chosen;
 use super::super::waiting::Waiting;
 use super::arrival::Arrival;
 use super::{PathIntegrator, Paths};
-use crate::bsdf::{View, has_lobes};
+use crate::accel::Departure;
+use crate::bsdf::{Numbers, View, has_lobes};
 use crate::effects::{Effects, Slot, Switch};
+use crate::math::ray::Ray;
 use crate::planted::planted;
 use crate::sampler::{Decision, Sampler};
 
@@ -27,14 +29,17 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     ) {
         let Waiting {
             going,
+            drawn,
             directions,
             roulette,
             ..
         } = &mut *paths.waiting;
         going.clear();
         going.extend(arrivals.iter().map(|arrival| arrival.number));
+        drawn.clear();
+        draw_directions::<E, S>(paths.samplers, going, paths.bounce, drawn);
         directions.clear();
-        draw_directions::<E, S>(paths.samplers, going, paths.bounce, directions);
+        Numbers::add_each(drawn, directions);
         roulette.clear();
         let decision = planted!(
             "roulette-takes-a-spent-number",
@@ -45,26 +50,27 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
 
         going.clear();
         for (place, (arrival, seen)) in arrivals.iter().zip(views).enumerate() {
-            let u = paths.waiting.directions[place];
+            let numbers = paths.waiting.directions[place];
             let u_roulette = paths.waiting.roulette[place];
-            if self.goes_on(paths, arrival, seen, u, u_roulette) {
-                let path = &paths.states[arrival.number];
-                let (onward, time) = (&mut paths.waiting.onward, path.time.or(0.0));
-                onward.push(&path.ray, time, path.departure);
+            if let Some((ray, departure)) = self.goes_on(paths, arrival, seen, &numbers, u_roulette)
+            {
+                let time = paths.states[arrival.number].time.or(0.0);
+                paths.waiting.onward.push(&ray, time, Some(departure));
                 paths.waiting.going.push(arrival.number);
             }
         }
     }
 
+    /// The ray onward, and what it leaves; `None` where the path ends.
     #[inline(always)]
     fn goes_on<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
         arrival: &Arrival<'_, E>,
         seen: &View<'_>,
-        u: [f32; 3],
+        numbers: &Numbers,
         u_roulette: f32,
-    ) -> bool {
+    ) -> Option<(Ray, Departure)> {
         let Arrival {
             number,
             at,
@@ -78,18 +84,18 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             let contribution = path.beta * known;
             observer.known(contribution);
             path.radiance += contribution;
-            return false;
+            return None;
         }
-        let Some(scattered) = sample_direction::<E>(bsdf, seen, technique, u) else {
+        let Some(scattered) = sample_direction::<E>(bsdf, seen, technique, numbers) else {
             observer.absorbed();
-            return false;
+            return None;
         };
         let wi = at.frame.to_world(scattered.wi);
         // A shading normal can promise what the surface cannot keep: light leaking through it.
         let goes_through = E::Transmission::ON && scattered.lobe.is_transmission();
         if !at.agrees(wi, goes_through) {
             observer.absorbed();
-            return false;
+            return None;
         }
         path.beta *= scattered.weight;
         observer.scattered(wi, scattered.lobe, path.beta);
@@ -102,13 +108,13 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         let survival = self.roulette.survival(bounce, reflected, left);
         if survival < 1.0 && !path.survives(survival, u_roulette) {
             observer.terminated(survival);
-            return false;
+            return None;
         }
-        path.leave(paths.scene, at, wi, scattered.pdf, goes_through);
+        let (ray, departure) = path.leave(paths.scene, at, wi, scattered.pdf, goes_through);
         paths.samples[*number].rays.closest += 1;
         let kind = RayKind::onward(bounce, path.scattered_from.is_none());
-        observer.traced(kind, &path.ray, path.time.or(0.0));
-        true
+        observer.traced(kind, &ray, path.time.or(0.0));
+        Some((ray, departure))
     }
 }
 

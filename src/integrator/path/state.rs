@@ -20,8 +20,8 @@ use crate::scene::interaction::Interaction;
 pub struct PathState<E: Effects> {
     /// The ray onward.
     pub ray: Ray,
-    /// What the ray leaves.
-    pub departure: Option<Departure>,
+    /// What the ray leaves, for who looks behind a surface that is only partly there.
+    pub departure: State<E::Alpha, Option<Departure>>,
     /// When, from 0 to 1 while the shutter is open.
     pub time: State<E::Motion, f32>,
     /// What radiance along the ray counts.
@@ -35,12 +35,12 @@ pub struct PathState<E: Effects> {
 }
 
 impl<E: Effects> PathState<E> {
-    /// A path that begins with a camera ray.
+    /// A path that begins with a ray, which leaves something or comes from the camera.
     #[inline]
-    pub fn new(ray: Ray, time: f32) -> Self {
+    pub fn new(ray: Ray, departure: Option<Departure>, time: f32) -> Self {
         Self {
             ray,
-            departure: None,
+            departure: Slot::new(|| departure),
             time: Slot::new(|| time),
             beta: Rgb::WHITE,
             radiance: Rgb::BLACK,
@@ -70,7 +70,7 @@ impl<E: Effects> PathState<E> {
         true
     }
 
-    /// Sends it on from a surface along `wi`, which was found with density `pdf`.
+    /// Sends it on from a surface along `wi`, which was found with density `pdf`, and tells its ray and what that leaves.
     #[inline(always)]
     pub(super) fn leave(
         &mut self,
@@ -79,7 +79,7 @@ impl<E: Effects> PathState<E> {
         wi: Vec3,
         pdf: Option<PdfSolidAngle>,
         goes_through: bool,
-    ) {
+    ) -> (Ray, Departure) {
         let forgotten = planted!(
             "mirror-weighted-as-what-it-shows",
             self.scattered_from,
@@ -87,7 +87,8 @@ impl<E: Effects> PathState<E> {
         );
         self.scattered_from = pdf.map(|p_bsdf| (at.p, p_bsdf)).or(forgotten);
         let (ray, departure) = scene.spawn(at, self.time.or(0.0), wi, goes_through);
-        (self.ray, self.departure) = (ray, Some(departure));
+        (self.ray, self.departure) = (ray, Slot::new(|| Some(departure)));
+        (ray, departure)
     }
 
     /// The weight of light found by scattering, where light sampling finds it with density `p_light`.

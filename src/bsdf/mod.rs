@@ -120,6 +120,12 @@ pub struct View<'a> {
 }
 
 impl View<'_> {
+    /// What is seen.
+    #[inline]
+    pub fn bsdf(&self) -> &Bsdf {
+        self.bsdf
+    }
+
     /// From where it is seen.
     #[inline]
     pub fn wo(&self) -> Vec3 {

@@ -5,7 +5,7 @@
 //! Source: the course's path tracers, see `technique.rs`. Tested in `tests/rendering/integrators.rs`.
 
 use super::technique::{DirectionRule, EmissionRule, Technique};
-use crate::bsdf::{Bsdf, BsdfSample, Lobe, Numbers, View};
+use crate::bsdf::{BsdfSample, Lobe, Numbers, View};
 use crate::effects::{Effect, Effects};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
@@ -53,14 +53,13 @@ pub(super) fn toss<S: Sampler>(
 /// A direction for the path to go on, by the technique's rule.
 #[inline(always)]
 pub(super) fn sample_direction<E: Effects>(
-    bsdf: &Bsdf,
     seen: &View,
     technique: Technique,
     numbers: &Numbers,
 ) -> Option<BsdfSample> {
     match technique.directions {
         DirectionRule::Bsdf => seen.sample::<E>(numbers),
-        DirectionRule::Uniform => sample_uniformly::<E>(bsdf, seen, numbers),
+        DirectionRule::Uniform => sample_uniformly::<E>(seen, numbers),
     }
 }
 
@@ -68,7 +67,8 @@ pub(super) fn sample_direction<E: Effects>(
 ///
 /// No such direction is that of a delta lobe. Of a surface that has one, half of the samples are taken by the BSDF, and
 /// what they find counts where it is the delta lobe.
-fn sample_uniformly<E: Effects>(bsdf: &Bsdf, seen: &View, numbers: &Numbers) -> Option<BsdfSample> {
+fn sample_uniformly<E: Effects>(seen: &View, numbers: &Numbers) -> Option<BsdfSample> {
+    let bsdf = seen.bsdf();
     if bsdf.is_delta::<E>() {
         return seen.sample::<E>(numbers);
     }

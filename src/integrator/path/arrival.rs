@@ -16,34 +16,29 @@ use crate::math::rgb::Rgb;
 use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
-use std::borrow::Cow;
 
 /// A path at a surface where it does not end.
-pub(super) struct Arrival<'a, E: Effects> {
+pub(super) struct Arrival<E: Effects> {
     /// Which path.
     pub(super) number: usize,
     pub(super) at: Interaction<E>,
-    pub(super) bsdf: Cow<'a, Bsdf>,
+}
+
+/// How a path sees its surface.
+pub(super) struct Seen<'a> {
+    pub(super) view: View<'a>,
     /// Whether it looks for lights, if they are sampled at all.
     pub(super) looks: bool,
     /// Light that light sampling does not find here, where it is known: then the path ends.
     pub(super) known: Option<Rgb>,
 }
 
-impl<E: Effects> Arrival<'_, E> {
-    /// How the path sees the surface.
-    #[inline]
-    pub(super) fn seen(&self) -> View<'_> {
-        self.bsdf.seen_from::<E>(self.at.frame.to_local(self.at.wo))
-    }
-}
-
 impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     /// Takes what is emitted where paths have come to, and tells which of them do not end there.
-    pub(super) fn arrive<'a, E: Effects, S: Sampler, O: PathObserver>(
+    pub(super) fn arrive<E: Effects, S: Sampler, O: PathObserver>(
         &self,
-        paths: &mut Paths<'a, E, S, O>,
-        arrivals: &mut Vec<Arrival<'a, E>>,
+        paths: &mut Paths<'_, E, S, O>,
+        arrivals: &mut Vec<Arrival<E>>,
     ) {
         for place in 0..paths.waiting.going.len() {
             let number = paths.waiting.going[place];
@@ -52,11 +47,11 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     }
 
     #[inline(always)]
-    fn arrive_one<'a, E: Effects, S: Sampler, O: PathObserver>(
+    fn arrive_one<E: Effects, S: Sampler, O: PathObserver>(
         &self,
-        paths: &mut Paths<'a, E, S, O>,
+        paths: &mut Paths<'_, E, S, O>,
         number: usize,
-        arrivals: &mut Vec<Arrival<'a, E>>,
+        arrivals: &mut Vec<Arrival<E>>,
     ) {
         let (scene, bounce, technique) = (paths.scene, paths.bounce, self.technique.technique());
         let (path, sampler) = (&mut paths.states[number], &mut paths.samplers[number]);
@@ -93,17 +88,24 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             return;
         }
         path.beta *= coin.left;
-        let bsdf = scene.surface(&at);
+        arrivals.push(Arrival { number, at });
+    }
+
+    /// How a path sees the surface that it has come to, after so many scattering events.
+    #[inline]
+    pub(super) fn see<'a, E: Effects>(
+        &self,
+        at: &Interaction<E>,
+        bsdf: &'a Bsdf,
+        bounce: u32,
+    ) -> Seen<'a> {
         let is_limited = self.max_bounces.is_some();
-        let known = self.indirect.reflected(&at, &bsdf, bounce, is_limited);
-        arrivals.push(Arrival {
-            number,
+        Seen {
+            view: bsdf.seen_from::<E>(at.frame.to_local(at.wo)),
             // Delta lobes reflect no light that is found by sampling it.
             looks: !bsdf.is_delta::<E>(),
-            at,
-            bsdf,
-            known,
-        });
+            known: self.indirect.reflected(at, bsdf, bounce, is_limited),
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use super::super::indirect::Indirect;
 use super::super::observer::{PathObserver, RayKind};
 use super::super::technique::{Chosen, LightRule, Technique};
 use super::super::waiting::Waiting;
-use super::arrival::Arrival;
+use super::arrival::{Arrival, Seen};
 use super::{PathIntegrator, Paths};
 use crate::bsdf::View;
 use crate::effects::{Effects, Slot, Switch};
@@ -27,8 +27,8 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     pub(super) fn look_for_lights<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
-        arrivals: &[Arrival<'_, E>],
-        views: &[View<'_>],
+        arrivals: &[Arrival<E>],
+        seen: &[Seen<'_>],
     ) {
         let (scene, technique) = (paths.scene, self.technique.technique());
         if !technique.samples_lights() || scene.lights.is_empty() {
@@ -43,16 +43,16 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             shadows,
             ..
         } = &mut *paths.waiting;
-        let all = arrivals.iter().zip(views);
-        let seen = all.filter(|(arrival, _)| arrival.looks);
+        let all = arrivals.iter().zip(seen);
+        let all_that_look = all.filter(|(_, seen)| seen.looks);
 
         looking.clear();
-        looking.extend(seen.clone().map(|(arrival, _)| arrival.number));
+        looking.extend(all_that_look.clone().map(|(arrival, _)| arrival.number));
         light_numbers.clear();
         draw_lights::<E, S>(paths.samplers, looking, paths.bounce, light_numbers);
 
-        let mut asking = seen.clone();
-        let mut answered = seen;
+        let mut asking = all_that_look.clone();
+        let mut answered = all_that_look;
         for numbers in light_numbers.chunks(LANES) {
             questions.clear();
             for ([u, v, choice @ ..], (arrival, _)) in numbers.iter().zip(asking.by_ref()) {
@@ -71,14 +71,14 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
 
             let answers = questions.iter().zip(&*samples);
             for ((question, light), (arrival, seen)) in answers.zip(answered.by_ref()) {
-                let lighting = match arrival.known {
+                let lighting = match seen.known {
                     // No ray is scattered that could find a light.
                     Some(_) => technique.by_lights_alone(),
                     None => technique,
                 };
-                let found = light
-                    .as_ref()
-                    .and_then(|light| reflected(&arrival.at, seen, lighting, question.pmf, light));
+                let found = light.as_ref().and_then(|light| {
+                    reflected(&arrival.at, &seen.view, lighting, question.pmf, light)
+                });
                 let Some(found) = found else {
                     paths.observer.unlit();
                     continue;

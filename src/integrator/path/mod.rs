@@ -33,13 +33,14 @@ use super::technique::{Chosen, Weighted};
 use super::waiting::Waiting;
 use super::{CameraRay, Integrator, RayCounts, Roulette, Sample};
 use crate::accel::Hit;
-use crate::bsdf::View;
+use crate::bsdf::Bsdf;
 use crate::effects::Effects;
 use crate::math::lanes::LANES;
 use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
-use arrival::Arrival;
+use arrival::{Arrival, Seen};
+use std::borrow::Cow;
 use std::slice;
 
 /// The path integrator's choices.
@@ -115,9 +116,14 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         while !paths.waiting.going.is_empty() {
             arrivals.clear();
             self.arrive(&mut paths, &mut arrivals);
-            let views: Vec<View<'_>> = arrivals.iter().map(Arrival::seen).collect();
-            self.look_for_lights(&mut paths, &arrivals, &views);
-            self.scatter(&mut paths, &arrivals, &views);
+            let surface = |arrival: &Arrival<E>| paths.scene.surface(&arrival.at);
+            let bsdfs: Vec<Cow<'_, Bsdf>> = arrivals.iter().map(surface).collect();
+            let surfaces = arrivals.iter().zip(&bsdfs);
+            let seen: Vec<Seen<'_>> = surfaces
+                .map(|(arrival, bsdf)| self.see(&arrival.at, bsdf, paths.bounce))
+                .collect();
+            self.look_for_lights(&mut paths, &arrivals, &seen);
+            self.scatter(&mut paths, &arrivals, &seen);
             paths.trace();
             paths.bounce += 1;
         }

@@ -10,10 +10,10 @@ use super::super::observer::{PathObserver, RayKind};
 use super::super::steps::sample_direction;
 use super::super::technique::Chosen;
 use super::super::waiting::Waiting;
-use super::arrival::Arrival;
+use super::arrival::{Arrival, Seen};
 use super::{PathIntegrator, Paths};
 use crate::accel::Departure;
-use crate::bsdf::{Numbers, View, has_lobes};
+use crate::bsdf::{Numbers, has_lobes};
 use crate::effects::{Effects, Slot, Switch};
 use crate::math::ray::Ray;
 use crate::planted::planted;
@@ -24,8 +24,8 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     pub(super) fn scatter<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
-        arrivals: &[Arrival<'_, E>],
-        views: &[View<'_>],
+        arrivals: &[Arrival<E>],
+        seen: &[Seen<'_>],
     ) {
         let Waiting {
             going,
@@ -49,7 +49,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         S::draw_each(paths.samplers, going, decision, |[u]| roulette.push(u));
 
         going.clear();
-        for (place, (arrival, seen)) in arrivals.iter().zip(views).enumerate() {
+        for (place, (arrival, seen)) in arrivals.iter().zip(seen).enumerate() {
             let numbers = paths.waiting.directions[place];
             let u_roulette = paths.waiting.roulette[place];
             if let Some((ray, departure)) = self.goes_on(paths, arrival, seen, &numbers, u_roulette)
@@ -66,18 +66,13 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     fn goes_on<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
-        arrival: &Arrival<'_, E>,
-        seen: &View<'_>,
+        arrival: &Arrival<E>,
+        seen: &Seen<'_>,
         numbers: &Numbers,
         u_roulette: f32,
     ) -> Option<(Ray, Departure)> {
-        let Arrival {
-            number,
-            at,
-            bsdf,
-            known,
-            ..
-        } = arrival;
+        let Arrival { number, at } = arrival;
+        let Seen { view, known, .. } = seen;
         let (bounce, technique) = (paths.bounce, self.technique.technique());
         let (path, observer) = (&mut paths.states[*number], &mut *paths.observer);
         if let Some(known) = *known {
@@ -86,7 +81,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             path.radiance += contribution;
             return None;
         }
-        let Some(scattered) = sample_direction::<E>(bsdf, seen, technique, numbers) else {
+        let Some(scattered) = sample_direction::<E>(view, technique, numbers) else {
             observer.absorbed();
             return None;
         };
@@ -102,7 +97,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
 
         let mut reflected = scattered.weight;
         if goes_through {
-            reflected *= path.refract(bsdf.ior(), seen.wo().z > 0.0);
+            reflected *= path.refract(view.bsdf().ior(), view.wo().z > 0.0);
         }
         let left = path.eta_scale.or(1.0) * path.beta;
         let survival = self.roulette.survival(bounce, reflected, left);

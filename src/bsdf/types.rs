@@ -74,15 +74,11 @@ impl Numbers {
             }
             sample_hemisphere_cosine_lanes(&asked, &mut found);
             let [x, y, z] = &found;
-            all.extend(
-                (0..)
-                    .zip(drawn)
-                    .map(|(lane, &[u, v, lobe]): (usize, _)| Self {
-                        lobe,
-                        u: Vec2::new(u, v),
-                        by_cosine: Vec3::new(x[lane], y[lane], z[lane]),
-                    }),
-            );
+            all.extend(drawn.iter().enumerate().map(|(lane, &[u, v, lobe])| Self {
+                lobe,
+                u: Vec2::new(u, v),
+                by_cosine: Vec3::new(x[lane], y[lane], z[lane]),
+            }));
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::common::chi_square::ChiSquareTest;
 use crate::common::verdict::sidak;
 use etendue::bsdf::conductor::{PRESETS, preset};
 use etendue::bsdf::{
-    Bsdf, Conductor, Dielectric, Diffuse, Mirror, Phong, Principled, PrincipledParameters,
+    Bsdf, Conductor, Dielectric, Diffuse, Mirror, Numbers, Phong, Principled, PrincipledParameters,
 };
 use etendue::effects::kernel::types::Everything;
 use etendue::math::rgb::Rgb;
@@ -257,4 +257,27 @@ fn presets_are_metals() {
     assert!(r > g && g > b, "{r} {g} {b}");
     assert!(reflectance("silver").into_iter().all(|x| x > 0.95));
     assert!(reflectance("aluminium").into_iter().all(|x| x > 0.88));
+}
+
+/// Rounding of the two would differ in a vector that fuses what it should not.
+#[test]
+fn numbers_of_many_are_those_of_each_alone() {
+    let mut rng = TestRng::new(25);
+    let rim = [0.0, 0.5, ONE_MINUS_EPSILON];
+    for count in 0..100 {
+        let number = |i: usize, rng: &mut TestRng| match i % 5 {
+            0 => rim[(3.0 * rng.uniform()) as usize],
+            _ => rng.uniform(),
+        };
+        let drawn: Vec<[f32; 3]> = (0..count)
+            .map(|i| [number(i, &mut rng), number(i / 5, &mut rng), rng.uniform()])
+            .collect();
+        let mut together = vec![];
+        Numbers::add_each(&drawn, &mut together);
+        let alone: Vec<Numbers> = drawn
+            .iter()
+            .map(|&[u, v, lobe]| Numbers::new(lobe, Vec2::new(u, v)))
+            .collect();
+        assert_eq!(together, alone, "{count} of them");
+    }
 }

@@ -16,12 +16,52 @@ use crate::math::rgb::Rgb;
 use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
+use std::borrow::Cow;
 
 /// A path at a surface where it does not end.
 pub(super) struct Arrival<E: Effects> {
     /// Which path.
     pub(super) number: usize,
     pub(super) at: Interaction<E>,
+}
+
+/// The BSDFs of the surfaces that paths have come to. They are large, and stay where they are: only those with a texture are
+/// made for their point.
+pub(super) struct Bsdfs<'a> {
+    /// `None` for those of `own`.
+    shared: Vec<Option<&'a Bsdf>>,
+    own: Vec<Bsdf>,
+}
+
+impl<'a> Bsdfs<'a> {
+    /// Those of these surfaces.
+    #[inline]
+    pub(super) fn of<E: Effects>(scene: &'a Scene, arrivals: &[Arrival<E>]) -> Self {
+        let mut bsdfs = Self {
+            shared: Vec::with_capacity(arrivals.len()),
+            own: Vec::new(),
+        };
+        for arrival in arrivals {
+            match scene.surface(&arrival.at) {
+                Cow::Borrowed(bsdf) => bsdfs.shared.push(Some(bsdf)),
+                Cow::Owned(bsdf) => {
+                    bsdfs.shared.push(None);
+                    bsdfs.own.push(bsdf);
+                }
+            }
+        }
+        bsdfs
+    }
+
+    /// Each of them, in the order of their surfaces.
+    #[inline]
+    pub(super) fn each(&self) -> impl Iterator<Item = &Bsdf> {
+        let mut own = self.own.iter();
+        self.shared.iter().map(move |shared| {
+            let next = || own.next().expect("what is not shared is one's own");
+            shared.unwrap_or_else(next)
+        })
+    }
 }
 
 /// How a path sees its surface.

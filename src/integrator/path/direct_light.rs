@@ -20,6 +20,7 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::planted::planted;
 use crate::sampler::{Decision, Sampler};
+use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
 impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
@@ -55,17 +56,11 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         let mut answered = all_that_look;
         for numbers in light_numbers.chunks(LANES) {
             questions.clear();
-            for ([u, v, choice @ ..], (arrival, _)) in numbers.iter().zip(asking.by_ref()) {
-                let choice = scene.lights.choose::<E>(*choice);
-                let (light, pmf) = choice.expect("there are lights, or nobody would look");
-                chosen[arrival.number] = Some(light);
-                questions.push(LightQuestion {
-                    light,
-                    pmf,
-                    p: arrival.at.p,
-                    time: paths.states[arrival.number].time.or(0.0),
-                    u: Vec2::new(*u, *v),
-                });
+            for (&numbers, (Arrival { number, at }, _)) in numbers.iter().zip(asking.by_ref()) {
+                let time = paths.states[*number].time.or(0.0);
+                let question = question(scene, at, time, numbers);
+                chosen[*number] = Some(question.light);
+                questions.push(question);
             }
             scene.sample_lights::<E>(questions, technique.points, samples);
 
@@ -111,6 +106,25 @@ fn draw_lights<E: Effects, S: Sampler>(
         S::draw_each(samplers, places, decision, |[u, v]| {
             numbers.push([u, v, 0.0, 0.0]);
         });
+    }
+}
+
+/// What is asked at a surface, by numbers that choose a point on a light and the light.
+#[inline]
+fn question<E: Effects>(
+    scene: &Scene,
+    at: &Interaction<E>,
+    time: f32,
+    [u, v, choice @ ..]: [f32; 4],
+) -> LightQuestion {
+    let choice = scene.lights.choose::<E>(choice);
+    let (light, pmf) = choice.expect("there are lights, or nobody would look");
+    LightQuestion {
+        light,
+        pmf,
+        p: at.p,
+        time,
+        u: Vec2::new(u, v),
     }
 }
 

@@ -33,14 +33,12 @@ use super::technique::{Chosen, Weighted};
 use super::waiting::Waiting;
 use super::{CameraRay, Integrator, RayCounts, Roulette, Sample};
 use crate::accel::Hit;
-use crate::bsdf::Bsdf;
 use crate::effects::Effects;
 use crate::math::lanes::LANES;
 use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
-use arrival::{Arrival, Seen};
-use std::borrow::Cow;
+use arrival::{Bsdfs, Seen};
 use std::slice;
 
 /// The path integrator's choices.
@@ -116,9 +114,8 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         while !paths.waiting.going.is_empty() {
             arrivals.clear();
             self.arrive(&mut paths, &mut arrivals);
-            let surface = |arrival: &Arrival<E>| paths.scene.surface(&arrival.at);
-            let bsdfs: Vec<Cow<'_, Bsdf>> = arrivals.iter().map(surface).collect();
-            let surfaces = arrivals.iter().zip(&bsdfs);
+            let bsdfs = Bsdfs::of(paths.scene, &arrivals);
+            let surfaces = arrivals.iter().zip(bsdfs.each());
             let seen: Vec<Seen<'_>> = surfaces
                 .map(|(arrival, bsdf)| self.see(&arrival.at, bsdf, paths.bounce))
                 .collect();

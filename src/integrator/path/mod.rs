@@ -23,6 +23,7 @@
 mod arrival;
 mod direct_light;
 mod onward;
+mod seen;
 mod state;
 
 pub use state::PathState;
@@ -38,7 +39,7 @@ use crate::math::lanes::LANES;
 use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
-use arrival::{Bsdfs, Seen};
+use seen::{Bsdfs, Seen};
 use std::slice;
 
 /// The path integrator's choices.

@@ -158,10 +158,10 @@ fn state_of_absent_effects_has_no_size() {
     assert!(Matte::SET.len() == 1 && Everything::SET == EffectSet::ALL);
     assert_eq!(size_of::<State<Off, [f32; 3]>>(), 0);
     assert_eq!(size_of::<State<On, [f32; 3]>>(), 12);
-    // A time and the scale of roulette, in a structure whose size goes in steps of a vector's 16 bytes.
+    // A time, the scale of roulette and what the ray leaves, in a structure whose size goes in steps of a vector's 16 bytes.
     assert_eq!(
         size_of::<PathState<Everything>>() - size_of::<PathState<Matte>>(),
-        16
+        32
     );
     // A texture coordinate, the shading normal and whether it is the geometric one, likewise.
     assert_eq!(

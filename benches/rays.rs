@@ -54,7 +54,7 @@ fn kinds(c: &mut Criterion) {
         let accel = build(&world, target, &pool).expect("it was built before");
         (target, accel)
     };
-    let targets = targets.filter(|target| target.quality == Quality::High);
+    let targets = targets.filter(|target| target.quality == target.backend.default_quality());
     let targets: Vec<(Target, Accel)> = targets.map(built).collect();
     for kind in recording.kinds() {
         let rays = recording.rays(kind);

@@ -4,7 +4,7 @@
 //! per second over all threads. Run: `cargo bench --bench render`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::film::filter::Filter;
 use etendue::render::settings::{RenderSettings, SamplerKind, available_threads};
 use etendue::render::{Unwatched, render};
@@ -41,7 +41,7 @@ fn renders(c: &mut Criterion) {
                     let options = AccelOptions {
                         backend,
                         precision,
-                        quality: Quality::default(),
+                        quality: None,
                         threads,
                     };
                     let scene = prepare(&description, options)

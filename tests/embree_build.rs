@@ -36,7 +36,7 @@ fn embree_builds_with_the_threads_and_at_the_quality_asked_for() {
         let options = AccelOptions {
             backend: Backend::Embree,
             precision,
-            quality,
+            quality: Some(quality),
             threads: 1,
         };
         Accel::build(world.clone(), options).expect("memory for 20,000 triangles")

@@ -191,7 +191,7 @@ fn a_scene_takes_what_is_told_beforehand() {
             let options = AccelOptions {
                 backend,
                 precision,
-                quality,
+                quality: Some(quality),
                 threads: 2,
             };
             for (name, scene) in scenes() {

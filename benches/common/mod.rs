@@ -7,7 +7,7 @@
 // Each bench compiles this anew and uses a part of it.
 #![allow(dead_code)]
 
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::bench::record::{Recording, record};
 use etendue::bench::subject::Subject;
 use etendue::film::filter::Filter;
@@ -30,7 +30,7 @@ pub fn ready(description: &SceneDescription) -> Scene {
     let options = AccelOptions {
         backend: Backend::ALL[0],
         precision: Precision::Fast,
-        quality: Quality::default(),
+        quality: None,
         threads: 1,
     };
     let prepared = prepare(description, options);

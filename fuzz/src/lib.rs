@@ -5,7 +5,7 @@
 //! is valid is made ready and sampled a little. Memory is bounded by the input's size, see [`Target::feed`].
 //! Source: cargo-fuzz runs the targets (`make fuzz`); `tests/fuzz_corpus.rs` includes this file to replay the corpus.
 
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::film::filter::Filter;
 use etendue::image::{ColourSpace, Image, LayeredImage};
 use etendue::render::replay::replay;
@@ -184,7 +184,7 @@ fn go_on(mut description: SceneDescription) {
         let options = AccelOptions {
             backend,
             precision: Precision::Robust,
-            quality: Quality::default(),
+            quality: None,
             threads: 1,
         };
         let prepared = match THREAD.install(|| prepare(&description, options)) {

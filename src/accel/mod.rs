@@ -87,6 +87,15 @@ impl Backend {
             Self::ObvhsCwbvh => "obvhs-cwbvh",
         }
     }
+
+    /// The quality of structure with which most scenes are traced fastest, see docs/architecture.md.
+    pub fn default_quality(self) -> Quality {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree => Quality::Medium,
+            Self::ObvhsBvh2 | Self::ObvhsCwbvh => Quality::High,
+        }
+    }
 }
 
 /// How carefully rays are intersected.
@@ -111,15 +120,13 @@ impl Precision {
     }
 }
 
-/// How much work goes into an acceleration structure: more makes rays faster.
-///
-/// Embree ignores `High` for robust scenes, which it never splits triangles of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+/// How much work goes into an acceleration structure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Quality {
-    /// For scenes that are traced little.
+    /// One pass, without cutting triangles.
     Medium,
-    /// For pictures.
-    #[default]
+    /// obvhs: goes over the structure again until it hardly improves. Embree: cuts triangles where that makes boxes smaller,
+    /// which pays if they are large and askew, and else makes rays slower; not in robust precision, where it is as `Medium`.
     High,
 }
 
@@ -140,10 +147,18 @@ pub struct AccelOptions {
     pub backend: Backend,
     /// How carefully it intersects.
     pub precision: Precision,
-    /// How well it is built.
-    pub quality: Quality,
+    /// How well it is built; `None` leaves it to the backend.
+    pub quality: Option<Quality>,
     /// Threads to build with, at least 1.
     pub threads: usize,
+}
+
+impl AccelOptions {
+    /// How well it is built.
+    pub fn quality(&self) -> Quality {
+        let default = self.backend.default_quality();
+        self.quality.unwrap_or(default)
+    }
 }
 
 /// The shapes of a scene, ready for ray queries from any number of threads.

@@ -92,7 +92,7 @@ fn escaped(trial: &Trial<'_>, mesh: &ClosedMesh, aim: Aim, segments: u64) -> Res
     let target = Target {
         backend: options.backend,
         precision: options.precision,
-        quality: options.quality,
+        quality: options.quality(),
     };
     let seed = trial.seed;
     let report = leaks(

@@ -23,6 +23,8 @@ pub struct BatterySettings {
     pub backend: Backend,
     /// How carefully.
     pub precision: Precision,
+    /// How well its structures are built; `None` leaves it to the library.
+    pub quality: Option<Quality>,
     /// Threads, at least 1.
     pub threads: usize,
     /// Which random numbers.
@@ -38,6 +40,7 @@ impl Default for BatterySettings {
         Self {
             backend: Backend::ALL[0],
             precision: Precision::default(),
+            quality: None,
             threads: available_threads(),
             seed: 0,
             effort: Effort::Quick,
@@ -174,7 +177,7 @@ impl<'a> Battery<'a> {
             options: AccelOptions {
                 backend: self.settings.backend,
                 precision: self.settings.precision,
-                quality: Quality::default(),
+                quality: self.settings.quality,
                 threads: 1,
             },
             seed: self.settings.seed,

@@ -6,7 +6,7 @@
 
 use super::report::BenchReport;
 use super::target::Target;
-use crate::accel::{Backend, Precision, Quality};
+use crate::accel::{Backend, Precision};
 use crate::error::{Error, Result};
 use crate::render::settings::available_threads;
 use crate::scene::description::SceneDescription;
@@ -72,10 +72,11 @@ impl BenchSettings {
     /// How our own render traces: through Embree if that is compared, else through the first backend that is.
     pub fn render_target(&self) -> Target {
         let embree = self.targets.iter().find(|target| target.is_embree());
+        let backend = embree.unwrap_or(&self.targets[0]).backend;
         Target {
-            backend: embree.unwrap_or(&self.targets[0]).backend,
+            backend,
             precision: self.precision,
-            quality: Quality::High,
+            quality: backend.default_quality(),
         }
     }
 }

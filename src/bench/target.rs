@@ -71,7 +71,7 @@ impl Target {
         AccelOptions {
             backend: self.backend,
             precision: self.precision,
-            quality: self.quality,
+            quality: Some(self.quality),
             threads,
         }
     }

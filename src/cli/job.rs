@@ -57,12 +57,13 @@ impl Job<'_> {
         };
         format!(
             "scene: {shapes} shapes, {primitives} primitives, {instances}{} materials, {} lights; {width} x {height} pixels\n\
-             tracing: {}, {}; {:.1} MB\n\
+             tracing: {}, {}, {} quality; {:.1} MB\n\
              plan: kernel {}; {}\n",
             self.description.materials.len(),
             self.scene.lights.len(),
             self.arguments.tracing.backend.name(),
             self.arguments.tracing.precision.name(),
+            self.arguments.tracing.options().quality().name(),
             self.scene.accel.memory() as f64 / 1e6,
             kernel(self.scene, self.settings).name(),
             effects,

@@ -89,6 +89,7 @@ impl Job<'_> {
             adaptive: self.settings.adaptive.name(),
             backend: self.arguments.tracing.backend.name(),
             precision: self.arguments.tracing.precision.name(),
+            quality: self.arguments.tracing.options().quality().name(),
             seed: self.settings.seed,
             threads: self.settings.threads,
             kernel: kernel(self.scene, self.settings).name(),
@@ -153,6 +154,7 @@ impl Job<'_> {
             ("max-bounces", flags.max_bounces.map(|it| it.to_string())),
             ("backend", backend),
             ("precision", precision),
+            ("quality", tracing.quality.map(|it| it.name().to_owned())),
             ("error", flags.error.map(|error| error.to_string())),
         ]
         .into_iter()

@@ -26,6 +26,8 @@ pub struct Stats {
     pub adaptive: &'static str,
     pub backend: &'static str,
     pub precision: &'static str,
+    /// Of the acceleration structure.
+    pub quality: &'static str,
     pub seed: u64,
     pub threads: usize,
     pub kernel: &'static str,

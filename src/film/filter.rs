@@ -230,6 +230,8 @@ impl Filter {
         // A share of 1 belongs to the last step.
         let step = ((share * STEPS as f32) as usize).min(STEPS - 1);
         let mut cell = usize::from(self.guide[step]);
+        // Mostly one further at most, and which is a coin toss for the processor if it is a branch.
+        cell = (cell + usize::from(self.cells[cell].to <= share)).min(CELLS - 1);
         while self.cells[cell].to <= share && cell + 1 < CELLS {
             cell += 1;
         }

@@ -6,7 +6,7 @@
 //! Source: `render/`. Tested in `tests/rendering/lesson.rs`.
 
 use super::topic::Lesson;
-use crate::accel::{AccelOptions, Backend, Precision, Quality};
+use crate::accel::{AccelOptions, Backend, Precision};
 use crate::effects::Kernel;
 use crate::error::Result;
 use crate::film::filter::Filter;
@@ -49,7 +49,7 @@ impl<'a> Stage<'a> {
         let options = AccelOptions {
             backend: Backend::ALL[0],
             precision: Precision::default(),
-            quality: Quality::default(),
+            quality: None,
             threads: lesson.settings.threads,
         };
         Ok(Self {

@@ -202,7 +202,7 @@ fn camera(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::{Backend, Precision, Quality};
+    use crate::accel::{Backend, Precision};
     use crate::effects::Slot;
     use crate::effects::kernel::types::Everything;
     use crate::light::types::PointRule;
@@ -243,7 +243,7 @@ mod tests {
         AccelOptions {
             backend: Backend::ALL[0],
             precision: Precision::Robust,
-            quality: Quality::default(),
+            quality: None,
             threads: 1,
         }
     }

@@ -47,7 +47,7 @@ mod rendering;
 pub use queries::{Met, QueryRay};
 pub use rendering::Rendering;
 
-use crate::accel::{AccelOptions, Backend, Precision, Quality};
+use crate::accel::{AccelOptions, Backend, Precision};
 use crate::error::{Error, Result};
 use crate::film::filter::Filter;
 use crate::math::vec::DAffine3;
@@ -68,7 +68,7 @@ pub fn tracing() -> AccelOptions {
     AccelOptions {
         backend: Backend::ALL[0],
         precision: Precision::default(),
-        quality: Quality::default(),
+        quality: None,
         threads: available_threads(),
     }
 }

@@ -157,14 +157,13 @@ pub struct VariantReport {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::Quality;
 
     #[test]
     fn every_combination_is_there_once() {
         let options = AccelOptions {
             backend: Backend::ALL[0],
             precision: Precision::Robust,
-            quality: Quality::High,
+            quality: None,
             threads: 1,
         };
         let base = Variant::new(RenderSettings::new((4, 4), 1), options);

@@ -32,6 +32,12 @@ fn requests_that_make_no_sense() {
     fails(&folder, "battery --threads 0", USAGE, &["--threads"]);
     fails(
         &folder,
+        "battery --quality low",
+        USAGE,
+        &["--quality", "medium", "high"],
+    );
+    fails(
+        &folder,
         "battery --precision slow",
         USAGE,
         &["--precision", "robust"],

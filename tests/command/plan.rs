@@ -28,7 +28,7 @@ fn small() -> SceneFolder {
 const OPTIONS: AccelOptions = AccelOptions {
     backend: Backend::ALL[0],
     precision: Precision::Robust,
-    quality: Quality::High,
+    quality: None,
     threads: 1,
 };
 

@@ -121,7 +121,7 @@ fn statistics_have_the_names_that_stay() {
     let printed = json(&finished.stdout);
     let written = std::fs::read_to_string(folder.path("it.json")).expect("it was written");
     assert_eq!(printed, json(&written));
-    for name in "version scene width height spp integrator sampler backend precision seed threads time.load \
+    for name in "version scene width height spp integrator sampler backend precision quality seed threads time.load \
                  time.build time.render time.write time.total samples rays.camera rays.closest rays.shadow \
                  samples_per_second rays_per_second memory.peak_rss memory.accel error.rel_rmse error.confidence \
                  error.uncalibrated_fraction rejected.count rejected.first image.mean bias"
@@ -451,7 +451,8 @@ transform = [{ translate = [2.5, 0, 0.2] }]
 #[test]
 fn the_replay_of_a_sample_that_is_not_finite_has_the_flags_of_its_render() {
     let folder = SceneFolder::new([("bright.toml", TOO_BRIGHT)]);
-    let flags = "--size 5x4 --spp 2 --sampler stratified --max-bounces 3 --precision fast";
+    let flags =
+        "--size 5x4 --spp 2 --sampler stratified --max-bounces 3 --precision fast --quality high";
     let finished = run(&folder, &format!("render bright.toml {flags} -o a.pfm"));
     assert_eq!(finished.code, 6, "{}", finished.stderr);
     let replay = format!("etendue render bright.toml {flags} --seed 0 --pixel 0,0 --sample 0");

@@ -37,7 +37,7 @@ pub fn robust(backend: Backend) -> AccelOptions {
     AccelOptions {
         backend,
         precision: Precision::Robust,
-        quality: Quality::default(),
+        quality: None,
         threads: 1,
     }
 }

@@ -139,7 +139,7 @@ pub fn picture(description: &SceneDescription, settings: &RenderSettings) -> Ima
     let options = AccelOptions {
         backend: Backend::ALL[0],
         precision: Precision::Robust,
-        quality: Quality::default(),
+        quality: None,
         threads: settings.threads,
     };
     let prepared = prepare(description, options).expect("the scene is valid");

@@ -25,7 +25,7 @@ pub fn every_accel(world: &Arc<World>) -> Vec<(String, Accel)> {
             let options = AccelOptions {
                 backend,
                 precision,
-                quality: Quality::default(),
+                quality: None,
                 threads: 2,
             };
             let accel = Accel::build(Arc::clone(world), options).expect("a small scene");

@@ -1,7 +1,7 @@
 //! Scenes, models and libraries that are damaged at random: an error is fine, a panic is not.
 
 use crate::common::scene_folder::{SMALL, SceneFolder};
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::scene::load::load;
 use etendue::scene::prepare::prepare;
 use proptest::prelude::{Just, ProptestConfig, Strategy, any, prop_oneof, proptest};
@@ -55,7 +55,7 @@ fn survives(files: [(&'static str, Vec<u8>); 2], scene: &str) {
         let options = AccelOptions {
             backend: Backend::ALL[0],
             precision: Precision::Robust,
-            quality: Quality::default(),
+            quality: None,
             threads: 1,
         };
         let _ = prepare(&description, options);

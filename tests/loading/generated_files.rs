@@ -3,7 +3,7 @@
 
 use crate::common::scene_folder::{HEAD, SceneFolder};
 use etendue::ErrorKind;
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::scene::description::{GeometryDescription, SceneDescription};
 use etendue::scene::load::load;
 use etendue::scene::prepare::prepare;
@@ -306,7 +306,7 @@ fn check_description(description: &SceneDescription) {
     let options = AccelOptions {
         backend: Backend::ALL[0],
         precision: Precision::Robust,
-        quality: Quality::default(),
+        quality: None,
         threads: 1,
     };
     if let Err(error) = prepare(description, options) {

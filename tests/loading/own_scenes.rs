@@ -1,7 +1,7 @@
 //! The scenes that come with the program: each one renders, the furnaces have their exact answers, and the gallery says of
 //! the others what is so.
 
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::film::Film;
 use etendue::film::filter::Filter;
 use etendue::plan::Plan;
@@ -38,7 +38,7 @@ fn rendered(path: &Path, size: (u32, u32), spp: u64) -> Film {
     let options = AccelOptions {
         backend: Backend::ALL[0],
         precision: Precision::Robust,
-        quality: Quality::default(),
+        quality: None,
         threads: 2,
     };
     let scene = prepare(&description, options)
@@ -116,7 +116,7 @@ fn the_gallery_has_a_small_picture_and_the_effects_of_each_of_its_scenes() {
         let options = AccelOptions {
             backend: Backend::ALL[0],
             precision: Precision::Robust,
-            quality: Quality::default(),
+            quality: None,
             threads: 2,
         };
         let scene = prepare(&description, options).expect("valid").scene;

@@ -1,7 +1,7 @@
 //! The picture depends on the scene, the seed and the samples alone: not on threads, tiles, or the scene's units.
 
 use crate::common::scene_folder::{SMALL, in_repository, load_text, picture};
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::film::Film;
 use etendue::film::filter::Filter;
 use etendue::film::pixel::PixelSums;
@@ -121,7 +121,7 @@ fn a_sample_does_not_depend_on_those_that_are_taken_with_it() {
             let options = AccelOptions {
                 backend,
                 precision,
-                quality: Quality::default(),
+                quality: None,
                 threads: 1,
             };
             let scene = prepare(&description, options).expect("it is valid").scene;

@@ -4,7 +4,7 @@
 use crate::common::generated::{Generator, SIZE};
 use crate::common::scene::{diffuse, looking, rectangle, shape, sky};
 use crate::common::scene_folder::in_repository;
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::effects::kernel::types::{Everything, Matte};
 use etendue::effects::switch::{Off, On};
 use etendue::effects::{Effect, EffectSet, Effects, Kernel, State};
@@ -33,7 +33,7 @@ fn ready(description: &SceneDescription, backend: Backend) -> Scene {
     let options = AccelOptions {
         backend,
         precision: Precision::Robust,
-        quality: Quality::default(),
+        quality: None,
         threads: 1,
     };
     prepare(description, options).expect("a valid scene").scene

@@ -1,7 +1,7 @@
 //! Whole studies of a small room: who is biased, who is efficient, what is reported of it, and what an end leaves.
 
 use crate::common::room::{LAMP, room};
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::error::ErrorKind;
 use etendue::integrator::kind::IntegratorKind;
 use etendue::render::settings::{RenderSettings, SamplerKind};
@@ -23,7 +23,7 @@ fn settings(choices: &[Choice], budget: f64, schedule: Option<Schedule>) -> Stud
     let options = AccelOptions {
         backend: Backend::ALL[0],
         precision: Precision::Robust,
-        quality: Quality::default(),
+        quality: None,
         threads: 2,
     };
     let base = Variant::new(RenderSettings::new((16, 16), 1), options);

@@ -37,7 +37,7 @@ fn accel(world: &Arc<World>, backend: Backend, precision: Precision, quality: Qu
     let options = AccelOptions {
         backend,
         precision,
-        quality,
+        quality: Some(quality),
         threads: 2,
     };
     Accel::build(Arc::clone(world), options).expect("a small scene")

@@ -422,7 +422,7 @@ fn the_backends_agree_on_every_scene_of_the_bench() {
     let options = AccelOptions {
         backend: Backend::ObvhsBvh2,
         precision: Precision::Robust,
-        quality: Quality::Medium,
+        quality: Some(Quality::Medium),
         threads: 2,
     };
     for scene in SCENES {

@@ -24,7 +24,7 @@ fn accels(world: &Arc<World>, precision: Precision) -> Vec<(String, Accel)> {
             let options = AccelOptions {
                 backend,
                 precision,
-                quality,
+                quality: Some(quality),
                 threads,
             };
             let accel = Accel::build(Arc::clone(world), options).expect("a small scene");

@@ -263,7 +263,7 @@ fn robust(backend: Backend) -> AccelOptions {
     AccelOptions {
         backend,
         precision: Precision::Robust,
-        quality: Quality::default(),
+        quality: None,
         threads: 1,
     }
 }

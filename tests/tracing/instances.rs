@@ -437,7 +437,7 @@ fn an_instance_that_cannot_be_inverted_is_rejected_by_name() {
             let options = AccelOptions {
                 backend,
                 precision: Precision::Robust,
-                quality: Quality::default(),
+                quality: None,
                 threads: 1,
             };
             let error = prepare(&scene, options).expect_err(what).to_string();

@@ -180,7 +180,7 @@ impl Scene {
             Precision::Robust => RTC_SCENE_FLAG_ROBUST,
             Precision::Fast => RTC_SCENE_FLAG_NONE,
         };
-        let quality = match options.quality {
+        let quality = match options.quality() {
             Quality::Medium => RTC_BUILD_QUALITY_MEDIUM,
             Quality::High => RTC_BUILD_QUALITY_HIGH,
         };
@@ -458,7 +458,7 @@ mod tests {
         let options = AccelOptions {
             backend: Backend::Embree,
             precision: Precision::Robust,
-            quality: Quality::Medium,
+            quality: None,
             threads: 1,
         };
         let corner = |i: u32| Vec3::new((i / 2) as f32, (i % 2) as f32, 0.0);

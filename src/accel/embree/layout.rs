@@ -9,7 +9,7 @@ use super::handles::{CommittedScene, Device, PacketQuery, Scene};
 use super::new_ray_hit;
 use crate::accel::batch::{PacketWidth, RayBatch};
 use crate::accel::lanes::{ActiveLanes, HitLanes, NO_ID, RayHitLanes, RayLanes};
-use crate::accel::{AccelOptions, Backend, Precision, Quality};
+use crate::accel::{AccelOptions, Backend, Precision};
 use crate::error::{Error, Result};
 use crate::math::ray::Ray;
 use crate::math::vec::Vec3;
@@ -31,7 +31,7 @@ pub fn check(device: &Arc<Device>) -> Result<()> {
     let options = AccelOptions {
         backend: Backend::Embree,
         precision: Precision::Fast,
-        quality: Quality::Medium,
+        quality: None,
         threads: 1,
     };
     let mut scene = Scene::new(Arc::clone(device), options)?;

@@ -188,7 +188,7 @@ impl EmbreeAccel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::{AccelOptions, Backend, Quality};
+    use crate::accel::{AccelOptions, Backend};
     use crate::geometry::Geometry;
     use crate::geometry::mesh::Mesh;
     use crate::geometry::world::World;
@@ -235,7 +235,7 @@ mod tests {
             let options = AccelOptions {
                 backend: Backend::Embree,
                 precision,
-                quality: Quality::High,
+                quality: None,
                 threads: 1,
             };
             let shapes = vec![Geometry::Mesh(mesh.clone())];

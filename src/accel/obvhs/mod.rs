@@ -205,7 +205,7 @@ fn tree_options(options: AccelOptions) -> TreeOptions {
             Backend::ObvhsCwbvh => Layout::Wide,
             _ => Layout::Binary,
         },
-        quality: options.quality,
+        quality: options.quality(),
     }
 }
 

@@ -4,7 +4,7 @@
 //! Range: said at each; what is out of it is a usage error that names the flag.
 //! Source: none needed. Tested below and in `tests/command/bad_flags.rs`.
 
-use crate::accel::{Backend, Precision};
+use crate::accel::{Backend, Precision, Quality};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 /// Parses a backend of this build. Of Embree, which others have, a build without says so.
@@ -23,6 +23,11 @@ pub fn backend() -> impl TypedValueParser<Value = Backend> {
 /// Parses how rays are traced.
 pub fn precision() -> impl TypedValueParser<Value = Precision> {
     named(&[Precision::Robust, Precision::Fast], Precision::name)
+}
+
+/// Parses how well acceleration structures are built.
+pub fn quality() -> impl TypedValueParser<Value = Quality> {
+    named(&[Quality::Medium, Quality::High], Quality::name)
 }
 
 /// Parses one of `values` by its name; clap lists the names and suggests the nearest.

@@ -71,6 +71,7 @@ fn settings(arguments: &BatteryArguments) -> BatterySettings {
     BatterySettings {
         backend: tracing.backend,
         precision: tracing.precision,
+        quality: tracing.quality,
         threads: tracing.threads.map_or_else(available_threads, usize::from),
         seed: arguments.seed.unwrap_or_else(|| match effort {
             Effort::Quick => 0,

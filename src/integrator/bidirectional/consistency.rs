@@ -11,7 +11,7 @@ use super::vertex::{Densities, Spread, Vertex};
 use super::walk::{From, Start, Walked, Walker};
 use super::weights::WholePath;
 use super::{Bidirectional, Roulette};
-use crate::accel::{AccelOptions, Backend, Precision, Quality};
+use crate::accel::{AccelOptions, Backend, Precision};
 use crate::effects::kernel::types::Everything;
 use crate::film::splats::NoSplats;
 use crate::integrator::RayCounts;
@@ -34,7 +34,7 @@ fn scene(path: &str) -> (Scene, Vec2) {
     let options = AccelOptions {
         backend: Backend::ALL[0],
         precision: Precision::Robust,
-        quality: Quality::default(),
+        quality: None,
         threads: 1,
     };
     let (width, height) = description.film.size;

@@ -16,33 +16,30 @@ use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
-/// A path at a surface where it does not end.
-pub(super) struct Arrival<E: Effects> {
-    /// Which path.
-    pub(super) number: usize,
-    pub(super) at: Interaction<E>,
-}
-
 impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
-    /// Takes what is emitted where paths have come to, and tells which of them do not end there.
+    /// Takes what is emitted where paths have come to, and tells where those are that do not end there: they alone go on.
     pub(super) fn arrive<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
-        arrivals: &mut Vec<Arrival<E>>,
+        arrivals: &mut Vec<Interaction<E>>,
     ) {
         for place in 0..paths.waiting.going.len() {
             let number = paths.waiting.going[place];
-            self.arrive_one(paths, number, arrivals);
+            if self.arrive_one(paths, number, arrivals) {
+                paths.waiting.going[arrivals.len() - 1] = number;
+            }
         }
+        paths.waiting.going.truncate(arrivals.len());
     }
 
+    /// Whether it does not end there.
     #[inline(always)]
     fn arrive_one<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
         number: usize,
-        arrivals: &mut Vec<Arrival<E>>,
-    ) {
+        arrivals: &mut Vec<Interaction<E>>,
+    ) -> bool {
         let (scene, bounce, technique) = (paths.scene, paths.bounce, self.technique.technique());
         let (path, sampler) = (&mut paths.states[number], &mut paths.samplers[number]);
         let observer = &mut *paths.observer;
@@ -55,7 +52,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             let contribution = path.beta * beyond(scene, path, technique, chosen);
             path.radiance += contribution;
             observer.environment(contribution);
-            return;
+            return false;
         };
         observer.arrived(&at, path.beta);
 
@@ -75,10 +72,11 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         let is_last = self.max_bounces.is_some_and(|limit| bounce >= limit);
         if coin.ends || is_last || scene.is_dark(&at) {
             observer.absorbed();
-            return;
+            return false;
         }
         path.beta *= coin.left;
-        arrivals.push(Arrival { number, at });
+        arrivals.push(at);
+        true
     }
 }
 

@@ -8,7 +8,6 @@ use super::super::indirect::Indirect;
 use super::super::observer::{PathObserver, RayKind};
 use super::super::technique::{Chosen, LightRule, Technique};
 use super::super::waiting::Waiting;
-use super::arrival::Arrival;
 use super::seen::Seen;
 use super::{PathIntegrator, Paths};
 use crate::bsdf::View;
@@ -29,7 +28,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     pub(super) fn look_for_lights<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
-        arrivals: &[Arrival<E>],
+        arrivals: &[Interaction<E>],
         seen: &[Seen<'_>],
     ) {
         let (scene, technique) = (paths.scene, self.technique.technique());
@@ -37,6 +36,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             return;
         }
         let Waiting {
+            going,
             chosen,
             looking,
             light_numbers,
@@ -45,11 +45,11 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             shadows,
             ..
         } = &mut *paths.waiting;
-        let all = arrivals.iter().zip(seen);
+        let all = going.iter().zip(arrivals).zip(seen);
         let all_that_look = all.filter(|(_, seen)| seen.looks);
 
         looking.clear();
-        looking.extend(all_that_look.clone().map(|(arrival, _)| arrival.number));
+        looking.extend(all_that_look.clone().map(|((number, _), _)| *number));
         light_numbers.clear();
         draw_lights::<E, S>(paths.samplers, looking, paths.bounce, light_numbers);
 
@@ -57,7 +57,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         let mut answered = all_that_look;
         for numbers in light_numbers.chunks(LANES) {
             questions.clear();
-            for (&numbers, (Arrival { number, at }, _)) in numbers.iter().zip(asking.by_ref()) {
+            for (&numbers, ((number, at), _)) in numbers.iter().zip(asking.by_ref()) {
                 let time = paths.states[*number].time.or(0.0);
                 let question = question(scene, at, time, numbers);
                 chosen[*number] = Some(question.light);
@@ -66,24 +66,24 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             scene.sample_lights::<E>(questions, technique.points, samples);
 
             let answers = questions.iter().zip(&*samples);
-            for ((question, light), (arrival, seen)) in answers.zip(answered.by_ref()) {
+            for ((question, light), ((&number, at), seen)) in answers.zip(answered.by_ref()) {
                 let lighting = match seen.known {
                     // No ray is scattered that could find a light.
                     Some(_) => technique.by_lights_alone(),
                     None => technique,
                 };
-                let found = light.as_ref().and_then(|light| {
-                    reflected(&arrival.at, &seen.view, lighting, question.pmf, light)
-                });
+                let found = light
+                    .as_ref()
+                    .and_then(|light| reflected(at, &seen.view, lighting, question.pmf, light));
                 let Some(found) = found else {
                     paths.observer.unlit();
                     continue;
                 };
-                let (path, time) = (&mut paths.states[arrival.number], question.time);
-                paths.samples[arrival.number].rays.shadow += 1;
+                let (path, time) = (&mut paths.states[number], question.time);
+                paths.samples[number].rays.shadow += 1;
                 paths.observer.traced(RayKind::Shadow, &found.ray, time);
                 let contribution = path.beta * found.contribution;
-                shadows.push(arrival.number, contribution, found.weight, &found.ray, time);
+                shadows.push(number, contribution, found.weight, &found.ray, time);
                 if O::ONE_BY_ONE {
                     shadows.trace::<E, O>(scene, paths.observer, |_, light| path.radiance += light);
                 }

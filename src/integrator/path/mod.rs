@@ -118,7 +118,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             let bsdfs = Bsdfs::of(paths.scene, &arrivals);
             let surfaces = arrivals.iter().zip(bsdfs.each());
             let seen: Vec<Seen<'_>> = surfaces
-                .map(|(arrival, bsdf)| self.see(&arrival.at, bsdf, paths.bounce))
+                .map(|(at, bsdf)| self.see(at, bsdf, paths.bounce))
                 .collect();
             self.look_for_lights(&mut paths, &arrivals, &seen);
             self.scatter(&mut paths, &arrivals, &seen);

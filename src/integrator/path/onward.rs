@@ -10,7 +10,6 @@ use super::super::observer::{PathObserver, RayKind};
 use super::super::steps::sample_direction;
 use super::super::technique::Chosen;
 use super::super::waiting::Waiting;
-use super::arrival::Arrival;
 use super::seen::Seen;
 use super::{PathIntegrator, Paths};
 use crate::accel::Departure;
@@ -19,13 +18,14 @@ use crate::effects::{Effects, Slot, Switch};
 use crate::math::ray::Ray;
 use crate::planted::planted;
 use crate::sampler::{Decision, Sampler};
+use crate::scene::interaction::Interaction;
 
 impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     /// Sends the paths on that do not end, and leaves their rays to be traced.
     pub(super) fn scatter<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
-        arrivals: &[Arrival<E>],
+        arrivals: &[Interaction<E>],
         seen: &[Seen<'_>],
     ) {
         let Waiting {
@@ -35,8 +35,6 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             roulette,
             ..
         } = &mut *paths.waiting;
-        going.clear();
-        going.extend(arrivals.iter().map(|arrival| arrival.number));
         drawn.clear();
         draw_directions::<E, S>(paths.samplers, going, paths.bounce, drawn);
         directions.clear();
@@ -49,17 +47,19 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         );
         S::draw_each(paths.samplers, going, decision, |[u]| roulette.push(u));
 
-        going.clear();
-        for (place, (arrival, seen)) in arrivals.iter().zip(seen).enumerate() {
+        for (place, (at, seen)) in arrivals.iter().zip(seen).enumerate() {
+            let number = paths.waiting.going[place];
             let numbers = paths.waiting.directions[place];
             let u_roulette = paths.waiting.roulette[place];
-            if let Some((ray, departure)) = self.goes_on(paths, arrival, seen, &numbers, u_roulette)
-            {
-                let time = paths.states[arrival.number].time.or(0.0);
-                paths.waiting.onward.push(&ray, time, Some(departure));
-                paths.waiting.going.push(arrival.number);
+            let onward = self.goes_on(paths, number, at, seen, &numbers, u_roulette);
+            if let Some((ray, departure)) = onward {
+                let time = paths.states[number].time.or(0.0);
+                let onward = &mut paths.waiting.onward;
+                paths.waiting.going[onward.len()] = number;
+                onward.push(&ray, time, Some(departure));
             }
         }
+        paths.waiting.going.truncate(paths.waiting.onward.len());
     }
 
     /// The ray onward, and what it leaves; `None` where the path ends.
@@ -67,15 +67,15 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     fn goes_on<E: Effects, S: Sampler, O: PathObserver>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
-        arrival: &Arrival<E>,
+        number: usize,
+        at: &Interaction<E>,
         seen: &Seen<'_>,
         numbers: &Numbers,
         u_roulette: f32,
     ) -> Option<(Ray, Departure)> {
-        let Arrival { number, at } = arrival;
         let Seen { view, known, .. } = seen;
         let (bounce, technique) = (paths.bounce, self.technique.technique());
-        let (path, observer) = (&mut paths.states[*number], &mut *paths.observer);
+        let (path, observer) = (&mut paths.states[number], &mut *paths.observer);
         if let Some(known) = *known {
             let contribution = path.beta * known;
             observer.known(contribution);
@@ -107,7 +107,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             return None;
         }
         let (ray, departure) = path.leave(paths.scene, at, wi, scattered.pdf, goes_through);
-        paths.samples[*number].rays.closest += 1;
+        paths.samples[number].rays.closest += 1;
         let kind = RayKind::onward(bounce, path.scattered_from.is_none());
         observer.traced(kind, &ray, path.time.or(0.0));
         Some((ray, departure))

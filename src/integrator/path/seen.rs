@@ -7,7 +7,6 @@
 use super::super::indirect::Indirect;
 use super::super::technique::Chosen;
 use super::PathIntegrator;
-use super::arrival::Arrival;
 use crate::bsdf::{Bsdf, View};
 use crate::effects::Effects;
 use crate::math::rgb::Rgb;
@@ -26,13 +25,13 @@ pub(super) struct Bsdfs<'a> {
 impl<'a> Bsdfs<'a> {
     /// Those of these surfaces.
     #[inline]
-    pub(super) fn of<E: Effects>(scene: &'a Scene, arrivals: &[Arrival<E>]) -> Self {
+    pub(super) fn of<E: Effects>(scene: &'a Scene, arrivals: &[Interaction<E>]) -> Self {
         let mut bsdfs = Self {
             shared: Vec::with_capacity(arrivals.len()),
             own: Vec::new(),
         };
-        for arrival in arrivals {
-            match scene.surface(&arrival.at) {
+        for at in arrivals {
+            match scene.surface(at) {
                 Cow::Borrowed(bsdf) => bsdfs.shared.push(Some(bsdf)),
                 Cow::Owned(bsdf) => {
                     bsdfs.shared.push(None);

@@ -285,17 +285,17 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "samples-cost-alike",
         "samples are given out as if all of them took as many rays",
-        "rendering::adaptive::samples_that_take_more_rays_are_fewer",
+        "rendering::adaptive_pixels::samples_that_take_more_rays_are_fewer",
     ),
     bug(
         "pixels-ask-their-own-pilot",
         "a pixel's own pilot decides how many samples it gets",
-        "rendering::adaptive::rare_events_have_their_mean_in_two_phases",
+        "rendering::adaptive_pixels::rare_events_have_their_mean_in_two_phases",
     ),
     bug(
         "neighbours-of-either-colour-tell",
         "pixels decide about neighbours that decide about them",
-        "rendering::adaptive::no_pixel_is_asked_about_itself",
+        "rendering::adaptive_pixels::no_pixel_is_asked_about_itself",
     ),
     bug(
         "denoise-ignores-variance",

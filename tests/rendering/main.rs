@@ -4,6 +4,7 @@
 mod common;
 
 mod adaptive;
+mod adaptive_pixels;
 mod auto;
 mod battery;
 mod bidirectional;

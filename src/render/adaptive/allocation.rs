@@ -14,7 +14,7 @@
 //! Measure: samples per pixel; shares have the mean 1 over each colour of the chessboard.
 //! Range: a window of at least one pixel. One that has no neighbours gets what there is evenly.
 //! Source: Neyman 1934 for the square root, Cochran 1977, section 5.5, for the work; sample splitting after Cox 1975. Tested
-//! in `tests/rendering/adaptive.rs`.
+//! in `tests/rendering/adaptive_pixels.rs`.
 
 use crate::film::bars::BATCHES;
 use crate::film::{Film, PixelEstimate};

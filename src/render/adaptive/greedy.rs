@@ -8,7 +8,7 @@
 //! Measure: relative standard errors, as in relMSE.
 //! Range: films with error bars; before the first round of batches every pixel gets one.
 //! Source: Kirk and Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis", on its bias. Tested in
-//! `tests/rendering/adaptive.rs`.
+//! `tests/rendering/adaptive_pixels.rs`.
 
 use super::Deal;
 use crate::film::Film;

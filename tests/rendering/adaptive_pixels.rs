@@ -1,0 +1,204 @@
+//! Adaptive sampling of pixels that are random numbers of which all is known: what it gives to each, that two phases have no
+//! bias and greed has.
+
+use crate::common::TestRng;
+use crate::common::verdict::assert_mean;
+use etendue::film::{Film, Window};
+use etendue::math::rgb::Rgb;
+use etendue::math::stats::Moments;
+use etendue::render::adaptive::allocation::Allocation;
+use etendue::render::adaptive::{Deal, Dealer};
+
+/// A square film of so many pixels along its edge, with error bars and counts.
+fn film_of(edge: u32) -> Film {
+    let window = Window {
+        x: 0,
+        y: 0,
+        width: edge,
+        height: edge,
+    };
+    Film::new(window, edge).with_bars().with_counts()
+}
+
+/// Brings every pixel to its count, with samples that are `value` of the pixel and a random number.
+fn fill(film: &mut Film, counts: &[u64], rng: &mut TestRng, value: impl Fn(usize, f32) -> f32) {
+    let tile = &mut film.tiles_mut()[0];
+    let bars = tile.bars.as_mut().expect("it has bars");
+    let now = tile.counts.as_mut().expect("it has counts");
+    for (i, sums) in tile.pixels.iter_mut().enumerate() {
+        for index in now[i]..counts[i] {
+            let sample = Rgb::grey(value(i, rng.uniform()));
+            sums.add(sample);
+            bars[i].add(index, sample);
+        }
+        now[i] = now[i].max(counts[i]);
+    }
+    tile.samples = now.iter().copied().min().expect("there are pixels");
+}
+
+/// `height` with probability 1 / `height`: the mean is 1.
+fn rare(height: f32) -> impl Fn(usize, f32) -> f32 + Copy {
+    move |_, u| if u * height < 1.0 { height } else { 0.0 }
+}
+
+/// Means of films of 16 x 16 pixels, of which a pilot decides up to which counts they go.
+fn two_phase(seeds: u64, level: u64, value: impl Fn(usize, f32) -> f32 + Copy) -> Moments {
+    Moments::of((0..seeds).map(|seed| {
+        let (mut film, mut rng) = (film_of(16), TestRng::new(seed));
+        fill(&mut film, &[16; 256], &mut rng, value);
+        let counts = Allocation::by_pilot(&film, 16).counts(&film.sample_counts(), level);
+        fill(&mut film, &counts, &mut rng, value);
+        film.mean()[0]
+    }))
+}
+
+#[test]
+fn rare_events_have_their_mean_in_two_phases() {
+    // Standard errors that find a bias of 1 % for sure.
+    for (height, seeds) in [(20.0, 3000), (200.0, 12_000)] {
+        let means = two_phase(seeds, 64, rare(height));
+        println!(
+            "{height} with probability 1/{height}: {:.5} +- {:.5}",
+            means.mean(),
+            means.standard_error().expect("many")
+        );
+        assert_mean("two phases", &means, 1.0, 1.9e-3);
+    }
+    // A quarter of the picture where they are rare, beside one where they are not.
+    let patch = |i: usize, u: f32| {
+        let is_rare = i % 16 < 8 && i < 128;
+        rare(if is_rare { 50.0 } else { 2.0 })(i, u)
+    };
+    assert_mean("a patch", &two_phase(3000, 64, patch), 1.0, 1.9e-3);
+}
+
+#[test]
+fn pixels_that_asked_their_own_pilot_would_lose_their_mean() {
+    // What the test above is to find: who saw something goes on, who did not stops, to about the same number in all.
+    let means = Moments::of((0..200).map(|seed| {
+        let (mut film, mut rng) = (film_of(16), TestRng::new(seed));
+        fill(&mut film, &[16; 256], &mut rng, rare(20.0));
+        let pilot = film.estimates();
+        let counts: Vec<u64> = pilot
+            .iter()
+            .map(|pixel| if pixel.variance[0] > 0.0 { 96 } else { 16 })
+            .collect();
+        fill(&mut film, &counts, &mut rng, rare(20.0));
+        film.mean()[0]
+    }));
+    let error = means.standard_error().expect("many");
+    println!("by their own pilot: {:.4} +- {error:.4}", means.mean());
+    assert!(means.mean() + 10.0 * error < 1.0, "{}", means.mean());
+}
+
+#[test]
+fn rare_events_lose_their_mean_where_pixels_stop_by_themselves() {
+    for (height, seeds, expected) in [(20.0, 20, 0.568), (200.0, 20, 0.079)] {
+        let means = Moments::of((0..seeds).map(|seed| {
+            let (mut film, mut rng) = (film_of(16), TestRng::new(seed));
+            let dealer = Dealer::Greedy(0.1);
+            let mut level = 0;
+            while let Deal::UpTo(counts) = dealer.deal(&film, level, level + 16) {
+                fill(&mut film, &counts, &mut rng, rare(height));
+                level += 16;
+            }
+            film.mean()[0]
+        }));
+        println!("{height}: {:.4}", means.mean());
+        // Of 5120 pixels, of which each ends near 0 or near 1; which error exactly stops a pixel counts little.
+        assert!((means.mean() - expected).abs() < 0.03, "{}", means.mean());
+    }
+}
+
+#[test]
+fn no_pixel_is_asked_about_itself() {
+    let pilot = |strange: Option<usize>| {
+        let (mut film, mut rng) = (film_of(16), TestRng::new(7));
+        fill(&mut film, &[16; 256], &mut rng, |i, u| {
+            if Some(i) == strange {
+                1000.0 * u * u
+            } else {
+                u
+            }
+        });
+        Allocation::by_pilot(&film, 16).counts(&[16; 256], 64)
+    };
+    let usual = pilot(None);
+    for strange in [0, 37, 136, 255] {
+        let colour = |i: usize| (i % 16 + i / 16) % 2;
+        let unusual = pilot(Some(strange));
+        let mut changed = 0;
+        for i in 0..256 {
+            if colour(i) == colour(strange) {
+                assert_eq!(unusual[i], usual[i], "{strange} tells of {i}");
+            } else {
+                changed += u32::from(unusual[i] != usual[i]);
+            }
+        }
+        assert!(changed > 10, "{strange} tells of nobody");
+    }
+}
+
+#[test]
+fn samples_are_given_to_the_noise_and_none_is_lost() {
+    let (mut film, mut rng) = (film_of(16), TestRng::new(1));
+    // The left half has 16 times the standard deviation, of the same mean.
+    let noise = |i: usize, u: f32| 1.0 + if i % 16 < 8 { 0.8 } else { 0.05 } * (u - 0.5);
+    fill(&mut film, &[64; 256], &mut rng, noise);
+    let allocation = Allocation::by_pilot(&film, 64);
+    for level in [64, 80, 128, 1024, 1 << 20] {
+        let counts = allocation.counts(&[64; 256], level);
+        let sum: u64 = counts.iter().sum();
+        // To a round of batches for each colour.
+        assert!(sum.abs_diff(256 * level) <= 32, "{level}: {sum}");
+        assert!(counts.iter().all(|n| n % 16 == 0 && *n >= 64));
+        assert!(counts.iter().all(|&n| 10 * n >= level), "{level}: starved");
+        let worth = allocation.worth(level);
+        let back = allocation.level_of(worth);
+        assert!((back / level as f64 - 1.0).abs() < 0.01, "{level}: {back}");
+    }
+    let counts = allocation.counts(&[64; 256], 1 << 20);
+    let far = |columns: std::ops::Range<usize>| {
+        let of = (0..256)
+            .filter(|i| columns.contains(&(i % 16)))
+            .map(|i| counts[i]);
+        of.sum::<u64>() as f64
+    };
+    // Away from the border the quiet half has the least share, an eighth of the mean before scaling.
+    let ratio = far(0..4) / far(12..16);
+    assert!((8.0..16.0).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn samples_that_take_more_rays_are_fewer() {
+    let (mut film, mut rng) = (film_of(16), TestRng::new(2));
+    fill(&mut film, &[256; 256], &mut rng, |_, u| 1.0 + u);
+    let rays = film.tiles_mut()[0].rays.as_mut().expect("it has counts");
+    for (i, rays) in rays.iter_mut().enumerate() {
+        *rays = 256 * if i % 16 < 8 { 9 } else { 1 };
+    }
+    let counts = Allocation::by_pilot(&film, 256).counts(&[256; 256], 1 << 16);
+    let of = |columns: std::ops::Range<usize>| {
+        let far = (0..256).filter(|i| columns.contains(&(i % 16)));
+        far.map(|i| counts[i]).sum::<u64>() as f64
+    };
+    // The root of what they cost, but for what the noise of the pilot does to the means over four columns.
+    let ratio = of(12..16) / of(0..4);
+    assert!((ratio - 3.0).abs() < 0.3, "{ratio}");
+}
+
+#[test]
+fn a_lone_pixel_and_a_black_picture_get_what_there_is() {
+    for edge in [1, 2, 5] {
+        let mut film = film_of(edge);
+        let pixels = (edge * edge) as usize;
+        let pilot = vec![16; pixels];
+        fill(&mut film, &pilot, &mut TestRng::new(0), |_, _| 0.0);
+        let allocation = Allocation::by_pilot(&film, 16);
+        assert_eq!(allocation.counts(&pilot, 64), vec![64; pixels]);
+        assert_eq!(allocation.worth(64), 64.0);
+    }
+    let mut film = film_of(1);
+    fill(&mut film, &[16], &mut TestRng::new(0), |_, u| u);
+    assert_eq!(Allocation::by_pilot(&film, 16).counts(&[16], 48), [48]);
+}

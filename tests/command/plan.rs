@@ -4,7 +4,7 @@
 use crate::common::command::{USAGE, fails, succeed};
 use crate::common::scene::{diffuse, looking, panorama, rectangle, shape, sky, slide};
 use crate::common::scene_folder::{SMALL, SceneFolder};
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::effects::{Effect, Kernel};
 use etendue::geometry::texture::Texture;
 use etendue::image::{Image, WriteOptions, write};

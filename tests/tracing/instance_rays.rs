@@ -6,7 +6,7 @@ use crate::common::tracing::{
     closed_mesh, direction, every_accel, in_single, moving, placed_once, point, soup, standing,
     transforms,
 };
-use etendue::accel::{Accel, AccelOptions, Backend, Hit, Precision, Quality, brute};
+use etendue::accel::{Accel, AccelOptions, Backend, Hit, Precision, brute};
 use etendue::geometry::Geometry;
 use etendue::geometry::world::{Instance, World};
 use etendue::math::ray::Ray;

@@ -8,7 +8,7 @@ use crate::common::scene::{
 use crate::common::scene::{mirrored_octahedron, seen_whole};
 use crate::common::tracing::{direction, point};
 use crate::common::verdict::assert_mean;
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::accel::{AccelOptions, Backend, Precision};
 use etendue::effects::kernel::types::Everything;
 use etendue::geometry::texture::Texture;
 use etendue::integrator::Roulette;

@@ -19,20 +19,26 @@ pub fn standing(geometries: Vec<Geometry>) -> Arc<World> {
 
 /// Every way of tracing that this build has.
 pub fn every_accel(world: &Arc<World>) -> Vec<(String, Accel)> {
-    let mut all = Vec::new();
-    for &backend in Backend::ALL {
-        for precision in [Precision::Robust, Precision::Fast] {
-            let options = AccelOptions {
-                backend,
-                precision,
-                quality: None,
-                threads: 2,
-            };
-            let accel = Accel::build(Arc::clone(world), options).expect("a small scene");
-            all.push((format!("{} {}", backend.name(), precision.name()), accel));
-        }
-    }
-    all
+    let precisions = [Precision::Robust, Precision::Fast];
+    let both = |&backend| precisions.map(|precision| (backend, precision, None));
+    let mut all: Vec<_> = Backend::ALL.iter().flat_map(both).collect();
+    // Of structures that are not of a backend's own quality, those whose triangles are cut: Embree's, if it is there.
+    all.push((Backend::ALL[0], Precision::Fast, Some(Quality::High)));
+    let build = |(backend, precision, quality)| {
+        let options = AccelOptions {
+            backend,
+            precision,
+            quality,
+            threads: 2,
+        };
+        let accel = Accel::build(Arc::clone(world), options).expect("a small scene");
+        let quality = options.quality().name();
+        (
+            format!("{} {quality} {}", backend.name(), precision.name()),
+            accel,
+        )
+    };
+    all.into_iter().map(build).collect()
 }
 
 /// A uniform direction.

@@ -188,7 +188,7 @@ impl EmbreeAccel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::{AccelOptions, Backend};
+    use crate::accel::{AccelOptions, Backend, Quality};
     use crate::geometry::Geometry;
     use crate::geometry::mesh::Mesh;
     use crate::geometry::world::World;
@@ -231,11 +231,15 @@ mod tests {
     #[test]
     fn halves_and_single_rays_meet_what_packets_do() {
         let mesh = hills();
-        for precision in [Precision::Robust, Precision::Fast] {
+        for (precision, quality) in [
+            (Precision::Robust, Quality::Medium),
+            (Precision::Fast, Quality::Medium),
+            (Precision::Fast, Quality::High),
+        ] {
             let options = AccelOptions {
                 backend: Backend::Embree,
                 precision,
-                quality: None,
+                quality: Some(quality),
                 threads: 1,
             };
             let shapes = vec![Geometry::Mesh(mesh.clone())];
@@ -265,7 +269,7 @@ mod tests {
                     assert_eq!(
                         traced(narrow, number),
                         want,
-                        "{precision:?}, packet {number}"
+                        "{precision:?} {quality:?}, packet {number}"
                     );
                 }
             }

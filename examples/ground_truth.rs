@@ -24,8 +24,7 @@ fn main() -> Result<()> {
     };
     let picture = Image::read(Path::new(picture), ColourSpace::Srgb)?;
     let session = Session::load(Path::new(scene), tracing())?;
-    let mut wishes = Wishes::samples(STEP);
-    wishes.layers = true;
+    let wishes = Wishes::samples(STEP);
     let mut truth = session.render(&wishes, &Unwatched)?;
     loop {
         let reference = truth.image();
@@ -47,8 +46,9 @@ fn main() -> Result<()> {
         }
         truth.add_samples(&session, truth.spp(), &Unwatched)?;
     }
-    let (reference, errors) = (truth.image(), truth.standard_errors());
-    let errors = errors.expect("layers were asked for");
+    let reference = truth.image();
+    let bars = truth.error_bars();
+    let errors = bars.expect("there are many samples").standard_errors;
     let pixels = picture.pixels().iter().zip(reference.pixels());
     let outside = pixels.zip(errors.pixels()).filter(|((a, b), error)| {
         let apart = (a.luminance() - b.luminance()).abs();

@@ -198,6 +198,21 @@ pub const PLANTED: &[Planted] = &[
         "tracing::rays::robust_tracing_lets_nothing_out_of_a_closed_mesh",
     ),
     bug(
+        "denominator-of-the-same-half",
+        "the stated error divides the noise of a half by the light of the same half",
+        "lib::film::error::tests::rare_bright_samples_do_not_excuse_themselves",
+    ),
+    bug(
+        "moderation-forgets-its-freedom",
+        "error bars take a variance told by few numbers as known",
+        "lib::film::bars::tests::intervals_cover_as_often_as_they_say_whatever_neighbours_are_like",
+    ),
+    bug(
+        "flags-by-the-pixel-itself",
+        "whether to trust a pixel's error bar is decided by its own samples",
+        "lib::film::bars::tests::a_pixel_is_not_asked_whether_to_trust_it",
+    ),
+    bug(
         "film-in-single-precision",
         "a pixel's sum is rounded to single precision",
         "lib::film::pixel::tests::many_equal_samples_keep_their_mean",

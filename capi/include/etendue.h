@@ -18,7 +18,7 @@
 // `EtdSettings.flags`: `max_bounces` is given.
 #define ETD_HAS_MAX_BOUNCES 2
 
-// `EtdSettings.flags`: keep error bars, which standard errors and layers are made of. Samples are rounded up to whole rounds of 16.
+// `EtdSettings.flags`: have layers, to be read and written beside the picture. Samples are rounded up to a multiple of 4.
 #define ETD_LAYERS 4
 
 // `EtdSettings.flags`: `crop` is given.
@@ -432,14 +432,17 @@ typedef struct {
   uint32_t cancelled;
   // 1 if the last call ended because the error that was asked for was reached.
   uint32_t reached;
-  // Estimated error, the root of relMSE; not a number before it can be told.
+  // Estimated error, the root of relMSE; not a number before it can be told, from four samples a pixel on.
   double rel_rmse;
-  // With `confidence`, the error is below this; not a number before that can be told.
+  // With `confidence`, the error is below this; not a number before that can be told, infinite where rare bright paths hold
+  // so much of the error that the samples do not tell a bound.
   double rel_rmse_upper;
   // The confidence of that.
   double confidence;
   // The share of pixels whose error bars are not to be trusted.
   double uncalibrated_fraction;
+  // The error is at least this where there is no bound; else 0.
+  double rel_rmse_at_least;
 } EtdRenderInfo;
 
 // The place of a camera at a time.
@@ -634,7 +637,7 @@ EtdStatus etd_scene_occluded(const EtdScene *scene,
 
 // Estimates the radiance that comes along each of `count` rays to its origin by `spp` samples, on the scene's threads: red, green
 // and blue for each ray, without a gap. Where `standard_errors` is not null, their standard errors too, and `spp` is rounded
-// up to whole rounds of 16. Of the settings, which may be null, limits, crop and flags for layers do not count.
+// up to a multiple of 4. Of the settings, which may be null, limits, crop and flags for layers do not count.
 //
 // Pointers:
 // The pointers are null, or what they say is there; three floats for each ray may be written to the last two.
@@ -658,7 +661,8 @@ EtdStatus etd_render_read_pixels(const EtdRender *render,
                                  size_t pixel_stride,
                                  size_t row_stride);
 
-// Copies the standard error of each pixel, as `etd_render_read_pixels`. For renders with `ETD_LAYERS`, or with an error to reach.
+// Copies the standard error of each pixel, as `etd_render_read_pixels`, from four samples a pixel on. An interval of 95 % is two
+// of them to either side; for others, the layer "freedom.Y" has the degrees of freedom of Student's t, scaled to variance 1.
 //
 // Pointers:
 // As `etd_render_read_pixels`.

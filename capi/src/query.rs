@@ -173,7 +173,7 @@ pub unsafe extern "C" fn etd_scene_occluded(
 
 /// Estimates the radiance that comes along each of `count` rays to its origin by `spp` samples, on the scene's threads: red, green
 /// and blue for each ray, without a gap. Where `standard_errors` is not null, their standard errors too, and `spp` is rounded
-/// up to whole rounds of 16. Of the settings, which may be null, limits, crop and flags for layers do not count.
+/// up to a multiple of 4. Of the settings, which may be null, limits, crop and flags for layers do not count.
 ///
 /// # Safety
 /// The pointers are null, or what they say is there; three floats for each ray may be written to the last two.

@@ -97,7 +97,8 @@ pub unsafe extern "C" fn etd_render_read_pixels(
     })
 }
 
-/// Copies the standard error of each pixel, as `etd_render_read_pixels`. For renders with `ETD_LAYERS`, or with an error to reach.
+/// Copies the standard error of each pixel, as `etd_render_read_pixels`, from four samples a pixel on. An interval of 95 % is two
+/// of them to either side; for others, the layer "freedom.Y" has the degrees of freedom of Student's t, scaled to variance 1.
 ///
 /// # Safety
 /// As `etd_render_read_pixels`.
@@ -111,9 +112,12 @@ pub unsafe extern "C" fn etd_render_read_standard_errors(
 ) -> EtdStatus {
     RENDERS.call(render, |render| {
         let errors = render.with(|state| {
-            state.rendering.standard_errors().ok_or_else(|| {
-                Failure::argument("the render keeps no error bars: ask for ETD_LAYERS")
-            })
+            let bars = state.rendering.error_bars().ok_or_else(|| {
+                Failure::argument(
+                    "there are fewer than four samples a pixel: expected to have rendered four",
+                )
+            })?;
+            Ok(bars.standard_errors)
         })?;
         let target = Target {
             pixels,
@@ -182,7 +186,7 @@ pub unsafe extern "C" fn etd_render_write(
         let path = unsafe { text(path, "path") }?.unwrap_or_default();
         render.with(|state| {
             let mut options = WriteOptions::default();
-            if state.rendering.film().has_bars() {
+            if state.rendering.settings().layers {
                 options
                     .layers
                     .clone_from(&state.layered(&render.ready)?.layers);

@@ -79,14 +79,17 @@ pub struct EtdRenderInfo {
     pub cancelled: u32,
     /// 1 if the last call ended because the error that was asked for was reached.
     pub reached: u32,
-    /// Estimated error, the root of relMSE; not a number before it can be told.
+    /// Estimated error, the root of relMSE; not a number before it can be told, from four samples a pixel on.
     pub rel_rmse: f64,
-    /// With `confidence`, the error is below this; not a number before that can be told.
+    /// With `confidence`, the error is below this; not a number before that can be told, infinite where rare bright paths hold
+    /// so much of the error that the samples do not tell a bound.
     pub rel_rmse_upper: f64,
     /// The confidence of that.
     pub confidence: f64,
     /// The share of pixels whose error bars are not to be trusted.
     pub uncalibrated_fraction: f64,
+    /// The error is at least this where there is no bound; else 0.
+    pub rel_rmse_at_least: f64,
 }
 
 // SAFETY: numbers.
@@ -309,6 +312,11 @@ fn known(rendering: &Rendering) -> EtdRenderInfo {
         rel_rmse: error.map_or(f64::NAN, |error| error.rel_rmse),
         rel_rmse_upper: error.map_or(f64::NAN, |error| error.upper_bound),
         confidence,
-        uncalibrated_fraction: error.map_or(0.0, |error| error.uncalibrated_fraction),
+        uncalibrated_fraction: rendering
+            .error_bars()
+            .map_or(0.0, |bars| bars.flagged_share()),
+        rel_rmse_at_least: error
+            .and_then(|error| error.doubt)
+            .map_or(0.0, |doubt| doubt.at_least()),
     }
 }

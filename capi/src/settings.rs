@@ -18,7 +18,7 @@ use std::time::Duration;
 pub const ETD_HAS_SEED: u32 = 1;
 /// `EtdSettings.flags`: `max_bounces` is given.
 pub const ETD_HAS_MAX_BOUNCES: u32 = 2;
-/// `EtdSettings.flags`: keep error bars, which standard errors and layers are made of. Samples are rounded up to whole rounds of 16.
+/// `EtdSettings.flags`: have layers, to be read and written beside the picture. Samples are rounded up to a multiple of 4.
 pub const ETD_LAYERS: u32 = 4;
 /// `EtdSettings.flags`: `crop` is given.
 pub const ETD_HAS_CROP: u32 = 8;

@@ -196,7 +196,7 @@ fn moving_edges() -> Vec<Case> {
             name,
             Claim::mean(share, 1e-3),
             scene,
-            bounces(0, 1 << 12),
+            bounces(0, 1 << 13),
         )
     };
     [0.03, 0.5, 0.9].map(case).into()

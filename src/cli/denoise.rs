@@ -10,7 +10,7 @@ use super::output::format_percent;
 use super::{Outcome, print};
 use crate::error::{Error, Result};
 use crate::image::{self, ColourSpace, Layer, LayeredImage, MetadataValue, WriteOptions};
-use crate::post::denoise::{Denoiser, Filtered, FilteredError, Noisy};
+use crate::post::denoise::{Denoiser, Filtered, Noisy};
 use crate::render::settings::available_threads;
 use crate::session::layers::channels;
 use serde::Serialize;
@@ -21,6 +21,8 @@ use std::time::{Duration, Instant};
 pub struct Denoised {
     pub denoiser: Denoiser,
     pub filtered: Filtered,
+    /// The error of the unfiltered picture, if its render stated one.
+    pub before: Option<f64>,
     pub elapsed: Duration,
 }
 
@@ -28,15 +30,20 @@ pub struct Denoised {
 #[derive(Debug, Clone, Serialize)]
 pub struct DenoiseStats {
     pub filter: &'static str,
-    /// Estimated roots of relMSE, both over the filtered picture.
+    /// Estimated roots of relMSE: of the unfiltered picture, as its render stated it, and of the filtered one.
     pub rel_rmse_before: Option<f64>,
     pub rel_rmse_after: Option<f64>,
     pub seconds: f64,
 }
 
 impl Denoised {
-    /// Filters a picture with its layers, on so many threads.
-    pub fn new(denoiser: Denoiser, picture: &LayeredImage, threads: usize) -> Result<Self> {
+    /// Filters a picture with its layers, of which this error was stated, on so many threads.
+    pub fn new(
+        denoiser: Denoiser,
+        picture: &LayeredImage,
+        before: Option<f64>,
+        threads: usize,
+    ) -> Result<Self> {
         let start = Instant::now();
         let noisy = Noisy::new(picture)?;
         let pool = rayon::ThreadPoolBuilder::new()
@@ -47,6 +54,7 @@ impl Denoised {
         Ok(Self {
             denoiser,
             filtered,
+            before,
             elapsed: start.elapsed(),
         })
     }
@@ -67,11 +75,7 @@ impl Denoised {
     /// What it did, in words.
     pub fn says(&self) -> String {
         let error = match self.filtered.error {
-            Some(FilteredError { before, after }) => format!(
-                ", error about {} (unfiltered, by the same measure, {})",
-                format_percent(after),
-                format_percent(before)
-            ),
+            Some(error) => format!(", error then about {}", format_percent(error)),
             None => String::new(),
         };
         format!("filtered by {}{error}", self.denoiser.name())
@@ -80,8 +84,8 @@ impl Denoised {
     pub fn stats(&self) -> DenoiseStats {
         DenoiseStats {
             filter: self.denoiser.name(),
-            rel_rmse_before: self.filtered.error.map(|error| error.before),
-            rel_rmse_after: self.filtered.error.map(|error| error.after),
+            rel_rmse_before: self.before,
+            rel_rmse_after: self.filtered.error,
             seconds: self.elapsed.as_secs_f64(),
         }
     }
@@ -110,7 +114,11 @@ pub fn run(arguments: &DenoiseArguments) -> Result<Outcome> {
     let threads = arguments
         .threads
         .map_or_else(available_threads, usize::from);
-    let denoised = Denoised::new(arguments.filter, &picture, threads)?;
+    let before = match picture.fact("relRmse") {
+        Some(&MetadataValue::Real(error)) => Some(error),
+        _ => None,
+    };
+    let denoised = Denoised::new(arguments.filter, &picture, before, threads)?;
     let options = WriteOptions {
         exposure: arguments.exposure,
         metadata: metadata(&picture, &denoised),
@@ -121,8 +129,11 @@ pub fn run(arguments: &DenoiseArguments) -> Result<Outcome> {
     }
     let names: Vec<String> = outputs.iter().map(|it| it.display().to_string()).collect();
     if !arguments.quiet {
+        let before = before.map_or(String::new(), |error| {
+            format!("error {}, ", format_percent(error))
+        });
         eprintln!(
-            "{}: {} x {} pixels in {}, {}, biased by {}",
+            "{}: {} x {} pixels in {}, {before}{}, biased by {}",
             names.join(", "),
             picture.image.width(),
             picture.image.height(),
@@ -164,7 +175,11 @@ fn outputs(arguments: &DenoiseArguments) -> Vec<PathBuf> {
 /// What the file said of itself, with the filter's bias, and without an error that is no longer its own.
 fn metadata(picture: &LayeredImage, denoised: &Denoised) -> Vec<(String, MetadataValue)> {
     let mut metadata = picture.metadata.clone();
-    metadata.retain(|(name, _)| !["etendue.bias", "etendue.relRmse"].contains(&name.as_str()));
+    let of_render = ["bias", "relRmse", "relRmseUpper", "relRmseAtLeast"];
+    metadata.retain(|(name, _)| {
+        let fact = name.strip_prefix("etendue.");
+        fact.is_none_or(|fact| !of_render.contains(&fact))
+    });
     let bias = match picture.fact("bias") {
         Some(MetadataValue::Text(before)) if before != "none" => {
             format!("{before}; {}", denoised.denoiser.bias())
@@ -173,8 +188,7 @@ fn metadata(picture: &LayeredImage, denoised: &Denoised) -> Vec<(String, Metadat
     };
     metadata.push(("etendue.bias".to_owned(), MetadataValue::Text(bias)));
     if let Some(error) = denoised.filtered.error {
-        let after = MetadataValue::Real(error.after);
-        metadata.push(("etendue.relRmse".to_owned(), after));
+        metadata.push(("etendue.relRmse".to_owned(), MetadataValue::Real(error)));
     }
     metadata
 }

@@ -40,6 +40,9 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
     }
 }
 
+/// From so many seconds on, four days, durations are told in days.
+const DAYS: f64 = 4.0 * 86_400.0;
+
 /// A duration in the unit that suits it.
 pub fn format_duration(duration: Duration) -> String {
     let seconds = duration.as_secs_f64();
@@ -53,6 +56,8 @@ pub fn format_duration(duration: Duration) -> String {
             duration.as_secs() / 60,
             duration.as_secs() % 60
         )
+    } else if seconds >= DAYS {
+        format!("{:.0} days", seconds / 86_400.0)
     } else {
         format!(
             "{}h{:02}m",
@@ -95,6 +100,7 @@ mod tests {
             (12.34, "12.3 s"),
             (125.0, "2m05s"),
             (7260.0, "2h01m"),
+            (1e6, "12 days"),
         ] {
             assert_eq!(format_duration(Duration::from_secs_f64(seconds)), text);
         }

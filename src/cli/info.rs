@@ -95,6 +95,8 @@ fn features() -> Vec<&'static str> {
     let all = [
         ("embree", cfg!(feature = "embree")),
         ("cli", cfg!(feature = "cli")),
+        ("flip", cfg!(feature = "flip")),
+        ("oidn", cfg!(feature = "oidn")),
     ];
     all.into_iter()
         .filter(|&(_, on)| on)

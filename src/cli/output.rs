@@ -7,6 +7,7 @@
 use super::args::ProgressMode;
 use super::durations::format_duration;
 use crate::error::{Error, Result};
+use crate::film::Doubt;
 use crate::render::{Predicted, Progress, RenderObserver};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
@@ -162,6 +163,26 @@ fn describe(progress: &Progress) -> String {
 pub fn time_left(fraction: f64, elapsed: Duration) -> Option<String> {
     let left = (elapsed.as_secs_f64() * (1.0 / fraction - 1.0)).clamp(0.0, 3.6e9);
     (fraction > 0.0).then(|| format_duration(Duration::from_secs_f64(left)))
+}
+
+/// Why an error has no bound, in words.
+pub fn explain(doubt: Doubt) -> String {
+    match doubt {
+        Doubt::FewPixels { pixels, share, .. } => format!(
+            "rare bright paths: {} of the pixels hold {} of the squared error",
+            format_percent(pixels),
+            format_percent(share)
+        ),
+        Doubt::OneSample { times, .. } => {
+            format!("rare bright paths: a single one may be {times:.1} times the squared error")
+        }
+        Doubt::Rising {
+            samples, rel_rmse, ..
+        } => format!(
+            "it has not fallen as it should from {} after {samples:.0} spp: rare bright paths",
+            format_percent(rel_rmse)
+        ),
+    }
 }
 
 /// A fraction, of either sign, as a percentage with three digits.

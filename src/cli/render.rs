@@ -118,13 +118,16 @@ fn finish(
     let rendered = rendering.rendered();
     times.render = rendered.elapsed.as_secs_f64();
     let error = rendering.error(arguments.confidence);
-    let picture = match job.settings.bars {
+    let picture = match job.settings.layers {
         true => rendering.layered(session)?,
         false => LayeredImage::from(rendering.image()),
     };
     let denoised = arguments
         .denoise
-        .map(|filter| Denoised::new(filter, &picture, job.settings.threads))
+        .map(|filter| {
+            let before = error.map(|error| error.rel_rmse);
+            Denoised::new(filter, &picture, before, job.settings.threads)
+        })
         .transpose()?;
     times.denoise = denoised.as_ref().map_or(0.0, |it| it.elapsed.as_secs_f64());
     let writing = Instant::now();
@@ -241,12 +244,21 @@ impl Job<'_> {
             ("bias", text(&bias)),
             ("command", text(&command_line())),
         ];
-        let error = match denoised {
-            Some(denoised) => denoised.filtered.error.map(|error| error.after),
-            None => error.map(|error| error.rel_rmse),
-        };
+        let real = |name, value| (name, MetadataValue::Real(value));
         metadata.extend(self.auto.map(|it| ("auto", text(&it.why))));
-        metadata.extend(error.map(|error| ("relRmse", MetadataValue::Real(error))));
+        match denoised {
+            Some(denoised) => {
+                metadata.extend(denoised.filtered.error.map(|it| real("relRmse", it)))
+            }
+            None => {
+                metadata.extend(error.map(|it| real("relRmse", it.rel_rmse)));
+                let bound = error.map(|it| match it.doubt {
+                    Some(doubt) => real("relRmseAtLeast", doubt.at_least()),
+                    None => real("relRmseUpper", it.upper_bound),
+                });
+                metadata.extend(bound);
+            }
+        }
         metadata
             .into_iter()
             .map(|(name, value)| (format!("etendue.{name}"), value))

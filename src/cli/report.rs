@@ -8,7 +8,7 @@ use super::denoise::Denoised;
 use super::durations::format_duration;
 use super::job::Job;
 use super::output::format_percent;
-use super::stats::{self, ImageStats, Memory, Stats, TargetStats, Times};
+use super::stats::{self, ErrorStats, ImageStats, Memory, PriceStats, Stats, TargetStats, Times};
 use super::{Outcome, print};
 use crate::accel::{Backend, Precision};
 use crate::effects::Effect;
@@ -21,6 +21,9 @@ use crate::render::adaptive::Adaptive;
 use crate::render::{Rejected, Rendered, kernel};
 use std::path::PathBuf;
 use std::time::Duration;
+
+/// How many times smaller the error is whose price is told.
+const TEN: f64 = 10.0;
 
 /// More non-finite samples than this share make the render fail with exit code 6.
 const NON_FINITE_LIMIT: f64 = 1e-6;
@@ -106,7 +109,10 @@ impl Job<'_> {
                 splats: rendered.film.splats().map_or(0, Splats::memory) as u64,
                 cache: rendered.cache.as_ref().map(|cache| cache.memory() as u64),
             },
-            error: error.map(Into::into),
+            price: error
+                .and_then(|error| rendered.price(&error, TEN))
+                .map(Into::into),
+            error: error.map(|error| ErrorStats::new(error, &rendered.film)),
             target: self.settings.budget.error.map(|target| TargetStats {
                 rel_rmse: target.rel_rmse,
                 confidence: target.confidence,
@@ -132,7 +138,6 @@ impl Job<'_> {
         // Its value is one that may be left out.
         let adaptive = flags.adaptive;
         let adaptive = adaptive.map(|how| format!(" --adaptive={}", how.name()));
-        let has_bars = flags.layers || flags.denoise.is_some();
         let precision = tracing.precision;
         let precision = (precision != Precision::Robust).then(|| precision.name().to_owned());
         [
@@ -160,8 +165,6 @@ impl Job<'_> {
         .into_iter()
         .filter_map(|(flag, value)| value.map(|value| format!(" --{flag} {value}")))
         .chain(adaptive)
-        // Error bars deal samples out to batches.
-        .chain(has_bars.then(|| " --layers".to_owned()))
         .collect()
     }
 
@@ -211,15 +214,11 @@ fn last_line(
     } else {
         ""
     };
-    let error = match &stats.error {
-        Some(error) => format!(
-            "error {} (below {} at {:.0} % confidence)",
-            format_percent(error.rel_rmse),
-            format_percent(error.rel_rmse_upper),
-            100.0 * error.confidence
-        ),
-        None => "error unknown".to_owned(),
-    };
+    let error = stats
+        .error
+        .as_ref()
+        .map_or("error unknown".to_owned(), describe_error);
+    let price = stats.price.as_ref().map_or(String::new(), describe_price);
     let filtered = denoised.map_or(String::new(), |it| format!(", {}", it.says()));
     let bias = if stats.bias.is_empty() {
         String::new()
@@ -242,7 +241,7 @@ fn last_line(
         None => String::new(),
     };
     format!(
-        "{}: {interrupted}{missed}{} x {} pixels, {} spp{spread}{chosen} in {}, {:.2} million samples/s, {error}{filtered}{bias}",
+        "{}: {interrupted}{missed}{} x {} pixels, {} spp{spread}{chosen} in {}, {:.2} million samples/s, {error}{price}{filtered}{bias}",
         files.join(", "),
         stats.width,
         stats.height,
@@ -252,11 +251,43 @@ fn last_line(
     )
 }
 
+/// What a smaller error would cost.
+fn describe_price(price: &PriceStats) -> String {
+    /// Times that differ by less are one.
+    const ALIKE: f64 = 1.3;
+    let time = |seconds: f64| format_duration(Duration::from_secs_f64(seconds.min(1e15)));
+    let [least, most] = price.seconds_range;
+    let how_long = match most > ALIKE * least {
+        true => format!("{} to {}", time(least), time(most)),
+        false => format!("about {}", time(price.seconds)),
+    };
+    format!("; {} would take {how_long}", format_percent(price.rel_rmse))
+}
+
+/// The error with its bound, or why there is none.
+fn describe_error(error: &ErrorStats) -> String {
+    match (error.rel_rmse_upper, &error.doubt) {
+        (Some(bound), _) => format!(
+            "error {} (below {} at {:.0} % confidence)",
+            format_percent(error.rel_rmse),
+            format_percent(bound),
+            100.0 * error.confidence
+        ),
+        (None, Some(doubt)) => format!(
+            "error at least {} ({})",
+            format_percent(doubt.rel_rmse_at_least),
+            doubt.why
+        ),
+        (None, None) => "error unknown".to_owned(),
+    }
+}
+
 /// Says so where chains have not found the same.
 fn warn_of_disagreement(rendered: &Rendered) {
     /// Of the tiles.
     const MANY: f64 = 0.05;
-    if let Some(share) = rendered.film.disagreement().filter(|&share| share > MANY) {
+    let share = rendered.film.disagreement();
+    if share > MANY {
         eprintln!(
             "warning: the chains disagree: in {} of the picture their means are uncertain by more than a fifth, and the brightness there by as much; give them more time",
             format_percent(share)

@@ -5,9 +5,10 @@
 //! Source: docs/accuracy.md for the error. Tested in `tests/command/render.rs`.
 
 use super::denoise::DenoiseStats;
+use super::output::explain;
 use crate::film::{ErrorEstimate, Film};
 use crate::integrator::RayCounts;
-use crate::render::{Predicted, Rejected};
+use crate::render::{Predicted, Price, Rejected};
 use serde::Serialize;
 
 /// All of it.
@@ -41,6 +42,8 @@ pub struct Stats {
     pub rays_per_second: f64,
     pub memory: Memory,
     pub error: Option<ErrorStats>,
+    /// What ten times less error would cost.
+    pub price: Option<PriceStats>,
     /// The error asked for.
     pub target: Option<TargetStats>,
     /// What the noise filter did.
@@ -80,12 +83,41 @@ pub struct Memory {
     pub cache: Option<u64>,
 }
 
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct ErrorStats {
     pub rel_rmse: f64,
-    pub rel_rmse_upper: f64,
+    /// `None` where the samples cannot tell one.
+    pub rel_rmse_upper: Option<f64>,
     pub confidence: f64,
+    /// Why there is no bound, and what is told in its place.
+    pub doubt: Option<DoubtStats>,
+    /// The share of pixels whose error bars are not to be trusted.
     pub uncalibrated_fraction: f64,
+}
+
+/// Seconds of rendering to an error.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct PriceStats {
+    pub rel_rmse: f64,
+    pub seconds: f64,
+    pub seconds_range: [f64; 2],
+}
+
+impl From<Price> for PriceStats {
+    fn from(price: Price) -> Self {
+        Self {
+            rel_rmse: price.rel_rmse,
+            seconds: price.seconds,
+            seconds_range: price.range,
+        }
+    }
+}
+
+/// Why there is no bound.
+#[derive(Debug, Clone, Serialize)]
+pub struct DoubtStats {
+    pub rel_rmse_at_least: f64,
+    pub why: String,
 }
 
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -143,13 +175,18 @@ impl From<RayCounts> for Rays {
     }
 }
 
-impl From<ErrorEstimate> for ErrorStats {
-    fn from(error: ErrorEstimate) -> Self {
+impl ErrorStats {
+    pub fn new(error: ErrorEstimate, film: &Film) -> Self {
+        let bound = error.upper_bound;
         Self {
             rel_rmse: error.rel_rmse,
-            rel_rmse_upper: error.upper_bound,
+            rel_rmse_upper: bound.is_finite().then_some(bound),
             confidence: error.confidence,
-            uncalibrated_fraction: error.uncalibrated_fraction,
+            doubt: error.doubt.map(|doubt| DoubtStats {
+                rel_rmse_at_least: doubt.at_least(),
+                why: explain(doubt),
+            }),
+            uncalibrated_fraction: film.error_bars().flagged_share(),
         }
     }
 }

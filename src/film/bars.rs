@@ -1,259 +1,444 @@
-//! What the error bar of one pixel is made of: its samples in independent batches, and powers of all of them.
+//! The error bar of each pixel: its standard error, with as many degrees of freedom as it is worth, and whether to trust it.
 //!
-//! The standard error of a pixel is that of the mean of its batches, which tells the truth for points that are spread
-//! evenly, too: those of one batch are not independent, but batches are. Their mean is within t(15) standard errors of the
-//! expectation, if batches are near enough to a normal distribution. That they are not is told by the variance of the
-//! variance.
+//! Four batches tell a variance s^2 with three degrees of freedom, which alone makes wide intervals. Neighbours have similar
+//! variances: if those about a pixel are drawn from a scaled inverse chi-square distribution with d0 degrees of freedom, the
+//! pixel's own variance, given s^2, has the expectation
 //!
-//! Measure: radiance; powers of luminance.
-//! Range: as many samples in each batch; finite ones.
-//! Source: L'Ecuyer, Nakayama, Owen and Tuffin 2023, "Confidence Intervals for Randomized Quasi-Monte Carlo
-//! Estimators"; the variance of the variance by Pederson, Forster and Booth 1997. Tested below and in
-//! `tests/rendering/error_bars.rs`.
+//!   v = ((d0 - 2) m + d s^2) / (d0 - 2 + d),
+//!
+//! with m the neighbours' mean of s^2, and its mean is off by Student's t with d0 + d degrees of freedom, scaled to that
+//! variance. Where neighbours are alike, d0 is large and v is m; where they are not, v is the pixel's own.
+//!
+//! d0 is fitted to the neighbours' mean of s: E[s]^2 / E[s^2] is that of the distribution times that of the noise of s.
+//! Where rare bright samples rule, s^2 tells less than normal numbers would: with the excess kurtosis k of a batch's mean,
+//! d = 2 / (2/3 + k/4). Then the mean is not normal either. A t distribution of 4 + 6/k' degrees of freedom has the kurtosis
+//! k' of the mean, k/4; taken for a fifth of that, it has the middle and the tails that pixels of the gallery have.
+//!
+//! **Flags.** A pixel is flagged if its neighbours' means have an excess kurtosis above [`MOST_KURTOSIS`], or if more than a fifth
+//! of its neighbours have not met any light although others have. A pixel's own samples decide nothing: those that missed what is rare
+//! would seem to be the best.
+//!
+//! Measure: radiance; an interval is mean ± se q, with q by [`standardised_student_quantile`].
+//! Range: a pixel that has not a sample in each batch is flagged. Pixels at the border have fewer neighbours.
+//! Source: Smyth 2004, "Linear Models and Empirical Bayes Methods for Assessing Differential Expression in Microarray
+//! Experiments", for moderated variances; the fit by the mean of s is ours. Tested below, in
+//! `tests/rendering/error_bars.rs` and by `make accuracy`.
 
+use super::Film;
+use super::batches::{BATCHES, BatchMeans};
+use crate::image::Image;
+use crate::math::plane::Plane;
 use crate::math::rgb::Rgb;
-use crate::math::stats::Moments;
+use crate::math::stats::standardised_student_quantile;
+use crate::planted::planted;
+use statrs::function::gamma::ln_gamma;
+use std::sync::LazyLock;
 
-/// Independent batches that the samples of a pixel are dealt out to in turn.
-pub const BATCHES: u64 = 16;
+/// Neighbours up to so many rows and columns away tell of a pixel's variance.
+const NEAR: usize = 3;
+/// Neighbours up to so many away tell of the kurtosis, which takes more of them.
+const FAR: usize = 5;
 
-/// A variance is not to be trusted if its own relative variance is as large as this.
-const LARGEST_VARIANCE_OF_VARIANCE: f64 = 0.1;
+/// Above this excess kurtosis of a pixel's mean, as its neighbours tell it, its bar is not to be trusted.
+const MOST_KURTOSIS: f32 = 8.0;
 
-/// A mean is not nearly normal if its squared skewness is as large as this.
-const LARGEST_SKEWNESS_SQUARED: f64 = 0.05;
+/// The share of neighbours without light from which on a pixel is not to be trusted, if there are others.
+const MOST_UNLIT: f32 = 0.2;
 
-/// Sums over the samples of one pixel.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PixelBars {
-    batches: [[f64; 3]; BATCHES as usize],
-    /// Sums of luminance, its square, cube and fourth power.
-    powers: [f64; 4],
+/// The part of the kurtosis that the degrees of freedom are matched to.
+const MATCHED: f32 = 0.2;
+
+/// The least degrees of freedom: of fewer than two there is no variance.
+const LEAST_FREEDOM: f32 = 2.2;
+
+/// What is known of the error of each pixel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ErrorBars {
+    /// The standard error of each channel.
+    pub standard_errors: Image,
+    /// Degrees of freedom of each pixel, row by row, above 2.
+    pub freedom: Vec<f32>,
+    /// Which pixels are not to be trusted, row by row.
+    pub flags: Vec<bool>,
 }
 
-impl PixelBars {
-    /// Takes the sample with this index in.
-    #[inline]
-    pub fn add(&mut self, index: u64, sample: Rgb) {
-        let batch = &mut self.batches[(index % BATCHES) as usize];
-        for (sum, x) in batch.iter_mut().zip(sample.to_array()) {
-            *sum += f64::from(x);
+impl ErrorBars {
+    /// How many standard errors a pixel's mean is at most away from its expectation, with this probability.
+    pub fn quantile(&self, index: usize, probability: f64) -> f64 {
+        standardised_student_quantile(self.freedom[index].into(), probability)
+    }
+
+    /// The share of pixels that are not to be trusted.
+    pub fn flagged_share(&self) -> f64 {
+        let flagged = self.flags.iter().filter(|&&flag| flag).count();
+        flagged as f64 / self.flags.len() as f64
+    }
+}
+
+impl Film {
+    /// The error bars of all pixels.
+    pub fn error_bars(&self) -> ErrorBars {
+        let pixels = Pixels::of(self);
+        let neighbours = Neighbours::of(&pixels);
+        let own = [
+            &pixels.variances[0],
+            &pixels.variances[1],
+            &pixels.variances[2],
+        ];
+        let near = own.map(|plane| plane.mean_of_others(NEAR));
+        let weights: Vec<Weights> = (0..self.pixel_count())
+            .map(|index| neighbours.weights(index))
+            .collect();
+        let standard_errors = weights.iter().enumerate().map(|(index, weights)| {
+            let n = pixels.samples[index].max(1) as f32;
+            Rgb::from([0, 1, 2].map(|c| {
+                let variance = weights.moderate(own[c].values[index], near[c].values[index]);
+                (variance / n).sqrt() * pixels.unit
+            }))
+        });
+        let [width, height] = [self.window.width, self.window.height];
+        ErrorBars {
+            standard_errors: Image::new(width, height, standard_errors.collect()),
+            freedom: weights.iter().map(Weights::freedom).collect(),
+            flags: (0..self.pixel_count())
+                .map(|index| pixels.samples[index] < BATCHES || neighbours.are_doubtful(index))
+                .collect(),
         }
-        let x = f64::from(sample.luminance());
-        let x2 = x * x;
-        for (sum, power) in self.powers.iter_mut().zip([x, x2, x2 * x, x2 * x2]) {
-            *sum += power;
+    }
+}
+
+/// What the batches of each pixel say, in units of the picture's mean.
+struct Pixels {
+    unit: f32,
+    samples: Vec<u64>,
+    /// The variance of a sample in each channel.
+    variances: [Plane; 3],
+    /// The same of luminance, and its root.
+    luminance: Plane,
+    deviation: Plane,
+    /// The fourth cumulant and the squared variance of luminance over its variance: pixels of all brightnesses count, the noisier the more.
+    fourth: Plane,
+    squared: Plane,
+    /// 1 where no light was met.
+    unlit: Plane,
+}
+
+impl Pixels {
+    fn of(film: &Film) -> Self {
+        let [width, height] = [film.window.width, film.window.height].map(|side| side as usize);
+        let mean = film.mean().iter().sum::<f64>() / 3.0;
+        let unit = if mean > 0.0 { mean } else { 1.0 };
+        let empty = Plane::filled(width, height, 0.0);
+        let mut this = Self {
+            unit: unit as f32,
+            samples: Vec::with_capacity(width * height),
+            variances: [empty.clone(), empty.clone(), empty.clone()],
+            luminance: empty.clone(),
+            deviation: empty.clone(),
+            fourth: empty.clone(),
+            squared: empty.clone(),
+            unlit: empty,
+        };
+        for index in 0..film.pixel_count() {
+            this.take_in(index, &film.batch_means(index), unit * unit);
         }
+        this
     }
 
-    /// The mean of the samples of every second batch, of `n` in all batches: independent of that of the other batches.
-    pub fn half_mean(&self, n: u64) -> [f64; 3] {
-        let per_half = n.max(1) as f64 / 2.0;
-        std::array::from_fn(|c| {
-            let sum: f64 = self.batches.iter().step_by(2).map(|batch| batch[c]).sum();
-            sum / per_half
-        })
-    }
-
-    /// The variance of the mean of `n` samples, for each channel.
-    pub fn variance_of_mean(&self, n: u64) -> [f64; 3] {
-        variance_of_mean(&self.batch_means(n))
-    }
-
-    /// The means of `n` samples in each batch.
-    pub fn batch_means(&self, n: u64) -> [[f64; 3]; BATCHES as usize] {
-        let per_batch = n as f64 / BATCHES as f64;
-        self.batches.map(|batch| batch.map(|sum| sum / per_batch))
-    }
-
-    /// The second, third and fourth central moment of `n` samples.
-    pub fn central_moments(&self, n: u64) -> CentralMoments {
-        let [a, b, c, d] = self.powers.map(|sum| sum / n.max(1) as f64);
-        let second = (b - a * a).max(0.0);
-        CentralMoments {
-            second,
-            third: c - 3.0 * a * b + 2.0 * a * a * a,
-            fourth: (d - 4.0 * a * c + 6.0 * a * a * b - 3.0 * a * a * a * a).max(second * second),
+    fn take_in(&mut self, index: usize, batches: &BatchMeans, square: f64) {
+        self.samples.push(batches.samples());
+        let variances = batches.variance().unwrap_or_default();
+        for (plane, variance) in self.variances.iter_mut().zip(variances) {
+            plane.values[index] = (variance / square) as f32;
         }
-    }
-}
-
-/// The variance of the mean of batches with these means, for each channel.
-pub fn variance_of_mean(batches: &[[f64; 3]; BATCHES as usize]) -> [f64; 3] {
-    std::array::from_fn(|c| {
-        let means = Moments::of(batches.iter().map(|batch| batch[c]));
-        means.variance().expect("there are several batches") / BATCHES as f64
-    })
-}
-
-/// The central moments of the batches that such means are of, of their luminance: without bias, but for the square of the
-/// variance in the fourth.
-pub fn moments_of_batches(batches: &[[f64; 3]; BATCHES as usize]) -> CentralMoments {
-    let luminance = batches.map(|[r, g, b]| 0.2126 * r + 0.7152 * g + 0.0722 * b);
-    let n = BATCHES as f64;
-    let mean = luminance.iter().sum::<f64>() / n;
-    let power = |power| {
-        let powers = luminance.iter().map(|x| (x - mean).powi(power));
-        powers.sum::<f64>() / n
-    };
-    let second = power(2) * n / (n - 1.0);
-    let of_squares = 3.0 * (n - 1.0) * (2.0 * n - 3.0) * second * second;
-    CentralMoments {
-        second,
-        third: power(3) * n * n / ((n - 1.0) * (n - 2.0)),
-        fourth: (power(4) * n.powi(3) - of_squares) / ((n - 1.0) * (n * n - 3.0 * n + 3.0)),
-    }
-}
-
-/// Means of powers of the deviation from the mean.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct CentralMoments {
-    /// Of the square: the variance.
-    pub second: f64,
-    /// Of the cube.
-    pub third: f64,
-    /// Of the fourth power.
-    pub fourth: f64,
-}
-
-impl CentralMoments {
-    /// Whether an error bar from `n` samples with these moments covers as often as it says.
-    pub fn is_calibrated(&self, n: u64) -> bool {
-        self.is_nearly_normal(n, 1.0)
-    }
-
-    /// The same of batches whose means have these moments. What the variance of normal numbers varies by in any case,
-    /// Student's distribution knows.
-    pub fn of_batches_is_calibrated(&self) -> bool {
-        self.is_nearly_normal(BATCHES, 3.0)
-    }
-
-    fn is_nearly_normal(&self, n: u64, known: f64) -> bool {
-        let n = n as f64;
-        if self.second == 0.0 {
-            return true;
+        let cumulants = batches.luminance_cumulants().unwrap_or_default();
+        let variance = cumulants.variance / square;
+        self.luminance.values[index] = variance as f32;
+        self.deviation.values[index] = variance.sqrt() as f32;
+        if variance > 0.0 {
+            let scale = square * square * variance;
+            self.fourth.values[index] = (cumulants.fourth / scale) as f32;
+            self.squared.values[index] = (cumulants.squared_variance / scale) as f32;
         }
-        let variance2 = self.second * self.second;
-        let of_variance = (self.fourth / variance2 - known) / n;
-        let skewness2 = self.third * self.third / (variance2 * self.second * n);
-        of_variance < LARGEST_VARIANCE_OF_VARIANCE && skewness2 < LARGEST_SKEWNESS_SQUARED
+        let is_unlit = batches.means.iter().all(|mean| *mean == [0.0; 3]);
+        self.unlit.values[index] = f32::from(u8::from(is_unlit));
     }
 }
 
-impl std::ops::Add for CentralMoments {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
+/// What the neighbours of each pixel say.
+struct Neighbours {
+    variance: Plane,
+    deviation: Plane,
+    fourth: Plane,
+    squared: Plane,
+    unlit: Plane,
+}
+
+impl Neighbours {
+    fn of(pixels: &Pixels) -> Self {
+        let far = |plane: &Plane| {
+            planted!(
+                "flags-by-the-pixel-itself",
+                plane.clone(),
+                plane.mean_of_others(FAR)
+            )
+        };
         Self {
-            second: self.second + other.second,
-            third: self.third + other.third,
-            fourth: self.fourth + other.fourth,
+            variance: pixels.luminance.mean_of_others(NEAR),
+            deviation: pixels.deviation.mean_of_others(NEAR),
+            fourth: far(&pixels.fourth),
+            squared: far(&pixels.squared),
+            unlit: pixels.unlit.mean_of_others(FAR),
+        }
+    }
+
+    /// The excess kurtosis of a batch's mean; 0 if nothing varies.
+    fn kurtosis(&self, index: usize) -> f32 {
+        /// Beyond this, numbers are no longer told apart.
+        const MOST: f32 = 1e4;
+        let [fourth, squared] = [&self.fourth, &self.squared].map(|plane| plane.values[index]);
+        match fourth {
+            _ if fourth <= 0.0 => 0.0,
+            // Less than nothing by chance, beside a kurtosis: nothing but rare events.
+            _ if squared <= fourth / MOST => MOST,
+            _ => fourth / squared,
+        }
+    }
+
+    fn are_doubtful(&self, index: usize) -> bool {
+        let unlit = self.unlit.values[index];
+        self.kurtosis(index) / BATCHES as f32 > MOST_KURTOSIS || (unlit > MOST_UNLIT && unlit < 1.0)
+    }
+
+    fn weights(&self, index: usize) -> Weights {
+        let kurtosis = self.kurtosis(index);
+        let own = 2.0 / (2.0 / 3.0 + kurtosis / BATCHES as f32);
+        let [variance, deviation] =
+            [&self.variance, &self.deviation].map(|plane| plane.values[index]);
+        let of_noise = mean_root_of_chi_square(own);
+        let ratio = match variance {
+            0.0 => 1.0,
+            variance => deviation * deviation / (of_noise * of_noise * variance),
+        };
+        Weights {
+            own,
+            neighbours: INVERSE_CHI_SQUARE.freedom(ratio),
+            kurtosis: kurtosis / BATCHES as f32,
         }
     }
 }
 
-impl std::ops::Sub for CentralMoments {
-    type Output = Self;
-    fn sub(self, other: Self) -> Self {
+/// What a pixel's own variance counts, and what its neighbours' do.
+struct Weights {
+    /// Degrees of freedom of the own variance, d.
+    own: f32,
+    /// Of the distribution that neighbours' variances are from, d0, above 2.
+    neighbours: f32,
+    /// Excess kurtosis of the pixel's mean.
+    kurtosis: f32,
+}
+
+impl Weights {
+    /// The expected variance, given its own estimate and the neighbours' mean.
+    fn moderate(&self, own: f32, neighbours: f32) -> f32 {
+        let prior = self.neighbours - 2.0;
+        (prior * neighbours + self.own * own) / (prior + self.own)
+    }
+
+    /// Degrees of freedom of the pixel's mean about its expectation.
+    fn freedom(&self) -> f32 {
+        let of_variance = self.own + self.neighbours;
+        let of_mean = 4.0 + 6.0 / (MATCHED * self.kurtosis).max(f32::MIN_POSITIVE);
+        let both = 1.0 / (1.0 / of_variance + 1.0 / of_mean);
+        planted!(
+            "moderation-forgets-its-freedom",
+            f32::MAX,
+            both.max(LEAST_FREEDOM)
+        )
+    }
+}
+
+/// The mean of the root of a chi-square number over its degrees of freedom.
+fn mean_root_of_chi_square(freedom: f32) -> f32 {
+    let d = f64::from(freedom);
+    let ratio = ln_gamma(0.5 * (d + 1.0)) - ln_gamma(0.5 * d);
+    ((2.0 / d).sqrt() * ratio.exp()) as f32
+}
+
+/// E[sigma]^2 / E[sigma^2] of variances from a scaled inverse chi-square distribution, for many degrees of freedom.
+struct InverseChiSquare {
+    /// Degrees of freedom and the ratio, both rising.
+    table: Vec<[f32; 2]>,
+}
+
+static INVERSE_CHI_SQUARE: LazyLock<InverseChiSquare> = LazyLock::new(InverseChiSquare::new);
+
+impl InverseChiSquare {
+    /// Degrees of freedom from 2.05 to 10,000.
+    fn new() -> Self {
+        const STEPS: u32 = 256;
+        let (least, most) = (0.05_f64, 1e4_f64);
+        let table = (0..=STEPS).map(|step| {
+            let d = 2.0 + least * (most / least).powf(f64::from(step) / f64::from(STEPS));
+            [d as f32, Self::ratio(d) as f32]
+        });
         Self {
-            second: self.second - other.second,
-            third: self.third - other.third,
-            fourth: self.fourth - other.fourth,
+            table: table.collect(),
         }
     }
-}
 
-impl std::ops::Mul<CentralMoments> for f64 {
-    type Output = CentralMoments;
-    fn mul(self, moments: CentralMoments) -> CentralMoments {
-        CentralMoments {
-            second: self * moments.second,
-            third: self * moments.third,
-            fourth: self * moments.fourth,
+    /// (d - 2) / 2 (Gamma((d - 1) / 2) / Gamma(d / 2))^2.
+    fn ratio(d: f64) -> f64 {
+        let roots = ln_gamma(0.5 * (d - 1.0)) - ln_gamma(0.5 * d);
+        0.5 * (d - 2.0) * (2.0 * roots).exp()
+    }
+
+    /// The degrees of freedom that have this ratio.
+    fn freedom(&self, ratio: f32) -> f32 {
+        let above = self.table.partition_point(|entry| entry[1] < ratio);
+        if above == 0 {
+            return self.table[0][0];
         }
+        let Some(&[d1, r1]) = self.table.get(above) else {
+            return self.table[above - 1][0];
+        };
+        let [d0, r0] = self.table[above - 1];
+        d0 + (d1 - d0) * (ratio - r0) / (r1 - r0).max(f32::MIN_POSITIVE)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::synthetic::{Numbers, film};
     use super::*;
-    use crate::sampler::hash;
+    use crate::math::rgb::Rgb;
 
-    fn bars(samples: impl IntoIterator<Item = f32>) -> (PixelBars, u64) {
-        let mut bars = PixelBars::default();
-        let mut n = 0;
-        for x in samples {
-            bars.add(n, Rgb::grey(x));
-            n += 1;
+    const SIZE: (u32, u32) = (48, 48);
+
+    #[test]
+    fn freedom_has_the_ratio_that_it_is_told_by() {
+        for d in [2.1, 3.0, 4.0, 10.0, 200.0] {
+            let back = f64::from(INVERSE_CHI_SQUARE.freedom(InverseChiSquare::ratio(d) as f32));
+            assert!((back / d - 1.0).abs() < 0.01, "{d}: {back}");
         }
-        (bars, n)
+        // Gamma(1) / Gamma(3/2) squared, times a half; and the mean of |x| of a normal number.
+        let four_over_pi = 4.0 / std::f64::consts::PI;
+        assert!((InverseChiSquare::ratio(3.0) - 0.5 * four_over_pi).abs() < 1e-9);
+        let normal = f64::from(mean_root_of_chi_square(1.0));
+        assert!((normal - (2.0 / std::f64::consts::PI).sqrt()).abs() < 1e-6);
+        let [least, most] = [0.0, 2.0].map(|ratio| INVERSE_CHI_SQUARE.freedom(ratio));
+        assert!((least - 2.05).abs() < 1e-4 && (most / 1e4 - 1.0).abs() < 1e-3);
+    }
+
+    /// The shares of intervals that hold 1, at 50, 80, 95 and 99 %.
+    fn coverage(samples: u64, sample: impl Fn(usize, &mut Numbers) -> f64 + Copy) -> [f64; 4] {
+        let mut held = [0; 4];
+        let mut count = 0;
+        for seed in 0..20 {
+            let film = film(SIZE, samples, seed, sample);
+            let (bars, picture) = (film.error_bars(), film.develop());
+            for (index, pixel) in picture.pixels().iter().enumerate() {
+                if bars.flags[index] {
+                    continue;
+                }
+                count += 1;
+                let [x, ..] = pixel.to_array();
+                let [se, ..] = bars.standard_errors.pixels()[index].to_array();
+                for (held, probability) in held.iter_mut().zip([0.5, 0.8, 0.95, 0.99]) {
+                    let reach = bars.quantile(index, probability) * f64::from(se);
+                    *held += u32::from((f64::from(x) - 1.0).abs() <= reach);
+                }
+            }
+        }
+        assert!(
+            f64::from(count) > 0.9 * 20.0 * 2304.0,
+            "{count} of 46080 are trusted"
+        );
+        held.map(|held| f64::from(held) / f64::from(count))
+    }
+
+    fn assert_coverage(name: &str, shares: [f64; 4], expected: [[f64; 2]; 4]) {
+        println!("{name}: {shares:.4?}");
+        for (share, [low, high]) in shares.into_iter().zip(expected) {
+            assert!((low..=high).contains(&share), "{name}: {shares:?}");
+        }
     }
 
     #[test]
-    fn batches_that_are_alike_have_no_error() {
-        // Each batch has one 0 and one 2: whatever their spread, the mean is exact.
-        let (bars, n) = bars((0..32).map(|i| if i < 16 { 0.0 } else { 2.0 }));
-        assert_eq!(bars.variance_of_mean(n), [0.0; 3]);
-        let moments = bars.central_moments(n);
-        let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
-        assert!(close(moments.second, 1.0) && close(moments.third, 0.0));
-        assert!(close(moments.fourth, 1.0));
-    }
-
-    #[test]
-    fn the_variance_is_that_of_the_mean_of_the_batches() {
-        // Batch i has the mean i: variance 16 * 17 / 12, of the mean a 16th of it.
-        let (bars, n) = bars((0..64).map(|i| (i % 16) as f32));
-        for variance in bars.variance_of_mean(n) {
-            assert!((variance - 17.0 / 12.0).abs() < 1e-12);
-        }
-    }
-
-    /// Over many sets of 16 numbers, the moments are those of the distribution that they are from: exponential, with a
-    /// variance of 1, 2 and 9, which is no normal one.
-    #[test]
-    fn moments_of_batches_are_those_of_their_distribution() {
-        let mut sum = CentralMoments::default();
-        let (sets, mut state) = (40_000, 0_u64);
-        for _ in 0..sets {
-            let batches = [(); BATCHES as usize].map(|()| {
-                state += 1;
-                let u = (hash::mix(state.wrapping_mul(0x9e37_79b9_7f4a_7c15)) >> 11) as f64;
-                [-(1.0 - u * f64::EPSILON / 2.0).ln(); 3]
-            });
-            sum = sum + moments_of_batches(&batches);
-        }
-        let mean = (1.0 / f64::from(sets)) * sum;
-        // Deviations of the means of 640,000 numbers; the fourth is a little low, as the square of the variance is high.
-        assert!((mean.second - 1.0).abs() < 0.02, "{mean:?}");
-        assert!((mean.third - 2.0).abs() < 0.1, "{mean:?}");
-        assert!((mean.fourth - 9.0).abs() < 1.5, "{mean:?}");
-        assert!(!mean.of_batches_is_calibrated());
-        let normal = CentralMoments {
-            second: 1.0,
-            third: 0.0,
-            fourth: 3.0,
+    fn intervals_cover_as_often_as_they_say_whatever_neighbours_are_like() {
+        // 46,080 pixels: the shares are known to 0.25, 0.2, 0.1 and 0.05 %.
+        let exact = [[0.49, 0.525], [0.785, 0.82], [0.94, 0.96], [0.984, 0.994]];
+        assert_coverage("alike", coverage(16, |_, it| 1.0 + it.normal()), exact);
+        // Variances from a scaled inverse chi-square distribution with five degrees of freedom, one for each pixel.
+        let unlike = |pixel: usize, it: &mut Numbers| {
+            let mut own = Numbers::new(1000 + pixel as u64);
+            let chi_square: f64 = (0..5).map(|_| own.normal().powi(2)).sum();
+            1.0 + it.normal() * (5.0 / chi_square).sqrt()
         };
-        assert!(normal.of_batches_is_calibrated());
+        assert_coverage("unlike", coverage(16, unlike), exact);
     }
 
     #[test]
-    fn a_half_has_every_second_batch() {
-        // Batch i has the mean i: those of even index 7, the others 8.
-        let (bars, n) = bars((0..64).map(|i| (i % 16) as f32));
-        assert_eq!(bars.half_mean(n), [7.0; 3]);
+    fn rare_samples_are_covered_or_flagged() {
+        // Three events a pixel: the mean has an excess kurtosis of 0.3 and a skewness of 0.6.
+        let rare = |_: usize, it: &mut Numbers| {
+            let event = if it.uniform() < 3.0 / 64.0 {
+                64.0 / 3.0
+            } else {
+                0.0
+            };
+            0.5 + 0.1 * it.normal() + 0.5 * event
+        };
+        let near = [[0.44, 0.60], [0.76, 0.86], [0.93, 0.97], [0.975, 0.995]];
+        assert_coverage("three events", coverage(64, rare), near);
+        // A fiftieth of an event a pixel, of which nearly nobody knows.
+        let film = film(SIZE, 64, 1, |_, it| {
+            let event = if it.uniform() < 0.02 / 64.0 {
+                3200.0
+            } else {
+                0.0
+            };
+            0.5 + 0.001 * it.normal() + 0.5 * event
+        });
+        let flagged = film.error_bars().flagged_share();
+        assert!(flagged > 0.85, "{flagged}");
     }
 
     #[test]
-    fn rare_events_are_not_trusted_until_there_are_many() {
-        // One in a hundred: the variance of the variance is about 100 / n.
-        let rare = |n: u64| bars((0..n).map(|i| if i % 100 == 7 { 1.0 } else { 0.0 }));
-        for (n, is_calibrated) in [(200, false), (800, false), (4000, true)] {
-            let (bars, n) = rare(n);
-            assert_eq!(
-                bars.central_moments(n).is_calibrated(n),
-                is_calibrated,
-                "{n}"
-            );
+    fn a_pixel_is_not_asked_whether_to_trust_it() {
+        let flags = |bright: Option<usize>| {
+            let mut film = film(SIZE, 16, 5, |_, it| {
+                1.0 + it.normal() + if it.uniform() < 0.02 { 30.0 } else { 0.0 }
+            });
+            if let Some(pixel) = bright {
+                film.tiles_mut()[0].pixels[pixel].add(0, Rgb::grey(1e5));
+            }
+            film.error_bars().flags
+        };
+        let usual = flags(None);
+        let mut told = 0;
+        for pixel in [1000, 1001, 1500, 2000] {
+            let unusual = flags(Some(pixel));
+            assert_eq!(unusual[pixel], usual[pixel], "{pixel} was asked");
+            told += (0..usual.len()).filter(|&i| unusual[i] != usual[i]).count();
         }
+        assert!(told > 10, "nobody was asked: {told}");
+    }
+
+    #[test]
+    fn pixels_beside_the_dark_are_not_trusted_where_light_is_rare() {
+        // One pixel in ten has met light.
+        let rare = film(SIZE, 16, 2, |pixel, it| {
+            if pixel % 10 == 3 { it.uniform() } else { 0.0 }
+        });
+        assert!(rare.error_bars().flags.iter().all(|&flag| flag));
+        // A black background is no light that is rare.
+        let half = film(SIZE, 16, 2, |pixel, it| {
+            if pixel % 48 < 24 { it.uniform() } else { 0.0 }
+        });
+        let flags = half.error_bars().flags;
+        assert!((0..SIZE.1 as usize).all(|y| !flags[48 * y + 47] && !flags[48 * y]));
+        // Before there are batches there is no trust.
+        assert!(film(SIZE, 3, 2, |_, it| it.uniform()).error_bars().flags[0]);
     }
 }

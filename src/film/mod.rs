@@ -9,16 +9,22 @@
 //! Source: the image error of docs/accuracy.md. Tested below and in `tests/rendering/determinism.rs`.
 
 pub mod bars;
+pub mod batches;
 mod error;
+mod estimate;
 pub mod filter;
+mod local_truth;
 pub mod pixel;
 pub mod splats;
+#[cfg(test)]
+mod synthetic;
 
 use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;
-use bars::PixelBars;
-pub use error::{ErrorEstimate, PixelEstimate};
+use batches::{BATCHES, BatchMeans, Half};
+pub use error::{Doubt, ErrorEstimate};
+pub use estimate::PixelEstimate;
 use pixel::PixelSums;
 use splats::Splats;
 
@@ -55,9 +61,6 @@ pub struct Tile {
     pub window: Window,
     /// Sums of its pixels, row by row.
     pub pixels: Vec<PixelSums>,
-    /// What the error bars of its pixels are made of, if they are asked for: the samples are as many as in whole rounds of
-    /// batches then.
-    pub bars: Option<Vec<PixelBars>>,
     /// Samples that every pixel of it has; where they differ, that it has at least.
     pub samples: u64,
     /// Samples of each pixel, where they may differ.
@@ -88,6 +91,7 @@ impl Tile {
 #[derive(Debug, Clone)]
 pub struct Film {
     window: Window,
+    tile_size: u32,
     tiles: Vec<Tile>,
     /// What light paths bring, if there are any.
     splats: Option<Splats>,
@@ -110,7 +114,6 @@ impl Film {
                 tiles.push(Tile {
                     window: tile,
                     pixels: vec![PixelSums::default(); tile.pixel_count() as usize],
-                    bars: None,
                     samples: 0,
                     counts: None,
                     rays: None,
@@ -119,22 +122,15 @@ impl Film {
         }
         Self {
             window,
+            tile_size: step,
             tiles,
             splats: None,
         }
     }
 
-    /// The same with error bars.
-    pub fn with_bars(mut self) -> Self {
-        for tile in &mut self.tiles {
-            tile.bars = Some(vec![PixelBars::default(); tile.pixels.len()]);
-        }
-        self
-    }
-
-    /// The same with room for what light paths bring, in batches if there are error bars.
+    /// The same with room for what light paths bring.
     pub fn with_splats(mut self) -> Self {
-        self.splats = Some(Splats::new(self.window, self.has_bars()));
+        self.splats = Some(Splats::new(self.window));
         self
     }
 
@@ -145,11 +141,6 @@ impl Film {
             tile.rays = Some(vec![0; tile.pixels.len()]);
         }
         self
-    }
-
-    /// Whether it keeps error bars.
-    pub fn has_bars(&self) -> bool {
-        self.tiles.iter().all(|tile| tile.bars.is_some())
     }
 
     /// The part of the picture that it covers.
@@ -213,23 +204,33 @@ impl Film {
         Image::new(width, height, image)
     }
 
-    /// The picture from one half of the samples; `None` without error bars. With the whole picture it tells that from the other
-    /// half, which is independent of it.
-    pub fn develop_half(&self) -> Option<Image> {
+    /// The picture from the even batches. With the whole picture it tells that from the odd ones, which is independent of it,
+    /// if all batches of a pixel have as many samples.
+    pub fn develop_half(&self) -> Image {
         let [width, height] = [self.window.width, self.window.height];
-        let mut image = vec![Rgb::BLACK; self.window.pixel_count() as usize];
-        for tile in &self.tiles {
-            let pixels = tile.window.pixels().zip(tile.bars.as_ref()?);
-            for (place, (pixel, bars)) in pixels.enumerate() {
-                let index = self.index(pixel);
-                let mut mean = bars.half_mean(tile.count(place));
-                if let Some(splats) = &self.splats {
-                    mean = sum(mean, splats.half_mean(index));
-                }
-                image[index] = Rgb::from(mean.map(|x| x as f32));
+        let pixels = (0..self.pixel_count()).map(|index| {
+            let mean = self.batch_means(index).half_mean(Half::Even);
+            Rgb::from(mean.map(|x| x as f32))
+        });
+        Image::new(width, height, pixels.collect())
+    }
+
+    /// The means of the batches of a pixel of the window, of its samples and of what light paths add to them. The two are not
+    /// independent, but batches are.
+    pub fn batch_means(&self, index: usize) -> BatchMeans {
+        let (tile, place) = self.locate(index);
+        let mut batches = tile.pixels[place].batch_means(tile.count(place));
+        if let Some(splats) = &self.splats {
+            for (batch, splats) in batches.means.iter_mut().zip(splats.batch_means(index)) {
+                *batch = sum(*batch, splats);
             }
         }
-        Some(Image::new(width, height, image))
+        batches
+    }
+
+    /// Whether every pixel has a sample in each batch, which is what an error can be told from.
+    pub fn has_all_batches(&self) -> bool {
+        self.tiles.iter().all(|tile| tile.samples >= BATCHES)
     }
 
     /// The mean of each channel over the whole picture.
@@ -250,6 +251,19 @@ impl Film {
             pixels.map(|pixel| of_pixels[self.index(pixel)]).collect()
         };
         self.tiles.iter().map(of_tile).collect()
+    }
+
+    /// The pixels of the window.
+    fn pixel_count(&self) -> usize {
+        self.window.pixel_count() as usize
+    }
+
+    /// The tile of a pixel of the window, and the pixel's place in it.
+    fn locate(&self, index: usize) -> (&Tile, usize) {
+        let (width, step) = (self.window.width as usize, self.tile_size as usize);
+        let (x, y) = (index % width, index / width);
+        let tile = &self.tiles[y / step * width.div_ceil(step) + x / step];
+        (tile, y % step * tile.window.width as usize + x % step)
     }
 
     /// The index in the window of a pixel of the picture.
@@ -306,10 +320,14 @@ mod tests {
     fn filled(tile_size: u32) -> Film {
         let mut film = Film::new(WINDOW, tile_size);
         for tile in film.tiles_mut() {
-            tile.samples = 2;
+            tile.samples = 8;
             for ([x, y], sums) in tile.window.pixels().zip(&mut tile.pixels) {
-                sums.add(Rgb::grey((x * y) as f32));
-                sums.add(Rgb::grey((x + y) as f32));
+                for index in 0..8 {
+                    sums.add(
+                        index,
+                        Rgb::grey((x * y + (x + y) * index as u32 % 7) as f32),
+                    );
+                }
             }
         }
         film
@@ -318,29 +336,30 @@ mod tests {
     #[test]
     fn the_picture_and_its_error_do_not_depend_on_the_tiles() {
         assert_eq!(filled(1).develop(), filled(4).develop());
-        let (a, b) = (
-            filled(2).error(0.95).expect("two samples"),
-            filled(64).error(0.95).expect("two"),
-        );
-        assert!((a.rel_rmse - b.rel_rmse).abs() < 1e-12);
+        let [a, b] = [2, 64].map(|size| filled(size).error(0.95).expect("eight samples"));
+        assert_eq!(a, b);
         assert!(a.upper_bound > a.rel_rmse);
+        for index in 0..WINDOW.pixel_count() as usize {
+            assert_eq!(filled(3).batch_means(index), filled(100).batch_means(index));
+        }
     }
 
     #[test]
     fn a_half_has_the_mean_of_its_own_samples_also_where_pixels_differ_in_their_number() {
-        let mut film = Film::new(WINDOW, 4).with_bars().with_counts();
+        let mut film = Film::new(WINDOW, 4).with_counts();
         for tile in film.tiles_mut() {
             tile.samples = 16;
             let counts = tile.counts.as_mut().expect("it has counts");
-            let bars = tile.bars.as_mut().expect("it has bars");
-            for (place, (count, bars)) in counts.iter_mut().zip(bars).enumerate() {
+            for (place, (count, sums)) in counts.iter_mut().zip(&mut tile.pixels).enumerate() {
                 *count = 16 * (1 + place as u64 % 3);
                 for sample in 0..*count {
-                    bars.add(sample, Rgb::grey(3.0));
+                    sums.add(sample, Rgb::grey(if sample % 2 == 0 { 3.0 } else { 5.0 }));
                 }
             }
         }
-        let half = film.develop_half().expect("it has bars");
+        let half = film.develop_half();
         assert!(half.pixels().iter().all(|&pixel| pixel == Rgb::grey(3.0)));
+        let whole = film.develop();
+        assert!(whole.pixels().iter().all(|&pixel| pixel == Rgb::grey(4.0)));
     }
 }

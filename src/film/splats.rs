@@ -7,12 +7,12 @@
 //!
 //! Measure: film positions in pixels from the upper left corner of the whole picture; radiance, times the number of light
 //! paths that it is to be divided by.
-//! Range: finite values; places anywhere. 96 bytes a pixel, with error bars 768.
+//! Range: finite values; places anywhere. 192 bytes a pixel.
 //! Source: Dekker 1971, "A Floating-Point Technique for Extending the Available Precision". Tested below and in
 //! `tests/rendering/bidirectional.rs`.
 
 use super::Window;
-use super::bars::BATCHES;
+use super::batches::BATCHES;
 use super::filter::Filter;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -74,31 +74,43 @@ impl ExactSum {
     }
 }
 
-/// The splats of one pixel, in one batch or in all.
+/// The splats of one pixel in one batch.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Sums([ExactSum; 3]);
+
+impl Sums {
+    #[inline]
+    fn add(&mut self, value: Rgb) {
+        for (sum, x) in self.0.iter_mut().zip(value.to_array()) {
+            sum.add(f64::from(x));
+        }
+    }
+}
+
+/// The batch of the sample with this index.
+fn batch_of(sample: u64) -> usize {
+    (sample % BATCHES) as usize
+}
 
 /// The splats of all pixels.
 #[derive(Debug)]
 pub struct Splats {
     window: Window,
-    batches: u64,
     /// Light paths so far, of each batch.
-    paths: Vec<AtomicU64>,
-    /// Pixels row by row, each with its batches; without batches the sums and those of squares.
-    rows: Vec<Mutex<Vec<Sums>>>,
+    paths: [AtomicU64; BATCHES as usize],
+    /// Pixels row by row, each with its batches.
+    rows: Vec<Mutex<Vec<PixelSplats>>>,
 }
+
+/// The splats of one pixel, batch by batch.
+type PixelSplats = [Sums; BATCHES as usize];
 
 impl Clone for Splats {
     fn clone(&self) -> Self {
         let rows = (0..self.rows.len()).map(|row| Mutex::new(self.row(row).clone()));
-        let paths = self.paths.iter();
         Self {
             window: self.window,
-            batches: self.batches,
-            paths: paths
-                .map(|it| AtomicU64::new(it.load(Ordering::Relaxed)))
-                .collect(),
+            paths: std::array::from_fn(|batch| AtomicU64::new(self.paths_of(batch))),
             rows: rows.collect(),
         }
     }
@@ -106,30 +118,23 @@ impl Clone for Splats {
 
 impl Splats {
     /// Bytes that the splats of a pixel take.
-    pub fn bytes_per_pixel(in_batches: bool) -> usize {
-        let sums = if in_batches { BATCHES as usize } else { 2 };
-        sums * size_of::<Sums>()
-    }
+    pub const BYTES_PER_PIXEL: usize = size_of::<PixelSplats>();
 
-    /// None yet, in the pixels of this window; in as many batches as error bars have, or all together.
-    pub fn new(window: Window, in_batches: bool) -> Self {
-        let batches = if in_batches { BATCHES } else { 1 };
-        let mut splats = Self {
+    /// None yet, in the pixels of this window.
+    pub fn new(window: Window) -> Self {
+        let row = vec![PixelSplats::default(); window.width as usize];
+        Self {
             window,
-            batches,
-            paths: (0..batches).map(|_| AtomicU64::new(0)).collect(),
-            rows: vec![],
-        };
-        let row = vec![Sums::default(); splats.per_pixel() * window.width as usize];
-        splats.rows = (0..window.height)
-            .map(|_| Mutex::new(row.clone()))
-            .collect();
-        splats
+            paths: std::array::from_fn(|_| AtomicU64::new(0)),
+            rows: (0..window.height)
+                .map(|_| Mutex::new(row.clone()))
+                .collect(),
+        }
     }
 
     /// Memory that they take, in bytes.
     pub fn memory(&self) -> usize {
-        self.window.pixel_count() as usize * self.per_pixel() * size_of::<Sums>()
+        self.window.pixel_count() as usize * Self::BYTES_PER_PIXEL
     }
 
     /// Whether the filter of any pixel covers this place.
@@ -148,29 +153,14 @@ impl Splats {
 
     /// Takes in light of the sample with this index in one pixel of the picture, which is in the window.
     pub fn add_to_pixel(&self, sample: u64, [x, y]: [u32; 2], value: Rgb) {
-        let batch = (sample % self.batches) as usize;
         let mut row = self.row((y - self.window.y) as usize);
-        let place = (x - self.window.x) as usize * self.per_pixel();
-        self.add_at(&mut row[place..], batch, value);
-    }
-
-    /// Takes in light in a pixel whose sums these are.
-    #[inline]
-    fn add_at(&self, pixel: &mut [Sums], batch: usize, value: Rgb) {
-        for (sum, x) in pixel[batch].0.iter_mut().zip(value.to_array()) {
-            sum.add(f64::from(x));
-        }
-        if self.batches == 1 {
-            for (sum, x) in pixel[1].0.iter_mut().zip(value.to_array()) {
-                sum.add(f64::from(x) * f64::from(x));
-            }
-        }
+        let pixel = &mut row[(x - self.window.x) as usize];
+        pixel[batch_of(sample)].add(value);
     }
 
     /// Counts light paths of the sample with this index, whatever they find.
     pub fn add_paths(&self, sample: u64, count: u64) {
-        let batch = (sample % self.batches) as usize;
-        self.paths[batch].fetch_add(count, Ordering::Relaxed);
+        self.paths[batch_of(sample)].fetch_add(count, Ordering::Relaxed);
     }
 
     /// Light paths of all batches.
@@ -186,78 +176,41 @@ impl Splats {
 
     /// Takes in light that the sample with this index found. Threads may do so at once.
     pub fn add(&self, filter: &Filter, sample: u64, film: Vec2, value: Rgb) {
-        let batch = (sample % self.batches) as usize;
-        let width = self.per_pixel();
+        let batch = batch_of(sample);
         for y in self.rows_at(filter, film.y) {
             let mut row = self.row((y - self.window.y) as usize);
             for x in self.columns_at(filter, film.x) {
                 let middle = planted!("splats-half-a-pixel-off", 0.0, 0.5);
                 let center = Vec2::new(x as f32 + middle, y as f32 + middle);
                 let value = value * filter.evaluate(film - center);
-                let place = (x - self.window.x) as usize * width;
-                self.add_at(&mut row[place..], batch, value);
+                row[(x - self.window.x) as usize][batch].add(value);
             }
         }
     }
 
     /// The mean of a pixel of the window over all light paths.
     pub fn mean(&self, pixel: usize) -> [f64; 3] {
-        self.mean_of_batches(pixel, 1)
+        let splats = self.pixel(pixel);
+        let paths = self.path_count().max(1) as f64;
+        std::array::from_fn(|c| splats.iter().map(|batch| batch.0[c].high).sum::<f64>() / paths)
     }
 
-    /// The mean of a pixel over the light paths of every second batch; there have to be batches.
-    pub fn half_mean(&self, pixel: usize) -> [f64; 3] {
-        self.mean_of_batches(pixel, 2)
-    }
-
-    /// The means of a pixel over the light paths of each batch; there have to be batches.
+    /// The means of a pixel over the light paths of each batch.
     pub fn batch_means(&self, pixel: usize) -> [[f64; 3]; BATCHES as usize] {
-        let (row, place) = self.place(pixel);
-        let row = self.row(row);
+        let splats = self.pixel(pixel);
         std::array::from_fn(|batch| {
             let paths = self.paths_of(batch).max(1) as f64;
-            row[place + batch].0.map(|sum| sum.high / paths)
+            splats[batch].0.map(|sum| sum.high / paths)
         })
     }
 
-    /// The variance of a pixel's [`mean`](Self::mean), if there are no batches: that of independent splats.
-    pub fn variance_of_mean(&self, pixel: usize) -> [f64; 3] {
-        let n = self.paths_of(0).max(1) as f64;
-        let (row, place) = self.place(pixel);
-        let row = self.row(row);
-        let (sums, squares) = (&row[place].0, &row[place + 1].0);
-        std::array::from_fn(|c| {
-            let deviations = squares[c].high - sums[c].high * sums[c].high / n;
-            deviations.max(0.0) / (n * (n - 1.0).max(1.0))
-        })
-    }
-
-    fn mean_of_batches(&self, pixel: usize, step: usize) -> [f64; 3] {
-        let (row, place) = self.place(pixel);
-        let row = self.row(row);
-        let batches = (0..self.batches as usize).step_by(step);
-        let paths: u64 = batches.clone().map(|batch| self.paths_of(batch)).sum();
-        std::array::from_fn(|c| {
-            let sums = batches.clone().map(|batch| row[place + batch].0[c].high);
-            sums.sum::<f64>() / paths.max(1) as f64
-        })
-    }
-
-    fn per_pixel(&self) -> usize {
-        if self.batches == 1 {
-            2
-        } else {
-            BATCHES as usize
-        }
-    }
-
-    /// The row of a pixel of the window, and its place there.
-    fn place(&self, pixel: usize) -> (usize, usize) {
+    /// The splats of a pixel of the window.
+    fn pixel(&self, pixel: usize) -> PixelSplats {
         let width = self.window.width as usize;
-        (pixel / width, pixel % width * self.per_pixel())
+        self.row(pixel / width)[pixel % width]
     }
 
-    fn row(&self, row: usize) -> MutexGuard<'_, Vec<Sums>> {
+    fn row(&self, row: usize) -> MutexGuard<'_, Vec<PixelSplats>> {
         self.rows[row]
             .lock()
             .expect("no thread panics while it holds this")
@@ -313,36 +266,28 @@ mod tests {
     #[test]
     fn the_order_of_splats_changes_no_bit() {
         let filter = filter(FilterKind::Gaussian);
-        for in_batches in [false, true] {
-            let [one, other] = [0, 1].map(|_| Splats::new(WINDOW, in_batches));
-            let splats = splats();
-            for sample in 0..2000 {
-                one.add_paths(sample, 1);
-                other.add_paths(sample, 1);
-            }
-            for (i, (at, value)) in splats.iter().enumerate() {
-                one.add(&filter, i as u64, *at, *value);
-            }
-            for (i, (at, value)) in splats.iter().enumerate().rev() {
-                other.add(&filter, i as u64, *at, *value);
-            }
-            for pixel in 0..20 {
-                let mean = one.mean(pixel);
-                assert_eq!(mean, other.mean(pixel));
-                if in_batches {
-                    assert_eq!(one.batch_means(pixel), other.batch_means(pixel));
-                } else {
-                    let variance = one.variance_of_mean(pixel);
-                    assert_eq!(variance, other.variance_of_mean(pixel));
-                }
-            }
+        let [one, other] = [0, 1].map(|_| Splats::new(WINDOW));
+        let splats = splats();
+        for sample in 0..2000 {
+            one.add_paths(sample, 1);
+            other.add_paths(sample, 1);
+        }
+        for (i, (at, value)) in splats.iter().enumerate() {
+            one.add(&filter, i as u64, *at, *value);
+        }
+        for (i, (at, value)) in splats.iter().enumerate().rev() {
+            other.add(&filter, i as u64, *at, *value);
+        }
+        for pixel in 0..20 {
+            assert_eq!(one.mean(pixel), other.mean(pixel));
+            assert_eq!(one.batch_means(pixel), other.batch_means(pixel));
         }
     }
 
     #[test]
     fn a_box_gives_each_splat_to_the_pixel_that_it_lies_in() {
         let filter = filter(FilterKind::Box);
-        let all = Splats::new(WINDOW, false);
+        let all = Splats::new(WINDOW);
         all.add_paths(0, 10);
         let mut expected = [0.0; 20];
         for (i, (at, value)) in splats().into_iter().enumerate() {
@@ -359,7 +304,7 @@ mod tests {
             assert!((mean / (expected / 10.0) - 1.0).abs() < 1e-12, "{pixel}");
         }
         // A border belongs to one of its two pixels.
-        let borders = Splats::new(WINDOW, false);
+        let borders = Splats::new(WINDOW);
         borders.add(&filter, 0, Vec2::new(4.0, 2.5), Rgb::WHITE);
         let lit = (0..20).filter(|&pixel| borders.mean(pixel)[0] > 0.0);
         assert_eq!(lit.collect::<Vec<_>>(), [7]);
@@ -370,7 +315,7 @@ mod tests {
     fn every_filter_keeps_the_amount_of_light() {
         for &(name, kind) in FilterKind::ALL {
             let filter = filter(kind);
-            let splats = Splats::new(WINDOW, true);
+            let splats = Splats::new(WINDOW);
             const FINE: u32 = 32;
             splats.add_paths(3, u64::from(FINE * FINE));
             for i in 0..12 * FINE {
@@ -389,23 +334,16 @@ mod tests {
     }
 
     #[test]
-    fn batches_and_halves_are_parts_of_the_whole() {
+    fn batches_are_parts_of_the_whole() {
         let filter = filter(FilterKind::Box);
-        let splats = Splats::new(WINDOW, true);
-        let alone = Splats::new(WINDOW, false);
+        let splats = Splats::new(WINDOW);
         for sample in 0..64 {
-            let value = Rgb::grey((sample % 16) as f32);
+            let value = Rgb::grey((sample % BATCHES) as f32);
             splats.add(&filter, sample, Vec2::new(2.5, 1.5), value);
-            alone.add(&filter, sample, Vec2::new(2.5, 1.5), value);
             splats.add_paths(sample, 1);
-            alone.add_paths(sample, 1);
         }
         let means = splats.batch_means(0);
-        assert!((0..16).all(|batch| means[batch] == [batch as f64; 3]));
-        assert_eq!(splats.half_mean(0), [7.0; 3]);
-        assert_eq!(splats.mean(0), [7.5; 3]);
-        // The variance of 0..16, four times each, over 64.
-        let expected = 4.0 * 340.0 / (64.0 * 63.0);
-        assert!((alone.variance_of_mean(0)[0] - expected).abs() < 1e-12);
+        assert!((0..BATCHES as usize).all(|batch| means[batch] == [batch as f64; 3]));
+        assert_eq!(splats.mean(0), [1.5; 3]);
     }
 }

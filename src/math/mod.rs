@@ -5,6 +5,7 @@ pub mod difference;
 pub mod frame;
 pub mod lanes;
 pub mod measure;
+pub mod plane;
 pub mod ray;
 pub mod rgb;
 pub mod robust;

@@ -19,6 +19,20 @@ pub fn normal_quantile(probability: f64) -> f64 {
     Normal::standard().inverse_cdf(probability)
 }
 
+/// How many standard deviations a number is at most away from 0 with this probability, if it has Student's t distribution of
+/// `freedom` degrees of freedom, scaled to variance 1: 1.96 to 2.0 for 95 % and four degrees or more.
+///
+/// # Panics
+/// If `freedom` is not above 2, or it is no probability.
+pub fn standardised_student_quantile(freedom: f64, probability: f64) -> f64 {
+    assert!(freedom > 2.0, "there is a variance");
+    let scale = match freedom < NORMAL_FREEDOM {
+        true => ((freedom - 2.0) / freedom).sqrt(),
+        false => 1.0,
+    };
+    scale * student_quantile_of(freedom, 0.5 + 0.5 * probability)
+}
+
 /// How many standard errors a mean of `count` normal numbers is at most away from its expectation, with this probability:
 /// the two-sided quantile of Student's t.
 ///
@@ -50,6 +64,17 @@ pub fn student_p_value(t: f64, freedom: f64) -> f64 {
         None => Normal::standard().sf(t.abs()),
     };
     2.0 * tail
+}
+
+/// The standard normal number that is exceeded as often as `t` is by Student's t of `freedom` degrees of freedom, scaled to
+/// variance 1.
+///
+/// # Panics
+/// If `freedom` is not above 2.
+pub fn normal_score(t: f64, freedom: f64) -> f64 {
+    let scale = standardised_student_quantile(freedom, 0.5) / student_quantile_of(freedom, 0.75);
+    let tail = 0.5 * student_p_value(t / scale, freedom);
+    -normal_quantile(tail).copysign(-t)
 }
 
 /// Student's t, unless it has so many degrees of freedom that it is normal.
@@ -165,6 +190,10 @@ mod tests {
     fn quantiles_are_those_of_the_tables() {
         assert!((normal_quantile(0.975) - 1.959_963_984_540).abs() < 1e-8);
         assert!((student_quantile(16, 0.95) - 2.131_449_545_6).abs() < 1e-8);
+        // 2.7764 and 3.1824, times the roots of 1/2 and 1/3.
+        assert!((standardised_student_quantile(4.0, 0.95) - 1.963_2).abs() < 1e-4);
+        assert!((standardised_student_quantile(3.0, 0.95) - 1.837_4).abs() < 1e-4);
+        assert!((standardised_student_quantile(1e6, 0.95) - 1.959_96).abs() < 1e-4);
     }
 
     #[test]

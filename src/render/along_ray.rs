@@ -7,7 +7,7 @@
 use super::dispatch::{self, Dispatched};
 use super::settings::RenderSettings;
 use crate::effects::Effects;
-use crate::film::bars::PixelBars;
+use crate::film::batches::BATCHES;
 use crate::film::pixel::PixelSums;
 use crate::integrator::observer::Unobserved;
 use crate::integrator::waiting::{AT_ONCE, Waiting};
@@ -22,32 +22,26 @@ use rayon::prelude::*;
 pub struct AlongRay {
     /// The mean of the samples.
     pub mean: Rgb,
-    /// Its standard error in each channel, where the settings keep error bars.
+    /// Its standard error in each channel, with three degrees of freedom; none of fewer than four samples.
     pub standard_error: Option<Rgb>,
     /// Samples that were not finite.
     pub rejected: u64,
 }
 
 /// Estimates the radiance along each ray by `spp` samples, on rayon's current threads. The random numbers of the ray with index
-/// i are those of the pixel i of a single row. There is no irradiance cache, but the path tracer in its place. With error bars, `spp` has to be whole rounds of batches.
+/// i are those of the pixel i of a single row. There is no irradiance cache, but the path tracer in its place.
 pub fn along_rays(
     scene: &Scene,
     settings: &RenderSettings,
     rays: &[CameraRay],
     spp: u64,
 ) -> Vec<AlongRay> {
-    let job = Job {
-        scene,
-        settings,
-        rays,
-        spp,
-    };
+    let job = Job { scene, rays, spp };
     dispatch::dispatch(scene, settings, None, job)
 }
 
 struct Job<'a> {
     scene: &'a Scene,
-    settings: &'a RenderSettings,
     rays: &'a [CameraRay],
     spp: u64,
 }
@@ -76,7 +70,6 @@ impl Job<'_> {
     ) -> AlongRay {
         let found = self.scene.accel.intersect(&ray.ray, ray.time, None);
         let mut sums = PixelSums::default();
-        let mut bars = self.settings.has_bars().then(PixelBars::default);
         let mut rejected = 0;
         let (mut samplers, mut samples) = (Vec::new(), Vec::new());
         let mut waiting = Waiting::default();
@@ -105,16 +98,16 @@ impl Job<'_> {
                     rejected += 1;
                     continue;
                 }
-                sums.add(sample.radiance);
-                if let Some(bars) = &mut bars {
-                    bars.add(index, sample.radiance);
-                }
+                sums.add(index, sample.radiance);
             }
         }
         let single = |channels: [f64; 3]| Rgb::from(channels.map(|x| x as f32));
+        let n = self.spp as f64;
+        let variance = sums.batch_means(self.spp).variance();
+        let variance = variance.filter(|_| self.spp >= BATCHES);
         AlongRay {
             mean: single(sums.mean(self.spp)),
-            standard_error: bars.map(|bars| single(bars.variance_of_mean(self.spp).map(f64::sqrt))),
+            standard_error: variance.map(|it| single(it.map(|it| (it / n).sqrt()))),
             rejected,
         }
     }

@@ -7,6 +7,7 @@
 
 use super::adaptive::allocation::Allocation;
 use super::camera_rays::LARGEST_BLOCK;
+use super::convergence::{Forecast, Look, stated};
 use super::settings::{Budget, ErrorTarget};
 use crate::film::ErrorEstimate;
 use std::time::Duration;
@@ -20,25 +21,29 @@ const PILOT: [u64; 2] = [16, 64];
 /// A pilot is one in so many of the samples that it foresees: a shorter one would carry the power law too far.
 const SHARE_OF_PILOT: u64 = 4;
 
-/// Looks whose samples differ by this factor tell the power with which the error falls: nearer ones differ by their noise.
-const APART: f64 = 4.0;
+/// Where no error is asked for, looks tell how it falls: the first one after so many samples per pixel, the next after
+/// [`BETWEEN_LOOKS`] times as many.
+const FIRST_LOOK: u64 = 64;
+/// See there.
+const BETWEEN_LOOKS: u64 = 4;
 
-/// An error falls at least as the root of the samples does ...
-const SLOWEST: f64 = 0.5;
-/// ... and hardly faster than this power of them.
-const FASTEST: f64 = 1.5;
+/// The relative standard error of the squared error up to which it tells how many samples it takes.
+const LARGEST_UNCERTAINTY: f64 = 0.12;
 
-/// More samples than are thought to be needed, so that the error is not missed by a hair.
-const MARGIN: f64 = 1.02;
+/// One look is followed by the next after at least one more in so many of the samples.
+const SMALL_STEP: u64 = 16;
+
+/// A little less than the error that is asked for, so that it is not missed by a hair.
+const MARGIN: f64 = 0.99;
 
 /// When an error is thought to be reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Forecast {
+pub struct Expected {
     /// Samples per pixel that it takes.
     pub spp: u64,
-    /// The error so far, as [`ErrorEstimate::upper_bound`].
+    /// The error so far: its bound, or the estimate where it has none.
     pub error: f64,
-    /// Whether the samples so far are too few for a pilot of that many.
+    /// Whether the samples so far are too few for a pilot of that many, or say too little.
     pub is_rough: bool,
 }
 
@@ -53,34 +58,61 @@ pub struct PassPlanner {
     spp: u64,
     /// Where the error is looked at next.
     next_look: u64,
-    /// All looks: what the samples were worth, and the estimated error.
-    looks: Vec<(f64, f64)>,
-    forecast: Option<Forecast>,
+    /// All looks, by what the samples were worth.
+    looks: Vec<Look>,
+    /// Of how many pixels the picture is, and whether its points gain at powers of two.
+    picture: Picture,
+    expected: Option<Expected>,
     is_reached: bool,
 }
 
+/// What there is to know of a picture to foresee its error.
+#[derive(Debug, Clone, Copy)]
+pub struct Picture {
+    /// Pixels.
+    pub pixels: u64,
+    /// Whether what its points gain comes at powers of two of the samples.
+    pub in_steps: bool,
+}
+
 impl PassPlanner {
-    /// For a render that has not begun, and whose samples come in so many batches of the same size.
-    pub fn new(budget: Budget, batches: u64) -> Self {
+    /// For a render that has not begun, whose passes are multiples of `step`.
+    pub fn new(budget: Budget, step: u64, picture: Picture) -> Self {
+        let next_look = match budget.error {
+            Some(_) => PILOT[0],
+            None => FIRST_LOOK,
+        };
         Self {
             budget,
-            step: batches,
+            step,
             begun: 0,
             spp: 0,
-            next_look: PILOT[0],
+            next_look,
             looks: Vec::new(),
-            forecast: None,
+            picture,
+            expected: None,
             is_reached: false,
         }
     }
 
-    /// The same where so many samples per pixel are there already.
-    pub fn going_on_from(self, spp: u64) -> Self {
+    /// The same where so many samples per pixel are there already, after these looks.
+    pub fn going_on_from(self, spp: u64, looks: Vec<Look>) -> Self {
+        let next_look = match self.budget.error {
+            Some(_) => self.next_look,
+            None => self.next_look.max(BETWEEN_LOOKS * spp),
+        };
         Self {
             begun: spp,
             spp,
+            next_look,
+            looks,
             ..self
         }
+    }
+
+    /// All looks at the error so far.
+    pub fn into_looks(self) -> Vec<Look> {
+        self.looks
     }
 
     /// Samples per pixel that are complete.
@@ -89,8 +121,8 @@ impl PassPlanner {
     }
 
     /// When the error that is asked for is thought to be reached, by the last look.
-    pub fn forecast(&self) -> Option<Forecast> {
-        self.forecast
+    pub fn expected(&self) -> Option<Expected> {
+        self.expected
     }
 
     /// Whether the error that is asked for is reached.
@@ -103,50 +135,68 @@ impl PassPlanner {
         self.spp += samples;
     }
 
-    /// The error to reach, if it is time to look how far it is.
-    pub fn look(&self) -> Option<ErrorTarget> {
-        self.budget.error.filter(|_| self.spp >= self.next_look)
+    /// Whether it is time to look at the error.
+    pub fn is_look_due(&self) -> bool {
+        self.spp >= self.next_look
     }
 
-    /// Takes note of an error, and decides when to look again: where it is thought to be reached, and before that
-    /// whenever the samples have doubled, since no power law holds for ever.
+    /// The error to reach.
+    pub fn target(&self) -> Option<ErrorTarget> {
+        self.budget.error
+    }
+
+    /// Takes note of an error that was due, and decides when to look again: where the error that is asked for is thought to be
+    /// reached, and before that whenever the samples have doubled, since no power law holds for ever.
     ///
     /// Where samples are given out by an allocation, the power is that of what they are worth, given out evenly.
-    pub fn looked(
-        &mut self,
-        target: ErrorTarget,
-        error: Option<ErrorEstimate>,
-        allocation: Option<&Allocation>,
-    ) {
+    pub fn looked(&mut self, error: Option<ErrorEstimate>, allocation: Option<&Allocation>) {
         let Some(error) = error else {
             // A black picture: there may be light yet to be found.
             self.next_look = 2 * self.spp;
             return;
         };
         let worth = allocation.map_or(self.spp as f64, |allocation| allocation.worth(self.spp));
-        let now = (worth, error.rel_rmse);
-        let far = self.looks.iter().rfind(|look| APART * look.0 <= worth);
-        let before = far.or(self.looks.first()).copied();
-        self.looks.push(now);
+        let error = stated(error, worth, &self.looks);
+        self.looks.push(Look::new(worth, &error));
+        let Some(target) = self.budget.error else {
+            self.next_look = BETWEEN_LOOKS * self.spp;
+            return;
+        };
         let is_pilot = self.spp < PILOT[1];
         if error.upper_bound <= target.rel_rmse && !is_pilot {
             self.is_reached = true;
             return;
         }
-        let Some(power) = before.map(|before| power(before, now)) else {
+        if is_pilot {
             self.next_look = PILOT[1];
+        }
+        let in_steps = self.picture.in_steps && allocation.is_none();
+        let Some(forecast) = Forecast::new(
+            &self.looks,
+            self.picture.pixels,
+            target.confidence,
+            in_steps,
+        ) else {
             return;
         };
-        let factor = (MARGIN * error.upper_bound / target.rel_rmse).powf(1.0 / power);
-        let needed = allocation.map_or(worth * factor, |it| it.level_of(worth * factor));
-        let needed = needed.min(u64::MAX as f64) as u64;
-        let needed = needed.max(self.spp + 1).next_multiple_of(self.step);
-        self.forecast = Some(Forecast {
-            spp: needed,
-            error: error.upper_bound,
-            is_rough: needed > SHARE_OF_PILOT * self.spp,
-        });
-        self.next_look = needed.min(2 * self.spp);
+        let needed = forecast.samples_for(MARGIN * target.rel_rmse);
+        let needed = allocation.map_or(needed, |it| it.level_of(needed));
+        let needed = needed.ceil().min(u64::MAX as f64) as u64;
+        // Where chance put the error above what was foreseen, a few samples more change little.
+        let least = self.spp + (self.spp / SMALL_STEP).max(1);
+        let needed = needed.max(least).next_multiple_of(self.step);
+        if !is_pilot {
+            self.expected = Some(Expected {
+                spp: needed,
+                error: match error.doubt {
+                    None => error.upper_bound,
+                    Some(_) => error.rel_rmse,
+                },
+                is_rough: needed > SHARE_OF_PILOT * self.spp
+                    || error.uncertainty > LARGEST_UNCERTAINTY,
+            });
+            self.next_look = needed.min(2 * self.spp);
+        }
     }
 
     /// The next pass's samples per pixel, `elapsed` after the start; `None` when the budget is used up.
@@ -196,7 +246,7 @@ impl PassPlanner {
     pub fn fraction(&self, per_pixel: f64, elapsed: Duration) -> f64 {
         let share = |limit: Option<u64>| limit.map_or(0.0, |spp| per_pixel / spp as f64);
         let by_samples = share(self.budget.spp);
-        let by_error = share(self.forecast.map(|forecast| forecast.spp));
+        let by_error = share(self.expected.map(|expected| expected.spp));
         let by_time = self
             .budget
             .time
@@ -205,24 +255,19 @@ impl PassPlanner {
     }
 }
 
-/// The power of the samples with which the error falls, by two looks.
-fn power((n0, e0): (f64, f64), (n1, e1): (f64, f64)) -> f64 {
-    let power = (e0 / e1).ln() / (n1 / n0).ln();
-    // What is no number is the slowest.
-    if power.is_finite() {
-        power.clamp(SLOWEST, FASTEST)
-    } else {
-        SLOWEST
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// A picture whose points gain little by little.
+    const PICTURE: Picture = Picture {
+        pixels: 1 << 40,
+        in_steps: false,
+    };
+
     /// Runs a planner against a clock on which one sample per pixel takes `cost` seconds.
     fn run(budget: Budget, cost: f64) -> (u64, f64) {
-        let mut planner = PassPlanner::new(budget, 1);
+        let mut planner = PassPlanner::new(budget, 1, PICTURE);
         let mut now = 0.0;
         while let Some(samples) = planner.next_pass(Duration::from_secs_f64(now)) {
             planner.pass_done(samples);
@@ -286,7 +331,7 @@ mod tests {
             ..Budget::default()
         };
         assert_eq!(
-            PassPlanner::new(budget, 1).next_pass(Duration::ZERO),
+            PassPlanner::new(budget, 1, PICTURE).next_pass(Duration::ZERO),
             Some(1)
         );
     }
@@ -297,7 +342,7 @@ mod tests {
             time: Some(Duration::from_secs(10)),
             ..Budget::default()
         };
-        let mut planner = PassPlanner::new(budget, 1).going_on_from(1000);
+        let mut planner = PassPlanner::new(budget, 1, PICTURE).going_on_from(1000, Vec::new());
         let mut now = 0.0;
         while let Some(samples) = planner.next_pass(Duration::from_secs_f64(now)) {
             planner.pass_done(samples);
@@ -308,7 +353,7 @@ mod tests {
     }
 
     /// The samples and looks that a target takes if the error is `scale` times this power of the samples.
-    fn reach(target: f64, scale: f64, power: f64) -> (u64, Vec<u64>, Option<Forecast>) {
+    fn reach(target: f64, scale: f64, power: f64) -> (u64, Vec<u64>, Option<Expected>) {
         let error = ErrorTarget {
             rel_rmse: target,
             confidence: 0.95,
@@ -317,24 +362,25 @@ mod tests {
             error: Some(error),
             ..Budget::default()
         };
-        let mut planner = PassPlanner::new(budget, 16);
+        let mut planner = PassPlanner::new(budget, 4, PICTURE);
         let (mut looks, mut first) = (Vec::new(), None);
         while let Some(samples) = planner.next_pass(Duration::ZERO) {
-            assert_eq!(samples % 16, 0);
+            assert_eq!(samples % 4, 0);
             planner.pass_done(samples);
-            if let Some(target) = planner.look() {
+            if planner.is_look_due() {
                 looks.push(planner.spp());
                 let rel_rmse = scale * (planner.spp() as f64).powf(-power);
                 let estimate = ErrorEstimate {
                     rel_rmse,
+                    uncertainty: 0.0,
                     confidence: 0.95,
-                    upper_bound: rel_rmse,
-                    uncalibrated_fraction: 0.0,
+                    upper_bound: 1.03_f64.sqrt() * rel_rmse,
+                    doubt: None,
                 };
-                planner.looked(target, Some(estimate), None);
+                planner.looked(Some(estimate), None);
                 first = first
-                    .filter(|it: &Forecast| !it.is_rough)
-                    .or(planner.forecast());
+                    .filter(|it: &Expected| !it.is_rough)
+                    .or(planner.expected());
             }
         }
         assert!(planner.is_reached());
@@ -346,7 +392,7 @@ mod tests {
         for power in [0.5, 0.75, 1.0] {
             for target in [0.1, 0.05, 0.01, 0.003] {
                 let (spp, looks, forecast) = reach(target, 1.0, power);
-                let needed = target.powf(-1.0 / power);
+                let needed = (1.03_f64.sqrt() / target).powf(1.0 / power);
                 assert!(spp as f64 >= needed || spp == 64, "{target} {power}: {spp}");
                 assert!(
                     spp as f64 <= 1.05 * needed + 64.0,

@@ -11,6 +11,7 @@ use super::settings::{RenderSettings, SamplerKind};
 use crate::effects::kernel::{KernelJob, types};
 use crate::effects::{Effect, Effects, Kernel};
 use crate::error::{Error, Result};
+use crate::film::batches::BATCHES;
 use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::AmbientOcclusion;
 use crate::integrator::bidirectional::Bidirectional;
@@ -19,7 +20,7 @@ use crate::integrator::irradiance_cache::{Cached, IrradianceCache};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::path::PathIntegrator;
 use crate::integrator::technique::Weighted;
-use crate::sampler::{Independent, Sampler, Sobol, Stratified};
+use crate::sampler::{Batches, Independent, Sampler, Sobol, Stratified};
 use crate::scene::Scene;
 
 /// The kernels that an integrator is compiled for.
@@ -100,7 +101,7 @@ pub fn dispatch<D: Dispatched>(
         cache,
         job,
     };
-    with_sampler(settings, job)
+    with_sampler(settings, Batches::new(BATCHES), job)
 }
 
 /// Something to do with a sampler that is known only when running.
@@ -111,9 +112,13 @@ pub trait SamplerJob {
     fn run<S: Sampler>(self, sampler: S) -> Self::Output;
 }
 
-/// Does something with the sampler of the settings.
-pub fn with_sampler<J: SamplerJob>(settings: &RenderSettings, job: J) -> J::Output {
-    let (seed, batches) = (settings.seed, settings.batches());
+/// Does something with the sampler of the settings, whose samples come in so many batches.
+pub fn with_sampler<J: SamplerJob>(
+    settings: &RenderSettings,
+    batches: Batches,
+    job: J,
+) -> J::Output {
+    let seed = settings.seed;
     match settings.sampler {
         SamplerKind::Independent => job.run(Independent::new(seed)),
         SamplerKind::Stratified => {

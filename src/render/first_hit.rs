@@ -12,14 +12,13 @@ use super::camera_rays::{CameraRays, Pixel, blocks};
 use super::dispatch::{SamplerJob, with_sampler};
 use super::settings::RenderSettings;
 use crate::effects::kernel::types::Everything;
-use crate::film::bars::BATCHES;
 use crate::film::filter::Filter;
 use crate::integrator::observer::Unobserved;
 use crate::integrator::{CameraRay, Sample};
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;
 use crate::math::vec::{Vec2, Vec3};
-use crate::sampler::{Decision, Sampler};
+use crate::sampler::{Batches, Decision, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 use rayon::prelude::*;
@@ -37,8 +36,10 @@ pub struct FirstHit {
     pub standard_errors: FirstHitErrors,
 }
 
-/// Standard errors of the means over the first hits of a pixel, from batches as those of the film's error bars; 0 where
-/// there are no two batches.
+/// Parts that the first hits of a pixel are dealt out to in turn. Their spread is the noise of means.
+const PARTS: usize = 16;
+
+/// Standard errors of the means over the first hits of a pixel, from the spread of its parts; 0 where there are no two.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FirstHitErrors {
     /// Of the albedo: the root of the mean square over its channels.
@@ -83,12 +84,12 @@ impl Sums {
     }
 }
 
-/// The standard errors of the means over all batches.
-fn standard_errors(batches: &[Sums]) -> FirstHitErrors {
+/// The standard errors of the means over all parts.
+fn standard_errors(parts: &[Sums]) -> FirstHitErrors {
     let mut moments = [Moments::default(); 7];
     let mut push = |at: usize, x: f64| moments[at].push(x);
-    for batch in batches.iter().filter(|batch| batch.count > 0) {
-        let (albedo, met) = batch.means();
+    for part in parts.iter().filter(|part| part.count > 0) {
+        let (albedo, met) = part.means();
         for (c, x) in albedo.to_array().into_iter().enumerate() {
             push(c, x.into());
         }
@@ -126,7 +127,7 @@ pub fn first_hits(
         settings,
         spp,
     };
-    with_sampler(settings, job)
+    with_sampler(settings, Batches::new(PARTS as u64), job)
 }
 
 struct Job<'a> {
@@ -162,7 +163,7 @@ impl Job<'_> {
             filter: self.filter,
             position,
         };
-        let mut batches = [Sums::default(); BATCHES as usize];
+        let mut parts = [Sums::default(); PARTS];
         for block in blocks(0..self.spp) {
             let indices = block.clone();
             rays.clear();
@@ -177,13 +178,13 @@ impl Job<'_> {
                 } = sample;
                 let (ray, time, found) = (&*ray, *time, *found);
                 let [u_alpha] = sampler.draw(Decision::Alpha(0));
-                let batch = &mut batches[(index % BATCHES) as usize];
-                batch.count += 1;
+                let part = &mut parts[index as usize % PARTS];
+                part.count += 1;
                 let Some(at) = self.scene.meet(ray, time, None, u_alpha, found) else {
                     continue;
                 };
                 let ns = at.frame.to_world(Vec3::Z);
-                batch.add(&Sums {
+                part.add(&Sums {
                     albedo: self.albedo(&at, sampler),
                     normal: if ns.dot(at.wo) < 0.0 { -ns } else { ns },
                     distance: f64::from((at.p - ray.origin).length()),
@@ -193,13 +194,13 @@ impl Job<'_> {
             }
         }
         let mut all = Sums::default();
-        for batch in &batches {
-            all.add(batch);
+        for part in &parts {
+            all.add(part);
         }
         let (albedo, met) = all.means();
         let (normal, distance) = met.unwrap_or((Vec3::ZERO, f64::INFINITY));
         let world = |length: f32| self.scene.normalisation.world_length(length) as f32;
-        let errors = standard_errors(&batches);
+        let errors = standard_errors(&parts);
         FirstHit {
             albedo,
             normal,

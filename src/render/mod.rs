@@ -13,6 +13,7 @@ pub mod along_ray;
 pub mod auto;
 pub mod budget;
 mod camera_rays;
+pub mod convergence;
 mod dispatch;
 pub mod first_hit;
 mod metropolis;
@@ -27,9 +28,9 @@ mod tile;
 pub mod wishes;
 
 use crate::error::{Error, Result};
-use crate::film::bars::BATCHES;
+use crate::film::batches::BATCHES;
 use crate::film::filter::Filter;
-use crate::film::{Film, Tile};
+use crate::film::{ErrorEstimate, Film, Tile};
 use crate::integrator::RayCounts;
 use crate::integrator::irradiance_cache::IrradianceCache;
 use crate::integrator::kind::IntegratorKind;
@@ -38,12 +39,13 @@ use crate::planted::planted;
 use crate::sampler::hash;
 use crate::scene::Scene;
 use adaptive::{Adaptive, Deal, Dealer};
-use budget::PassPlanner;
+use budget::{PassPlanner, Picture};
+use convergence::{Look, PowerLaw, stated};
 pub use dispatch::{check, kernel};
 pub use observed::observe_tile;
 pub use progress::{Predicted, Progress, RenderObserver, Unwatched};
 use rayon::prelude::*;
-use settings::{Budget, RenderSettings};
+use settings::{Budget, RenderSettings, SamplerKind};
 use std::cmp::Reverse;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -71,6 +73,8 @@ pub struct Rendered {
     pub reached: bool,
     /// What the pilot told of that.
     pub predicted: Option<Predicted>,
+    /// Looks at the error as the render went on.
+    pub looks: Vec<Look>,
     /// What was known of indirect light.
     pub cache: Option<IrradianceCache>,
 }
@@ -79,9 +83,6 @@ impl Rendered {
     /// A render that has not begun.
     pub fn nothing(settings: &RenderSettings) -> Self {
         let mut film = Film::new(settings.window, settings.tile_size);
-        if settings.has_bars() {
-            film = film.with_bars();
-        }
         if settings.integrator.splats() {
             film = film.with_splats();
         }
@@ -97,9 +98,50 @@ impl Rendered {
             cancelled: false,
             reached: false,
             predicted: None,
+            looks: Vec::new(),
             cache: None,
         }
     }
+}
+
+impl Rendered {
+    /// The estimated error of the picture, with an upper bound of this confidence, judged also by how the error has fallen;
+    /// `None` before that can be told.
+    pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
+        let error = self.film.error(confidence)?;
+        Some(stated(error, self.spp as f64, &self.looks))
+    }
+
+    /// What an error as estimated here costs to be made smaller by a factor, at the pace and by the law of this render; `None`
+    /// without an error, or if it is in doubt.
+    pub fn price(&self, error: &ErrorEstimate, factor: f64) -> Option<Price> {
+        if error.doubt.is_some() || error.rel_rmse == 0.0 {
+            return None;
+        }
+        let last = Look::new(self.spp as f64, error);
+        let before = self.looks.iter().filter(|look| look.samples < last.samples);
+        let looks: Vec<Look> = before.copied().chain([last]).collect();
+        let seconds = self.elapsed.as_secs_f64();
+        let [least, likely, most] = PowerLaw::of(&looks)
+            .samples_for(factor)
+            .map(|grown| seconds * grown);
+        Some(Price {
+            rel_rmse: error.rel_rmse / factor,
+            seconds: likely,
+            range: [least, most],
+        })
+    }
+}
+
+/// How long it takes to an error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Price {
+    /// The root of relMSE.
+    pub rel_rmse: f64,
+    /// Seconds of rendering from the first sample on, as they are likely.
+    pub seconds: f64,
+    /// The least and the most that the looks at this render allow.
+    pub range: [f64; 2],
 }
 
 /// Renders a scene.
@@ -149,7 +191,7 @@ pub struct View<'a> {
 /// settings' own budget, and Markov chains begin anew.
 ///
 /// # Errors
-/// As [`render`]; an error to reach without error bars; and an adaptive render that has begun, whose pilot is forgotten. What
+/// As [`render`]; and an adaptive render that has begun, whose pilot is forgotten. What
 /// was rendered stays.
 pub fn resume(
     view: &View<'_>,
@@ -165,11 +207,6 @@ pub fn resume(
     };
     budgeted.validate(view.size)?;
     check(view.scene, settings)?;
-    if until.error.is_some() && !rendered.film.has_bars() {
-        return Err(Error::usage(
-            "an error can only be reached by a render that keeps error bars",
-        ));
-    }
     if settings.adaptive != Adaptive::Off && rendered.film.sample_count() > 0 {
         return Err(Error::usage(
             "an adaptive render cannot go on: begin another one with a larger budget",
@@ -198,8 +235,11 @@ pub fn resume(
 /// The confidence of the error's upper bound where nobody asks for another.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// How often the error is estimated while the render goes on.
+/// How often the error is estimated while the render goes on, only to be shown.
 const TIME_BETWEEN_LOOKS: Duration = Duration::from_secs(2);
+
+/// Looks that are only shown take no more than one in so many parts of the time.
+const SHARE_OF_LOOKS: u32 = 100;
 
 /// What a render holds while it goes on.
 struct Run<'a> {
@@ -241,15 +281,24 @@ impl Run<'_> {
         }
         let cache = rendered.cache.as_ref();
         let film = &mut rendered.film;
-        let batches = if film.has_bars() { BATCHES } else { 1 };
+        let step = match budget.error {
+            Some(_) => BATCHES,
+            None => settings.least_samples(),
+        };
         if settings.adaptive == Adaptive::Greedy {
             // It is for each pixel to reach.
             budget.error = None;
         }
-        let mut planner = PassPlanner::new(budget, batches).going_on_from(rendered.spp);
+        let picture = Picture {
+            pixels: settings.window.pixel_count(),
+            in_steps: settings.sampler == SamplerKind::Sobol,
+        };
+        let looks = std::mem::take(&mut rendered.looks);
+        let mut planner =
+            PassPlanner::new(budget, step, picture).going_on_from(rendered.spp, looks);
         let mut dealer = Dealer::new(settings);
         let mut shown = Shown::default();
-        let mut last_look = self.start;
+        let (mut last_look, mut pause) = (self.start, TIME_BETWEEN_LOOKS);
         let mut is_reached = false;
         while let Some(samples) = planner.next_pass(self.start.elapsed()) {
             let deal = dealer.deal(film, planner.spp(), planner.spp() + samples);
@@ -264,18 +313,21 @@ impl Run<'_> {
             planner.pass_done(samples);
             self.observer.pass(film);
             // It takes one thread's time, and nobody reads it more often.
-            let target = planner.look();
-            if target.is_some() || last_look.elapsed() > TIME_BETWEEN_LOOKS {
+            let is_due = planner.is_look_due();
+            if is_due || last_look.elapsed() > pause {
+                let begun = Instant::now();
+                let target = planner.target();
                 let confidence = target.map_or(CONFIDENCE, |target| target.confidence);
                 let estimate = film.error(confidence);
-                if let Some(target) = target {
-                    planner.looked(target, estimate, dealer.allocation());
+                if is_due {
+                    planner.looked(estimate, dealer.allocation());
                 }
                 let elapsed = self.start.elapsed();
                 let pilots = shown.predicted.filter(|predicted| !predicted.is_rough);
                 shown.predicted = pilots.or(Predicted::by(&planner, elapsed));
                 shown.rel_rmse = estimate.map(|error| error.rel_rmse);
                 last_look = Instant::now();
+                pause = TIME_BETWEEN_LOOKS.max(SHARE_OF_LOOKS * begun.elapsed());
             }
             let used = planner.fraction(planner.spp() as f64, self.start.elapsed());
             dealer.pass_done(film, planner.spp(), used);
@@ -294,6 +346,7 @@ impl Run<'_> {
         rendered.cancelled = self.cancelled.into_inner();
         rendered.reached = is_reached || planner.is_reached();
         rendered.predicted = shown.predicted;
+        rendered.looks = planner.into_looks();
     }
 
     /// Takes the samples of one pass: so many in every pixel, if they are dealt evenly.

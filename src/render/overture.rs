@@ -15,6 +15,7 @@ use super::dispatch::{SamplerJob, first_or_last, kernel, path, with_sampler};
 use super::settings::RenderSettings;
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
+use crate::film::batches::BATCHES;
 use crate::film::filter::Filter;
 use crate::film::splats::NoSplats;
 use crate::integrator::RayCounts;
@@ -23,7 +24,7 @@ use crate::integrator::irradiance_cache::{IrradianceCache, Survey, Surveyed};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::Unobserved;
 use crate::integrator::technique::Weighted;
-use crate::sampler::Sampler;
+use crate::sampler::{Batches, Sampler};
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::sync::Mutex;
@@ -121,7 +122,7 @@ struct Surveyor<'a> {
 
 impl Surveyor<'_> {
     fn survey(&self) -> Vec<Option<Surveyed>> {
-        with_sampler(self.settings, self)
+        with_sampler(self.settings, Batches::new(BATCHES), self)
     }
 }
 

@@ -30,7 +30,7 @@ pub struct Progress {
 pub struct Predicted {
     /// Samples per pixel of the pilot.
     pub pilot: u64,
-    /// The error after the pilot, as [`ErrorEstimate::upper_bound`](crate::film::ErrorEstimate::upper_bound).
+    /// The error after the pilot: its bound, or the estimate where it has none.
     pub error: f64,
     /// Samples per pixel in all.
     pub spp: u64,
@@ -43,14 +43,14 @@ pub struct Predicted {
 impl Predicted {
     /// What the last look at the error told, `elapsed` after the start.
     pub(super) fn by(planner: &PassPlanner, elapsed: Duration) -> Option<Self> {
-        let forecast = planner.forecast()?;
-        let still = forecast.spp.saturating_sub(planner.spp()) as f64;
+        let expected = planner.expected()?;
+        let still = expected.spp.saturating_sub(planner.spp()) as f64;
         Some(Self {
             pilot: planner.spp(),
-            error: forecast.error,
-            spp: forecast.spp,
+            error: expected.error,
+            spp: expected.spp,
             time: elapsed.mul_f64(1.0 + still / planner.new_spp()),
-            is_rough: forecast.is_rough,
+            is_rough: expected.is_rough,
         })
     }
 }

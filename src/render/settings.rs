@@ -8,10 +8,9 @@ use super::adaptive::{self, Adaptive};
 use crate::effects::{EffectSet, Kernel};
 use crate::error::{Error, Result};
 use crate::film::Window;
-use crate::film::bars::BATCHES;
+use crate::film::batches::BATCHES;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
-use crate::sampler::Batches;
 use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
 use std::time::Duration;
@@ -100,10 +99,10 @@ pub struct RenderSettings {
     pub seed: u64,
     /// When to stop; at least one of its limits has to be given.
     pub budget: Budget,
-    /// How samples are given out to the pixels. Other ways than evenly keep error bars.
+    /// How samples are given out to the pixels.
     pub adaptive: Adaptive,
-    /// Whether to keep error bars. Samples then come in independent batches, as many in each: their count is rounded up.
-    pub bars: bool,
+    /// Whether layers are to be written beside the picture. They take as many samples in each batch: the count is rounded up.
+    pub layers: bool,
     /// Scattering events at most; `None` does not limit them.
     pub max_bounces: Option<u32>,
     /// When paths end by chance; `None` for the integrator's own way.
@@ -131,7 +130,7 @@ impl RenderSettings {
             seed: 0,
             budget: Budget::samples(spp),
             adaptive: Adaptive::Off,
-            bars: false,
+            layers: false,
             max_bounces: None,
             roulette: None,
             occlusion_distance: None,
@@ -245,14 +244,14 @@ impl RenderSettings {
         limits.into_iter().flatten().min()
     }
 
-    /// Into how many batches the samples of a pixel are dealt out.
-    pub fn batches(&self) -> Batches {
-        Batches::new(self.least_samples())
-    }
-
-    /// What counts of samples are rounded up to a multiple of.
+    /// What counts of samples are rounded up to a multiple of: where batches are compared one by one, or are all that there is,
+    /// to that of the batches.
     pub fn least_samples(&self) -> u64 {
-        match self.has_bars() {
+        let in_whole_rounds = self.layers
+            || self.budget.error.is_some()
+            || self.adaptive != Adaptive::Off
+            || self.integrator == IntegratorKind::Metropolis;
+        match in_whole_rounds {
             true => BATCHES,
             false => 1,
         }
@@ -265,15 +264,6 @@ impl RenderSettings {
             Adaptive::Off => self.budget.spp,
             Adaptive::TwoPhase | Adaptive::Greedy => Some(adaptive::pilot(self.budget)),
         }
-    }
-
-    /// Whether error bars are kept: also to know when an error is reached, and who needs more samples.
-    pub fn has_bars(&self) -> bool {
-        let batches_are_all_that_tells = self.integrator == IntegratorKind::Metropolis;
-        self.bars
-            || self.budget.error.is_some()
-            || self.adaptive != Adaptive::Off
-            || batches_are_all_that_tells
     }
 
     /// When paths end by chance.

@@ -193,7 +193,7 @@ impl Pictures<'_> {
         // One of as many samples as there are pixels is in this one.
         let share = self.window.pixel_count() as f32;
         for &(strategy, elsewhere, contribution, weight) in made {
-            let new = || [0, 1].map(|_| Splats::new(self.window, false));
+            let new = || [0, 1].map(|_| Splats::new(self.window));
             let pictures = found.entry(strategy).or_insert_with(new);
             for (picture, value) in pictures.iter().zip([contribution, contribution * weight]) {
                 match elsewhere {

@@ -235,10 +235,7 @@ impl<I: Integrator, S: Sampler> Front<'_, I, S> {
         } = self.samples[place];
         if value.is_finite() && self.elsewhere.is_finite() {
             self.elsewhere.add(sample);
-            tile.pixels[pixel].add(value);
-            if let Some(bars) = &mut tile.bars {
-                bars[pixel].add(sample, value);
-            }
+            tile.pixels[pixel].add(sample, value);
         } else {
             let first = Some(NonFiniteSample { y, x, sample });
             self.outcome.rejected.merge(Rejected { count: 1, first });

@@ -37,7 +37,7 @@ pub struct Wishes {
     pub confidence: Option<f64>,
     /// How samples are given out to the pixels.
     pub adaptive: Option<Adaptive>,
-    /// Whether to keep error bars, which the layers of a picture are made of.
+    /// Whether to write layers beside the picture: error bars, and what is seen first.
     pub layers: bool,
     /// Scattering events at most.
     pub max_bounces: Option<u32>,
@@ -76,7 +76,7 @@ impl Wishes {
             seed: self.seed.unwrap_or(of_scene.seed),
             budget: self.budget(of_scene.budget),
             adaptive: self.adaptive.unwrap_or(of_scene.adaptive),
-            bars: self.layers,
+            layers: self.layers,
             max_bounces: self.max_bounces.or(of_scene.max_bounces),
             roulette: self.roulette.or(of_scene.roulette),
             occlusion_distance: self.occlusion_distance.or(of_scene.occlusion_distance),

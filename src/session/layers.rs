@@ -1,9 +1,9 @@
 //! The layers of a picture: how wrong each pixel is, and what is seen first in it.
 //!
-//! Measure: `se` is the standard error of R, G and B, and of the layers that follow; `spp` the samples; `flag` 1 where the
-//! standard error is not to be trusted; `half` the picture from one half of the samples, which `etendue denoise` holds
+//! Measure: `se` is the standard error of R, G and B, and of the layers that follow; `freedom` the degrees of freedom of the
+//! first three; `spp` the samples; `flag` 1 where the standard error is not to be trusted; `half` the picture from one half of the samples, which `etendue denoise` holds
 //! against the other; `cache` how many records of an irradiance cache tell the indirect light; `albedo`, `normal` and `depth` as in `render/first_hit.rs`.
-//! Range: renders with error bars.
+//! Range: renders that were asked for layers.
 //! Source: the channels of docs/accuracy.md. Tested in `tests/command/layers.rs` and `tests/rendering/session.rs`.
 
 use crate::error::{Error, Result};
@@ -22,19 +22,19 @@ fn samples_of_first_hits(spp: u64) -> u64 {
 /// All layers of a render, by rayon's current threads.
 ///
 /// # Errors
-/// A usage error for a render without error bars.
+/// A usage error for a render that was not asked for layers.
 pub fn layers(
     view: &View<'_>,
     settings: &RenderSettings,
     rendered: &Rendered,
 ) -> Result<Vec<Layer>> {
     let film = &rendered.film;
-    let bars = (film.standard_errors(), film.develop_half(), film.flags());
-    let (Some(errors), Some(half), Some(flags)) = bars else {
+    if !settings.layers {
         return Err(Error::usage(
-            "only a render that was asked for layers keeps what they are made of",
+            "only a render that was asked for layers has what they are made of",
         ));
-    };
+    }
+    let bars = film.error_bars();
     let spp = samples_of_first_hits(rendered.spp);
     let first = first_hits(view.scene, view.filter, settings, spp);
     let of_first = |name: &str, get: &dyn Fn(&FirstHit) -> f32| Layer {
@@ -53,11 +53,16 @@ pub fn layers(
         of_first("se.normal", &|hit| hit.standard_errors.normal),
         of_first("se.depth", &|hit| hit.standard_errors.distance),
     ];
-    layers.extend(channels("se", &errors));
-    layers.extend(channels("half", &half));
+    layers.extend(channels("se", &bars.standard_errors));
+    layers.extend(channels("half", &film.develop_half()));
+    layers.push(Layer {
+        name: "freedom.Y".to_owned(),
+        samples: bars.freedom,
+    });
     layers.push(Layer {
         name: "flag.Y".to_owned(),
-        samples: flags
+        samples: bars
+            .flags
             .into_iter()
             .map(|is| if is { 1.0 } else { 0.0 })
             .collect(),

@@ -9,7 +9,6 @@ use super::Session;
 use crate::effects::Slot;
 use crate::effects::kernel::types::Everything;
 use crate::error::{Error, Result};
-use crate::film::bars::BATCHES;
 use crate::integrator::CameraRay;
 use crate::math::ray::Ray;
 use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
@@ -101,8 +100,8 @@ impl Session {
         Ok(self.scene.visibility::<Everything>(&ray, time) <= HALF)
     }
 
-    /// Estimates the radiance that comes along each ray to its origin, by `spp` samples each; with layers wished for, standard
-    /// errors too, and `spp` is rounded up to whole rounds of 16. Each ray has random numbers of its own, by its index.
+    /// Estimates the radiance that comes along each ray to its origin, by `spp` samples each, with standard
+    /// errors from four samples on; with layers wished for, `spp` is rounded up to a multiple of four. Each ray has random numbers of its own, by its index.
     ///
     /// # Errors
     /// A ray, wishes or samples out of their range.
@@ -122,10 +121,7 @@ impl Session {
         if u32::try_from(rays.len()).is_err() {
             return Err(Error::usage("more than 2^32 rays at once"));
         }
-        let spp = match settings.has_bars() {
-            true => spp.next_multiple_of(BATCHES),
-            false => spp,
-        };
+        let spp = spp.next_multiple_of(settings.least_samples());
         let rays: Vec<CameraRay> = rays
             .iter()
             .map(|ray| self.to_scene(ray))

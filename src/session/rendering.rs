@@ -6,7 +6,7 @@
 
 use super::{Session, State, layers};
 use crate::error::{Error, Result};
-use crate::film::bars::PixelBars;
+use crate::film::bars::ErrorBars;
 use crate::film::pixel::PixelSums;
 use crate::film::splats::Splats;
 use crate::film::{ErrorEstimate, Film};
@@ -50,8 +50,8 @@ impl Rendering {
     /// Goes on until `until` is met; samples per pixel count from the first, time from now.
     ///
     /// # Errors
-    /// A session that has changed since this began, or is another one; an adaptive render that has begun; an error to reach
-    /// without the error bars that only renders have which were asked for layers or an error. What was rendered stays.
+    /// A session that has changed since this began, or is another one; an adaptive render that has begun. What was rendered
+    /// stays.
     pub fn go_on(
         &mut self,
         session: &Session,
@@ -113,15 +113,16 @@ impl Rendering {
         self.rendered.film.develop()
     }
 
-    /// The standard error of each pixel; `None` without error bars.
-    pub fn standard_errors(&self) -> Option<Image> {
-        self.rendered.film.standard_errors()
+    /// The error bars of all pixels; `None` before every pixel has four samples.
+    pub fn error_bars(&self) -> Option<ErrorBars> {
+        let film = &self.rendered.film;
+        film.has_all_batches().then(|| film.error_bars())
     }
 
     /// How far the picture is likely to be from the truth, with an upper bound of this confidence, in (0, 1); `None` before
     /// that can be told.
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
-        self.rendered.film.error(confidence)
+        self.rendered.error(confidence)
     }
 
     /// The picture with all its layers.
@@ -152,10 +153,8 @@ impl Rendering {
 /// Makes sure that there is memory for the sums of all pixels.
 fn check_room(settings: &RenderSettings) -> Result<()> {
     let has_counts = settings.adaptive != Adaptive::Off;
-    let of_splats = Splats::bytes_per_pixel(settings.has_bars());
     let of_pixel = size_of::<PixelSums>()
-        + usize::from(settings.has_bars()) * size_of::<PixelBars>()
-        + usize::from(settings.integrator.splats()) * of_splats
+        + usize::from(settings.integrator.splats()) * Splats::BYTES_PER_PIXEL
         + usize::from(has_counts) * 2 * size_of::<u64>();
     let bytes = settings
         .window

@@ -1,15 +1,14 @@
 //! Whether error bars hold what they say: how often the reference is within them.
 //!
-//! Measure: shares of the channels of pixels; z in standard errors of the bars.
-//! Range: a film with error bars; pixels without noise are left out. The reference has noise of its own, a share of the bars'
+//! Measure: shares of the channels of pixels; z as normal scores of errors over standard errors.
+//! Range: a film with four samples a pixel at least; pixels without noise are left out. The reference has noise of its own, a share of the bars'
 //! variance that is told: it should be small.
 //! Source: intervals of shares by Wilson 1927, for as many trials as pixels, since channels go together. Tested below.
 
 use super::reference::References;
 use crate::film::Film;
-use crate::film::bars::BATCHES;
 use crate::image::Image;
-use crate::math::stats::{normal_quantile, student_quantile};
+use crate::math::stats::{normal_quantile, normal_score};
 use serde::Serialize;
 
 /// Confidences that are tried.
@@ -17,7 +16,7 @@ const CONFIDENCES: [f64; 5] = [0.5, 0.8, 0.9, 0.95, 0.99];
 
 /// Bins of the histogram of z, from -5 to 5; what is farther out is in the first or the last.
 pub const BINS: usize = 40;
-/// Standard errors at the ends of it.
+/// Normal scores at the ends of it.
 pub const FARTHEST: f64 = 5.0;
 
 /// A standard error below this share of the value is rounding: samples that are all alike.
@@ -34,7 +33,7 @@ pub struct BarsReport {
     pub reference_share: f64,
     /// How often bars held the reference.
     pub coverage: Vec<Coverage>,
-    /// Of trusted pixels, how many channels were so many standard errors off.
+    /// Of trusted pixels, how many channels were so far off: errors over standard errors, as normal scores.
     pub z: Vec<u64>,
     /// The same of flagged pixels.
     pub z_flagged: Vec<u64>,
@@ -82,11 +81,11 @@ impl Share {
     }
 }
 
-/// Holds the error bars of a film against the reference; with them, the standard error of each pixel. `None` without bars.
+/// Holds the error bars of a film against the reference; with them, the standard error of each pixel. `None` before every
+/// pixel has four samples.
 pub fn reliability(film: &Film, spp: u64, references: &References) -> Option<(BarsReport, Image)> {
-    let (errors, flags) = (film.standard_errors()?, film.flags()?);
+    let bars = film.has_all_batches().then(|| film.error_bars())?;
     let picture = film.develop();
-    let quantiles = CONFIDENCES.map(|confidence| student_quantile(BATCHES, confidence));
     let mut coverage = CONFIDENCES.map(|confidence| Coverage {
         confidence,
         trusted: Share::default(),
@@ -95,8 +94,9 @@ pub fn reliability(film: &Film, spp: u64, references: &References) -> Option<(Ba
     let mut z_counts = [vec![0; BINS], vec![0; BINS]];
     let (mut of_bars, mut of_reference) = (0.0, 0.0);
     let reference_variance = references.variance_of_mean();
-    for (index, &flag) in flags.iter().enumerate() {
-        let [x, r, error] = [&picture, references.mean(), &errors]
+    for (index, &flag) in bars.flags.iter().enumerate() {
+        let quantiles = CONFIDENCES.map(|confidence| bars.quantile(index, confidence));
+        let [x, r, error] = [&picture, references.mean(), &bars.standard_errors]
             .map(|image| image.pixels()[index].to_array().map(f64::from));
         for c in 0..3 {
             if error[c] <= ROUNDING * r[c].abs() {
@@ -110,16 +110,16 @@ pub fn reliability(film: &Film, spp: u64, references: &References) -> Option<(Ba
                 };
                 share.add(z.abs() <= quantile);
             }
-            z_counts[usize::from(flag)][bin(z)] += 1;
+            let score = normal_score(z, bars.freedom[index].into());
+            z_counts[usize::from(flag)][bin(score)] += 1;
             let weight = references.weights()[index][c];
             of_bars += weight * error[c] * error[c];
             of_reference += weight * reference_variance[index][c];
         }
     }
-    let flagged = flags.iter().filter(|&&flag| flag).count() as f64 / flags.len() as f64;
     let report = BarsReport {
         spp,
-        flagged,
+        flagged: bars.flagged_share(),
         reference_share: if of_bars > 0.0 {
             of_reference / of_bars
         } else {
@@ -129,7 +129,7 @@ pub fn reliability(film: &Film, spp: u64, references: &References) -> Option<(Ba
         z: std::mem::take(&mut z_counts[0]),
         z_flagged: std::mem::take(&mut z_counts[1]),
     };
-    Some((report, errors))
+    Some((report, bars.standard_errors))
 }
 
 fn bin(z: f64) -> usize {

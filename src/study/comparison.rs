@@ -9,7 +9,7 @@
 //! Source: docs/accuracy.md, "Comparing two pictures"; `math/difference.rs`. Tested below and in `tests/command/compare.rs`.
 
 use crate::error::{Error, Result};
-use crate::film::bars::BATCHES;
+use crate::film::batches::BATCHES;
 use crate::image::metrics::{self, TileError};
 use crate::image::tiles::Tile;
 use crate::image::{LayeredImage, MetadataValue};
@@ -154,6 +154,7 @@ pub fn bias_test(
 
 /// The sums over the pixels of a tile that neither picture flags.
 fn tile_differences(sides: &[Bars; 2], tile: Tile, width: u32) -> [Difference; 3] {
+    // Those of its own batches: what neighbours add to a pixel's variance, they lack themselves.
     let freedom = (BATCHES - 1) as f64;
     let mut differences = [Difference::default(); 3];
     for index in tile.indices(width) {
@@ -293,7 +294,7 @@ mod tests {
             };
             let mut channel = |c: usize| {
                 let mean = 0.2 + 0.01 * f64::from(x) + 0.1 * c as f64;
-                let sigma = 0.015 + 0.003 * f64::from(x);
+                let sigma = 0.0075 + 0.0015 * f64::from(x);
                 let batches = Moments::of((0..BATCHES).map(|_| {
                     let u = ((rng.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
                     factor * mean + sigma * normal_quantile(u)

@@ -15,7 +15,7 @@ use super::settings::Watch;
 use super::summary::{curve, time_law};
 use super::tiles;
 use crate::error::Result;
-use crate::film::bars::BATCHES;
+use crate::film::batches::BATCHES;
 use crate::image::metrics::signed_errors;
 use crate::render::settings::RenderSettings;
 
@@ -43,7 +43,7 @@ impl Study<'_> {
             let spp = (longest.map_or(1, |level| level.spp) / 4).max(BATCHES);
             let seed = seed_for(self.settings.seed, Purpose::Bars, [index as u64, 0, 0]);
             let settings = RenderSettings {
-                bars: true,
+                layers: true,
                 ..self.stage.settings(variant, spp, seed)
             };
             let Some(shot) = self.stage.render(variant, &settings, watch)? else {

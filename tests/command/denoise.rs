@@ -77,8 +77,8 @@ fn a_render_and_its_file_are_filtered_alike() {
     }
     for said in [&rendered.stderr, &denoised.stderr] {
         for word in [
-            "filtered by nlm, error about",
-            "unfiltered",
+            ": 24 x 16 pixels",
+            "filtered by nlm, error then about",
             "biased by denoise nlm",
         ] {
             assert!(said.contains(word), "no `{word}` in {said}");
@@ -113,10 +113,10 @@ fn the_filter_pays_at_few_samples_and_keeps_its_word() {
     let (before, after) = (rel_mse(&noisy, &reference), rel_mse(&it, &reference));
     println!("relMSE {before} before, {after} after; told {told}");
     assert!(after < before / 5.0, "{before} before, {after} after");
-    // Of rare events that 16 samples have not met, nothing is told: a factor of 3 remains.
+    // Of rare events that 16 samples have hardly met, little is known, and that is told on the safe side.
     let told = told["rel_rmse_after"].as_f64().expect("a number");
     assert!(
-        (0.33..2.0).contains(&(told / after.sqrt())),
+        (0.5..3.0).contains(&(told / after.sqrt())),
         "{told} of {}",
         after.sqrt()
     );

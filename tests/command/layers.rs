@@ -75,7 +75,7 @@ fn layers_hold_what_they_are_named_after() {
     let folder = SceneFolder::new([("floor.toml", FLOOR)]);
     succeed(
         &folder,
-        "render floor.toml --spp 1000 --roulette none --max-bounces 9 --layers -o it.exr",
+        "render floor.toml --spp 1001 --sampler independent --roulette none --max-bounces 9 --layers -o it.exr",
     );
     let channels = channels(&folder.path("it.exr"));
     let names: Vec<&str> = channels.keys().map(String::as_str).collect();
@@ -90,6 +90,7 @@ fn layers_hold_what_they_are_named_after() {
             "albedo.R",
             "depth.Z",
             "flag.Y",
+            "freedom.Y",
             "half.B",
             "half.G",
             "half.R",
@@ -128,8 +129,8 @@ fn layers_hold_what_they_are_named_after() {
     let (x, y) = glass;
     let (half, whole) = (at("half.R", x, y), at("R", x, y));
     assert!(half != whole && (half - whole).abs() < 6.0 * at("se.R", x, y));
-    // 1000 samples are 1008 in sixteen equal batches.
-    assert!(channels["spp.Y"].iter().all(|&n| n == 1008.0));
+    // 1001 samples are 1004 in four equal batches.
+    assert!(channels["spp.Y"].iter().all(|&n| n == 1004.0));
     // A matte surface that nothing shadows has no noise under a white sky; glass chooses between two directions.
     let [still, noisy] = [red, glass].map(|(x, y)| at("se.R", x, y));
     assert!(still < 1e-6 && noisy > 1e-3, "{still} {noisy}");
@@ -198,7 +199,7 @@ fn an_error_that_is_asked_for_is_reached_or_missed_in_words() {
     let reached = stats("--error 5%", 0);
     assert_eq!(reached["target"]["reached"], true);
     let error = reached["error"]["rel_rmse"].as_f64().expect("a number");
-    assert!(error < 0.05 && error > 0.03, "{error}");
+    assert!(error < 0.05 && error > 0.01, "{error}");
     let predicted = &reached["target"]["predicted"]["spp"];
     let ratio = predicted.as_f64().expect("a number") / reached["spp"].as_f64().expect("a number");
     assert!((0.5..2.0).contains(&ratio), "{ratio}");

@@ -240,7 +240,8 @@ fn the_light_that_an_effect_carries_is_what_is_missing_without_it() {
     scene.lights = vec![sky(Rgb::WHITE)];
     let settings = CostSettings {
         accel: OPTIONS,
-        spp: 4,
+        // Four in each batch, so that roulette has its strata.
+        spp: 16,
         rounds: 4,
     };
     let plan = plan_of(&scene);

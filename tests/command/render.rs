@@ -157,7 +157,6 @@ fn the_last_line_says_what_came_of_it() {
         "8 spp in ",
         "samples/s",
         "error ",
-        "95 % confidence",
     ] {
         assert!(
             last_line(&finished).contains(words),
@@ -166,6 +165,15 @@ fn the_last_line_says_what_came_of_it() {
         );
     }
     assert!(!finished.stderr.contains("biased"));
+    // With more samples there is a bound, and a price.
+    let finished = succeed(&folder, "render small.toml --spp 16384 -o it.exr");
+    for words in ["(below ", "at 95 % confidence)", "would take "] {
+        assert!(
+            last_line(&finished).contains(words),
+            "{words}: {}",
+            finished.stderr
+        );
+    }
     let verbose = succeed(&folder, "render small.toml --spp 8 -v -o it.exr").stderr;
     for words in ["4 shapes", "4 materials", "time: load"] {
         assert!(verbose.contains(words), "{words}: {verbose}");

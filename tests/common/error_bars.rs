@@ -1,33 +1,33 @@
 //! How often error bars hold the truth, and whether renders keep the error that they were asked for.
 //!
 //! Measure: shares of intervals; true errors as multiples of those asked for.
-//! Range: films with error bars; truths known much better than the pictures that are held against them.
+//! Range: films of four samples a pixel at least; truths known much better than the pictures that are held against them.
 //! Source: docs/accuracy.md, "Error bars". A share of intervals is a binomial number.
 
 use super::scene::film;
 use etendue::film::Film;
 use etendue::film::filter::Filter;
 use etendue::image::metrics::rel_mse;
-use etendue::math::stats::student_quantile;
 use etendue::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
 use etendue::render::{Unwatched, render};
 use etendue::scene::Scene;
 use etendue::scene::description::SceneDescription;
 use std::fmt;
 
-/// Confidences, and how far the share of intervals that hold the truth may be from each.
+/// Confidences, and how far the share of intervals that hold the truth may be from each. The middle of an interval is told
+/// worst: rare bright samples leave most pixels a little too dark.
 const LEVELS: [(f64, f64); 5] = [
-    (0.5, 0.02),
-    (0.8, 0.02),
-    (0.9, 0.018),
+    (0.5, 0.08),
+    (0.8, 0.045),
+    (0.9, 0.025),
     (0.95, 0.015),
-    (0.99, 0.01),
+    (0.99, 0.012),
 ];
 
 /// Standard deviations that the share of a few intervals may be off by: each of the five levels by chance once in a thousand.
 const SIGMAS: f64 = 3.3;
 
-/// Settings with error bars.
+/// Settings for so many samples.
 pub fn settings(
     scene: &SceneDescription,
     sampler: SamplerKind,
@@ -37,7 +37,6 @@ pub fn settings(
     RenderSettings {
         sampler,
         seed,
-        bars: true,
         ..RenderSettings::new(scene.film.size, spp)
     }
 }
@@ -52,22 +51,21 @@ pub struct Coverage {
 impl Coverage {
     /// Takes the green channel of every pixel of a film in, given its expectation.
     pub fn add(&mut self, film: &Film, truth: impl Fn(usize) -> f64) {
-        let errors = film.standard_errors().expect("it has bars");
-        let flags = film.flags().expect("it has bars");
+        let bars = film.error_bars();
         let picture = film.develop();
-        let pixels = picture.pixels().iter().zip(errors.pixels()).zip(flags);
-        for (index, ((pixel, error), flag)) in pixels.enumerate() {
+        let pixels = picture.pixels().iter().zip(bars.standard_errors.pixels());
+        for (index, (pixel, error)) in pixels.enumerate() {
             let [x, se] = [pixel, error].map(|it| f64::from(it.to_array()[1]));
             let off = (x - truth(index)).abs();
             if se == 0.0 && off == 0.0 {
                 // Of black that is known to be black, any interval holds it.
                 continue;
             }
-            let kind = usize::from(flag);
+            let kind = usize::from(bars.flags[index]);
             self.counts[kind] += 1;
             for (held, (level, _)) in self.held[kind].iter_mut().zip(LEVELS) {
                 // Rounding to single precision comes on top.
-                let reach = student_quantile(16, level) * se + 2e-7 * x.abs();
+                let reach = bars.quantile(index, level) * se + 2e-7 * x.abs();
                 *held += u64::from(off <= reach);
             }
         }
@@ -134,9 +132,14 @@ pub struct Kept {
     /// Those whose true error was at most that.
     pub kept: u64,
     sum: f64,
-    /// The worst factor between the samples foreseen and those taken, as a logarithm.
-    off: f64,
+    /// Renders whose samples were foreseen within a factor of [`FORESEEN`].
+    foreseen: u64,
+    /// Renders of which anything was foreseen.
+    predicted: u64,
 }
+
+/// The factor within which samples count as foreseen.
+const FORESEEN: f64 = 1.25;
 
 impl Kept {
     /// Renders with several seeds until the error is reached, and compares with the truth, whose own error is no part of theirs.
@@ -146,7 +149,7 @@ impl Kept {
         renders: u64,
         truth: &Film,
     ) -> Self {
-        let of_truth = truth.error(0.95).expect("it has bars").rel_rmse;
+        let of_truth = truth.error(0.95).expect("it has samples").rel_rmse;
         let truth = truth.develop();
         let filter = Filter::new(&description.film.filter);
         let mut this = Self::default();
@@ -173,7 +176,8 @@ impl Kept {
             this.sum += share;
             if let Some(predicted) = rendered.predicted {
                 let off = (predicted.spp as f64 / rendered.spp as f64).ln().abs();
-                this.off = this.off.max(off);
+                this.predicted += 1;
+                this.foreseen += u64::from(off <= FORESEEN.ln());
             }
         }
         this
@@ -184,9 +188,12 @@ impl Kept {
         self.sum / self.renders as f64
     }
 
-    /// The worst factor between the samples that were foreseen and those that were taken.
-    pub fn worst_factor(&self) -> f64 {
-        self.off.exp()
+    /// The share of renders whose samples were foreseen within a factor of 1.25; 1 if all took the pilot alone.
+    pub fn foreseen(&self) -> f64 {
+        match self.predicted {
+            0 => 1.0,
+            count => self.foreseen as f64 / count as f64,
+        }
     }
 }
 
@@ -194,7 +201,7 @@ impl Kept {
 impl fmt::Display for Kept {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { kept, renders, .. } = self;
-        let (mean, factor) = (self.mean(), self.worst_factor());
-        write!(f, " {kept} of {renders} | {mean:.2} | {factor:.2} |")
+        let (mean, foreseen) = (self.mean(), 100.0 * self.foreseen());
+        write!(f, " {kept} of {renders} | {mean:.2} | {foreseen:.0} % |")
     }
 }

@@ -1,6 +1,7 @@
 //! Adaptive sampling of pictures: that two phases have no bias and greed has, that error bars hold, and that pictures, adaptive
 //! or not, are means of the samples that their settings tell.
 
+use crate::common::error_bars::Coverage;
 use crate::common::room::with_metal_ball;
 use crate::common::scene::{film, ready};
 use crate::common::verdict::sidak;
@@ -9,7 +10,7 @@ use etendue::film::filter::Filter;
 use etendue::film::{Film, Window};
 use etendue::image::Image;
 use etendue::math::rgb::Rgb;
-use etendue::math::stats::{Moments, normal_quantile, student_quantile};
+use etendue::math::stats::{Moments, normal_quantile};
 use etendue::render::adaptive::Adaptive;
 use etendue::render::replay::replay;
 use etendue::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
@@ -133,7 +134,7 @@ fn pictures_have_the_mean_of_uniform_ones_in_two_phases_and_not_with_greed() {
         // 0.3 % are at least 4 of them.
         assert!(error < 0.00075, "inconclusive: {error}");
     }
-    let greedy = parts_of(&scene, &description, 0, 100, |settings| RenderSettings {
+    let greedy = parts_of(&scene, &description, 0, 400, |settings| RenderSettings {
         adaptive: Adaptive::Greedy,
         budget: to_error(0.2, Some(1024)),
         ..settings
@@ -155,37 +156,17 @@ fn bars_of_unflagged_pixels_cover_as_often_as_they_say() {
     };
     let truth = film(&scene, &description, &truth).develop();
     for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
-        let (mut held, mut unflagged, mut flagged) = (0_u32, 0_u32, 0_u32);
-        for seed in 0..20 {
-            let settings = RenderSettings {
-                sampler,
-                ..settings(&description, seed, 256)
-            };
-            let film = film(&scene, &description, &settings);
-            let errors = film.standard_errors().expect("it has bars");
-            let flags = film.flags().expect("it has bars");
-            let picture = film.develop();
-            let all = picture.pixels().iter().zip(errors.pixels());
-            for (((pixel, error), truth), flag) in all.zip(truth.pixels()).zip(flags) {
-                let [x, se, truth] = [pixel, error, truth].map(|it| f64::from(it.to_array()[1]));
-                if flag {
-                    flagged += 1;
-                    continue;
-                }
-                unflagged += 1;
-                // Rounding to single precision comes on top.
-                let reach = student_quantile(16, 0.95) * se + 2e-7 * x.abs();
-                held += u32::from((x - truth).abs() <= reach);
-            }
-        }
-        let share = f64::from(held) / f64::from(unflagged);
-        let flagged = f64::from(flagged) / f64::from(flagged + unflagged);
-        println!(
-            "{}: {share:.4} covered, {flagged:.4} flagged",
-            sampler.name()
-        );
-        assert!((0.935..=0.965).contains(&share), "{share}");
-        assert!(flagged < 0.4, "{flagged}");
+        let settings = RenderSettings {
+            sampler,
+            ..settings(&description, 0, 256)
+        };
+        let mut coverage = Coverage::default();
+        coverage.add_pictures((&scene, &description), &settings, 20, |index| {
+            f64::from(truth.pixels()[index].to_array()[1])
+        });
+        println!("| adaptive, {} |{coverage}", sampler.name());
+        assert_eq!(coverage.miscalibrated(), None, "{}", sampler.name());
+        assert!(coverage.flagged() < 0.1, "{}", coverage.flagged());
     }
 }
 
@@ -368,11 +349,10 @@ fn a_budget_of_the_pilot_alone_is_the_uniform_picture() {
     ] {
         let adaptive = RenderSettings {
             sampler,
-            ..settings(&description, 2, 16)
+            ..settings(&description, 2, 4)
         };
         let uniform = RenderSettings {
             adaptive: Adaptive::Off,
-            bars: true,
             ..adaptive.clone()
         };
         let [adaptive, uniform] =
@@ -456,7 +436,7 @@ fn a_short_time_has_a_short_pilot() {
         ..settings(&description, 0, 1)
     };
     let film = rendered(&scene, &description, &settings, &Unwatched).film;
-    assert!(film.sample_counts().iter().all(|&count| count >= 16));
+    assert!(film.sample_counts().iter().all(|&count| count >= 4));
     assert!(film.error(0.95).is_some());
 }
 

@@ -9,7 +9,7 @@ use etendue::math::stats::Moments;
 use etendue::render::adaptive::allocation::Allocation;
 use etendue::render::adaptive::{Deal, Dealer};
 
-/// A square film of so many pixels along its edge, with error bars and counts.
+/// A square film of so many pixels along its edge, with counts.
 fn film_of(edge: u32) -> Film {
     let window = Window {
         x: 0,
@@ -17,19 +17,17 @@ fn film_of(edge: u32) -> Film {
         width: edge,
         height: edge,
     };
-    Film::new(window, edge).with_bars().with_counts()
+    Film::new(window, edge).with_counts()
 }
 
 /// Brings every pixel to its count, with samples that are `value` of the pixel and a random number.
 fn fill(film: &mut Film, counts: &[u64], rng: &mut TestRng, value: impl Fn(usize, f32) -> f32) {
     let tile = &mut film.tiles_mut()[0];
-    let bars = tile.bars.as_mut().expect("it has bars");
     let now = tile.counts.as_mut().expect("it has counts");
     for (i, sums) in tile.pixels.iter_mut().enumerate() {
         for index in now[i]..counts[i] {
             let sample = Rgb::grey(value(i, rng.uniform()));
-            sums.add(sample);
-            bars[i].add(index, sample);
+            sums.add(index, sample);
         }
         now[i] = now[i].max(counts[i]);
     }
@@ -93,7 +91,7 @@ fn pixels_that_asked_their_own_pilot_would_lose_their_mean() {
 
 #[test]
 fn rare_events_lose_their_mean_where_pixels_stop_by_themselves() {
-    for (height, seeds, expected) in [(20.0, 20, 0.568), (200.0, 20, 0.079)] {
+    for (height, seeds, expected) in [(20.0, 20, 0.615), (200.0, 20, 0.079)] {
         let means = Moments::of((0..seeds).map(|seed| {
             let (mut film, mut rng) = (film_of(16), TestRng::new(seed));
             let dealer = Dealer::Greedy(0.1);
@@ -151,7 +149,7 @@ fn samples_are_given_to_the_noise_and_none_is_lost() {
         let sum: u64 = counts.iter().sum();
         // To a round of batches for each colour.
         assert!(sum.abs_diff(256 * level) <= 32, "{level}: {sum}");
-        assert!(counts.iter().all(|n| n % 16 == 0 && *n >= 64));
+        assert!(counts.iter().all(|n| n % 4 == 0 && *n >= 64));
         assert!(counts.iter().all(|&n| 10 * n >= level), "{level}: starved");
         let worth = allocation.worth(level);
         let back = allocation.level_of(worth);

@@ -365,55 +365,48 @@ fn filters_crops_and_lenses_take_splats_as_they_take_samples() {
 fn error_bars_hold_what_splats_add_to_the_noise() {
     let scene = glass(0.0);
     let ready = ready(&scene, Backend::ALL[0]);
-    for bars in [false, true] {
-        let films: Vec<Film> = (0..48)
-            .map(|seed| {
-                let settings = RenderSettings {
-                    seed,
-                    bars,
-                    ..settings(&scene, IntegratorKind::Bidirectional, 16)
-                };
-                film(&ready, &scene, &settings)
-            })
-            .collect();
-        let (mut claimed, mut true_one) = (0.0, 0.0);
-        let estimates: Vec<_> = films.iter().map(Film::estimates).collect();
-        for pixel in 0..estimates[0].len() {
-            let values = estimates.iter().map(|it| it[pixel].mean[1]);
-            let spread = Moments::of(values).variance().expect("many renders");
-            let stated = estimates.iter().map(|it| it[pixel].variance[1]);
-            // Relative, so that bright pixels do not decide alone.
-            let mean = Moments::of(estimates.iter().map(|it| it[pixel].mean[1])).mean();
-            claimed += Moments::of(stated).mean() / (mean * mean);
-            true_one += spread / (mean * mean);
-        }
-        let ratio = claimed / true_one;
-        println!("bars {bars}: claimed over true variance {ratio:.3}");
-        // 256 pixels with 47 degrees of freedom each tell it to 1.3 %, were they normal; caustics are not.
-        assert!((ratio - 1.0).abs() < 0.15, "{bars}: {ratio}");
+    let films: Vec<Film> = (0..48)
+        .map(|seed| {
+            let settings = RenderSettings {
+                seed,
+                ..settings(&scene, IntegratorKind::Bidirectional, 16)
+            };
+            film(&ready, &scene, &settings)
+        })
+        .collect();
+    let (mut claimed, mut true_one) = (0.0, 0.0);
+    let estimates: Vec<_> = films.iter().map(Film::estimates).collect();
+    for pixel in 0..estimates[0].len() {
+        let values = estimates.iter().map(|it| it[pixel].mean[1]);
+        let spread = Moments::of(values).variance().expect("many renders");
+        let stated = estimates.iter().map(|it| it[pixel].variance[1]);
+        // Relative, so that bright pixels do not decide alone.
+        let mean = Moments::of(estimates.iter().map(|it| it[pixel].mean[1])).mean();
+        claimed += Moments::of(stated).mean() / (mean * mean);
+        true_one += spread / (mean * mean);
     }
+    let ratio = claimed / true_one;
+    println!("claimed over true variance {ratio:.3}");
+    // 256 pixels with 47 degrees of freedom each tell it to 1.3 %, were they normal; caustics are not.
+    assert!((ratio - 1.0).abs() < 0.15, "{ratio}");
 }
 
 #[test]
 fn threads_and_tiles_change_no_bit() {
     let scene = glossy();
     let ready = ready(&scene, Backend::ALL[0]);
-    let picture = |threads, tile_size, bars| {
+    let picture = |threads, tile_size| {
         let settings = RenderSettings {
             threads,
             tile_size,
-            bars,
             ..settings(&scene, IntegratorKind::Bidirectional, 16)
         };
         let film = film(&ready, &scene, &settings);
-        let half = film.develop_half().map(|half| half.pixels().to_vec());
-        (film.develop().pixels().to_vec(), half)
+        (film.develop(), film.develop_half(), film.error_bars())
     };
-    for bars in [false, true] {
-        let one = picture(1, 16, bars);
-        assert!(one == picture(4, 16, bars), "threads, with bars {bars}");
-        assert!(one == picture(3, 5, bars), "tiles, with bars {bars}");
-    }
+    let one = picture(1, 16);
+    assert!(one == picture(4, 16), "threads");
+    assert!(one == picture(3, 5), "tiles");
 }
 
 #[test]

@@ -156,7 +156,8 @@ fn a_sample_does_not_depend_on_those_that_are_taken_with_it() {
                 let mut sums = PixelSums::default();
                 for sample in 0..53 {
                     let replayed = replay(&scene, &filter, &settings, pixel, sample);
-                    sums.add(replayed.expect("the settings are valid").radiance);
+                    let replayed = replayed.expect("the settings are valid");
+                    sums.add(sample, replayed.radiance);
                 }
                 sums.mean(53).map(|x| x as f32)
             };

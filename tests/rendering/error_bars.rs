@@ -118,15 +118,17 @@ fn bars_of_a_picture_cover_as_often_as_they_say() {
     for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
         let coverage = of_room(1.0, &MATTE_ROOM, sampler, 256);
         assert_eq!(coverage.miscalibrated(), None, "{}", sampler.name());
-        assert!(coverage.flagged() < 0.4, "{}", coverage.flagged());
+        assert!(coverage.flagged() < 0.1, "{}", coverage.flagged());
     }
 }
 
 #[test]
-fn bars_that_rare_events_have_yet_to_reach_are_flagged() {
-    // Paths from the floor over the metal to the lamp are rare and bright: the bars of one pixel in eight cover too seldom.
-    let coverage = of_room(0.3, &truth(0.3, 1 << 12), SamplerKind::Sobol, 256);
-    assert!(coverage.flagged() > 0.95, "{}", coverage.flagged());
+fn bars_of_pixels_that_rare_events_have_yet_to_reach_cover_by_their_neighbours() {
+    // Paths from the floor over the metal to the lamp are rare and bright: by its own samples alone one pixel in eight would
+    // have a bar that is far too short.
+    let coverage = of_room(0.3, &truth(0.3, 1 << 14), SamplerKind::Sobol, 256);
+    assert_eq!(coverage.miscalibrated(), None);
+    assert!(coverage.flagged() < 0.1, "{}", coverage.flagged());
 }
 
 #[test]
@@ -140,7 +142,7 @@ fn an_error_that_is_asked_for_is_kept_and_hardly_undercut() {
             // Of 24 renders of which 95 % keep it, fewer than 19 do with probability 1e-3.
             assert!(kept.kept >= 19, "{kept}");
             assert!(kept.mean() > 0.75, "{kept}");
-            assert!(kept.worst_factor() < 1.35, "{kept}");
+            assert!(kept.foreseen() > 0.7, "{kept}");
         }
     }
 }

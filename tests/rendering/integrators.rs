@@ -14,7 +14,7 @@ use etendue::effects::{Effect, EffectSet, Kernel};
 use etendue::film::Film;
 use etendue::integrator::Roulette;
 use etendue::integrator::kind::IntegratorKind;
-use etendue::math::stats::Moments;
+use etendue::math::stats::{Moments, student_quantile_of};
 use etendue::math::vec::DVec3;
 use etendue::render::settings::{RenderSettings, SamplerKind};
 use etendue::scene::description::{GeometryDescription, SceneDescription};
@@ -60,9 +60,9 @@ fn means(film: &Film, channel: usize) -> Vec<(f64, f64)> {
         .iter()
         .map(|tile| {
             mean_of(&mut tile.pixels.iter().map(|pixel| {
-                let variance = pixel.variance_of_mean(tile.samples);
-                let variance = variance.expect("several samples");
-                (pixel.mean(tile.samples)[channel], variance[channel])
+                let batches = pixel.batch_means(tile.samples);
+                let variance = batches.variance().expect("several samples")[channel];
+                (batches.mean()[channel], variance / tile.samples as f64)
             }))
         })
         .collect();
@@ -73,8 +73,8 @@ fn means(film: &Film, channel: usize) -> Vec<(f64, f64)> {
 /// Welch's test of every tile and of the whole, whose standard error has to be below `power` of it; the tests of this
 /// file are about three thousand.
 fn assert_same(what: &str, a: &Film, b: &Film, power: f64) {
-    let normal = Normal::standard();
-    let limit = normal.inverse_cdf(1.0 - 0.5 * sidak(1e-4, 3000));
+    // Sixteen pixels of a tile have three degrees of freedom each.
+    let limit = student_quantile_of(48.0, 1.0 - 0.5 * sidak(1e-4, 3000));
     for channel in 0..3 {
         let pairs = means(a, channel).into_iter().zip(means(b, channel));
         for (tile, ((a, va), (b, vb))) in pairs.enumerate() {

@@ -87,7 +87,7 @@ fn chains_that_have_not_found_the_same_are_told_from_those_that_have() {
             ..settings(&scene, IntegratorKind::Metropolis, spp)
         };
         let film = film(&ready, &scene, &settings);
-        film.disagreement().expect("there are batches")
+        film.disagreement()
     };
     let (few, many) = (told(16), told(1024));
     println!("disagreement {few} and {many}");
@@ -105,8 +105,7 @@ fn where_no_light_is_found_the_render_says_so() {
     assert!(error.to_string().contains("found any light"), "{error}");
 }
 
-/// Chains stay long where they are: batches are far from normal numbers until they have many steps. What is trusted then holds
-/// the truth as often as it says.
+/// Chains stay long where they are; their batches know nothing of each other all the same.
 #[test]
 fn bars_that_are_trusted_cover_as_often_as_they_say() {
     let scene = matte();
@@ -126,9 +125,9 @@ fn bars_that_are_trusted_cover_as_often_as_they_say() {
         println!("| mlt, {spp} steps a pixel |{coverage}");
         coverage
     };
-    let (few, many) = (coverage(64, 8), coverage(8192, 8));
-    assert!(few.flagged() > 0.9, "{}", few.flagged());
-    assert!(many.flagged() < 0.8, "{}", many.flagged());
-    // Some 700 intervals, of which neighbours move together.
-    assert_eq!(many.miscalibrated(), None);
+    for coverage in [coverage(64, 8), coverage(8192, 8)] {
+        assert!(coverage.flagged() < 0.1, "{}", coverage.flagged());
+        // Some 2000 intervals, of which neighbours move together.
+        assert_eq!(coverage.miscalibrated(), None);
+    }
 }

@@ -70,11 +70,11 @@ fn samples_in_parts_are_those_at_once() {
         (SamplerKind::Sobol, IntegratorKind::Path),
         (SamplerKind::Sobol, IntegratorKind::Bidirectional),
     ] {
-        for bars in [false, true] {
+        for layers in [false, true] {
             let settings = |spp| RenderSettings {
                 sampler,
                 integrator,
-                bars,
+                layers,
                 ..stage.settings(spp)
             };
             let whole = stage.at_once(&settings(48));
@@ -88,10 +88,11 @@ fn samples_in_parts_are_those_at_once() {
             }
             assert_eq!(parts.film.develop(), whole.film.develop(), "{sampler:?}");
             assert_eq!(
-                parts.film.standard_errors(),
-                whole.film.standard_errors(),
+                parts.film.error_bars(),
+                whole.film.error_bars(),
                 "{sampler:?}"
             );
+            assert_eq!(parts.error(0.95), whole.error(0.95), "{sampler:?}");
             assert_eq!(parts.rays, whole.rays);
         }
     }
@@ -175,20 +176,11 @@ fn what_cannot_go_on_is_refused_and_stays() {
         adaptive: Adaptive::TwoPhase,
         ..stage.settings(16)
     };
-    let even = stage.settings(2);
-    let error = Budget {
-        error: Some(etendue::render::settings::ErrorTarget {
-            rel_rmse: 0.1,
-            confidence: 0.95,
-        }),
-        ..Budget::default()
-    };
-    for (settings, until) in [(&adaptive, Budget::samples(32)), (&even, error)] {
-        let mut rendered = stage.at_once(settings);
-        let before = rendered.film.develop();
-        let refused = stage.go_on(settings, until, &mut rendered, &Unwatched);
-        let refused = refused.expect_err("it cannot go on");
-        assert_eq!(refused.kind(), ErrorKind::Usage, "{refused}");
-        assert_eq!(rendered.film.develop(), before);
-    }
+    let mut rendered = stage.at_once(&adaptive);
+    let before = rendered.film.develop();
+    let until = Budget::samples(32);
+    let refused = stage.go_on(&adaptive, until, &mut rendered, &Unwatched);
+    let refused = refused.expect_err("it cannot go on");
+    assert_eq!(refused.kind(), ErrorKind::Usage, "{refused}");
+    assert_eq!(rendered.film.develop(), before);
 }

@@ -213,11 +213,12 @@ fn layers_are_there_for_those_who_ask() {
     let session = session(load_text(SMALL), Backend::ALL[0]);
     let mut wishes = Wishes::samples(16);
     let bare = session.render(&wishes, &Unwatched).expect("valid");
-    assert!(bare.standard_errors().is_none());
+    let bars = bare.error_bars().expect("there are sixteen samples");
     assert!(bare.layered(&session).is_err());
     wishes.layers = true;
     let layered = session.render(&wishes, &Unwatched).expect("valid");
-    let errors = layered.standard_errors().expect("they were asked for");
+    assert_eq!(layered.error_bars().as_ref(), Some(&bars));
+    let errors = bars.standard_errors;
     let picture = layered.layered(&session).expect("as above");
     let red: Vec<f32> = errors.pixels().iter().map(|p| p.to_array()[0]).collect();
     assert_eq!(picture.layer("se.R"), Some(red.as_slice()));
@@ -234,8 +235,8 @@ fn a_picture_that_fits_in_no_memory_is_refused() {
     session.set_film(film).expect("a size");
     let mut wishes = Wishes::samples(1);
     wishes.layers = true;
-    // 4 billion pixels of half a kilobyte.
-    let error = session.start(&wishes).expect_err("2 terabytes");
+    // 4 billion pixels of 96 bytes.
+    let error = session.start(&wishes).expect_err("400 gigabytes");
     assert_eq!(error.kind(), ErrorKind::Memory, "{error}");
 }
 

@@ -43,25 +43,24 @@ pub struct RenderArguments {
     /// Time to render at most, with --error.
     #[arg(long, value_name = "DURATION", value_parser = parse_duration, requires = "error")]
     pub max_time: Option<Duration>,
-    /// Keep error bars, and write layers to EXR files: se (standard error), spp, flag (1 where se is not to be trusted), half
-    /// (the picture from half of the samples), and albedo, normal and depth of what is seen first. Samples come in 16 independent batches then: their count is rounded
-    /// up, and low-discrepancy samplers gain a little less.
+    /// Write layers to EXR files: se (standard error; two of them make an interval of 95 %), freedom (its degrees of freedom), flag
+    /// (1 where se is not to be trusted), spp, half (the picture from half of the samples), and albedo, normal and depth of what
+    /// is seen first. Samples are rounded up to a multiple of four.
     #[arg(long)]
     pub layers: bool,
     /// Give more samples to pixels with more noise. two-phase: a pilot, up to a quarter of them, shows where; a pixel's count
     /// is decided by its neighbours' pilot, never by its own samples, so that nothing is biased. greedy: the rule of other
     /// renderers, to compare with: a pixel stops when its own relative error is below --error, too early where its samples are
     /// alike by chance. Biased: of pixels that are 20 with probability 0.05, stopped at 10 %, the mean is
-    /// 0.57 instead of 1; of 200 with 0.005 it is 0.08. off: the same number for each. Keeps error bars. Default: the
-    /// scene's, or off.
+    /// 0.62 instead of 1; of 200 with 0.005 it is 0.08. off: the same number for each. Default: the scene's, or off.
     #[arg(long, value_name = "HOW", num_args = 0..=1, require_equals = true,
           default_missing_value = Adaptive::TwoPhase.name(),
           value_parser = named(Adaptive::ALL, Adaptive::name))]
     pub adaptive: Option<Adaptive>,
     /// Filter the noise of the picture. Biases; with --error, the error asked for is that of the unfiltered picture. nlm:
     /// non-local means over the two halves of the samples, guided by what is seen first; its bias vanishes as the noise does.
-    /// oidn: Intel Open Image Denoise 2, where it is found (OIDN_DIR may name its folder). Samples come in batches as with
-    /// --layers. EXR files keep the unfiltered picture as the layer noisy; with --layers, se is then the estimated error of the
+    /// oidn: Intel Open Image Denoise 2, where it is found (OIDN_DIR may name its folder). Samples are rounded up
+    /// as with --layers. EXR files keep the unfiltered picture as the layer noisy; with --layers, se is then the estimated error of the
     /// filtered one.
     #[arg(long, value_name = "FILTER", num_args = 0..=1, require_equals = true,
           default_missing_value = Denoiser::ALL[0].name(),

@@ -8,7 +8,7 @@ use super::Findings;
 use crate::study::bars::{BINS, Coverage, FARTHEST};
 use crate::study::plot::{Axis, Mark, Plot, Series, Shape};
 use crate::study::summary::Summary;
-use statrs::distribution::{Continuous, StudentsT};
+use statrs::distribution::{Continuous, Normal};
 
 /// Bins of the histogram of probabilities.
 const P_BINS: usize = 20;
@@ -152,9 +152,9 @@ fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
         6,
         vec![[50.0, 50.0], [99.0, 99.0]],
     )];
-    let law = StudentsT::new(0.0, 1.0, 15.0).expect("fifteen degrees of freedom");
+    let law = Normal::standard();
     let mut z = vec![Series::curve(
-        "Student's t",
+        "normal",
         Mark::Guide,
         6,
         [-FARTHEST, FARTHEST],
@@ -204,10 +204,10 @@ fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
         },
         Plot {
             title: "How far off, in standard errors".to_owned(),
-            reading: "Errors of trusted pixels over their standard errors, beside Student's t of 15 degrees of freedom, which they follow if the bars are right; what is beyond the ends is counted at them."
+            reading: "Errors of trusted pixels over their standard errors, as normal scores by the degrees of freedom of each: they follow the normal distribution if the bars are right; what is beyond the ends is counted at them."
                 .to_owned(),
             shape: Shape::Wide,
-            x: Axis::linear("error / standard error").over(-FARTHEST, FARTHEST),
+            x: Axis::linear("normal score of the error").over(-FARTHEST, FARTHEST),
             y: Axis::linear("density"),
             series: z,
         },

@@ -18,11 +18,11 @@
 //! Source: Stein 1981 for weights that are given; Rousselle, Knaus and Zwicker 2012, section 5, for maps of the choice that
 //! are smoothed. Tested below and in `tests/rendering/denoise.rs`.
 
+use super::Filtered;
 use super::means::Means;
 use super::noisy::Noisy;
-use super::plane::Plane;
-use super::{Filtered, FilteredError};
 use crate::image::Image;
+use crate::math::plane::Plane;
 use crate::math::rgb::Rgb;
 use rayon::prelude::*;
 
@@ -167,22 +167,9 @@ impl Filtered {
         Self {
             image: image(&|i, c| picture[c].values[i]),
             errors: image(&error),
-            error: (!is_black).then(|| FilteredError {
-                before: root(&noisy_risks(&noisy.halves)).max(0.0).sqrt(),
-                after: root(risks).max(root(floor)).sqrt(),
-            }),
+            error: (!is_black).then(|| root(risks).max(root(floor)).sqrt()),
         }
     }
-}
-
-/// Estimates without bias of the squared errors of the unfiltered picture.
-fn noisy_risks([a, b]: &[[Plane; 3]; 2]) -> [Plane; 3] {
-    [0, 1, 2].map(|c| {
-        a[c].like(|i| {
-            let d = 0.5 * (a[c].values[i] - b[c].values[i]);
-            d * d
-        })
-    })
 }
 
 fn mean(plane: &Plane) -> f64 {

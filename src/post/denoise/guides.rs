@@ -12,7 +12,7 @@
 //! Source: Rousselle, Manzi and Zwicker 2013, "Robust Denoising using Feature and Color Information", section 4, with the
 //! tangent plane of Moon et al. 2014 in place of a constant distance. Tested below and in `tests/rendering/denoise.rs`.
 
-use super::plane::Plane;
+use crate::math::plane::Plane;
 
 /// What the layers of a file hold of the first hits.
 #[derive(Debug, Clone)]

@@ -20,7 +20,8 @@
 //! Filtering", section 4 for the distance and the halves. Tested below and in `tests/rendering/denoise.rs`.
 
 use super::guides::Feature;
-use super::plane::{Part, Plane};
+use super::part::Part;
+use crate::math::plane::Plane;
 use crate::planted::planted;
 use rayon::prelude::*;
 

@@ -10,7 +10,7 @@ mod guides;
 mod means;
 mod noisy;
 mod own;
-mod plane;
+mod part;
 mod prefilter;
 #[cfg(feature = "oidn")]
 mod trained;
@@ -90,15 +90,7 @@ pub struct Filtered {
     pub image: Image,
     /// How far each pixel is likely to be from the truth, by its noise and by its bias: a mean over its neighbourhood.
     pub errors: Image,
-    /// The root of relMSE; `None` for a black picture.
-    pub error: Option<FilteredError>,
-}
-
-/// Estimated roots of relMSE, over the same reference: the filtered picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FilteredError {
-    /// Of the picture before.
-    pub before: f64,
-    /// Of the filtered picture, bias included.
-    pub after: f64,
+    /// The estimated root of relMSE, bias included, with the filtered picture as the truth in its denominator; `None` for a
+    /// black picture.
+    pub error: Option<f64>,
 }

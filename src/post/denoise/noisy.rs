@@ -6,9 +6,9 @@
 //! Source: docs/accuracy.md. Tested in `tests/rendering/denoise.rs`.
 
 use super::guides::FirstHitLayers;
-use super::plane::Plane;
 use crate::error::{Error, Result};
 use crate::image::LayeredImage;
+use crate::math::plane::Plane;
 
 /// A picture with its noise.
 #[derive(Debug, Clone)]

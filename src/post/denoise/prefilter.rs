@@ -10,7 +10,7 @@
 
 use super::guides::FirstHitLayers;
 use super::means::{Comparison, Halves, means};
-use super::plane::Plane;
+use crate::math::plane::Plane;
 
 /// How far away pixels are that are averaged.
 const REACH: usize = 4;

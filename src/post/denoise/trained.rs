@@ -13,8 +13,8 @@
 
 use super::Filtered;
 use super::noisy::Noisy;
-use super::plane::Plane;
 use crate::error::Result;
+use crate::math::plane::Plane;
 use crate::post::oidn;
 
 /// Filters a picture and its halves.

@@ -16,7 +16,7 @@
 //! Source: Neyman 1934 for the square root, Cochran 1977, section 5.5, for the work; sample splitting after Cox 1975. Tested
 //! in `tests/rendering/adaptive_pixels.rs`.
 
-use crate::film::bars::BATCHES;
+use crate::film::batches::BATCHES;
 use crate::film::{Film, PixelEstimate};
 use crate::planted::planted;
 
@@ -41,7 +41,7 @@ pub struct Allocation {
 }
 
 impl Allocation {
-    /// By a film with error bars that has `pilot` samples in every pixel.
+    /// By a film that has `pilot` samples in every pixel.
     pub fn by_pilot(film: &Film, pilot: u64) -> Self {
         let width = film.window().width as usize;
         let estimates = film.estimates();

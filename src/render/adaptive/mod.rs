@@ -10,7 +10,7 @@ mod greedy;
 
 use super::settings::{Budget, RenderSettings};
 use crate::film::Film;
-use crate::film::bars::BATCHES;
+use crate::film::batches::BATCHES;
 use allocation::Allocation;
 
 /// How samples are given out to the pixels.
@@ -148,14 +148,14 @@ mod tests {
     #[test]
     fn a_pilot_is_a_sixteenth_of_the_samples_or_64_but_a_quarter_at_most() {
         for (spp, expected) in [
-            (1, 16),
-            (16, 16),
-            (100, 32),
+            (1, 4),
+            (16, 4),
+            (100, 28),
             (128, 32),
             (256, 64),
             (1024, 64),
             (2048, 128),
-            (9999, 640),
+            (9999, 628),
         ] {
             assert_eq!(pilot(Budget::samples(spp)), expected, "{spp}");
             let over = |level: u64| is_over(level, level as f64 / spp as f64);

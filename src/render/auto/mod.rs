@@ -228,7 +228,7 @@ impl<'a> Stage<'a> {
             seed: hash::combine(self.settings.seed, SEEDS + index),
             budget: Budget::samples(spp),
             adaptive: Adaptive::Off,
-            bars: false,
+            layers: false,
             window: Window {
                 x: 0,
                 y: 0,

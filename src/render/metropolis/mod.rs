@@ -29,7 +29,7 @@ use super::tile::{NonFiniteSample, Rejected};
 use crate::effects::kernel::KernelJob;
 use crate::effects::{Effects, Kernel, Switch};
 use crate::film::Window;
-use crate::film::bars::BATCHES;
+use crate::film::batches::BATCHES;
 use crate::film::filter::Filter;
 use crate::film::splats::{SplatSink, Splats, Strategy};
 use crate::integrator::bidirectional::Bidirectional;
@@ -48,7 +48,7 @@ const ROUND: u64 = 1 << 17;
 const LENGTH: u64 = 128;
 
 /// Chains of a round at least.
-const LEAST_CHAINS: u64 = 32;
+const LEAST_CHAINS: u64 = 128;
 
 /// Steps, or samples to begin at, after which it is asked whether to end.
 const PATIENCE: u64 = 256;

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 /// Steps of a round for each of its samples to begin at ...
 const STEPS_PER_SAMPLE: u64 = 8;
 /// ... of which there are so many at least.
-const LEAST_SAMPLES: u64 = 64;
+const LEAST_SAMPLES: u64 = 256;
 
 /// A path that a chain may begin at.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,0 +1,81 @@
+//! What a pixel's own samples say of it, without its neighbours.
+//!
+//! Measure: radiance, squared for variances.
+//! Range: nothing is known of a pixel with fewer samples than that takes.
+//! Source: none needed. Tested in `tests/rendering/adaptive_pixels.rs` and `tests/rendering/metropolis.rs`.
+
+use super::Film;
+use super::batches::BATCHES;
+use crate::math::stats::Moments;
+
+/// What is known of a pixel.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PixelEstimate {
+    /// The mean of each channel.
+    pub mean: [f64; 3],
+    /// The variance of that mean.
+    pub variance: [f64; 3],
+}
+
+impl PixelEstimate {
+    /// Its part of relMSE: the variance relative to the square of the mean, of the mean over the channels.
+    pub fn relative_variance(&self, epsilon: f64) -> f64 {
+        let relative = |c: usize| self.variance[c] / (self.mean[c] * self.mean[c] + epsilon);
+        let sum = relative(0) + relative(1) + relative(2);
+        // Of a black picture: nothing is known of it.
+        if sum.is_finite() { sum / 3.0 } else { 0.0 }
+    }
+}
+
+impl Film {
+    /// What is known of each pixel, row by row.
+    pub fn estimates(&self) -> Vec<PixelEstimate> {
+        let mut estimates: Vec<PixelEstimate> = (0..self.pixel_count())
+            .map(|index| {
+                let batches = self.batch_means(index);
+                let n = batches.samples() as f64;
+                PixelEstimate {
+                    variance: batches.variance().unwrap_or_default().map(|it| it / n),
+                    ..PixelEstimate::default()
+                }
+            })
+            .collect();
+        for (index, mean, _) in self.means() {
+            estimates[index].mean = mean;
+        }
+        estimates
+    }
+
+    /// The share of lit tiles whose mean is uncertain by more than a fifth, by the spread of batches: where these are of Markov
+    /// chains, they have not yet found the same.
+    pub fn disagreement(&self) -> f64 {
+        const UNCERTAIN: f64 = 0.2;
+        let (mut lit, mut uncertain) = (0, 0);
+        for tile in &self.tiles {
+            let mut batches = [0.0; BATCHES as usize];
+            for pixel in tile.window.pixels() {
+                let of_pixel = self.batch_means(self.index(pixel)).means;
+                for (sum, batch) in batches.iter_mut().zip(of_pixel) {
+                    *sum += batch.iter().sum::<f64>();
+                }
+            }
+            let moments = Moments::of(batches);
+            if moments.mean() > 0.0 {
+                lit += 1;
+                let error = moments.standard_error().unwrap_or(0.0);
+                uncertain += u32::from(error > UNCERTAIN * moments.mean());
+            }
+        }
+        f64::from(uncertain) / f64::from(lit.max(1))
+    }
+
+    /// The pixels about one, at most `reach` rows and columns away, without itself.
+    pub fn around(&self, index: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
+        let (width, height) = (self.window.width as usize, self.window.height as usize);
+        let (x, y) = (index % width, index / width);
+        let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
+        let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+            .filter(move |&other| other != index)
+    }
+}

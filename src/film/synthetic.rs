@@ -1,0 +1,54 @@
+//! Films of random numbers whose distribution is known, to test what is told of them.
+//!
+//! Measure: radiance, the same in all channels.
+//! Range: any size; one tile.
+//! Source: none needed.
+
+use super::{Film, Window};
+use crate::math::rgb::Rgb;
+use rand_core::Rng;
+use rand_pcg::Pcg64;
+
+/// Random numbers.
+pub struct Numbers(Pcg64);
+
+impl Numbers {
+    pub fn new(seed: u64) -> Self {
+        Self(Pcg64::new(seed.into(), 11))
+    }
+
+    /// In (0, 1).
+    pub fn uniform(&mut self) -> f64 {
+        ((self.0.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    }
+
+    /// Of mean 0 and variance 1, by twelve uniform ones.
+    pub fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+}
+
+/// A film of `samples` samples a pixel, each from the index of its pixel.
+pub fn film(
+    (width, height): (u32, u32),
+    samples: u64,
+    seed: u64,
+    sample: impl Fn(usize, &mut Numbers) -> f64,
+) -> Film {
+    let window = Window {
+        x: 0,
+        y: 0,
+        width,
+        height,
+    };
+    let mut film = Film::new(window, width.max(height));
+    let mut numbers = Numbers::new(seed);
+    let tile = &mut film.tiles_mut()[0];
+    tile.samples = samples;
+    for (pixel, sums) in tile.pixels.iter_mut().enumerate() {
+        for index in 0..samples {
+            sums.add(index, Rgb::grey(sample(pixel, &mut numbers) as f32));
+        }
+    }
+    film
+}

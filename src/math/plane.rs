@@ -1,0 +1,216 @@
+//! One number a pixel, with means and extrema over squares of pixels.
+//!
+//! Measure: that of the numbers.
+//! Range: at least one pixel. Squares are cut off at the border; [`Plane::at`] continues the border beyond it.
+//! Source: none needed. Tested below.
+
+/// One number a pixel, row by row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plane {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The numbers, row by row.
+    pub values: Vec<f32>,
+}
+
+impl Plane {
+    /// The same number everywhere.
+    pub fn filled(width: usize, height: usize, value: f32) -> Self {
+        Self {
+            width,
+            height,
+            values: vec![value; width * height],
+        }
+    }
+
+    /// The numbers row by row.
+    pub fn new(width: usize, height: usize, values: Vec<f32>) -> Self {
+        debug_assert_eq!(values.len(), width * height);
+        Self {
+            width,
+            height,
+            values,
+        }
+    }
+
+    /// A plane of the same size, from each pixel's index.
+    pub fn like(&self, value: impl Fn(usize) -> f32) -> Self {
+        Self {
+            width: self.width,
+            height: self.height,
+            values: (0..self.values.len()).map(value).collect(),
+        }
+    }
+
+    /// The number at a place that may lie beyond the border.
+    pub fn at(&self, x: isize, y: isize) -> f32 {
+        let x = x.clamp(0, self.width as isize - 1) as usize;
+        let y = y.clamp(0, self.height as isize - 1) as usize;
+        self.values[y * self.width + x]
+    }
+
+    /// The mean over the square of `2 radius + 1` pixels a side about each pixel, or what of it lies within the plane.
+    pub fn box_mean(&self, radius: usize) -> Self {
+        let mut means = self.box_fold(radius, |a, b| a + b);
+        for (index, value) in means.values.iter_mut().enumerate() {
+            *value /= square_size(index, self.width, self.height, radius) as f32;
+        }
+        means
+    }
+
+    /// The mean over the same square without the pixel itself; that pixel's own number where the plane has no other.
+    pub fn mean_of_others(&self, radius: usize) -> Self {
+        // Not the sum less the pixel: a pixel that outshines all others would leave nothing but rounding.
+        let sums = self.punctured_sums(radius);
+        self.like(
+            |index| match square_size(index, self.width, self.height, radius) {
+                1 => self.values[index],
+                size => sums[index] / (size - 1) as f32,
+            },
+        )
+    }
+
+    /// The least number of the square of `2 radius + 1` pixels a side about each pixel.
+    pub fn box_min(&self, radius: usize) -> Self {
+        self.box_fold(radius, f32::min)
+    }
+
+    /// Combines the numbers of the square about each pixel, first down the columns, then along the rows.
+    fn box_fold(&self, radius: usize, combine: impl Fn(f32, f32) -> f32) -> Self {
+        let columns = self.fold_columns(radius, &combine);
+        let mut values = Vec::with_capacity(columns.len());
+        for row in columns.chunks_exact(self.width) {
+            fold_row(row, radius, &combine, &mut values);
+        }
+        Self { values, ..*self }
+    }
+
+    /// Combines the numbers up to `radius` rows above and below each pixel.
+    fn fold_columns(&self, radius: usize, combine: &impl Fn(f32, f32) -> f32) -> Vec<f32> {
+        let mut folded = Vec::with_capacity(self.values.len());
+        for y in 0..self.height {
+            let rows = y.saturating_sub(radius)..(y + radius + 1).min(self.height);
+            let start = folded.len();
+            folded.extend_from_slice(self.row(rows.start));
+            for other in rows.start + 1..rows.end {
+                for (sum, &x) in folded[start..].iter_mut().zip(self.row(other)) {
+                    *sum = combine(*sum, x);
+                }
+            }
+        }
+        folded
+    }
+
+    /// The sums over the square about each pixel, without the pixel: the columns beside its own, and what is above and below it.
+    fn punctured_sums(&self, radius: usize) -> Vec<f32> {
+        let add = |a, b| a + b;
+        let columns = self.fold_columns(radius, &add);
+        let mut sums = Vec::with_capacity(self.values.len());
+        for (y, columns) in columns.chunks_exact(self.width).enumerate() {
+            let above = y.saturating_sub(radius)..y;
+            let below = y + 1..(y + radius + 1).min(self.height);
+            for x in 0..self.width {
+                let own_column: f32 = above
+                    .clone()
+                    .chain(below.clone())
+                    .map(|row| self.values[row * self.width + x])
+                    .sum();
+                let left = &columns[x.saturating_sub(radius)..x];
+                let right = &columns[x + 1..(x + radius + 1).min(self.width)];
+                sums.push(left.iter().chain(right).sum::<f32>() + own_column);
+            }
+        }
+        sums
+    }
+
+    fn row(&self, y: usize) -> &[f32] {
+        &self.values[y * self.width..][..self.width]
+    }
+}
+
+/// Combines the numbers up to `radius` places to either side of each of a row.
+fn fold_row(row: &[f32], radius: usize, combine: &impl Fn(f32, f32) -> f32, folded: &mut Vec<f32>) {
+    let start = folded.len();
+    folded.extend_from_slice(row);
+    let folded = &mut folded[start..];
+    for offset in 1..=radius.min(row.len() - 1) {
+        let rest = row.len() - offset;
+        for (sum, &x) in folded[..rest].iter_mut().zip(&row[offset..]) {
+            *sum = combine(*sum, x);
+        }
+        for (sum, &x) in folded[offset..].iter_mut().zip(&row[..rest]) {
+            *sum = combine(*sum, x);
+        }
+    }
+}
+
+/// Pixels of the square of this radius about a pixel that lie within the plane.
+fn square_size(index: usize, width: usize, height: usize, radius: usize) -> usize {
+    let within =
+        |at: usize, length: usize| (at + radius + 1).min(length) - at.saturating_sub(radius);
+    within(index % width, width) * within(index / width, height)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mean_is_over_what_lies_within() {
+        let plane = Plane::new(3, 2, vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let mean = plane.box_mean(1);
+        assert_eq!(mean.values, [3.0, 3.5, 4.0, 3.0, 3.5, 4.0]);
+        assert_eq!(plane.box_mean(0), plane);
+        assert_eq!(plane.box_mean(9).values, [3.5; 6]);
+    }
+
+    #[test]
+    fn the_mean_of_others_leaves_the_pixel_out_however_bright_it_is() {
+        let (width, height) = (7, 5);
+        let values: Vec<f32> = (0..35).map(|i| ((i * i) % 11) as f32).collect();
+        let plane = Plane::new(width, height, values);
+        for radius in [1, 3, 9] {
+            let others = plane.mean_of_others(radius);
+            for index in 0..plane.values.len() {
+                let mut bright = plane.clone();
+                bright.values[index] = 1e30;
+                let (x, y) = (index % width, index / width);
+                let near = |i: &usize| {
+                    (i % width).abs_diff(x) <= radius && (i / width).abs_diff(y) <= radius
+                };
+                let around: Vec<f32> = (0..35)
+                    .filter(|i| *i != index)
+                    .filter(near)
+                    .map(|i| plane.values[i])
+                    .collect();
+                let expected = around.iter().sum::<f32>() / around.len() as f32;
+                assert!((others.values[index] - expected).abs() < 1e-5);
+                assert_eq!(
+                    bright.mean_of_others(radius).values[index],
+                    others.values[index]
+                );
+            }
+        }
+        let alone = Plane::new(1, 1, vec![4.0]);
+        assert_eq!(alone.mean_of_others(3), alone);
+    }
+
+    #[test]
+    fn the_least_is_over_what_lies_within() {
+        let plane = Plane::new(4, 2, vec![4.0, 9.0, 9.0, 3.0, 5.0, 9.0, 9.0, 9.0]);
+        let least = plane.box_min(1);
+        assert_eq!(least.values, [4.0, 4.0, 3.0, 3.0, 4.0, 4.0, 3.0, 3.0]);
+        assert_eq!(plane.box_min(8).values, [3.0; 8]);
+    }
+
+    #[test]
+    fn beyond_the_border_is_the_border() {
+        let plane = Plane::new(2, 2, vec![1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(
+            [plane.at(-3, 0), plane.at(5, 5), plane.at(1, 0)],
+            [1.0, 4.0, 2.0]
+        );
+    }
+}

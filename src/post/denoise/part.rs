@@ -1,0 +1,34 @@
+//! A part of a plane with a margin about it, for work that is done block by block.
+//!
+//! Measure: that of the numbers.
+//! Range: beyond the border of the plane, pixels are those of the border.
+//! Source: none needed. Tested in `math/plane.rs` and `means.rs`.
+
+use crate::math::plane::Plane;
+
+/// A part of a plane with a margin, whose pixels beyond the border are those of the border.
+#[derive(Debug, Clone)]
+pub struct Part {
+    stride: usize,
+    values: Vec<f32>,
+}
+
+impl Part {
+    /// `size` pixels from a corner on, and the margin about them.
+    pub fn of(plane: &Plane, corner: [usize; 2], size: [usize; 2], margin: usize) -> Self {
+        let stride = size[0] + 2 * margin;
+        let rows = size[1] + 2 * margin;
+        let start = corner.map(|at| at as isize - margin as isize);
+        let values = (0..rows as isize)
+            .flat_map(|y| (0..stride as isize).map(move |x| plane.at(start[0] + x, start[1] + y)));
+        Self {
+            stride,
+            values: values.collect(),
+        }
+    }
+
+    /// `length` numbers of a row from a column on.
+    pub fn row(&self, [x, y]: [usize; 2], length: usize) -> &[f32] {
+        &self.values[y * self.stride + x..][..length]
+    }
+}

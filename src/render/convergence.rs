@@ -1,0 +1,292 @@
+//! How the error of a render falls with its samples, by looks at it as it goes on, and what a smaller error takes.
+//!
+//! The root of relMSE falls as a power of the samples, 1/2 for independent ones and more where points are spread evenly. Two
+//! looks far enough apart tell the power. Between two powers of two of samples, Sobol' points do no better than
+//! independent ones go on from the first: what they gain comes at the second.
+//!
+//! Measure: roots of relMSE; samples per pixel, in what they are worth given out evenly where they are not.
+//! Range: powers from 1/2 to 3/2. Without two looks, or where they do not tell it from 1/2, the power is 1/2.
+//! Source: docs/accuracy.md, "The error that is printed". Tested below and in `tests/command/layers.rs`.
+
+use crate::film::{Doubt, ErrorEstimate};
+use crate::math::stats::normal_quantile;
+
+/// Looks whose samples differ by this factor tell the power with which the error falls: nearer ones differ by their noise.
+const APART: f64 = 4.0;
+
+/// An error falls at least as the root of the samples does ...
+const SLOWEST: f64 = 0.5;
+/// ... and hardly faster than this power of them.
+const FASTEST: f64 = 1.5;
+
+/// Standard errors from which on a difference is no chance.
+const SURE: f64 = 2.0;
+
+/// The same for the alarm that an error rises, which stops the render from ending.
+const ALARMED: f64 = 3.0;
+
+/// One look at a render.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Look {
+    /// Samples per pixel.
+    pub samples: f64,
+    /// The root of relMSE.
+    pub rel_rmse: f64,
+    /// The relative standard error of its square.
+    pub uncertainty: f64,
+}
+
+impl Look {
+    /// A look after so many samples per pixel.
+    pub fn new(samples: f64, error: &ErrorEstimate) -> Self {
+        Self {
+            samples,
+            rel_rmse: error.rel_rmse,
+            uncertainty: error.uncertainty,
+        }
+    }
+
+    /// What one sample per pixel has of the squared error, if samples are independent.
+    fn of_sample(&self) -> f64 {
+        self.samples * self.rel_rmse * self.rel_rmse
+    }
+
+    /// Whether the error after more samples is as small as independent samples make it, give or take what both looks know.
+    pub fn is_kept_by(&self, later: &Self) -> bool {
+        let chance = ALARMED * self.uncertainty.hypot(later.uncertainty);
+        later.of_sample() <= self.of_sample() * (1.0 + chance)
+    }
+}
+
+/// An error's estimate at the end of some looks: without a bound where it has not fallen as it should.
+pub fn stated(error: ErrorEstimate, samples: f64, looks: &[Look]) -> ErrorEstimate {
+    let now = Look::new(samples, &error);
+    let before = looks.iter().rfind(|look| 2.0 * look.samples <= samples);
+    match before {
+        Some(before) if error.doubt.is_none() && !before.is_kept_by(&now) => ErrorEstimate {
+            upper_bound: f64::INFINITY,
+            doubt: Some(Doubt::Rising {
+                at_least: error.rel_rmse * (1.0 - SURE * error.uncertainty).max(0.0).sqrt(),
+                samples: before.samples,
+                rel_rmse: before.rel_rmse,
+            }),
+            ..error
+        },
+        _ => error,
+    }
+}
+
+/// The power of the samples with which the error falls.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PowerLaw {
+    /// The likely one.
+    pub power: f64,
+    /// The least and the greatest that the looks allow.
+    pub range: [f64; 2],
+}
+
+impl PowerLaw {
+    /// By the last look and the latest that is far enough before it.
+    pub fn of(looks: &[Look]) -> Self {
+        let told = looks.split_last().and_then(|(last, before)| {
+            let first = before
+                .iter()
+                .rfind(|look| APART * look.samples <= last.samples)?;
+            let steps = (last.samples / first.samples).ln();
+            let power = (first.rel_rmse / last.rel_rmse).ln() / steps;
+            let error = 0.5 * first.uncertainty.hypot(last.uncertainty) / steps;
+            (power + error).is_finite().then_some((power, error))
+        });
+        let (power, error) = told.unwrap_or((SLOWEST, 0.0));
+        let range = [power - SURE * error, power + SURE * error];
+        let within = |power: f64| power.clamp(SLOWEST, FASTEST);
+        Self {
+            // What the looks do not tell from the slowest is the slowest.
+            power: match range[0] <= SLOWEST {
+                true => SLOWEST,
+                false => within(power),
+            },
+            range: range.map(within),
+        }
+    }
+
+    /// By what factor the samples grow until the error has fallen by one, at the likely power and at both ends of its range.
+    pub fn samples_for(&self, factor: f64) -> [f64; 3] {
+        let [slow, fast] = self.range;
+        [fast, self.power, slow].map(|power| factor.powf(1.0 / power))
+    }
+}
+
+/// How a bound falls that holds an error with some confidence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Forecast {
+    look: Look,
+    power: f64,
+    /// Whether what is gained comes at powers of two of the samples.
+    in_steps: bool,
+    /// Standard errors between the estimate and its bound.
+    sigmas: f64,
+    /// The relative standard error that even normal samples leave.
+    least_uncertainty: f64,
+}
+
+/// The part of the squared error that the bound allows for besides its standard error.
+const ALLOWED: f64 = 1.03;
+
+impl Forecast {
+    /// By the looks so far, for a picture of so many pixels. `None` before the first.
+    pub fn new(looks: &[Look], pixels: u64, confidence: f64, in_steps: bool) -> Option<Self> {
+        /// Of normal samples, by which pixels vary as they do in a room.
+        const OF_PIXELS: f64 = 8.0;
+        Some(Self {
+            look: *looks.last()?,
+            power: PowerLaw::of(looks).power,
+            in_steps,
+            sigmas: normal_quantile(confidence),
+            least_uncertainty: (OF_PIXELS / pixels as f64).sqrt(),
+        })
+    }
+
+    /// The bound after so many samples per pixel, at least as many as at the last look.
+    fn bound(&self, samples: f64) -> f64 {
+        let Look {
+            samples: now,
+            uncertainty,
+            ..
+        } = self.look;
+        let grown = samples / now;
+        // What rare samples make uncertain falls as any mean does.
+        let uncertainty = (uncertainty / grown.sqrt()).max(self.least_uncertainty.min(uncertainty));
+        self.error(samples) * (ALLOWED + self.sigmas * uncertainty).sqrt()
+    }
+
+    /// The root of relMSE after so many samples.
+    fn error(&self, samples: f64) -> f64 {
+        let Look {
+            samples: now,
+            rel_rmse,
+            ..
+        } = self.look;
+        let floor = |samples: f64| 2.0_f64.powf(samples.log2().floor());
+        if self.in_steps && floor(samples) > now {
+            // From one power of two to another, and on from there as independent samples do.
+            let step = floor(samples);
+            let at_step = rel_rmse * (step / now).powf(-self.power);
+            at_step * (samples / step).powf(-SLOWEST)
+        } else if self.in_steps {
+            rel_rmse * (samples / now).powf(-SLOWEST)
+        } else {
+            rel_rmse * (samples / now).powf(-self.power)
+        }
+    }
+
+    /// Samples per pixel after which the bound is at most this.
+    pub fn samples_for(&self, bound: f64) -> f64 {
+        let is_reached = |samples: f64| self.bound(samples) <= bound;
+        let mut high = self.look.samples;
+        while !is_reached(high) && high < u64::MAX as f64 {
+            high *= 2.0;
+        }
+        let mut low = 0.5 * high;
+        if low < self.look.samples {
+            return high;
+        }
+        /// Halvings that leave a thousandth.
+        const HALVINGS: u32 = 10;
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if is_reached(middle) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        high
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn look(samples: f64, rel_rmse: f64, uncertainty: f64) -> Look {
+        Look {
+            samples,
+            rel_rmse,
+            uncertainty,
+        }
+    }
+
+    #[test]
+    fn the_power_is_that_of_looks_far_apart_and_the_slowest_where_they_do_not_tell() {
+        let looks = [64.0, 128.0, 256.0, 1024.0].map(|n: f64| look(n, n.powf(-0.75), 0.01));
+        let law = PowerLaw::of(&looks);
+        assert!((law.power - 0.75).abs() < 1e-12, "{law:?}");
+        assert!(law.range[0] > 0.73 && law.range[1] < 0.77, "{law:?}");
+        // Ten times better takes 10^(4/3) times as many.
+        let [_, likely, _] = law.samples_for(10.0);
+        assert!((likely / 21.544 - 1.0).abs() < 1e-3, "{likely}");
+        let noisy = looks.map(|it| look(it.samples, it.rel_rmse, 0.6));
+        let law = PowerLaw::of(&noisy);
+        assert_eq!((law.power, law.range[0]), (0.5, 0.5));
+        assert!(law.range[1] > 0.75);
+        assert_eq!(PowerLaw::of(&looks[..2]).power, 0.5);
+        assert_eq!(PowerLaw::of(&[]).range, [0.5, 0.5]);
+    }
+
+    #[test]
+    fn an_error_that_does_not_fall_is_in_doubt() {
+        let error = |rel_rmse, uncertainty| ErrorEstimate {
+            rel_rmse,
+            uncertainty,
+            confidence: 0.95,
+            upper_bound: 1.1 * rel_rmse,
+            doubt: None,
+        };
+        let looks = [look(64.0, 0.1, 0.1), look(256.0, 0.05, 0.1)];
+        let fallen = stated(error(0.025, 0.1), 1024.0, &looks);
+        assert_eq!(fallen, error(0.025, 0.1));
+        let risen = stated(error(0.05, 0.1), 1024.0, &looks);
+        assert!(risen.upper_bound.is_infinite());
+        let Some(Doubt::Rising {
+            at_least, samples, ..
+        }) = risen.doubt
+        else {
+            panic!("{risen:?}");
+        };
+        assert!(samples == 256.0 && at_least < 0.05 && at_least > 0.04);
+        // What is known badly may be chance; what is near cannot tell.
+        assert_eq!(stated(error(0.05, 1.5), 1024.0, &looks).doubt, None);
+        assert_eq!(stated(error(0.05, 0.1), 300.0, &looks[1..]).doubt, None);
+    }
+
+    #[test]
+    fn points_that_gain_at_powers_of_two_are_foreseen_to() {
+        let looks = [look(16.0, 1.0, 0.0), look(64.0, 0.25, 0.0)];
+        let steps = Forecast::new(&looks, 1 << 40, 0.5, true).expect("there are looks");
+        let smooth = Forecast::new(&looks, 1 << 40, 0.5, false).expect("there are looks");
+        assert!((smooth.error(100.0) - 0.16).abs() < 1e-9);
+        // At powers of two the same, between them as independent samples.
+        for n in [128.0, 256.0, 1024.0] {
+            assert!((steps.error(n) - smooth.error(n)).abs() < 1e-12);
+        }
+        assert!((steps.error(192.0) - 0.125 / 1.5_f64.sqrt()).abs() < 1e-9);
+        for forecast in [steps, smooth] {
+            for target in [0.2, 0.05, 0.01] {
+                let n = forecast.samples_for(target);
+                assert!(forecast.bound(n) <= target && forecast.bound(0.99 * n) > 0.99 * target);
+            }
+        }
+    }
+
+    #[test]
+    fn a_bound_comes_nearer_to_the_error_as_that_is_known_better() {
+        let looks = [look(64.0, 0.1, 0.4)];
+        let forecast = Forecast::new(&looks, 8_000_000, 0.95, false).expect("a look");
+        let margin = |n: f64| forecast.bound(n) / forecast.error(n);
+        assert!(margin(64.0) > 1.29 && margin(6400.0) < 1.05);
+        // At its least with few pixels.
+        let few = Forecast::new(&looks, 200, 0.95, false).expect("a look");
+        assert!(few.bound(1e9) / few.error(1e9) > 1.16);
+    }
+}

@@ -9,12 +9,13 @@
 //! with m the neighbours' mean of s^2, and its mean is off by Student's t with d0 + d degrees of freedom, scaled to that
 //! variance. Where neighbours are alike, d0 is large and v is m; where they are not, v is the pixel's own.
 //!
-//! d0 is fitted to the neighbours' mean of s: E[s]^2 / E[s^2] is that of the distribution times that of the noise of s.
+//! d0 is fitted to the neighbours' mean of s: the square of the mean of s over the mean of s^2 is that of the distribution
+//! times that of the noise of s.
 //! Where rare bright samples rule, s^2 tells less than normal numbers would: with the excess kurtosis k of a batch's mean,
 //! d = 2 / (2/3 + k/4). Then the mean is not normal either. A t distribution of 4 + 6/k' degrees of freedom has the kurtosis
 //! k' of the mean, k/4; taken for a fifth of that, it has the middle and the tails that pixels of the gallery have.
 //!
-//! **Flags.** A pixel is flagged if its neighbours' means have an excess kurtosis above [`MOST_KURTOSIS`], or if more than a fifth
+//! **Flags.** A pixel is flagged if its neighbours' means have an excess kurtosis above 8, or if more than a fifth
 //! of its neighbours have not met any light although others have. A pixel's own samples decide nothing: those that missed what is rare
 //! would seem to be the best.
 //!
@@ -265,7 +266,7 @@ fn mean_root_of_chi_square(freedom: f32) -> f32 {
     ((2.0 / d).sqrt() * ratio.exp()) as f32
 }
 
-/// E[sigma]^2 / E[sigma^2] of variances from a scaled inverse chi-square distribution, for many degrees of freedom.
+/// The squared mean of sigma over the mean of its square, for variances from a scaled inverse chi-square distribution, for many degrees of freedom.
 struct InverseChiSquare {
     /// Degrees of freedom and the ratio, both rising.
     table: Vec<[f32; 2]>,

@@ -109,9 +109,10 @@ fn compare(what: &str, a: &Film, b: &Film) {
         let tiles = film.tiles().iter();
         let pixels =
             tiles.flat_map(|tile| tile.pixels.iter().map(move |sums| (sums, tile.samples)));
-        let variances = pixels
-            .clone()
-            .map(|(sums, n)| sums.variance_of_mean(n).map_or(0.0, |v| v[1]));
+        let variances = pixels.clone().map(|(sums, n)| {
+            let variance = sums.batch_means(n).variance();
+            variance.map_or(0.0, |of_sample| of_sample[1] / n as f64)
+        });
         let means = Moments::of(pixels.clone().map(|(sums, n)| sums.mean(n)[1]));
         let count = means.count() as f64;
         (means.mean(), variances.sum::<f64>() / (count * count))

@@ -114,7 +114,7 @@ struct Pixels {
     samples: Vec<u64>,
     /// The variance of a sample in each channel.
     variances: [Plane; 3],
-    /// The same of luminance, and its root.
+    /// The variance of luminance, and its root.
     luminance: Plane,
     deviation: Plane,
     /// The fourth cumulant and the squared variance of luminance over its variance: pixels of all brightnesses count, the noisier the more.

@@ -23,8 +23,7 @@
 //!
 //! Measure: roots of relMSE, without unit.
 //! Range: pictures with a sample in each batch of every pixel, neither half of which is black.
-//! Source: docs/accuracy.md, "The error that is printed", has the measurements behind the constants. Tested below, in
-//! `tests/rendering/stated_error.rs` and by `make accuracy`.
+//! Source: docs/accuracy.md, "The error that is printed", has the measurements behind the constants. Tested below.
 
 use super::Film;
 use super::batches::{BATCHES, BatchMeans, Half};

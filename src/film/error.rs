@@ -2,13 +2,8 @@
 //!
 //! relMSE is the mean over pixels and channels of (x - r)^2 / (r^2 + eps), eps = 0.01 mean(r)^2, with x the picture and r the
 //! truth. The expectation of (x - r)^2 is the variance v of the pixel's mean. Were r replaced by x, a bright sample would
-//! raise both v and x^2 and excuse itself. So v is taken from one half of the batches and r from the other, both ways:
-//!
-//!   E = (e_even + e_odd) / 2,   e_half = mean of v_half / (r_other^2 + eps_other).
-//!
-//! r_other is the other half's picture, smoothed as far as its own noise asks for (`local_truth.rs`). What noise is left in it
-//! makes E too large, by nearly as much again if r comes from one batch of the other half instead of two, Q: the
-//! noise doubles. E^2 / Q is free of that in the first order (Richardson).
+//! raise both v and x^2 and excuse itself. So v is taken from one half of the batches and r from the other, both ways, and E
+//! is the mean of both (`relative_variance.rs`).
 //!
 //! **The bound.** e_even and e_odd of a block of pixels know the same truth by different numbers: their differences tell the
 //! variance of E without a model of how the error varies over the picture, and blocks hold what correlates neighbours. The
@@ -26,11 +21,8 @@
 //! Source: docs/accuracy.md, "The error that is printed", has the measurements behind the constants. Tested below.
 
 use super::Film;
-use super::batches::{BATCHES, BatchMeans, Half};
-use super::local_truth::{Smoothed, local_truth};
-use crate::math::plane::Plane;
+use super::relative_variance::RelativeVariances;
 use crate::math::stats::student_quantile_of;
-use crate::planted::planted;
 
 /// How far the picture is likely to be from the truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,14 +80,9 @@ impl Doubt {
     }
 }
 
-/// The edge of the blocks whose differences tell the uncertainty, in pixels.
-const BLOCK: usize = 8;
-
-/// Blocks are smaller where there would be fewer of them than this.
-const LEAST_BLOCKS: usize = 32;
-
-/// What smoothing and extrapolation may leave of the squared error: the greatest bias of the gallery's pictures is 3 %.
-const MODEL_ERROR: f64 = 0.03;
+/// The share of the squared error that smoothing and extrapolation may leave out: the greatest bias in the gallery's pictures is
+/// 3 %.
+pub(crate) const MODEL_ERROR: f64 = 0.03;
 
 /// The relative standard error of the squared error from which on it counts as unknown.
 const UNRESOLVED: f64 = 0.4;
@@ -149,116 +136,7 @@ impl Film {
         Some(estimate(bound, doubt))
     }
 }
-
-/// The variance of each pixel's mean over the squared truth, as either half of the batches tells it.
-struct RelativeVariances {
-    width: usize,
-    /// Means over the channels: the variance by the even batches, and by the odd ones.
-    halves: [Vec<f64>; 2],
-    /// What they are to be multiplied with, for the noise of the denominators.
-    extrapolation: f64,
-    /// The largest squared error that one sample of a pixel could be by itself, summed as relMSE is.
-    largest_sample: f64,
-}
-
 impl RelativeVariances {
-    fn of(film: &Film) -> Option<Self> {
-        if !film.has_all_batches() {
-            return None;
-        }
-        let width = film.window.width as usize;
-        let count = film.pixel_count();
-        let means = Half::ALL.map(|half| mean_of_half(film, half));
-        if means.iter().any(|&mean| mean <= 0.0) {
-            return None;
-        }
-        // Single precision serves, in units of the picture's mean.
-        let unit = 0.5 * (means[0] + means[1]);
-        let epsilons = means.map(|mean| (0.01 * (mean / unit) * (mean / unit)) as f32);
-        let mut halves = [vec![0.0; count], vec![0.0; count]];
-        let mut of_quarters = 0.0;
-        let mut largest = vec![0.0; count];
-        for c in 0..3 {
-            let channel = Channel::of(film, c, unit)?;
-            for (index, half) in Half::ALL.into_iter().enumerate() {
-                let other = planted!("denominator-of-the-same-half", half, half.other());
-                let epsilon = epsilons[other as usize];
-                let variance = &channel.variances[half as usize];
-                let (of_half, of_batches) = channel.truths(other);
-                for (sum, relative) in halves[index]
-                    .iter_mut()
-                    .zip(relative(variance, &of_half, epsilon))
-                {
-                    *sum += relative / 3.0;
-                }
-                for truth in of_batches {
-                    of_quarters += relative(variance, &truth, epsilon).sum::<f64>();
-                }
-            }
-            let epsilon = 0.5 * (epsilons[0] + epsilons[1]);
-            let darkest = channel.whole_truth().box_min(1);
-            let darkest = darkest.like(|i| darkest.values[i].max(0.0));
-            for (sum, relative) in
-                largest
-                    .iter_mut()
-                    .zip(relative(&channel.largest_sample, &darkest, epsilon))
-            {
-                *sum += relative / 3.0;
-            }
-        }
-        // Of three channels, two halves and two batches of each.
-        let of_quarters = of_quarters / (12 * count) as f64;
-        let of_halves = 0.5 * (sum(&halves[0]) + sum(&halves[1])) / count as f64;
-        Some(Self {
-            width,
-            halves,
-            extrapolation: if of_quarters > 0.0 {
-                of_halves / of_quarters
-            } else {
-                1.0
-            },
-            largest_sample: largest.into_iter().fold(0.0, f64::max) / count as f64,
-        })
-    }
-
-    fn count(&self) -> f64 {
-        self.halves[0].len() as f64
-    }
-
-    /// The estimate of relMSE.
-    fn mean(&self) -> f64 {
-        let both = 0.5 * (sum(&self.halves[0]) + sum(&self.halves[1]));
-        self.extrapolation * both / self.count()
-    }
-
-    /// What the blocks of the picture add to the difference of both halves' estimates.
-    fn block_differences(&self) -> Vec<f64> {
-        let [width, height] = [self.width, self.halves[0].len() / self.width];
-        let blocks = |edge: usize| width.div_ceil(edge) * height.div_ceil(edge);
-        let mut edge = BLOCK;
-        while edge > 1 && blocks(edge) < LEAST_BLOCKS {
-            edge /= 2;
-        }
-        let across = width.div_ceil(edge);
-        let mut differences = vec![0.0; blocks(edge)];
-        for index in 0..self.halves[0].len() {
-            let block = index / width / edge * across + index % width / edge;
-            differences[block] += self.difference(index);
-        }
-        differences
-    }
-
-    fn difference(&self, index: usize) -> f64 {
-        let [even, odd] = [self.halves[0][index], self.halves[1][index]];
-        self.extrapolation * (even - odd) / self.count()
-    }
-
-    /// What a pixel adds to the estimate.
-    fn part(&self, index: usize) -> f64 {
-        let both = self.halves[0][index] + self.halves[1][index];
-        0.5 * self.extrapolation * both / self.count()
-    }
-
     /// Whether few pixels have too much of the error for it to be known.
     ///
     /// The lower bound is the best of those that leave the pixels out that hold most of the error, as many as it takes.
@@ -269,7 +147,7 @@ impl RelativeVariances {
         if !is_unresolved && outshining <= OUTSHINING {
             return None;
         }
-        let mut pixels: Vec<usize> = (0..self.halves[0].len()).collect();
+        let mut pixels: Vec<usize> = (0..self.count()).collect();
         // The largest first; equal ones in the order of the picture.
         pixels.sort_by(|&a, &b| self.part(b).total_cmp(&self.part(a)).then(a.cmp(&b)));
         let (mut rest, mut squares) = (0.0, 0.0);
@@ -286,11 +164,11 @@ impl RelativeVariances {
         // What is left out may have ruled the extrapolation, which else makes an error smaller.
         let of_others = self.extrapolation.min(1.0) / self.extrapolation;
         let at_least = (of_others * best).sqrt();
-        let are_few = left_out as f64 <= MOST_PIXELS * self.count();
+        let are_few = left_out as f64 <= MOST_PIXELS * self.count() as f64;
         if is_unresolved && are_few && left_out > 0 {
             Some(Doubt::FewPixels {
                 at_least,
-                pixels: left_out as f64 / self.count(),
+                pixels: left_out as f64 / self.count() as f64,
                 share,
             })
         } else if outshining > OUTSHINING {
@@ -303,107 +181,6 @@ impl RelativeVariances {
             None
         }
     }
-}
-
-/// One channel of a film in units of the picture's mean.
-struct Channel {
-    batches: [Plane; BATCHES as usize],
-    halves: [Smoothed; 2],
-    whole: Smoothed,
-    /// The variance of the pixel's mean, by either half.
-    variances: [Plane; 2],
-    /// The square of what the largest sample of a pixel can add to its mean, as the batches tell it.
-    largest_sample: Plane,
-}
-
-impl Channel {
-    fn of(film: &Film, c: usize, unit: f64) -> Option<Self> {
-        let width = film.window.width as usize;
-        let height = film.window.height as usize;
-        let empty = || Plane::filled(width, height, 0.0);
-        let mut batches = [(); BATCHES as usize].map(|()| empty());
-        let mut halves = [empty(), empty()];
-        let mut of_halves = [empty(), empty()];
-        let mut variances = [empty(), empty()];
-        let (mut whole, mut of_whole, mut largest) = (empty(), empty(), empty());
-        let square = unit * unit;
-        for index in 0..film.pixel_count() {
-            let pixel = film.batch_means(index);
-            let n = pixel.samples() as f64;
-            for (plane, mean) in batches.iter_mut().zip(pixel.means) {
-                plane.values[index] = (mean[c] / unit) as f32;
-            }
-            for half in Half::ALL {
-                let (difference, share) = pixel.contrast(half)?;
-                let of_sample = share * difference[c] * difference[c] / square;
-                let of_half: u64 = half.batches().map(|batch| pixel.counts[batch]).iter().sum();
-                let at = half as usize;
-                variances[at].values[index] = (of_sample / n) as f32;
-                of_halves[at].values[index] = (of_sample / of_half as f64) as f32;
-                halves[at].values[index] = (pixel.half_mean(half)[c] / unit) as f32;
-            }
-            whole.values[index] = (pixel.mean()[c] / unit) as f32;
-            of_whole.values[index] = (pixel.variance()?[c] / n / square) as f32;
-            largest.values[index] = (largest_sample(&pixel, c) / unit).powi(2) as f32;
-        }
-        let [even, odd] = halves;
-        let [of_even, of_odd] = of_halves;
-        Some(Self {
-            batches,
-            halves: [Smoothed::new(even, &of_even), Smoothed::new(odd, &of_odd)],
-            whole: Smoothed::new(whole, &of_whole),
-            variances,
-            largest_sample: largest,
-        })
-    }
-
-    /// The truth as a half tells it, and as each of its two batches does.
-    fn truths(&self, half: Half) -> (Plane, [Plane; 2]) {
-        let smoothed = &self.halves[half as usize];
-        let of_half = local_truth(&smoothed.picture, smoothed, 1.0);
-        // A batch has half of the samples.
-        let of_batches = half
-            .batches()
-            .map(|batch| local_truth(&self.batches[batch], smoothed, 2.0));
-        (of_half, of_batches)
-    }
-
-    /// The truth as all batches tell it.
-    fn whole_truth(&self) -> Plane {
-        local_truth(&self.whole.picture, &self.whole, 1.0)
-    }
-}
-
-/// What the largest sample of a pixel can have added to its mean: as much as its batches differ by.
-fn largest_sample(pixel: &BatchMeans, c: usize) -> f64 {
-    let means = pixel.means.iter().map(|mean| mean[c]);
-    let (least, most) = means.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| {
-        (least.min(x), most.max(x))
-    });
-    (most - least) / BATCHES as f64
-}
-
-/// Variances over the squares of the truth.
-fn relative<'a>(
-    variance: &'a Plane,
-    truth: &'a Plane,
-    epsilon: f32,
-) -> impl Iterator<Item = f64> + 'a {
-    let pairs = variance.values.iter().zip(&truth.values);
-    pairs.map(move |(variance, truth)| f64::from(variance / (truth * truth + epsilon)))
-}
-
-/// The mean over pixels and channels of the picture that a half of the batches makes.
-fn mean_of_half(film: &Film, half: Half) -> f64 {
-    let pixels = 0..film.pixel_count();
-    let sum: f64 = pixels
-        .map(|index| film.batch_means(index).half_mean(half).iter().sum::<f64>())
-        .sum();
-    sum / (3 * film.pixel_count()) as f64
-}
-
-fn sum(numbers: &[f64]) -> f64 {
-    numbers.iter().sum()
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ mod estimate;
 pub mod filter;
 mod local_truth;
 pub mod pixel;
+mod relative_variance;
 pub mod splats;
 #[cfg(test)]
 mod synthetic;
@@ -23,6 +24,7 @@ use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;
 use batches::{BATCHES, BatchMeans, Half};
+pub(crate) use error::MODEL_ERROR;
 pub use error::{Doubt, ErrorEstimate};
 pub use estimate::PixelEstimate;
 use pixel::PixelSums;

@@ -8,7 +8,7 @@
 //! Range: powers from 1/2 to 3/2. Without two looks, or where they do not tell it from 1/2, the power is 1/2.
 //! Source: docs/accuracy.md, "The error that is printed". Tested below and in `tests/command/layers.rs`.
 
-use crate::film::{Doubt, ErrorEstimate};
+use crate::film::{Doubt, ErrorEstimate, MODEL_ERROR};
 use crate::math::stats::normal_quantile;
 
 /// Looks whose samples differ by this factor tell the power with which the error falls: nearer ones differ by their noise.
@@ -130,9 +130,6 @@ pub struct Forecast {
     least_uncertainty: f64,
 }
 
-/// The part of the squared error that the bound allows for besides its standard error.
-const ALLOWED: f64 = 1.03;
-
 impl Forecast {
     /// By the looks so far, for a picture of so many pixels. `None` before the first.
     pub fn new(looks: &[Look], pixels: u64, confidence: f64, in_steps: bool) -> Option<Self> {
@@ -157,7 +154,7 @@ impl Forecast {
         let grown = samples / now;
         // What rare samples make uncertain falls as any mean does.
         let uncertainty = (uncertainty / grown.sqrt()).max(self.least_uncertainty.min(uncertainty));
-        self.error(samples) * (ALLOWED + self.sigmas * uncertainty).sqrt()
+        self.error(samples) * (1.0 + MODEL_ERROR + self.sigmas * uncertainty).sqrt()
     }
 
     /// The root of relMSE after so many samples.

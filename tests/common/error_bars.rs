@@ -6,6 +6,7 @@
 
 use super::scene::film;
 use etendue::film::Film;
+use etendue::film::bars::ErrorBars;
 use etendue::film::filter::Filter;
 use etendue::image::metrics::rel_mse;
 use etendue::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
@@ -49,14 +50,24 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    /// Takes the green channel of every pixel of a film in, given its expectation.
+    /// Counts the green channel of every pixel of a film, given its expectation.
     pub fn add(&mut self, film: &Film, truth: impl Fn(usize) -> f64) {
-        let bars = film.error_bars();
         let picture = film.develop();
-        let pixels = picture.pixels().iter().zip(bars.standard_errors.pixels());
-        for (index, (pixel, error)) in pixels.enumerate() {
-            let [x, se] = [pixel, error].map(|it| f64::from(it.to_array()[1]));
-            let off = (x - truth(index)).abs();
+        let green = |index: usize| f64::from(picture.pixels()[index].to_array()[1]);
+        self.add_bars(
+            &film.error_bars(),
+            |index| (green(index), truth(index)),
+            1.0,
+        );
+    }
+
+    /// Counts the green channel of every pixel, given its value and the truth's, whose own noise makes their difference so many
+    /// times as wide.
+    fn add_bars(&mut self, bars: &ErrorBars, green: impl Fn(usize) -> (f64, f64), widening: f64) {
+        for (index, error) in bars.standard_errors.pixels().iter().enumerate() {
+            let (x, truth) = green(index);
+            let se = f64::from(error.to_array()[1]);
+            let off = (x - truth).abs() / widening;
             if se == 0.0 && off == 0.0 {
                 // Of black that is known to be black, any interval holds it.
                 continue;
@@ -68,6 +79,31 @@ impl Coverage {
                 let reach = bars.quantile(index, level) * se + 2e-7 * x.abs();
                 *held += u64::from(off <= reach);
             }
+        }
+    }
+
+    /// Renders pictures of several seeds, at least two, and holds each against the mean of the others.
+    pub fn add_pictures_against_others(
+        &mut self,
+        (scene, description): (&Scene, &SceneDescription),
+        settings: &RenderSettings,
+        seeds: u64,
+    ) {
+        let renders: Vec<(ErrorBars, Vec<f64>)> = (0..seeds)
+            .map(|seed| {
+                let film = film(scene, description, &RenderSettings { seed, ..*settings });
+                let picture = film.develop();
+                let pixels = picture.pixels().iter();
+                let green = pixels.map(|it| f64::from(it.to_array()[1])).collect();
+                (film.error_bars(), green)
+            })
+            .collect();
+        let sum = |index: usize| renders.iter().map(|(_, green)| green[index]).sum::<f64>();
+        let sums: Vec<f64> = (0..renders[0].1.len()).map(sum).collect();
+        let others = (seeds - 1) as f64;
+        for (bars, green) in &renders {
+            let pair = |index: usize| (green[index], (sums[index] - green[index]) / others);
+            self.add_bars(bars, pair, (1.0 + others.recip()).sqrt());
         }
     }
 

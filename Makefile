@@ -49,7 +49,7 @@ INTO = $(DESTDIR)$(PLACE)
 # Both are built of one compiled renderer. An Embree of the private copy is installed along, for them to find: the folder that
 # they were built in may go.
 install: setup ## Builds the command and the C library and installs them under PREFIX (default: /usr/local).
-	$(CARGO) build --profile $(PROFILE) -p etendue -p libetendue $(CARGO_FLAGS)
+	$(CARGO) build --profile $(PROFILE) -p etendue-cli -p libetendue $(CARGO_FLAGS)
 	install -d $(INTO)/bin $(INTO)/include $(INTO)/lib/pkgconfig
 	install -m 755 $(BUILT)/etendue $(INTO)/bin/etendue
 	install -m 644 capi/include/etendue.h $(INTO)/include/etendue.h
@@ -83,9 +83,9 @@ instructions: setup ## Counts instructions a sample, of the chosen kernel and of
 check: setup ## Runs the gates: format, lints, documentation, without a warning.
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --workspace --all-targets -- -D warnings
-	$(CARGO) clippy --test accuracy --test soak -- -D warnings
-	$(CARGO) clippy --all-targets --no-default-features --features cli -- -D warnings
+	$(CARGO) clippy --workspace --test accuracy --test soak -- -D warnings
 	$(CARGO) clippy --all-targets --no-default-features -- -D warnings
+	$(CARGO) clippy -p libetendue -p etendue --no-default-features -- -D warnings
 	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --workspace --no-deps
 
 # Needs `rustup toolchain install nightly` and `cargo install cargo-fuzz`. What is new goes to
@@ -100,10 +100,10 @@ fuzz: ## Feeds damaged scenes, models and pictures to the loaders: FUZZ_SECONDS 
 	done
 
 accuracy: setup ## Holds error bars and errors asked for against the truth, ACCURACY_SEEDS pictures each (default: 400).
-	ACCURACY_SEEDS=$(ACCURACY_SEEDS) $(CARGO) test --test accuracy
+	ACCURACY_SEEDS=$(ACCURACY_SEEDS) $(CARGO) test -p etendue --test accuracy
 
 soak: setup ## Renders random scenes on all backends for SOAK_SECONDS (default: 1800).
-	SOAK_SECONDS=$(SOAK_SECONDS) $(CARGO) test --test soak
+	SOAK_SECONDS=$(SOAK_SECONDS) $(CARGO) test -p etendue-cli --test soak
 
 clean: ## Removes what was built and rendered; keeps the private Embree.
 	$(CARGO) clean

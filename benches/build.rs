@@ -6,12 +6,12 @@
 mod common;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use etendue::accel::{Accel, Backend, Precision};
-use etendue::bench::build::{build, pool};
-use etendue::bench::scenes::SCENES;
-use etendue::bench::target::Target;
-use etendue::render::settings::available_threads;
-use etendue::scene::description::SceneDescription;
+use etendue::internals::accel::{Accel, Backend, Precision};
+use etendue::internals::render::settings::available_threads;
+use etendue::internals::scene::description::SceneDescription;
+use etendue_lab::bench::build::{build, pool};
+use etendue_lab::bench::scenes::SCENES;
+use etendue_lab::bench::target::Target;
 
 /// Triangles of the terrain.
 const TRIANGLES: usize = 200_000;

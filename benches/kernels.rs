@@ -7,21 +7,23 @@ mod common;
 
 use common::numbers;
 use criterion::{Criterion, criterion_group, criterion_main};
-use etendue::bsdf::principled::PrincipledParameters;
-use etendue::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Phong, Principled, conductor};
-use etendue::effects::kernel::types::Everything;
-use etendue::film::filter::{Filter, FilterDescription, FilterKind};
-use etendue::geometry::packed::PackedImage;
-use etendue::geometry::texture::Texture;
-use etendue::image::Image;
-use etendue::light::Light;
-use etendue::light::rectangle::RectangleLight;
-use etendue::light::triangle::TriangleLight;
-use etendue::light::types::{Emission, PointRule};
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{Vec2, Vec3};
-use etendue::sampler::{Decision, Independent, Sampler, Sobol, Stratified};
-use etendue::sampling::warp;
+use etendue::internals::bsdf::principled::PrincipledParameters;
+use etendue::internals::bsdf::{
+    Bsdf, Conductor, Dielectric, Diffuse, Phong, Principled, conductor,
+};
+use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::film::filter::{Filter, FilterDescription, FilterKind};
+use etendue::internals::geometry::packed::PackedImage;
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::Image;
+use etendue::internals::light::Light;
+use etendue::internals::light::rectangle::RectangleLight;
+use etendue::internals::light::triangle::TriangleLight;
+use etendue::internals::light::types::{Emission, PointRule};
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{Vec2, Vec3};
+use etendue::internals::sampler::{Decision, Independent, Sampler, Sobol, Stratified};
+use etendue::internals::sampling::warp;
 use std::hint::black_box;
 use std::sync::Arc;
 

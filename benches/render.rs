@@ -4,12 +4,12 @@
 //! per second over all threads. Run: `cargo bench --bench render`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use etendue::accel::{AccelOptions, Backend, Precision};
-use etendue::film::filter::Filter;
-use etendue::render::settings::{RenderSettings, SamplerKind, available_threads};
-use etendue::render::{Unwatched, render};
-use etendue::scene::load::load;
-use etendue::scene::prepare::prepare;
+use etendue::internals::accel::{AccelOptions, Backend, Precision};
+use etendue::internals::film::filter::Filter;
+use etendue::internals::render::settings::{RenderSettings, SamplerKind, available_threads};
+use etendue::internals::render::{Unwatched, render};
+use etendue::internals::scene::load::load;
+use etendue::internals::scene::prepare::prepare;
 use std::path::Path;
 
 /// A scene, the size of its picture, and its bounce limit.

@@ -3,11 +3,9 @@
 //!
 //! `cargo run --release --example bake_occlusion -- model.obj baked.obj`
 
-use etendue::math::vec::DVec3;
-use etendue::sampling::warp::sample_hemisphere_cosine;
-use etendue::scene::description::{GeometryDescription, MeshDescription, ShapeDescription};
-use etendue::session::{QueryRay, Session, tracing};
-use etendue::{Error, Result};
+use etendue::description::{GeometryDescription, MeshDescription, ShapeDescription};
+use etendue::vec::DVec3;
+use etendue::{Error, QueryRay, Result, Session, sample_hemisphere_cosine, tracing};
 use std::fmt::Write;
 use std::path::Path;
 

@@ -3,17 +3,12 @@
 //!
 //! `cargo run --release --example build_in_code` writes before.png and after.png.
 
-use etendue::Result;
-use etendue::image::{WriteOptions, write};
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DAffine3, DVec3};
-use etendue::render::Unwatched;
-use etendue::render::wishes::Wishes;
-use etendue::scene::description::{
+use etendue::description::{
     CameraDescription, GeometryDescription, InstanceDescription, LightDescription,
     MaterialDescription, MaterialModel, MeshDescription, Place, SceneDescription, ShapeDescription,
 };
-use etendue::session::{Session, tracing};
+use etendue::vec::{DAffine3, DVec3};
+use etendue::{Result, Rgb, Session, Unwatched, Wishes, WriteOptions, tracing, write};
 use std::path::Path;
 use std::sync::Arc;
 

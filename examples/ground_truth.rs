@@ -3,12 +3,7 @@
 //!
 //! `cargo run --release --example ground_truth -- scene.toml picture.exr`
 
-use etendue::image::metrics::rel_mse;
-use etendue::image::{ColourSpace, Image};
-use etendue::render::Unwatched;
-use etendue::render::wishes::Wishes;
-use etendue::session::{Session, tracing};
-use etendue::{Error, Result};
+use etendue::{ColourSpace, Error, Image, Result, Session, Unwatched, Wishes, rel_mse, tracing};
 use std::path::Path;
 
 /// Samples per pixel that are added at a time.

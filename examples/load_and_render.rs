@@ -2,11 +2,9 @@
 //!
 //! `cargo run --release --example load_and_render -- scenes/cornell-box/cornell-box.toml box.exr 5`
 
-use etendue::image::{WriteOptions, write};
-use etendue::render::wishes::Wishes;
-use etendue::render::{Progress, RenderObserver};
-use etendue::session::{Session, tracing};
-use etendue::{Error, Result};
+use etendue::{
+    Error, Progress, RenderObserver, Result, Session, Wishes, WriteOptions, tracing, write,
+};
 use std::path::Path;
 
 /// Prints how far the render has come.

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes each planted bug of src/planted.rs live in turn and runs the test that has to find it. Writes which test killed
+# Makes each planted bug (tests/planted/table.rs) live in turn and runs the test that has to find it. Writes which test killed
 # which bug to out/mutants/mutants.md, and fails if a bug survives. Without a live bug these tests have to pass.
 #
 #   scripts/mutants.sh         all of them
@@ -11,7 +11,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly quick_targets="lib lights sampling scattering tracing"
+readonly quick_targets="lib lights sampling scattering tracing course"
 readonly table="${OUT:-out}/mutants/mutants.md"
 readonly log="${OUT:-out}/mutants/last.log"
 readonly most_seconds=1200
@@ -30,10 +30,10 @@ build() {
         if [ "$target" = lib ]; then arguments+=(--lib); else arguments+=(--test "$target"); fi
     done
     [ $# -gt 0 ] || arguments=(--tests)
-    "${CARGO:-cargo}" test --no-run "${arguments[@]}" 2>&1 | tee "$log" >&2
+    "${CARGO:-cargo}" test --workspace --no-run "${arguments[@]}" 2>&1 | tee "$log" >&2
     while read -r line; do
         case "$line" in
-            *"Executable unittests src/lib.rs ("*) target=lib ;;
+            *"Executable unittests src/lib.rs ("*/etendue-*) target=lib ;;
             *"Executable tests/"*) target="${line#*tests/}" target="${target%%.rs *}" target="${target%/main}" ;;
             *) continue ;;
         esac

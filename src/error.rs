@@ -3,7 +3,7 @@
 //! Measure: none; `line` counts from 1.
 //! Range: every failure that input, files or Embree can cause is an `Error`; only broken invariants of our own panic.
 //! Source: one opaque error with a kind and a cause, so that callers match on few things and messages can improve.
-//! Tested below and, through the command, in `tests/loading/bad_input.rs`.
+//! Tested below and, through the command, in `cli/tests/command/bad_input.rs`.
 
 use std::fmt;
 use std::path::{Path, PathBuf};

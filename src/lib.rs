@@ -1,18 +1,49 @@
 //! Etendue: a Monte Carlo renderer on Intel Embree 4 that states how wrong its picture is.
 //!
-//! Programs use [`session`]: a scene that was loaded or built in code, pictures of it to a number of samples, a time or an error,
-//! with their error bars and layers, and what rays meet. The command `etendue` is the module `cli`, the C library the package
-//! in `capi/`. How it works inside is in `docs/architecture.md`.
+//! A [`Session`] holds a scene that was loaded or built in code. It renders pictures to a number of samples, a time or an error,
+//! with error bars and layers, and answers ray queries.
 //!
-//! No state is kept for the process but a count of what sessions were: any number of them may live and render at once, on threads
-//! of their own. Vectors and matrices in the interface are those of glam, as [`math::vec`] re-exports them, and reports can be
-//! written by serde; no other dependency shows.
+//! ```
+//! use etendue::description::{
+//!     CameraDescription, GeometryDescription, LightDescription, MaterialDescription,
+//!     MaterialModel, Place, SceneDescription, ShapeDescription,
+//! };
+//! use etendue::vec::DVec3;
+//! use etendue::{Rgb, Session, Unwatched, Wishes, tracing};
+//!
+//! # fn main() -> etendue::Result<()> {
+//! let eye = DVec3::new(0.0, 1.0, 4.0);
+//! let camera = CameraDescription::look_at(eye, DVec3::ZERO, DVec3::Y, 40.0_f64.to_radians())?;
+//! let mut scene = SceneDescription::new("ball", camera);
+//! scene.film.size = (32, 24);
+//! let reflectance = Rgb::grey(0.7).into();
+//! let white = MaterialModel::Diffuse { reflectance };
+//! scene.add_material(MaterialDescription::new("white", Place::default(), white))?;
+//! let ball = GeometryDescription::Sphere { center: DVec3::ZERO, radius: 1.0 };
+//! scene.add_shape(ShapeDescription::new("ball", Place::default(), ball))?;
+//! scene.add_light(LightDescription::sky(Place::default(), Rgb::WHITE))?;
+//!
+//! let session = Session::new(scene, tracing())?;
+//! let mut rendering = session.render(&Wishes::samples(128), &Unwatched)?;
+//! rendering.add_samples(&session, 128, &Unwatched)?;
+//! assert_eq!(rendering.spp(), 256);
+//! // A white sky lights the ball evenly, and is seen beside it.
+//! let middle = rendering.image().get(16, 12).to_array()[1];
+//! assert!((middle - 0.7).abs() < 0.1);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! `examples/` has whole programs. The command `etendue` is the package in `cli/`, the C library that in `capi/`. How the renderer
+//! works is in `docs/architecture.md`; how to add a BSDF, a light or an integrator to it in `CONTRIBUTING.md`: these are
+//! enumerations, so that kernels know them when they are compiled, and are extended in the source.
+//!
+//! No state is kept for the process but a count of sessions: any number of them may live and render at once, on threads of their
+//! own. Vectors and matrices in the interface are those of glam, as [`vec`] re-exports them; no other dependency shows.
 //!
 //! # Features
 //!
 //! - `embree` (default): the Embree backend, through the system's library. Without it, rays are traced by obvhs, in Rust.
-//! - `cli` (default): the command, with what it depends on. Libraries leave it out.
-//! - `flip` (default): FLIP, how different two pictures look. Needs a C++ compiler.
 //! - `oidn` (default): Intel Open Image Denoise, where it is found when running.
 //!
 //! # Versions
@@ -20,31 +51,108 @@
 //! Rust 1.89 or newer; an older one is given up with a minor version. While the major version is 0, what breaks programs comes
 //! with a minor version, too. Enumerations that may grow are non-exhaustive.
 
-pub mod accel;
-pub mod battery;
-pub mod bench;
-pub mod bsdf;
-pub mod camera;
-#[cfg(feature = "cli")]
-pub mod cli;
-pub mod effects;
-pub mod error;
-pub mod film;
-pub mod geometry;
-pub mod image;
-pub mod integrator;
-pub mod lesson;
-pub mod light;
-pub mod math;
-pub mod memory;
-pub mod plan;
-pub mod planted;
-pub mod post;
-pub mod render;
-pub mod sampler;
-pub mod sampling;
-pub mod scene;
-pub mod session;
-pub mod study;
+// Modules have more than the public interface needs: what the lab, the command and tests use of them.
+#![cfg_attr(not(feature = "internals"), allow(dead_code, unused_imports))]
 
+mod accel;
+mod bsdf;
+mod camera;
+mod effects;
+mod error;
+mod film;
+mod geometry;
+mod image;
+mod integrator;
+mod light;
+mod math;
+pub mod memory;
+mod plan;
+mod planted;
+mod post;
+mod render;
+mod sampler;
+mod sampling;
+mod scene;
+mod session;
+
+pub use accel::{AccelOptions, Backend, Precision, Quality};
 pub use error::{Error, ErrorKind, Result};
+pub use film::bars::ErrorBars;
+pub use film::{Doubt, ErrorEstimate, Film, Window};
+pub use geometry::texture::Texture;
+pub use image::metrics::rel_mse;
+pub use image::{
+    ColourSpace, Image, Layer, LayeredImage, MAX_SIDE, MetadataValue, WriteOptions, write,
+};
+pub use integrator::Roulette;
+pub use integrator::kind::IntegratorKind;
+pub use math::rgb::Rgb;
+pub use math::vec;
+pub use render::auto::Recommendation;
+pub use render::settings::Adaptive;
+pub use render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
+pub use render::wishes::Wishes;
+pub use render::{CONFIDENCE, Progress, RenderObserver, Rendered, Unwatched};
+pub use sampling::warp::sample_hemisphere_cosine;
+pub use scene::description;
+pub use scene::footprint::of_mesh;
+pub use scene::{check, load};
+pub use session::{Met, QueryRay, Rendering, Session, Work, tracing};
+
+/// The parts of the renderer, for the packages of this workspace and for tests: no promise is kept of them.
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+#[allow(missing_docs)]
+pub mod internals {
+    pub mod accel {
+        pub use crate::accel::*;
+    }
+    pub mod bsdf {
+        pub use crate::bsdf::*;
+    }
+    pub mod camera {
+        pub use crate::camera::*;
+    }
+    pub mod effects {
+        pub use crate::effects::*;
+    }
+    pub mod film {
+        pub use crate::film::*;
+    }
+    pub mod geometry {
+        pub use crate::geometry::*;
+    }
+    pub mod image {
+        pub use crate::image::*;
+    }
+    pub mod integrator {
+        pub use crate::integrator::*;
+    }
+    pub mod light {
+        pub use crate::light::*;
+    }
+    pub mod math {
+        pub use crate::math::*;
+    }
+    pub mod plan {
+        pub use crate::plan::*;
+    }
+    pub mod post {
+        pub use crate::post::*;
+    }
+    pub mod render {
+        pub use crate::render::*;
+    }
+    pub mod sampler {
+        pub use crate::sampler::*;
+    }
+    pub mod sampling {
+        pub use crate::sampling::*;
+    }
+    pub mod scene {
+        pub use crate::scene::*;
+    }
+    pub mod session {
+        pub use crate::session::*;
+    }
+}

@@ -6,8 +6,8 @@ mod common;
 
 use common::TestRng;
 use common::tracing::{direction, point, standing};
-use etendue::accel::{Accel, AccelOptions, Backend, Precision, Quality};
-use etendue::geometry::{Geometry, mesh::Mesh};
+use etendue::internals::accel::{Accel, AccelOptions, Backend, Precision, Quality};
+use etendue::internals::geometry::{Geometry, mesh::Mesh};
 
 const NEEDLES: u32 = 20_000;
 

@@ -1,7 +1,8 @@
-//! The house has floors: a file imports what stands before it, never upwards and never in a circle.
+//! The renderer has floors: a module imports what stands before it, never upwards; and no two modules of any package import each
+//! other, at any depth of folders.
 //!
-//! Reads every `crate::` path in `src/`. The order below is the order of the floors, and within a floor the order of
-//! its rooms.
+//! Reads every path that begins with `crate::` or `super::` in the sources of all packages, `mod.rs` files and groups in braces
+//! included. Cargo itself keeps packages from importing in a circle.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -29,123 +30,192 @@ const HOUSE: &[(&str, u32)] = &[
     ("render", 6),
     ("post", 6),
     ("session", 7),
-    ("study", 7),
-    ("bench", 7),
-    ("lesson", 7),
-    ("battery", 7),
-    ("cli", 8),
 ];
 
 /// Where `unsafe` may stand.
-const UNSAFE_ROOMS: &[&str] = &["accel/embree", "post/oidn.rs"];
+const UNSAFE_ROOMS: &[&str] = &["src/accel/embree", "src/post/oidn.rs", "capi/src"];
 
-fn source_files() -> Vec<PathBuf> {
-    files_below(&root())
+/// A module as its path from the crate's root, such as `["render", "adaptive"]`; the root itself has none.
+type Module = Vec<String>;
+
+/// The code of each module of a package.
+type Package = BTreeMap<Module, String>;
+
+fn repository() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 fn files_below(folder: &Path) -> Vec<PathBuf> {
-    fn walk(folder: &Path, files: &mut Vec<PathBuf>) {
-        for entry in fs::read_dir(folder).expect("src/ can be read") {
-            let path = entry.expect("an entry of src/ can be read").path();
-            if path.is_dir() {
-                walk(&path, files);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
-                files.push(path);
-            }
-        }
-    }
-    let mut files = Vec::new();
-    walk(folder, &mut files);
+    let entries = fs::read_dir(folder).expect("a source folder can be read");
+    let paths = entries.map(|entry| entry.expect("its entries can be read").path());
+    let files = paths.flat_map(|path| match path.is_dir() {
+        true => files_below(&path),
+        false => vec![path],
+    });
     files
+        .filter(|file| file.extension().is_some_and(|it| it == "rs"))
+        .collect()
 }
 
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+/// The sources of a package, below its folder `src`.
+fn package(sources: &str) -> Package {
+    let root = repository().join(sources);
+    let read = |file: PathBuf| {
+        let text = fs::read_to_string(&file).expect("a source file is text");
+        let below = file.strip_prefix(&root).expect("files come from there");
+        (module_of(below), code(&text))
+    };
+    files_below(&root).into_iter().map(read).collect()
 }
 
-/// The path below src/, with forward slashes.
-fn below_root(file: &Path) -> String {
-    let relative = file.strip_prefix(root()).expect("files come from src/");
-    relative.to_string_lossy().replace('\\', "/")
-}
-
-/// The root module that a file belongs to.
-fn room(file: &Path) -> String {
-    let relative = below_root(file);
-    let first = relative.split('/').next().expect("a path has a first part");
-    first.trim_end_matches(".rs").to_owned()
+/// The module that a file below `src/` is.
+fn module_of(file: &Path) -> Module {
+    let file = file.with_extension("");
+    let mut module: Module = file
+        .iter()
+        .map(|part| part.to_string_lossy().into_owned())
+        .collect();
+    let names_folder = |name: &String| ["mod", "lib", "main"].contains(&name.as_str());
+    module.pop_if(|name| names_folder(name));
+    module
 }
 
 /// The code of a file: without comments and without its tests, which may reach further.
 fn code(text: &str) -> String {
-    let before_tests = text
-        .split("#[cfg(test)]\nmod tests")
-        .next()
-        .expect("split yields one part");
-    let lines = before_tests
-        .lines()
-        .map(|line| line.split("//").next().expect("as above"));
-    lines.collect::<Vec<_>>().join("\n")
+    let before_tests = text.split("#[cfg(test)]\nmod tests").next();
+    let lines = before_tests.expect("split yields one part").lines();
+    let code = lines.map(|line| line.split("//").next().expect("as above"));
+    code.collect::<Vec<_>>().join("\n")
 }
 
-/// The root modules that a text names by `crate::name`, also in `crate::{a, b}`.
-fn imports(code: &str) -> BTreeSet<String> {
-    let mut names = names_after("crate::", code);
-    names.retain(|name| HOUSE.iter().any(|(known, _)| known == name));
-    names
-}
-
-/// The first names behind a prefix such as `crate::` or `super::`, also where a group in braces follows.
-fn names_after(prefix: &str, code: &str) -> BTreeSet<String> {
+/// Reads the path that `text` begins with and adds it to `paths`, each one of a group in braces; yields what follows.
+fn read_path<'a>(text: &'a str, before: &[String], paths: &mut Vec<Vec<String>>) -> &'a str {
     let is_name = |c: char| c.is_alphanumeric() || c == '_';
-    let mut names = BTreeSet::new();
-    for part in code.split(prefix).skip(1) {
-        let Some(group) = part.strip_prefix('{') else {
-            names.insert(part.chars().take_while(|&c| is_name(c)).collect());
-            continue;
-        };
-        // Of `{a::{b, c}, d}` the names a and d: those that begin right inside the braces.
-        let (mut depth, mut begins) = (0, true);
-        for (index, c) in group.char_indices() {
-            match c {
-                '{' => depth += 1,
-                '}' if depth == 0 => break,
-                '}' => depth -= 1,
-                ',' if depth == 0 => begins = true,
-                _ if depth == 0 && begins && is_name(c) => {
-                    names.insert(group[index..].chars().take_while(|&c| is_name(c)).collect());
-                    begins = false;
-                }
-                _ => {}
+    let mut path = before.to_vec();
+    let mut rest = text;
+    loop {
+        let end = rest.find(|c| !is_name(c)).unwrap_or(rest.len());
+        if end > 0 {
+            path.push(rest[..end].to_owned());
+            rest = &rest[end..];
+            match rest.strip_prefix("::") {
+                Some(further) => rest = further,
+                None => break,
             }
+        } else if let Some(mut group) = rest.strip_prefix('{') {
+            loop {
+                group = group.trim_start_matches(|c: char| c.is_whitespace() || c == ',');
+                if let Some(after) = group.strip_prefix('}') {
+                    return after;
+                }
+                let after = read_path(group, &path, paths);
+                // What is no path, such as `*` or ` as name`.
+                group = after.trim_start_matches(|c| !matches!(c, ',' | '}'));
+                if group.is_empty() {
+                    return group;
+                }
+            }
+        } else {
+            break;
         }
     }
-    names
+    paths.push(path);
+    rest
 }
 
-/// Violations among `(room, code)` pairs.
-fn upward_imports<'a>(files: impl IntoIterator<Item = (&'a str, &'a str)>) -> Vec<String> {
-    let place = |room: &str| HOUSE.iter().position(|(name, _)| *name == room);
-    let mut wrong = Vec::new();
-    for (room, code) in files {
-        let Some(here) = place(room) else { continue };
-        for import in imports(code) {
-            let there = place(&import).expect("imports() yields known rooms");
-            if there > here {
-                wrong.push(format!("{room} imports {import}, which stands above it"));
+/// Every path that a module names, from the crate's root.
+fn named_paths(module: &[String], code: &str) -> Vec<Vec<String>> {
+    let begins_word = |at: usize| {
+        let before = code[..at].chars().next_back();
+        !before.is_some_and(|c| c.is_alphanumeric() || c == '_' || c == ':')
+    };
+    let mut paths = Vec::new();
+    for (at, _) in code
+        .match_indices("crate::")
+        .filter(|&(at, _)| begins_word(at))
+    {
+        read_path(&code[at + "crate::".len()..], &[], &mut paths);
+    }
+    for (at, _) in code
+        .match_indices("super::")
+        .filter(|&(at, _)| begins_word(at))
+    {
+        let (mut rest, mut from) = (&code[at..], module);
+        while let Some(further) = rest.strip_prefix("super::") {
+            rest = further;
+            from = from.split_last().map_or(from, |(_, parent)| parent);
+        }
+        read_path(rest, from, &mut paths);
+    }
+    paths
+}
+
+/// Which modules of one folder import which: an import counts where the ways of both modules part. What a module names of its own
+/// children or of its parents' own items does not count.
+fn imports(package: &Package) -> BTreeMap<Module, BTreeSet<Module>> {
+    let mut imports: BTreeMap<Module, BTreeSet<Module>> = BTreeMap::new();
+    for (module, code) in package {
+        for path in named_paths(module, code) {
+            let known = (0..=path.len())
+                .rev()
+                .find(|&n| package.contains_key(&path[..n]));
+            let named = &path[..known.unwrap_or(0)];
+            let alike = module.iter().zip(named).take_while(|(a, b)| a == b).count();
+            if alike < module.len() && alike < named.len() {
+                let importer = module[..=alike].to_vec();
+                imports
+                    .entry(importer)
+                    .or_default()
+                    .insert(named[..=alike].to_vec());
             }
         }
     }
-    wrong
+    imports
+}
+
+/// Modules of the crate's root that import one that stands above them.
+fn upward_imports(package: &Package) -> Vec<String> {
+    let place = |module: &Module| HOUSE.iter().position(|(name, _)| *name == module[0]);
+    let imports = imports(package);
+    let at_root = imports.iter().filter(|(module, _)| module.len() == 1);
+    let pairs = at_root.flat_map(|(module, named)| named.iter().map(move |it| (module, it)));
+    pairs
+        .filter(|(module, named)| place(named) > place(module))
+        .map(|(module, named)| format!("{} imports {}, which stands above it", module[0], named[0]))
+        .collect()
+}
+
+/// Modules that import themselves by way of others.
+fn circles(package: &Package) -> Vec<String> {
+    let imports = imports(package);
+    let is_in_circle = |start: &&Module| {
+        let mut seen = BTreeSet::new();
+        let mut open: Vec<&Module> = imports[*start].iter().collect();
+        while let Some(next) = open.pop() {
+            if next == *start {
+                return true;
+            }
+            if seen.insert(next) {
+                open.extend(imports.get(next).into_iter().flatten());
+            }
+        }
+        false
+    };
+    imports
+        .keys()
+        .filter(is_in_circle)
+        .map(|module| module.join("/"))
+        .collect()
 }
 
 #[test]
 fn every_module_has_its_place_in_the_house() {
     let known: BTreeSet<&str> = HOUSE.iter().map(|(name, _)| *name).collect();
-    let found: BTreeSet<String> = source_files().iter().map(|file| room(file)).collect();
-    let unknown: Vec<_> = found
-        .iter()
-        .filter(|name| !known.contains(name.as_str()) && !["lib", "main"].contains(&name.as_str()))
+    let package = package("src");
+    let unknown: Vec<_> = package
+        .keys()
+        .filter_map(|module| module.first())
+        .filter(|name| !known.contains(name.as_str()))
         .collect();
     assert!(
         unknown.is_empty(),
@@ -159,72 +229,26 @@ fn every_module_has_its_place_in_the_house() {
 
 #[test]
 fn imports_point_down() {
-    let texts: Vec<(String, String)> = source_files()
-        .iter()
-        .map(|file| {
-            (
-                room(file),
-                code(&fs::read_to_string(file).expect("a source file is text")),
-            )
-        })
-        .collect();
-    let wrong = upward_imports(
-        texts
-            .iter()
-            .map(|(room, code)| (room.as_str(), code.as_str())),
-    );
+    let wrong = upward_imports(&package("src"));
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 #[test]
-fn files_of_one_module_do_not_import_in_a_circle() {
-    // Within a room: `super::name` and `crate::room::name` edges between sibling files. A child may name its parent's
-    // own items; siblings must not form a circle.
-    let mut edges: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for file in source_files() {
-        let relative = below_root(&file);
-        let Some((folder, name)) = relative.rsplit_once('/') else {
-            continue;
-        };
-        if name == "mod.rs" {
-            continue;
-        }
-        let here = format!("{folder}/{}", name.trim_end_matches(".rs"));
-        let text = code(&fs::read_to_string(&file).expect("a source file is text"));
-        let module_path = format!("crate::{}::", folder.replace('/', "::"));
-        for prefix in ["super::", module_path.as_str()] {
-            for name in names_after(prefix, &text) {
-                if root().join(folder).join(format!("{name}.rs")).is_file() {
-                    edges
-                        .entry(here.clone())
-                        .or_default()
-                        .insert(format!("{folder}/{name}"));
-                }
-            }
-        }
-    }
-    for start in edges.keys() {
-        let mut seen = BTreeSet::new();
-        let mut open: Vec<&String> = edges[start].iter().collect();
-        while let Some(next) = open.pop() {
-            assert_ne!(next, start, "{start} imports itself in a circle");
-            if seen.insert(next) {
-                open.extend(edges.get(next).into_iter().flatten());
-            }
-        }
+fn no_module_imports_itself_in_a_circle() {
+    for sources in ["src", "lab/src", "cli/src", "capi/src"] {
+        let wrong = circles(&package(sources));
+        assert!(wrong.is_empty(), "{sources}: {wrong:#?}");
     }
 }
 
 #[test]
 fn unsafe_code_stays_in_its_rooms_and_gives_its_reason() {
-    let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("capi/src");
-    for file in source_files().into_iter().chain(files_below(&library)) {
-        let is_library = file.starts_with(&library);
-        let relative = if is_library {
-            file.display().to_string()
-        } else {
-            below_root(&file)
-        };
+    let folders = ["src", "lab/src", "cli/src", "capi/src"].map(|folder| repository().join(folder));
+    for file in folders.iter().flat_map(|folder| files_below(folder)) {
+        let relative = file
+            .strip_prefix(repository())
+            .expect("files come from there");
+        let relative = relative.to_string_lossy().replace('\\', "/");
         let text = fs::read_to_string(&file).expect("a source file is text");
         let lines: Vec<&str> = text.lines().collect();
         for (index, line) in lines.iter().enumerate() {
@@ -234,7 +258,7 @@ fn unsafe_code_stays_in_its_rooms_and_gives_its_reason() {
             }
             let place = format!("{relative}:{}", index + 1);
             assert!(
-                is_library || UNSAFE_ROOMS.iter().any(|room| relative.starts_with(room)),
+                UNSAFE_ROOMS.iter().any(|room| relative.starts_with(room)),
                 "{place}: unsafe code outside {UNSAFE_ROOMS:?}"
             );
             if statement.contains("unsafe {") || statement.contains("unsafe impl") {
@@ -247,24 +271,69 @@ fn unsafe_code_stays_in_its_rooms_and_gives_its_reason() {
     }
 }
 
+/// A package of a few files.
+fn small(files: &[(&str, &str)]) -> Package {
+    let module = |(file, text): &(&str, &str)| (module_of(Path::new(file)), code(text));
+    files.iter().map(module).collect()
+}
+
 #[test]
-fn the_reader_of_imports_sees_what_it_should() {
-    let names = |text: &str| imports(text).into_iter().collect::<Vec<_>>();
-    assert_eq!(names("use crate::math::vec::Vec3;"), ["math"]);
-    assert_eq!(
-        names("use crate::{bsdf::{Bsdf, types}, math};"),
-        ["bsdf", "math"]
-    );
-    assert_eq!(names("let x = crate::render::render();"), ["render"]);
-    assert!(names("use std::fmt;").is_empty());
-    let siblings: Vec<_> = names_after("super::", "use super::{a::B, c, d::{e, f}};")
-        .into_iter()
-        .collect();
-    assert_eq!(siblings, ["a", "c", "d"]);
-    // And an import upwards is reported.
-    assert_eq!(
-        upward_imports([("math", "use crate::scene::Scene;")]).len(),
-        1
-    );
-    assert!(upward_imports([("scene", "use crate::math::vec::Vec3;")]).is_empty());
+fn an_import_upwards_is_found_in_files_and_in_mod_files() {
+    for importer in ["math/vec.rs", "math/mod.rs", "math.rs"] {
+        let wrong = |text| upward_imports(&small(&[(importer, text), ("scene/mod.rs", "")])).len();
+        assert_eq!(wrong("use crate::scene::Scene;"), 1, "{importer}");
+        assert_eq!(wrong("use crate::{film, scene::{Scene, check}};"), 1);
+        assert_eq!(wrong("fn f() -> crate::scene::Scene { todo!() }"), 1);
+        assert_eq!(wrong("// crate::scene is above\nuse std::fmt;"), 0);
+    }
+    let down = [
+        ("scene/mod.rs", "use crate::math::vec::Vec3;"),
+        ("math/vec.rs", ""),
+    ];
+    assert!(upward_imports(&small(&down)).is_empty());
+}
+
+#[test]
+fn a_circle_is_found_through_folders_and_mod_files() {
+    let settings = ("render/settings.rs", "use super::adaptive::Adaptive;");
+    let one_way = [settings, ("render/adaptive/mod.rs", "")];
+    assert!(circles(&small(&one_way)).is_empty());
+    let files = [
+        ("render/adaptive/mod.rs", "use super::settings::Budget;"),
+        (
+            "render/adaptive/mod.rs",
+            "use crate::render::settings::Budget;",
+        ),
+        (
+            "render/adaptive/greedy.rs",
+            "use super::super::settings::Budget;",
+        ),
+        (
+            "render/adaptive/greedy.rs",
+            "use crate::{math, render::{film, settings::Budget}};",
+        ),
+    ];
+    for file in files {
+        let parent = ("render/adaptive/mod.rs", "");
+        let package: Vec<_> = if file.0 == parent.0 {
+            vec![settings, file]
+        } else {
+            vec![settings, parent, file]
+        };
+        let found = circles(&small(&package));
+        assert_eq!(found, ["render/adaptive", "render/settings"], "{file:?}");
+    }
+    // By way of a third one.
+    let three = [
+        ("a.rs", "use super::b::B;"),
+        ("b.rs", "use crate::c::C;"),
+        ("c/mod.rs", "use crate::a::A;"),
+    ];
+    assert_eq!(circles(&small(&three)), ["a", "b", "c"]);
+    // Children may name what their parent has of its own, and a parent its children.
+    let family = [
+        ("a/mod.rs", "use b::B; pub struct A;"),
+        ("a/b.rs", "use super::A;"),
+    ];
+    assert!(circles(&small(&family)).is_empty());
 }

@@ -5,19 +5,19 @@
 
 mod common;
 
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
-use etendue::geometry::texture::Texture;
-use etendue::image::Image;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DAffine3, DMat3, DVec2, DVec3, Vec2};
-use etendue::scene::description::{
+use etendue::internals::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::Image;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DAffine3, DMat3, DVec2, DVec3, Vec2};
+use etendue::internals::scene::description::{
     CameraDescription, ColourDescription, GeometryDescription, InstanceDescription, Key,
     LightDescription, LightModel, MaterialDescription, MaterialModel, MeshDescription, Place,
     SceneDescription, ShapeDescription,
 };
-use etendue::scene::footprint;
-use etendue::scene::placement::layout;
-use etendue::scene::prepare::prepare;
+use etendue::internals::scene::footprint;
+use etendue::internals::scene::placement::layout;
+use etendue::internals::scene::prepare::prepare;
 use peak_alloc::PeakAlloc;
 use std::sync::Arc;
 

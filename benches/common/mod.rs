@@ -7,16 +7,16 @@
 // Each bench compiles this anew and uses a part of it.
 #![allow(dead_code)]
 
-use etendue::accel::{AccelOptions, Backend, Precision};
-use etendue::bench::record::{Recording, record};
-use etendue::bench::subject::Subject;
-use etendue::film::filter::Filter;
-use etendue::render::settings::RenderSettings;
-use etendue::sampler::{Decision, Independent, Sampler};
-use etendue::scene::Scene;
-use etendue::scene::description::SceneDescription;
-use etendue::scene::load::load;
-use etendue::scene::prepare::prepare;
+use etendue::internals::accel::{AccelOptions, Backend, Precision};
+use etendue::internals::film::filter::Filter;
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::sampler::{Decision, Independent, Sampler};
+use etendue::internals::scene::Scene;
+use etendue::internals::scene::description::SceneDescription;
+use etendue::internals::scene::load::load;
+use etendue::internals::scene::prepare::prepare;
+use etendue_lab::bench::record::{Recording, record};
+use etendue_lab::bench::subject::Subject;
 use std::path::Path;
 
 /// A scene of the sources, as written.

@@ -7,8 +7,8 @@
 use crate::describe::choice;
 use crate::memory::Versioned;
 use crate::status::Failure;
-use renderer::accel::{AccelOptions, Backend, Precision};
-use renderer::session::{Work, tracing};
+use renderer::{AccelOptions, Backend, Precision};
+use renderer::{Work, tracing};
 
 /// Libraries that trace rays.
 #[repr(C)]

@@ -9,7 +9,7 @@ use crate::describe::{EtdInstance, EtdLight, EtdMaterial, EtdMesh, EtdSurface, v
 use crate::memory::{read_struct, text, write};
 use crate::scene::{EtdScene, SCENES, Scene};
 use crate::status::{EtdStatus, Outcome};
-use renderer::scene::description::GeometryDescription;
+use renderer::description::GeometryDescription;
 use std::ffi::c_char;
 use std::sync::Arc;
 

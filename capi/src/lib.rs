@@ -9,7 +9,7 @@
 //!
 //! Measure: world units; degrees, as in scene files; radiance.
 //! Range: what each function says; anything else is a status and a text.
-//! Source: none needed. Tested by clients in C, C++ and Rust: `tests/command/c_library.rs`.
+//! Source: none needed. Tested by clients in C, C++ and Rust: `cli/tests/command/c_library.rs`.
 
 mod border;
 mod build;

@@ -8,8 +8,8 @@ use crate::memory::{Plain, checked_stride, not_null, read_list, read_struct_or_z
 use crate::scene::{EtdScene, SCENES};
 use crate::settings::EtdSettings;
 use crate::status::{EtdStatus, Failure};
-use renderer::math::vec::DVec3;
-use renderer::session::{Met, QueryRay};
+use renderer::vec::DVec3;
+use renderer::{Met, QueryRay};
 use std::ffi::c_void;
 
 /// A ray through the world.

@@ -7,7 +7,7 @@
 use crate::memory::{not_null, text, write_list};
 use crate::render::{EtdRender, RENDERS};
 use crate::status::{EtdStatus, Failure};
-use renderer::image::{Image, WriteOptions, write};
+use renderer::{Image, WriteOptions, write};
 use std::ffi::c_char;
 use std::path::Path;
 

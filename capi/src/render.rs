@@ -11,9 +11,9 @@ use crate::scene::{EtdScene, Ready, SCENES};
 use crate::settings::EtdSettings;
 use crate::status::{EtdStatus, Failure, Outcome};
 use crate::watch::{EtdWatch, Watcher};
-use renderer::image::LayeredImage;
-use renderer::render::settings::Budget;
-use renderer::session::Rendering;
+use renderer::Budget;
+use renderer::LayeredImage;
+use renderer::Rendering;
 use std::ffi::c_char;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
@@ -296,7 +296,7 @@ pub unsafe extern "C" fn etd_render_info(
 fn known(rendering: &Rendering) -> EtdRenderInfo {
     let (rendered, settings) = (rendering.rendered(), rendering.settings());
     let target = settings.budget.error;
-    let confidence = target.map_or(renderer::render::CONFIDENCE, |target| target.confidence);
+    let confidence = target.map_or(renderer::CONFIDENCE, |target| target.confidence);
     let error = rendering.error(confidence);
     EtdRenderInfo {
         struct_size: size_of::<EtdRenderInfo>(),

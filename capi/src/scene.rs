@@ -12,10 +12,10 @@ use crate::memory::{
     not_null, read_list, read_struct, read_struct_or_zeros, text, write_struct, write_text,
 };
 use crate::status::{EtdStatus, Failure, Outcome};
-use renderer::math::vec::DAffine3;
-use renderer::scene::description::{CameraDescription, InstanceDescription, SceneDescription};
-use renderer::scene::{check, load};
-use renderer::session::Session;
+use renderer::Session;
+use renderer::description::{CameraDescription, InstanceDescription, SceneDescription};
+use renderer::vec::DAffine3;
+use renderer::{check, load};
 use std::ffi::c_char;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, TryLockError};

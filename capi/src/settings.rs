@@ -6,11 +6,11 @@
 
 use crate::memory::{Versioned, text};
 use crate::status::Failure;
-use renderer::integrator::Roulette;
-use renderer::integrator::kind::IntegratorKind;
-use renderer::render::adaptive::Adaptive;
-use renderer::render::settings::SamplerKind;
-use renderer::render::wishes::Wishes;
+use renderer::Adaptive;
+use renderer::IntegratorKind;
+use renderer::Roulette;
+use renderer::SamplerKind;
+use renderer::Wishes;
 use std::ffi::c_char;
 use std::time::Duration;
 

@@ -5,8 +5,8 @@
 //! Source: none needed.
 
 use crate::memory::Versioned;
-use renderer::film::Film;
-use renderer::render::{Progress, RenderObserver};
+use renderer::Film;
+use renderer::{Progress, RenderObserver};
 use std::ffi::c_void;
 use std::sync::atomic::{AtomicBool, Ordering};
 

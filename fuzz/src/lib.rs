@@ -5,14 +5,16 @@
 //! is valid is made ready and sampled a little. Memory is bounded by the input's size, see [`Target::feed`].
 //! Source: cargo-fuzz runs the targets (`make fuzz`); `tests/fuzz_corpus.rs` includes this file to replay the corpus.
 
-use etendue::accel::{AccelOptions, Backend, Precision};
-use etendue::film::filter::Filter;
-use etendue::image::{ColourSpace, Image, LayeredImage};
-use etendue::render::replay::replay;
-use etendue::render::settings::RenderSettings;
-use etendue::scene::description::{GeometryDescription, SceneDescription, ShapeDescription};
-use etendue::scene::load::load;
-use etendue::scene::prepare::prepare;
+use etendue::internals::accel::{AccelOptions, Backend, Precision};
+use etendue::internals::film::filter::Filter;
+use etendue::internals::image::{ColourSpace, Image, LayeredImage};
+use etendue::internals::render::replay::replay;
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::scene::description::{
+    GeometryDescription, SceneDescription, ShapeDescription,
+};
+use etendue::internals::scene::load::load;
+use etendue::internals::scene::prepare::prepare;
 use etendue::{Error, ErrorKind};
 use peak_alloc::PeakAlloc;
 use rayon::{ThreadPool, ThreadPoolBuilder};

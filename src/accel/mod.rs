@@ -13,6 +13,7 @@ pub mod brute;
 #[cfg(feature = "embree")]
 pub mod embree;
 mod lanes;
+pub mod library;
 pub mod obvhs;
 pub mod packet;
 mod primitive;
@@ -88,6 +89,15 @@ impl Backend {
         }
     }
 
+    /// Whether the library is Embree.
+    pub fn is_embree(self) -> bool {
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree => true,
+            Self::ObvhsBvh2 | Self::ObvhsCwbvh => false,
+        }
+    }
+
     /// The quality of structure with which most scenes are traced fastest, see docs/architecture.md.
     pub fn default_quality(self) -> Quality {
         match self {
@@ -96,6 +106,17 @@ impl Backend {
             Self::ObvhsBvh2 | Self::ObvhsCwbvh => Quality::High,
         }
     }
+}
+
+/// The Embree of this build, `None` where it has none.
+///
+/// # Errors
+/// If Embree finds no device, or one that does not fit its headers.
+pub fn embree_info() -> Result<Option<library::EmbreeInfo>> {
+    #[cfg(feature = "embree")]
+    return embree::info().map(Some);
+    #[cfg(not(feature = "embree"))]
+    Ok(None)
 }
 
 /// How carefully rays are intersected.

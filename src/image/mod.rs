@@ -9,9 +9,6 @@ pub mod atomic;
 mod exr;
 mod exr_blocks;
 mod exr_layers;
-pub mod false_colour;
-#[cfg(feature = "flip")]
-pub mod flip;
 mod hdr;
 mod jpeg;
 mod layered;
@@ -26,7 +23,7 @@ mod write;
 
 pub use layered::LayeredImage;
 pub use options::{Layer, MetadataValue, WriteOptions};
-pub use png::{png_bytes, png_bytes_with_texts};
+pub use png::{codes, png_bytes, png_bytes_with_texts};
 pub use write::{check_writable, write};
 
 use crate::error::{Error, Result};

@@ -52,7 +52,7 @@ pub(super) fn encode(
 }
 
 /// What is shown: the codes of each pixel's channels.
-pub(super) fn codes(image: &Image, exposure: f32) -> Vec<u8> {
+pub fn codes(image: &Image, exposure: f32) -> Vec<u8> {
     let gain = f64::from(exposure).exp2();
     let channels = image.pixels().iter().flat_map(|pixel| pixel.to_array());
     channels

@@ -2,7 +2,7 @@
 //!
 //! Measure: none.
 //! Range: every integrator.
-//! Source: the course's own names. Tested in `tests/rendering/integrators.rs` and `tests/command/render.rs`.
+//! Source: the course's own names. Tested in `tests/rendering/integrators.rs` and `cli/tests/command/render.rs`.
 
 use super::Roulette;
 use super::technique::Technique;

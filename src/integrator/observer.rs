@@ -2,7 +2,7 @@
 //!
 //! Measure: normalised scene units; radiance.
 //! Range: every vertex of every path.
-//! Source: none needed. Tested through `etendue render --pixel`, in `tests/command/render.rs`.
+//! Source: none needed. Tested through `etendue render --pixel`, in `cli/tests/command/render.rs`.
 
 use crate::bsdf::types::Lobe;
 use crate::effects::Effects;

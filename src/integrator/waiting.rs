@@ -7,7 +7,7 @@
 //! Range: any number of paths.
 //! Source: Wald et al. 2001, "Interactive Rendering with Coherent Ray Tracing", for rays in packets; Laine, Karras and Aila
 //! 2013, "Megakernels Considered Harmful", for one step of all paths at a time. Tested in
-//! `tests/rendering/determinism.rs`, where replays follow paths one by one, and in `tests/tracing/bench.rs`.
+//! `tests/rendering/determinism.rs`, where replays follow paths one by one, and in `lab/tests/bench/report.rs`.
 
 use super::observer::PathObserver;
 use crate::accel::packet::RayQueue;

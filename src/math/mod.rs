@@ -1,7 +1,6 @@
 //! Vectors, frames, colours, densities with their measure, statistics and rounding-error bounds.
 
 pub mod bounds;
-pub mod difference;
 pub mod frame;
 pub mod lanes;
 pub mod measure;
@@ -14,4 +13,3 @@ pub mod transform;
 pub mod triangle;
 pub mod trig;
 pub mod vec;
-pub mod verdict;

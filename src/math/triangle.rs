@@ -3,7 +3,7 @@
 //! Measure: any unit of length; the parameter in multiples of the direction's length.
 //! Range: any triangle and line; a line in the plane, or a degenerate triangle, meets nothing.
 //! Source: Möller and Trumbore 1997 for the plane; Woop, Benthin and Wald 2013 for the triangle. Tested below and in
-//! `tests/tracing/bench_scenes.rs`.
+//! `lab/tests/bench/scenes.rs`.
 
 use super::vec::{DVec3, Vec3};
 use crate::planted::planted;

@@ -2,7 +2,7 @@
 //!
 //! Measure: none.
 //! Range: any scene that is ready.
-//! Source: docs/architecture.md, "Effects". Tested in `tests/command/plan.rs`.
+//! Source: docs/architecture.md, "Effects". Tested in `cli/tests/command/plan.rs`.
 
 mod objects;
 mod without;

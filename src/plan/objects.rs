@@ -2,7 +2,7 @@
 //!
 //! Measure: none.
 //! Range: any scene that `load` lets through; objects that are nowhere to be seen are left out.
-//! Source: none needed. Tested in `tests/command/plan.rs`.
+//! Source: none needed. Tested in `cli/tests/command/plan.rs`.
 
 use crate::effects::{Effect, EffectSet};
 use crate::scene::description::{

@@ -13,7 +13,7 @@
 //!
 //! Measure: none.
 //! Range: any scene.
-//! Source: none needed. Tested in `tests/command/plan.rs`.
+//! Source: none needed. Tested in `cli/tests/command/plan.rs`.
 
 use crate::bsdf::microfacet::Ggx;
 use crate::effects::Effect;

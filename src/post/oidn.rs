@@ -9,7 +9,7 @@
 //! Measure: linear radiance; albedo in [0, 1]; unit normals in [-1, 1].
 //! Range: library versions from 2.0 on; its CPU device alone, whose results do not depend on the machine's graphics card.
 //! Source: the documentation of the C API, <https://www.openimagedenoise.org/documentation.html>. Tested in
-//! `tests/command/denoise_oidn.rs`.
+//! `cli/tests/command/denoise_oidn.rs`.
 #![allow(unsafe_code)]
 
 use crate::error::{Error, Result};

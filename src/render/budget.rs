@@ -3,7 +3,7 @@
 //! Measure: samples per pixel, in the mean where pixels differ; seconds.
 //! Range: passes of 1 to `LARGEST_PASS` samples per pixel. A time is met to within half a sample per pixel: where one
 //! sample of every pixel takes long, that is the best that whole passes can do.
-//! Source: none needed. Tested below and in `tests/command/render.rs`.
+//! Source: none needed. Tested below and in `cli/tests/command/render.rs`.
 
 use super::adaptive::allocation::Allocation;
 use super::camera_rays::LARGEST_BLOCK;

@@ -6,7 +6,7 @@
 //!
 //! Measure: roots of relMSE; samples per pixel, in what they are worth given out evenly where they are not.
 //! Range: powers from 1/2 to 3/2. Without two looks, or where they do not tell it from 1/2, the power is 1/2.
-//! Source: docs/accuracy.md, "The error that is printed". Tested below and in `tests/command/layers.rs`.
+//! Source: docs/accuracy.md, "The error that is printed". Tested below and in `cli/tests/command/layers.rs`.
 
 use crate::film::{Doubt, ErrorEstimate, MODEL_ERROR};
 use crate::math::stats::normal_quantile;

@@ -6,7 +6,7 @@
 //! Measure: albedo in [0, 1] but for what a model's energy allows; unit normals in world axes, towards the viewer, averaged;
 //! distances from the camera in world units.
 //! Range: a pixel in which nothing is met is black, has no normal and an infinite distance; at edges, means over what is met.
-//! Source: none needed. Tested in `tests/command/layers.rs`.
+//! Source: none needed. Tested in `cli/tests/command/layers.rs`.
 
 use super::camera_rays::{CameraRays, Pixel, blocks};
 use super::dispatch::{SamplerJob, with_sampler};

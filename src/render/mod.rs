@@ -6,7 +6,7 @@
 //!
 //! Measure: samples per pixel, seconds.
 //! Range: settings that [`RenderSettings::validate`] lets through.
-//! Source: docs/architecture.md. Tested in `tests/rendering/determinism.rs` and `tests/command/render.rs`.
+//! Source: docs/architecture.md. Tested in `tests/rendering/determinism.rs` and `cli/tests/command/render.rs`.
 
 pub mod adaptive;
 pub mod along_ray;
@@ -38,13 +38,14 @@ use crate::integrator::observer::Unobserved;
 use crate::planted::planted;
 use crate::sampler::hash;
 use crate::scene::Scene;
-use adaptive::{Adaptive, Deal, Dealer};
+use adaptive::{Deal, Dealer};
 use budget::{PassPlanner, Picture};
 use convergence::{Look, PowerLaw, stated};
 pub use dispatch::{check, kernel};
 pub use observed::observe_tile;
 pub use progress::{Predicted, Progress, RenderObserver, Unwatched};
 use rayon::prelude::*;
+use settings::Adaptive;
 use settings::{Budget, RenderSettings, SamplerKind};
 use std::cmp::Reverse;
 use std::sync::Mutex;

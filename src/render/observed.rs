@@ -2,7 +2,7 @@
 //!
 //! Measure: samples.
 //! Range: any tile of a film and any sample indices; the sums are bit for bit those of the render with the same settings.
-//! Source: none needed. Tested in `tests/tracing/bench.rs`.
+//! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::dispatch;
 use super::settings::RenderSettings;

@@ -2,7 +2,7 @@
 //!
 //! Measure: samples per pixel, seconds.
 //! Range: observers are called from any thread of a render.
-//! Source: none needed. Tested in `tests/rendering/resume.rs` and `tests/command/render.rs`.
+//! Source: none needed. Tested in `tests/rendering/resume.rs` and `cli/tests/command/render.rs`.
 
 use super::budget::PassPlanner;
 use crate::film::Film;

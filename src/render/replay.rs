@@ -2,7 +2,7 @@
 //!
 //! Measure: positions in world units.
 //! Range: any pixel and sample; the value is bit for bit that of the render with the same settings.
-//! Source: pbrt's way of tracking a bad sample down. Tested in `tests/command/render.rs`.
+//! Source: pbrt's way of tracking a bad sample down. Tested in `cli/tests/command/render.rs`.
 
 use super::camera_rays::{CameraRays, Pixel};
 use super::dispatch::{self, Dispatched};
@@ -23,7 +23,6 @@ use crate::scene::interaction::Interaction;
 
 /// One thing that happened to a path.
 #[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
 pub enum PathEvent {
     /// It came to a surface.
     Arrived {

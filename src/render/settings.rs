@@ -2,9 +2,8 @@
 //!
 //! Measure: pixels, samples per pixel, seconds.
 //! Range: said at each field; [`RenderSettings::validate`] names what is out of it.
-//! Source: design of the command line. Tested below and in `tests/command/bad_flags.rs`.
+//! Source: design of the command line. Tested below and in `cli/tests/command/bad_flags.rs`.
 
-use super::adaptive::{self, Adaptive};
 use crate::effects::{EffectSet, Kernel};
 use crate::error::{Error, Result};
 use crate::film::Window;
@@ -22,6 +21,15 @@ const DEFAULT_SPP: u64 = 64;
 const MOST_SPP: u64 = 1 << 46;
 /// The bound of an irradiance cache where nobody says.
 pub const DEFAULT_CACHE_ERROR: f64 = 0.05;
+
+/// Samples per pixel of an adaptive render's pilot, where that is not too large a share.
+pub(super) const PILOT: u64 = 64;
+
+/// It ends where this share of the budget is used up at the latest ...
+pub(super) const LARGEST_SHARE_OF_PILOT: u64 = 4;
+
+/// ... and goes on up to this one: the longer it is, the better it tells, and no pixel gets less in the end.
+pub(super) const SHARE_OF_PILOT: u64 = 16;
 
 /// Where random numbers come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -76,6 +84,55 @@ impl Budget {
             time: Some(time),
             ..Self::default()
         }
+    }
+
+    /// Samples per pixel of an adaptive render's pilot, as far as they are known before the first of them.
+    pub fn pilot(self) -> u64 {
+        let may_end_before = self.error.is_some() || self.time.is_some();
+        let samples = self.spp.map_or(PILOT, |spp| {
+            let long = if may_end_before {
+                0
+            } else {
+                spp.div_ceil(SHARE_OF_PILOT)
+            };
+            PILOT.min(spp.div_ceil(LARGEST_SHARE_OF_PILOT)).max(long)
+        });
+        samples.max(1).next_multiple_of(BATCHES)
+    }
+}
+
+/// How samples are given out to the pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Adaptive {
+    /// The same number to each.
+    #[default]
+    Off,
+    /// By the errors that a pilot shows, without bias.
+    TwoPhase,
+    /// To each until it seems good enough by its own samples. Biased.
+    Greedy,
+}
+
+impl Adaptive {
+    /// Every way.
+    pub const ALL: &'static [Self] = &[Self::TwoPhase, Self::Greedy, Self::Off];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::TwoPhase => "two-phase",
+            Self::Greedy => "greedy",
+        }
+    }
+
+    /// What biases the picture, in words.
+    pub fn bias(self) -> Option<String> {
+        (self == Self::Greedy).then(|| {
+            "greedy adaptive sampling: a pixel stops when its own samples are alike, also by chance"
+                .to_owned()
+        })
     }
 }
 
@@ -262,7 +319,7 @@ impl RenderSettings {
     pub fn samples_of_strata(&self) -> Option<u64> {
         match self.adaptive {
             Adaptive::Off => self.budget.spp,
-            Adaptive::TwoPhase | Adaptive::Greedy => Some(adaptive::pilot(self.budget)),
+            Adaptive::TwoPhase | Adaptive::Greedy => Some(self.budget.pilot()),
         }
     }
 

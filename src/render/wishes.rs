@@ -2,11 +2,11 @@
 //!
 //! Measure: as in `settings.rs`.
 //! Range: what is out of it is an error that names the wish, or the scene's line.
-//! Source: design of the command line. Tested below, in `tests/command/render.rs` and
-//! `tests/loading/bad_input.rs`.
+//! Source: design of the command line. Tested below, in `cli/tests/command/render.rs` and
+//! `cli/tests/command/bad_input.rs`.
 
 use super::CONFIDENCE;
-use super::adaptive::Adaptive;
+use super::settings::Adaptive;
 use super::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind, available_threads};
 use crate::effects::Kernel;
 use crate::error::{Error, Result};

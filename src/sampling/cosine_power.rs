@@ -4,7 +4,7 @@
 //! Range: exponents n from 0 (the uniform hemisphere) to 1e6; u in [0, 1 - 2^-24] in each dimension. The density is 0
 //! from 90 degrees on.
 //! Source: Lafortune and Willems 1994, "Using the Modified Phong Reflectance Model for Physically Based Rendering", eq.
-//! 8. Tested in `tests/sampling/course.rs`, and in `bsdf/phong.rs` against double precision.
+//! 8. Tested in `lab/tests/course/warps.rs`, and in `bsdf/phong.rs` against double precision.
 
 use super::warp::invert_sphere_uniform;
 use crate::math::trig::sin_cos_turns;

@@ -4,7 +4,7 @@
 //! area the density is 1 / area.
 //! Range: u in [0, 1 - 2^-24] in each dimension; every point lies in the triangle.
 //! Source: inversion: b1 has the density 2 (1 - b1), and b2 is uniform in [0, 1 - b1]. Turk 1990, "Generating Random
-//! Points in Triangles". Tested in `tests/sampling/course.rs`. Renderers take the folded square of `warp.rs`.
+//! Points in Triangles". Tested in `lab/tests/course/warps.rs`. Renderers take the folded square of `warp.rs`.
 
 use crate::math::vec::Vec2;
 

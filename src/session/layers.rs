@@ -4,7 +4,7 @@
 //! first three; `spp` the samples; `flag` 1 where the standard error is not to be trusted; `half` the picture from one half of the samples, which `etendue denoise` holds
 //! against the other; `cache` how many records of an irradiance cache tell the indirect light; `albedo`, `normal` and `depth` as in `render/first_hit.rs`.
 //! Range: renders that were asked for layers.
-//! Source: the channels of docs/accuracy.md. Tested in `tests/command/layers.rs` and `tests/rendering/session.rs`.
+//! Source: the channels of docs/accuracy.md. Tested in `cli/tests/command/layers.rs` and `tests/rendering/session.rs`.
 
 use crate::error::{Error, Result};
 use crate::image::{Image, Layer};

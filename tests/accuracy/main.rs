@@ -13,11 +13,11 @@ use common::closed_forms::parallel_rectangle;
 use common::error_bars::{Coverage, Kept, settings};
 use common::room::floor_below;
 use common::scene::{film, ready, rectangle};
-use etendue::accel::Backend;
-use etendue::math::vec::DVec3;
-use etendue::render::settings::{RenderSettings, SamplerKind};
-use etendue::scene::description::{GeometryDescription, SceneDescription};
-use etendue::scene::load::load;
+use etendue::internals::accel::Backend;
+use etendue::internals::math::vec::DVec3;
+use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
+use etendue::internals::scene::load::load;
 use std::path::Path;
 
 /// Scenes that come with the program, samples a pixel, and the share of pixels that have to be unflagged at least.

@@ -10,7 +10,7 @@
 
 use super::TestRng;
 use super::quadrature::{Adaptive, Rectangle};
-use etendue::math::vec::Vec3;
+use etendue::internals::math::vec::Vec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::{PI, TAU};
 

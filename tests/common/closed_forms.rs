@@ -5,8 +5,8 @@
 //! Source: named at each.
 
 use super::quadrature::integrate;
-pub use etendue::battery::closed_forms::*;
-use etendue::math::vec::DVec3;
+use etendue::internals::math::vec::DVec3;
+pub use etendue_lab::battery::closed_forms::*;
 
 /// The solid angle of a rectangle at `corner`, relative to the viewpoint: the sum over its corners, with signs, of
 /// atan(x y / (z sqrt(x^2 + y^2 + z^2))). Below 1e-3 sr, where that cancels, the integral of cos / r^2 by Gauss-Legendre

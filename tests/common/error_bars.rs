@@ -5,14 +5,14 @@
 //! Source: docs/accuracy.md, "Error bars". A share of intervals is a binomial number.
 
 use super::scene::film;
-use etendue::film::Film;
-use etendue::film::bars::ErrorBars;
-use etendue::film::filter::Filter;
-use etendue::image::metrics::rel_mse;
-use etendue::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
-use etendue::render::{Unwatched, render};
-use etendue::scene::Scene;
-use etendue::scene::description::SceneDescription;
+use etendue::internals::film::Film;
+use etendue::internals::film::bars::ErrorBars;
+use etendue::internals::film::filter::Filter;
+use etendue::internals::image::metrics::rel_mse;
+use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
+use etendue::internals::render::{Unwatched, render};
+use etendue::internals::scene::Scene;
+use etendue::internals::scene::description::SceneDescription;
 use std::fmt;
 
 /// Confidences, and how far the share of intervals that hold the truth may be from each. The middle of an interval is told

@@ -5,7 +5,7 @@
 //! Source: none needed.
 
 use super::room::{LAMP, room};
-use etendue::scene::description::SceneDescription;
+use etendue::internals::scene::description::SceneDescription;
 
 /// A room with two matte blocks.
 pub fn matte() -> SceneDescription {

@@ -6,12 +6,12 @@
 
 use super::TestRng;
 use super::scene::{diffuse, looking, mirrored_octahedron, panorama, rectangle, shape, sky};
-use etendue::bsdf::conductor;
-use etendue::effects::{Effect, EffectSet};
-use etendue::geometry::texture::Texture;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DAffine3, DMat3, DVec3, Vec2};
-use etendue::scene::description::{
+use etendue::internals::bsdf::conductor;
+use etendue::internals::effects::{Effect, EffectSet};
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DAffine3, DMat3, DVec3, Vec2};
+use etendue::internals::scene::description::{
     ColourDescription, FilmDescription, GeometryDescription, InstanceDescription, Key,
     LightDescription, LightModel, MaterialDescription, MaterialModel, NormalMapDescription, Place,
     SceneDescription,

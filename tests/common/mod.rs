@@ -10,8 +10,6 @@
 
 pub mod chi_square;
 pub mod closed_forms;
-#[cfg(feature = "cli")]
-pub mod command;
 pub mod error_bars;
 pub mod furnished;
 pub mod generated;
@@ -22,7 +20,7 @@ pub mod scene_folder;
 pub mod tracing;
 pub mod verdict;
 
-use etendue::math::vec::{Vec2, Vec3};
+use etendue::internals::math::vec::{Vec2, Vec3};
 use rand_core::Rng;
 use rand_pcg::Pcg32;
 

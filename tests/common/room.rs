@@ -6,8 +6,8 @@
 
 use super::scene::{diffuse, looking, rectangle, shape};
 use super::scene_folder::load_text;
-use etendue::math::vec::DVec3;
-use etendue::scene::description::{GeometryDescription, SceneDescription};
+use etendue::internals::math::vec::DVec3;
+use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
 
 /// A box that is open in front, with one red wall.
 const ROOM: &str = r#"version = 1

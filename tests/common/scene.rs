@@ -4,25 +4,25 @@
 //! Range: a film of 32 pixels that all look at one point, so that each is an independent replicate.
 //! Source: none needed.
 
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
-use etendue::battery::case::{Effort, Trial};
-use etendue::battery::staging::{self, Look};
-pub use etendue::battery::staging::{diffuse, looking, polygon, rectangle, shape, sky};
-use etendue::film::Film;
-use etendue::film::filter::Filter;
-use etendue::geometry::texture::Texture;
-use etendue::image::Image;
-use etendue::integrator::Roulette;
-use etendue::math::rgb::Rgb;
-use etendue::math::stats::Moments;
-use etendue::math::vec::{DAffine3, DVec3};
-use etendue::render::settings::RenderSettings;
-use etendue::render::{Unwatched, render};
-use etendue::scene::Scene;
-use etendue::scene::description::{
+use etendue::internals::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::internals::film::Film;
+use etendue::internals::film::filter::Filter;
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::Image;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::stats::Moments;
+use etendue::internals::math::vec::{DAffine3, DVec3};
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::render::{Unwatched, render};
+use etendue::internals::scene::Scene;
+use etendue::internals::scene::description::{
     GeometryDescription, InstanceDescription, Key, MeshDescription, Place, SceneDescription,
 };
-use etendue::scene::prepare::prepare;
+use etendue::internals::scene::prepare::prepare;
+use etendue_lab::battery::case::{Effort, Trial};
+use etendue_lab::battery::staging::{self, Look};
+pub use etendue_lab::battery::staging::{diffuse, looking, polygon, rectangle, shape, sky};
 use std::sync::Arc;
 
 /// A scene made ready, robustly.

@@ -4,14 +4,14 @@
 //! Range: the folder vanishes with its value.
 //! Source: none needed.
 
-use etendue::accel::{AccelOptions, Backend, Precision, Quality};
-use etendue::film::filter::Filter;
-use etendue::image::Image;
-use etendue::render::settings::RenderSettings;
-use etendue::render::{Unwatched, render};
-use etendue::scene::description::SceneDescription;
-use etendue::scene::load::load;
-use etendue::scene::prepare::prepare;
+use etendue::internals::accel::{AccelOptions, Backend, Precision, Quality};
+use etendue::internals::film::filter::Filter;
+use etendue::internals::image::Image;
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::render::{Unwatched, render};
+use etendue::internals::scene::description::SceneDescription;
+use etendue::internals::scene::load::load;
+use etendue::internals::scene::prepare::prepare;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -84,9 +84,11 @@ radiance = [0.1, 0.12, 0.15]
 /// A triangle as a model, without its materials.
 pub const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-/// A file in the repository.
+/// A file in the repository, of whichever package the test is.
 pub fn in_repository(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = package.ancestors().find(|it| it.join("scenes").is_dir());
+    root.expect("the repository has scenes").join(path)
 }
 
 /// A temporary folder with scene files.

@@ -5,11 +5,11 @@
 //! Source: none needed.
 
 use super::TestRng;
-use etendue::accel::{Accel, AccelOptions, Backend, Hit, Precision, Quality};
-use etendue::bench::closed::cube_surface;
-use etendue::geometry::world::{Instance, World};
-use etendue::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
-use etendue::math::vec::{DAffine3, DVec3, Vec3};
+use etendue::internals::accel::{Accel, AccelOptions, Backend, Hit, Precision, Quality};
+use etendue::internals::geometry::world::{Instance, World};
+use etendue::internals::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
+use etendue::internals::math::vec::{DAffine3, DVec3, Vec3};
+use etendue_lab::bench::closed::cube_surface;
 use std::sync::Arc;
 
 /// A world of shapes that stand in it themselves.
@@ -43,7 +43,7 @@ pub fn every_accel(world: &Arc<World>) -> Vec<(String, Accel)> {
 
 /// A uniform direction.
 pub fn direction(rng: &mut TestRng) -> Vec3 {
-    etendue::sampling::warp::sample_sphere_uniform(rng.uniform_2d())
+    etendue::internals::sampling::warp::sample_sphere_uniform(rng.uniform_2d())
 }
 
 /// A uniform point of the cube from -1 to 1.

@@ -4,9 +4,9 @@
 //! Range: standard errors come from at least 16 independent numbers.
 //! Source: `battery/claim.rs`, which is tested there.
 
-use etendue::battery::claim::Claim;
-use etendue::math::stats::Moments;
-use etendue::math::verdict::Verdict;
+use etendue::internals::math::stats::Moments;
+use etendue_lab::battery::claim::Claim;
+use etendue_lab::verdict::Verdict;
 
 /// Panics unless the mean of independent numbers is `exact`; `power` is the greatest standard error that counts, relative to
 /// `exact`.

@@ -3,15 +3,17 @@
 
 use crate::common::quadrature::integrate;
 use crate::common::scene::{diffuse, looking, rectangle, see, shape};
-use etendue::accel::Backend;
-use etendue::integrator::Roulette;
-use etendue::light::distant::DistantLight;
-use etendue::light::point::PointLight;
-use etendue::light::spot::SpotLight;
-use etendue::light::types::LightEnd;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DVec3, Vec3};
-use etendue::scene::description::{LightDescription, LightModel, Place, SceneDescription};
+use etendue::internals::accel::Backend;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::light::distant::DistantLight;
+use etendue::internals::light::point::PointLight;
+use etendue::internals::light::spot::SpotLight;
+use etendue::internals::light::types::LightEnd;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DVec3, Vec3};
+use etendue::internals::scene::description::{
+    LightDescription, LightModel, Place, SceneDescription,
+};
 use std::f64::consts::PI;
 
 #[test]

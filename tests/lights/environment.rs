@@ -6,20 +6,20 @@ use crate::common::closed_forms::bright_texel;
 use crate::common::quadrature::integrate;
 use crate::common::scene::{diffuse, looking, ready, rectangle, see, shape};
 use crate::common::verdict::assert_mean;
-use etendue::accel::Backend;
-use etendue::effects::kernel::types::Everything;
-use etendue::geometry::texture::Texture;
-use etendue::image::Image;
-use etendue::integrator::Roulette;
-use etendue::light::Light;
-use etendue::light::environment::EnvironmentMap;
-use etendue::light::point::PointLight;
-use etendue::light::select::{Beyond, Lights};
-use etendue::light::types::{LightEnd, PointRule};
-use etendue::math::rgb::Rgb;
-use etendue::math::stats::Moments;
-use etendue::math::vec::{DMat3, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
-use etendue::scene::description::{
+use etendue::internals::accel::Backend;
+use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::Image;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::light::Light;
+use etendue::internals::light::environment::EnvironmentMap;
+use etendue::internals::light::point::PointLight;
+use etendue::internals::light::select::{Beyond, Lights};
+use etendue::internals::light::types::{LightEnd, PointRule};
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::stats::Moments;
+use etendue::internals::math::vec::{DMat3, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::internals::scene::description::{
     ColourDescription, LightDescription, LightModel, Place, SceneDescription,
 };
 use std::f64::consts::{PI, TAU};

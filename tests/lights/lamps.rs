@@ -2,12 +2,14 @@
 
 use crate::common::scene::{diffuse, looking, rectangle, see, shape};
 use crate::common::verdict::assert_mean;
-use etendue::accel::Backend;
-use etendue::battery::closed_forms::parallel_rectangle;
-use etendue::integrator::Roulette;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::DVec3;
-use etendue::scene::description::{ColourDescription, MaterialDescription, MaterialModel, Place};
+use etendue::internals::accel::Backend;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::DVec3;
+use etendue::internals::scene::description::{
+    ColourDescription, MaterialDescription, MaterialModel, Place,
+};
+use etendue_lab::battery::closed_forms::parallel_rectangle;
 
 const REFLECTANCE: f32 = 0.99;
 

@@ -1,15 +1,15 @@
 //! Lights that are asked by many places at once answer as they do to each alone, bit for bit.
 
 use crate::common::TestRng;
-use etendue::effects::kernel::types::Everything;
-use etendue::light::Light;
-use etendue::light::point::PointLight;
-use etendue::light::rectangle::RectangleLight;
-use etendue::light::select::Lights;
-use etendue::light::triangle::TriangleLight;
-use etendue::light::types::{Emission, LightEnd, LightQuestion, LightSample, PointRule};
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::Vec3;
+use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::light::Light;
+use etendue::internals::light::point::PointLight;
+use etendue::internals::light::rectangle::RectangleLight;
+use etendue::internals::light::select::Lights;
+use etendue::internals::light::triangle::TriangleLight;
+use etendue::internals::light::types::{Emission, LightEnd, LightQuestion, LightSample, PointRule};
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::Vec3;
 
 const EDGES: [Vec3; 2] = [Vec3::new(0.0, 0.8, 0.0), Vec3::new(1.0, 0.0, 0.0)];
 

@@ -2,16 +2,16 @@
 
 use crate::common::scene_folder::{SMALL, in_repository, load_text};
 use etendue::ErrorKind;
-use etendue::geometry::texture::Texture;
-use etendue::image::Image;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DAffine3, DMat3, DVec2, DVec3};
-use etendue::scene::check;
-use etendue::scene::description::{
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::Image;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DAffine3, DMat3, DVec2, DVec3};
+use etendue::internals::scene::check;
+use etendue::internals::scene::description::{
     ColourDescription, GeometryDescription, InstanceDescription, Key, LightDescription, LightModel,
     MaterialDescription, MaterialModel, MeshDescription, Place, SceneDescription, ShapeDescription,
 };
-use etendue::scene::load::load;
+use etendue::internals::scene::load::load;
 use std::sync::Arc;
 
 #[test]
@@ -241,7 +241,7 @@ fn materials_out_of_their_range_are_refused() {
 fn lights_out_of_their_range_are_refused() {
     let checker = Texture::Checker {
         colours: [Rgb::BLACK, Rgb::WHITE],
-        repeat: etendue::math::vec::Vec2::ONE,
+        repeat: etendue::internals::math::vec::Vec2::ONE,
     };
     let spot = |cone: f64, penumbra: f64| LightModel::Spot {
         position: DVec3::ZERO,

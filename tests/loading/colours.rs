@@ -1,11 +1,11 @@
 //! Colours in scene files: every spelling, and pictures in their colour space.
 
 use crate::common::scene_folder::{HEAD, SceneFolder, load_text};
-use etendue::geometry::texture::Texture;
-use etendue::image::srgb;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::Vec2;
-use etendue::scene::description::{ColourDescription, MaterialModel};
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::srgb;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::Vec2;
+use etendue::internals::scene::description::{ColourDescription, MaterialModel};
 
 /// A colour as it is read for a mirror.
 fn read(text: &str) -> ColourDescription {

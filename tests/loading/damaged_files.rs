@@ -1,9 +1,9 @@
 //! Scenes, models and libraries that are damaged at random: an error is fine, a panic is not.
 
 use crate::common::scene_folder::{SMALL, SceneFolder};
-use etendue::accel::{AccelOptions, Backend, Precision};
-use etendue::scene::load::load;
-use etendue::scene::prepare::prepare;
+use etendue::internals::accel::{AccelOptions, Backend, Precision};
+use etendue::internals::scene::load::load;
+use etendue::internals::scene::prepare::prepare;
 use proptest::prelude::{Just, ProptestConfig, Strategy, any, prop_oneof, proptest};
 
 /// One thing that happens to a file.

@@ -3,10 +3,10 @@
 
 use crate::common::scene_folder::{HEAD, SceneFolder};
 use etendue::ErrorKind;
-use etendue::accel::{AccelOptions, Backend, Precision};
-use etendue::scene::description::{GeometryDescription, SceneDescription};
-use etendue::scene::load::load;
-use etendue::scene::prepare::prepare;
+use etendue::internals::accel::{AccelOptions, Backend, Precision};
+use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
+use etendue::internals::scene::load::load;
+use etendue::internals::scene::prepare::prepare;
 use proptest::collection::vec;
 use proptest::prelude::{Just, ProptestConfig, Strategy, prop_oneof, proptest};
 use proptest::sample::select;

@@ -2,12 +2,12 @@
 
 use crate::common::scene_folder::{HEAD, SceneFolder, load_text};
 use etendue::ErrorKind;
-use etendue::geometry::texture::Texture;
-use etendue::image::{Image, WriteOptions, write};
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DMat3, DVec3};
-use etendue::scene::description::{ColourDescription, LightModel};
-use etendue::scene::load::load;
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::{Image, WriteOptions, write};
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DMat3, DVec3};
+use etendue::internals::scene::description::{ColourDescription, LightModel};
+use etendue::internals::scene::load::load;
 
 /// The only light of a scene; its table starts in line 5.
 fn light(body: &str) -> LightModel {

@@ -3,8 +3,6 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-mod bad_input;
-mod bad_motion;
 mod built_scenes;
 mod colours;
 mod damaged_files;

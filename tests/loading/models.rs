@@ -1,13 +1,13 @@
 //! Models and their materials, and the examples of docs/scene-format.md.
 
 use crate::common::scene_folder::{HEAD, SceneFolder, TRIANGLE, in_repository};
-use etendue::image::{Image, WriteOptions, write};
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DVec2, DVec3};
-use etendue::scene::description::{
+use etendue::internals::image::{Image, WriteOptions, write};
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DVec2, DVec3};
+use etendue::internals::scene::description::{
     ColourDescription, GeometryDescription, MaterialModel, MeshDescription, SceneDescription,
 };
-use etendue::scene::load::load;
+use etendue::internals::scene::load::load;
 
 /// A model with its library `a.mtl`.
 fn load_model(model: &str, library: &str) -> SceneDescription {

@@ -3,12 +3,12 @@
 
 use crate::common::scene_folder::{HEAD, SceneFolder, TRIANGLE};
 use etendue::ErrorKind;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::DVec3;
-use etendue::scene::description::{
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::DVec3;
+use etendue::internals::scene::description::{
     GeometryDescription, MaterialModel, MeshDescription, SceneDescription, ShapeDescription,
 };
-use etendue::scene::load::load;
+use etendue::internals::scene::load::load;
 
 fn load_model(model: &str, library: &str) -> SceneDescription {
     SceneFolder::new([("a.obj", model), ("a.mtl", library)]).load("a.obj")

@@ -1,14 +1,14 @@
 //! The scenes that come with the program: each one renders, the furnaces have their exact answers, and the gallery says of
 //! the others what is so.
 
-use etendue::accel::{AccelOptions, Backend, Precision};
-use etendue::film::Film;
-use etendue::film::filter::Filter;
-use etendue::plan::Plan;
-use etendue::render::settings::RenderSettings;
-use etendue::render::{Unwatched, render};
-use etendue::scene::load::load;
-use etendue::scene::prepare::prepare;
+use etendue::internals::accel::{AccelOptions, Backend, Precision};
+use etendue::internals::film::Film;
+use etendue::internals::film::filter::Filter;
+use etendue::internals::plan::Plan;
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::render::{Unwatched, render};
+use etendue::internals::scene::load::load;
+use etendue::internals::scene::prepare::prepare;
 use std::path::{Path, PathBuf};
 
 /// Every scene file under `scenes/`.

@@ -1,10 +1,10 @@
 //! Scene files: every key becomes what docs/scene-format.md says it does.
 
 use crate::common::scene_folder::{HEAD, SceneFolder, TRIANGLE, in_repository, load_text};
-use etendue::geometry::texture::Texture;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DVec2, DVec3};
-use etendue::scene::description::{
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DVec2, DVec3};
+use etendue::internals::scene::description::{
     CameraDescription, ColourDescription, FilterDescription, FilterKind, GeometryDescription,
     MaterialModel, MeshDescription, RenderDescription, ShapeDescription,
 };
@@ -109,7 +109,10 @@ fn what_is_not_written_has_its_default() {
     let sphere = shape("type = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1");
     assert!(sphere.name == "sphere 1" && sphere.emission.is_none());
     assert!(!sphere.two_sided_emission);
-    assert_eq!(sphere.transform, etendue::math::vec::DAffine3::IDENTITY);
+    assert_eq!(
+        sphere.transform,
+        etendue::internals::math::vec::DAffine3::IDENTITY
+    );
 }
 
 #[test]

@@ -3,11 +3,11 @@
 
 use crate::common::TestRng;
 use crate::common::verdict::assert_mean;
-use etendue::film::{Film, Window};
-use etendue::math::rgb::Rgb;
-use etendue::math::stats::Moments;
-use etendue::render::adaptive::allocation::Allocation;
-use etendue::render::adaptive::{Deal, Dealer};
+use etendue::internals::film::{Film, Window};
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::stats::Moments;
+use etendue::internals::render::adaptive::allocation::Allocation;
+use etendue::internals::render::adaptive::{Deal, Dealer};
 
 /// A square film of so many pixels along its edge, with counts.
 fn film_of(edge: u32) -> Film {

@@ -2,13 +2,13 @@
 
 use crate::common::furnished::{glass, matte, outside, small_light};
 use crate::common::room::room;
-use etendue::integrator::kind::IntegratorKind;
-use etendue::render::Unwatched;
-use etendue::render::adaptive::Adaptive;
-use etendue::render::auto::Recommendation;
-use etendue::render::wishes::Wishes;
-use etendue::scene::description::SceneDescription;
-use etendue::session::{Session, tracing};
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::Unwatched;
+use etendue::internals::render::auto::Recommendation;
+use etendue::internals::render::settings::Adaptive;
+use etendue::internals::render::wishes::Wishes;
+use etendue::internals::scene::description::SceneDescription;
+use etendue::internals::session::{Session, tracing};
 
 /// A bulb in a shade that is open above and below: all but two spots has its light from ceiling and floor.
 fn shaded() -> SceneDescription {
@@ -63,7 +63,7 @@ intensity = 1
 fn session(scene: SceneDescription, threads: usize) -> Session {
     let mut scene = scene;
     scene.film.size = (64, 64);
-    let options = etendue::accel::AccelOptions {
+    let options = etendue::internals::accel::AccelOptions {
         threads,
         ..tracing()
     };

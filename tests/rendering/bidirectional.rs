@@ -9,15 +9,15 @@ use crate::common::generated::Generator;
 use crate::common::room::{LAMP, room};
 use crate::common::scene::{film, mirrored_octahedron, panorama, ready, shape, slide};
 use crate::common::verdict::sidak;
-use etendue::accel::Backend;
-use etendue::effects::{Effect, EffectSet};
-use etendue::film::Film;
-use etendue::film::filter::{FilterDescription, FilterKind};
-use etendue::integrator::kind::IntegratorKind;
-use etendue::math::stats::Moments;
-use etendue::math::vec::{DMat3, DVec3};
-use etendue::render::settings::{RenderSettings, SamplerKind};
-use etendue::scene::description::{
+use etendue::internals::accel::Backend;
+use etendue::internals::effects::{Effect, EffectSet};
+use etendue::internals::film::Film;
+use etendue::internals::film::filter::{FilterDescription, FilterKind};
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::math::stats::Moments;
+use etendue::internals::math::vec::{DMat3, DVec3};
+use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::scene::description::{
     ColourDescription, LightDescription, LightModel, MaterialModel, SceneDescription,
 };
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -283,20 +283,20 @@ fn shading_normals_are_the_same_from_both_ends() {
     let mut scene = room(LAMP);
     let materials = [
         MaterialModel::Diffuse {
-            reflectance: ColourDescription::Constant(etendue::math::rgb::Rgb::grey(0.8)),
+            reflectance: ColourDescription::Constant(etendue::internals::math::rgb::Rgb::grey(0.8)),
         },
         MaterialModel::Mirror {
-            reflectance: ColourDescription::Constant(etendue::math::rgb::Rgb::grey(0.9)),
+            reflectance: ColourDescription::Constant(etendue::internals::math::rgb::Rgb::grey(0.9)),
         },
         MaterialModel::Dielectric {
             ior: 1.5,
             roughness: 0.0,
-            tint: ColourDescription::Constant(etendue::math::rgb::Rgb::WHITE),
+            tint: ColourDescription::Constant(etendue::internals::math::rgb::Rgb::WHITE),
         },
         MaterialModel::Dielectric {
             ior: 1.4,
             roughness: 0.6,
-            tint: ColourDescription::Constant(etendue::math::rgb::Rgb::WHITE),
+            tint: ColourDescription::Constant(etendue::internals::math::rgb::Rgb::WHITE),
         },
     ];
     for (index, model) in materials.into_iter().enumerate() {
@@ -345,7 +345,7 @@ fn filters_crops_and_lenses_take_splats_as_they_take_samples() {
         scene.film.filter = FilterDescription { kind, radius };
         let see = |integrator, spp, seed| {
             let mut settings = settings(&scene, integrator, spp);
-            settings.window = etendue::film::Window {
+            settings.window = etendue::internals::film::Window {
                 x: 5,
                 y: 3,
                 width: 12,
@@ -413,7 +413,7 @@ fn threads_and_tiles_change_no_bit() {
 fn adaptive_sampling_is_refused_with_another_way() {
     let scene = matte();
     let settings = RenderSettings {
-        adaptive: etendue::render::adaptive::Adaptive::TwoPhase,
+        adaptive: etendue::internals::render::settings::Adaptive::TwoPhase,
         ..settings(&scene, IntegratorKind::Bidirectional, 64)
     };
     let error = settings

@@ -1,9 +1,9 @@
 //! The noise filter on pictures whose truth is known: what it keeps, what it gains, and what it says of its own error.
 
 use crate::common::TestRng;
-use etendue::image::{Image, Layer, LayeredImage};
-use etendue::math::rgb::Rgb;
-use etendue::post::denoise::{Denoiser, Filtered, Noisy};
+use etendue::internals::image::{Image, Layer, LayeredImage};
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::post::denoise::{Denoiser, Filtered, Noisy};
 
 /// Samples of a pixel are dealt out to as many batches, half of which make a half of the picture.
 const BATCHES: usize = 16;
@@ -101,7 +101,7 @@ fn filtered(picture: &LayeredImage) -> Filtered {
 fn rel_mse(image: &Image, truth: &[[f32; 3]]) -> f64 {
     let pixels: Vec<Rgb> = truth.iter().map(|&pixel| Rgb::from(pixel)).collect();
     let reference = Image::new(image.width(), image.height(), pixels);
-    etendue::image::metrics::rel_mse(image, &reference).expect("the same size")
+    etendue::internals::image::metrics::rel_mse(image, &reference).expect("the same size")
 }
 
 /// A wall with a slope of light, the edge of a shadow, a texture, a thin line and a dim colour.
@@ -151,7 +151,7 @@ fn noise_of_any_distribution_keeps_its_mean() {
         let means: Vec<f64> = (0..36)
             .map(|seed| filtered(&FLAT.noisy(16, 1.0, noise, seed)).image.mean()[1] / 0.7)
             .collect();
-        let moments = etendue::math::stats::Moments::of(means);
+        let moments = etendue::internals::math::stats::Moments::of(means);
         let error = moments.standard_error().expect("36 pictures");
         assert!(error < 1.5e-3, "no power: {error}");
         let z = (moments.mean() - 1.0) / error;

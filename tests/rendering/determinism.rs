@@ -1,19 +1,19 @@
 //! The picture depends on the scene, the seed and the samples alone: not on threads, tiles, or the scene's units.
 
 use crate::common::scene_folder::{SMALL, in_repository, load_text, picture};
-use etendue::accel::{AccelOptions, Backend, Precision};
-use etendue::film::Film;
-use etendue::film::filter::Filter;
-use etendue::film::pixel::PixelSums;
-use etendue::image::{Image, metrics};
-use etendue::integrator::observer::Unobserved;
-use etendue::math::vec::{DAffine3, DVec3};
-use etendue::render::observe_tile;
-use etendue::render::replay::replay;
-use etendue::render::settings::{RenderSettings, SamplerKind};
-use etendue::scene::description::{GeometryDescription, SceneDescription};
-use etendue::scene::load::load;
-use etendue::scene::prepare::prepare;
+use etendue::internals::accel::{AccelOptions, Backend, Precision};
+use etendue::internals::film::Film;
+use etendue::internals::film::filter::Filter;
+use etendue::internals::film::pixel::PixelSums;
+use etendue::internals::image::{Image, metrics};
+use etendue::internals::integrator::observer::Unobserved;
+use etendue::internals::math::vec::{DAffine3, DVec3};
+use etendue::internals::render::observe_tile;
+use etendue::internals::render::replay::replay;
+use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
+use etendue::internals::scene::load::load;
+use etendue::internals::scene::prepare::prepare;
 use std::sync::Arc;
 
 fn settings(scene: &SceneDescription, spp: u64) -> RenderSettings {

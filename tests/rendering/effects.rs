@@ -4,27 +4,27 @@
 use crate::common::generated::{Generator, SIZE};
 use crate::common::scene::{diffuse, looking, rectangle, shape, sky};
 use crate::common::scene_folder::in_repository;
-use etendue::accel::{AccelOptions, Backend, Precision};
-use etendue::effects::kernel::types::{Everything, Matte};
-use etendue::effects::switch::{Off, On};
-use etendue::effects::{Effect, EffectSet, Effects, Kernel, State};
-use etendue::film::filter::Filter;
-use etendue::geometry::texture::Texture;
-use etendue::image::Image;
-use etendue::integrator::path::PathState;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DAffine3, DMat3, DVec3, Vec2};
-use etendue::plan::Plan;
-use etendue::render::settings::RenderSettings;
-use etendue::render::{Unwatched, render};
-use etendue::scene::Scene;
-use etendue::scene::description::{
+use etendue::internals::accel::{AccelOptions, Backend, Precision};
+use etendue::internals::effects::kernel::types::{Everything, Matte};
+use etendue::internals::effects::switch::{Off, On};
+use etendue::internals::effects::{Effect, EffectSet, Effects, Kernel, State};
+use etendue::internals::film::filter::Filter;
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::Image;
+use etendue::internals::integrator::path::PathState;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DAffine3, DMat3, DVec3, Vec2};
+use etendue::internals::plan::Plan;
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::render::{Unwatched, render};
+use etendue::internals::scene::Scene;
+use etendue::internals::scene::description::{
     ColourDescription, Key, LightDescription, LightModel, MaterialModel, Place, SceneDescription,
     ShapeDescription,
 };
-use etendue::scene::interaction::Interaction;
-use etendue::scene::load::load;
-use etendue::scene::prepare::prepare;
+use etendue::internals::scene::interaction::Interaction;
+use etendue::internals::scene::load::load;
+use etendue::internals::scene::prepare::prepare;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -7,12 +7,12 @@ use crate::common::closed_forms::parallel_rectangle;
 use crate::common::error_bars::{Coverage, Kept, settings};
 use crate::common::room::{floor_below, with_metal_ball};
 use crate::common::scene::{film, ready, rectangle};
-use etendue::accel::Backend;
-use etendue::film::Film;
-use etendue::integrator::kind::IntegratorKind;
-use etendue::math::vec::DVec3;
-use etendue::render::settings::{RenderSettings, SamplerKind};
-use etendue::scene::description::{GeometryDescription, SceneDescription};
+use etendue::internals::accel::Backend;
+use etendue::internals::film::Film;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::math::vec::DVec3;
+use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
 use std::sync::LazyLock;
 
 #[test]

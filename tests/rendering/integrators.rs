@@ -9,15 +9,15 @@ use crate::common::furnished::{glass, glossy, matte, outside, small_light};
 use crate::common::room::{floor_below, room};
 use crate::common::scene::{film, ready, rectangle, slide};
 use crate::common::verdict::{assert_mean, sidak};
-use etendue::accel::Backend;
-use etendue::effects::{Effect, EffectSet, Kernel};
-use etendue::film::Film;
-use etendue::integrator::Roulette;
-use etendue::integrator::kind::IntegratorKind;
-use etendue::math::stats::{Moments, student_quantile_of};
-use etendue::math::vec::DVec3;
-use etendue::render::settings::{RenderSettings, SamplerKind};
-use etendue::scene::description::{GeometryDescription, SceneDescription};
+use etendue::internals::accel::Backend;
+use etendue::internals::effects::{Effect, EffectSet, Kernel};
+use etendue::internals::film::Film;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::math::stats::{Moments, student_quantile_of};
+use etendue::internals::math::vec::DVec3;
+use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 /// The path tracers of the course but the last.
@@ -188,16 +188,16 @@ intensity = 2
 "#,
     );
     scene.lights = lights.lights;
-    let sky = etendue::scene::description::ColourDescription::Texture(std::sync::Arc::new(
-        crate::common::scene::panorama(),
-    ));
+    let sky = etendue::internals::scene::description::ColourDescription::Texture(
+        std::sync::Arc::new(crate::common::scene::panorama()),
+    );
     scene
         .lights
-        .push(etendue::scene::description::LightDescription {
+        .push(etendue::internals::scene::description::LightDescription {
             place: Default::default(),
-            model: etendue::scene::description::LightModel::Environment {
+            model: etendue::internals::scene::description::LightModel::Environment {
                 radiance: sky,
-                to_world: etendue::math::vec::DMat3::IDENTITY,
+                to_world: etendue::internals::math::vec::DMat3::IDENTITY,
             },
         });
     let path = rendered(&scene, &settings(&scene, IntegratorKind::Path, 7, 1 << 12));
@@ -421,7 +421,7 @@ fn the_test_of_tiles_finds_a_bias_and_only_that() {
     // A scene that is brighter by one part in a hundred is told apart.
     let mut brighter = scene.clone();
     for shape in &mut brighter.shapes {
-        if let Some(etendue::scene::description::ColourDescription::Constant(light)) =
+        if let Some(etendue::internals::scene::description::ColourDescription::Constant(light)) =
             &mut shape.emission
         {
             *light = 1.01 * *light;

@@ -3,11 +3,11 @@
 
 use crate::common::scene::{diffuse, gallery, keys, looking, picture, rectangle, see, shape};
 use crate::common::verdict::assert_mean;
-use etendue::accel::Backend;
-use etendue::battery::closed_forms::disc_segment;
-use etendue::integrator::Roulette;
-use etendue::math::vec::{DAffine3, DVec3};
-use etendue::scene::description::SceneDescription;
+use etendue::internals::accel::Backend;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::math::vec::{DAffine3, DVec3};
+use etendue::internals::scene::description::SceneDescription;
+use etendue_lab::battery::closed_forms::disc_segment;
 
 #[test]
 fn a_lens_of_no_width_is_a_pinhole_bit_for_bit() {

@@ -5,16 +5,16 @@
 use crate::common::generated::{Generator, SIZE};
 use crate::common::scene::{ready, see};
 use crate::common::scene_folder::{SMALL, load_text};
-use etendue::accel::Backend;
-use etendue::effects::{Effect, EffectSet};
-use etendue::film::filter::Filter;
-use etendue::geometry::texture::Texture;
-use etendue::image::{Image, metrics};
-use etendue::integrator::Roulette;
-use etendue::math::vec::{DAffine3, DMat3, DVec3};
-use etendue::render::settings::RenderSettings;
-use etendue::render::{Unwatched, render};
-use etendue::scene::description::{
+use etendue::internals::accel::Backend;
+use etendue::internals::effects::{Effect, EffectSet};
+use etendue::internals::film::filter::Filter;
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::{Image, metrics};
+use etendue::internals::integrator::Roulette;
+use etendue::internals::math::vec::{DAffine3, DMat3, DVec3};
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::render::{Unwatched, render};
+use etendue::internals::scene::description::{
     ColourDescription, GeometryDescription, Key, LightModel, SceneDescription,
 };
 use std::sync::Arc;
@@ -50,7 +50,7 @@ fn picture(description: &SceneDescription, backend: Backend, settings: &RenderSe
 #[track_caller]
 fn assert_same(what: &str, got: &Image, want: &Image, factor: f32) {
     let pairs = got.pixels().iter().zip(want.pixels());
-    let bits = |colour: etendue::math::rgb::Rgb| colour.to_array().map(f32::to_bits);
+    let bits = |colour: etendue::internals::math::rgb::Rgb| colour.to_array().map(f32::to_bits);
     let differing = pairs.filter(|(got, want)| bits(**got) != bits(**want * factor));
     assert_eq!(differing.count(), 0, "{what}: so many pixels differ");
 }

@@ -6,13 +6,13 @@ use crate::common::error_bars::Coverage;
 use crate::common::furnished::{glass, glossy, matte, outside, small_light};
 use crate::common::room::room;
 use crate::common::scene::{film, ready};
-use etendue::accel::Backend;
-use etendue::film::filter::Filter;
-use etendue::integrator::kind::IntegratorKind;
-use etendue::math::stats::Moments;
-use etendue::render::settings::{RenderSettings, SamplerKind};
-use etendue::render::{Unwatched, render};
-use etendue::scene::description::SceneDescription;
+use etendue::internals::accel::Backend;
+use etendue::internals::film::filter::Filter;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::math::stats::Moments;
+use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::render::{Unwatched, render};
+use etendue::internals::scene::description::SceneDescription;
 
 fn compare(
     what: &str,

@@ -7,12 +7,12 @@ use crate::common::scene::{
     as_instance, diffuse, gallery, keys, looking, picture, polygon, rectangle, see, shape, slide,
 };
 use crate::common::verdict::assert_mean;
-use etendue::accel::Backend;
-use etendue::geometry::texture::Texture;
-use etendue::integrator::Roulette;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DAffine3, DVec3, Vec2};
-use etendue::scene::description::{
+use etendue::internals::accel::Backend;
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DAffine3, DVec3, Vec2};
+use etendue::internals::scene::description::{
     ColourDescription, GeometryDescription, Key, MaterialDescription, MaterialModel, Place,
     SceneDescription,
 };
@@ -351,8 +351,9 @@ fn a_camera_moves_as_if_everything_else_moved_the_other_way() {
             as_instance(&mut moving_scene, DAffine3::IDENTITY, back);
             let [a, b] = [&moving_camera, &moving_scene]
                 .map(|scene| see(scene, backend, 1 << 14, Some(2), Roulette::None));
-            let error =
-                |it: &etendue::math::stats::Moments| it.standard_error().expect("32 pixels");
+            let error = |it: &etendue::internals::math::stats::Moments| {
+                it.standard_error().expect("32 pixels")
+            };
             let joint = error(&a).hypot(error(&b));
             println!("{name} {}: {a:?} {b:?}", backend.name());
             let apart = (a.mean() - b.mean()).abs();

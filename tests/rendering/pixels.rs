@@ -2,13 +2,13 @@
 //! is the filter's integral beyond the edge, which has a closed form.
 
 use crate::common::scene::{diffuse, looking, ready, rectangle, shape};
-use etendue::accel::Backend;
-use etendue::film::filter::{Filter, FilterDescription, FilterKind};
-use etendue::math::stats::Moments;
-use etendue::math::vec::{DAffine3, DVec3};
-use etendue::render::settings::RenderSettings;
-use etendue::render::{Unwatched, render};
-use etendue::scene::description::{CameraDescription, SceneDescription};
+use etendue::internals::accel::Backend;
+use etendue::internals::film::filter::{Filter, FilterDescription, FilterKind};
+use etendue::internals::math::stats::Moments;
+use etendue::internals::math::vec::{DAffine3, DVec3};
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::render::{Unwatched, render};
+use etendue::internals::scene::description::{CameraDescription, SceneDescription};
 
 /// Pixels across the edge, and along it, where they are replicates of one another.
 const ACROSS: u32 = 10;

@@ -3,16 +3,18 @@
 use crate::common::scene::ready;
 use crate::common::scene_folder::{SMALL, load_text};
 use etendue::ErrorKind;
-use etendue::accel::Backend;
-use etendue::film::Film;
-use etendue::film::filter::Filter;
-use etendue::image::Image;
-use etendue::integrator::kind::IntegratorKind;
-use etendue::render::adaptive::Adaptive;
-use etendue::render::settings::{Budget, RenderSettings, SamplerKind};
-use etendue::render::{RenderObserver, Rendered, Threads, Unwatched, View, render, resume};
-use etendue::scene::Scene;
-use etendue::scene::description::SceneDescription;
+use etendue::internals::accel::Backend;
+use etendue::internals::film::Film;
+use etendue::internals::film::filter::Filter;
+use etendue::internals::image::Image;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::settings::Adaptive;
+use etendue::internals::render::settings::{Budget, RenderSettings, SamplerKind};
+use etendue::internals::render::{
+    RenderObserver, Rendered, Threads, Unwatched, View, render, resume,
+};
+use etendue::internals::scene::Scene;
+use etendue::internals::scene::description::SceneDescription;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -104,7 +106,7 @@ struct Impatient {
 }
 
 impl RenderObserver for Impatient {
-    fn progress(&self, _: &etendue::render::Progress) {
+    fn progress(&self, _: &etendue::internals::render::Progress) {
         self.tiles.fetch_sub(1, Ordering::Relaxed);
     }
 

@@ -1,11 +1,11 @@
 //! Roulette ends paths by chance and changes no mean: on a surface whose lobes see light and darkness, and weigh less than 1.
 
 use crate::common::scene::{looking, see, shape};
-use etendue::accel::Backend;
-use etendue::integrator::Roulette;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::DVec3;
-use etendue::scene::description::{
+use etendue::internals::accel::Backend;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::DVec3;
+use etendue::internals::scene::description::{
     ColourDescription, GeometryDescription, MaterialModel, SceneDescription,
 };
 

@@ -2,21 +2,21 @@
 
 use crate::common::scene_folder::{SMALL, load_text};
 use etendue::ErrorKind;
-use etendue::accel::{AccelOptions, Backend};
-use etendue::effects::Effect;
-use etendue::image::Image;
-use etendue::integrator::Roulette;
-use etendue::integrator::kind::IntegratorKind;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DAffine3, DVec3};
-use etendue::render::settings::{Budget, RenderSettings};
-use etendue::render::wishes::Wishes;
-use etendue::render::{Unwatched, render};
-use etendue::scene::description::{
+use etendue::internals::accel::{AccelOptions, Backend};
+use etendue::internals::effects::Effect;
+use etendue::internals::image::Image;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DAffine3, DVec3};
+use etendue::internals::render::settings::{Budget, RenderSettings};
+use etendue::internals::render::wishes::Wishes;
+use etendue::internals::render::{Unwatched, render};
+use etendue::internals::scene::description::{
     CameraDescription, FilmDescription, GeometryDescription, InstanceDescription, LightDescription,
     MaterialDescription, MaterialModel, Place, SceneDescription, ShapeDescription,
 };
-use etendue::session::{QueryRay, Rendering, Session, tracing};
+use etendue::internals::session::{QueryRay, Rendering, Session, tracing};
 use std::sync::Arc;
 
 const fn can_be_shared<T: Send + Sync>() {}
@@ -100,9 +100,10 @@ fn a_session_renders_what_a_render_of_its_scene_does() {
     let description = load_text(SMALL);
     let session = session(description.clone(), Backend::ALL[0]);
     let settings = RenderSettings::new(description.film.size, 4);
-    let prepared = etendue::scene::prepare::prepare(&description, traced_by(Backend::ALL[0]));
+    let prepared =
+        etendue::internals::scene::prepare::prepare(&description, traced_by(Backend::ALL[0]));
     let scene = prepared.expect("valid").scene;
-    let filter = etendue::film::filter::Filter::new(&description.film.filter);
+    let filter = etendue::internals::film::filter::Filter::new(&description.film.filter);
     let size = description.film.size;
     let alone = render(&scene, &filter, size, &settings, &Unwatched).expect("valid");
     assert_eq!(picture(&session, 4), alone.film.develop());

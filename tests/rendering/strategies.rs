@@ -4,17 +4,17 @@
 use super::bidirectional::settings;
 use crate::common::furnished::matte;
 use crate::common::scene::{film, ready};
-use etendue::accel::Backend;
-use etendue::film::filter::Filter;
-use etendue::film::splats::Strategy;
-use etendue::image::Image;
-use etendue::integrator::kind::IntegratorKind;
-use etendue::math::stats::Moments;
-use etendue::render::settings::RenderSettings;
-use etendue::render::strategies::{StrategyPictures, check, strategies};
-use etendue::render::{Threads, View};
-use etendue::scene::Scene;
-use etendue::scene::description::SceneDescription;
+use etendue::internals::accel::Backend;
+use etendue::internals::film::filter::Filter;
+use etendue::internals::film::splats::Strategy;
+use etendue::internals::image::Image;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::math::stats::Moments;
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::render::strategies::{StrategyPictures, check, strategies};
+use etendue::internals::render::{Threads, View};
+use etendue::internals::scene::Scene;
+use etendue::internals::scene::description::SceneDescription;
 
 const BOUNCES: u32 = 2;
 

@@ -4,9 +4,9 @@ use crate::common::TestRng;
 use crate::common::chi_square::ChiSquareTest;
 use crate::common::quadrature::{Adaptive, Rectangle, gauss_legendre, integrate};
 use crate::common::verdict::sidak;
-use etendue::bsdf::microfacet::Ggx;
-use etendue::math::vec::{Vec3, reflect};
-use etendue::sampling::warp::{
+use etendue::internals::bsdf::microfacet::Ggx;
+use etendue::internals::math::vec::{Vec3, reflect};
+use etendue::internals::sampling::warp::{
     PDF_SPHERE_UNIFORM, pdf_hemisphere_cosine, sample_hemisphere_cosine, sample_sphere_uniform,
 };
 

@@ -3,12 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-mod course;
 mod harness;
-mod integration;
-mod inversion;
-mod metropolis;
-mod rejection;
 mod sampler;
 mod stratified;
 mod warps;

@@ -2,9 +2,9 @@
 
 use crate::common::chi_square::uniformity;
 use crate::common::verdict::sidak;
-use etendue::math::stats::Moments;
-use etendue::math::vec::ONE_MINUS_EPSILON;
-use etendue::sampler::{Batches, Decision, Independent, Sampler, Sobol, Stratified};
+use etendue::internals::math::stats::Moments;
+use etendue::internals::math::vec::ONE_MINUS_EPSILON;
+use etendue::internals::sampler::{Batches, Decision, Independent, Sampler, Sobol, Stratified};
 
 /// Decisions of all kinds, also where the independent sampler changes its stream (bounce 8191) and far beyond.
 const DECISIONS: [Decision; 24] = [

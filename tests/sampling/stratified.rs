@@ -1,8 +1,8 @@
 //! The stratified sampler: its strata and cells are full, its mean is right, its variance small, its decisions unrelated.
 
 use crate::common::verdict::assert_mean;
-use etendue::math::stats::Moments;
-use etendue::sampler::{Decision, Independent, Sampler, Stratified};
+use etendue::internals::math::stats::Moments;
+use etendue::internals::sampler::{Decision, Independent, Sampler, Stratified};
 
 /// Numbers of samples, with the columns and rows of the cells that they fill.
 const GRIDS: [(u64, usize, usize); 9] = [

@@ -4,12 +4,12 @@ use crate::common::TestRng;
 use crate::common::chi_square::{ChiSquareTest, pearson, uniformity};
 use crate::common::closed_forms::{rectangle_solid_angle, triangle_solid_angle};
 use crate::common::verdict::sidak;
-use etendue::math::vec::{DVec2, DVec3, LaneVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
-use etendue::sampling::clear_triangle::ClearTriangle;
-use etendue::sampling::distribution::AliasTable;
-use etendue::sampling::linear::LinearSquare;
-use etendue::sampling::spherical_rectangle::SphericalRectangle;
-use etendue::sampling::{spherical_triangle, warp};
+use etendue::internals::math::vec::{DVec2, DVec3, LaneVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::internals::sampling::clear_triangle::ClearTriangle;
+use etendue::internals::sampling::distribution::AliasTable;
+use etendue::internals::sampling::linear::LinearSquare;
+use etendue::internals::sampling::spherical_rectangle::SphericalRectangle;
+use etendue::internals::sampling::{spherical_triangle, warp};
 
 const EXTREMES: [f32; 4] = [0.0, 1.0 / 16_777_216.0, 0.5, ONE_MINUS_EPSILON];
 

@@ -3,13 +3,13 @@
 use crate::common::TestRng;
 use crate::common::chi_square::ChiSquareTest;
 use crate::common::verdict::sidak;
-use etendue::bsdf::conductor::{PRESETS, preset};
-use etendue::bsdf::{
+use etendue::internals::bsdf::conductor::{PRESETS, preset};
+use etendue::internals::bsdf::{
     Bsdf, Conductor, Dielectric, Diffuse, Mirror, Numbers, Phong, Principled, PrincipledParameters,
 };
-use etendue::effects::kernel::types::Everything;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{ONE_MINUS_EPSILON, Vec2, Vec3};
 
 const ROUGHNESSES: [f32; 4] = [0.05, 0.2, 0.5, 1.0];
 /// Hard case 10.

@@ -4,18 +4,20 @@
 use crate::common::closed_forms::GGX_NORMAL_ALBEDO;
 use crate::common::quadrature::{Adaptive, Rectangle};
 use crate::common::verdict::assert_mean;
-use etendue::battery::albedo::view;
-use etendue::bsdf::albedo::single_scatter;
-use etendue::bsdf::microfacet::Ggx;
-use etendue::bsdf::{
+use etendue::internals::bsdf::albedo::single_scatter;
+use etendue::internals::bsdf::microfacet::Ggx;
+use etendue::internals::bsdf::{
     Bsdf, Conductor, Dielectric, Diffuse, Lobe, Mirror, Phong, Principled, PrincipledParameters,
 };
-use etendue::effects::kernel::types::Everything;
-use etendue::math::rgb::Rgb;
-use etendue::math::stats::Moments;
-use etendue::math::vec::{Vec2, Vec3};
-use etendue::scene::description::{ColourDescription, MaterialDescription, MaterialModel, Place};
-use etendue::scene::material::Material;
+use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::stats::Moments;
+use etendue::internals::math::vec::{Vec2, Vec3};
+use etendue::internals::scene::description::{
+    ColourDescription, MaterialDescription, MaterialModel, Place,
+};
+use etendue::internals::scene::material::Material;
+use etendue_lab::battery::albedo::view;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A metal that reflects everything: in f32, |k| = 1e6 leaves nothing to absorb.
@@ -35,7 +37,7 @@ fn principled(metallic: f32, roughness: f32, transmission: f32) -> Bsdf {
 
 /// The green albedo towards `wo`, as the means of `replicates` jittered grids.
 fn albedo(bsdf: &Bsdf, ior: f32, wo: Vec3, replicates: u64, grid: u32) -> Moments {
-    let numbers = etendue::battery::albedo::albedo(bsdf, ior, wo, (replicates, grid), 1);
+    let numbers = etendue_lab::battery::albedo::albedo(bsdf, ior, wo, (replicates, grid), 1);
     Moments::of(numbers)
 }
 

@@ -3,19 +3,19 @@
 use crate::common::closed_forms::parallel_rectangle;
 use crate::common::scene::{diffuse, looking, ready, rectangle, see, shape, sky};
 use crate::common::verdict::assert_mean;
-use etendue::accel::Backend;
-use etendue::effects::kernel::types::Everything;
-use etendue::effects::{Effect, EffectSet};
-use etendue::geometry::texture::Texture;
-use etendue::integrator::Roulette;
-use etendue::math::ray::Ray;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::{DVec2, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
-use etendue::scene::description::{
+use etendue::internals::accel::Backend;
+use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::effects::{Effect, EffectSet};
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::math::ray::Ray;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DVec2, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::internals::scene::description::{
     ColourDescription, GeometryDescription, MaterialDescription, MeshDescription,
     NormalMapDescription, Place, SceneDescription, ShapeDescription,
 };
-use etendue::scene::material::Material;
+use etendue::internals::scene::material::Material;
 use std::sync::Arc;
 
 const ALBEDO: f32 = 0.5;

@@ -2,11 +2,11 @@
 //! than arrives, and no light comes through it. How much a matte one reflects is row 17 of the battery.
 
 use crate::common::scene::{diffuse, looking, see, shape, sky};
-use etendue::accel::Backend;
-use etendue::integrator::Roulette;
-use etendue::math::rgb::Rgb;
-use etendue::math::vec::DVec3;
-use etendue::scene::description::{
+use etendue::internals::accel::Backend;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::DVec3;
+use etendue::internals::scene::description::{
     ColourDescription, GeometryDescription, MaterialModel, MeshDescription, SceneDescription,
 };
 use std::sync::Arc;

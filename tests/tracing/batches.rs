@@ -5,12 +5,12 @@ use crate::common::TestRng;
 use crate::common::tracing::{
     closed_mesh, direction, in_single, moving, point, rotation, same, soup, standing, triangle,
 };
-use etendue::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
-use etendue::accel::{Accel, AccelOptions, Backend, Hit, Precision, Quality, brute};
-use etendue::geometry::Geometry;
-use etendue::geometry::world::{Instance, World};
-use etendue::math::ray::Ray;
-use etendue::math::vec::Vec3;
+use etendue::internals::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
+use etendue::internals::accel::{Accel, AccelOptions, Backend, Hit, Precision, Quality, brute};
+use etendue::internals::geometry::Geometry;
+use etendue::internals::geometry::world::{Instance, World};
+use etendue::internals::math::ray::Ray;
+use etendue::internals::math::vec::Vec3;
 use std::sync::Arc;
 
 /// Around the packets of 8 and 16, and many of them.

@@ -8,12 +8,12 @@ use crate::common::TestRng;
 use crate::common::tracing::{
     closed_mesh, direction, placed_once, point, same, soup, standing, triangle,
 };
-use etendue::accel::{Accel, AccelOptions, Backend, Precision, Quality, brute};
-use etendue::geometry::Geometry;
-use etendue::geometry::mesh::Mesh;
-use etendue::geometry::world::World;
-use etendue::math::ray::Ray;
-use etendue::math::vec::{DAffine3, Vec3};
+use etendue::internals::accel::{Accel, AccelOptions, Backend, Precision, Quality, brute};
+use etendue::internals::geometry::Geometry;
+use etendue::internals::geometry::mesh::Mesh;
+use etendue::internals::geometry::world::World;
+use etendue::internals::math::ray::Ray;
+use etendue::internals::math::vec::{DAffine3, Vec3};
 use std::sync::Arc;
 
 /// Every way in which obvhs traces in a precision.

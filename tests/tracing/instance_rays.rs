@@ -6,11 +6,11 @@ use crate::common::tracing::{
     closed_mesh, direction, every_accel, in_single, moving, placed_once, point, soup, standing,
     transforms,
 };
-use etendue::accel::{Accel, AccelOptions, Backend, Hit, Precision, brute};
-use etendue::geometry::Geometry;
-use etendue::geometry::world::{Instance, World};
-use etendue::math::ray::Ray;
-use etendue::math::vec::{DAffine3, DVec3, Vec3};
+use etendue::internals::accel::{Accel, AccelOptions, Backend, Hit, Precision, brute};
+use etendue::internals::geometry::Geometry;
+use etendue::internals::geometry::world::{Instance, World};
+use etendue::internals::math::ray::Ray;
+use etendue::internals::math::vec::{DAffine3, DVec3, Vec3};
 use std::sync::Arc;
 
 /// How much less than a ray's own length scale a query may be off: a hundred roundings.

@@ -5,13 +5,13 @@ use crate::common::TestRng;
 use crate::common::tracing::{
     direction, every_accel, moving, placed_once, point, transforms, triangle,
 };
-use etendue::accel::{Departure, PrimitiveId};
-use etendue::effects::kernel::types::Everything;
-use etendue::geometry::surface::SurfacePoint;
-use etendue::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
-use etendue::math::ray::Ray;
-use etendue::math::robust::offset_point;
-use etendue::math::vec::{DAffine3, DVec3, Vec2, Vec3};
+use etendue::internals::accel::{Departure, PrimitiveId};
+use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::geometry::surface::SurfacePoint;
+use etendue::internals::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
+use etendue::internals::math::ray::Ray;
+use etendue::internals::math::robust::offset_point;
+use etendue::internals::math::vec::{DAffine3, DVec3, Vec2, Vec3};
 
 const ID: PrimitiveId = PrimitiveId {
     shape: 0,
@@ -74,7 +74,8 @@ fn a_triangle_has_the_points_and_normals_of_the_same_triangle_in_the_world() {
             let world = placed_once(vec![Geometry::Mesh(mesh.clone())], steps.clone());
             let (time, [u, v]) = (
                 rng.uniform(),
-                etendue::sampling::warp::sample_triangle_uniform(rng.uniform_2d()).to_array(),
+                etendue::internals::sampling::warp::sample_triangle_uniform(rng.uniform_2d())
+                    .to_array(),
             );
             let nowhere = Ray::new(Vec3::ZERO, Vec3::X);
             let surface = world.surface_at::<Everything>(ID, &nowhere, time, 0.0, [u, v]);
@@ -203,7 +204,9 @@ fn rays_that_leave_flat_shapes_of_instances_do_not_meet_them_again() {
             for (backend, accel) in every_accel(&world) {
                 for _ in 0..100 {
                     let time = rng.uniform();
-                    let u = etendue::sampling::warp::sample_triangle_uniform(rng.uniform_2d());
+                    let u = etendue::internals::sampling::warp::sample_triangle_uniform(
+                        rng.uniform_2d(),
+                    );
                     // For a disk, the point nearest to one beside its plane.
                     let beside = away + 0.5 * size * direction(&mut rng);
                     let beside = at(&steps, time).transform_point3(beside.as_dvec3());

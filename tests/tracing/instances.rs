@@ -8,20 +8,20 @@ use crate::common::scene::{
 use crate::common::scene::{mirrored_octahedron, seen_whole};
 use crate::common::tracing::{direction, point};
 use crate::common::verdict::assert_mean;
-use etendue::accel::{AccelOptions, Backend, Precision};
-use etendue::effects::kernel::types::Everything;
-use etendue::geometry::texture::Texture;
-use etendue::integrator::Roulette;
-use etendue::math::ray::Ray;
-use etendue::math::rgb::Rgb;
-use etendue::math::stats::Moments;
-use etendue::math::vec::{DAffine3, DMat3, DVec3, Vec2};
-use etendue::scene::Scene;
-use etendue::scene::description::{
+use etendue::internals::accel::{AccelOptions, Backend, Precision};
+use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::math::ray::Ray;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::stats::Moments;
+use etendue::internals::math::vec::{DAffine3, DMat3, DVec3, Vec2};
+use etendue::internals::scene::Scene;
+use etendue::internals::scene::description::{
     ColourDescription, GeometryDescription, InstanceDescription, Key, LightDescription, LightModel,
     MaterialDescription, Place, SceneDescription,
 };
-use etendue::scene::prepare::prepare;
+use etendue::internals::scene::prepare::prepare;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -352,7 +352,7 @@ fn textures_stay_where_they_are_on_instances() {
             scattering.materials[0] = MaterialDescription::new(
                 "checker",
                 Place::default(),
-                etendue::scene::description::MaterialModel::Diffuse {
+                etendue::internals::scene::description::MaterialModel::Diffuse {
                     reflectance: checker(0.25, 0.75),
                 },
             );

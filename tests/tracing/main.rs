@@ -4,9 +4,6 @@
 mod common;
 
 mod batches;
-mod bench;
-mod bench_agreement;
-mod bench_scenes;
 mod hard;
 mod instance_rays;
 mod instance_surfaces;

@@ -5,14 +5,14 @@ use crate::common::TestRng;
 use crate::common::tracing::{
     closed_mesh, direction, every_accel, in_single, moving, point, rotation, same, soup, standing,
 };
-use etendue::accel::packet::RayPacket;
-use etendue::accel::{Accel, Departure, Hit};
-use etendue::geometry::Geometry;
-use etendue::geometry::mesh::Mesh;
-use etendue::geometry::world::{Instance, World};
-use etendue::math::lanes::LANES;
-use etendue::math::ray::Ray;
-use etendue::math::vec::Vec3;
+use etendue::internals::accel::packet::RayPacket;
+use etendue::internals::accel::{Accel, Departure, Hit};
+use etendue::internals::geometry::Geometry;
+use etendue::internals::geometry::mesh::Mesh;
+use etendue::internals::geometry::world::{Instance, World};
+use etendue::internals::math::lanes::LANES;
+use etendue::internals::math::ray::Ray;
+use etendue::internals::math::vec::Vec3;
 use std::sync::Arc;
 
 /// A ray, its time, and what it leaves.

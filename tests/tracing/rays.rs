@@ -5,16 +5,16 @@ use crate::common::TestRng;
 use crate::common::tracing::{
     closed_mesh, direction, every_accel, point, same, soup, standing, triangle,
 };
-use etendue::accel::{Departure, Hit, PrimitiveId, brute};
-use etendue::effects::Slot;
-use etendue::effects::kernel::types::Everything;
-use etendue::geometry::surface::SurfacePoint;
-use etendue::geometry::{Geometry, mesh::Mesh, sphere::Sphere};
-use etendue::light::types::LightEnd;
-use etendue::math::ray::Ray;
-use etendue::math::robust::offset_point;
-use etendue::math::vec::{Vec2, Vec3};
-use etendue::scene::interaction::Interaction;
+use etendue::internals::accel::{Departure, Hit, PrimitiveId, brute};
+use etendue::internals::effects::Slot;
+use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::geometry::surface::SurfacePoint;
+use etendue::internals::geometry::{Geometry, mesh::Mesh, sphere::Sphere};
+use etendue::internals::light::types::LightEnd;
+use etendue::internals::math::ray::Ray;
+use etendue::internals::math::robust::offset_point;
+use etendue::internals::math::vec::{Vec2, Vec3};
+use etendue::internals::scene::interaction::Interaction;
 
 #[test]
 fn every_backend_finds_what_the_oracle_finds() {
@@ -272,7 +272,7 @@ fn a_long_segment_does_not_end_on_its_light() {
         let light = triangle([0, 1, 2].map(|_| 1e-3 * point(&mut rng)));
         let accels = every_accel(&standing(vec![light.clone()]));
         for _ in 0..20 {
-            let u = etendue::sampling::warp::sample_triangle_uniform(rng.uniform_2d());
+            let u = etendue::internals::sampling::warp::sample_triangle_uniform(rng.uniform_2d());
             let end: SurfacePoint = light.surface_at(0, &nowhere, 0.0, u.to_array());
             let normal = direction(&mut rng);
             let p = 10.0_f32.powf(3.0 * rng.uniform()) * -normal;

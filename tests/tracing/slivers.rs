@@ -7,13 +7,13 @@ use crate::common::TestRng;
 use crate::common::tracing::{
     direction, every_accel, in_single, placed_once, rotation, standing, triangle,
 };
-use etendue::accel::Precision;
-use etendue::effects::kernel::types::Everything;
-use etendue::geometry::world::{PrimitiveId, World};
-use etendue::math::ray::Ray;
-use etendue::math::robust::{gamma, offset_point};
-use etendue::math::vec::{DAffine3, DVec3, Vec3};
-use etendue::sampling::warp::sample_triangle_uniform;
+use etendue::internals::accel::Precision;
+use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::geometry::world::{PrimitiveId, World};
+use etendue::internals::math::ray::Ray;
+use etendue::internals::math::robust::{gamma, offset_point};
+use etendue::internals::math::vec::{DAffine3, DVec3, Vec3};
+use etendue::internals::sampling::warp::sample_triangle_uniform;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

@@ -7,10 +7,10 @@
 use super::{choice, or_default};
 use crate::memory::{Plain, Versioned, read_list};
 use crate::status::Failure;
-use renderer::math::vec::DVec3;
-use renderer::scene::description::{
+use renderer::description::{
     CameraDescription, FilmDescription, FilterDescription, FilterKind, Key,
 };
+use renderer::vec::DVec3;
 use std::mem::offset_of;
 
 /// A perspective camera.

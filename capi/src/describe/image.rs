@@ -7,10 +7,10 @@
 use super::or_default;
 use crate::memory::{Versioned, not_null, read_list, read_struct, room};
 use crate::status::Failure;
-use renderer::geometry::texture::Texture;
-use renderer::image::Image;
-use renderer::math::rgb::Rgb;
-use renderer::scene::description::ColourDescription;
+use renderer::Image;
+use renderer::Rgb;
+use renderer::Texture;
+use renderer::description::ColourDescription;
 use std::sync::Arc;
 
 /// A picture in the caller's memory, which is copied.
@@ -44,7 +44,7 @@ pub unsafe fn texture(pointer: *const EtdImage) -> Result<Arc<Texture>, Failure>
     // SAFETY: the caller's promise.
     let image = unsafe { read_struct(pointer) }?;
     let (width, height) = (image.width as usize, image.height as usize);
-    let is_side = |side| (1..=renderer::image::MAX_SIDE).contains(&side);
+    let is_side = |side| (1..=renderer::MAX_SIDE).contains(&side);
     if !(is_side(width) && is_side(height)) {
         return Err(Failure::argument(format!(
             "EtdImage: {width} x {height} pixels, but there are 1 to 65536 on each side"

@@ -9,9 +9,9 @@ use super::image::{EtdImage, texture_or};
 use super::placement::transform;
 use crate::memory::Versioned;
 use crate::status::Failure;
-use renderer::math::rgb::Rgb;
-use renderer::math::vec::{DMat3, DVec3};
-use renderer::scene::description::{LightDescription, LightModel, Place};
+use renderer::Rgb;
+use renderer::description::{LightDescription, LightModel, Place};
+use renderer::vec::{DMat3, DVec3};
 use std::mem::offset_of;
 
 /// Lights that are no shapes.

@@ -8,10 +8,8 @@ use super::image::{EtdImage, texture, texture_or};
 use super::{choice, or_default};
 use crate::memory::{Versioned, text};
 use crate::status::Failure;
-use renderer::math::rgb::Rgb;
-use renderer::scene::description::{
-    MaterialDescription, MaterialModel, NormalMapDescription, Place,
-};
+use renderer::Rgb;
+use renderer::description::{MaterialDescription, MaterialModel, NormalMapDescription, Place};
 use std::ffi::c_char;
 use std::mem::offset_of;
 

@@ -7,9 +7,9 @@
 use super::choice;
 use crate::memory::{Plain, Versioned, read_list, room};
 use crate::status::Failure;
-use renderer::math::vec::{DVec2, DVec3};
-use renderer::scene::description::MeshDescription;
-use renderer::scene::footprint::of_mesh;
+use renderer::description::MeshDescription;
+use renderer::of_mesh;
+use renderer::vec::{DVec2, DVec3};
 use std::ffi::c_void;
 
 /// Kinds of numbers.

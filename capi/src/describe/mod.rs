@@ -21,7 +21,7 @@ pub use placement::{EtdInstance, EtdSurface, affine};
 
 use crate::memory::read_list;
 use crate::status::Failure;
-use renderer::math::vec::DVec3;
+use renderer::vec::DVec3;
 
 /// A choice by its number.
 pub fn choice<T: Copy>(number: i32, all: &[(i32, T)], what: &str) -> Result<T, Failure> {

@@ -7,10 +7,10 @@
 use super::image::{EtdImage, texture_or};
 use crate::memory::{Plain, Versioned, read_list, text};
 use crate::status::Failure;
-use renderer::math::vec::{DAffine3, DMat3, DVec3};
-use renderer::scene::description::{
+use renderer::description::{
     GeometryDescription, InstanceDescription, Key, Place, ShapeDescription,
 };
+use renderer::vec::{DAffine3, DMat3, DVec3};
 use std::ffi::c_char;
 use std::mem::offset_of;
 

@@ -2,37 +2,16 @@
 //!
 //! Measure: none.
 //! Range: Linux tells where the library was loaded from; elsewhere the place stays unknown.
-//! Source: Embree's device properties; proc(5). Tested in `tests/command/render.rs`.
+//! Source: Embree's device properties; proc(5). Tested in `cli/tests/command/render.rs`.
 
 use super::handles::Device;
+use crate::accel::library::EmbreeInfo;
 use crate::error::Result;
 use embree4_sys::{
     RTC_DEVICE_PROPERTY_VERSION_MAJOR, RTC_DEVICE_PROPERTY_VERSION_MINOR,
     RTC_DEVICE_PROPERTY_VERSION_PATCH,
 };
 use std::path::PathBuf;
-
-/// What is known of Embree.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct EmbreeInfo {
-    /// Version of the headers that the program was built with.
-    pub header_version: String,
-    /// Version of the library that runs.
-    pub library_version: String,
-    /// The file that the library was loaded from.
-    pub library: Option<PathBuf>,
-    /// Packet widths that the library traces natively on this machine.
-    pub native_widths: Vec<usize>,
-}
-
-impl EmbreeInfo {
-    /// Whether library and headers go together: the same major version, and a library that is not older in what the
-    /// headers promise. Embree keeps its interface within a major version.
-    pub fn fits(&self) -> bool {
-        let major = |version: &str| version.split('.').next().map(str::to_owned);
-        major(&self.header_version) == major(&self.library_version)
-    }
-}
 
 /// Asks the library.
 ///

@@ -18,7 +18,7 @@ mod lanes;
 mod layout;
 mod packets;
 
-pub use info::{EmbreeInfo, info};
+pub use info::info;
 
 use super::batch::PacketWidth;
 use super::{AccelOptions, Hit, Precision, PrimitiveId};

@@ -9,7 +9,7 @@
 //!
 //! Measure: linear radiance.
 //! Range: any picture; the time is that of three.
-//! Source: cross-validation, as by Stone 1974. Tested in `tests/command/denoise_oidn.rs`.
+//! Source: cross-validation, as by Stone 1974. Tested in `cli/tests/command/denoise_oidn.rs`.
 
 use super::Filtered;
 use super::noisy::Noisy;

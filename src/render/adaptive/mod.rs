@@ -8,73 +8,14 @@
 pub mod allocation;
 mod greedy;
 
-use super::settings::{Budget, RenderSettings};
+use super::settings::{Adaptive, LARGEST_SHARE_OF_PILOT, PILOT, RenderSettings, SHARE_OF_PILOT};
 use crate::film::Film;
-use crate::film::batches::BATCHES;
 use allocation::Allocation;
-
-/// How samples are given out to the pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub enum Adaptive {
-    /// The same number to each.
-    #[default]
-    Off,
-    /// By the errors that a pilot shows, without bias.
-    TwoPhase,
-    /// To each until it seems good enough by its own samples. Biased.
-    Greedy,
-}
-
-impl Adaptive {
-    /// Every way.
-    pub const ALL: &'static [Self] = &[Self::TwoPhase, Self::Greedy, Self::Off];
-
-    /// The name in scenes and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::TwoPhase => "two-phase",
-            Self::Greedy => "greedy",
-        }
-    }
-
-    /// What biases the picture, in words.
-    pub fn bias(self) -> Option<String> {
-        (self == Self::Greedy).then(|| {
-            "greedy adaptive sampling: a pixel stops when its own samples are alike, also by chance"
-                .to_owned()
-        })
-    }
-}
-
-/// Samples per pixel of a pilot, where that is not too large a share.
-const PILOT: u64 = 64;
-
-/// It ends where this share of the budget is used up at the latest ...
-const LARGEST_SHARE: u64 = 4;
-
-/// ... and goes on up to this one: the longer it is, the better it tells, and no pixel gets less in the end.
-const SHARE: u64 = 16;
-
-/// Samples per pixel of the pilot, as far as they are known before the first of them.
-pub fn pilot(budget: Budget) -> u64 {
-    let may_end_before = budget.error.is_some() || budget.time.is_some();
-    let samples = budget.spp.map_or(PILOT, |spp| {
-        let long = if may_end_before {
-            0
-        } else {
-            spp.div_ceil(SHARE)
-        };
-        PILOT.min(spp.div_ceil(LARGEST_SHARE)).max(long)
-    });
-    samples.max(1).next_multiple_of(BATCHES)
-}
 
 /// Whether a pilot of so many samples per pixel, which has used up this share of the budget, has told enough.
 fn is_over(level: u64, used: f64) -> bool {
     let uses = |share: u64| used * share as f64 >= 1.0;
-    uses(LARGEST_SHARE) || (level >= PILOT && uses(SHARE))
+    uses(LARGEST_SHARE_OF_PILOT) || (level >= PILOT && uses(SHARE_OF_PILOT))
 }
 
 /// What the next pass gives out.
@@ -144,6 +85,8 @@ impl Dealer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::batches::BATCHES;
+    use crate::render::settings::Budget;
 
     #[test]
     fn a_pilot_is_a_sixteenth_of_the_samples_or_64_but_a_quarter_at_most() {
@@ -157,12 +100,12 @@ mod tests {
             (2048, 128),
             (9999, 628),
         ] {
-            assert_eq!(pilot(Budget::samples(spp)), expected, "{spp}");
+            assert_eq!(Budget::samples(spp).pilot(), expected, "{spp}");
             let over = |level: u64| is_over(level, level as f64 / spp as f64);
             assert!(over(expected), "{spp}");
             assert!(expected == BATCHES || !over(expected - BATCHES), "{spp}");
         }
-        assert_eq!(pilot(Budget::default()), PILOT);
+        assert_eq!(Budget::default().pilot(), PILOT);
         // What is foreseen of an error tells how much is used up, and of a black picture nothing is.
         assert!(!is_over(512, 0.0));
         assert!(is_over(16, 0.25), "there is no more time");

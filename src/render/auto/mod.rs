@@ -6,12 +6,12 @@
 //!
 //! Measure: as in `rule.rs`.
 //! Range: any scene. Among `path`, `bdpt` and `mlt`: biased integrators are named, never chosen.
-//! Source: docs/accuracy.md, "Which integrator". Tested in `tests/rendering/auto.rs` and `tests/command/auto.rs`.
+//! Source: docs/accuracy.md, "Which integrator". Tested in `tests/rendering/auto.rs` and `cli/tests/command/auto.rs`.
 
 mod pilot;
 mod rule;
 
-use super::adaptive::Adaptive;
+use super::settings::Adaptive;
 use super::settings::{Budget, RenderSettings};
 use super::{RenderObserver, Rendered, Threads, View, check, resume};
 use crate::effects::{Effect, EffectSet};

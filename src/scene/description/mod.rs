@@ -2,7 +2,7 @@
 //!
 //! Measure: world units and radians, radiance in W m^-2 sr^-1; double precision.
 //! Range: what `load` lets through: every number finite, every index in range, every reflectance in [0, 1].
-//! Source: docs/scene-format.md. Tested through `load` and in `tests/loading/bad_input.rs`.
+//! Source: docs/scene-format.md. Tested through `load` and in `cli/tests/command/bad_input.rs`.
 
 mod light;
 mod material;

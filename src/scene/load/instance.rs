@@ -2,7 +2,7 @@
 //!
 //! Measure: world units.
 //! Range: every group that is placed has a member; no group is placed within itself.
-//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `tests/loading/bad_input.rs`.
+//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
 use super::contents::Contents;
 use super::motion::motion;

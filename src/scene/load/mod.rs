@@ -2,7 +2,7 @@
 //!
 //! Measure: as written: world units, degrees, sRGB or linear values.
 //! Range: every error names file, line, field and what was expected.
-//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `tests/loading/bad_input.rs`.
+//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
 mod camera;
 mod colour;
@@ -22,7 +22,7 @@ mod transform;
 mod wording;
 
 // The names of integrators and samplers are known further up, where renders are set.
-pub(crate) use wording::unknown_name;
+pub use wording::unknown_name;
 
 use super::description::SceneDescription;
 use crate::error::{Error, Result};

@@ -2,7 +2,7 @@
 //!
 //! Measure: world units, degrees; time in any unit that is also the shutter's.
 //! Range: at least one key; times finite and increasing.
-//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `tests/loading/bad_input.rs`.
+//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
 use super::reader::{Table, Value};
 use super::transform::transform;

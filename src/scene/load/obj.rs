@@ -2,7 +2,7 @@
 //!
 //! Measure: the file's own units, in double precision; v of texture coordinates points up.
 //! Range: a file of at least one face; polygons become fans of triangles, which suits convex ones.
-//! Source: the OBJ format, through tobj. Tested in `tests/loading/scene_files.rs` and `tests/loading/bad_input.rs`.
+//! Source: the OBJ format, through tobj. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
 use super::contents::Contents;
 use super::mtl::{self, Entry};

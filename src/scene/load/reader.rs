@@ -2,7 +2,7 @@
 //!
 //! Measure: none.
 //! Range: every value is asked for by type and range; whatever does not fit becomes an error with file, line and field.
-//! Source: TOML 1.0, through the toml crate. Tested below and in `tests/loading/bad_input.rs`.
+//! Source: TOML 1.0, through the toml crate. Tested below and in `cli/tests/command/bad_input.rs`.
 
 use super::wording::{shown, unknown_name};
 use crate::error::{Error, Result};

@@ -2,7 +2,7 @@
 //!
 //! Measure: world units, degrees.
 //! Range: version 1 of the format.
-//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `tests/loading/bad_input.rs`.
+//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
 use super::camera::camera;
 use super::contents::Contents;

@@ -3,7 +3,7 @@
 //! Measure: characters.
 //! Range: any text.
 //! Source: the nearest name by Damerau and Levenshtein's distance, through strsim. Tested in `load/reader.rs` and
-//! `tests/loading/bad_input.rs`.
+//! `cli/tests/command/bad_input.rs`.
 
 /// What to say of a name that is not among `known`: the nearest of them, or all.
 pub fn unknown_name(what: &str, name: &str, known: &[&str]) -> String {

@@ -1,0 +1,153 @@
+//! The arguments of `study`.
+//!
+//! Measure: said at each flag.
+//! Range: said at each flag; what is out of it is a usage error that names the flag.
+//! Source: the conventions of `etendue help`. Tested in `cli/tests/command/study.rs` and below.
+
+use super::values::parse_size;
+use super::{ProgressMode, TracingArguments};
+use crate::durations::parse_duration;
+use clap::Args;
+use etendue::internals::accel::{Backend, Precision};
+use etendue::internals::effects::Kernel;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::settings::SamplerKind;
+use etendue::internals::scene::load::unknown_name;
+use etendue_lab::study::variant::Choice;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Arguments of `study`.
+#[derive(Debug, Args)]
+pub struct StudyArguments {
+    /// The scene: a .toml file, or a bare .obj model.
+    pub scene: PathBuf,
+    /// What is compared: every combination of the values of integrator, sampler, precision, backend, kernel and
+    /// max-bounces (a number, or none), such as integrator=path,nee sampler=sobol,independent. Ratios are to the first
+    /// combination. Default: sampler=independent,sobol.
+    #[arg(long, value_name = "SETTING=A,B", num_args = 1.., value_parser = parse_varied)]
+    pub vary: Vec<Varied>,
+    /// Time for all of it.
+    #[arg(long, value_name = "DURATION", value_parser = parse_duration, default_value = "5m")]
+    pub budget: Duration,
+    /// What renders the references that all renders are held against: path, bdpt or mlt, whichever converges best here.
+    #[arg(long, value_name = "INTEGRATOR", value_parser = parse_reference, default_value = "path")]
+    pub reference: IntegratorKind,
+    /// Size of the renders in pixels. Default: the scene's shape, about 20 000 pixels.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<(u32, u32)>,
+    /// Render in the scene's own size.
+    #[arg(long, conflicts_with = "size")]
+    pub full_size: bool,
+    /// Picks one of 2^64 sets of random numbers, and the order of the renders.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Folder for study.html, study.json and study.csv; made where it is missing.
+    #[arg(short, long = "out", value_name = "DIR", default_value = "out/study")]
+    pub out: PathBuf,
+    /// Print study.json instead of the tables.
+    #[arg(long)]
+    pub json: bool,
+    /// When to show progress.
+    #[arg(long, value_enum, default_value = "auto")]
+    pub progress: ProgressMode,
+    /// Show no progress and print no notes.
+    #[arg(short, long)]
+    pub quiet: bool,
+    /// How rays are traced, where that is not varied.
+    #[command(flatten)]
+    pub tracing: TracingArguments,
+}
+
+/// The values of one setting.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Varied(pub Vec<Choice>);
+
+/// The settings that can be varied.
+const SETTINGS: [&str; 6] = [
+    "integrator",
+    "sampler",
+    "precision",
+    "backend",
+    "kernel",
+    "max-bounces",
+];
+
+/// What may render references: nothing of what there is to see is beyond these.
+const REFERENCES: [IntegratorKind; 3] = [
+    IntegratorKind::Path,
+    IntegratorKind::Bidirectional,
+    IntegratorKind::Metropolis,
+];
+
+fn parse_reference(text: &str) -> Result<IntegratorKind, String> {
+    named(text, &REFERENCES, IntegratorKind::name)
+}
+
+fn parse_varied(text: &str) -> Result<Varied, String> {
+    let (setting, values) = text
+        .split_once('=')
+        .ok_or_else(|| format!("expected SETTING=A,B with one of {}", SETTINGS.join(", ")))?;
+    let choices = values.split(',').map(|value| choice(setting, value.trim()));
+    choices.collect::<Result<_, _>>().map(Varied)
+}
+
+fn choice(setting: &str, value: &str) -> Result<Choice, String> {
+    match setting {
+        "integrator" => {
+            named(value, IntegratorKind::ALL, IntegratorKind::name).map(Choice::Integrator)
+        }
+        "sampler" => named(value, SamplerKind::ALL, SamplerKind::name).map(Choice::Sampler),
+        "precision" => {
+            let all = [Precision::Robust, Precision::Fast];
+            named(value, &all, Precision::name).map(Choice::Precision)
+        }
+        "backend" => named(value, Backend::ALL, Backend::name).map(Choice::Backend),
+        "kernel" => named(value, Kernel::ALL, Kernel::name).map(Choice::Kernel),
+        "max-bounces" if value == "none" => Ok(Choice::MaxBounces(None)),
+        "max-bounces" => match value.parse() {
+            Ok(limit) => Ok(Choice::MaxBounces(Some(limit))),
+            Err(_) => Err(format!("`{value}`: expected a whole number, or none")),
+        },
+        _ => Err(unknown_name("setting", setting, &SETTINGS)),
+    }
+}
+
+fn named<T: Copy>(value: &str, all: &[T], name: impl Fn(T) -> &'static str) -> Result<T, String> {
+    let found = all.iter().copied().find(|&one| name(one) == value);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = all.iter().map(|&one| name(one)).collect();
+        unknown_name("value", value, &names)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_varied_is_read_as_written() {
+        let read = parse_varied("integrator=path, nee").expect("two integrators");
+        let expected = [IntegratorKind::Path, IntegratorKind::NextEvent];
+        assert_eq!(read.0, expected.map(Choice::Integrator));
+        let read = parse_varied("max-bounces=1,none").expect("two limits");
+        assert_eq!(
+            read.0,
+            [Choice::MaxBounces(Some(1)), Choice::MaxBounces(None)]
+        );
+    }
+
+    #[test]
+    fn what_there_is_not_is_answered_by_the_nearest() {
+        for (wrong, word) in [
+            ("integrator", "SETTING=A,B"),
+            ("integrater=path", "integrator"),
+            ("sampler=sobel", "sobol"),
+            ("max-bounces=-1", "whole number"),
+            ("sampler=", "sobol"),
+        ] {
+            let message = parse_varied(wrong).expect_err("wrong");
+            assert!(message.contains(word), "{wrong}: {message}");
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! The values of flags: from text to type, or what was expected instead.
+//!
+//! Measure: said at each.
+//! Range: said at each; what is out of it is a usage error that names the flag.
+//! Source: none needed. Tested below and in `cli/tests/command/bad_flags.rs`.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use etendue::internals::accel::{Backend, Precision, Quality};
+
+/// Parses a backend of this build. Of Embree, which others have, a build without says so.
+pub fn backend() -> impl TypedValueParser<Value = Backend> {
+    let known = Backend::ALL
+        .iter()
+        .map(|backend| PossibleValue::new(backend.name()));
+    let missing = (!cfg!(feature = "embree")).then(|| PossibleValue::new("embree").hide(true));
+    PossibleValuesParser::new(known.chain(missing)).try_map(|chosen| {
+        let mut all = Backend::ALL.iter().copied();
+        all.find(|backend| backend.name() == chosen)
+            .ok_or("this build is without Embree; it has to be built with the feature `embree`")
+    })
+}
+
+/// Parses how rays are traced.
+pub fn precision() -> impl TypedValueParser<Value = Precision> {
+    named(&[Precision::Robust, Precision::Fast], Precision::name)
+}
+
+/// Parses how well acceleration structures are built.
+pub fn quality() -> impl TypedValueParser<Value = Quality> {
+    named(&[Quality::Medium, Quality::High], Quality::name)
+}
+
+/// Parses one of `values` by its name; clap lists the names and suggests the nearest.
+pub fn named<T: Copy + Send + Sync + 'static>(
+    values: &'static [T],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(values.iter().map(|&value| name(value))).map(move |chosen| {
+        let found = values.iter().find(|&&value| name(value) == chosen);
+        *found.expect("clap lets only these names through")
+    })
+}
+
+/// Width and height in pixels.
+pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
+    let expected =
+        || "expected WIDTHxHEIGHT in pixels, each from 1 to 65536, such as 768x512".to_owned();
+    let (width, height) = text.split_once('x').ok_or_else(expected)?;
+    let side = |text: &str| {
+        text.parse()
+            .ok()
+            .filter(|side| (1..=65536).contains(side))
+            .ok_or_else(expected)
+    };
+    Ok((side(width)?, side(height)?))
+}
+
+/// So many whole numbers with commas between them.
+pub fn parse_numbers<const N: usize>(text: &str) -> Result<[u32; N], String> {
+    let numbers: Result<Vec<u32>, _> = text
+        .split(',')
+        .map(|number| number.trim().parse())
+        .collect();
+    numbers
+        .ok()
+        .and_then(|numbers| numbers.try_into().ok())
+        .ok_or_else(|| format!("expected {N} whole numbers of pixels, separated by commas"))
+}
+
+/// A number, also in percent.
+fn parse_ratio(text: &str) -> Option<f64> {
+    let (number, unit) = match text.trim().strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text.trim(), 1.0),
+    };
+    number.trim().parse().ok().map(|number: f64| unit * number)
+}
+
+/// A share above 0 and below 1, also in percent.
+pub fn parse_share(text: &str) -> Result<f64, String> {
+    parse_ratio(text)
+        .filter(|share| *share > 0.0 && *share < 1.0)
+        .ok_or_else(|| "expected a share above 0 and below 1, such as 1% or 0.01".to_owned())
+}
+
+/// A share from 0 to below 1, also in percent.
+pub fn parse_small(text: &str) -> Result<f64, String> {
+    parse_ratio(text)
+        .filter(|share| (0.0..1.0).contains(share))
+        .ok_or_else(|| "expected a share from 0 to below 1, such as 5% or 0.05".to_owned())
+}
+
+/// A finite number from 0 on, also in percent.
+pub fn parse_limit(text: &str) -> Result<f64, String> {
+    parse_ratio(text)
+        .filter(|limit| limit.is_finite() && *limit >= 0.0)
+        .ok_or_else(|| "expected a number from 0 on, such as 1% or 0.01".to_owned())
+}
+
+/// A finite number above 0.
+pub fn parse_distance(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|distance: &f64| distance.is_finite() && *distance > 0.0)
+        .ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+/// Stops.
+pub fn parse_exposure(text: &str) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|stops: &f32| stops.abs() <= 100.0)
+        .ok_or_else(|| "expected a number of stops from -100 to 100".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_numbers_or_percents() {
+        for (text, limit) in [("0", 0.0), ("2.5 %", 0.025), ("150%", 1.5), ("7", 7.0)] {
+            assert_eq!(parse_limit(text), Ok(limit));
+        }
+        for wrong in ["-1%", "nan", "inf", "%", "", "1%%"] {
+            assert!(parse_limit(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn sizes_and_crops_are_parsed_strictly() {
+        assert_eq!(parse_size("768x512"), Ok((768, 512)));
+        for wrong in ["0x5", "768", "x", "70000x1", "-1x2", "1x2x3"] {
+            assert!(parse_size(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(parse_numbers::<2>("3, 4"), Ok([3, 4]));
+        assert!(parse_numbers::<2>("3,4,5").is_err());
+        assert!(parse_numbers::<2>("3,-4").is_err());
+    }
+}

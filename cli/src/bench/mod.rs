@@ -1,0 +1,138 @@
+//! `etendue bench`: backends side by side, as tables, as JSON and as a page.
+//!
+//! Measure: that of `bench/report.rs`.
+//! Range: scenes that load, and those of the bench's own. What is measured is written part by part, so that an end by
+//! Ctrl-C keeps it.
+//! Source: docs/bench.md. Tested in `cli/tests/command/bench.rs`.
+
+mod scenes;
+
+use super::args::{BenchArguments, ProgressMode};
+use super::durations::format_duration;
+use super::output::Watcher;
+use super::report::bench::{html, json, tables};
+use super::report::keeper::Keeper;
+use super::{Outcome, command_line, print};
+use etendue::Result;
+use etendue::internals::accel::Backend;
+use etendue::internals::image::atomic::{check_creatable, make_folder, write_text};
+use etendue::internals::render::settings::available_threads;
+use etendue_lab::bench::report::BenchReport;
+use etendue_lab::bench::settings::{BenchObserver, BenchSettings};
+use etendue_lab::bench::target::Target;
+use std::path::PathBuf;
+use std::time::Instant;
+
+pub fn run(arguments: &BenchArguments) -> Result<Outcome> {
+    let start = Instant::now();
+    let mode = match arguments.quiet {
+        true => ProgressMode::None,
+        false => arguments.progress,
+    };
+    let watcher = Watcher::new(mode)?;
+    let note = |text: &str| {
+        if !arguments.quiet {
+            eprintln!("note: {text}");
+        }
+    };
+    let scenes = scenes::given(&arguments.scenes, &note)?;
+    for text in scenes.iter().flat_map(|given| &given.scene.notes) {
+        note(text);
+    }
+    let files = Files::new(arguments)?;
+    let kept = KeptBench {
+        keeper: Keeper::new(&watcher),
+        files: &files,
+    };
+    let report = etendue_lab::bench::run(&scenes, &settings(arguments), &kept);
+    watcher.finish();
+    let report = report?;
+    kept.keeper.result()?;
+
+    let page = html::of_report(&report, &files.command);
+    write_text(&files.html, &page)?;
+    if arguments.json {
+        print(json::of_report(&report, &files.command).as_bytes())?;
+    } else {
+        print(tables::markdown(&report, &files.command).as_bytes())?;
+    }
+    if !arguments.quiet {
+        let (json, html) = (files.json.display(), files.html.display());
+        let time = format_duration(start.elapsed());
+        let end = if report.complete {
+            "done"
+        } else {
+            "interrupted"
+        };
+        eprintln!("{json}, {html}: {end} after {time}");
+    }
+    Ok(match report.complete {
+        true => Outcome::Done,
+        false => Outcome::Interrupted,
+    })
+}
+
+fn settings(arguments: &BenchArguments) -> BenchSettings {
+    let wanted = &arguments.backends;
+    let backends = Backend::ALL.iter().copied();
+    let backends: Vec<Backend> = backends
+        .filter(|backend| wanted.is_empty() || wanted.contains(backend))
+        .collect();
+    BenchSettings {
+        threads: arguments
+            .threads
+            .map_or_else(available_threads, usize::from),
+        rounds: arguments.rounds as usize,
+        rays: arguments.rays as usize,
+        targets: Target::all(&backends),
+        precision: arguments.precision,
+        render_seconds: arguments.render_time.as_secs_f64(),
+        compared_rays: arguments.compare as usize,
+        segments: arguments.segments,
+        ..BenchSettings::default()
+    }
+}
+
+/// Where a bench is written to, and the command that measured it.
+struct Files {
+    json: PathBuf,
+    html: PathBuf,
+    command: String,
+}
+
+impl Files {
+    /// Makes the folder, and sees to it that both files can be written before anything is measured.
+    fn new(arguments: &BenchArguments) -> Result<Self> {
+        let folder = &arguments.out;
+        make_folder(folder)?;
+        let files = Self {
+            json: folder.join("bench.json"),
+            html: folder.join("bench.html"),
+            command: command_line(),
+        };
+        check_creatable(&files.json)?;
+        check_creatable(&files.html)?;
+        Ok(files)
+    }
+}
+
+/// Keeps what is measured in the report's file.
+struct KeptBench<'a> {
+    keeper: Keeper<'a>,
+    files: &'a Files,
+}
+
+impl BenchObserver for KeptBench<'_> {
+    fn progress(&self, fraction: f64, what: &str) {
+        self.keeper.show(fraction, what);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.keeper.is_cancelled()
+    }
+
+    fn report(&self, report: &BenchReport) {
+        let json = json::of_report(report, &self.files.command);
+        self.keeper.keep(&self.files.json, &json);
+    }
+}

@@ -1,0 +1,75 @@
+//! The scenes of a bench: files, and those that the bench makes itself.
+//!
+//! Measure: seconds of loading.
+//! Range: a name of the bench's own goes before a file of that name; what is neither is an error that lists the names.
+//! Source: none needed. Tested in `cli/tests/command/bench.rs`.
+
+use etendue::internals::scene::load;
+use etendue::{Error, ErrorKind, Result};
+use etendue_lab::bench::scenes::{SCENES, suzanne_room};
+use etendue_lab::bench::settings::GivenScene;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// The scene that is not made, but loaded.
+const SUZANNE_ROOM: &str = "suzanne-room";
+
+/// The scenes that were asked for; all of the bench's own if none was.
+pub fn given(arguments: &[PathBuf], note: &dyn Fn(&str)) -> Result<Vec<GivenScene>> {
+    if !arguments.is_empty() {
+        return arguments.iter().map(|argument| scene(argument)).collect();
+    }
+    let without = |name: &&str| {
+        let missing = *name == SUZANNE_ROOM && suzanne_room().is_none();
+        if missing {
+            note("suzanne-room is left out: scenes/suzanne-room is not below this folder");
+        }
+        !missing
+    };
+    names()
+        .filter(without)
+        .map(|name| scene(Path::new(name)))
+        .collect()
+}
+
+/// The bench's own names.
+fn names() -> impl Iterator<Item = &'static str> {
+    let made = SCENES.iter().map(|scene| scene.name);
+    made.chain([SUZANNE_ROOM])
+}
+
+fn scene(argument: &Path) -> Result<GivenScene> {
+    let start = Instant::now();
+    let name = argument.display().to_string();
+    let own = SCENES.iter().find(|scene| scene.name == name);
+    let (description, scene) = match own {
+        Some(own) => (own.sentence, own.describe(own.triangles)),
+        None if name == SUZANNE_ROOM => (
+            "A room with metal, glass and ceramic around a smooth head.",
+            load::load(&suzanne_room().ok_or_else(|| missing(argument))?)?,
+        ),
+        None if argument.extension().is_none() && !argument.exists() => {
+            return Err(missing(argument));
+        }
+        None => ("", load::load(argument)?),
+    };
+    Ok(GivenScene {
+        name,
+        description: description.to_owned(),
+        scene,
+        load: start.elapsed().as_secs_f64(),
+    })
+}
+
+fn missing(argument: &Path) -> Error {
+    let names: Vec<&str> = names().collect();
+    let message = format!(
+        "there is no such file, and of its own the bench has {}",
+        names.join(", ")
+    );
+    let message = match argument == Path::new(SUZANNE_ROOM) {
+        true => "its files are expected in scenes/suzanne-room below this folder".to_owned(),
+        false => message,
+    };
+    Error::new(ErrorKind::Io, message).in_file(argument)
+}

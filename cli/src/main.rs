@@ -1,0 +1,110 @@
+//! The command: typed arguments, one file a verb, and what is printed where.
+//!
+//! Data goes to standard output, everything else to standard error. Exit codes: 0 done, 1 failed, 2 usage, 3 scene
+//! invalid, 4 input or output, 5 the error asked for was not reached (image written), 6 too many non-finite samples (image written), 130 interrupted (image written).
+
+mod args;
+mod battery;
+mod bench;
+mod compare;
+mod denoise;
+mod durations;
+mod info;
+mod lesson;
+mod output;
+mod plan;
+mod recommendation;
+mod render;
+mod report;
+mod study;
+
+use args::{Arguments, Verb};
+use clap::{CommandFactory, Parser};
+use etendue::{Error, ErrorKind};
+use std::io::Write;
+use std::process::ExitCode;
+
+/// How the command ended, short of an error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    Done,
+    ErrorNotReached,
+    Failed,
+    TooManyNonFinite,
+    Interrupted,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match &arguments.verb {
+        Verb::Render(render) => render::run(render),
+        Verb::Plan(plan) => plan::run(plan),
+        Verb::Study(study) => study::run(study),
+        Verb::Compare(compare) => compare::run(compare),
+        Verb::Denoise(denoise) => denoise::run(denoise),
+        Verb::Bench(bench) => bench::run(bench),
+        Verb::Lesson(lesson) => lesson::run(lesson),
+        Verb::Battery(battery) => battery::run(battery),
+        Verb::Info(info) => info::run(info),
+        Verb::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(*shell, &mut Arguments::command(), "etendue", &mut script);
+            print(&script)
+        }
+        Verb::Man { verb } => manual(verb.as_deref()),
+    };
+    match result {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::ErrorNotReached) => ExitCode::from(5),
+        Ok(Outcome::Failed) => ExitCode::FAILURE,
+        Ok(Outcome::TooManyNonFinite) => ExitCode::from(6),
+        Ok(Outcome::Interrupted) => ExitCode::from(130),
+        Err(error) => {
+            eprintln!("etendue: {error}");
+            ExitCode::from(match error.kind() {
+                ErrorKind::Usage => 2,
+                ErrorKind::Scene => 3,
+                ErrorKind::Io => 4,
+                _ => 1,
+            })
+        }
+    }
+}
+
+/// Prints the manual page of the command or of one verb.
+fn manual(verb: Option<&str>) -> etendue::Result<Outcome> {
+    let mut command = Arguments::command();
+    command.build();
+    let page = match verb {
+        None => command,
+        Some(name) => match command.find_subcommand(name) {
+            Some(found) => found.clone(),
+            None => return Err(Error::usage(format!("there is no verb `{name}`"))),
+        },
+    };
+    let mut text = Vec::new();
+    clap_mangen::Man::new(page)
+        .render(&mut text)
+        .map_err(|error| Error::new(ErrorKind::Io, "cannot make the manual page").because(error))?;
+    print(&text)
+}
+
+/// The command as it was given, by the program's name.
+fn command_line() -> String {
+    let words = std::env::args().skip(1);
+    let words: Vec<String> = ["etendue".to_owned()].into_iter().chain(words).collect();
+    words.join(" ")
+}
+
+/// Writes to standard output. A reader that has gone away, as in `| head`, is no failure.
+fn print(text: &[u8]) -> etendue::Result<Outcome> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io(
+            "cannot write",
+            std::path::Path::new("standard output"),
+            error,
+        )),
+        _ => Ok(Outcome::Done),
+    }
+}

@@ -1,0 +1,250 @@
+//! `etendue plan`: the effects that a scene calls for, with reasons, what they cost, and the integrator that suits the scene.
+//!
+//! Measure: shares of the time and of the light, in percent.
+//! Range: any scene that loads.
+//! Source: none needed. Tested in `cli/tests/command/plan.rs`.
+
+use super::args::{PlanArguments, ProgressMode};
+use super::output::{Watcher, format_percent, time_left};
+use super::recommendation::RecommendationReport;
+use super::{Outcome, print};
+use etendue::Result;
+use etendue::internals::effects::Effect;
+use etendue::internals::math::stats::Spread;
+use etendue::internals::plan::{Finding, Plan};
+use etendue::internals::render::RenderObserver;
+use etendue::internals::render::auto::Recommendation;
+use etendue::internals::render::wishes::Wishes;
+use etendue::internals::scene::description::{Place, SceneDescription};
+use etendue::internals::session::Session;
+use etendue_lab::study::effect_cost::{CostSettings, Costs, EffectCost, effect_costs};
+use serde::Serialize;
+use std::fmt::Write;
+use std::time::Instant;
+
+/// About as many pixels have the renders that measure costs.
+const PIXELS: f64 = 20_000.0;
+
+/// What is printed.
+#[derive(Debug, Serialize)]
+struct Report {
+    scene: String,
+    kernel: &'static str,
+    /// Effects that the kernel has and the scene does not call for.
+    surplus: Vec<&'static str>,
+    effects: Vec<EffectReport>,
+    /// Time of the kernel with everything over that of the chosen one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    everything: Option<Spread>,
+    integrator: RecommendationReport,
+}
+
+#[derive(Debug, Serialize)]
+struct EffectReport {
+    effect: &'static str,
+    on: bool,
+    why: String,
+    #[serde(rename = "where")]
+    place: Option<String>,
+    leaves_out: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cost: Option<CostReport>,
+}
+
+#[derive(Debug, Serialize)]
+struct CostReport {
+    time: Spread,
+    energy: Option<f64>,
+    energy_error: Option<f64>,
+}
+
+pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
+    let accel = arguments.tracing.options();
+    let session = Session::load(&arguments.scene, accel)?;
+    let mut description = session.description().clone();
+    let plan = Plan::new(&description, session.scene());
+    let watcher = Watcher::new(ProgressMode::Auto)?;
+    let recommendation = session.recommend(&Wishes::default(), &Cancelling(&watcher))?;
+    if watcher.is_cancelled() {
+        return Ok(Outcome::Interrupted);
+    }
+    let mut costs = None;
+    if arguments.cost {
+        let (width, height) = description.film.size;
+        description.film.size = arguments.size.unwrap_or_else(|| small(width, height));
+        let settings = CostSettings {
+            accel,
+            spp: arguments.spp,
+            rounds: arguments.rounds,
+        };
+        let Some(measured) = measure(&description, &plan, &settings, &watcher)? else {
+            return Ok(Outcome::Interrupted);
+        };
+        costs = Some(measured);
+    }
+    let report = report(&description, &plan, costs.as_ref(), &recommendation);
+    if arguments.json {
+        let json = serde_json::to_string_pretty(&report).expect("plain data always serialises");
+        return print((json + "\n").as_bytes());
+    }
+    print(table(&report).as_bytes())
+}
+
+/// The size of a picture with the shape of another, and with few pixels, since it is rendered often.
+pub fn small(width: u32, height: u32) -> (u32, u32) {
+    let scale = (PIXELS / (f64::from(width) * f64::from(height)))
+        .sqrt()
+        .min(1.0);
+    let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
+    (side(width), side(height))
+}
+
+/// Passes Ctrl-C on, but not the progress of single renders.
+struct Cancelling<'a>(&'a Watcher);
+
+impl RenderObserver for Cancelling<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.0.is_cancelled()
+    }
+}
+
+fn measure(
+    description: &SceneDescription,
+    plan: &Plan,
+    settings: &CostSettings,
+    watcher: &Watcher,
+) -> Result<Option<Costs>> {
+    let start = Instant::now();
+    let costs = effect_costs(description, plan, settings, &Cancelling(watcher), |done| {
+        let left = time_left(done, start.elapsed()).unwrap_or_default();
+        watcher.show(done, || format!("measuring costs, {left} left"));
+    });
+    watcher.finish();
+    costs
+}
+
+fn report(
+    description: &SceneDescription,
+    plan: &Plan,
+    costs: Option<&Costs>,
+    recommendation: &Recommendation,
+) -> Report {
+    let kernel = plan.kernel.effects();
+    let surplus = plan
+        .findings
+        .iter()
+        .filter(|f| !f.on && kernel.has(f.effect));
+    let cost_of = |effect| {
+        let costs = costs?.effects.iter();
+        costs.clone().find(|cost| cost.effect == effect)
+    };
+    Report {
+        scene: description.file.display().to_string(),
+        kernel: plan.kernel.name(),
+        surplus: surplus.map(|finding| finding.effect.name()).collect(),
+        effects: plan
+            .findings
+            .iter()
+            .map(|finding| effect_report(finding, cost_of(finding.effect)))
+            .collect(),
+        everything: costs.map(|costs| costs.everything),
+        integrator: recommendation.into(),
+    }
+}
+
+fn effect_report(finding: &Finding, cost: Option<&EffectCost>) -> EffectReport {
+    EffectReport {
+        effect: finding.effect.name(),
+        on: finding.on,
+        why: finding.why.clone(),
+        place: finding.place.as_ref().and_then(place_text),
+        leaves_out: finding.effect.leaves_out(),
+        cost: cost.map(|cost| CostReport {
+            time: cost.time,
+            energy: cost.energy.is_finite().then_some(cost.energy),
+            energy_error: cost.energy_error.is_finite().then_some(cost.energy_error),
+        }),
+    }
+}
+
+/// `file:line`, as editors take it; nothing for what was written nowhere.
+fn place_text(place: &Place) -> Option<String> {
+    let file = place.file.display();
+    match place.line {
+        Some(line) => Some(format!("{file}:{line}")),
+        None if place.file.as_os_str().is_empty() => None,
+        None => Some(file.to_string()),
+    }
+}
+
+fn table(report: &Report) -> String {
+    let mut text = format!("{}\n\n", report.scene);
+    let width = Effect::ALL.iter().map(|effect| effect.name().len()).max();
+    let width = width.unwrap_or(0);
+    for effect in &report.effects {
+        let state = if effect.on { "on " } else { "off" };
+        let place = effect
+            .place
+            .as_ref()
+            .map_or(String::new(), |p| format!(" ({p})"));
+        line(
+            &mut text,
+            format!("{:width$}  {state}  {}{place}", effect.effect, effect.why),
+        );
+        let detail = match &effect.cost {
+            _ if !effect.on => format!("left out: {}", effect.leaves_out),
+            Some(cost) => describe_cost(cost),
+            None => continue,
+        };
+        line(&mut text, format!("{:width$}       {detail}", ""));
+    }
+    let on = report.effects.iter().filter(|effect| effect.on).count();
+    let effects = if on == 1 { "effect" } else { "effects" };
+    let surplus = match report.surplus.as_slice() {
+        [] => "no other".to_owned(),
+        names => format!("also {}", names.join(", ")),
+    };
+    line(&mut text, String::new());
+    line(
+        &mut text,
+        format!(
+            "kernel: {} ({on} {effects} of the scene; {surplus})",
+            report.kernel
+        ),
+    );
+    if let Some(everything) = &report.everything {
+        line(
+            &mut text,
+            format!(
+                "the kernel with everything takes {:.3} times as long ({:.3} to {:.3})",
+                everything.median, everything.min, everything.max
+            ),
+        );
+    }
+    for said in report.integrator.lines() {
+        line(&mut text, said);
+    }
+    text
+}
+
+fn line(text: &mut String, line: String) {
+    writeln!(text, "{}", line.trim_end()).expect("writing to a string cannot fail");
+}
+
+fn describe_cost(cost: &CostReport) -> String {
+    let time = &cost.time;
+    let energy = match (cost.energy, cost.energy_error) {
+        (Some(energy), Some(error)) => format!(
+            "{} +- {} of the light",
+            format_percent(energy),
+            format_percent(error)
+        ),
+        _ => "no light to share".to_owned(),
+    };
+    format!(
+        "{} of the time ({} to {}), {energy}",
+        format_percent(time.median),
+        format_percent(time.min),
+        format_percent(time.max)
+    )
+}

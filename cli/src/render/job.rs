@@ -1,0 +1,72 @@
+//! A render with all that is known before it begins.
+//!
+//! Measure: as in its parts.
+//! Range: any scene that is ready.
+//! Source: none needed. Tested in `cli/tests/command/render.rs`.
+
+use crate::args::RenderArguments;
+use etendue::internals::effects::Effect;
+use etendue::internals::render::auto::Recommendation;
+use etendue::internals::render::kernel;
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::scene::Scene;
+use etendue::internals::scene::description::SceneDescription;
+
+/// A render with all that is known before it begins.
+pub struct Job<'a> {
+    pub arguments: &'a RenderArguments,
+    pub description: &'a SceneDescription,
+    pub scene: &'a Scene,
+    pub settings: &'a RenderSettings,
+    /// What `auto` has come to, where that was asked for.
+    pub auto: Option<&'a Recommendation>,
+}
+
+impl Job<'_> {
+    /// What biases the picture, in words.
+    pub fn bias(&self) -> Vec<String> {
+        let mut bias = self.settings.bias(self.scene.effects);
+        bias.extend(
+            self.arguments
+                .denoise
+                .map(|filter| filter.bias().to_owned()),
+        );
+        bias
+    }
+
+    /// What the scene consists of.
+    pub fn summary(&self) -> String {
+        let world = &self.scene.world;
+        let shapes = world
+            .geometries()
+            .iter()
+            .chain(world.groups().iter().flatten());
+        let (shapes, primitives) = shapes.fold((0_usize, 0), |(shapes, primitives), shape| {
+            (shapes + 1, primitives + shape.primitive_count())
+        });
+        let instances = match world.instances().len() {
+            0 => String::new(),
+            count => format!("{count} instances, "),
+        };
+        let (width, height) = self.description.film.size;
+        let effects: Vec<&str> = self.scene.effects.iter().map(Effect::name).collect();
+        let effects = if effects.is_empty() {
+            "the scene calls for no effect".to_owned()
+        } else {
+            format!("effects {}", effects.join(", "))
+        };
+        format!(
+            "scene: {shapes} shapes, {primitives} primitives, {instances}{} materials, {} lights; {width} x {height} pixels\n\
+             tracing: {}, {}, {} quality; {:.1} MB\n\
+             plan: kernel {}; {}\n",
+            self.description.materials.len(),
+            self.scene.lights.len(),
+            self.arguments.tracing.backend.name(),
+            self.arguments.tracing.precision.name(),
+            self.arguments.tracing.options().quality().name(),
+            self.scene.accel.memory() as f64 / 1e6,
+            kernel(self.scene, self.settings).name(),
+            effects,
+        )
+    }
+}

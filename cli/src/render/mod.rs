@@ -1,0 +1,273 @@
+//! `etendue render`: from a scene file to image files.
+//!
+//! Measure: seconds, samples, pixels.
+//! Range: any scene that loads; every output is checked to be writable before the first sample.
+//! Source: none needed. Tested in `cli/tests/command/render.rs` and `cli/tests/command/bad_input.rs`.
+
+mod job;
+mod options;
+mod replay;
+pub mod stats;
+mod summary;
+
+use crate::args::{ProgressMode, RenderArguments};
+use crate::denoise::Denoised;
+use crate::output::Watcher;
+use crate::recommendation::sentence;
+use crate::{Outcome, command_line};
+use etendue::internals::film::ErrorEstimate;
+use etendue::internals::film::filter::Filter;
+use etendue::internals::film::splats::Strategy;
+use etendue::internals::image::atomic::{check_creatable, make_folder};
+use etendue::internals::image::{self, LayeredImage, MetadataValue, WriteOptions};
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::{RenderObserver, Rendered, Threads, View, strategies};
+use etendue::internals::scene::load;
+use etendue::internals::session::{Rendering, Session};
+use etendue::{Error, Result};
+use job::Job;
+use options::wishes;
+use stats::Times;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Renders as the arguments say.
+pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
+    let start = Instant::now();
+    let mode = if arguments.quiet {
+        ProgressMode::None
+    } else {
+        arguments.progress
+    };
+    let watcher = Watcher::new(mode)?;
+    let outputs = outputs(arguments);
+    if arguments.pixel.is_none() {
+        check(arguments, &outputs)?;
+    }
+    let mut description = load::load(&arguments.scene)?;
+    if let Some(size) = arguments.size {
+        description.film.size = size;
+    }
+    let wishes = wishes(arguments);
+    // What makes no sense is said before anything takes long.
+    wishes.settings(&description)?;
+    let session = Session::new(description, arguments.tracing.options())?;
+    let build_time = session.work().structures;
+    let loaded = start.elapsed().saturating_sub(build_time);
+    let mut rendering = session.start_watched(&wishes, &watcher)?;
+    let settings = rendering.settings().clone();
+    let recommendation = rendering.recommendation().cloned();
+    let job = Job {
+        arguments,
+        description: session.description(),
+        scene: session.scene(),
+        settings: &settings,
+        auto: recommendation.as_ref(),
+    };
+    announce(&job, &session);
+    if arguments.bdpt_strategies.is_some() {
+        strategies::check(&settings)?;
+    }
+    if watcher.is_cancelled() {
+        return Ok(Outcome::Interrupted);
+    }
+    if let (Some(pixel), Some(sample)) = (arguments.pixel, arguments.sample) {
+        if settings.integrator == IntegratorKind::Metropolis {
+            return Err(Error::usage(
+                "the steps of mlt belong to no pixel and cannot be replayed: --integrator bdpt replays samples of the same kind",
+            ));
+        }
+        return replay::run(&job, session.filter(), pixel, sample);
+    }
+
+    let ended = rendering.go_on(&session, settings.budget, &watcher);
+    watcher.finish();
+    ended?;
+    let times = Times {
+        load: loaded.as_secs_f64(),
+        build: build_time.as_secs_f64(),
+        ..Times::default()
+    };
+    finish(&job, &session, &rendering, &outputs, times, start)
+}
+
+/// Says what is to be known before the first sample.
+fn announce(job: &Job<'_>, session: &Session) {
+    let arguments = job.arguments;
+    if !arguments.quiet {
+        if let Some(recommendation) = job.auto {
+            eprintln!("{}", sentence(recommendation));
+        }
+        let bias = job.settings.integrator.bias(job.scene.effects);
+        for note in session.notes().chain(bias.as_deref()) {
+            eprintln!("note: {note}");
+        }
+        if arguments.denoise.is_some() && arguments.error.is_some() {
+            eprintln!("note: the error asked for is that of the picture before it is filtered");
+        }
+    }
+    if arguments.verbose {
+        eprint!("{}", job.summary());
+    }
+}
+
+/// Filters, writes and reports what was rendered. `times` has what it took before, from `start` on.
+fn finish(
+    job: &Job<'_>,
+    session: &Session,
+    rendering: &Rendering,
+    outputs: &[PathBuf],
+    mut times: Times,
+    start: Instant,
+) -> Result<Outcome> {
+    let arguments = job.arguments;
+    let rendered = rendering.rendered();
+    times.render = rendered.elapsed.as_secs_f64();
+    let error = rendering.error(arguments.confidence);
+    let picture = match job.settings.layers {
+        true => rendering.layered(session)?,
+        false => LayeredImage::from(rendering.image()),
+    };
+    let denoised = arguments
+        .denoise
+        .map(|filter| {
+            let before = error.map(|error| error.rel_rmse);
+            Denoised::new(filter, &picture, before, job.settings.threads)
+        })
+        .transpose()?;
+    times.denoise = denoised.as_ref().map_or(0.0, |it| it.elapsed.as_secs_f64());
+    let writing = Instant::now();
+    let metadata = job.metadata(rendered, error.as_ref(), denoised.as_ref());
+    job.write(outputs, picture, denoised.as_ref(), metadata)?;
+    if let Some(folder) = &arguments.bdpt_strategies {
+        job.write_strategies(folder, session.filter())?;
+    }
+    times.write = writing.elapsed().as_secs_f64();
+    times.total = start.elapsed().as_secs_f64();
+    job.report(outputs, rendered, error, denoised.as_ref(), times)
+}
+
+/// Whether all that comes after the last sample can be done.
+fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
+    for output in outputs {
+        image::check_writable(output)?;
+    }
+    let is_exr = |path: &PathBuf| {
+        path.extension()
+            .is_some_and(|it| it.eq_ignore_ascii_case("exr"))
+    };
+    if arguments.layers && !outputs.iter().any(is_exr) {
+        return Err(Error::usage(
+            "--layers needs an output with room for them, such as -o image.exr",
+        ));
+    }
+    if let Some(filter) = arguments.denoise {
+        filter.check()?;
+    }
+    arguments.stats.as_deref().map_or(Ok(()), check_creatable)
+}
+
+/// The image files to write.
+fn outputs(arguments: &RenderArguments) -> Vec<PathBuf> {
+    if arguments.out.is_empty() {
+        let name = arguments.scene.file_stem().unwrap_or("image".as_ref());
+        vec![Path::new(name).with_extension("png")]
+    } else {
+        arguments.out.clone()
+    }
+}
+
+impl Job<'_> {
+    fn write(
+        &self,
+        outputs: &[PathBuf],
+        picture: LayeredImage,
+        denoised: Option<&Denoised>,
+        metadata: Vec<(String, MetadataValue)>,
+    ) -> Result<()> {
+        let layers = match denoised {
+            Some(denoised) => denoised.layers(&picture, self.arguments.layers),
+            None => picture.layers,
+        };
+        let options = WriteOptions {
+            exposure: self.arguments.exposure,
+            metadata,
+            layers,
+        };
+        let image = denoised.map_or(&picture.image, |it| &it.filtered.image);
+        outputs
+            .iter()
+            .try_for_each(|output| image::write(output, image, &options))
+    }
+
+    /// What each strategy contributes, as two pictures.
+    fn write_strategies(&self, folder: &Path, filter: &Filter) -> Result<()> {
+        make_folder(folder)?;
+        let view = View {
+            scene: self.scene,
+            filter,
+            size: self.description.film.size,
+        };
+        let threads = Threads::new(self.settings.threads)?;
+        for pictures in strategies::strategies(&view, &threads, self.settings)? {
+            let Strategy { s, t } = pictures.strategy;
+            let options = WriteOptions::default();
+            let alone = folder.join(format!("s{s}-t{t}.exr"));
+            image::write(&alone, &pictures.unweighted, &options)?;
+            let weighted = folder.join(format!("s{s}-t{t}-weighted.exr"));
+            image::write(&weighted, &pictures.weighted, &options)?;
+        }
+        Ok(())
+    }
+
+    /// What an EXR says of itself.
+    fn metadata(
+        &self,
+        rendered: &Rendered,
+        error: Option<&ErrorEstimate>,
+        denoised: Option<&Denoised>,
+    ) -> Vec<(String, MetadataValue)> {
+        let text = |text: &str| MetadataValue::Text(text.to_owned());
+        let bias = match self.bias() {
+            none if none.is_empty() => "none".to_owned(),
+            all => all.join("; "),
+        };
+        let mut metadata = vec![
+            (
+                "version",
+                text(concat!("etendue ", env!("CARGO_PKG_VERSION"))),
+            ),
+            ("scene", text(&self.description.file.display().to_string())),
+            ("seed", text(&self.settings.seed.to_string())),
+            ("integrator", text(self.settings.integrator.name())),
+            ("sampler", text(self.settings.sampler.name())),
+            ("adaptive", text(self.settings.adaptive.name())),
+            ("spp", MetadataValue::Real(rendered.spp as f64)),
+            (
+                "seconds",
+                MetadataValue::Real(rendered.elapsed.as_secs_f64()),
+            ),
+            ("bias", text(&bias)),
+            ("command", text(&command_line())),
+        ];
+        let real = |name, value| (name, MetadataValue::Real(value));
+        metadata.extend(self.auto.map(|it| ("auto", text(&it.why))));
+        match denoised {
+            Some(denoised) => {
+                metadata.extend(denoised.filtered.error.map(|it| real("relRmse", it)))
+            }
+            None => {
+                metadata.extend(error.map(|it| real("relRmse", it.rel_rmse)));
+                let bound = error.map(|it| match it.doubt {
+                    Some(doubt) => real("relRmseAtLeast", doubt.at_least()),
+                    None => real("relRmseUpper", it.upper_bound),
+                });
+                metadata.extend(bound);
+            }
+        }
+        metadata
+            .into_iter()
+            .map(|(name, value)| (format!("etendue.{name}"), value))
+            .collect()
+    }
+}

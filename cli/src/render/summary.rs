@@ -1,0 +1,296 @@
+//! What is said after a render: statistics, samples that were not finite, the last line.
+//!
+//! Measure: seconds, samples, shares of one.
+//! Range: any render, also one that was interrupted.
+//! Source: none needed. Tested in `cli/tests/command/render.rs`.
+
+use super::job::Job;
+use super::stats::{self, ErrorStats, ImageStats, Memory, PriceStats, Stats, TargetStats, Times};
+use crate::denoise::Denoised;
+use crate::durations::format_duration;
+use crate::output::format_percent;
+use crate::{Outcome, print};
+use etendue::Result;
+use etendue::internals::accel::{Backend, Precision};
+use etendue::internals::effects::Effect;
+use etendue::internals::film::ErrorEstimate;
+use etendue::internals::film::splats::Splats;
+use etendue::internals::image::atomic::write_text;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::settings::Adaptive;
+use etendue::internals::render::{Rejected, Rendered, kernel};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// How many times smaller the error is whose price is told.
+const TEN: f64 = 10.0;
+
+/// More non-finite samples than this share make the render fail with exit code 6.
+const NON_FINITE_LIMIT: f64 = 1e-6;
+
+impl Job<'_> {
+    /// Says all of it, and how the command ends.
+    pub fn report(
+        &self,
+        outputs: &[PathBuf],
+        rendered: &Rendered,
+        error: Option<ErrorEstimate>,
+        denoised: Option<&Denoised>,
+        times: Times,
+    ) -> Result<Outcome> {
+        let stats = Stats {
+            denoise: denoised.map(Denoised::stats),
+            ..self.stats(rendered, error, times)
+        };
+        if let Some(path) = &self.arguments.stats {
+            write_text(path, &stats.to_json())?;
+        }
+        if self.arguments.json {
+            print(stats.to_json().as_bytes())?;
+        }
+        let rejected = rendered.rejected;
+        if rejected.count > 0 {
+            eprintln!("{}", self.describe_rejected(&rejected));
+        }
+        if !self.arguments.quiet {
+            if self.arguments.verbose {
+                eprintln!(
+                    "time: load {:.3} s, build {:.3} s, render {:.3} s, write {:.3} s",
+                    times.load, times.build, times.render, times.write
+                );
+            }
+            if self.settings.integrator == IntegratorKind::Metropolis {
+                warn_of_disagreement(rendered);
+            }
+            eprintln!("{}", last_line(outputs, rendered, &stats, denoised));
+        }
+        Ok(if rendered.cancelled {
+            Outcome::Interrupted
+        } else if rejected.count as f64 > NON_FINITE_LIMIT * stats.samples as f64 {
+            Outcome::TooManyNonFinite
+        } else if self.settings.budget.error.is_some() && !rendered.reached {
+            Outcome::ErrorNotReached
+        } else {
+            Outcome::Done
+        })
+    }
+
+    fn stats(&self, rendered: &Rendered, error: Option<ErrorEstimate>, times: Times) -> Stats {
+        let samples = rendered.film.sample_count();
+        let counts = rendered.film.sample_counts();
+        let (least, most) = (counts.iter().min(), counts.iter().max());
+        let seconds = rendered.elapsed.as_secs_f64();
+        Stats {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: self.description.file.display().to_string(),
+            width: self.settings.window.width,
+            height: self.settings.window.height,
+            spp: rendered.spp,
+            integrator: self.settings.integrator.name(),
+            auto: self.auto.map(|it| it.why.clone()),
+            sampler: self.settings.sampler.name(),
+            adaptive: self.settings.adaptive.name(),
+            backend: self.arguments.tracing.backend.name(),
+            precision: self.arguments.tracing.precision.name(),
+            quality: self.arguments.tracing.options().quality().name(),
+            seed: self.settings.seed,
+            threads: self.settings.threads,
+            kernel: kernel(self.scene, self.settings).name(),
+            effects: self.scene.effects.iter().map(Effect::name).collect(),
+            time: times,
+            samples,
+            spp_range: [least, most].map(|count| count.copied().unwrap_or(0)),
+            rays: rendered.rays.into(),
+            samples_per_second: samples as f64 / seconds,
+            rays_per_second: rendered.rays.total() as f64 / seconds,
+            memory: Memory {
+                peak_rss: stats::peak_rss(),
+                accel: self.scene.accel.memory() as u64,
+                splats: rendered.film.splats().map_or(0, Splats::memory) as u64,
+                cache: rendered.cache.as_ref().map(|cache| cache.memory() as u64),
+            },
+            price: error
+                .and_then(|error| rendered.price(&error, TEN))
+                .map(Into::into),
+            error: error.map(|error| ErrorStats::new(error, &rendered.film)),
+            target: self.settings.budget.error.map(|target| TargetStats {
+                rel_rmse: target.rel_rmse,
+                confidence: target.confidence,
+                reached: rendered.reached,
+                predicted: rendered.predicted.map(Into::into),
+            }),
+            denoise: None,
+            rejected: rendered.rejected.into(),
+            image: ImageStats::of(&rendered.film),
+            bias: self.bias(),
+            interrupted: rendered.cancelled,
+        }
+    }
+
+    /// The flags of this render without which its samples would be others.
+    fn flags_of_samples(&self) -> String {
+        let (flags, tracing) = (self.arguments, &self.arguments.tracing);
+        let size = flags
+            .size
+            .map(|(width, height)| format!("{width}x{height}"));
+        let backend =
+            (tracing.backend != Backend::ALL[0]).then(|| tracing.backend.name().to_owned());
+        // Its value is one that may be left out.
+        let adaptive = flags.adaptive;
+        let adaptive = adaptive.map(|how| format!(" --adaptive={}", how.name()));
+        let precision = tracing.precision;
+        let precision = (precision != Precision::Robust).then(|| precision.name().to_owned());
+        [
+            ("size", size),
+            ("spp", flags.spp.map(|spp| spp.to_string())),
+            ("sampler", flags.sampler.map(|it| it.name().to_owned())),
+            (
+                "integrator",
+                flags
+                    .integrator
+                    .map(|_| self.settings.integrator.name().to_owned()),
+            ),
+            ("roulette", flags.roulette.map(|it| it.name().to_owned())),
+            (
+                "occlusion-distance",
+                flags.occlusion_distance.map(|it| it.to_string()),
+            ),
+            ("cache-error", flags.cache_error.map(|it| it.to_string())),
+            ("max-bounces", flags.max_bounces.map(|it| it.to_string())),
+            ("backend", backend),
+            ("precision", precision),
+            ("quality", tracing.quality.map(|it| it.name().to_owned())),
+            ("error", flags.error.map(|error| error.to_string())),
+        ]
+        .into_iter()
+        .filter_map(|(flag, value)| value.map(|value| format!(" --{flag} {value}")))
+        .chain(adaptive)
+        .collect()
+    }
+
+    /// How many samples were not finite, and the command that replays the first.
+    fn describe_rejected(&self, rejected: &Rejected) -> String {
+        let replay = rejected.first.map_or(String::new(), |first| {
+            format!(
+                "; the first: etendue render {}{} --seed {} --pixel {},{} --sample {}",
+                quoted(&self.arguments.scene.display().to_string()),
+                self.flags_of_samples(),
+                self.settings.seed,
+                first.x,
+                first.y,
+                first.sample
+            )
+        });
+        format!(
+            "warning: {} samples were not finite and are left out{replay}",
+            rejected.count
+        )
+    }
+}
+
+/// A text as one word of a shell's command.
+fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./+,:@=".contains(c);
+    if text.chars().all(plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
+    }
+}
+
+/// Where the image is, how long it took, how many samples, how wrong it is.
+fn last_line(
+    outputs: &[PathBuf],
+    rendered: &Rendered,
+    stats: &Stats,
+    denoised: Option<&Denoised>,
+) -> String {
+    let files: Vec<String> = outputs
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    let interrupted = if rendered.cancelled {
+        "interrupted; "
+    } else {
+        ""
+    };
+    let error = stats
+        .error
+        .as_ref()
+        .map_or("error unknown".to_owned(), describe_error);
+    let price = stats.price.as_ref().map_or(String::new(), describe_price);
+    let filtered = denoised.map_or(String::new(), |it| format!(", {}", it.says()));
+    let bias = if stats.bias.is_empty() {
+        String::new()
+    } else {
+        format!(", biased by {}", stats.bias.join("; "))
+    };
+    let missed = match &stats.target {
+        Some(target) if !target.reached => format!(
+            "the error {} asked for was not reached; ",
+            format_percent(target.rel_rmse)
+        ),
+        _ => String::new(),
+    };
+    let spread = match stats.spp_range {
+        _ if stats.adaptive == Adaptive::Off.name() => String::new(),
+        [least, most] => format!(" in the mean ({least} to {most})"),
+    };
+    let chosen = match &stats.auto {
+        Some(_) => format!(" by {}, which auto chose", stats.integrator),
+        None => String::new(),
+    };
+    format!(
+        "{}: {interrupted}{missed}{} x {} pixels, {} spp{spread}{chosen} in {}, {:.2} million samples/s, {error}{price}{filtered}{bias}",
+        files.join(", "),
+        stats.width,
+        stats.height,
+        stats.spp,
+        format_duration(Duration::from_secs_f64(stats.time.total)),
+        stats.samples_per_second / 1e6,
+    )
+}
+
+/// What a smaller error would cost.
+fn describe_price(price: &PriceStats) -> String {
+    /// Times that differ by less are one.
+    const ALIKE: f64 = 1.3;
+    let time = |seconds: f64| format_duration(Duration::from_secs_f64(seconds.min(1e15)));
+    let [least, most] = price.seconds_range;
+    let how_long = match most > ALIKE * least {
+        true => format!("{} to {}", time(least), time(most)),
+        false => format!("about {}", time(price.seconds)),
+    };
+    format!("; {} would take {how_long}", format_percent(price.rel_rmse))
+}
+
+/// The error with its bound, or why there is none.
+fn describe_error(error: &ErrorStats) -> String {
+    match (error.rel_rmse_upper, &error.doubt) {
+        (Some(bound), _) => format!(
+            "error {} (below {} at {:.0} % confidence)",
+            format_percent(error.rel_rmse),
+            format_percent(bound),
+            100.0 * error.confidence
+        ),
+        (None, Some(doubt)) => format!(
+            "error at least {} ({})",
+            format_percent(doubt.rel_rmse_at_least),
+            doubt.why
+        ),
+        (None, None) => "error unknown".to_owned(),
+    }
+}
+
+/// Says so where chains have not found the same.
+fn warn_of_disagreement(rendered: &Rendered) {
+    /// Of the tiles.
+    const MANY: f64 = 0.05;
+    let share = rendered.film.disagreement();
+    if share > MANY {
+        eprintln!(
+            "warning: the chains disagree: in {} of the picture their means are uncertain by more than a fifth, and the brightness there by as much; give them more time",
+            format_percent(share)
+        );
+    }
+}

@@ -1,0 +1,36 @@
+//! A battery as one page of HTML.
+//!
+//! Measure: as the report says.
+//! Range: any report, also of an interrupted battery.
+//! Source: docs/hard-cases.md. Tested in `cli/tests/command/battery.rs`.
+
+use super::summary;
+use super::tables::{all, conditions};
+use crate::report::page::page;
+use crate::report::prose::prose;
+use etendue_lab::battery::report::BatteryReport;
+use maud::html;
+
+/// The page.
+pub fn of_report(report: &BatteryReport, command: &str) -> String {
+    let body = html! {
+        h1 { "The battery of hard cases" }
+        p.headline { (summary(report)) "." }
+        p { code { (command) } }
+        p.says { (conditions(report)) "." }
+        p.says {
+            "A case passes if its mean is within 5.2 standard errors of the exact number, and its standard error is below \
+             the limit that makes this tell something; without a standard error every single number has to be exact to \
+             the claimed rounding. One that is too noisy to tell is inconclusive, which counts as a failure. Rows are \
+             those of the catalogue in docs/hard-cases.md."
+        }
+        @for table in all(report) {
+            section {
+                h2 { (table.title) }
+                p.says { (prose(&table.says)) }
+                (table.html())
+            }
+        }
+    };
+    page("The battery of hard cases", &body)
+}

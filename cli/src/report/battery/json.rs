@@ -1,0 +1,32 @@
+//! A battery as JSON: the report as it was measured, its command, and how many cases came to which verdict.
+//!
+//! Measure: as the report says.
+//! Range: any report; what is not finite is `null`.
+//! Source: none needed. Tested in `cli/tests/command/battery.rs`.
+
+use etendue_lab::battery::report::BatteryReport;
+use etendue_lab::verdict::Verdict;
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct Document<'a> {
+    command: &'a str,
+    passed: usize,
+    failed: usize,
+    inconclusive: usize,
+    #[serde(flatten)]
+    report: &'a BatteryReport,
+}
+
+/// The report with its command, as one object.
+pub fn of_report(report: &BatteryReport, command: &str) -> String {
+    let document = Document {
+        command,
+        passed: report.count(Verdict::Passed),
+        failed: report.count(Verdict::Failed),
+        inconclusive: report.count(Verdict::Inconclusive),
+        report,
+    };
+    let json = serde_json::to_string_pretty(&document).expect("plain data always serialises");
+    json + "\n"
+}

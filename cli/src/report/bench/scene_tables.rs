@@ -1,0 +1,347 @@
+//! The tables of one scene of a bench, each with a sentence that says how to read it.
+//!
+//! Measure: said in each sentence.
+//! Range: any report; a table whose part is not measured has no rows.
+//! Source: none needed. Tested in `cli/tests/command/bench.rs` and below.
+
+use super::compare::{self, reference};
+use super::wording::{count, digits, megabytes, of_things, ratio, spread, way};
+use crate::report::table::{Table, numbers, words};
+use etendue::internals::accel::Backend;
+use etendue::internals::integrator::observer::RayKind;
+use etendue_lab::bench::report::{
+    AgreementReport, BenchReport, OverheadReport, SceneReport, TraceReport,
+};
+use etendue_lab::bench::target::Variant;
+
+/// What numbers with a spread are.
+fn runs(rounds: usize) -> String {
+    format!("median (least to greatest) of {rounds} interleaved runs")
+}
+
+/// What a scene consists of, and which rays were recorded.
+pub fn scene(scene: &SceneReport) -> Table {
+    let rows = scene.rays.iter().map(|rays| {
+        vec![
+            rays.kind.name().to_owned(),
+            digits(rays.per_sample),
+            count(rays.recorded as u64),
+        ]
+    });
+    let mut says = match scene.description.as_str() {
+        "" => String::new(),
+        text => format!("{} ", sentence(text)),
+    };
+    says += &of_things(scene.primitives, "primitive", "primitives");
+    says += ". The table has the rays that a sample of its render needs on average, by kind, and how many of them were \
+             recorded and traced again.";
+    Table {
+        title: scene.name.clone(),
+        says,
+        head: vec![words("rays"), numbers("a sample"), numbers("recorded")],
+        rows: rows.collect(),
+    }
+}
+
+/// With its full stop.
+fn sentence(text: &str) -> String {
+    format!("{}.", text.trim_end_matches('.'))
+}
+
+/// Building.
+pub fn builds(report: &BenchReport, scene: &SceneReport) -> Table {
+    let rows = scene.builds.iter().map(|build| {
+        vec![
+            build.target.name(),
+            build.threads.to_string(),
+            spread(&build.seconds, 1e3),
+            megabytes(build.bytes),
+            build
+                .nodes
+                .map_or("-".to_owned(), |nodes| count(nodes as u64)),
+        ]
+    });
+    Table {
+        title: "Building".to_owned(),
+        says: format!(
+            "Milliseconds to build each structure, and its size: lower is better. Times are the {}; a dash stands where \
+             a library does not tell. obvhs builds the same for both precisions, which is listed once.",
+            runs(report.build_rounds)
+        ),
+        head: vec![
+            words("structure"),
+            numbers("threads"),
+            numbers("ms"),
+            numbers("MB"),
+            numbers("nodes"),
+        ],
+        rows: rows.collect(),
+    }
+}
+
+/// Tracing, each backend in its fastest way.
+pub fn rays(report: &BenchReport, scene: &SceneReport) -> Table {
+    let reference = reference(report);
+    let rows = compare::fastest(scene).into_iter().map(|fastest| {
+        vec![
+            fastest.trace.kind.name().to_owned(),
+            fastest.contender.name(),
+            way(&fastest.trace.variant),
+            spread(&fastest.trace.nanoseconds, 1.0),
+            digits(fastest.trace.millions_per_second()),
+            ratio(fastest.times_reference),
+        ]
+    });
+    Table {
+        title: "Tracing".to_owned(),
+        says: format!(
+            "Nanoseconds of one core for a ray, each backend in the way that is fastest for rays of the kind: lower is \
+             better. They are the {}. `Mrays/s` is millions of rays a second and core (higher is better), `ratio` the time \
+             over that of {reference} in its fastest way.",
+            runs(report.rounds)
+        ),
+        head: vec![
+            words("rays"),
+            words("backend"),
+            words("fastest way"),
+            numbers("ns"),
+            numbers("Mrays/s"),
+            numbers("ratio"),
+        ],
+        rows: rows.collect(),
+    }
+}
+
+/// All ways of the reference.
+pub fn variants(report: &BenchReport, scene: &SceneReport) -> Table {
+    let backend = compare::backends([scene]).first().copied();
+    let kinds: Vec<RayKind> = scene.rays.iter().map(|rays| rays.kind).collect();
+    let rows = ways(scene, backend).into_iter().map(|variant| {
+        let traces: Vec<Option<&TraceReport>> = kinds
+            .iter()
+            .map(|&kind| trace_of(scene, kind, variant))
+            .collect();
+        let medians = traces
+            .iter()
+            .map(|trace| trace.map_or("-".to_owned(), |trace| digits(trace.nanoseconds.median)));
+        let spreads = traces.iter().flatten().map(|trace| {
+            let times = trace.nanoseconds;
+            (times.max - times.min) / times.median
+        });
+        // Those of times that the clock did not see are no numbers, which `max` leaves out.
+        let widest = spreads.fold(0.0, f64::max);
+        [way(&variant)]
+            .into_iter()
+            .chain(medians)
+            .chain([format!("{:.0} %", 100.0 * widest)])
+            .collect()
+    });
+    let name = backend.map_or("the first backend", Backend::name);
+    let names = kinds.iter().map(|kind| numbers(kind.name()));
+    Table {
+        title: format!("Every way of {name}"),
+        says: format!(
+            "Nanoseconds of one core for a ray, by precision, quality of the structure and packets (of so many rays, \
+             said to be coherent or not): lower is better. They are medians of {} interleaved runs; `spread` is the \
+             widest distance from the least to the greatest in its row, over the median.",
+            report.rounds
+        ),
+        head: [words("way")]
+            .into_iter()
+            .chain(names)
+            .chain([numbers("spread")])
+            .collect(),
+        rows: rows.collect(),
+    }
+}
+
+/// The ways in which a backend traced, in the order of the report.
+pub fn ways(scene: &SceneReport, backend: Option<Backend>) -> Vec<Variant> {
+    let mut ways = Vec::new();
+    for trace in &scene.traces {
+        let own = Some(trace.variant.target.backend) == backend;
+        if own && !ways.contains(&trace.variant) {
+            ways.push(trace.variant);
+        }
+    }
+    ways
+}
+
+/// How a kind of rays did in one way.
+pub fn trace_of(scene: &SceneReport, kind: RayKind, variant: Variant) -> Option<&TraceReport> {
+    let mut traces = scene.traces.iter();
+    traces.find(|trace| trace.kind == kind && trace.variant == variant)
+}
+
+/// Whether the backends agree.
+pub fn agreement(scene: &SceneReport) -> Table {
+    let rows = scene.agreement.iter().map(|agreement| {
+        let numbers = [
+            agreement.rays,
+            agreement.identical,
+            agreement.ties,
+            agreement.edges,
+            agreement.real,
+        ];
+        [agreement.target.name(), agreement.reference.name()]
+            .into_iter()
+            .chain(numbers.map(count))
+            .chain([verdict(agreement).to_owned()])
+            .collect()
+    });
+    let mut says = "Hits of each structure against those of another, ray by ray. `ties` met another primitive at the \
+                    same distance, `edges` passed within rounding of an edge or of an end of the ray: rounding explains \
+                    both. `real` is what it does not explain, and has to be 0."
+        .to_owned();
+    for agreement in &scene.agreement {
+        if let Some(first) = &agreement.first_real {
+            let (one, other) = (agreement.target.name(), agreement.reference.name());
+            says += &format!(" The first of {one} against {other}: {}", sentence(first));
+        }
+    }
+    let counts = ["rays", "identical", "ties", "edges", "real"].map(numbers);
+    Table {
+        title: "Agreement".to_owned(),
+        says,
+        head: [words("structure"), words("against")]
+            .into_iter()
+            .chain(counts)
+            .chain([words("verdict")])
+            .collect(),
+        rows: rows.collect(),
+    }
+}
+
+fn verdict(agreement: &AgreementReport) -> &'static str {
+    match agreement.real {
+        0 => "agree",
+        _ => "DIFFER",
+    }
+}
+
+/// Our own render against the floor.
+pub fn overhead(report: &BenchReport, overhead: &OverheadReport) -> Table {
+    let total: f64 = overhead.parts.iter().map(|part| part.nanoseconds).sum();
+    let rows = overhead.parts.iter().map(|part| {
+        vec![
+            part.part.to_owned(),
+            digits(part.nanoseconds),
+            format!("{:.1} %", 100.0 * part.nanoseconds / total),
+        ]
+    });
+    let whole = vec![
+        "all of a sample".to_owned(),
+        digits(total),
+        "100.0 %".to_owned(),
+    ];
+    Table {
+        title: "Our own render".to_owned(),
+        says: format!(
+            "The render takes {} times as long as its floor (lower is better; 1 cannot be beaten): {} ns of one core a \
+             sample over {} ns, which is what its rays alone take, each kind in the fastest way of {}. Numbers are the {}, \
+             with {} spp and `{}`. {} are {} times as fast as one. Before the first sample: {} ms of loading, {} ms of \
+             building. The table says where the time of a sample goes, in nanoseconds of one core.",
+            spread(&overhead.factor, 1.0),
+            spread(&overhead.sample, 1.0),
+            digits(overhead.floor),
+            floor_backend(overhead),
+            runs(report.rounds),
+            overhead.spp,
+            overhead.target.name(),
+            of_things(report.threads, "thread", "threads"),
+            digits(overhead.speedup(report.threads)),
+            digits(overhead.load * 1e3),
+            digits(overhead.build * 1e3),
+        ),
+        head: vec![words("part"), numbers("ns a sample"), numbers("share")],
+        rows: rows.chain([whole]).collect(),
+    }
+}
+
+/// The backend that the floor is made of.
+fn floor_backend(overhead: &OverheadReport) -> &'static str {
+    let best = overhead.best.first();
+    best.map_or("Embree", |trace| trace.variant.target.backend.name())
+}
+
+/// The tables of a scene that have been measured.
+pub fn measured(report: &BenchReport, scene: &SceneReport) -> Vec<Table> {
+    let overhead = scene.overhead.as_ref().map(|found| overhead(report, found));
+    let mut tables = vec![
+        builds(report, scene),
+        rays(report, scene),
+        variants(report, scene),
+        agreement(scene),
+    ];
+    tables.extend(overhead);
+    tables.retain(|table| !table.rows.is_empty());
+    tables
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sample::report;
+    use super::*;
+
+    /// The cells of the row that begins so.
+    fn row<'a>(table: &'a Table, begins: &[&str]) -> &'a [String] {
+        let found = table
+            .rows
+            .iter()
+            .find(|row| row.iter().zip(begins).all(|(a, b)| a == b));
+        found.unwrap_or_else(|| panic!("no {begins:?} in {table:?}"))
+    }
+
+    #[test]
+    fn every_table_has_as_many_cells_as_columns() {
+        let report = report();
+        let mut tables = measured(&report, &report.scenes[0]);
+        assert_eq!(tables.len(), 5);
+        tables.push(scene(&report.scenes[0]));
+        for table in tables {
+            assert!(!table.rows.is_empty(), "{}", table.title);
+            assert!(
+                table.rows.iter().all(|row| row.len() == table.head.len()),
+                "{table:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn numbers_are_those_of_the_report() {
+        let report = report();
+        let scene = &report.scenes[0];
+        let [first, second] = [Backend::ALL[0].name(), Backend::ALL[1].name()];
+        let way = "fast high, single";
+        let expected = ["shadow", second, way, "20.0 (18.0 to 22.0)", "50.0", "0.50"];
+        assert_eq!(row(&rays(&report, scene), &expected[..2]), expected);
+        let robust = ["robust high, single", "80.0", "-", "20 %"];
+        assert_eq!(row(&variants(&report, scene), &robust[..1]), robust);
+        let built = [
+            &format!("{first} fast high"),
+            "2",
+            "12.3 (11.1 to 13.5)",
+            "4.56",
+            "-",
+        ];
+        assert_eq!(row(&builds(&report, scene), &built[..1]), built);
+        let whole = ["all of a sample", "500", "100.0 %"];
+        let overhead = overhead(&report, scene.overhead.as_ref().expect("it has one"));
+        assert_eq!(row(&overhead, &whole[..1]), whole);
+        assert!(
+            overhead.says.contains("takes 4.00 (3.60 to 4.40) times"),
+            "{}",
+            overhead.says
+        );
+        let agreement = agreement(scene);
+        assert_eq!(
+            agreement.rows[0][2..],
+            ["1 000", "990", "6", "3", "1", "DIFFER"]
+        );
+        assert!(
+            agreement.says.contains("origin 0 0 0"),
+            "{}",
+            agreement.says
+        );
+    }
+}

@@ -1,0 +1,121 @@
+//! A comparison as it is reported: the numbers, the one that it is judged by, and what has to be said of them.
+//!
+//! Measure: as in `study/comparison.rs`.
+//! Range: any comparison; in JSON, what is not finite is `null`.
+//! Source: docs/accuracy.md, "Comparing two pictures". Tested in `cli/tests/command/compare.rs`.
+
+use crate::args::{CompareArguments, Metric};
+use crate::output::format_percent;
+use crate::report::lesson::significant;
+use etendue_lab::study::comparison::{BiasTest, Metrics};
+use serde::Serialize;
+
+/// Everything that is reported.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    /// The file of the picture.
+    pub image: String,
+    /// The file of the reference.
+    pub reference: String,
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// All numbers of the whole picture.
+    #[serde(flatten)]
+    pub metrics: Metrics,
+    /// The mean of FLIP, in builds that have it.
+    pub flip: Option<f64>,
+    /// Whether the pictures tend to different ones, if that can be told.
+    pub bias: Option<BiasTest>,
+    /// The map, if one was written.
+    pub map: Option<MapReport>,
+    /// What has to be known of the numbers.
+    pub notes: Vec<String>,
+    /// What a script asks for.
+    pub verdict: Verdict,
+}
+
+/// A map that was written.
+#[derive(Debug, Serialize)]
+pub struct MapReport {
+    /// Where.
+    pub file: String,
+    /// The relative error of its full colours.
+    pub scale: f64,
+}
+
+/// The number that a comparison is judged by, and how.
+#[derive(Debug, Serialize)]
+pub struct Verdict {
+    metric: &'static str,
+    value: f64,
+    tolerance: Option<f64>,
+    passed: bool,
+}
+
+impl Verdict {
+    /// Judges a comparison.
+    pub fn of(arguments: &CompareArguments, metrics: &Metrics, flip: Option<f64>) -> Self {
+        let value = match arguments.metric {
+            Metric::RelRmse => metrics.rel_rmse,
+            Metric::TrimmedRelRmse => metrics.trimmed_rel_mse.sqrt(),
+            Metric::Rmse => metrics.rmse,
+            Metric::Flip => flip.unwrap_or(f64::NAN),
+        };
+        let tolerance = arguments.tolerance;
+        Self {
+            metric: arguments.metric.name(),
+            value,
+            tolerance,
+            // An error that is no number is above every tolerance.
+            passed: tolerance.is_none_or(|tolerance| value <= tolerance),
+        }
+    }
+}
+
+impl Report {
+    /// Whether the error is within the tolerance.
+    pub fn passed(&self) -> bool {
+        self.verdict.passed
+    }
+
+    /// As one object.
+    pub fn to_json(&self) -> String {
+        let json = serde_json::to_string_pretty(self).expect("plain data always serialises");
+        json + "\n"
+    }
+
+    /// What is said beside the tables.
+    pub fn notes(&self) -> Vec<String> {
+        let notes = self.notes.iter().map(|note| format!("note: {note}"));
+        let map = self.map.iter();
+        let map = map.map(|map| format!("{}: {}", map.file, map.legend()));
+        let verdict = &self.verdict;
+        let judged = verdict.tolerance.map(|tolerance| {
+            let is = if verdict.passed { "within" } else { "above" };
+            let number = match verdict.metric {
+                name if name == Metric::Rmse.name() => |x| significant(x, 5),
+                _ => |x| format_percent(x),
+            };
+            format!(
+                "{} {} is {is} the tolerance {}",
+                verdict.metric,
+                number(verdict.value),
+                number(tolerance)
+            )
+        });
+        notes.chain(map).chain(judged).collect()
+    }
+}
+
+impl MapReport {
+    /// What its colours say.
+    pub fn legend(&self) -> String {
+        let scale = significant(self.scale, 3);
+        format!(
+            "relative error, (x - r) / sqrt(r^2 + eps) over all channels, from -{scale} (blue, too dark) over 0 \
+             (white) to {scale} (red, too bright)"
+        )
+    }
+}

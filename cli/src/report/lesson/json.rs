@@ -1,0 +1,73 @@
+//! Lessons as JSON: all that was measured, without the pixels of pictures.
+//!
+//! Measure: that of each number.
+//! Range: any pages; what is not finite is `null`.
+//! Source: none needed. Tested in `cli/tests/command/lesson.rs`.
+
+use super::{Done, command};
+use etendue_lab::lesson::TOPICS;
+use etendue_lab::lesson::page::Page;
+use serde::Serialize;
+use std::path::Path;
+
+#[derive(Serialize)]
+struct Document<'a> {
+    seed: u64,
+    topics: Vec<Lesson<'a>>,
+}
+
+#[derive(Serialize)]
+struct Lesson<'a> {
+    name: &'a str,
+    title: &'a str,
+    summary: &'a str,
+    command: String,
+    file: &'a Path,
+    #[serde(flatten)]
+    page: &'a Page,
+}
+
+#[derive(Serialize)]
+struct Contents {
+    topics: Vec<Entry>,
+}
+
+#[derive(Serialize)]
+struct Entry {
+    name: &'static str,
+    title: &'static str,
+    summary: &'static str,
+}
+
+/// The topics that are done, as one object.
+pub fn of_pages<'a>(done: &'a [Done], seed: u64) -> String {
+    let lesson = |Done { topic, page, file }: &'a Done| Lesson {
+        name: topic.name,
+        title: topic.title,
+        summary: topic.summary,
+        command: command(topic.name, seed),
+        file,
+        page,
+    };
+    text(&Document {
+        seed,
+        topics: done.iter().map(lesson).collect(),
+    })
+}
+
+/// The table of contents, as one object.
+pub fn of_contents() -> String {
+    let entries = TOPICS.iter().map(|topic| Entry {
+        name: topic.name,
+        title: topic.title,
+        summary: topic.summary,
+    });
+    text(&Contents {
+        topics: entries.collect(),
+    })
+}
+
+fn text(document: &impl Serialize) -> String {
+    let text = serde_json::to_string_pretty(document).expect("plain data always serialises");
+    text + "\n"
+}

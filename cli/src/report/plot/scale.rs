@@ -1,0 +1,189 @@
+//! An axis as it is drawn: where a value stands on it, and which values are marked.
+//!
+//! Measure: values in the axis's unit; places as shares of its length, from 0 to 1.
+//! Range: any points; an axis without a drawable one runs from 0 to 1, or from 1 to 10.
+//! Source: steps of 1, 2 and 5 times a power of ten. Tested below.
+
+use etendue_lab::plot::{Axis, Scale};
+
+/// Labels on an axis, at most about this many: more would touch each other on a phone.
+const MOST_LABELS: f64 = 6.0;
+
+/// An axis as it is drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct Ruler {
+    scale: Scale,
+    /// The ends, as exponents on a logarithmic axis.
+    start: f64,
+    end: f64,
+}
+
+/// A value that is marked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tick {
+    /// Where it stands.
+    pub place: f64,
+    /// How it is written.
+    pub label: String,
+}
+
+impl Ruler {
+    /// The axis over its own range, or else over all values; the lowest of them at its end if it is `grounded`.
+    pub fn new(axis: &Axis, grounded: bool, values: impl Iterator<Item = f64>) -> Self {
+        let inner = |x: f64| match axis.scale {
+            Scale::Linear => x,
+            Scale::Log => x.log10(),
+        };
+        let around = |[start, end]: [f64; 2], x: f64| [start.min(x), end.max(x)];
+        let nothing = [f64::INFINITY, f64::NEG_INFINITY];
+        let all = values
+            .map(inner)
+            .filter(|x| x.is_finite())
+            .fold(nothing, around);
+        let [start, end] = match axis.range {
+            Some(range) => range.map(inner),
+            None if all[0] > all[1] => [0.0, 1.0],
+            None if all[0] == all[1] => [all[0] - 0.5, all[1] + 0.5],
+            None => {
+                let margin = 0.04 * (all[1] - all[0]);
+                let below = if grounded { 0.0 } else { margin };
+                [all[0] - below, all[1] + margin]
+            }
+        };
+        let scale = axis.scale;
+        Self { scale, start, end }
+    }
+
+    /// Where a value stands; `None` for one that has no place at all.
+    pub fn place(&self, value: f64) -> Option<f64> {
+        let inner = match self.scale {
+            Scale::Linear => value,
+            Scale::Log => value.log10(),
+        };
+        let place = (inner - self.start) / (self.end - self.start);
+        // Far outside, a line still leaves the frame in about the right direction.
+        place.is_finite().then_some(place.clamp(-20.0, 20.0))
+    }
+
+    /// The values that are marked.
+    pub fn ticks(&self) -> Vec<Tick> {
+        match self.scale {
+            Scale::Linear => self.even_ticks(),
+            Scale::Log => self.log_ticks(),
+        }
+    }
+
+    fn even_ticks(&self) -> Vec<Tick> {
+        let rough = (self.end - self.start) / MOST_LABELS;
+        let power = rough.log10().floor();
+        let unit = 10.0_f64.powf(power);
+        let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * unit);
+        let step = step.into_iter().find(|&step| step >= rough * (1.0 - 1e-9));
+        let step = step.unwrap_or(unit);
+        let decimals = (-(step * 1.001).log10().floor()).max(0.0) as usize;
+        let [first, last] = [(self.start / step).ceil(), (self.end / step).floor()];
+        (first as i64..=last as i64)
+            .map(|index| index as f64 * step)
+            .filter_map(|value| self.tick(value, format!("{value:.decimals$}").replace('-', "−")))
+            .collect()
+    }
+
+    fn log_ticks(&self) -> Vec<Tick> {
+        let [first, last] = [self.start.ceil() as i32, self.end.floor() as i32];
+        let span = self.end - self.start;
+        if span < 2.0 {
+            // Hardly a decade or two: their parts are marked, too.
+            let parts = [1.0, 2.0, 5.0];
+            return (first - 1..=last)
+                .flat_map(|power| parts.map(|part| (part, power)))
+                .filter_map(|(part, power)| {
+                    let value = part * 10.0_f64.powi(power);
+                    self.tick(value, short(value))
+                })
+                .collect();
+        }
+        let stride = (span / MOST_LABELS).ceil() as i32;
+        let powers = (first..=last).filter(|power| power.rem_euclid(stride) == 0);
+        let label = |power: i32| match (first >= -2, last <= 4) {
+            (true, true) => short(10.0_f64.powi(power)),
+            _ => format!("10{}", superscript(power)),
+        };
+        powers
+            .filter_map(|power| self.tick(10.0_f64.powi(power), label(power)))
+            .collect()
+    }
+
+    fn tick(&self, value: f64, label: String) -> Option<Tick> {
+        let place = self.place(value)?;
+        let within = (-1e-9..=1.0 + 1e-9).contains(&place);
+        within.then_some(Tick { place, label })
+    }
+}
+
+/// A number of few digits.
+fn short(value: f64) -> String {
+    if (1e-3..1e5).contains(&value) {
+        format!("{}", (value * 1e6).round() / 1e6)
+    } else {
+        let power = value.log10().floor() as i32;
+        let factor = (value / 10.0_f64.powi(power)).round();
+        format!("{factor}·10{}", superscript(power))
+    }
+}
+
+/// A whole number, raised.
+pub fn superscript(power: i32) -> String {
+    let raised = |c: char| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        // The others follow one another.
+        digit => char::from_u32('⁰' as u32 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
+    };
+    power.to_string().chars().map(raised).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(axis: &Axis, values: &[f64]) -> Vec<String> {
+        let ruler = Ruler::new(axis, false, values.iter().copied());
+        ruler.ticks().into_iter().map(|tick| tick.label).collect()
+    }
+
+    #[test]
+    fn steps_are_round_and_few() {
+        let even = |start, end| labels(&Axis::linear("x").over(start, end), &[]);
+        assert_eq!(even(0.0, 1.0), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        assert_eq!(even(-1.0, 1.0), ["−1.0", "−0.5", "0.0", "0.5", "1.0"]);
+        assert_eq!(even(0.5, 6.5), ["1", "2", "3", "4", "5", "6"]);
+        let log = |start, end| labels(&Axis::log("x").over(start, end), &[]);
+        assert_eq!(log(1.0, 1e3), ["1", "10", "100", "1000"]);
+        assert_eq!(
+            log(1e-6, 1.0),
+            ["10⁻⁶", "10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "10⁰"]
+        );
+        assert_eq!(
+            log(1e-12, 1e3),
+            ["10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "10⁰", "10³"]
+        );
+        assert_eq!(log(2.0, 12.0), ["2", "5", "10"]);
+    }
+
+    #[test]
+    fn an_axis_runs_over_what_can_be_drawn() {
+        let odd = [f64::NAN, f64::INFINITY, -1.0, 0.0, 1.0, 100.0];
+        let ruler = Ruler::new(&Axis::log("x"), false, odd.into_iter());
+        assert_eq!(ruler.place(0.0), None);
+        assert_eq!(ruler.place(f64::NAN), None);
+        let middle = ruler.place(10.0).expect("it is positive");
+        assert!((middle - 0.5).abs() < 1e-12);
+        for nothing in [Axis::linear("x"), Axis::log("x")] {
+            assert!(!labels(&nothing, &[]).is_empty());
+            assert!(!labels(&nothing, &[f64::NAN]).is_empty());
+            assert!(!labels(&nothing, &[3.0]).is_empty());
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! A study as tables, as JSON, as CSV and as a page.
+
+mod conclusions;
+pub mod csv;
+pub mod html;
+pub mod json;
+mod plots;
+#[cfg(test)]
+mod sample;
+pub mod tables;
+mod wording;
+
+use etendue_lab::bench::report::Machine;
+use etendue_lab::study::report::StudyReport;
+use etendue_lab::study::summary::Summary;
+
+/// What is written: the report, what follows from it, and what it was measured on and by.
+pub struct Findings<'a> {
+    pub report: &'a StudyReport,
+    pub summaries: Vec<(usize, Summary)>,
+    pub machine: &'a Machine,
+    pub command: &'a str,
+}

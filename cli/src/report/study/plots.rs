@@ -1,0 +1,251 @@
+//! The plots of a study.
+//!
+//! Measure: said on each axis; errors are roots of relMSE, in percent.
+//! Range: any findings; what is not finite or not positive is not drawn.
+//! Source: none needed. Tested in `cli/tests/command/study.rs`.
+
+use super::Findings;
+use etendue_lab::plot::{Axis, Mark, Plot, Series, Shape};
+use etendue_lab::study::bars::{BINS, Coverage, FARTHEST};
+use etendue_lab::study::summary::Summary;
+use statrs::distribution::{Continuous, Normal};
+
+/// Bins of the histogram of probabilities.
+const P_BINS: usize = 20;
+
+/// Error against time and against samples, and how far from a law that is.
+pub fn errors(findings: &Findings<'_>) -> Vec<Plot> {
+    let time = Plot {
+        title: "Error against time".to_owned(),
+        reading: "The lower and the farther left, the better: the horizontal distance between two lines is how much longer one has to wait. The bands hold the mean error 95 times out of 100. A line that flattens is biased. The dashed horizontal line is how far off one reference alone is; errors below it are known only since there are two. Short dashes at the bottom: where a variant's first sample begins."
+            .to_owned(),
+        shape: Shape::Wide,
+        x: Axis::log("seconds"),
+        y: Axis::log("error, %"),
+        series: with_floor(findings, |summary, spp| summary.time.at(spp), true),
+    };
+    let samples = Plot {
+        title: "Error against samples".to_owned(),
+        reading: "The same by samples per pixel: what a sample is worth, whatever it costs. The thin dashes fall as independent samples do."
+            .to_owned(),
+        shape: Shape::Wide,
+        x: Axis::log("samples per pixel"),
+        y: Axis::log("error, %"),
+        series: with_floor(findings, |_, spp| spp, false),
+    };
+    vec![time, samples, residuals(findings)]
+}
+
+fn error(rel_mse: f64) -> f64 {
+    100.0 * rel_mse.sqrt()
+}
+
+fn with_floor(
+    findings: &Findings<'_>,
+    x: impl Fn(&Summary, f64) -> f64,
+    marks_start: bool,
+) -> Vec<Series> {
+    let curves: Vec<Series> = findings
+        .summaries
+        .iter()
+        .map(|(index, summary)| {
+            let at = |spp: u64| x(summary, spp as f64);
+            let points = summary.levels.iter();
+            let points = points.map(|level| [at(level.spp), error(level.rel_mse.value)]);
+            let ribbon = summary.levels.iter().map(|level| {
+                // What reaches below 0 has no end on a logarithmic axis.
+                let low = level.rel_mse.low.max(0.05 * level.rel_mse.value);
+                [at(level.spp), error(low), error(level.rel_mse.high)]
+            });
+            Series::new(&summary.name, Mark::Marks, *index, points.collect())
+                .within(ribbon.collect())
+        })
+        .collect();
+    let points = || curves.iter().flat_map(|series| &series.points);
+    let drawn = |p: &&[f64; 2]| p[0] > 0.0 && p[1] > 0.0;
+    let around = |[low, high]: [f64; 2], x: f64| [low.min(x), high.max(x)];
+    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
+    let xs = points().filter(drawn).map(|p| p[0]).fold(nothing, around);
+    let ys = points().filter(drawn).map(|p| p[1]).fold(nothing, around);
+    let mut all = Vec::new();
+    let mut bottom = ys[0];
+    if let Some(reference) = &findings.report.reference {
+        let floor = error(reference.noise.rel_mse);
+        bottom = bottom.min(floor);
+        all.push(Series::new(
+            "one reference",
+            Mark::Guide,
+            6,
+            vec![[xs[0], floor], [xs[1], floor]],
+        ));
+    }
+    if marks_start {
+        for (index, summary) in &findings.summaries {
+            let start = summary.time.start;
+            if start > 0.0 {
+                let tick = vec![[start, bottom], [start, 1.4 * bottom]];
+                all.push(Series::new("", Mark::Guide, *index, tick));
+            }
+        }
+    } else if let Some(first) = curves.first().and_then(|series| series.points.first()) {
+        let end = first[1] * (first[0] / xs[1]).sqrt();
+        all.push(Series::new(
+            "as independent samples",
+            Mark::Guide,
+            5,
+            vec![*first, [xs[1], end]],
+        ));
+    }
+    all.extend(curves);
+    all
+}
+
+/// How far the levels are from the power law.
+fn residuals(findings: &Findings<'_>) -> Plot {
+    let series = findings.summaries.iter().filter_map(|(index, summary)| {
+        let slope = summary.slope?;
+        let off = |spp: u64, rel_mse: f64| {
+            let law = (slope.a - slope.b.value * (spp as f64).ln()).exp();
+            rel_mse / law
+        };
+        let points = summary.levels.iter();
+        let points = points.map(|level| [level.spp as f64, off(level.spp, level.rel_mse.value)]);
+        let ribbon = summary.levels.iter().map(|level| {
+            let [low, high] = [level.rel_mse.low, level.rel_mse.high];
+            [level.spp as f64, off(level.spp, low), off(level.spp, high)]
+        });
+        Some(
+            Series::new(&summary.name, Mark::Marks, *index, points.collect())
+                .within(ribbon.collect()),
+        )
+    });
+    Plot {
+        title: "Distance from the power law".to_owned(),
+        reading: "relMSE over what the fitted law 1 / tᵇ says. Where it bends, the slope in the table is a mean over what changes with time: only single stretches are straight."
+            .to_owned(),
+        shape: Shape::Wide,
+        x: Axis::log("samples per pixel"),
+        y: Axis::linear("measured / law"),
+        series: series.collect(),
+    }
+}
+
+/// Whether bars hold what they say, and whether pictures are biased anywhere.
+pub fn trust(findings: &Findings<'_>) -> Vec<Plot> {
+    let mut plots = reliability(findings);
+    plots.extend(bias(findings));
+    plots
+}
+
+/// Whether bars hold what they say.
+fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
+    let bars = || {
+        let variants = findings.report.variants.iter().enumerate();
+        variants.filter_map(|(index, study)| Some((index, study, study.bars.as_ref()?)))
+    };
+    if bars().next().is_none() {
+        return Vec::new();
+    }
+    let mut shares = vec![Series::new(
+        "as they say",
+        Mark::Guide,
+        6,
+        vec![[50.0, 50.0], [99.0, 99.0]],
+    )];
+    let law = Normal::standard();
+    let mut z = vec![Series::curve(
+        "normal",
+        Mark::Guide,
+        6,
+        [-FARTHEST, FARTHEST],
+        |z| law.pdf(z),
+    )];
+    for (index, study, bars) in bars() {
+        // Where no pixel is trusted, what the others do is better than nothing.
+        let is_trusted = bars.z.iter().any(|&count| count > 0);
+        let (name, counts) = match is_trusted {
+            true => (study.variant.name.clone(), &bars.z),
+            false => (
+                format!("{} (all flagged)", study.variant.name),
+                &bars.z_flagged,
+            ),
+        };
+        let share = |c: &Coverage| if is_trusted { c.trusted } else { c.flagged };
+        let tried = bars.coverage.iter().filter(|c| share(c).count > 0);
+        let points = tried.clone();
+        let points = points.map(|c| [100.0 * c.confidence, 100.0 * share(c).value()]);
+        let ribbon = tried.map(|c| {
+            let [low, high] = share(c).interval();
+            [100.0 * c.confidence, 100.0 * low, 100.0 * high]
+        });
+        shares.push(
+            Series::new(&name, Mark::Marks, index, points.collect()).within(ribbon.collect()),
+        );
+        let count: u64 = counts.iter().sum();
+        if count > 0 {
+            let width = 2.0 * FARTHEST / BINS as f64;
+            let density = |(bin, &n): (usize, &u64)| {
+                let middle = -FARTHEST + (bin as f64 + 0.5) * width;
+                [middle, n as f64 / (count as f64 * width)]
+            };
+            let points = counts.iter().enumerate().map(density);
+            z.push(Series::new(&name, Mark::Line, index, points.collect()));
+        }
+    }
+    vec![
+        Plot {
+            title: "Do error bars hold what they say?".to_owned(),
+            reading: "Of the bars of trusted pixels, how many held the reference, by how many should: on the dashed line they are right, below it too narrow. Bands are Wilson's intervals of 95 %. A biased variant cannot know its bias."
+                .to_owned(),
+            shape: Shape::Wide,
+            x: Axis::linear("confidence, %").over(45.0, 100.0),
+            y: Axis::linear("held the reference, %"),
+            series: shares,
+        },
+        Plot {
+            title: "How far off, in standard errors".to_owned(),
+            reading: "Errors of trusted pixels over their standard errors, as normal scores by the degrees of freedom of each: they follow the normal distribution if the bars are right; what is beyond the ends is counted at them."
+                .to_owned(),
+            shape: Shape::Wide,
+            x: Axis::linear("normal score of the error").over(-FARTHEST, FARTHEST),
+            y: Axis::linear("density"),
+            series: z,
+        },
+    ]
+}
+
+/// Whether pictures are biased anywhere.
+fn bias(findings: &Findings<'_>) -> Option<Plot> {
+    let mut series = Vec::new();
+    for (index, study) in findings.report.variants.iter().enumerate() {
+        let all = &study.tile_p_values;
+        if all.is_empty() {
+            continue;
+        }
+        let mut counts = [0_u32; P_BINS];
+        for p in all {
+            counts[((p * P_BINS as f64) as usize).min(P_BINS - 1)] += 1;
+        }
+        let share = |(bin, &n): (usize, &u32)| {
+            let middle = (bin as f64 + 0.5) / P_BINS as f64;
+            [middle, f64::from(n) * P_BINS as f64 / all.len() as f64]
+        };
+        let points = counts.iter().enumerate().map(share);
+        series.push(Series::new(
+            &study.variant.name,
+            Mark::Line,
+            index,
+            points.collect(),
+        ));
+    }
+    let even = Series::new("without bias", Mark::Guide, 6, vec![[0.0, 1.0], [1.0, 1.0]]);
+    (!series.is_empty()).then(|| Plot {
+        title: "Is the picture another one anywhere?".to_owned(),
+        reading: "For each tile of 8 × 8 pixels, the probability p of a mean as far from the references' by chance. Without bias all p are as likely, and the lines are level; a peak at 0 is bias."
+            .to_owned(),
+        shape: Shape::Wide,
+        x: Axis::linear("p of a tile").over(0.0, 1.0),
+        y: Axis::linear("density"),
+        series: [even].into_iter().chain(series).collect(),
+    })
+}

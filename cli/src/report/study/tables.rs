@@ -1,0 +1,394 @@
+//! The tables of a study, each with a sentence that says how to read it.
+//!
+//! Measure: said in each sentence.
+//! Range: any findings; what is not measured has no rows.
+//! Source: none needed. Tested in `cli/tests/command/study.rs`.
+
+use super::wording::{
+    number, percent, probability, ranged, reached, rough, seconds, signed_percent,
+};
+use super::{Findings, conclusions};
+use crate::report::bench::tables as machine_tables;
+use crate::report::table::{Table, numbers, words};
+use etendue_lab::study::anatomy::{ClassShare, Found, is_longest};
+use etendue_lab::study::bootstrap::Ranged;
+use etendue_lab::study::costs::BOUNCE_ROUNDS;
+use etendue_lab::study::summary::{Summary, TARGETS, Tenth};
+
+/// All of them, as Markdown.
+pub fn markdown(findings: &Findings<'_>) -> String {
+    let report = findings.report;
+    let interrupted = match report.complete {
+        true => "",
+        false => ", which was interrupted: what was not measured is left out",
+    };
+    let mut text = format!(
+        "# Study of {}\n\nMeasured by `{}`{interrupted}.\n\n",
+        report.scene, findings.command
+    );
+    for sentence in conclusions::of_findings(findings) {
+        text += &format!("- {sentence}\n");
+    }
+    text.push('\n');
+    let tables = [
+        times(findings),
+        efficiency(findings),
+        bias(findings),
+        tenth(findings),
+        paths(findings),
+        bounces(findings),
+        effects(findings),
+        environment(findings),
+        warnings(findings),
+    ];
+    for table in tables.iter().filter(|table| !table.rows.is_empty()) {
+        text += &table.markdown(2);
+    }
+    text
+}
+
+/// How long each variant takes to an error.
+pub fn times(findings: &Findings<'_>) -> Table {
+    let heads = TARGETS.map(|target| numbers(percent(target)));
+    let row = |(_, summary): &(usize, Summary)| {
+        let cells = summary.times.iter().map(|(target, time)| {
+            let is_beyond_bias = summary.bias.is_square_found
+                && summary.bias.squared.value - summary.bias.squared.margin(0.95) > target * target;
+            reached(time, is_beyond_bias)
+        });
+        [summary.name.clone()].into_iter().chain(cells).collect()
+    };
+    let (width, height) = findings.report.size;
+    Table {
+        title: "Time to an error".to_owned(),
+        says: format!(
+            "Seconds of {} threads until the root of relMSE is below so much, with intervals of 95 %, for {width} × {height} pixels{}. Less is better; `>` stands before the longest that was measured, nothing is extrapolated; `never` is less than its bias.",
+            findings.report.threads,
+            full_size(findings)
+        ),
+        head: [words("variant")].into_iter().chain(heads).collect(),
+        rows: findings.summaries.iter().map(row).collect(),
+    }
+}
+
+/// What the scene's own size means for times.
+fn full_size(findings: &Findings<'_>) -> String {
+    let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
+    let (full, size) = (findings.report.full_size, findings.report.size);
+    if full == size {
+        return String::new();
+    }
+    format!(
+        "; the scene's own {} × {} take about {} times as long",
+        full.0,
+        full.1,
+        rough(pixels(full) / pixels(size))
+    )
+}
+
+/// How efficient each variant is.
+pub fn efficiency(findings: &Findings<'_>) -> Table {
+    let first = findings.summaries.first();
+    let first = first.map_or("the first", |(_, summary)| &summary.name);
+    let row = |(_, summary): &(usize, Summary)| {
+        let last = summary.levels.last();
+        let slope = summary.slope.as_ref();
+        // How soon it comes to another picture is nothing to compare.
+        let of_unbiased = |range: &Ranged| match summary.bias.is_found {
+            true => "biased".to_owned(),
+            false => ranged(range, number),
+        };
+        let trimmed = last.map(|last| 1.0 - last.trimmed / last.rel_mse.value);
+        vec![
+            summary.name.clone(),
+            of_unbiased(&summary.efficiency),
+            of_unbiased(&summary.ratio),
+            slope.map_or("-".to_owned(), |slope| {
+                ranged(&slope.b, |b| format!("{b:.2}"))
+            }),
+            slope
+                .and_then(|slope| slope.lack_of_fit)
+                .map_or("-".to_owned(), probability),
+            trimmed.map_or("-".to_owned(), percent),
+            seconds(summary.time.start),
+            seconds(summary.time.sample),
+        ]
+    };
+    Table {
+        title: "Efficiency".to_owned(),
+        says: format!(
+            "1 / (relMSE × seconds) of the longest renders, more is better, and its ratio to that of `{first}`. The slope b says how relMSE falls, as 1 / tᵇ: 1 for independent samples, more for points that are spread evenly, less for one that is biased; a small p of fit says that it is no power law. Outliers: the share of relMSE in the worst 0.1 % of the pixels. Time is start + N × sample, both of the whole picture."
+        ),
+        head: vec![
+            words("variant"),
+            numbers("efficiency"),
+            numbers("× first"),
+            numbers("slope b"),
+            numbers("p of fit"),
+            numbers("outliers"),
+            numbers("start"),
+            numbers("sample"),
+        ],
+        rows: findings.summaries.iter().map(row).collect(),
+    }
+}
+
+/// Whether each variant is right, and what its bars say.
+pub fn bias(findings: &Findings<'_>) -> Table {
+    let row = |(index, summary): &(usize, Summary)| {
+        let (bias, study) = (&summary.bias, &findings.report.variants[*index]);
+        let bars = study.bars.as_ref();
+        let covered = bars.and_then(|bars| bars.coverage.iter().find(|c| c.confidence == 0.95));
+        vec![
+            summary.name.clone(),
+            // With a space at which no line breaks.
+            if bias.is_found {
+                "found"
+            } else {
+                "none\u{a0}found"
+            }
+            .to_owned(),
+            probability(bias.p),
+            match bias.is_square_found {
+                true => percent(bias.squared.value.max(0.0).sqrt()),
+                false => format!("< {}", percent(bias.at_most)),
+            },
+            signed_percent(bias.light[0], bias.light[1]),
+            covered
+                .filter(|covered| covered.trusted.count > 0)
+                .map_or("-".to_owned(), |covered| percent(covered.trusted.value())),
+            bars.map_or("-".to_owned(), |bars| percent(bars.flagged)),
+        ]
+    };
+    Table {
+        title: "Bias and error bars".to_owned(),
+        says: "Bias is what no time takes away. It is found where chance alone makes one as large with p < 0.001, in the squares of pixels or in the light of the whole picture; its size is the root of its share of relMSE, or what it is below with 95 % confidence; light is how much brighter the whole picture is. The last columns say how often 95 % bars held the reference, and how many pixels said that their bars are not to be trusted."
+            .to_owned(),
+        head: vec![
+            words("variant"),
+            words("bias"),
+            numbers("p"),
+            numbers("size"),
+            numbers("light"),
+            numbers("95 % bars hold"),
+            numbers("flagged"),
+        ],
+        rows: findings.summaries.iter().map(row).collect(),
+    }
+}
+
+/// What a tenth of the error would cost.
+pub fn tenth(findings: &Findings<'_>) -> Table {
+    let row = |(_, summary): &(usize, Summary)| {
+        let last = summary.levels.last();
+        let now = last.map(|last| last.rel_mse.value.max(0.0).sqrt());
+        let cell = match &summary.tenth {
+            Tenth::Costs(range) => ranged(range, seconds),
+            Tenth::Never(bias) => format!("never: its bias is {}", percent(*bias)),
+            Tenth::Unknown => "not known".to_owned(),
+        };
+        vec![
+            summary.name.clone(),
+            now.map_or("-".to_owned(), percent),
+            last.map_or("-".to_owned(), |last| seconds(last.seconds)),
+            now.map_or("-".to_owned(), |now| percent(0.1 * now)),
+            cell,
+        ]
+    };
+    Table {
+        title: "What ten times better costs".to_owned(),
+        says: "The error of the longest renders and what a tenth of it would take if it goes on to fall: by the law of independent samples where that fits, which takes a hundred times as long; steeper where it was steeper so far, with the hundredfold as the upper end, since it need not stay so. Time buys no less bias: what was left out by a limit of bounces or by the technique, and what single precision rounds (about 10⁻⁶), stay."
+            .to_owned(),
+        head: vec![
+            words("variant"),
+            numbers("error now"),
+            numbers("time now"),
+            numbers("a tenth"),
+            words("time for that"),
+        ],
+        rows: findings.summaries.iter().map(row).collect(),
+    }
+}
+
+/// The words for a class of paths.
+pub fn path_class(bounces: usize, found: Found) -> String {
+    let more = if is_longest(bounces) { " or more" } else { "" };
+    match found {
+        Found::Seen => "seen directly".to_owned(),
+        Found::Scattering => format!("{bounces}{more}, met by scattering"),
+        Found::LightSampling => format!("{bounces}{more}, light sampled"),
+    }
+}
+
+/// Whether a class of paths has a thousandth of the variance or of the light.
+pub fn matters(class: &ClassShare) -> bool {
+    class.variance.abs().max(class.energy.abs()) >= 1e-3
+}
+
+/// Where the variance of each variant comes from.
+pub fn paths(findings: &Findings<'_>) -> Table {
+    let mut rows = Vec::new();
+    for study in &findings.report.variants {
+        let classes = study.paths.iter().flat_map(|paths| &paths.classes);
+        let classes = classes.filter(|class| matters(class));
+        rows.extend(classes.map(|class| {
+            vec![
+                study.variant.name.clone(),
+                path_class(class.bounces, class.found),
+                signed_percent(class.variance, 2.0 * class.variance_error),
+                percent(class.energy),
+            ]
+        }));
+    }
+    Table {
+        title: "Where the variance comes from".to_owned(),
+        says: "Shares of the variance of one sample and of the light, by how often a path scattered and by who found the light. A class with much variance and little light is what a better technique should find in another way; a share below 0 makes up for others; classes of less than 0.1 % of both are left out. ± has a confidence of 95 %."
+            .to_owned(),
+        head: vec![
+            words("variant"),
+            words("paths, by bounces"),
+            numbers("of the variance"),
+            numbers("of the light"),
+        ],
+        rows,
+    }
+}
+
+/// What each bounce costs the first variant.
+pub fn bounces(findings: &Findings<'_>) -> Table {
+    let first = findings.report.variants.first();
+    let row = |cost: &etendue_lab::study::lengths::BounceCost| {
+        let bounces = match cost.bounces {
+            Some(0) => "emitters only".to_owned(),
+            Some(limit) => format!("bounce {limit}"),
+            None => "all further ones".to_owned(),
+        };
+        let [median, min, max] = [cost.time.median, cost.time.min, cost.time.max].map(percent);
+        vec![
+            bounces,
+            format!("{median} ({min} to {max})"),
+            percent(cost.energy),
+        ]
+    };
+    let costs = first.map_or(Default::default(), |study| study.bounces.as_slice());
+    Table {
+        title: "What each bounce costs".to_owned(),
+        says: format!(
+            "What one bounce more adds to the time and to the light of `{}`: renders with growing limits and the same random numbers, in turn; the middle of {} rounds, with the least and the greatest. The last bounces' light is what a limit would leave out.",
+            first.map_or("", |study| &study.variant.name),
+            BOUNCE_ROUNDS
+        ),
+        head: vec![
+            words("up to"),
+            numbers("of the time"),
+            numbers("of the light"),
+        ],
+        rows: costs.iter().map(row).collect(),
+    }
+}
+
+/// What each effect of the scene costs.
+pub fn effects(findings: &Findings<'_>) -> Table {
+    let row = |share: &etendue_lab::study::report::EffectShare| {
+        let [median, min, max] = [share.time.median, share.time.min, share.time.max].map(percent);
+        vec![
+            share.effect.to_owned(),
+            format!("{median} ({min} to {max})"),
+            signed_percent(share.energy[0], 2.0 * share.energy[1]),
+        ]
+    };
+    Table {
+        title: "What each effect costs".to_owned(),
+        says: "How much of the time and of the light would be gone without it, by rendering with and without it in turn (`etendue plan --cost` does the same at length). Below 0, it saves time: paths end sooner with it."
+            .to_owned(),
+        head: vec![words("effect"), numbers("of the time"), numbers("of the light")],
+        rows: findings.report.effects.iter().map(row).collect(),
+    }
+}
+
+/// What it was measured on, and how.
+pub fn environment(findings: &Findings<'_>) -> Table {
+    let report = findings.report;
+    let mut rows = machine_tables::machine_rows(findings.machine, report.version);
+    let mut add = |what: &str, which: String| rows.push(vec![what.to_owned(), which]);
+    add("threads that rendered", report.threads.to_string());
+    add("seed of the study", report.seed.to_string());
+    add(
+        "time",
+        format!(
+            "{} of a budget of {}",
+            seconds(report.seconds),
+            seconds(report.budget)
+        ),
+    );
+    if let Some(schedule) = &report.schedule {
+        add(
+            "seeds",
+            format!(
+                "{} for each number of samples, {} for the greatest of each variant",
+                schedule.seeds, schedule.last_seeds
+            ),
+        );
+    }
+    if let Some(reference) = &report.reference {
+        let [one, two] = reference.seconds.map(|s| seconds(s.wall));
+        add(
+            "references",
+            format!(
+                "two of {} samples a pixel by {}, {}, without a limit of bounces, in {one} and {two}; each is off by {} (root of relMSE)",
+                reference.spp,
+                reference.integrator,
+                reference.sampler,
+                percent(reference.noise.rel_mse.sqrt())
+            ),
+        );
+    }
+    for (index, summary) in &findings.summaries {
+        let study = &report.variants[*index];
+        let runs: usize = summary.levels.iter().map(|level| level.runs).sum();
+        add(
+            &summary.name,
+            format!(
+                "{runs} renders, of which {} were repeated because something else took a processor, and {} stayed disturbed; {} processors busy on average; structure built in {}",
+                study.repeated,
+                study.disturbed,
+                rough(summary.processors),
+                seconds(study.build)
+            ),
+        );
+    }
+    Table {
+        title: "How it was measured".to_owned(),
+        says: "Times of another machine differ; ratios differ much less. `study.json` has every render, `study.csv` a line for each."
+            .to_owned(),
+        head: vec![words("what"), words("which")],
+        rows,
+    }
+}
+
+/// What a reader has to know.
+pub fn warnings(findings: &Findings<'_>) -> Table {
+    let report = findings.report;
+    let runs = report.variants.iter().flat_map(|study| &study.levels);
+    let rejected: u64 = runs
+        .flat_map(|level| &level.runs)
+        .map(|run| run.rejected)
+        .sum();
+    let biases = report.variants.iter().flat_map(|study| {
+        let name = &study.variant.name;
+        let all = study.variant.bias.iter();
+        all.map(move |bias| format!("biased by its settings: {name}: {bias}"))
+    });
+    let all = report.warnings.iter().cloned().chain(biases);
+    let mut rows: Vec<Vec<String>> = all.map(|warning| vec![warning]).collect();
+    rows.push(vec![match rejected {
+        0 => "no sample was other than a finite number".to_owned(),
+        count => format!("{count} samples were no finite numbers, and were left out"),
+    }]);
+    Table {
+        title: "Notes and warnings".to_owned(),
+        says: "What was noticed while the scene was read and rendered.".to_owned(),
+        head: vec![words("what")],
+        rows,
+    }
+}

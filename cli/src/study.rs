@@ -1,0 +1,187 @@
+//! `etendue study`: error against time for ways to render a scene, as tables, as JSON, as CSV and as a page.
+//!
+//! Measure: that of `study/report.rs` and `study/summary.rs`.
+//! Range: any scene that loads. What is measured is written round by round, so that an end by Ctrl-C or a kill keeps it.
+//! Source: docs/accuracy.md, "The study". Tested in `cli/tests/command/study.rs`.
+
+use super::args::{ProgressMode, StudyArguments};
+use super::durations::format_duration;
+use super::output::Watcher;
+use super::plan::small;
+use super::report::keeper::Keeper;
+use super::report::study::{Findings, csv, html, json, tables};
+use super::{Outcome, command_line, print};
+use etendue::internals::image::atomic::{check_creatable, make_folder, write_text};
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::render::wishes::refuse_endless;
+use etendue::internals::scene::description::SceneDescription;
+use etendue::internals::scene::load;
+use etendue::{Error, Result};
+use etendue_lab::bench::machine::machine;
+use etendue_lab::bench::report::Machine;
+use etendue_lab::study::report::StudyReport;
+use etendue_lab::study::settings::{StudyObserver, StudySettings};
+use etendue_lab::study::summary::summaries;
+use etendue_lab::study::variant::{Choice, Variant};
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Time between two times that unfinished measurements are written.
+const BETWEEN_WRITES: Duration = Duration::from_secs(5);
+
+pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
+    let start = Instant::now();
+    let mode = match arguments.quiet {
+        true => ProgressMode::None,
+        false => arguments.progress,
+    };
+    let watcher = Watcher::new(mode)?;
+    let mut description = load::load(&arguments.scene)?;
+    let full_size = description.film.size;
+    let (width, height) = full_size;
+    description.film.size = match arguments.size {
+        Some(size) => size,
+        None if arguments.full_size => full_size,
+        None => small(width, height),
+    };
+    let settings = settings(arguments, &description)?;
+    let files = Files::new(arguments)?;
+    let kept = KeptStudy {
+        keeper: Keeper::new(&watcher),
+        files: &files,
+        last: Mutex::new(Instant::now()),
+    };
+    let report = etendue_lab::study::run(&description, full_size, &settings, &kept);
+    watcher.finish();
+    let report = report.inspect_err(|_| files.forsake())?;
+    kept.keeper.result()?;
+
+    let findings = files.findings(&report);
+    write_text(&files.json, &json::of_findings(&findings))?;
+    write_text(&files.csv, &csv::of_report(&report))?;
+    write_text(&files.html, &html::of_findings(&findings))?;
+    if arguments.json {
+        print(json::of_findings(&findings).as_bytes())?;
+    } else {
+        print(tables::markdown(&findings).as_bytes())?;
+    }
+    if !arguments.quiet {
+        let end = if report.complete {
+            "done"
+        } else {
+            "interrupted"
+        };
+        let time = format_duration(start.elapsed());
+        eprintln!("{}: {end} after {time}", files.html.display());
+    }
+    Ok(match report.complete {
+        true => Outcome::Done,
+        false => Outcome::Interrupted,
+    })
+}
+
+fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Result<StudySettings> {
+    let options = arguments.tracing.options();
+    let base = RenderSettings {
+        threads: options.threads,
+        ..RenderSettings::of_scene(description)?
+    };
+    let mut choices: Vec<Choice> = arguments.vary.iter().flat_map(|v| v.0.clone()).collect();
+    if choices.is_empty() {
+        // Whether points that are spread evenly pay is what most users have not seen of their own scene.
+        choices = vec![
+            Choice::Sampler(SamplerKind::Independent),
+            Choice::Sampler(SamplerKind::Sobol),
+        ];
+    }
+    let variants = Variant::all(&Variant::new(base, options), &choices);
+    for variant in &variants {
+        refuse_endless(&variant.settings)?;
+        if variant.settings.integrator == IntegratorKind::Auto {
+            return Err(Error::usage(
+                "a study compares what is named, and auto stands for others: give --vary integrator=path,bdpt, say",
+            ));
+        }
+    }
+    Ok(StudySettings {
+        budget: arguments.budget.as_secs_f64(),
+        seed: arguments.seed,
+        reference: arguments.reference,
+        options,
+        variants,
+        schedule: None,
+    })
+}
+
+/// Where a study is written to, what it runs on, and the command that measured it.
+struct Files {
+    folder: PathBuf,
+    json: PathBuf,
+    csv: PathBuf,
+    html: PathBuf,
+    machine: Machine,
+    command: String,
+}
+
+impl Files {
+    /// Makes the folder, and sees to it that all files can be written before anything is measured.
+    fn new(arguments: &StudyArguments) -> Result<Self> {
+        let folder = &arguments.out;
+        make_folder(folder)?;
+        let files = Self {
+            json: folder.join("study.json"),
+            csv: folder.join("study.csv"),
+            html: folder.join("study.html"),
+            folder: folder.clone(),
+            machine: machine(),
+            command: command_line(),
+        };
+        for file in [&files.json, &files.csv, &files.html] {
+            check_creatable(file)?;
+        }
+        Ok(files)
+    }
+
+    fn findings<'a>(&'a self, report: &'a StudyReport) -> Findings<'a> {
+        Findings {
+            report,
+            summaries: summaries(report),
+            machine: &self.machine,
+            command: &self.command,
+        }
+    }
+
+    /// Takes the folder away if it is empty: of a study that could not begin, nothing is left.
+    fn forsake(&self) {
+        let _ = std::fs::remove_dir(&self.folder);
+    }
+}
+
+/// Keeps what is measured in the report's file, from time to time.
+struct KeptStudy<'a> {
+    keeper: Keeper<'a>,
+    files: &'a Files,
+    last: Mutex<Instant>,
+}
+
+impl StudyObserver for KeptStudy<'_> {
+    fn progress(&self, fraction: f64, what: &str) {
+        self.keeper.show(fraction, what);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.keeper.is_cancelled()
+    }
+
+    fn report(&self, report: &StudyReport) {
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.elapsed() < BETWEEN_WRITES {
+            return;
+        }
+        let json = json::of_findings(&self.files.findings(report));
+        self.keeper.keep(&self.files.json, &json);
+        *last = Instant::now();
+    }
+}

@@ -1,0 +1,93 @@
+//! `--integrator auto` says what it chose and why: before the render, on the last line, in statistics and in the image; and
+//! `etendue plan` says it without rendering.
+
+use crate::common::scene_folder::{SMALL, SceneFolder};
+use crate::support::{USAGE, fails, succeed};
+use serde_json::Value;
+
+/// The small scene under a point light, too, whose light the glass ball throws.
+fn folder() -> SceneFolder {
+    let point = "\n[[light]]\ntype = \"point\"\nposition = [-1, 3, 0]\nintensity = 5\n";
+    let auto = SMALL.replace("spp = 4", "spp = 4\nintegrator = \"auto\"");
+    SceneFolder::new([
+        ("small.toml", SMALL.to_owned()),
+        ("point.toml", format!("{SMALL}{point}")),
+        ("auto.toml", format!("{auto}{point}")),
+    ])
+}
+
+#[test]
+fn the_choice_and_its_reason_are_said_everywhere() {
+    let folder = folder();
+    for arguments in [
+        "render point.toml --integrator auto --stats it.json -o it.exr",
+        "render auto.toml --stats it.json -o it.exr",
+    ] {
+        let said = succeed(&folder, arguments).stderr;
+        let stats = std::fs::read_to_string(folder.path("it.json")).expect("it was written");
+        let stats: Value = serde_json::from_str(&stats).expect("one object");
+        let chosen = stats["integrator"].as_str().expect("a name");
+        assert!(["bdpt", "mlt"].contains(&chosen), "{chosen}");
+        let why = stats["auto"].as_str().expect("a reason");
+        assert!(why.contains("smooth surfaces"), "{why}");
+        let first = format!("auto: {chosen}, as {why}");
+        assert!(
+            said.lines().any(|line| line == first),
+            "no `{first}` in {said}"
+        );
+        let last = said.lines().last().expect("a last line");
+        let words = format!("spp by {chosen}, which auto chose in ");
+        assert!(last.contains(&words), "no `{words}` in {last}");
+        let image = std::fs::read(folder.path("it.exr")).expect("it was written");
+        for words in ["etendue.auto", why] {
+            let holds = image.windows(words.len()).any(|it| it == words.as_bytes());
+            assert!(holds, "no `{words}` in the image");
+        }
+    }
+}
+
+#[test]
+fn nothing_is_said_where_an_integrator_is_named() {
+    let finished = succeed(&folder(), "render small.toml --json -o it.png");
+    let stats: Value = serde_json::from_str(&finished.stdout).expect("one object");
+    assert_eq!(
+        (&stats["integrator"], &stats["auto"]),
+        (&"path".into(), &Value::Null)
+    );
+    assert!(!finished.stderr.contains("auto"), "{}", finished.stderr);
+}
+
+#[test]
+fn a_plan_names_the_integrator_with_what_it_was_held_against() {
+    let folder = folder();
+    let table = succeed(&folder, "plan point.toml").stdout;
+    for words in [
+        "is what --integrator auto takes: paths from the eye do not find",
+        "squared error for the same work in a pilot, over path's: path 1.00, bdpt ",
+    ] {
+        assert!(table.contains(words), "no `{words}` in\n{table}");
+    }
+    let printed = succeed(&folder, "plan small.toml --json").stdout;
+    let report: Value = serde_json::from_str(&printed).expect("one object");
+    let integrator = &report["integrator"];
+    let held = integrator["held_against"].as_array().expect("a list");
+    let names: Vec<&str> = held
+        .iter()
+        .filter_map(|it| it["integrator"].as_str())
+        .collect();
+    assert_eq!(names, ["path", "bdpt", "mlt"]);
+    assert_eq!(held[0]["inefficiency"], 1.0);
+    assert!(integrator["recommended"].is_string() && integrator["why"].is_string());
+    assert!(integrator["option"].is_null());
+}
+
+#[test]
+fn a_study_wants_names() {
+    let words = ["auto stands for others", "--vary integrator=path,bdpt"];
+    fails(
+        &folder(),
+        "study auto.toml -o study --budget 1s",
+        USAGE,
+        &words,
+    );
+}

@@ -1,0 +1,344 @@
+//! The C library as `make install` leaves it: its symbols, its header, and clients in C and C++ that are compiled against it and
+//! run.
+
+use crate::common::scene_folder::{SMALL, SceneFolder, in_repository};
+use crate::support::succeed;
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+use tempfile::TempDir;
+
+/// Installed once for all tests, into a folder that goes with the last of them.
+fn prefix() -> &'static Path {
+    static PREFIX: OnceLock<(TempDir, ())> = OnceLock::new();
+    let (folder, ()) = PREFIX.get_or_init(|| {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let install = Command::new("make")
+            .current_dir(in_repository(""))
+            // Built with a test, dependencies have the features that they have in tests: then they are there already.
+            .args(["install", "PROFILE=test"])
+            .arg("CARGO_FLAGS=--lib --bins --test command")
+            .arg(format!("CARGO={}", env!("CARGO")))
+            .arg(format!("PREFIX={}", folder.path().display()))
+            .env("CARGO_TARGET_DIR", target_folder())
+            .output();
+        expect_success("make install", install.expect("make is there"));
+        (folder, ())
+    });
+    folder.path()
+}
+
+/// Where this test was built: then what it was built of is there already.
+fn target_folder() -> PathBuf {
+    let command = Path::new(env!("CARGO_BIN_EXE_etendue"));
+    let folder = command.ancestors().nth(2);
+    folder.expect("target/debug/etendue").to_path_buf()
+}
+
+fn expect_success(what: &str, output: Output) -> String {
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    assert!(
+        output.status.success(),
+        "{what}: {}\n{}{}",
+        output.status,
+        text(&output.stdout),
+        text(&output.stderr)
+    );
+    text(&output.stdout)
+}
+
+/// What `pkg-config` says of the installed library.
+fn pkg_config(flags: &[&str]) -> Vec<String> {
+    let output = Command::new("pkg-config")
+        .env("PKG_CONFIG_PATH", prefix().join("lib/pkgconfig"))
+        .args(flags)
+        .arg("etendue")
+        .output();
+    let words = expect_success("pkg-config", output.expect("pkg-config is there"));
+    words.split_whitespace().map(str::to_owned).collect()
+}
+
+/// Compiles a client against the installed library.
+fn compile(compiler: &str, flags: &[&str], source: &Path, folder: &SceneFolder) -> PathBuf {
+    let program = folder.path("client");
+    let output = Command::new(compiler)
+        .args(["-Wall", "-Wextra", "-Werror", "-pedantic", "-O1", "-g"])
+        .args(flags)
+        .arg(source)
+        .arg("-o")
+        .arg(&program)
+        .args(pkg_config(&["--cflags", "--libs"]))
+        .args(["-lpthread", "-lm"])
+        .output();
+    expect_success(compiler, output.expect("a compiler is there"));
+    program
+}
+
+/// A program that finds the installed library.
+fn client(program: impl AsRef<OsStr>, folder: &SceneFolder) -> Command {
+    let mut client = Command::new(program);
+    client
+        .current_dir(folder.root())
+        .env("LD_LIBRARY_PATH", prefix().join("lib"));
+    client
+}
+
+fn run(client: &mut Command) -> String {
+    expect_success("the client", client.output().expect("it was compiled"))
+}
+
+fn source(name: &str) -> PathBuf {
+    in_repository("tests/clients").join(name)
+}
+
+fn small() -> SceneFolder {
+    SceneFolder::new([("small.toml", SMALL)])
+}
+
+#[test]
+fn a_client_in_c_renders_what_the_command_does_and_everything_else() {
+    let folder = small();
+    let mut flags = sanitized(&folder);
+    flags.push("-D_POSIX_C_SOURCE=200809L");
+    let program = compile("cc", &flags, &source("client.c"), &folder);
+    let mut client = client(program, &folder);
+    let says = run(guarded(&mut client, &folder).args(["small.toml", "client.pfm"]));
+    assert!(says.contains("all is well"));
+    succeed(
+        &folder,
+        "render small.toml --spp 4 --seed 7 --sampler independent -q -o command.pfm",
+    );
+    assert_same_files(&folder, "client.pfm", "command.pfm");
+}
+
+fn assert_same_files(folder: &SceneFolder, a: &str, b: &str) {
+    let read = |name| std::fs::read(folder.path(name)).expect("it was written");
+    assert!(read(a) == read(b), "{a} and {b} differ");
+}
+
+/// Motion, cut-outs, relief and textured light.
+#[test]
+fn what_a_client_builds_in_memory_is_what_a_scene_file_says() {
+    let scene = std::fs::read_to_string(source("everything.toml")).expect("the scene");
+    let folder = SceneFolder::new([("everything.toml", scene.as_str())]);
+    let program = compile("cc", &sanitized(&folder), &source("everything.c"), &folder);
+    let says = run(guarded(&mut client(program, &folder), &folder).arg("client.pfm"));
+    assert!(says.contains("all is well"), "{says}");
+    succeed(&folder, "render everything.toml --spp 4 -q -o command.pfm");
+    assert_same_files(&folder, "client.pfm", "command.pfm");
+}
+
+#[test]
+fn what_there_is_no_memory_for_is_refused_and_the_client_goes_on() {
+    let folder = small();
+    let flags = ["-std=c11", "-D_POSIX_C_SOURCE=200809L"];
+    let program = compile("cc", &flags, &source("limits.c"), &folder);
+    let says = run(&mut client(program, &folder));
+    assert!(says.contains("all is well"), "{says}");
+}
+
+#[test]
+fn a_client_in_cpp_owns_handles_and_renders() {
+    let folder = small();
+    let program = compile("c++", &["-std=c++17"], &source("client.cpp"), &folder);
+    assert!(run(&mut client(program, &folder)).contains("all is well"));
+}
+
+#[test]
+fn the_example_of_the_guide_compiles_and_runs() {
+    let guide = std::fs::read_to_string(in_repository("docs/c-api.md")).expect("the guide");
+    let readme = std::fs::read_to_string(in_repository("README.md")).expect("the README");
+    for page in [guide, readme] {
+        let example = page.split("```c\n").nth(1).expect("it has an example");
+        let example = example.split("```").next().expect("it ends");
+        let folder = SceneFolder::new([("example.c", example), ("scene.toml", SMALL)]);
+        let program = compile("cc", &["-std=c11"], &folder.path("example.c"), &folder);
+        run(&mut client(program, &folder));
+        let written = folder.listing().iter().any(|name| name.ends_with(".png"));
+        assert!(written, "{:?}", folder.listing());
+    }
+}
+
+#[test]
+fn the_example_in_python_renders() {
+    let output = Command::new("python3")
+        .arg(in_repository("examples/python/render.py"))
+        .env("PREFIX", prefix())
+        .output();
+    match output {
+        Ok(output) => {
+            let says = expect_success("python3", output);
+            assert!(says.contains(env!("CARGO_PKG_VERSION")), "{says}");
+        }
+        Err(_) => eprintln!("python3 is not there: the example was not run"),
+    }
+}
+
+/// Whether `cc` can sanitize addresses here: some systems lack the library for it.
+fn has_sanitizer(folder: &SceneFolder) -> bool {
+    let empty = folder.path("empty.c");
+    std::fs::write(&empty, "int main(void) { return 0; }\n").expect("written");
+    let output = Command::new("cc")
+        .args(["-fsanitize=address,undefined", "-o"])
+        .arg(folder.path("empty"))
+        .arg(&empty)
+        .output();
+    output.is_ok_and(|output| output.status.success())
+}
+
+/// How a client in C is compiled that is to be watched for wrong addresses and leaks.
+fn sanitized(folder: &SceneFolder) -> Vec<&'static str> {
+    let mut flags = vec!["-std=c11"];
+    if has_sanitizer(folder) {
+        flags.push("-fsanitize=address,undefined");
+    } else {
+        eprintln!("without AddressSanitizer, which cc does not have here");
+    }
+    flags
+}
+
+/// A client that is watched so.
+fn guarded<'a>(client: &'a mut Command, folder: &SceneFolder) -> &'a mut Command {
+    // What Embree keeps for the process is not ours.
+    std::fs::write(folder.path("leaks"), "leak:libembree4\nleak:libtbb\n").expect("written");
+    client
+        .env("LSAN_OPTIONS", "suppressions=leaks")
+        .env("ASAN_OPTIONS", "allocator_may_return_null=1")
+}
+
+#[test]
+fn what_calls_cost_is_printed() {
+    let folder = small();
+    let flags = ["-std=c11", "-D_POSIX_C_SOURCE=200809L"];
+    let program = compile("cc", &flags, &source("overhead.c"), &folder);
+    println!("{}", run(&mut client(program, &folder)));
+}
+
+#[test]
+fn arbitrary_arguments_end_in_a_status_and_a_text_and_leak_nothing() {
+    let folder = small();
+    let program = compile("cc", &sanitized(&folder), &source("arbitrary.c"), &folder);
+    let says = run(guarded(&mut client(program, &folder), &folder).args(["1", "20000"]));
+    assert!(says.contains("all is well"), "{says}");
+}
+
+/// The functions that the header declares.
+fn declared() -> BTreeSet<String> {
+    let header = std::fs::read_to_string(in_repository("capi/include/etendue.h"));
+    let header = header.expect("the header");
+    let code = header.lines().filter(|line| !line.starts_with("//"));
+    let code: Vec<&str> = code.collect();
+    names_before_parenthesis(&code.join("\n"))
+}
+
+/// The names that begin with `etd_` and stand before a parenthesis.
+fn names_before_parenthesis(code: &str) -> BTreeSet<String> {
+    let is_name = |c: char| c.is_alphanumeric() || c == '_';
+    let before = code.split('(').map(|part| {
+        let start = part.rfind(|c| !is_name(c)).map_or(0, |at| at + 1);
+        part[start..].to_owned()
+    });
+    before.filter(|name| name.starts_with("etd_")).collect()
+}
+
+#[test]
+fn the_library_shows_the_functions_of_its_header_and_nothing_else() {
+    let output = Command::new("nm")
+        .args(["-D", "--defined-only"])
+        .arg(prefix().join("lib/libetendue.so"))
+        .output();
+    let symbols = expect_success("nm", output.expect("nm is there"));
+    let symbols: BTreeSet<String> = symbols
+        .lines()
+        .filter_map(|line| line.split_whitespace().last())
+        .map(str::to_owned)
+        .collect();
+    let declared = declared();
+    assert!(declared.len() > 30, "{declared:?}");
+    assert_eq!(symbols, declared);
+}
+
+#[test]
+fn the_header_is_that_of_the_sources() {
+    // Whole where cbindgen is there; its functions and structures everywhere.
+    let folders = ["capi/src", "capi/src/describe"].map(in_repository);
+    let entries = folders.iter().flat_map(|folder| {
+        let entries = std::fs::read_dir(folder).expect("the sources");
+        entries.map(|entry| entry.expect("an entry").path())
+    });
+    let mut exported = BTreeSet::new();
+    let mut structures = BTreeSet::new();
+    for file in entries.filter(|path| path.is_file()) {
+        let text = std::fs::read_to_string(file).expect("a source");
+        for after in text.split("#[unsafe(no_mangle)]").skip(1) {
+            let line = after.split_once("extern \"C\" fn ").expect("a function").1;
+            let name = line.split('(').next().expect("its name");
+            exported.insert(name.to_owned());
+        }
+        for after in text.split("pub struct Etd").skip(1) {
+            let name: String = after.chars().take_while(|c| c.is_alphanumeric()).collect();
+            structures.insert(format!("}} Etd{name};"));
+        }
+    }
+    assert_eq!(exported, declared());
+    let path = in_repository("capi/include/etendue.h");
+    let header = std::fs::read_to_string(&path).expect("the header");
+    for structure in structures {
+        let opaque = structure.replace("} ", "typedef struct ");
+        let is_there = header.contains(&structure) || header.contains(opaque.trim_end_matches(';'));
+        assert!(is_there, "{structure}: run `make header`");
+    }
+    let cbindgen = Command::new("cbindgen")
+        .current_dir(in_repository("capi"))
+        .args(["--quiet", "--config", "cbindgen.toml", "."])
+        .output();
+    match cbindgen {
+        Ok(output) => {
+            let made =
+                expect_success("cbindgen", output).replace("// # Safety\n", "// Pointers:\n");
+            assert!(made == header, "run `make header`");
+        }
+        Err(_) => eprintln!("cbindgen is not there: only names were compared"),
+    }
+}
+
+#[test]
+fn the_static_library_links_too() {
+    let folder = small();
+    let archive = prefix().join("lib/libetendue.a");
+    let private: Vec<String> = pkg_config(&["--static", "--libs"])
+        .into_iter()
+        .filter(|flag| flag != "-letendue")
+        .collect();
+    let program = folder.path("static");
+    let mut compiler = Command::new("cc");
+    compiler
+        .arg(source("version.c"))
+        .arg("-o")
+        .arg(&program)
+        .args(pkg_config(&["--cflags"]))
+        .arg(&archive)
+        .args(&private);
+    expect_success("cc", compiler.output().expect("a compiler is there"));
+    let says = run(&mut Command::new(&program));
+    assert_eq!(says.trim(), env!("CARGO_PKG_VERSION"));
+}
+
+#[test]
+fn what_is_installed_needs_nothing_of_the_folder_it_was_built_in() {
+    for file in ["bin/etendue", "lib/libetendue.so"] {
+        let output = Command::new("ldd").arg(prefix().join(file)).output();
+        let libraries = expect_success("ldd", output.expect("ldd is there"));
+        assert!(libraries.contains("libembree4"), "{file}: {libraries}");
+        assert!(!libraries.contains("not found"), "{file}: {libraries}");
+        let source = in_repository("");
+        let source = source.to_string_lossy();
+        assert!(!libraries.contains(&*source), "{file}: {libraries}");
+    }
+    let says = Command::new(prefix().join("bin/etendue"))
+        .arg("info")
+        .output();
+    expect_success("etendue info", says.expect("it is installed"));
+}

@@ -1,0 +1,83 @@
+//! Open Image Denoise, where it is found; and what is said where it is not.
+#![cfg(feature = "oidn")]
+
+use crate::common::scene_folder::{SMALL, SceneFolder};
+use crate::support::{USAGE, command, succeed};
+use etendue::internals::image::{ColourSpace, LayeredImage};
+use etendue::internals::post::denoise::Denoiser;
+
+#[test]
+fn a_folder_without_the_library_is_named() {
+    let folder = SceneFolder::new([("small.toml", SMALL)]);
+    succeed(&folder, "render small.toml -q --layers -o it.exr");
+    let empty = tempfile::tempdir().expect("a folder");
+    for arguments in [
+        "denoise it.exr --filter oidn -o out.exr",
+        "render small.toml --denoise=oidn -o out.exr",
+    ] {
+        let mut command = command(&folder, arguments);
+        let output = command
+            .env("OIDN_DIR", empty.path())
+            .output()
+            .expect("it starts");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(USAGE), "{message}");
+        for word in [
+            "Open Image Denoise 2 was not found",
+            "OIDN_DIR",
+            &empty.path().display().to_string(),
+        ] {
+            assert!(message.contains(word), "no `{word}` in {message}");
+        }
+        assert!(!folder.path("out.exr").exists());
+    }
+}
+
+/// A file of that name that is no library is no panic either.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_library_that_is_none_is_named() {
+    let folder = SceneFolder::new([("small.toml", SMALL)]);
+    let fake = tempfile::tempdir().expect("a folder");
+    std::fs::write(fake.path().join("libOpenImageDenoise.so.2"), "no library").expect("written");
+    let mut command = command(&folder, "render small.toml --denoise=oidn -o out.exr");
+    let output = command
+        .env("OIDN_DIR", fake.path())
+        .output()
+        .expect("it starts");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(USAGE), "{message}");
+    assert!(message.contains("libOpenImageDenoise.so.2"), "{message}");
+}
+
+/// Runs where OIDN_DIR names the library or the system has it.
+#[test]
+fn where_the_library_is_found_it_filters() {
+    if let Err(error) = Denoiser::OpenImageDenoise.check() {
+        println!("not tested: {error}");
+        return;
+    }
+    let folder = SceneFolder::new([("small.toml", SMALL)]);
+    succeed(&folder, "render small.toml -q --layers --spp 16 -o it.exr");
+    succeed(
+        &folder,
+        "render small.toml -q --layers --spp 2048 --seed 5 -o reference.exr",
+    );
+    let said = succeed(&folder, "denoise it.exr --filter oidn -o out.exr").stderr;
+    for word in [
+        "filtered by oidn, error about",
+        "a trained network made this picture",
+    ] {
+        assert!(said.contains(word), "no `{word}` in {said}");
+    }
+    let [it, out, reference] = ["it.exr", "out.exr", "reference.exr"].map(|name| {
+        LayeredImage::read(&folder.path(name), ColourSpace::Srgb)
+            .expect("a picture")
+            .image
+    });
+    let error = |image| {
+        etendue::internals::image::metrics::rel_mse(image, &reference).expect("the same size")
+    };
+    let (before, after) = (error(&it), error(&out));
+    assert!(after < before / 2.0, "{before} before, {after} after");
+}

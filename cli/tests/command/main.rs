@@ -1,0 +1,25 @@
+//! The command, as its users call it.
+
+#[path = "../../../tests/common/mod.rs"]
+mod common;
+#[path = "../support/command.rs"]
+mod support;
+
+mod adaptive;
+mod auto;
+mod bad_flags;
+mod bad_input;
+mod bad_motion;
+mod battery;
+mod bench;
+#[cfg(feature = "embree")]
+mod c_library;
+mod compare;
+mod denoise;
+mod denoise_oidn;
+mod layers;
+mod lesson;
+mod non_finite;
+mod plan;
+mod render;
+mod study;

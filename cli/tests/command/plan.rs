@@ -1,0 +1,362 @@
+//! `etendue plan`: every effect with its reason, and what it costs.
+
+use crate::common::scene::{diffuse, looking, panorama, rectangle, shape, sky, slide};
+use crate::common::scene_folder::{SMALL, SceneFolder};
+use crate::support::{USAGE, fails, succeed};
+use etendue::internals::accel::{AccelOptions, Backend, Precision};
+use etendue::internals::effects::{Effect, Kernel};
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::{Image, WriteOptions, write};
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DMat3, DVec3};
+use etendue::internals::plan::{Plan, without};
+use etendue::internals::render::Unwatched;
+use etendue::internals::scene::description::{
+    ColourDescription, LightDescription, LightModel, SceneDescription,
+};
+use etendue::internals::scene::load::load;
+use etendue::internals::scene::prepare::prepare;
+use etendue_lab::study::effect_cost::{CostSettings, effect_costs};
+use serde_json::Value;
+use std::sync::Arc;
+
+fn small() -> SceneFolder {
+    SceneFolder::new([("small.toml", SMALL)])
+}
+
+const OPTIONS: AccelOptions = AccelOptions {
+    backend: Backend::ALL[0],
+    precision: Precision::Robust,
+    quality: None,
+    threads: 1,
+};
+
+fn plan_of(description: &SceneDescription) -> Plan {
+    let prepared = prepare(description, OPTIONS).expect("a valid scene");
+    Plan::new(description, &prepared.scene)
+}
+
+#[test]
+fn the_table_names_every_effect_with_its_reason_and_place() {
+    let printed = succeed(&small(), "plan small.toml").stdout;
+    for effect in Effect::ALL {
+        let row = printed.lines().find(|l| l.starts_with(effect.name()));
+        assert!(row.is_some(), "no {} in\n{printed}", effect.name());
+    }
+    for words in [
+        "on   material `floor` varies over its surface (small.toml:13)",
+        "on   material `glass` lets light through (small.toml:18)",
+        "on   shape `lamp` emits (small.toml:",
+        "off  lens_radius is 0",
+        "left out: a point on the lens for every camera ray",
+        "kernel: room (",
+    ] {
+        assert!(printed.contains(words), "no `{words}` in\n{printed}");
+    }
+}
+
+#[test]
+fn json_has_the_scene_the_kernel_and_every_effect() {
+    let printed = succeed(&small(), "plan small.toml --json").stdout;
+    let report: Value = serde_json::from_str(&printed).expect("one object");
+    assert_eq!(
+        (&report["scene"], &report["kernel"]),
+        (&"small.toml".into(), &"room".into())
+    );
+    let effects = report["effects"].as_array().expect("a list");
+    assert_eq!(effects.len(), Effect::ALL.len());
+    let lens = effects
+        .iter()
+        .find(|e| e["effect"] == "lens")
+        .expect("it is listed");
+    assert_eq!((&lens["on"], &lens["where"]), (&false.into(), &Value::Null));
+    let glass = effects
+        .iter()
+        .find(|e| e["effect"] == "transmission")
+        .expect("it is listed");
+    assert_eq!(
+        (&glass["on"], &glass["where"]),
+        (&true.into(), &"small.toml:18".into())
+    );
+    assert!(glass.get("cost").is_none() && report.get("everything").is_none());
+}
+
+#[test]
+fn costs_are_measured_for_every_effect_that_is_on() {
+    let arguments = "plan small.toml --json --cost --spp 2 --rounds 3 --size 24x16";
+    let printed = succeed(&small(), arguments).stdout;
+    let report: Value = serde_json::from_str(&printed).expect("one object");
+    for effect in report["effects"].as_array().expect("a list") {
+        let cost = &effect["cost"];
+        if effect["on"] == true {
+            let time = &cost["time"];
+            let [min, median, max] = ["min", "median", "max"].map(|n| time[n].as_f64());
+            assert!(
+                min <= median && median <= max && max < Some(1.0),
+                "{effect}"
+            );
+            assert!(
+                cost["energy"].is_number() && cost["energy_error"].is_number(),
+                "{effect}"
+            );
+        } else {
+            assert!(cost.is_null(), "{effect}");
+        }
+    }
+    assert!(report["everything"]["median"].as_f64() > Some(0.0));
+    let table = succeed(
+        &small(),
+        "plan small.toml --cost --spp 1 --rounds 2 --size 12x8",
+    )
+    .stdout;
+    assert!(
+        table.contains("of the time") && table.contains("of the light"),
+        "{table}"
+    );
+    assert!(
+        table.contains("the kernel with everything takes"),
+        "{table}"
+    );
+}
+
+#[test]
+fn flags_that_make_no_sense_are_refused() {
+    fails(&small(), "plan small.toml --spp 4", USAGE, &["--cost"]);
+    fails(
+        &small(),
+        "plan small.toml --cost --rounds 1",
+        USAGE,
+        &["--rounds"],
+    );
+    fails(&small(), "plan none.toml", 4, &["none.toml"]);
+}
+
+#[test]
+fn the_kernel_can_be_named_and_changes_nothing() {
+    let folder = small();
+    succeed(&folder, "render small.toml -q -o a.pfm");
+    succeed(&folder, "render small.toml -q -o b.pfm --kernel everything");
+    let read = |name| std::fs::read(folder.path(name)).expect("it was written");
+    assert!(read("a.pfm") == read("b.pfm"));
+    fails(
+        &folder,
+        "render small.toml -q -o c.pfm --kernel matte",
+        USAGE,
+        &["matte", "lacks", "textures"],
+    );
+    let said = succeed(&folder, "render small.toml -v -o a.pfm --progress none").stderr;
+    assert!(
+        said.contains("plan: kernel room; effects textures, glossy"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_scene_without_an_effect_does_not_call_for_it() {
+    let folder = SceneFolder::new([("all.toml", ALL_EFFECTS)]);
+    let Texture::Image { image, .. } = panorama() else {
+        panic!("it is a picture")
+    };
+    write(
+        &folder.path("picture.pfm"),
+        &image,
+        &WriteOptions::default(),
+    )
+    .expect("it is writable");
+    let description = load(&folder.path("all.toml")).unwrap_or_else(|error| panic!("{error}"));
+    let plan = plan_of(&description);
+    assert_eq!(plan.kernel, Kernel::Everything);
+    for effect in Effect::ALL {
+        assert!(plan.on().any(|on| on == effect), "{} is off", effect.name());
+        let other = plan_of(&without(&description, effect));
+        assert!(
+            !other.on().any(|on| on == effect),
+            "{} stays",
+            effect.name()
+        );
+    }
+}
+
+/// A scene that calls for every effect.
+const ALL_EFFECTS: &str = r#"version = 1
+[camera]
+eye = [0, 0, 5]
+target = [0, 0, 0]
+lens_radius = 0.1
+shutter = [0, 1]
+[[material]]
+name = "floor"
+type = "diffuse"
+reflectance = { checker = [0.7, 0.2], repeat = [4, 4] }
+two_sided = false
+alpha = 0.9
+normal_map = "picture.pfm"
+[[material]]
+name = "glass"
+type = "dielectric"
+[[material]]
+name = "phong"
+type = "phong"
+[[shape]]
+type = "rectangle"
+material = "floor"
+corner = [-4, 0, 4]
+edge_u = [8, 0, 0]
+edge_v = [0, 0, -8]
+[[shape]]
+type = "sphere"
+material = "glass"
+center = [0, 1, 0]
+radius = 1
+group = "ball"
+[[shape]]
+type = "mesh"
+material = "phong"
+positions = [[0, 0, 0], [1, 0, 0], [0, 2, 0]]
+normals = [[0, 0, 1], [1, 0, 1], [0, 0, 1]]
+indices = [[0, 1, 2]]
+emission = 1
+[[instance]]
+of = "ball"
+motion = [{ time = 0, transform = [] }, { time = 1, transform = [{ translate = [0, 1, 0] }] }]
+[[light]]
+type = "point"
+position = [0, 5, 0]
+intensity = 1
+[[light]]
+type = "environment"
+radiance = { texture = "picture.pfm" }
+"#;
+
+#[test]
+fn the_light_that_an_effect_carries_is_what_is_missing_without_it() {
+    // A white floor under a sky of radiance 1 and a lamp that fills the view above it: what each adds is known.
+    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    scene.shapes = vec![shape(
+        rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]),
+        3.0,
+    )];
+    scene.lights = vec![sky(Rgb::WHITE)];
+    let settings = CostSettings {
+        accel: OPTIONS,
+        // Four in each batch, so that roulette has its strata.
+        spp: 16,
+        rounds: 4,
+    };
+    let plan = plan_of(&scene);
+    let costs = effect_costs(&scene, &plan, &settings, &Unwatched, |_| {});
+    let costs = costs.expect("valid settings").expect("not cancelled");
+    let energy = |effect| {
+        let cost = costs.effects.iter().find(|cost| cost.effect == effect);
+        cost.expect("it is on").energy
+    };
+    // Emitted 3, reflected 0.5 of the sky.
+    assert!((energy(Effect::AreaLights) - 3.0 / 3.5).abs() < 1e-6);
+    assert!((energy(Effect::Environment) - 0.5 / 3.5).abs() < 1e-6);
+}
+
+#[test]
+fn textures_become_their_mean() {
+    let folder = small();
+    let description = folder.load("small.toml");
+    let flat = without(&description, Effect::Textures);
+    let etendue::internals::scene::description::MaterialModel::Diffuse { reflectance } =
+        &flat.materials[0].model
+    else {
+        panic!("the floor is diffuse")
+    };
+    assert!(matches!(reflectance, ColourDescription::Constant(c) if *c == Rgb::grey(0.45)));
+}
+
+#[test]
+fn an_instance_that_nothing_places_is_no_reason() {
+    let folder = SceneFolder::new([("lost.toml", LOST_INSTANCE)]);
+    let plan = plan_of(&folder.load("lost.toml"));
+    for (effect, on, why) in [
+        (Effect::Motion, false, "nothing has keys"),
+        (
+            Effect::Instances,
+            true,
+            "instance `instance 2` places a group",
+        ),
+    ] {
+        let finding = &plan.findings[effect as usize];
+        assert_eq!((finding.on, finding.why.as_str()), (on, why));
+    }
+}
+
+/// An instance that moves, in a group that stands nowhere; and another one.
+const LOST_INSTANCE: &str = r#"version = 1
+[camera]
+eye = [0, 0, 5]
+target = [0, 0, 0]
+shutter = [0, 1]
+[[shape]]
+type = "sphere"
+center = [0, 1, 0]
+radius = 1
+group = "ball"
+[[instance]]
+of = "ball"
+group = "nowhere"
+motion = [{ time = 0, transform = [] }, { time = 1, transform = [{ translate = [0, 1, 0] }] }]
+[[instance]]
+of = "ball"
+"#;
+
+#[test]
+fn a_panorama_becomes_its_mean_over_all_directions() {
+    // White but for the rows at the poles: those between 45 degrees and a pole are 1 - cos(45 degrees) of the sphere.
+    let rows = 64;
+    let texels = (0..2 * rows * rows).map(|i| {
+        let row = i / (2 * rows);
+        Rgb::grey(if row < rows / 4 || row >= rows / 4 * 3 {
+            0.0
+        } else {
+            1.0
+        })
+    });
+    let image = Image::new(2 * rows, rows, texels.collect());
+    let texture = Texture::Image {
+        image: Arc::new(image),
+        scale: 2.0,
+    };
+    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    scene.lights = vec![LightDescription {
+        model: LightModel::Environment {
+            radiance: ColourDescription::Texture(Arc::new(texture)),
+            to_world: DMat3::IDENTITY,
+        },
+        ..sky(Rgb::WHITE)
+    }];
+    let mean = without(&scene, Effect::EnvironmentMap).constant_environment();
+    let exact = 2.0 * std::f32::consts::FRAC_1_SQRT_2;
+    assert!((mean.luminance() - exact).abs() < 1e-3, "{mean:?}");
+}
+
+#[test]
+fn without_instances_nothing_moves_in_a_frame_of_its_own() {
+    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let lamp = rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
+    scene.camera.shutter = [0.0, 1.0];
+    scene.shapes = vec![shape(lamp.clone(), 3.0), shape(lamp, 3.0)];
+    scene.shapes[1].motion = slide(DVec3::ZERO, DVec3::X);
+    assert!(plan_of(&scene).on().any(|on| on == Effect::Instances));
+    let other = plan_of(&without(&scene, Effect::Instances));
+    assert!(!other.on().any(|on| on == Effect::Instances));
+}
+
+#[test]
+fn the_one_light_that_is_kept_is_to_be_seen() {
+    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let lamp = rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
+    scene.groups = vec!["nowhere".to_owned()];
+    scene.shapes = (0..3).map(|_| shape(lamp.clone(), 3.0)).collect();
+    scene.shapes[0].group = Some(0);
+    let lights = |scene: &SceneDescription| {
+        let prepared = prepare(scene, OPTIONS).expect("a valid scene");
+        prepared.scene.lights.len()
+    };
+    assert_eq!(lights(&scene), 2);
+    assert_eq!(lights(&without(&scene, Effect::ManyLights)), 1);
+}

@@ -1,0 +1,231 @@
+//! `etendue study`: wrong requests, what it prints and writes, and what is left of it after Ctrl-C.
+
+use crate::common::scene_folder::{HEAD, SMALL, SceneFolder};
+use crate::support::{INPUT_OUTPUT, SCENE, USAGE, command, fails, run, succeed};
+use serde_json::Value;
+
+fn small() -> SceneFolder {
+    SceneFolder::new([("small.toml", SMALL)])
+}
+
+fn read(folder: &SceneFolder, name: &str) -> String {
+    let text = std::fs::read_to_string(folder.path(name));
+    text.unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).expect("it is JSON")
+}
+
+/// A page needs nothing from outside, runs nothing, and has no number that is none.
+fn stands_alone(page: &str) {
+    assert!(page.ends_with("</html>"), "{page}");
+    let mut text = String::new();
+    for (index, part) in page.split("src=\"").enumerate() {
+        let rest = match index {
+            0 => part,
+            _ => {
+                let (source, rest) = part.split_once('"').expect("a quoted source");
+                assert!(source.starts_with("data:image/png;base64,"), "{source:.40}");
+                rest
+            }
+        };
+        text += rest;
+    }
+    let outside = [
+        "http:", "https:", "//", "url(", "@import", "<script", "<link", "<iframe",
+    ];
+    for unwanted in outside.into_iter().chain(["NaN", "inf\"", ">inf"]) {
+        assert!(!text.contains(unwanted), "{unwanted} in {text}");
+    }
+}
+
+#[test]
+fn requests_that_make_no_sense() {
+    let folder = SceneFolder::new([
+        ("small.toml", SMALL.to_owned()),
+        ("bad.toml", format!("{HEAD}[[shape]]\n")),
+        (
+            "endless.toml",
+            SMALL.replace("spp = 4", "spp = 4\nroulette = \"none\""),
+        ),
+        ("taken", "a file".to_owned()),
+    ]);
+    for (arguments, code, words) in [
+        (
+            "small.toml --vary integrator",
+            USAGE,
+            ["--vary", "SETTING=A,B"],
+        ),
+        (
+            "small.toml --vary integrater=path",
+            USAGE,
+            ["integrater", "integrator"],
+        ),
+        (
+            "small.toml --vary sampler=sobol,sobel",
+            USAGE,
+            ["sobel", "sobol"],
+        ),
+        (
+            "small.toml --vary max-bounces=few",
+            USAGE,
+            ["few", "whole number"],
+        ),
+        ("small.toml --vary backend=embre", USAGE, ["embre", "obvhs"]),
+        ("small.toml --budget soon", USAGE, ["--budget", "5m"]),
+        ("small.toml --budget 0s", USAGE, ["--budget", "5m"]),
+        (
+            "small.toml --size 8x8 --full-size",
+            USAGE,
+            ["--size", "--full-size"],
+        ),
+        ("small.toml --budget 50ms", USAGE, ["--budget", "5m"]),
+        (
+            "small.toml --size 256x256 --budget 0.02s",
+            USAGE,
+            ["too small", "at least"],
+        ),
+        (
+            "endless.toml --budget 5s",
+            USAGE,
+            ["roulette", "--max-bounces"],
+        ),
+        ("bad.toml", SCENE, ["bad.toml", "type"]),
+        ("none.toml", INPUT_OUTPUT, ["none.toml", "cannot"]),
+        ("small.toml -o taken", INPUT_OUTPUT, ["taken", "cannot"]),
+    ] {
+        let arguments = match arguments.contains("-o ") {
+            true => format!("study {arguments}"),
+            false => format!("study {arguments} -o out"),
+        };
+        fails(&folder, &arguments, code, &words);
+    }
+}
+
+#[test]
+fn a_study_is_printed_and_written_in_three_forms() {
+    let folder = small();
+    let finished = succeed(
+        &folder,
+        "study small.toml --size 8x6 --vary integrator=path,direct-directional sampler=independent --reference bdpt --budget 6s --seed 3 --progress none -o out",
+    );
+    for expected in [
+        "# Study of small.toml",
+        "## Time to an error",
+        "## Bias and error bars",
+        "direct-directional, independent",
+        "--seed 3",
+    ] {
+        assert!(
+            finished.stdout.contains(expected),
+            "no {expected} in {}",
+            finished.stdout
+        );
+    }
+    assert!(
+        finished.stderr.contains("out/study.html: done"),
+        "{}",
+        finished.stderr
+    );
+
+    let report = json(&read(&folder, "out/study.json"));
+    assert_eq!(
+        (&report["complete"], &report["seed"]),
+        (&true.into(), &3.into())
+    );
+    let variants = report["variants"].as_array().expect("a list");
+    assert_eq!(variants.len(), 2);
+    assert_eq!(variants[0]["variant"]["sampler"], "independent");
+    assert_eq!(report["reference"]["integrator"], "bdpt");
+    let runs: usize = variants
+        .iter()
+        .flat_map(|variant| variant["levels"].as_array().expect("levels"))
+        .map(|level| {
+            let runs = level["runs"].as_array().expect("runs").len();
+            assert_eq!(level["gram"]["rows"].as_array().expect("rows").len(), runs);
+            runs
+        })
+        .sum();
+    assert!(report["derived"][0]["slope"]["b"]["value"].is_number());
+    assert!(report["seconds"].as_f64().expect("a number") > 1.0);
+
+    let csv = read(&folder, "out/study.csv");
+    assert_eq!(csv.lines().count(), runs + 1);
+    let page = read(&folder, "out/study.html");
+    stands_alone(&page);
+    for expected in [
+        "<svg",
+        "Error against time",
+        "data:image/png",
+        "--seed 3",
+        "At equal error",
+    ] {
+        assert!(page.contains(expected), "no {expected}");
+    }
+}
+
+#[test]
+fn json_is_printed_where_it_is_asked_for_and_nothing_else_is() {
+    let folder = small();
+    let finished = succeed(
+        &folder,
+        "study small.toml --budget 3s --size 8x6 --json -q -o out",
+    );
+    assert_eq!(finished.stderr, "");
+    let report = json(&finished.stdout);
+    assert_eq!(report["size"], json("[8, 6]"));
+    // By default, whether points that are spread evenly pay.
+    let names = ["independent", "sobol"];
+    for (variant, name) in report["variants"]
+        .as_array()
+        .expect("two")
+        .iter()
+        .zip(names)
+    {
+        assert_eq!(variant["variant"]["name"], name);
+    }
+    assert_eq!(finished.stdout, read(&folder, "out/study.json"));
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_a_report_that_says_so() {
+    let folder = small();
+    let child = command(
+        &folder,
+        "study small.toml --budget 10m --size 8x6 -o out --progress none",
+    )
+    .spawn()
+    .expect("the command starts");
+    // What is measured is written while it goes on.
+    let begun = std::time::Instant::now();
+    while begun.elapsed().as_millis() < 1500 {
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    let killed = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(killed.expect("kill(1) is there").success());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130));
+    let report = json(&read(&folder, "out/study.json"));
+    assert_eq!(report["complete"], false);
+    let page = read(&folder, "out/study.html");
+    stands_alone(&page);
+    assert!(page.contains("was interrupted"));
+    // And nothing is left half-written.
+    let names = std::fs::read_dir(folder.path("out")).expect("a folder");
+    for name in names.map(|entry| entry.expect("an entry").file_name()) {
+        assert!(name.to_string_lossy().starts_with("study."), "{name:?}");
+    }
+}
+
+#[test]
+fn help_says_what_can_be_varied() {
+    let finished = run(&small(), "study --help");
+    assert_eq!(finished.code, 0);
+    for word in ["integrator", "max-bounces", "--budget", "study.html"] {
+        assert!(finished.stdout.contains(word), "no {word}");
+    }
+}

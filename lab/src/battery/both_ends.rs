@@ -1,0 +1,314 @@
+//! Paths from both ends, and chains of them: the rows about transport once more by bidirectional path tracing and by
+//! Metropolis light transport, and light that no walk from the eye can find.
+//!
+//! Measure: radiance; where a picture is not the same everywhere, radiance over the exact.
+//! Range: what both can do in seconds. Joining walks of n vertices takes n^2 rays, so that rooms end at 20 bounces.
+//! Source: formulas at each; Veach 1997, chapter 11, for chains that begin without bias. Tested in `lab/tests/reports/battery.rs`.
+
+use super::case::{Case, Effort};
+use super::claim::Claim;
+use super::closed_forms::rectangle_below;
+use super::lamps::{distant, floor, point, reflected, square_through};
+use super::staging::{
+    Look, SIZE, bounces, diffuse, light, looking, mean, mirror, rectangle, see_again, shape, sky,
+    sphere,
+};
+use super::transport::{floor_under_a_lamp, integrating_sphere, lit_room, ratio_of, room, series};
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::Image;
+use etendue::internals::integrator::Roulette;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{DAffine3, DMat3, DVec3};
+use etendue::internals::scene::description::{
+    CameraDescription, ColourDescription, GeometryDescription, LightModel, MaterialDescription,
+    Place, SceneDescription,
+};
+use std::sync::Arc;
+
+const BOTH: [IntegratorKind; 2] = [IntegratorKind::Bidirectional, IntegratorKind::Metropolis];
+
+/// Every case.
+pub fn cases(_: Effort) -> Vec<Case> {
+    [
+        integrating_spheres(),
+        white_rooms(),
+        roulette(),
+        lengths(),
+        kinds_of_light(),
+        short_chains(),
+        by_a_mirror(),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// A case about the mean over a picture that is the same everywhere.
+fn plain(
+    (row, what): (u32, &str),
+    kind: IntegratorKind,
+    claim: Claim,
+    scene: SceneDescription,
+    look: Look,
+) -> Case {
+    let name = format!("{what} by {}", kind.name());
+    Case::new(row, name, claim, move |trial| {
+        let spp = trial.samples(look.spp);
+        see_again(trial, kind, &scene, Look { spp, ..look }, mean)
+    })
+}
+
+/// Every path finds the light of every bounce, by ways that differ in all but their mean.
+fn integrating_spheres() -> Vec<Case> {
+    let look = Look {
+        spp: 1 << 9,
+        max_bounces: None,
+        roulette: Roulette::Throughput,
+    };
+    let what = "integrating sphere of albedo 0.5, with roulette,";
+    let case = |(kind, power)| {
+        let scene = integrating_sphere(1.0, 0.5);
+        plain((48, what), kind, Claim::mean(1.0, power), scene, look)
+    };
+    let limits = [
+        (IntegratorKind::Bidirectional, 1e-3),
+        (IntegratorKind::Metropolis, 2e-3),
+    ];
+    limits.map(case).into()
+}
+
+/// Long walks, without roulette.
+fn white_rooms() -> Vec<Case> {
+    let case = |kind| {
+        let exact = series(f64::from(0.999_f32), Some(20));
+        let what = "room of albedo 0.999 that emits 1, 20 bounces,";
+        let claim = Claim::mean(exact, 5e-3);
+        plain((49, what), kind, claim, room(0.999), bounces(20, 1 << 4))
+    };
+    BOTH.map(case).into()
+}
+
+/// The same light with roulette and without, as a ratio.
+fn roulette() -> Vec<Case> {
+    let ways = [
+        (Roulette::Throughput, IntegratorKind::Bidirectional, 1 << 6),
+        (Roulette::Albedo, IntegratorKind::Bidirectional, 1 << 6),
+        (Roulette::Throughput, IntegratorKind::Metropolis, 1 << 9),
+    ];
+    let case = |(roulette, kind, spp): (Roulette, IntegratorKind, u64)| {
+        let (by, kind_name) = (roulette.name(), kind.name());
+        let name = format!("roulette by {by} over none, to depth 3, by {kind_name}");
+        Case::new(50, name, Claim::mean(1.0, 1e-3), move |trial| {
+            let scene = lit_room();
+            ratio_of(trial, roulette, |trial, roulette| {
+                let look = Look {
+                    spp: trial.samples(spp),
+                    max_bounces: Some(3),
+                    roulette,
+                };
+                see_again(trial, kind, &scene, look, mean)
+            })
+        })
+    };
+    ways.map(case).into()
+}
+
+/// Light after every number of bounces.
+fn lengths() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for kind in BOTH {
+        for depth in [0, 1, 2, 3] {
+            let what = format!("grey room to depth {depth}");
+            let claim = Claim::mean(series(0.5, Some(depth)), 2e-3);
+            let look = bounces(depth, 1 << 7);
+            cases.push(plain((52, &what), kind, claim, room(0.5), look));
+        }
+        let (scene, exact) = floor_under_a_lamp();
+        let claim = Claim::mean(exact, 2e-3);
+        let what = "floor under a lamp";
+        cases.push(plain((52, what), kind, claim, scene, bounces(1, 1 << 7)));
+    }
+    cases
+}
+
+/// A floor of albedo 1/2 under one light of each kind, its radiance, and how far the size of the patch that is seen may
+/// change it.
+fn lit_floors() -> Vec<(&'static str, SceneDescription, f64)> {
+    let position = DVec3::new(0.8, 1.5, -0.2);
+    let (d2, cos) = (position.length_squared(), position.y / position.length());
+    let spot = LightModel::Spot {
+        position,
+        target: DVec3::ZERO,
+        intensity: Rgb::grey(4.0),
+        cone: 0.4,
+        penumbra: 0.1,
+    };
+    let image = Arc::new(Image::new(8, 4, vec![Rgb::grey(0.75); 32]));
+    let panorama = LightModel::Environment {
+        radiance: ColourDescription::Texture(Arc::new(Texture::Image { image, scale: 2.0 })),
+        to_world: DMat3::from_rotation_y(1.0),
+    };
+    let mut under_the_sky = floor(3.0, []);
+    under_the_sky.lights = vec![sky(Rgb::grey(0.75))];
+    let lamp = |lamp: GeometryDescription| {
+        let mut scene = floor(3.0, []);
+        scene.camera = looking(DVec3::new(2.0, 0.8, 0.0), DVec3::ZERO, diffuse(0.5)).camera;
+        scene.shapes.push(shape(lamp, 1.0));
+        scene
+    };
+    let mut in_a_square = floor(3.0, [point(position, 4.0)]);
+    let square = square_through(position, 0.05);
+    in_a_square.shapes.push(shape(square, 0.0));
+    let ball = sphere(DVec3::Y, 0.5);
+    let disk = GeometryDescription::Disk {
+        center: 2.0 * DVec3::Y,
+        normal: DVec3::NEG_Y,
+        radius: 2.0,
+    };
+    vec![
+        (
+            "a point",
+            floor(3.0, [point(position, 4.0)]),
+            reflected(4.0 * cos / d2),
+        ),
+        (
+            "a point in a square's plane",
+            in_a_square,
+            reflected(4.0 * cos / d2),
+        ),
+        ("a spot", floor(3.0, [spot]), reflected(4.0 * cos / d2)),
+        (
+            "parallel light",
+            floor(3.0, [distant(-position, 7.0)]),
+            reflected(7.0 * cos),
+        ),
+        ("a plain sky", under_the_sky, 0.5 * 0.75),
+        ("a panorama", floor(3.0, [panorama]), 0.5 * 1.5),
+        // Half the distance of its centre, and as far away as wide.
+        ("a sphere", lamp(ball), 0.5 * 0.25),
+        ("a disk", lamp(disk), 0.5 * 0.5),
+    ]
+}
+
+fn kinds_of_light() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for kind in BOTH {
+        for (what, scene, exact) in lit_floors() {
+            // The patch that is seen has a size.
+            let claim = Claim::mean(exact, 2e-3).within(3e-4 * exact);
+            let what = format!("floor under {what}");
+            cases.push(plain((52, &what), kind, claim, scene, bounces(1, 1 << 6)));
+        }
+    }
+    cases
+}
+
+/// Half the width of the floor that [`from_above`] sees.
+const HALF: f64 = 2.0;
+
+/// A floor of albedo 1/2 seen from right above the origin, where x goes from minus [`HALF`] to that and y half as far.
+fn from_above() -> SceneDescription {
+    const HEIGHT: f64 = 3.0;
+    let mut scene = looking(HEIGHT * DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let to_world = DAffine3::from_translation(HEIGHT * DVec3::Z);
+    let fov = 2.0 * (0.5 * HALF / HEIGHT).atan();
+    scene.camera = CameraDescription::pinhole(to_world, fov);
+    let far = 8.0;
+    let ground = rectangle(
+        [-far, -far, 0.0],
+        [2.0 * far, 0.0, 0.0],
+        [0.0, 2.0 * far, 0.0],
+    );
+    scene.shapes.push(shape(ground, 0.0));
+    scene
+}
+
+/// The radiance of each of its pixels under a point of this intensity: what the pixel sees takes in of the light is the
+/// intensity times its solid angle from there.
+fn lit(at: DVec3, intensity: f64) -> Vec<f64> {
+    let (columns, rows) = SIZE;
+    let side = 2.0 * HALF / f64::from(columns);
+    let pixel = |index: u32| {
+        let (column, row) = (f64::from(index % columns), f64::from(index / columns));
+        let x = -HALF + side * column - at.x;
+        let y = 0.5 * HALF - side * (row + 1.0) - at.y;
+        let omega = rectangle_below([x, x + side], [y, y + side], at.z);
+        reflected(intensity * omega / (side * side))
+    };
+    (0..columns * rows).map(pixel).collect()
+}
+
+/// What is seen over the exact, in the mean over those pixels of a picture that `counts` says.
+fn over_exact(seen: &[f64], exact: &[f64], counts: impl Fn(usize) -> bool) -> f64 {
+    let sum = |of: &[f64]| -> f64 {
+        let pixels = of.iter().enumerate();
+        pixels.filter(|(i, _)| counts(*i)).map(|(_, x)| x).sum()
+    };
+    sum(seen) / sum(exact)
+}
+
+/// Chains of some steps, a thousand of them in each render: if they began where they should not, the dim half of a floor beside
+/// a point, which sends back a tenth as much as the other, would be too bright.
+fn short_chains() -> Vec<Case> {
+    let at = DVec3::new(-0.5 * HALF, 0.0, 0.5);
+    let case = |(half, is_left, power): (&str, bool, f64)| {
+        let name = format!("{half} half of a floor beside a point, over the exact, by mlt");
+        Case::new(53, name, Claim::mean(1.0, power), move |trial| {
+            let mut scene = from_above();
+            scene.lights = vec![light(point(at, 1.0))];
+            let exact = lit(at, 1.0);
+            let counts = |pixel: usize| (pixel % 8 < 4) == is_left;
+            let look = bounces(1, trial.samples(1 << 10));
+            see_again(trial, IntegratorKind::Metropolis, &scene, look, |seen| {
+                over_exact(seen, &exact, counts)
+            })
+        })
+    };
+    [("bright", true, 5e-3), ("dim", false, 1e-2)]
+        .map(case)
+        .into()
+}
+
+/// A spot that shines on nothing but a mirror, which throws its light on the floor: that of its image behind the mirror. No
+/// walk from the eye finds it, as nothing scatters there that could look for the spot.
+fn by_a_mirror() -> Vec<Case> {
+    const WALL: f64 = -3.0;
+    let at = DVec3::new(1.0, 0.0, 2.0);
+    let image = DVec3::new(2.0 * WALL - at.x, at.y, at.z);
+    let mut scene = from_above();
+    let silver = MaterialDescription::new("silver", Place::default(), mirror(0.75));
+    scene.materials.push(silver);
+    let wall = rectangle([WALL, -4.0, 0.0], [0.0, 8.0, 0.0], [0.0, 0.0, 4.0]);
+    let mut wall = shape(wall, 0.0);
+    wall.material = 1;
+    scene.shapes.push(wall);
+    // All of what is seen is in the full light of the image.
+    scene.lights = vec![light(LightModel::Spot {
+        position: at,
+        target: image.lerp(DVec3::ZERO, (WALL - image.x) / -image.x),
+        intensity: Rgb::grey(4.0),
+        cone: 0.25,
+        penumbra: 0.02,
+    })];
+    let exact = lit(image, 0.75 * 4.0);
+    let unseen = Case::seen(
+        56,
+        "what a mirror throws of a spot on a floor by path, which says that it lacks it",
+        Claim::exactly(0.0),
+        scene.clone(),
+        bounces(4, 16),
+    );
+    let found = BOTH.map(|kind| {
+        let what = "what a mirror throws of a spot on a floor, over the exact,";
+        let name = format!("{what} by {}", kind.name());
+        let (scene, exact) = (scene.clone(), exact.clone());
+        Case::new(56, name, Claim::mean(1.0, 5e-3), move |trial| {
+            let look = bounces(2, trial.samples(1 << 9));
+            see_again(trial, kind, &scene, look, |seen| {
+                over_exact(seen, &exact, |_| true)
+            })
+        })
+    });
+    [unseen].into_iter().chain(found).collect()
+}

@@ -1,0 +1,205 @@
+//! What a case claims of a number, and when a measurement bears it out.
+//!
+//! Measure: the unit of the number. A case is measured as independent numbers of the same expectation, one a replicate.
+//! Range: a claim about a mean needs at least [`REPLICATES`] numbers; with fewer, or with a standard error above the
+//! claim's limit, a measurement says nothing, which counts as a failure.
+//! Source: the acceptance rule of `lab/src/verdict.rs`. Tested below.
+
+use crate::verdict::{ROUNDING, Verdict};
+use etendue::internals::math::stats::Moments;
+use serde::Serialize;
+
+/// Numbers that a standard error can be told from.
+pub const REPLICATES: u64 = 16;
+
+/// On which sides of the exact number a measurement may lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Relation {
+    /// It is that number.
+    Equal,
+    /// It is that number or less.
+    AtMost,
+}
+
+/// What is claimed, and how well it has to be known.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Claim {
+    /// Equal, or no more.
+    pub relation: Relation,
+    /// The exact number.
+    pub exact: f64,
+    /// How far off a measurement may be beside its noise.
+    pub tolerance: f64,
+    /// The greatest standard error that tells anything; `None` where there is no noise, and every single number has to
+    /// be within the tolerance.
+    pub power_limit: Option<f64>,
+}
+
+/// A measurement held against a claim.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged {
+    /// The mean; without noise, the number that is farthest off.
+    pub ours: f64,
+    /// Of the mean; `None` for fewer than two numbers.
+    pub standard_error: Option<f64>,
+    /// Whether it bears the claim out.
+    pub verdict: Verdict,
+}
+
+impl Claim {
+    /// A mean is `exact`, and has to be known to a standard error of `power`, relative.
+    pub fn mean(exact: f64, power: f64) -> Self {
+        Self {
+            relation: Relation::Equal,
+            exact,
+            tolerance: ROUNDING * exact.abs(),
+            power_limit: Some(power * exact.abs()),
+        }
+    }
+
+    /// A mean is no more than `exact`.
+    pub fn at_most(exact: f64, power: f64) -> Self {
+        Self {
+            relation: Relation::AtMost,
+            ..Self::mean(exact, power)
+        }
+    }
+
+    /// Every number is `exact` but for a relative `tolerance`, without noise.
+    pub fn without_noise(exact: f64, tolerance: f64) -> Self {
+        Self {
+            relation: Relation::Equal,
+            exact,
+            tolerance: tolerance * exact.abs(),
+            power_limit: None,
+        }
+    }
+
+    /// Every number is `exact` to the last bit: a count, or black.
+    pub fn exactly(exact: f64) -> Self {
+        Self::without_noise(exact, 0.0)
+    }
+
+    /// The same with a stated error of the model itself, absolute.
+    pub fn within(self, error: f64) -> Self {
+        Self {
+            tolerance: self.tolerance + error,
+            ..self
+        }
+    }
+
+    /// How far a number is on the wrong side.
+    fn excess(&self, number: f64) -> f64 {
+        match self.relation {
+            Relation::Equal => (number - self.exact).abs(),
+            Relation::AtMost => number - self.exact,
+        }
+    }
+
+    /// Holds numbers against the claim.
+    pub fn judge(&self, numbers: &[f64]) -> Judged {
+        let moments = Moments::of(numbers.iter().copied());
+        if self.power_limit.is_some() {
+            return self.judge_mean(&moments);
+        }
+        let farthest = self.farthest(numbers);
+        let holds = !numbers.is_empty() && self.excess(farthest) <= self.tolerance;
+        Judged {
+            ours: farthest,
+            standard_error: moments.standard_error(),
+            verdict: if holds {
+                Verdict::Passed
+            } else {
+                Verdict::Failed
+            },
+        }
+    }
+
+    /// Holds the mean of numbers against a claim about one.
+    pub fn judge_mean(&self, moments: &Moments) -> Judged {
+        let standard_error = moments.standard_error();
+        let known = standard_error.filter(|_| moments.count() >= REPLICATES);
+        let power_limit = self.power_limit.unwrap_or(f64::INFINITY);
+        let off = self.excess(moments.mean());
+        let verdict = known.map_or(Verdict::Inconclusive, |error| {
+            Verdict::of(off, self.tolerance, error, power_limit)
+        });
+        Judged {
+            ours: moments.mean(),
+            standard_error,
+            verdict,
+        }
+    }
+
+    /// The number that is farthest off; NaN if one is.
+    fn farthest(&self, numbers: &[f64]) -> f64 {
+        let farther = |a: f64, b: &f64| {
+            let keeps = a.is_nan() || self.excess(a) >= self.excess(*b);
+            if keeps { a } else { *b }
+        };
+        numbers
+            .first()
+            .map_or(f64::NAN, |&first| numbers.iter().fold(first, farther))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers around 1, with a standard error of about a thousandth.
+    fn numbers() -> Vec<f64> {
+        (0..16)
+            .map(|i| 1.0 + 0.004 * (f64::from(i) * 2.4).sin())
+            .collect()
+    }
+
+    fn verdict(claim: Claim) -> Verdict {
+        claim.judge(&numbers()).verdict
+    }
+
+    #[test]
+    fn a_right_number_passes_and_a_wrong_one_fails() {
+        assert_eq!(verdict(Claim::mean(1.0, 2e-3)), Verdict::Passed);
+        assert_eq!(verdict(Claim::mean(1.01, 2e-3)), Verdict::Failed);
+        assert_eq!(verdict(Claim::mean(0.99, 2e-3)), Verdict::Failed);
+        assert_eq!(verdict(Claim::at_most(1.01, 2e-3)), Verdict::Passed);
+        assert_eq!(verdict(Claim::at_most(0.99, 2e-3)), Verdict::Failed);
+        assert_eq!(
+            verdict(Claim::mean(1.01, 2e-3).within(0.01)),
+            Verdict::Passed
+        );
+    }
+
+    #[test]
+    fn noise_that_hides_the_answer_is_inconclusive() {
+        assert_eq!(verdict(Claim::mean(1.0, 1e-4)), Verdict::Inconclusive);
+        let few = &numbers()[..15];
+        let claim = Claim::mean(1.0, 1.0);
+        assert_eq!(claim.judge(few).verdict, Verdict::Inconclusive);
+        assert_eq!(claim.judge(&[]).verdict, Verdict::Inconclusive);
+        // But what is off beyond all noise has failed, however noisy.
+        assert_eq!(verdict(Claim::mean(2.0, 1e-4)), Verdict::Failed);
+    }
+
+    #[test]
+    fn without_noise_every_number_counts() {
+        assert_eq!(verdict(Claim::without_noise(1.0, 5e-3)), Verdict::Passed);
+        let judged = Claim::without_noise(1.0, 1e-3).judge(&[1.0, 0.5, 1.1]);
+        assert_eq!((judged.ours, judged.verdict), (0.5, Verdict::Failed));
+        assert_eq!(Claim::exactly(0.0).judge(&[0.0]).verdict, Verdict::Passed);
+        assert_eq!(Claim::exactly(0.0).judge(&[]).verdict, Verdict::Failed);
+    }
+
+    #[test]
+    fn what_is_no_number_fails() {
+        for at in 0..16 {
+            let mut numbers = numbers();
+            numbers[at] = f64::NAN;
+            for claim in [Claim::without_noise(1.0, 1.0), Claim::mean(1.0, 1.0)] {
+                assert_eq!(claim.judge(&numbers).verdict, Verdict::Failed, "{at}");
+            }
+        }
+    }
+}

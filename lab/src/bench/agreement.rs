@@ -1,0 +1,274 @@
+//! Hits of one target against those of another, ray by ray; where they differ, double precision says whether rounding
+//! explains it.
+//!
+//! Of two hits that differ, the nearer one is judged. If every query has to find it, the target that passed it is wrong.
+//! If not, the target that found it goes on behind it and is compared again, until both are at one place or at none: so
+//! nothing certain is passed unseen. For shadow rays all that both find along the ray is judged in the same way, and if
+//! that is nothing, every primitive.
+//!
+//! Measure: rays.
+//! Range: rays that are not active are left out. Backends that are wrong in the same way agree.
+//! Source: docs/bench.md; `meeting` for the bounds. Tested in `lab/tests/bench/agreement.rs`.
+
+use super::meeting::{Meeting, meetings};
+use super::report::AgreementReport;
+use super::target::Target;
+use etendue::internals::accel::batch::RayBatch;
+use etendue::internals::accel::{Accel, Hit, PrimitiveId};
+use etendue::internals::geometry::world::World;
+use etendue::internals::math::ray::Ray;
+use etendue::internals::math::robust::gamma;
+use rayon::prelude::*;
+
+/// Rays that a thread compares at a time.
+const BLOCK: usize = 1024;
+
+/// How one ray came out.
+enum Verdict {
+    Identical,
+    Tie,
+    Edge,
+    /// What is wrong, in words.
+    Real(String),
+}
+
+impl AgreementReport {
+    /// Nothing compared yet.
+    pub fn new(target: Target, reference: Target) -> Self {
+        Self {
+            target,
+            reference,
+            rays: 0,
+            identical: 0,
+            ties: 0,
+            edges: 0,
+            real: 0,
+            first_real: None,
+        }
+    }
+
+    /// Adds what was compared after it.
+    pub fn merge(&mut self, later: Self) {
+        self.rays += later.rays;
+        self.identical += later.identical;
+        self.ties += later.ties;
+        self.edges += later.edges;
+        self.real += later.real;
+        self.first_real = self.first_real.take().or(later.first_real);
+    }
+
+    fn count(&mut self, verdict: Verdict) {
+        self.rays += 1;
+        match verdict {
+            Verdict::Identical => self.identical += 1,
+            Verdict::Tie => self.ties += 1,
+            Verdict::Edge => self.edges += 1,
+            Verdict::Real(words) => {
+                self.real += 1;
+                self.first_real.get_or_insert(words);
+            }
+        }
+    }
+}
+
+/// Compares closest hits, or whether there are any (`occlusion`), and adds to the report, on rayon's current threads.
+pub fn compare(
+    world: &World,
+    target: (Target, &Accel),
+    reference: (Target, &Accel),
+    rays: &RayBatch,
+    occlusion: bool,
+    report: &mut AgreementReport,
+) {
+    let pair = Pair {
+        world,
+        sides: [target, reference],
+    };
+    let block = |first: usize| {
+        let mut counts = AgreementReport::new(target.0, reference.0);
+        let last = (first + BLOCK).min(rays.len());
+        for index in (first..last).filter(|&index| rays.is_active(index)) {
+            let (ray, time) = rays.get(index);
+            counts.count(if occlusion {
+                pair.occlusion(&ray, time)
+            } else {
+                pair.closest(&ray, time)
+            });
+        }
+        counts
+    };
+    let firsts: Vec<usize> = (0..rays.len()).step_by(BLOCK).collect();
+    let blocks: Vec<AgreementReport> = firsts.into_par_iter().map(block).collect();
+    for counts in blocks {
+        report.merge(counts);
+    }
+}
+
+/// Two ways of tracing a world.
+struct Pair<'a> {
+    world: &'a World,
+    sides: [(Target, &'a Accel); 2],
+}
+
+impl Pair<'_> {
+    fn closest(&self, ray: &Ray, time: f32) -> Verdict {
+        let first = self
+            .sides
+            .map(|(_, accel)| accel.intersect(ray, time, None));
+        if is_same(first) {
+            return Verdict::Identical;
+        }
+        let real = |what: &str| Verdict::Real(self.words(ray, time, first, what));
+        let mut hits = first;
+        let mut passed_edge = false;
+        // How far each side was sent on: what it would have found until there it cannot find any more.
+        let mut skipped = [f32::NEG_INFINITY; 2];
+        loop {
+            let mut found: [Option<Meeting>; 2] = [None; 2];
+            for (found, hit) in found.iter_mut().zip(hits) {
+                let Some(hit) = hit else { continue };
+                *found = self.meeting(hit, ray, time);
+                if found.is_none() {
+                    return real(&format!("nothing of {} is at {:?}", name(hit.id), hit.t));
+                }
+            }
+            let met = match (found, hits) {
+                ([None, None], _) => return Verdict::Edge,
+                ([Some(a), Some(b)], [Some(hit), Some(other)])
+                    if a.overlaps(&b) && !a.is_grazing() && !b.is_grazing() =>
+                {
+                    Some(hit.id == other.id)
+                }
+                _ => None,
+            };
+            if let Some(same_primitive) = met {
+                return match (passed_edge, same_primitive) {
+                    (true, _) => Verdict::Edge,
+                    (false, true) => Verdict::Identical,
+                    (false, false) => Verdict::Tie,
+                };
+            }
+            let distance = |hit: Option<Hit>| hit.map_or(f32::INFINITY, |hit| hit.t);
+            let near = usize::from(distance(hits[1]) < distance(hits[0]));
+            let (Some(hit), Some(meeting)) = (hits[near], found[near]) else {
+                return Verdict::Edge;
+            };
+            // What is at the same distance but for rounding may hide it.
+            let far = 1 - near;
+            let passes = f64::from(distance(hits[far])) > meeting.to
+                && f64::from(skipped[far]) < meeting.from;
+            if meeting.certain && passes {
+                let passing = self.sides[far].0.name();
+                return real(&format!("{passing} passes {}", name(hit.id)));
+            }
+            passed_edge = true;
+            skipped[near] = hit.t;
+            hits[near] = self.behind(near, ray, time, hit);
+        }
+    }
+
+    fn occlusion(&self, ray: &Ray, time: f32) -> Verdict {
+        let found = self.sides.map(|(_, accel)| accel.occluded(ray, time));
+        if found[0] == found[1] {
+            return Verdict::Identical;
+        }
+        let free = self.sides[usize::from(found[0])].0.name();
+        let real = |what: String| {
+            let closest = self
+                .sides
+                .map(|(_, accel)| accel.intersect(ray, time, None));
+            Verdict::Real(self.words(ray, time, closest, &what))
+        };
+        let mut candidates = false;
+        for side in 0..2 {
+            let mut next = self.sides[side].1.intersect(ray, time, None);
+            while let Some(hit) = next {
+                match self.meeting(hit, ray, time) {
+                    Some(meeting) if meeting.certain => {
+                        return real(format!("{free} says free, {} is there", name(hit.id)));
+                    }
+                    found => candidates |= found.is_some(),
+                }
+                next = self.behind(side, ray, time, hit);
+            }
+        }
+        if candidates {
+            return Verdict::Edge;
+        }
+        match self.anything_on(ray, time) {
+            (Some(id), _) => real(format!("{free} says free, {} is there", name(id))),
+            (None, true) => Verdict::Edge,
+            (None, false) => real(format!("nothing is there, only {free} says so")),
+        }
+    }
+
+    /// The stretch of the ray on which a primitive may be found that a hit lies in.
+    fn meeting(&self, hit: Hit, ray: &Ray, time: f32) -> Option<Meeting> {
+        let all = meetings(self.world, hit.id, ray, time);
+        all.into_iter()
+            .flatten()
+            .find(|meeting| meeting.holds(hit.t))
+    }
+
+    fn behind(&self, side: usize, ray: &Ray, time: f32, hit: Hit) -> Option<Hit> {
+        let rest = Ray {
+            t_min: hit.t.max(ray.t_min).next_up(),
+            ..*ray
+        };
+        self.sides[side].1.intersect(&rest, time, None)
+    }
+
+    /// A primitive that is certainly on the ray, and whether any may be, by trying all.
+    fn anything_on(&self, ray: &Ray, time: f32) -> (Option<PrimitiveId>, bool) {
+        let in_shape = |shape: u32| {
+            let count = self.world.geometry(shape).primitive_count() as u32;
+            (0..count)
+                .into_par_iter()
+                .map(move |primitive| PrimitiveId { shape, primitive })
+        };
+        let shapes = (0..self.world.shape_count() as u32).into_par_iter();
+        let found = shapes.flat_map(in_shape).filter_map(|id| {
+            let met = meetings(self.world, id, ray, time);
+            let certain = met.iter().flatten().any(|meeting| meeting.certain);
+            met[0].or(met[1]).map(|_| (certain.then_some(id), true))
+        });
+        found.reduce(
+            || (None, false),
+            |(a, _), (b, _)| (a.into_iter().chain(b).min(), true),
+        )
+    }
+
+    /// Enough to trace the ray again: a number printed like this is read back as the same one.
+    fn words(&self, ray: &Ray, time: f32, hits: [Option<Hit>; 2], what: &str) -> String {
+        let found = |side: usize| {
+            let name = self.sides[side].0.name();
+            match hits[side] {
+                Some(hit) => format!("{name}: {} at {:?}", self::name(hit.id), hit.t),
+                None => format!("{name}: nothing"),
+            }
+        };
+        format!(
+            "{what} (origin {:?}, direction {:?}, t from {:?} to {:?}, time {time:?}; {}; {})",
+            ray.origin.to_array(),
+            ray.dir.to_array(),
+            ray.t_min,
+            ray.t_max,
+            found(0),
+            found(1),
+        )
+    }
+}
+
+fn name(id: PrimitiveId) -> String {
+    format!("primitive {} of shape {}", id.primitive, id.shape)
+}
+
+/// Whether the hits are so plainly one that nothing needs to be judged: no farther apart than the two roundings of a
+/// quotient leave each.
+fn is_same(hits: [Option<Hit>; 2]) -> bool {
+    match hits {
+        [None, None] => true,
+        [Some(a), Some(b)] => a.id == b.id && (a.t - b.t).abs() <= gamma(4) * a.t.max(b.t),
+        _ => false,
+    }
+}

@@ -1,0 +1,140 @@
+//! How far our own render is from the time that the best of Embree alone takes for its rays.
+//!
+//! The floor of a sample is the sum, over the kinds of rays, of how many of them a sample traces times what the fastest way
+//! through Embree takes for one, among those with the render's own precision. The render over the floor is the overhead
+//! factor: 1 would be a render that does nothing but trace rays, each kind in the way that is best for it.
+//!
+//! Measure: nanoseconds of one core a sample.
+//! Range: at least one round. Renders on all threads and on one take turns; a first round of each does not count. Pictures
+//! are so small that a render has many samples a pixel, as pictures have that are looked at: the first few are traced in
+//! smaller packets.
+//! Source: none needed. Tested in `lab/tests/bench/report.rs`.
+
+use super::meter::Stage;
+use super::record::Recording;
+use super::report::TraceReport;
+use super::subject::Subject;
+use super::target::Target;
+use etendue::Result;
+use etendue::internals::math::stats::Spread;
+use etendue::internals::render::Rendered;
+use etendue::internals::render::settings::RenderSettings;
+
+/// What tracing alone takes.
+#[derive(Debug, Clone)]
+pub struct Floor {
+    /// Nanoseconds of one core for a sample's rays.
+    pub nanoseconds: f64,
+    /// The best way for each kind.
+    pub best: Vec<TraceReport>,
+}
+
+impl Floor {
+    /// The floor of a render through `target`; `None` unless Embree was timed on all kinds of its rays.
+    pub fn of(target: Target, recording: &Recording, traces: &[TraceReport]) -> Option<Self> {
+        if !target.is_embree() {
+            return None;
+        }
+        let fits = |way: Target| way.backend == target.backend && way.precision == target.precision;
+        let best = recording.kinds().map(|kind| {
+            let ways = traces
+                .iter()
+                .filter(|way| way.kind == kind && fits(way.variant.target));
+            let median = |way: &TraceReport| way.nanoseconds.median;
+            ways.min_by(|a, b| median(a).total_cmp(&median(b))).cloned()
+        });
+        let best = best.collect::<Option<Vec<TraceReport>>>()?;
+        let time = |way: &TraceReport| recording.per_sample(way.kind) * way.nanoseconds.median;
+        Some(Self {
+            nanoseconds: best.iter().map(time).sum(),
+            best,
+        })
+    }
+
+    /// The overhead factor of renders that took so long a sample.
+    pub fn factor(&self, sample: Spread) -> Spread {
+        Spread {
+            median: sample.median / self.nanoseconds,
+            min: sample.min / self.nanoseconds,
+            max: sample.max / self.nanoseconds,
+        }
+    }
+}
+
+/// Samples per pixel of a render on one thread at least.
+const LEAST_SPP: u64 = 64;
+
+/// What renders took.
+#[derive(Debug, Clone, Copy)]
+pub struct RenderTimes {
+    /// Samples per pixel of a render on all threads.
+    pub spp: u64,
+    /// Nanoseconds of one core a sample, on all threads.
+    pub sample: Spread,
+    /// The same on one thread.
+    pub sample_alone: Spread,
+}
+
+/// Times renders that take about so many `seconds` each; `None` if cancelled.
+///
+/// # Errors
+/// As `render`.
+pub fn render_times(
+    subject: &Subject<'_>,
+    threads: usize,
+    rounds: usize,
+    seconds: f64,
+    stage: &Stage<'_>,
+) -> Result<Option<RenderTimes>> {
+    let Some(first) = time(subject, threads, 1, stage)? else {
+        return Ok(None);
+    };
+    // One thread has its share of these.
+    let least = LEAST_SPP * threads as u64;
+    let samples = seconds * 1e9 * threads as f64 / first;
+    let (scene, size) = subject.scene.reduced(subject.size, samples / least as f64);
+    let settings = RenderSettings {
+        window: RenderSettings::new(size, 1).window,
+        ..subject.settings.clone()
+    };
+    let reduced = Subject {
+        scene: &scene,
+        size,
+        settings: &settings,
+        ..*subject
+    };
+    let spp = (samples / settings.window.pixel_count() as f64).round() as u64;
+    let spp = spp.max(least);
+    let time = |threads, spp| time(&reduced, threads, spp, stage);
+    let (mut sample, mut sample_alone) = (vec![], vec![]);
+    for round in 0..=rounds {
+        let together = time(threads, spp)?;
+        let alone = time(1, spp / threads as u64)?;
+        let (Some(together), Some(alone)) = (together, alone) else {
+            return Ok(None);
+        };
+        if round > 0 {
+            sample.push(together);
+            sample_alone.push(alone);
+        }
+        if !stage.go_on((round + 1) as f64 / (rounds + 1) as f64) {
+            return Ok(None);
+        }
+    }
+    Ok(Some(RenderTimes {
+        spp,
+        sample: Spread::of(sample),
+        sample_alone: Spread::of(sample_alone),
+    }))
+}
+
+/// Nanoseconds of one core a sample; `None` if cancelled.
+fn time(subject: &Subject<'_>, threads: usize, spp: u64, stage: &Stage<'_>) -> Result<Option<f64>> {
+    let rendered = subject.render(threads, spp, stage)?;
+    Ok((!rendered.cancelled).then(|| nanoseconds_per_sample(&rendered, threads)))
+}
+
+fn nanoseconds_per_sample(rendered: &Rendered, threads: usize) -> f64 {
+    let seconds = rendered.elapsed.as_secs_f64();
+    seconds * 1e9 * threads as f64 / rendered.film.sample_count() as f64
+}

@@ -1,0 +1,210 @@
+//! Where the time of a sample goes.
+//!
+//! A clock is read at every event of a path, and the time since the event before goes to the part of the work that this
+//! event ends. What reading the clock takes is subtracted. Since reading it also keeps the processor from working ahead,
+//! the parts are then scaled so that their sum is what a sample takes when nobody watches: they are shares of that.
+//!
+//! Measure: nanoseconds of one core a sample.
+//! Range: whole tiles, spread over the picture, on one thread, each seen once beforehand to fill the caches. Of a few runs,
+//! the shortest counts for each part: what takes longer was interrupted.
+//! Source: none needed. Tested in `lab/tests/bench/report.rs`.
+
+use super::report::PartReport;
+use super::subject::{SAMPLES_AT_ONCE, Subject};
+use etendue::internals::bsdf::types::Lobe;
+use etendue::internals::effects::Effects;
+use etendue::internals::integrator::observer::{PathObserver, RayKind};
+use etendue::internals::math::ray::Ray;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::Vec3;
+use etendue::internals::scene::interaction::Interaction;
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+/// Runs of which the shortest counts.
+const RUNS: usize = 3;
+
+/// A part of the work for a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Part {
+    /// Turning the sampler to the sample, and making its camera ray.
+    Camera,
+    /// Finding closest hits, and what the surface is like there and how it scatters.
+    ClosestHits,
+    /// Emission, and light sampling.
+    Lights,
+    /// Whether lights are visible.
+    ShadowRays,
+    /// Scattering, roulette, and the rays onward.
+    Scattering,
+    /// Adding the sample to its pixel.
+    Film,
+}
+
+impl Part {
+    /// Every part, in the order of the work.
+    pub const ALL: &'static [Self] = &[
+        Self::Camera,
+        Self::ClosestHits,
+        Self::Lights,
+        Self::ShadowRays,
+        Self::Scattering,
+        Self::Film,
+    ];
+
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Camera => "sampler start, camera ray",
+            Self::ClosestHits => "closest hits, surfaces, materials",
+            Self::Lights => "emission, light sampling",
+            Self::ShadowRays => "shadow rays",
+            Self::Scattering => "scattering, roulette",
+            Self::Film => "film",
+        }
+    }
+
+    /// Whether rays are traced in it.
+    pub fn traces(self) -> bool {
+        matches!(self, Self::ClosestHits | Self::ShadowRays)
+    }
+}
+
+/// The parts of a sample that takes so many nanoseconds, found out from at least `samples` of them.
+pub fn parts(subject: &Subject<'_>, samples: u64, nanoseconds: f64) -> Vec<PartReport> {
+    let reading = cost_of_reading();
+    // The first ones are traced in smaller packets: most pictures have many others.
+    let spp = subject.settings.budget.spp.unwrap_or(u64::MAX);
+    let first = if spp > SAMPLES_AT_ONCE {
+        SAMPLES_AT_ONCE
+    } else {
+        0
+    };
+    let watch = || {
+        let mut stopwatch = Stopwatch::new();
+        let enough = |watch: &Stopwatch| watch.samples >= samples;
+        subject.observe(first, &mut stopwatch, enough);
+        stopwatch.laps.map(|laps| laps.without(reading))
+    };
+    watch();
+    let mut times = watch();
+    for _ in 1..RUNS {
+        for (time, again) in times.iter_mut().zip(watch()) {
+            *time = time.min(again);
+        }
+    }
+    let measured = times.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let scale = nanoseconds / measured;
+    let report = |(part, time): (&Part, f64)| PartReport {
+        part: part.name(),
+        nanoseconds: time * scale,
+    };
+    Part::ALL.iter().zip(times).map(report).collect()
+}
+
+/// Nanoseconds that reading the clock takes, when nothing interrupts it.
+fn cost_of_reading() -> f64 {
+    const READINGS: u32 = 1000;
+    let batch = || {
+        let start = Instant::now();
+        for _ in 0..READINGS {
+            black_box(Instant::now());
+        }
+        start.elapsed().as_secs_f64() * 1e9 / f64::from(READINGS)
+    };
+    (0..100).map(|_| batch()).fold(f64::INFINITY, f64::min)
+}
+
+/// The time of one part.
+#[derive(Debug, Clone, Copy, Default)]
+struct Laps {
+    count: u64,
+    time: Duration,
+}
+
+impl Laps {
+    /// Nanoseconds of all of them, each without a reading of the clock.
+    fn without(self, reading: f64) -> f64 {
+        (self.time.as_secs_f64() * 1e9 - self.count as f64 * reading).max(0.0)
+    }
+}
+
+/// Reads the clock at every event.
+struct Stopwatch {
+    last: Instant,
+    laps: [Laps; Part::ALL.len()],
+    samples: u64,
+}
+
+impl Stopwatch {
+    fn new() -> Self {
+        Self {
+            last: Instant::now(),
+            laps: Default::default(),
+            samples: 0,
+        }
+    }
+
+    /// Ends a stretch of work on a part.
+    #[inline]
+    fn end(&mut self, part: Part) {
+        let now = Instant::now();
+        let laps = &mut self.laps[part as usize];
+        laps.count += 1;
+        laps.time += now - self.last;
+        self.last = now;
+    }
+}
+
+impl PathObserver for Stopwatch {
+    const ONE_BY_ONE: bool = false;
+
+    fn traced(&mut self, kind: RayKind, _ray: &Ray, _time: f32) {
+        self.end(match kind {
+            RayKind::Camera => Part::Camera,
+            RayKind::Shadow => Part::Lights,
+            _ => Part::Scattering,
+        });
+    }
+
+    fn arrived<E: Effects>(&mut self, _at: &Interaction<E>, _beta: Rgb) {
+        self.end(Part::ClosestHits);
+    }
+
+    fn escaped(&mut self, _direction: Vec3) {
+        self.end(Part::ClosestHits);
+    }
+
+    fn environment(&mut self, _contribution: Rgb) {
+        self.end(Part::Lights);
+    }
+
+    fn emission(&mut self, _contribution: Rgb, _weight: f32) {
+        self.end(Part::Lights);
+    }
+
+    fn light(&mut self, _contribution: Rgb, _weight: f32, _visible: f32) {
+        self.end(Part::ShadowRays);
+    }
+
+    fn unlit(&mut self) {
+        self.end(Part::Lights);
+    }
+
+    fn scattered(&mut self, _wi: Vec3, _lobe: Lobe, _beta: Rgb) {
+        self.end(Part::Scattering);
+    }
+
+    fn terminated(&mut self, _survival: f32) {
+        self.end(Part::Scattering);
+    }
+
+    fn absorbed(&mut self) {
+        self.end(Part::Scattering);
+    }
+
+    fn filmed(&mut self, _value: Rgb) {
+        self.end(Part::Film);
+        self.samples += 1;
+    }
+}

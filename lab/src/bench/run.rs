@@ -1,0 +1,315 @@
+//! A whole bench: scene by scene its builds, rays, traces, agreement and overhead, and the leaks at the end.
+//!
+//! Measure: as in the report.
+//! Range: settings that [`BenchSettings::validate`] lets through. A bench that is cancelled reports what it has.
+//! Source: docs/bench.md. Tested in `lab/tests/bench/report.rs`.
+
+use super::build::{build, builds, pool};
+use super::closed::{Aim, ClosedMesh};
+use super::comparison::compare_all;
+use super::leaks::leaks;
+use super::machine::machine;
+use super::meter::Meter;
+use super::overhead::{Floor, render_times};
+use super::parts::parts;
+use super::record::{Recording, record};
+use super::report::{BenchReport, OverheadReport, SceneReport};
+use super::settings::{BenchObserver, BenchSettings, GivenScene};
+use super::subject::Subject;
+use super::target::Target;
+use super::trace::{Way, trace};
+use super::work::{self, Work};
+use etendue::Result;
+use etendue::internals::accel::Accel;
+use etendue::internals::film::filter::Filter;
+use etendue::internals::integrator::observer::RayKind;
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::scene::Scene;
+use etendue::internals::scene::description::SceneDescription;
+use etendue::internals::scene::prepare::prepare;
+use rayon::ThreadPool;
+use std::time::Instant;
+
+/// Squares along an edge of the cube that each closed mesh is made from: about 50 000 triangles a mesh.
+const CLOSED_MESH_SQUARES: u32 = 64;
+
+/// Measures everything.
+///
+/// # Errors
+/// Settings out of their range, a scene that cannot be prepared, or what a backend says.
+pub fn run(
+    scenes: &[GivenScene],
+    settings: &BenchSettings,
+    observer: &dyn BenchObserver,
+) -> Result<BenchReport> {
+    settings.validate()?;
+    let works: Vec<Work> = scenes
+        .iter()
+        .map(|s| Work::of(&s.scene, settings))
+        .collect();
+    let seconds = works.iter().map(Work::total).sum::<f64>() + work::leaks(settings);
+    let mut bench = Bench {
+        settings,
+        observer,
+        pool: pool(settings.threads)?,
+        meter: Meter::new(observer, seconds),
+        report: BenchReport {
+            version: env!("CARGO_PKG_VERSION"),
+            machine: machine(),
+            threads: settings.threads,
+            rounds: settings.rounds,
+            build_rounds: settings.build_rounds,
+            ..BenchReport::default()
+        },
+    };
+    bench.report.complete = bench.all(scenes, &works)?.is_some();
+    bench.tell();
+    Ok(bench.report)
+}
+
+struct Bench<'a> {
+    settings: &'a BenchSettings,
+    observer: &'a dyn BenchObserver,
+    pool: ThreadPool,
+    meter: Meter<'a>,
+    report: BenchReport,
+}
+
+/// A scene, ready, with all that there is to trace rays through.
+struct Ready {
+    scene: Scene,
+    filter: Filter,
+    size: (u32, u32),
+    settings: RenderSettings,
+    /// How the scene itself traces.
+    target: Target,
+    /// The others.
+    accels: Vec<(Target, Accel)>,
+    /// Seconds of reading and placing shapes, and of building.
+    load: f64,
+    build: f64,
+}
+
+impl Ready {
+    fn subject(&self) -> Subject<'_> {
+        Subject {
+            scene: &self.scene,
+            filter: &self.filter,
+            size: self.size,
+            settings: &self.settings,
+        }
+    }
+
+    fn accel(&self, target: Target) -> &Accel {
+        let other = self.accels.iter().find(|(other, _)| *other == target);
+        other.map_or(&*self.scene.accel, |(_, accel)| accel)
+    }
+}
+
+/// Each step is `None` if the bench was cancelled.
+impl Bench<'_> {
+    fn all(&mut self, scenes: &[GivenScene], works: &[Work]) -> Result<Option<()>> {
+        for (scene, work) in scenes.iter().zip(works) {
+            if self.scene(scene, work)?.is_none() {
+                return Ok(None);
+            }
+        }
+        self.leaks()
+    }
+
+    fn scene(&mut self, given: &GivenScene, work: &Work) -> Result<Option<()>> {
+        let name = &given.name;
+        let stage = self
+            .meter
+            .stage(format!("{name}: making it ready"), work.prepare);
+        let mut ready = self.ready(given)?;
+        self.report.scenes.push(SceneReport {
+            name: name.clone(),
+            description: given.description.clone(),
+            primitives: primitives(&ready.scene),
+            builds: vec![],
+            rays: vec![],
+            traces: vec![],
+            agreement: vec![],
+            overhead: None,
+        });
+        if !stage.go_on(1.0) {
+            return Ok(None);
+        }
+
+        let stage = self.meter.stage(format!("{name}: building"), work.build);
+        let settings = self.settings;
+        let (targets, threads) = (&settings.targets, settings.threads);
+        let world = &ready.scene.world;
+        let Some(builds) = builds(world, targets, threads, settings.build_rounds, &stage)? else {
+            return Ok(None);
+        };
+        self.last().builds = builds;
+        self.tell();
+
+        let recording = record(&ready.subject(), settings.rays);
+        self.last().rays = recording.report();
+        for &target in targets.iter().filter(|&&target| target != ready.target) {
+            let accel = build(&ready.scene.world, target, &self.pool)?;
+            ready.accels.push((target, accel));
+        }
+        let traced = self.traces(&ready, &recording, name, work);
+        let compared = traced.and_then(|()| self.agreement(&ready, &recording, name, work));
+        if compared.is_none() {
+            return Ok(None);
+        }
+        self.overhead(&ready, &recording, name, work)
+    }
+
+    fn ready(&self, given: &GivenScene) -> Result<Ready> {
+        let description: &SceneDescription = &given.scene;
+        let target = self.settings.render_target();
+        let options = target.options(self.settings.threads);
+        let start = Instant::now();
+        let prepared = self.pool.install(|| prepare(description, options))?;
+        let (seconds, build) = (start.elapsed(), prepared.build_time);
+        Ok(Ready {
+            scene: prepared.scene,
+            filter: Filter::new(&description.film.filter),
+            size: description.film.size,
+            settings: RenderSettings::of_scene(description)?.by_name(),
+            target,
+            accels: vec![],
+            load: given.load + (seconds - build).as_secs_f64(),
+            build: build.as_secs_f64(),
+        })
+    }
+
+    fn traces(
+        &mut self,
+        ready: &Ready,
+        recording: &Recording,
+        name: &str,
+        work: &Work,
+    ) -> Option<()> {
+        let variants = self.settings.targets.iter().flat_map(|t| t.variants());
+        let ways = variants.map(|variant| Way {
+            variant,
+            accel: ready.accel(variant.target),
+        });
+        let ways: Vec<Way<'_>> = ways.collect();
+        for &kind in RayKind::ALL {
+            let what = format!("{name}: {} rays", kind.name());
+            let stage = self.meter.stage(what, work.trace_of_kind);
+            let rays = recording.rays(kind);
+            if rays.is_empty() {
+                continue;
+            }
+            let traces = trace(&ways, kind, rays, self.settings.rounds, &self.pool, &stage)?;
+            self.last().traces.extend(traces);
+            self.tell();
+        }
+        Some(())
+    }
+
+    fn agreement(
+        &mut self,
+        ready: &Ready,
+        recording: &Recording,
+        name: &str,
+        work: &Work,
+    ) -> Option<()> {
+        let stage = self
+            .meter
+            .stage(format!("{name}: comparing hits"), work.compare);
+        let targets = self.settings.targets.iter();
+        let targets: Vec<(Target, &Accel)> = targets.map(|&t| (t, ready.accel(t))).collect();
+        let count = self.settings.compared_rays;
+        let world = &ready.scene.world;
+        self.last().agreement = compare_all(world, &targets, recording, count, &self.pool, &stage)?;
+        self.tell();
+        Some(())
+    }
+
+    fn overhead(
+        &mut self,
+        ready: &Ready,
+        recording: &Recording,
+        name: &str,
+        work: &Work,
+    ) -> Result<Option<()>> {
+        let stage = self
+            .meter
+            .stage(format!("{name}: our own render"), work.render);
+        let Some(floor) = Floor::of(ready.target, recording, &self.last().traces) else {
+            return Ok(Some(()));
+        };
+        let (subject, settings) = (ready.subject(), self.settings);
+        let times = render_times(
+            &subject,
+            settings.threads,
+            settings.rounds,
+            settings.render_seconds,
+            &stage,
+        )?;
+        let Some(times) = times else {
+            return Ok(None);
+        };
+        let samples = recording.film.sample_count();
+        self.last().overhead = Some(OverheadReport {
+            target: ready.target,
+            spp: times.spp,
+            sample: times.sample,
+            sample_alone: times.sample_alone,
+            floor: floor.nanoseconds,
+            factor: floor.factor(times.sample),
+            best: floor.best,
+            parts: parts(&subject, samples, times.sample.median),
+            load: ready.load,
+            build: ready.build,
+        });
+        self.tell();
+        Ok(Some(()))
+    }
+
+    fn leaks(&mut self) -> Result<Option<()>> {
+        let settings = self.settings;
+        let stage = self.meter.stage("leaks".into(), work::leaks(settings));
+        if settings.segments == 0 {
+            return Ok(Some(()));
+        }
+        let is_cancelled = || self.observer.is_cancelled();
+        let meshes = ClosedMesh::all(CLOSED_MESH_SQUARES);
+        let all = (meshes.len() * settings.targets.len()) as f64;
+        let mut done = 0.0;
+        for mesh in &meshes {
+            for &target in &settings.targets {
+                let accel = build(mesh.world(), target, &self.pool)?;
+                for &aim in Aim::ALL {
+                    let traced = (target, &accel);
+                    let count = || leaks(mesh, aim, traced, settings.segments, 0, &is_cancelled);
+                    let report = self.pool.install(count);
+                    self.report.leaks.push(report);
+                }
+                done += 1.0;
+                self.tell();
+                if !stage.go_on(done / all) {
+                    return Ok(None);
+                }
+            }
+        }
+        Ok(Some(()))
+    }
+
+    /// The report of the scene that is being measured.
+    fn last(&mut self) -> &mut SceneReport {
+        let scenes = &mut self.report.scenes;
+        scenes.last_mut().expect("a scene begins with its report")
+    }
+
+    fn tell(&self) {
+        self.observer.report(&self.report);
+    }
+}
+
+/// Primitives, those of each group counted once.
+fn primitives(scene: &Scene) -> usize {
+    let (roots, groups) = (scene.world.geometries(), scene.world.groups());
+    let all = roots.iter().chain(groups.iter().flatten());
+    all.map(|geometry| geometry.primitive_count()).sum()
+}

@@ -1,0 +1,127 @@
+//! A render that is looked into: as a whole, or its paths on tiles that are spread over the picture.
+//!
+//! Measure: samples.
+//! Range: settings that `RenderSettings::validate` lets through.
+//! Source: a multiplicative sequence with the golden ratio visits places evenly. Tested below and in `lab/tests/bench/report.rs`.
+
+use etendue::Result;
+use etendue::internals::film::Film;
+use etendue::internals::film::filter::Filter;
+use etendue::internals::integrator::observer::PathObserver;
+use etendue::internals::render::overture::overture;
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::render::{RenderObserver, Rendered, observe_tile, render};
+use etendue::internals::scene::Scene;
+
+/// Samples that are watched in each pixel of a tile before the next tile is turned to: as many as are traced together.
+pub const SAMPLES_AT_ONCE: u64 = 16;
+
+/// Edge of a tile in pixels: small ones are spread over the picture sooner.
+const TILE_SIZE: u32 = 8;
+
+/// A render.
+#[derive(Debug, Clone, Copy)]
+pub struct Subject<'a> {
+    /// What is rendered.
+    pub scene: &'a Scene,
+    /// Through which filter.
+    pub filter: &'a Filter,
+    /// Pixels of the whole picture.
+    pub size: (u32, u32),
+    /// How.
+    pub settings: &'a RenderSettings,
+}
+
+impl Subject<'_> {
+    /// Renders on `threads` threads with `spp` samples per pixel.
+    ///
+    /// # Errors
+    /// As [`render`].
+    pub fn render(
+        &self,
+        threads: usize,
+        spp: u64,
+        observer: &dyn RenderObserver,
+    ) -> Result<Rendered> {
+        let mut settings = self.settings.clone();
+        settings.threads = threads;
+        settings.budget.spp = Some(spp);
+        settings.budget.time = None;
+        render(self.scene, self.filter, self.size, &settings, observer)
+    }
+
+    /// Shows `observer` whole tiles until it has seen `enough` or every sample from `first` on. The film has the samples shown.
+    pub fn observe<O: PathObserver>(
+        &self,
+        first: u64,
+        observer: &mut O,
+        enough: impl Fn(&O) -> bool,
+    ) -> Film {
+        let mut film = Film::new(self.settings.window, TILE_SIZE);
+        let (cache, _) = overture(self.scene, self.filter, self.settings, &|_, _| true);
+        let spp = self.settings.budget.spp.unwrap_or(u64::MAX);
+        let count = film.tiles().len();
+        let stride = even_stride(count);
+        let mut first = first;
+        while first < spp {
+            let next = spp.min(first + SAMPLES_AT_ONCE);
+            for visit in 0..count {
+                let tile = &mut film.tiles_mut()[visit * stride % count];
+                let samples = first..next;
+                observe_tile(
+                    self.scene,
+                    self.filter,
+                    self.settings,
+                    cache.as_ref(),
+                    tile,
+                    samples,
+                    observer,
+                );
+                if enough(observer) {
+                    return film;
+                }
+            }
+            first = next;
+        }
+        film
+    }
+}
+
+/// A stride that visits each of `count` places once before it repeats, and evenly from the first visits on.
+fn even_stride(count: usize) -> usize {
+    const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
+    let near = (count as f64 * GOLDEN_RATIO) as usize;
+    let mut strides = near.max(1)..;
+    strides
+        .find(|&stride| greatest_common_divisor(stride, count) == 1)
+        .expect("there is always a prime further on")
+}
+
+fn greatest_common_divisor(a: usize, b: usize) -> usize {
+    if b == 0 {
+        a
+    } else {
+        greatest_common_divisor(b, a % b)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_place_is_visited_once_and_the_first_visits_are_spread() {
+        for count in [1, 2, 3, 12, 384, 1000] {
+            let stride = even_stride(count);
+            let mut visits: Vec<usize> = (0..count).map(|i| i * stride % count).collect();
+            let mut early = visits[..count.div_ceil(8)].to_vec();
+            visits.sort_unstable();
+            assert_eq!(visits, (0..count).collect::<Vec<_>>());
+            // An eighth of the visits leaves no gap of three eighths.
+            early.sort_unstable();
+            let widest = early.windows(2).map(|pair| pair[1] - pair[0]).max();
+            let gap = widest.unwrap_or(0);
+            assert!(count < 16 || gap * 8 < count * 3, "{count}: {gap}");
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! Recorded rays, traced once more in every way.
+//!
+//! All threads trace at once, each its own stretch of the rays, in blocks that are first copied to where a kernel would
+//! have made them. What copying alone takes is measured in the same way and subtracted.
+//!
+//! Measure: nanoseconds of one core a ray: the time in which threads were busy, over the rays.
+//! Range: at least one ray and one round. Ways take turns, so that what disturbs the machine disturbs all of them; a first
+//! round fills the caches and does not count. A way that is not slower than copying takes 0.
+//! Source: none needed. Tested in `lab/tests/bench/report.rs`.
+
+use super::meter::Stage;
+use super::report::TraceReport;
+use super::target::Variant;
+use etendue::internals::accel::Accel;
+use etendue::internals::accel::batch::{HitBatch, RayBatch};
+use etendue::internals::integrator::observer::RayKind;
+use etendue::internals::math::stats::Spread;
+use rayon::ThreadPool;
+use std::hint::black_box;
+use std::ops::Range;
+use std::sync::Barrier;
+use std::time::Instant;
+
+/// Rays in a block: with their hits, they stay in a core's second cache.
+const BLOCK: usize = 1024;
+
+/// A way of tracing, with what is traced through.
+#[derive(Debug, Clone, Copy)]
+pub struct Way<'a> {
+    /// The way.
+    pub variant: Variant,
+    /// Its structure.
+    pub accel: &'a Accel,
+}
+
+/// Times all ways on the rays of one kind; `None` if cancelled.
+pub fn trace(
+    ways: &[Way<'_>],
+    kind: RayKind,
+    rays: &RayBatch,
+    rounds: usize,
+    pool: &ThreadPool,
+    stage: &Stage<'_>,
+) -> Option<Vec<TraceReport>> {
+    let mut copying = vec![];
+    let mut tracing: Vec<Vec<f64>> = vec![vec![]; ways.len()];
+    for round in 0..=rounds {
+        let copy = nanoseconds_per_ray(pool, rays, |block| {
+            black_box(&block.rays);
+        });
+        let times = ways.iter().map(|way| time(way, kind, rays, pool));
+        let times: Vec<f64> = times.collect();
+        if round > 0 {
+            copying.push(copy);
+            for (all, time) in tracing.iter_mut().zip(times) {
+                all.push(time);
+            }
+        }
+        if !stage.go_on((round + 1) as f64 / (rounds + 1) as f64) {
+            return None;
+        }
+    }
+    let copying = Spread::of(copying).median;
+    let reports = ways.iter().zip(tracing).map(|(way, times)| TraceReport {
+        kind,
+        variant: way.variant,
+        nanoseconds: Spread::of(times.iter().map(|t| (t - copying).max(0.0)).collect()),
+    });
+    Some(reports.collect())
+}
+
+fn time(way: &Way<'_>, kind: RayKind, rays: &RayBatch, pool: &ThreadPool) -> f64 {
+    let (accel, packets) = (way.accel, way.variant.packets);
+    match kind {
+        RayKind::Shadow => nanoseconds_per_ray(pool, rays, |block| {
+            accel.occluded_batch(&block.rays, packets, &mut block.occluded);
+            black_box(&block.occluded);
+        }),
+        _ => nanoseconds_per_ray(pool, rays, |block| {
+            accel.intersect_batch(&block.rays, packets, &mut block.hits);
+            black_box(&block.hits);
+        }),
+    }
+}
+
+/// What a thread holds.
+#[derive(Default)]
+struct Block {
+    rays: RayBatch,
+    hits: HitBatch,
+    occluded: Vec<bool>,
+}
+
+impl Block {
+    fn load(&mut self, rays: &RayBatch, range: Range<usize>) {
+        self.rays.clear();
+        self.rays.append(rays, range);
+    }
+}
+
+/// The time of `work` on every block of the rays, by all threads of a pool at once.
+fn nanoseconds_per_ray(
+    pool: &ThreadPool,
+    rays: &RayBatch,
+    work: impl Fn(&mut Block) + Sync,
+) -> f64 {
+    let start = Barrier::new(pool.current_num_threads());
+    let busy = pool.broadcast(|thread| {
+        let stretch = stretch(rays.len(), thread.index(), thread.num_threads());
+        let blocks = stretch.clone().step_by(BLOCK);
+        let blocks = blocks.map(|first| first..stretch.end.min(first + BLOCK));
+        let mut block = Block::default();
+        // One block beforehand, to have the memory.
+        if let Some(range) = blocks.clone().next() {
+            block.load(rays, range);
+            work(&mut block);
+        }
+        start.wait();
+        let begin = Instant::now();
+        for range in blocks {
+            block.load(rays, range);
+            work(&mut block);
+        }
+        begin.elapsed().as_secs_f64()
+    });
+    busy.iter().sum::<f64>() * 1e9 / rays.len() as f64
+}
+
+/// The part of `count` things that one of several threads gets.
+fn stretch(count: usize, thread: usize, threads: usize) -> Range<usize> {
+    count * thread / threads..count * (thread + 1) / threads
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use etendue::internals::math::ray::Ray;
+    use etendue::internals::math::vec::Vec3;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    #[test]
+    fn every_ray_is_worked_on_once_and_one_block_a_thread_beforehand() {
+        let mut rays = RayBatch::default();
+        for i in 0..5000_u16 {
+            rays.push(&Ray::new(Vec3::splat(f32::from(i)), Vec3::X), 0.0);
+        }
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let pool = pool.build().expect("threads");
+            let sum = AtomicU64::new(0);
+            nanoseconds_per_ray(&pool, &rays, |block| {
+                let x = block.rays.origin[0].iter().map(|&x| x as u64);
+                sum.fetch_add(x.sum(), Ordering::Relaxed);
+            });
+            let beforehand = (0..threads).map(|thread| {
+                let stretch = stretch(5000, thread, threads);
+                (stretch.start as u64..).take(BLOCK).sum::<u64>()
+            });
+            let want = 4999 * 5000 / 2 + beforehand.sum::<u64>();
+            assert_eq!(sum.into_inner(), want, "{threads} threads");
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! Rejection: points drawn in a box until one lies inside a set, or under the graph of a density.
+//!
+//! Measure: the set's or the density's share of its box is the efficiency, a probability; 1 / efficiency is the mean
+//! number of trials.
+//! Range: any set that a box bounds, any density with a bound. Trials are limited: with efficiency e nothing is found
+//! within T of them with probability (1 - e)^T, and an empty set ends after T as nothing, not never.
+//! Source: von Neumann 1951, "Various Techniques Used in Connection with Random Digits". Tested in
+//! `lab/tests/course/rejection.rs`.
+
+use etendue::internals::math::stats::Moments;
+
+/// Enough trials for what fills half of its box: they all fail with a probability of 2^-256.
+pub const MOST_TRIALS: u32 = 256;
+
+/// What was drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accepted<T> {
+    /// The first that was accepted.
+    pub value: T,
+    /// How many were tried, itself among them.
+    pub trials: u32,
+}
+
+/// Why nothing was drawn from a density.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rejected<const D: usize> {
+    /// None of the trials was accepted.
+    All,
+    /// At this point the density was negative, above its bound, or no number: what is drawn would not follow it.
+    OutOfBounds([f64; D]),
+}
+
+/// A box of D dimensions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundingBox<const D: usize> {
+    min: [f64; D],
+    max: [f64; D],
+}
+
+impl<const D: usize> BoundingBox<D> {
+    /// The box between two corners; `None` if an edge is negative or not finite.
+    pub fn new(min: [f64; D], max: [f64; D]) -> Option<Self> {
+        let is_valid = min.iter().zip(&max).all(|(a, b)| {
+            let edge = b - a;
+            edge >= 0.0 && edge.is_finite()
+        });
+        is_valid.then_some(Self { min, max })
+    }
+
+    /// Length, area, volume.
+    pub fn volume(&self) -> f64 {
+        self.min.iter().zip(&self.max).map(|(a, b)| b - a).product()
+    }
+
+    /// The point for D uniform numbers.
+    pub fn sample(&self, u: [f64; D]) -> [f64; D] {
+        std::array::from_fn(|i| (1.0 - u[i]) * self.min[i] + u[i] * self.max[i])
+    }
+}
+
+/// Proposes until one is taken, at most `most_trials` times.
+pub fn sample_until<T>(
+    most_trials: u32,
+    mut propose: impl FnMut() -> Option<T>,
+) -> Option<Accepted<T>> {
+    (1..=most_trials).find_map(|trials| propose().map(|value| Accepted { value, trials }))
+}
+
+/// A uniform point of the set inside the box; `None` if none of the trials lay inside.
+pub fn sample_inside<const D: usize>(
+    bounds: &BoundingBox<D>,
+    inside: impl Fn(&[f64; D]) -> bool,
+    most_trials: u32,
+    uniform: &mut impl FnMut() -> f64,
+) -> Option<Accepted<[f64; D]>> {
+    sample_until(most_trials, || {
+        let point = bounds.sample(std::array::from_fn(|_| uniform()));
+        inside(&point).then_some(point)
+    })
+}
+
+/// A point of the box with a density in proportion to `density`, which is at most `bound`: a uniform point under its
+/// graph.
+///
+/// The efficiency is the density's mean over the box, divided by the bound.
+pub fn sample_density<const D: usize>(
+    bounds: &BoundingBox<D>,
+    density: impl Fn(&[f64; D]) -> f64,
+    bound: f64,
+    most_trials: u32,
+    uniform: &mut impl FnMut() -> f64,
+) -> Result<Accepted<[f64; D]>, Rejected<D>> {
+    let drawn = sample_until(most_trials, || {
+        let point = bounds.sample(std::array::from_fn(|_| uniform()));
+        let height = density(&point);
+        if !(0.0..=bound).contains(&height) {
+            return Some(Err(Rejected::OutOfBounds(point)));
+        }
+        (bound * uniform() < height).then_some(Ok(point))
+    });
+    let Some(Accepted { value, trials }) = drawn else {
+        return Err(Rejected::All);
+    };
+    value.map(|value| Accepted { value, trials })
+}
+
+/// The efficiency measured: the share of `trials` points of the box that lie inside, as numbers 0 and 1. Times the
+/// box's volume this estimates the set's.
+pub fn measure_efficiency<const D: usize>(
+    bounds: &BoundingBox<D>,
+    inside: impl Fn(&[f64; D]) -> bool,
+    trials: usize,
+    uniform: &mut impl FnMut() -> f64,
+) -> Moments {
+    Moments::of((0..trials).map(|_| {
+        let point = bounds.sample(std::array::from_fn(|_| uniform()));
+        f64::from(u8::from(inside(&point)))
+    }))
+}

@@ -1,0 +1,61 @@
+//! How different two pictures look to someone who flips between them: FLIP.
+//!
+//! Measure: from 0, no difference that is seen, to 1; the mean over the pixels, as seen from where 67 of them are one degree:
+//! a monitor 0.7 m wide with 3840 pixels, 0.7 m away.
+//! Range: pictures of the same size, shown as PNG shows them: through the sRGB transfer function in 256 codes a channel, made
+//! brighter by `exposure` stops, what is brighter than white clamped.
+//! Source: Andersson et al. 2020, "FLIP: A Difference Evaluator for Alternating Images"; NVIDIA's own code, through the crate
+//! nv-flip. Tested below.
+
+use etendue::Result;
+use etendue::internals::image::Image;
+use etendue::internals::image::codes;
+use etendue::internals::image::metrics::check_sizes;
+use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8, FlipPool};
+
+/// The mean of FLIP over all pixels.
+pub fn flip(image: &Image, reference: &Image, exposure: f32) -> Result<f64> {
+    check_sizes(image, reference)?;
+    let shown = |image: &Image| {
+        FlipImageRgb8::with_data(image.width(), image.height(), &codes(image, exposure))
+    };
+    let map = nv_flip::flip(shown(reference), shown(image), DEFAULT_PIXELS_PER_DEGREE);
+    Ok(f64::from(FlipPool::from_image(&map).mean()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use etendue::ErrorKind;
+    use etendue::internals::math::rgb::Rgb;
+
+    #[test]
+    fn equal_pictures_look_alike_and_black_and_white_do_not() {
+        let pixels = (0..13 * 7).map(|i| Rgb::grey(0.02 * i as f32)).collect();
+        let image = Image::new(13, 7, pixels);
+        assert_eq!(flip(&image, &image, 0.0).expect("same size"), 0.0);
+        for (width, height) in [(1, 1), (64, 48), (1, 300)] {
+            let [black, white] = [0.0, 1.0].map(|v| Image::filled(width, height, Rgb::grey(v)));
+            let difference = flip(&black, &white, 0.0).expect("same size");
+            // The authors' scale: black against white is nearly all of it.
+            assert!((0.9..=1.0).contains(&difference), "{difference}");
+        }
+    }
+
+    #[test]
+    fn it_is_what_is_shown_that_counts() {
+        let [grey, bright, brighter] = [0.1, 2.0, 4.0].map(|v| Image::filled(16, 16, Rgb::grey(v)));
+        let at = |a, b, exposure| flip(a, b, exposure).expect("same size");
+        assert_eq!(at(&bright, &brighter, 0.0), 0.0);
+        assert!(at(&bright, &brighter, -3.0) > 0.05);
+        assert!(at(&grey, &bright, 0.0) > at(&bright, &brighter, -3.0));
+    }
+
+    #[test]
+    fn other_sizes_are_refused() {
+        let black = Image::filled(2, 2, Rgb::BLACK);
+        let other = Image::filled(4, 1, Rgb::BLACK);
+        let error = flip(&other, &black, 0.0).expect_err("another size");
+        assert_eq!(error.kind(), ErrorKind::Usage);
+    }
+}

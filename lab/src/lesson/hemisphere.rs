@@ -1,0 +1,267 @@
+//! Directions over the hemisphere: uniform ones, and by the cosine.
+//!
+//! Measure: densities per steradian; irradiance for a sky of radiance cos(theta).
+//! Range: the hemisphere about z.
+//! Source: E = integral of cos^2 = 2 pi / 3; variances 16 pi^2 / 45 and pi^2 / 18. Tested in `lab/tests/reports/lesson.rs`.
+
+use super::number::{Number, Technique};
+use super::page::{Finding, Formula, Page};
+use super::topic::{Lesson, Samples, Topic};
+use super::uniform::Uniform;
+use crate::course::direction::{
+    BALL_IN_CUBE, PDF_HEMISPHERE_UNIFORM, sample_hemisphere_by_rejection,
+    sample_hemisphere_cosine_by_inversion, sample_hemisphere_uniform,
+};
+use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use etendue::Result;
+use etendue::internals::math::vec::Vec3;
+use etendue::internals::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
+use std::f64::consts::PI;
+
+pub const TOPIC: Topic = Topic {
+    name: "hemisphere",
+    title: "Directions over the hemisphere",
+    summary: "Uniform directions and directions by the cosine, by rejection and by inversion.",
+    weight: 1.0,
+    run,
+};
+
+/// Samples for each number.
+const SAMPLES: usize = 1 << 20;
+
+/// A way to sample directions.
+#[derive(Clone, Copy)]
+struct Way {
+    name: &'static str,
+    draw: fn(&mut Uniform) -> Vec3,
+    pdf: fn(f32) -> f32,
+    by_cosine: bool,
+}
+
+const WAYS: [Way; 4] = [
+    Way {
+        name: "uniform, rejection and flip",
+        draw: |u| {
+            let drawn = sample_hemisphere_by_rejection(&mut || u.single());
+            drawn.map_or(Vec3::NAN, |drawn| drawn.value)
+        },
+        pdf: |_| PDF_HEMISPHERE_UNIFORM,
+        by_cosine: false,
+    },
+    Way {
+        name: "uniform, inversion",
+        draw: |u| sample_hemisphere_uniform(u.pair()),
+        pdf: |_| PDF_HEMISPHERE_UNIFORM,
+        by_cosine: false,
+    },
+    Way {
+        name: "cosine, inversion",
+        draw: |u| sample_hemisphere_cosine_by_inversion(u.pair()),
+        pdf: pdf_hemisphere_cosine,
+        by_cosine: true,
+    },
+    Way {
+        name: "cosine, Malley's lifted disk",
+        draw: |u| sample_hemisphere_cosine(u.pair()),
+        pdf: pdf_hemisphere_cosine,
+        by_cosine: true,
+    },
+];
+
+impl Way {
+    /// The variance of an estimate for a sky of radiance cos(theta).
+    fn variance(self) -> f64 {
+        PI * PI
+            * if self.by_cosine {
+                1.0 / 18.0
+            } else {
+                16.0 / 45.0
+            }
+    }
+
+    /// L cos / p for a sky of radiance cos^`power`.
+    fn estimate(self, power: i32, uniform: &mut Uniform) -> f64 {
+        let cos = (self.draw)(uniform).z;
+        f64::from(cos).powi(power + 1) / f64::from((self.pdf)(cos))
+    }
+}
+
+fn run(lesson: &Lesson<'_>) -> Result<Page> {
+    Ok(Page {
+        claim: "A surface receives light from all directions above it, each weighed by its \
+                cosine. Uniform directions spend half of their number within 30 degrees of the \
+                horizon, where the cosine leaves little. Directions whose density follows the \
+                cosine spare that: what is left to average is the light alone. Under an even sky \
+                not even that varies, and a single sample is exact."
+            .to_owned(),
+        formulas: vec![
+            Formula::new(
+                r"E = \int_{H} L(\omega)\cos\theta\,\mathrm{d}\omega \;\approx\;
+                  \frac{1}{N}\sum_{i=1}^{N} \frac{L(\omega_i)\cos\theta_i}{p(\omega_i)}",
+                "Irradiance, and its estimate from directions with density p per steradian.",
+            ),
+            Formula::new(
+                r"p(\omega) = \frac{1}{2\pi}: \quad \cos\theta = 1 - U_1, \qquad\quad p(\omega) =
+                  \frac{\cos\theta}{\pi}: \quad \theta = \arccos\sqrt{1 - U_1}, \qquad \varphi =
+                  2\pi U_2",
+                "Both by inversion: the area of a cap grows evenly with its height (Archimedes), \
+                 its projection on the ground as the squared sine.",
+            ),
+            Formula::new(
+                r"L = \cos\theta: \qquad E = \frac{2\pi}{3}, \qquad V_{\text{uniform}} =
+                  \frac{16\pi^2}{45}, \qquad V_{\cos} = \frac{\pi^2}{18}",
+                "A sky that is brightest overhead, in closed form: the cosine divides the \
+                 variance by 6.4.",
+            ),
+        ],
+        experiment: "Two skies light a surface: an even one, with E = π, and one of radiance cos \
+                     θ, with E = 2π/3. A million directions are drawn in each of four ways. \
+                     Malley's way lifts uniform points of the disk up to the hemisphere, which \
+                     makes their density that of the cosine."
+            .to_owned(),
+        findings: findings(lesson),
+    })
+}
+
+fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
+    let bright = WAYS.map(|way| lesson.sample(way.name, SAMPLES, |u| way.estimate(1, u)));
+    let technique = |(way, samples): (Way, &Samples)| {
+        Technique::new(way.name, &samples.all(), samples.cost()).exactly(way.variance())
+    };
+    vec![
+        Finding::Numbers {
+            reading: "All ways have the same expected value; their variance depends on the \
+                      density alone. Under an even sky the cosine leaves none but that of \
+                      rounding."
+                .to_owned(),
+            numbers: numbers(lesson, &bright),
+        },
+        Finding::Plots {
+            plots: vec![
+                from_above(lesson, "Uniform, from above", WAYS[1]),
+                from_above(lesson, "By the cosine, from above", WAYS[3]),
+            ],
+        },
+        Finding::Plots {
+            plots: vec![cosines(lesson)],
+        },
+        Finding::Techniques {
+            reading: "Irradiance under the sky of radiance cos θ. A better density gains a factor \
+                      of 6.4; a better program for the same density gains what its time does."
+                .to_owned(),
+            techniques: WAYS.into_iter().zip(&bright).map(technique).collect(),
+        },
+    ]
+}
+
+/// `bright` are the samples of each way under the sky of radiance cos(theta).
+fn numbers(lesson: &Lesson<'_>, bright: &[Samples]) -> Vec<Number> {
+    let mut numbers = Vec::new();
+    for (way, sky) in WAYS.into_iter().zip(bright) {
+        let named = |what: &str| format!("{what}: {}", way.name);
+        numbers.push(Number::mean(
+            named("E under L = cos θ"),
+            2.0 * PI / 3.0,
+            &sky.all(),
+            2e-3,
+        ));
+        numbers.push(Number::mean(
+            named("its variance"),
+            way.variance(),
+            &sky.variances(),
+            5e-3,
+        ));
+    }
+    let even = lesson.sample("even sky", SAMPLES, |u| WAYS[1].estimate(0, u));
+    let by_cosine = lesson.sample("even sky by cosine", SAMPLES, |u| WAYS[3].estimate(0, u));
+    let trials = lesson.sample("trials", SAMPLES, |u| {
+        let drawn = sample_hemisphere_by_rejection(&mut || u.single());
+        drawn.map_or(f64::NAN, |drawn| f64::from(drawn.trials))
+    });
+    let of_even = PI * PI / 3.0;
+    numbers.extend([
+        Number::mean("E under L = 1: uniform", PI, &even.all(), 2e-3),
+        Number::mean("its variance, π²/3", of_even, &even.variances(), 5e-3),
+        Number::mean(
+            "E under L = 1: cosine, each sample",
+            PI,
+            &by_cosine.all(),
+            1e-6,
+        ),
+        Number::mean(
+            "trials of rejection, 6/π",
+            1.0 / BALL_IN_CUBE,
+            &trials.all(),
+            2e-3,
+        ),
+    ]);
+    numbers
+}
+
+fn from_above(lesson: &Lesson<'_>, title: &str, way: Way) -> Plot {
+    const SHOWN: usize = 1500;
+    let mut uniform = lesson.uniform("from above", 0);
+    let points = (0..SHOWN).map(|_| {
+        let w = (way.draw)(&mut uniform);
+        [f64::from(w.x), f64::from(w.y)]
+    });
+    Plot {
+        title: title.to_owned(),
+        reading: if way.by_cosine {
+            "The projections fill the disk evenly: that is Malley's method, seen backwards."
+        } else {
+            "Uniform on the sphere, the projections crowd the rim, where the sphere is steep."
+        }
+        .to_owned(),
+        shape: Shape::Square,
+        x: Axis::linear("x").over(-1.05, 1.05),
+        y: Axis::linear("y").over(-1.05, 1.05),
+        series: vec![Series::new(
+            "",
+            Mark::Dots,
+            usize::from(way.by_cosine),
+            points.collect(),
+        )],
+    }
+}
+
+fn cosines(lesson: &Lesson<'_>) -> Plot {
+    const BINS: usize = 30;
+    let count = lesson.samples(300_000);
+    let histogram = |way: Way, hue: usize| {
+        let mut uniform = lesson.uniform("cosines", hue);
+        let mut bins = [0_u32; BINS];
+        for _ in 0..count {
+            let cos = (way.draw)(&mut uniform).z;
+            bins[((cos * BINS as f32) as usize).min(BINS - 1)] += 1;
+        }
+        let dot = |(index, &bin): (usize, &u32)| {
+            let x = (index as f64 + 0.5) / BINS as f64;
+            [x, f64::from(bin) / count as f64 * BINS as f64]
+        };
+        Series::new(
+            "",
+            Mark::Dots,
+            hue,
+            bins.iter().enumerate().map(dot).collect(),
+        )
+    };
+    let range = [0.0, 1.0];
+    Plot {
+        title: "How often each cosine comes".to_owned(),
+        reading: "Lines are exact, dots were drawn. Among uniform directions all cosines are \
+                  alike; by the cosine, their density grows with the cosine itself."
+            .to_owned(),
+        shape: Shape::Wide,
+        x: Axis::linear("cos θ").over(0.0, 1.0),
+        y: Axis::linear("density").over(0.0, 2.1),
+        series: vec![
+            Series::curve("uniform: 1", Mark::Line, 0, range, |_| 1.0),
+            Series::curve("by the cosine: 2 cos θ", Mark::Line, 1, range, |cos| {
+                2.0 * cos
+            }),
+            histogram(WAYS[1], 0),
+            histogram(WAYS[3], 1),
+        ],
+    }
+}

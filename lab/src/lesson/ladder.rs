@@ -1,0 +1,313 @@
+//! The ladder of path tracers: six estimators of the same picture, each a step better.
+//!
+//! Measure: variance of a sample of a pixel, the mean over pixels and channels; efficiency 1 / (variance x seconds).
+//! Range: the Cornell box, independent random numbers, the same kernel for all.
+//! Source: Kajiya 1986, "The Rendering Equation"; Veach 1997. Tested in `lab/tests/reports/lesson.rs`.
+
+use super::number::{Number, Technique};
+use super::page::{Finding, Formula, Page, Picture};
+use super::stage::{Light, Stage};
+use super::topic::{Lesson, Topic};
+use crate::bench::cornell_box::cornell_box;
+use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use etendue::Result;
+use etendue::internals::image::Image;
+use etendue::internals::image::metrics::mse;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::math::stats::{Moments, Spread};
+use etendue::internals::render::settings::Budget;
+use std::time::Duration;
+
+pub const TOPIC: Topic = Topic {
+    name: "ladder",
+    title: "The ladder of path tracers",
+    summary: "From the naive path tracer to next event estimation with weights, at equal time on \
+              the Cornell box.",
+    weight: 70.0,
+    run,
+};
+
+const SIZE: (u32, u32) = (128, 128);
+
+/// Samples per pixel of the measured renders.
+const SPP: [usize; 3] = [2, 8, 32];
+
+/// Independent seeds of each measured render.
+const SEEDS: usize = 8;
+
+/// Samples per pixel of each of the reference's renders.
+const REFERENCE_SPP: usize = 96;
+
+/// Renders of the reference.
+const REFERENCES: usize = 8;
+
+/// Seconds of the pictures.
+const SECONDS: f64 = 3.0;
+
+/// A rung: the integrator, and what is new about it.
+const RUNGS: [(IntegratorKind, &str); 6] = [
+    (
+        IntegratorKind::Naive,
+        "a coin at every surface: take what it emits, or go on, anywhere",
+    ),
+    (
+        IntegratorKind::EmitOrReflect,
+        "the coin knows whether the surface emits",
+    ),
+    (IntegratorKind::Bsdf, "no coin, and directions by the BSDF"),
+    (
+        IntegratorKind::LightOrRest,
+        "a ray to the lamp, and one anywhere else",
+    ),
+    (
+        IntegratorKind::NextEvent,
+        "a ray to the lamp at every surface, directions by the BSDF",
+    ),
+    (IntegratorKind::Path, "both ways to the lamp, weighted"),
+];
+
+fn run(lesson: &Lesson<'_>) -> Result<Page> {
+    Ok(Page {
+        claim: "The light in a pixel is one integral over all paths. Every path tracer here \
+                estimates it without bias, so that all come to the same picture; they differ in \
+                the variance that one path leaves, and in what it costs. Each step of the ladder \
+                uses something that is known: where light is emitted, how surfaces reflect, where \
+                the lamps are. What counts at the end is efficiency, one over variance times \
+                time: a trick that halves the variance and takes twice the time gains nothing."
+            .to_owned(),
+        formulas: vec![
+            Formula::new(
+                r"L(x,\omega_o) = L_e(x,\omega_o) + \int_{H}
+                  f_r(\omega_i,\omega_o)\,L(y,-\omega_i)\cos\theta_i\,\mathrm{d}\omega_i",
+                "The rendering equation: what leaves x is emitted there, or came from elsewhere \
+                 and is reflected.",
+            ),
+            Formula::new(
+                r"\text{naive:}\quad \langle L\rangle = \frac{L_e}{q} \;\text{ with probability }
+                  q, \qquad \langle L\rangle = \frac{2\pi f_r \cos\theta}{1-q}\,\langle
+                  L(y)\rangle \;\text{ else}",
+                "The first rung reads it as it stands: a coin chooses a term, a uniform direction \
+                 the point y.",
+            ),
+            Formula::new(
+                r"\text{next event:}\quad L_r = \int_{A} f_r\, L_e\,
+                  V\,\frac{\cos\theta\cos\theta'}{r^2}\,\mathrm{d}A + \int_{H} f_r\,
+                  L_r(y)\cos\theta\,\mathrm{d}\omega",
+                "The reflected light in two parts: straight from the lamps, and what was \
+                 reflected before.",
+            ),
+            Formula::new(
+                r"w_i = \frac{p_i^2}{\sum_k p_k^2}, \qquad \epsilon = \frac{1}{V\,T}",
+                "Two ways to the same light are weighted by the power heuristic; estimators are \
+                 compared by their efficiency.",
+            ),
+        ],
+        experiment: format!(
+            "The Cornell box in {} × {} pixels is rendered by all six, compiled alike and with \
+             independent random numbers. Each renders it with {}, {} and {} samples a pixel, \
+             {SEEDS} times with different seeds, and is held against a reference of {} samples a \
+             pixel by the last of them. Last, each gets {SECONDS} seconds.",
+            SIZE.0,
+            SIZE.1,
+            SPP[0],
+            SPP[1],
+            SPP[2],
+            REFERENCES * REFERENCE_SPP
+        ),
+        findings: findings(lesson)?,
+    })
+}
+
+/// What one rung achieves.
+struct Rung {
+    kind: IntegratorKind,
+    says: &'static str,
+    /// Mean luminances of the pictures, one for each seed.
+    luminances: Moments,
+    /// For each number of samples: mean seconds and root of the mean squared error.
+    errors: Vec<[f64; 2]>,
+    /// Variance of one sample of a pixel, one for each seed.
+    variances: Vec<f64>,
+    /// Seconds for a sample of a pixel.
+    costs: Vec<f64>,
+    picture: Image,
+    picture_spp: u64,
+}
+
+struct Reference {
+    image: Image,
+    luminances: Moments,
+}
+
+fn reference(lesson: &Lesson<'_>, stage: &Stage<'_>) -> Result<Reference> {
+    let mut sum = Image::filled(SIZE.0, SIZE.1, Default::default());
+    let mut luminances = Moments::default();
+    let share = 1.0 / REFERENCES as f32;
+    let spp = lesson.samples(REFERENCE_SPP) as u64;
+    for index in 0..REFERENCES {
+        let seed = lesson.seed("reference", index);
+        let rendered = stage.render(
+            IntegratorKind::Path,
+            Budget::samples(spp),
+            seed,
+            Light::Whole,
+        )?;
+        let image = rendered.film.develop();
+        luminances.push(luminance(&image));
+        for (sum, pixel) in sum.pixels_mut().iter_mut().zip(image.pixels()) {
+            *sum += share * *pixel;
+        }
+        lesson.progress(0.15 * (index as f64 + 1.0) / REFERENCES as f64);
+    }
+    Ok(Reference {
+        image: sum,
+        luminances,
+    })
+}
+
+fn luminance(image: &Image) -> f64 {
+    let [r, g, b] = image.mean().map(|x| x as f32);
+    f64::from(etendue::internals::math::rgb::Rgb::new(r, g, b).luminance())
+}
+
+fn climb(
+    lesson: &Lesson<'_>,
+    stage: &Stage<'_>,
+    reference: &Reference,
+    (kind, says): (IntegratorKind, &'static str),
+) -> Result<Rung> {
+    let mut luminances = Moments::default();
+    let (mut errors, mut variances, mut costs) = (Vec::new(), Vec::new(), Vec::new());
+    for full in SPP {
+        let spp = ((full as f64 * lesson.settings.effort) as u64).max(1);
+        let (mut seconds, mut squares) = (0.0, 0.0);
+        for index in 0..SEEDS {
+            let seed = lesson.seed(&format!("{} {full}", kind.name()), index);
+            let rendered = stage.render(kind, Budget::samples(spp), seed, Light::Whole)?;
+            let image = rendered.film.develop();
+            let square = mse(&image, &reference.image)?;
+            let time = rendered.elapsed.as_secs_f64();
+            seconds += time / SEEDS as f64;
+            squares += square / SEEDS as f64;
+            if full == SPP[SPP.len() - 1] {
+                luminances.push(luminance(&image));
+                variances.push(square * spp as f64);
+                costs.push(time / rendered.film.sample_count().max(1) as f64);
+            }
+        }
+        errors.push([seconds, squares.sqrt()]);
+    }
+    let seconds = (SECONDS * lesson.settings.effort).max(0.05);
+    let time = Budget::time(Duration::from_secs_f64(seconds));
+    let rendered = stage.render(kind, time, lesson.seed("picture", 0), Light::Whole)?;
+    Ok(Rung {
+        kind,
+        says,
+        luminances,
+        errors,
+        variances,
+        costs,
+        picture: rendered.film.develop(),
+        picture_spp: rendered.spp,
+    })
+}
+
+impl Rung {
+    fn number(&self, reference: &Reference) -> Number {
+        let both = [&self.luminances, &reference.luminances].map(Moments::standard_error);
+        let [ours, of_reference] = both.map(|error| error.unwrap_or(f64::NAN));
+        Number::new(
+            format!("mean luminance, {}", self.kind.name()),
+            reference.luminances.mean(),
+            self.luminances.mean(),
+            ours.hypot(of_reference),
+            0.1,
+        )
+    }
+
+    fn technique(&self) -> Technique {
+        let efficiencies = self
+            .variances
+            .iter()
+            .zip(&self.costs)
+            .map(|(v, t)| 1.0 / (v * t));
+        let spread = Spread::of(efficiencies.collect());
+        let cost = Spread::of(self.costs.clone()).median;
+        Technique {
+            variance: Moments::of(self.variances.iter().copied()).mean(),
+            efficiency: spread.median,
+            efficiency_range: Some([spread.min, spread.max]),
+            ..Technique::new(self.kind.name(), &self.luminances, cost)
+        }
+    }
+
+    fn picture(&self) -> Picture {
+        Picture {
+            name: self.kind.name().to_owned(),
+            says: format!("{}; {} samples a pixel", self.says, self.picture_spp),
+            image: self.picture.clone(),
+        }
+    }
+}
+
+fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
+    let stage = Stage::new(lesson, cornell_box(), SIZE)?;
+    let reference = reference(lesson, &stage)?;
+    let mut rungs = Vec::new();
+    for (index, rung) in RUNGS.into_iter().enumerate() {
+        rungs.push(climb(lesson, &stage, &reference, rung)?);
+        lesson.progress(0.15 + 0.85 * (index as f64 + 1.0) / RUNGS.len() as f64);
+    }
+    let mut pictures: Vec<Picture> = rungs.iter().map(Rung::picture).collect();
+    pictures.push(Picture {
+        name: "reference".to_owned(),
+        says: format!(
+            "{} samples a pixel by `path`",
+            REFERENCES * lesson.samples(REFERENCE_SPP)
+        ),
+        image: reference.image.clone(),
+    });
+    let seconds = SECONDS * lesson.settings.effort;
+    Ok(vec![
+        Finding::Pictures {
+            title: "At equal time".to_owned(),
+            reading: format!("{seconds} seconds each. They differ in noise alone."),
+            pictures,
+        },
+        Finding::Techniques {
+            reading: "Variance is that of one sample of a pixel, the mean over the picture, of \
+                      the squared distance from the reference; T is the time of such a sample. \
+                      The efficiency is the median over the seeds, with the least and the \
+                      greatest; it depends on the machine, its ratio to the first much less."
+                .to_owned(),
+            techniques: rungs.iter().map(Rung::technique).collect(),
+        },
+        Finding::Plots {
+            plots: vec![against_time(&rungs)],
+        },
+        Finding::Numbers {
+            reading: "The mean luminance of each, held against that of the reference: all \
+                      estimate the same picture."
+                .to_owned(),
+            numbers: rungs.iter().map(|rung| rung.number(&reference)).collect(),
+        },
+    ])
+}
+
+fn against_time(rungs: &[Rung]) -> Plot {
+    let series = rungs
+        .iter()
+        .enumerate()
+        .map(|(hue, rung)| Series::new(rung.kind.name(), Mark::Marks, hue, rung.errors.clone()));
+    Plot {
+        title: "Error against time".to_owned(),
+        reading: "All lines fall as one over the root of the time: no step changes the law, each \
+                  shifts the line. The horizontal distance between two lines is how much longer \
+                  one has to wait."
+            .to_owned(),
+        shape: Shape::Wide,
+        x: Axis::log("seconds"),
+        y: Axis::log("root mean square error"),
+        series: series.collect(),
+    }
+}

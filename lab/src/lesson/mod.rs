@@ -1,0 +1,76 @@
+//! The classic course on Monte Carlo integration as experiments: each topic claims something, tries it, and holds the
+//! numbers against their exact values.
+//!
+//! A topic yields a [`page::Page`], which knows nothing of HTML or terminals. Random numbers, distributions and
+//! quadrature come from `sampling/` and `bsdf/`, pictures from `render/`: a lesson shows what the renderer runs on,
+//! not a copy of it.
+//!
+//! Measure: said by each topic.
+//! Range: settings as in [`topic::Settings`]. All but times and what is rendered for a time is the same for the same
+//! seed, on any number of threads.
+//! Source: docs/lessons.md. Tested in `lab/tests/reports/lesson.rs`.
+
+mod convergence;
+mod dice;
+mod direct;
+mod disk;
+mod error_curve;
+mod hemisphere;
+mod importance;
+mod ladder;
+pub mod number;
+pub mod page;
+mod pdf_cdf;
+mod phong;
+mod power;
+mod quadrature;
+mod roulette;
+mod stage;
+mod stratified;
+pub mod topic;
+mod uniform;
+
+use etendue::{Error, Result};
+use page::Page;
+use topic::{Lesson, LessonObserver, Settings, Topic};
+
+/// All topics, in the order of the course.
+pub const TOPICS: &[Topic] = &[
+    dice::TOPIC,
+    pdf_cdf::TOPIC,
+    power::TOPIC,
+    disk::TOPIC,
+    hemisphere::TOPIC,
+    phong::TOPIC,
+    quadrature::TOPIC,
+    convergence::TOPIC,
+    importance::TOPIC,
+    stratified::TOPIC,
+    roulette::TOPIC,
+    direct::TOPIC,
+    ladder::TOPIC,
+];
+
+/// Runs a topic; `None` if the observer ended it.
+///
+/// # Errors
+/// Settings out of their range, a render that fails, or threads that cannot be started.
+pub fn run(
+    topic: &Topic,
+    settings: &Settings,
+    observer: &dyn LessonObserver,
+) -> Result<Option<Page>> {
+    if settings.threads == 0 {
+        return Err(Error::usage("threads must be at least 1"));
+    }
+    if !(settings.effort > 0.0 && settings.effort <= 1.0) {
+        return Err(Error::usage("the effort must be above 0 and at most 1"));
+    }
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(settings.threads)
+        .build()
+        .map_err(|error| Error::render("cannot start the threads").because(error))?;
+    let lesson = Lesson::new(topic.name, *settings, observer);
+    let page = pool.install(|| (topic.run)(&lesson))?;
+    Ok((!observer.is_cancelled()).then_some(page))
+}

@@ -1,0 +1,141 @@
+//! A number that was measured beside its exact value, and a technique with its efficiency.
+//!
+//! Measure: that of the number; costs in seconds a sample; efficiencies per second and per squared unit of the
+//! estimate.
+//! Range: standard errors come from at least 16 independent numbers; 0 is for what has no chance in it.
+//! Source: the acceptance rule of `lab/src/verdict.rs`. Tested below.
+
+use crate::verdict::{ROUNDING, Verdict};
+use etendue::internals::math::stats::Moments;
+use serde::Serialize;
+
+/// A number that was measured beside its exact value.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Number {
+    /// What it is.
+    pub name: String,
+    /// What it should be.
+    pub exact: f64,
+    /// What came out.
+    pub ours: f64,
+    /// How far chance may have moved it.
+    pub standard_error: f64,
+    /// Whether it is what it should be.
+    pub verdict: Verdict,
+}
+
+impl Number {
+    /// The mean of independent numbers; `power` is the greatest standard error that counts, relative to `exact`, or
+    /// as it is where `exact` is 0.
+    pub fn mean(name: impl Into<String>, exact: f64, numbers: &Moments, power: f64) -> Self {
+        let standard_error = numbers.standard_error().unwrap_or(f64::NAN);
+        Self::new(name, exact, numbers.mean(), standard_error, power)
+    }
+
+    /// A number without chance in it.
+    pub fn certain(name: impl Into<String>, exact: f64, ours: f64) -> Self {
+        Self::new(name, exact, ours, 0.0, 0.0)
+    }
+
+    /// A number with its standard error; `power` as for [`Number::mean`].
+    pub fn new(
+        name: impl Into<String>,
+        exact: f64,
+        ours: f64,
+        standard_error: f64,
+        power: f64,
+    ) -> Self {
+        let size = if exact == 0.0 { 1.0 } else { exact.abs() };
+        let off = (ours - exact).abs();
+        let verdict = Verdict::of(off, ROUNDING * size, standard_error, power * size);
+        Self {
+            name: name.into(),
+            exact,
+            ours,
+            standard_error,
+            verdict,
+        }
+    }
+}
+
+/// A way to estimate something.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Technique {
+    /// What it is.
+    pub name: String,
+    /// The mean of its samples.
+    pub mean: f64,
+    /// How far chance may have moved the mean.
+    pub standard_error: f64,
+    /// The variance of one sample.
+    pub variance: f64,
+    /// What it should be, where that is known; infinite where it is.
+    pub exact_variance: Option<f64>,
+    /// Seconds a sample.
+    pub cost: f64,
+    /// 1 / (variance x cost); infinite without variance.
+    pub efficiency: f64,
+    /// The least and the greatest efficiency of several runs, where there were several.
+    pub efficiency_range: Option<[f64; 2]>,
+}
+
+impl Technique {
+    /// A technique by what was measured of it.
+    pub fn new(name: impl Into<String>, samples: &Moments, cost: f64) -> Self {
+        let rounding = (f64::EPSILON * samples.mean()).powi(2);
+        let variance = match samples.variance() {
+            // Samples that differ by the rounding of their mean are all the same.
+            Some(variance) if variance <= rounding => 0.0,
+            variance => variance.unwrap_or(f64::NAN),
+        };
+        Self {
+            name: name.into(),
+            mean: samples.mean(),
+            standard_error: (variance / samples.count() as f64).sqrt(),
+            variance,
+            exact_variance: None,
+            cost,
+            efficiency: 1.0 / (variance * cost),
+            efficiency_range: None,
+        }
+    }
+
+    /// The same technique, with what its variance should be.
+    pub fn exactly(self, variance: f64) -> Self {
+        Self {
+            exact_variance: Some(variance),
+            ..self
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn verdicts_tell_wrong_from_unknown() {
+        let verdict = |ours, error| Number::new("it", 2.0, ours, error, 0.01).verdict;
+        assert_eq!(verdict(2.05, 0.01), Verdict::Passed);
+        assert_eq!(verdict(2.06, 0.01), Verdict::Failed);
+        assert_eq!(verdict(2.05, 0.03), Verdict::Inconclusive);
+        assert_eq!(verdict(f64::NAN, 0.01), Verdict::Failed);
+        assert_eq!(verdict(2.0, f64::NAN), Verdict::Failed);
+        assert_eq!(
+            Number::certain("it", 0.5, 0.500_01).verdict,
+            Verdict::Failed
+        );
+        assert_eq!(Number::certain("it", 0.5, 0.5).verdict, Verdict::Passed);
+    }
+
+    #[test]
+    fn efficiency_is_one_over_variance_and_cost() {
+        let samples = Moments::of([1.0, 3.0]);
+        assert_eq!(Technique::new("it", &samples, 0.25).efficiency, 2.0);
+        let constant = Moments::of([1.0, 1.0]);
+        assert_eq!(
+            Technique::new("it", &constant, 0.25).efficiency,
+            f64::INFINITY
+        );
+    }
+}

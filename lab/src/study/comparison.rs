@@ -1,0 +1,448 @@
+//! Two pictures of the same thing: how far one is from the other, where, and whether they tend to different pictures.
+//!
+//! The test of bias takes each pixel's standard error from the layers of `render --layers`. Pixels are independent, so the
+//! variance of a mean over many of them is the sum of theirs. A picture without these layers is taken as exact.
+//!
+//! Measure: metrics as in `image/metrics.rs`; means in units of the pixels.
+//! Range: pictures of the same size. Pixels that either picture flags are left out of the test: it says nothing of them. The
+//! random numbers of both renders must not be the same.
+//! Source: docs/accuracy.md, "Comparing two pictures"; `math/difference.rs`. Tested below and in `cli/tests/command/compare.rs`.
+
+use crate::study::difference::{Difference, Estimate, MeanDifference, family_p_value, sidak};
+use etendue::internals::film::batches::BATCHES;
+use etendue::internals::image::metrics::{self, TileError};
+use etendue::internals::image::tiles::Tile;
+use etendue::internals::image::{LayeredImage, MetadataValue};
+use etendue::{Error, Result};
+use serde::Serialize;
+
+/// The significance at which bias is found, for all tests of a kind together.
+pub const SIGNIFICANCE: f64 = 0.05;
+/// The probability with which a difference is found that is called detectable.
+pub const POWER: f64 = 0.9;
+
+/// All numbers but those that need more than the pixels.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Metrics {
+    /// The mean of (x - r)^2.
+    pub mse: f64,
+    /// Its root.
+    pub rmse: f64,
+    /// The mean of (x - r)^2 / (r^2 + eps).
+    pub rel_mse: f64,
+    /// Its root: the error that `render --error` speaks of.
+    pub rel_rmse: f64,
+    /// The mean without its worst 0.1 % of pixels.
+    pub trimmed_rel_mse: f64,
+    /// The part of it that the reference's own noise is expected to have, by its standard errors.
+    pub reference_noise: Option<f64>,
+    /// The means of R, G and B over those of the reference, less one.
+    pub mean_differences: [f64; 3],
+    /// Tiles by their share of relMSE, the worst first.
+    pub tiles: Vec<TileError>,
+}
+
+impl Metrics {
+    /// The metrics of a picture against a reference, with tiles of so many pixels a side.
+    ///
+    /// # Errors
+    /// If their sizes differ, or a standard error is not a number from 0 on.
+    pub fn of(image: &LayeredImage, reference: &LayeredImage, side: u32) -> Result<Self> {
+        let bars = Bars::of(reference)?.errors;
+        let (image, reference) = (&image.image, &reference.image);
+        let mse = metrics::mse(image, reference)?;
+        let errors = metrics::relative_errors(image, reference)?;
+        let rel_mse = errors.iter().sum::<f64>() / errors.len() as f64;
+        Ok(Self {
+            mse,
+            rmse: mse.sqrt(),
+            rel_mse,
+            rel_rmse: rel_mse.sqrt(),
+            reference_noise: bars.map(|errors| metrics::relative_noise(reference, errors)),
+            mean_differences: metrics::mean_differences(image, reference),
+            tiles: metrics::worst_tiles(&errors, image.width(), side),
+            trimmed_rel_mse: metrics::trimmed_mean(errors),
+        })
+    }
+}
+
+/// Whether two pictures tend to different ones.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BiasTest {
+    /// The share of pixels that were tested: those that neither picture flags.
+    pub tested: f64,
+    /// The means of R, G and B.
+    pub channels: [ChannelTest; 3],
+    /// The p-value of all three together.
+    pub p: f64,
+    /// How many tests of a channel of a tile there were.
+    pub tile_tests: usize,
+    /// The p-value of all of them together.
+    pub tiles_p: f64,
+    /// The smallest relative difference that half of them find.
+    pub tiles_detectable: f64,
+    /// The one with the least p-value.
+    pub worst_tile: TileTest,
+}
+
+/// The means of one channel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ChannelTest {
+    /// The test.
+    #[serde(flatten)]
+    pub means: MeanDifference,
+    /// The smallest relative difference that it finds.
+    pub detectable: f64,
+}
+
+/// The means of one channel in one tile.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TileTest {
+    /// Where it is.
+    #[serde(flatten)]
+    pub tile: Tile,
+    /// 0 is red, 1 green, 2 blue.
+    pub channel: usize,
+    /// The test.
+    #[serde(flatten)]
+    pub means: MeanDifference,
+}
+
+impl BiasTest {
+    /// Whether a bias was found, by either kind of test.
+    pub fn is_found(&self) -> bool {
+        // Two families share the significance.
+        self.p.min(self.tiles_p) < sidak(SIGNIFICANCE, 2)
+    }
+}
+
+/// Tests two pictures for bias, in tiles of so many pixels a side; `None` if neither has standard errors, or nothing is left to
+/// test: all pixels are flagged, or the pictures are equal without noise.
+///
+/// # Errors
+/// If their sizes differ, or a standard error is not a number from 0 on.
+pub fn bias_test(
+    image: &LayeredImage,
+    reference: &LayeredImage,
+    side: u32,
+) -> Result<Option<BiasTest>> {
+    metrics::check_sizes(&image.image, &reference.image)?;
+    let sides = [Bars::of(image)?, Bars::of(reference)?];
+    if sides.iter().all(|bars| bars.errors.is_none()) {
+        return Ok(None);
+    }
+    let (width, height) = (image.image.width(), image.image.height());
+    let mut whole = [Difference::default(); 3];
+    let mut tiles = Vec::new();
+    for tile in Tile::all(width, height, side) {
+        let differences = tile_differences(&sides, tile, width);
+        for (c, difference) in differences.into_iter().enumerate() {
+            whole[c] = whole[c].merge(difference);
+            // What is black without noise in both cannot fail: it is no test.
+            let means = difference.test().filter(MeanDifference::says_something);
+            tiles.extend(means.map(|means| TileTest {
+                tile,
+                channel: c,
+                means,
+            }));
+        }
+    }
+    let pixels = f64::from(width) * f64::from(height);
+    let tested = whole[0].count() as f64 / pixels;
+    Ok(judge(tested, whole, &tiles))
+}
+
+/// The sums over the pixels of a tile that neither picture flags.
+fn tile_differences(sides: &[Bars; 2], tile: Tile, width: u32) -> [Difference; 3] {
+    // Those of its own batches: what neighbours add to a pixel's variance, they lack themselves.
+    let freedom = (BATCHES - 1) as f64;
+    let mut differences = [Difference::default(); 3];
+    for index in tile.indices(width) {
+        if sides.iter().any(|bars| bars.is_flagged(index)) {
+            continue;
+        }
+        for (c, difference) in differences.iter_mut().enumerate() {
+            let [a, b] = [0, 1].map(|i: usize| sides[i].estimate(index, c));
+            difference.push(a, b, freedom);
+        }
+    }
+    differences
+}
+
+/// What the tests say together; `None` if nothing was tested.
+fn judge(tested: f64, whole: [Difference; 3], tiles: &[TileTest]) -> Option<BiasTest> {
+    let significance = sidak(SIGNIFICANCE, whole.len());
+    let channel = |difference: Difference| {
+        let means = difference.test()?;
+        Some(ChannelTest {
+            means,
+            detectable: means.detectable(significance, POWER),
+        })
+    };
+    let [r, g, b] = whole.map(channel);
+    let channels = [r?, g?, b?];
+    let least = channels.iter().map(|channel| channel.means.p);
+    let least = least.fold(1.0, f64::min);
+    let by_p = |a: &&TileTest, b: &&TileTest| a.means.p.total_cmp(&b.means.p);
+    let worst_tile = *tiles.iter().min_by(by_p)?;
+    let of_tiles = sidak(SIGNIFICANCE, tiles.len());
+    let mut detectable: Vec<f64> = tiles
+        .iter()
+        .map(|tile| tile.means.detectable(of_tiles, POWER))
+        .collect();
+    detectable.sort_by(f64::total_cmp);
+    Some(BiasTest {
+        tested,
+        channels,
+        p: family_p_value(least, channels.len()),
+        tile_tests: tiles.len(),
+        tiles_p: family_p_value(worst_tile.means.p, tiles.len()),
+        tiles_detectable: detectable[detectable.len() / 2],
+        worst_tile,
+    })
+}
+
+/// Why the test of bias does not hold for two pictures, if that can be seen.
+pub fn same_random_numbers(image: &LayeredImage, reference: &LayeredImage) -> Option<String> {
+    let fact = |name| Some((image.fact(name)?, reference.fact(name)?));
+    let same = |name| fact(name).is_some_and(|(a, b)| a == b);
+    let (seed, _) = fact("seed").filter(|(a, b)| a == b)?;
+    let seed = match seed {
+        MetadataValue::Text(seed) => seed.clone(),
+        other => format!("{other:?}"),
+    };
+    same("sampler").then(|| {
+        format!(
+            "both pictures were rendered with seed {seed}: their errors are not independent, and \
+             the test of bias does not hold"
+        )
+    })
+}
+
+/// A picture and its standard errors.
+struct Bars<'a> {
+    image: &'a LayeredImage,
+    /// Of R, G and B.
+    errors: Option<[&'a [f32]; 3]>,
+    flags: Option<&'a [f32]>,
+}
+
+impl<'a> Bars<'a> {
+    fn of(image: &'a LayeredImage) -> Result<Self> {
+        let errors = match image.layer("se.R") {
+            Some(_) => Some(image.required_layers(["se.R", "se.G", "se.B"])?),
+            None => None,
+        };
+        let is_wrong = |error: &f32| !(error.is_finite() && *error >= 0.0);
+        for errors in errors.into_iter().flatten() {
+            if let Some(place) = errors.iter().position(is_wrong) {
+                let width = image.image.width() as usize;
+                let error = Error::scene(format!(
+                    "the standard error of pixel ({}, {}) is {}: expected a number from 0 on",
+                    place % width,
+                    place / width,
+                    errors[place]
+                ));
+                return Err(match &image.file {
+                    Some(file) => error.in_file(file),
+                    None => error,
+                });
+            }
+        }
+        Ok(Self {
+            image,
+            errors,
+            flags: image.layer("flag.Y"),
+        })
+    }
+
+    fn is_flagged(&self, index: usize) -> bool {
+        self.flags.is_some_and(|flags| flags[index] != 0.0)
+    }
+
+    fn estimate(&self, index: usize, channel: usize) -> Estimate {
+        let value = self.image.image.pixels()[index].to_array()[channel];
+        let standard_error = self.errors.map_or(0.0, |errors| errors[channel][index]);
+        Estimate {
+            value: value.into(),
+            standard_error: standard_error.into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use etendue::internals::image::{Image, Layer};
+    use etendue::internals::math::rgb::Rgb;
+    use etendue::internals::math::stats::{Moments, normal_quantile};
+    use rand_core::Rng;
+    use rand_pcg::Pcg64;
+
+    const SIZE: (u32, u32) = (40, 24);
+
+    /// A picture as a render makes it: batches about a gradient, noisier to the right, with `bias` in the tile at (16, 16).
+    fn rendered(seed: u64, bias: f64) -> LayeredImage {
+        let mut rng = Pcg64::new(seed.into(), 5);
+        let mut pixels = Vec::new();
+        let mut errors: [Vec<f32>; 3] = Default::default();
+        for index in 0..(SIZE.0 * SIZE.1) {
+            let (x, y) = (index % SIZE.0, index / SIZE.0);
+            let factor = match (16..24).contains(&x) && (16..24).contains(&y) {
+                true => 1.0 + bias,
+                false => 1.0,
+            };
+            let mut channel = |c: usize| {
+                let mean = 0.2 + 0.01 * f64::from(x) + 0.1 * c as f64;
+                let sigma = 0.0075 + 0.0015 * f64::from(x);
+                let batches = Moments::of((0..BATCHES).map(|_| {
+                    let u = ((rng.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64;
+                    factor * mean + sigma * normal_quantile(u)
+                }));
+                let error = batches.standard_error().expect("there are several");
+                errors[c].push(error as f32);
+                batches.mean() as f32
+            };
+            pixels.push(Rgb::new(channel(0), channel(1), channel(2)));
+        }
+        let mut image = LayeredImage::from(Image::new(SIZE.0, SIZE.1, pixels));
+        let named = ["se.R", "se.G", "se.B"].into_iter().zip(errors);
+        image.layers = named
+            .map(|(name, samples)| Layer {
+                name: name.to_owned(),
+                samples,
+            })
+            .collect();
+        image
+    }
+
+    fn test(image: &LayeredImage, reference: &LayeredImage) -> BiasTest {
+        let test = bias_test(image, reference, 8).expect("same size");
+        test.expect("there are standard errors")
+    }
+
+    #[test]
+    fn no_bias_is_found_but_as_often_as_is_said() {
+        let trials = 200;
+        let found = (0..trials).filter(|&trial| {
+            let [a, b] = [2 * trial, 2 * trial + 1].map(|seed| rendered(seed, 0.0));
+            test(&a, &b).is_found()
+        });
+        // 10 of them, give or take 3; more than 22 in one of 4000 runs of this test.
+        let found = found.count();
+        assert!((1..=22).contains(&found), "{found}");
+    }
+
+    #[test]
+    fn a_bias_in_one_tile_is_found_there_where_it_is_large_enough() {
+        let reference = rendered(1000, 0.0);
+        let detectable = test(&rendered(1001, 0.0), &reference).tiles_detectable;
+        assert!((0.01..0.1).contains(&detectable), "{detectable}");
+        let biased = test(&rendered(1002, 2.0 * detectable), &reference);
+        assert!(biased.is_found() && biased.tiles_p < 0.01, "{biased:?}");
+        assert_eq!(
+            (biased.worst_tile.tile.x, biased.worst_tile.tile.y),
+            (16, 16)
+        );
+        assert_eq!(biased.tile_tests, 45);
+    }
+
+    #[test]
+    fn one_per_cent_everywhere_is_found_by_the_means() {
+        let brighter = |mut image: LayeredImage| {
+            image
+                .image
+                .pixels_mut()
+                .iter_mut()
+                .for_each(|pixel| *pixel *= 1.01);
+            image
+        };
+        let trials = 20;
+        let mut found = 0;
+        for trial in 0..trials {
+            let reference = rendered(3000 + 2 * trial, 0.0);
+            let test = test(&brighter(rendered(3001 + 2 * trial, 0.0)), &reference);
+            let detectable = test.channels.map(|channel| channel.detectable);
+            assert!(
+                detectable.iter().all(|d| (0.003..0.015).contains(d)),
+                "{detectable:?}"
+            );
+            found += u32::from(test.is_found());
+        }
+        // The best channel alone finds it with a probability above 0.9.
+        assert!(found >= 17, "{found}");
+    }
+
+    #[test]
+    fn squares_of_errors_are_those_of_both_pictures() {
+        let metrics = Metrics::of(&rendered(1, 0.0), &rendered(2, 0.0), 8).expect("same size");
+        // Both have the same noise: half of the square is the reference's, to within what 2880 squares leave.
+        let share = metrics.reference_noise.expect("it has bars") / metrics.rel_mse;
+        assert!((share - 0.5).abs() < 0.1, "{share}");
+        assert_eq!(metrics.rel_rmse, metrics.rel_mse.sqrt());
+        let alone = LayeredImage::from(rendered(2, 0.0).image);
+        let metrics = Metrics::of(&rendered(1, 0.0), &alone, 8).expect("same size");
+        assert_eq!(metrics.reference_noise, None);
+    }
+
+    #[test]
+    fn flagged_pixels_and_exact_references_count_as_such() {
+        let mut image = rendered(1, 0.0);
+        let exact = LayeredImage::from(rendered(2, 0.0).image);
+        assert!(bias_test(&exact, &exact, 8).expect("same size").is_none());
+        let against_exact = test(&image, &exact).channels[0].means.standard_error;
+        let against_noisy = test(&image, &rendered(2, 0.0)).channels[0]
+            .means
+            .standard_error;
+        assert!(against_noisy > 1.3 * against_exact);
+
+        // A firefly that is flagged says nothing.
+        image.image.pixels_mut()[5] = Rgb::grey(1e6);
+        assert!(test(&image, &exact).tiles_p < 1e-9);
+        let mut flags = vec![0.0; image.image.pixels().len()];
+        flags[5] = 1.0;
+        let flag = |samples| Layer {
+            name: "flag.Y".to_owned(),
+            samples,
+        };
+        image.layers.push(flag(flags.clone()));
+        let tested = test(&image, &rendered(2, 0.0));
+        assert!(tested.tiles_p > 1e-3 && tested.tested == 1.0 - 1.0 / 960.0);
+        flags.fill(1.0);
+        image.layers.last_mut().expect("a layer").samples = flags;
+        assert!(bias_test(&image, &exact, 8).expect("same size").is_none());
+    }
+
+    #[test]
+    fn standard_errors_that_are_none_are_refused() {
+        let good = rendered(1, 0.0);
+        let mut bad = good.clone();
+        bad.layers[1].samples[41] = f32::NAN;
+        let error = bias_test(&good, &bad, 8).expect_err("not a number");
+        assert!(error.to_string().contains("pixel (1, 1)"), "{error}");
+        let mut half = good.clone();
+        half.layers.pop();
+        let error = bias_test(&half, &good, 8).expect_err("one is missing");
+        assert!(error.to_string().contains("se.B"), "{error}");
+    }
+
+    #[test]
+    fn the_same_random_numbers_are_seen() {
+        let with_seed = |seed: &str| {
+            let mut image = rendered(1, 0.0);
+            let text = |text: &str| MetadataValue::Text(text.to_owned());
+            image.metadata = vec![
+                ("etendue.seed".to_owned(), text(seed)),
+                ("etendue.sampler".to_owned(), text("sobol")),
+            ];
+            image
+        };
+        let same = same_random_numbers(&with_seed("7"), &with_seed("7"));
+        assert!(same.expect("they are the same").contains("seed 7"));
+        assert_eq!(same_random_numbers(&with_seed("7"), &with_seed("8")), None);
+        assert_eq!(
+            same_random_numbers(&rendered(1, 0.0), &with_seed("8")),
+            None
+        );
+    }
+}

@@ -1,0 +1,125 @@
+//! The part of a study that asks where variance comes from and where time goes: paths, bounces, effects.
+//!
+//! Measure: as in the report.
+//! Range: what there is no time for is left out, and said to be.
+//! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
+
+use super::anatomy::path_shares;
+use super::effect_cost::{CostSettings, EffectCost, effect_costs};
+use super::fit::TimeLaw;
+use super::lengths::{self, bounce_costs};
+use super::reference::References;
+use super::report::EffectShare;
+use super::run::Study;
+use super::runner::{Purpose, seed_for};
+use super::schedule::ANATOMY;
+use super::settings::Watch;
+use etendue::Result;
+use etendue::internals::plan::Plan;
+use etendue::internals::render::RenderObserver;
+
+/// Rounds of renders with growing limits of bounces.
+pub const BOUNCE_ROUNDS: u64 = 5;
+
+/// Pairs of renders for the cost of an effect.
+const EFFECT_ROUNDS: u64 = 3;
+
+/// Samples of a pixel that are watched, at least and at most.
+const WATCHED: [u64; 2] = [8, 256];
+
+/// Each step is `None` if the study was cancelled.
+impl Study<'_> {
+    /// Where variance comes from, what bounces cost, and what effects do. Each gets a third of the time, or of what is left.
+    pub(super) fn anatomy(
+        &mut self,
+        references: &References,
+        laws: &[TimeLaw],
+        watch: &Watch<'_>,
+    ) -> Result<Option<()>> {
+        let third = ANATOMY * self.settings.budget / 3.0;
+        let share = |of_left: f64| third.min(of_left * watch.left()).max(0.0);
+        self.paths(references, laws, share(1.0 / 3.0));
+        if watch.is_cancelled() {
+            return Ok(None);
+        }
+        self.tell(watch);
+        if self.bounces(laws, share(0.5), watch)?.is_none() {
+            return Ok(None);
+        }
+        self.effects(laws, share(0.9), watch)
+    }
+
+    /// Where the variance of each variant comes from.
+    fn paths(&mut self, references: &References, laws: &[TimeLaw], seconds: f64) {
+        let share = seconds / laws.len() as f64;
+        for (index, law) in laws.iter().enumerate() {
+            let spp = ((share / law.sample) as u64).clamp(WATCHED[0], WATCHED[1]);
+            if share < 0.5 * law.at(spp as f64) {
+                self.report
+                    .warn("there was no time to find out which paths the variance comes from");
+                return;
+            }
+            let variant = &self.settings.variants[index];
+            let seed = seed_for(self.settings.seed, Purpose::Paths, [index as u64, 0, 0]);
+            let shares = path_shares(self.stage, variant, references, spp, seed);
+            self.report.variants[index].paths = shares;
+        }
+    }
+
+    /// What each bounce costs the first variant.
+    fn bounces(&mut self, laws: &[TimeLaw], seconds: f64, watch: &Watch<'_>) -> Result<Option<()>> {
+        let Some((law, variant)) = laws.first().zip(self.settings.variants.first()) else {
+            return Ok(Some(()));
+        };
+        let each = seconds / (BOUNCE_ROUNDS * lengths::RENDERS) as f64;
+        let spp = ((each - law.start) / law.sample) as u64;
+        if spp == 0 {
+            self.report
+                .warn("there was no time to find out what each bounce costs");
+            return Ok(Some(()));
+        }
+        let seed = |round| seed_for(self.settings.seed, Purpose::Bounces, [round, 0, 0]);
+        let seeds: Vec<u64> = (0..BOUNCE_ROUNDS).map(seed).collect();
+        let costs = bounce_costs(self.stage, variant, spp, &seeds, watch)?;
+        let is_whole = costs.is_some();
+        self.report.variants[0].bounces = costs.unwrap_or_default();
+        Ok(is_whole.then_some(()))
+    }
+
+    /// What each effect of the scene costs.
+    fn effects(&mut self, laws: &[TimeLaw], seconds: f64, watch: &Watch<'_>) -> Result<Option<()>> {
+        let plan = Plan::new(self.description, self.stage.scene(self.settings.options));
+        let renders = 2 * (plan.on().count() as u64 + 1) * (EFFECT_ROUNDS + 1);
+        let builds = self
+            .stage
+            .builds
+            .first()
+            .map_or(0.0, |(_, seconds)| *seconds);
+        let each = (seconds - builds * plan.on().count() as f64) / renders as f64;
+        let Some(law) = laws.first() else {
+            return Ok(Some(()));
+        };
+        let spp = ((each - law.start) / law.sample) as u64;
+        if spp == 0 {
+            self.report.warn(
+                "there was no time to find out what each effect costs: see `etendue plan --cost`",
+            );
+            return Ok(Some(()));
+        }
+        let settings = CostSettings {
+            accel: self.settings.options,
+            spp,
+            rounds: EFFECT_ROUNDS,
+        };
+        let costs = effect_costs(self.description, &plan, &settings, watch, |_| {})?;
+        let is_whole = costs.is_some();
+        let effects = costs.map(|costs| costs.effects).unwrap_or_default();
+        let share = |cost: EffectCost| EffectShare {
+            effect: cost.effect.name(),
+            time: cost.time,
+            energy: [cost.energy, cost.energy_error],
+        };
+        self.report.effects = effects.into_iter().map(share).collect();
+        Ok(is_whole.then_some(()))
+    }
+}

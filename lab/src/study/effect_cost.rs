@@ -1,0 +1,165 @@
+//! What each effect of a scene costs: time, and the light that it carries, by rendering with and without it in turn.
+//!
+//! Both renders of a pair use the same random numbers, so that what differs between them is the effect.
+//!
+//! Measure: shares of the time and of the image's mean luminance. A share of time below 0 is an effect that saves time, as
+//! one that ends paths early does.
+//! Range: at least two rounds; each has a seed of its own.
+//! Source: docs/architecture.md, "Effects". Tested in `cli/tests/command/plan.rs`.
+
+use etendue::Result;
+use etendue::internals::accel::AccelOptions;
+use etendue::internals::effects::{Effect, Kernel};
+use etendue::internals::film::filter::Filter;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::stats::{Moments, Spread};
+use etendue::internals::plan::{Plan, without};
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::render::{RenderObserver, render};
+use etendue::internals::scene::Scene;
+use etendue::internals::scene::description::SceneDescription;
+use etendue::internals::scene::prepare::prepare;
+
+/// How to measure.
+#[derive(Debug, Clone, Copy)]
+pub struct CostSettings {
+    /// How acceleration structures are built.
+    pub accel: AccelOptions,
+    /// Samples per pixel of each render, at least 1.
+    pub spp: u64,
+    /// Pairs of renders for each number, at least 2.
+    pub rounds: u64,
+}
+
+/// What one effect costs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EffectCost {
+    /// The effect.
+    pub effect: Effect,
+    /// 1 - time without / time with.
+    pub time: Spread,
+    /// 1 - luminance without / luminance with; not a number for a black image.
+    pub energy: f64,
+    /// Its standard error over the rounds.
+    pub energy_error: f64,
+}
+
+/// What all effects of a scene cost.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Costs {
+    /// The effects that are on.
+    pub effects: Vec<EffectCost>,
+    /// Time of the kernel with everything over that of the chosen one.
+    pub everything: Spread,
+}
+
+/// Measures; `done` is told the share that is done. `None` if the observer cancelled it.
+///
+/// # Errors
+/// A scene that becomes invalid, or a render that fails.
+pub fn effect_costs(
+    description: &SceneDescription,
+    plan: &Plan,
+    settings: &CostSettings,
+    observer: &dyn RenderObserver,
+    mut done: impl FnMut(f64),
+) -> Result<Option<Costs>> {
+    let scene = prepare(description, settings.accel)?.scene;
+    let filter = Filter::new(&description.film.filter);
+    let bench = Bench {
+        scene: &scene,
+        filter: &filter,
+        size: description.film.size,
+        settings,
+        observer,
+    };
+    let on: Vec<Effect> = plan.on().collect();
+    let steps = on.len() as f64 + 1.0;
+    let Some(pairs) = bench.pairs(&scene, Some(Kernel::Everything))? else {
+        return Ok(None);
+    };
+    let everything = pairs
+        .iter()
+        .map(|[chosen, all]| all.seconds / chosen.seconds);
+    let everything = Spread::of(everything.collect());
+    done(1.0 / steps);
+    let mut effects = Vec::new();
+    for (index, effect) in on.into_iter().enumerate() {
+        let other = prepare(&without(description, effect), settings.accel)?.scene;
+        let Some(pairs) = bench.pairs(&other, None)? else {
+            return Ok(None);
+        };
+        effects.push(cost(effect, &pairs));
+        done((index as f64 + 2.0) / steps);
+    }
+    Ok(Some(Costs {
+        effects,
+        everything,
+    }))
+}
+
+/// One render's outcome.
+#[derive(Debug, Clone, Copy)]
+struct Outcome {
+    seconds: f64,
+    luminance: f64,
+}
+
+struct Bench<'a> {
+    scene: &'a Scene,
+    filter: &'a Filter,
+    size: (u32, u32),
+    settings: &'a CostSettings,
+    observer: &'a dyn RenderObserver,
+}
+
+impl Bench<'_> {
+    /// Renders of the scene and of another one in turn; `None` if cancelled.
+    fn pairs(&self, other: &Scene, kernel: Option<Kernel>) -> Result<Option<Vec<[Outcome; 2]>>> {
+        let mut pairs = Vec::new();
+        // The first round warms caches up and does not count.
+        for round in 0..=self.settings.rounds {
+            let Some(with) = self.outcome(self.scene, None, round)? else {
+                return Ok(None);
+            };
+            let Some(without) = self.outcome(other, kernel, round)? else {
+                return Ok(None);
+            };
+            if round > 0 {
+                pairs.push([with, without]);
+            }
+        }
+        Ok(Some(pairs))
+    }
+
+    fn outcome(&self, scene: &Scene, kernel: Option<Kernel>, seed: u64) -> Result<Option<Outcome>> {
+        let settings = RenderSettings {
+            seed,
+            kernel,
+            threads: self.settings.accel.threads,
+            ..RenderSettings::new(self.size, self.settings.spp)
+        };
+        let rendered = render(scene, self.filter, self.size, &settings, self.observer)?;
+        let mean = rendered.film.mean().map(|x| x as f32);
+        Ok((!rendered.cancelled).then(|| Outcome {
+            seconds: rendered.elapsed.as_secs_f64(),
+            luminance: f64::from(Rgb::from(mean).luminance()),
+        }))
+    }
+}
+
+fn cost(effect: Effect, pairs: &[[Outcome; 2]]) -> EffectCost {
+    let share = |value: fn(&Outcome) -> f64| {
+        let shares = pairs
+            .iter()
+            .map(move |[with, without]| 1.0 - value(without) / value(with));
+        shares.collect::<Vec<f64>>()
+    };
+    let energy = Moments::of(share(|outcome| outcome.luminance));
+    EffectCost {
+        effect,
+        time: Spread::of(share(|outcome| outcome.seconds)),
+        energy: energy.mean(),
+        energy_error: energy.standard_error().unwrap_or(f64::NAN),
+    }
+}

@@ -1,0 +1,338 @@
+//! Laws through measured points: how time grows with samples, how error falls with time, and when it falls below a limit.
+//!
+//! Measure: seconds, samples per pixel, relMSE.
+//! Range: at least two levels of samples for a law, three for a test of its fit. Nothing is extrapolated: an error that was
+//! not reached has no time.
+//! Source: weighted least squares; intervals by the bootstrap over renders within each level. Tested below.
+
+use super::bootstrap::{Dealer, REPLICAS, Ranged};
+use etendue::internals::math::stats::Moments;
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+/// t(N) = start + sample N.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct TimeLaw {
+    /// Seconds before the first sample.
+    pub start: f64,
+    /// Seconds for one sample in every pixel.
+    pub sample: f64,
+}
+
+impl TimeLaw {
+    /// The law of (samples, seconds); `None` of nothing. Each second is as uncertain as it is long.
+    pub fn of(points: &[[f64; 2]]) -> Option<Self> {
+        let mut sums = [0.0; 5];
+        for &[n, t] in points.iter().filter(|[_, t]| *t > 0.0) {
+            let w = 1.0 / (t * t);
+            for (sum, x) in sums.iter_mut().zip([1.0, n, n * n, t, n * t]) {
+                *sum += w * x;
+            }
+        }
+        let [w, wn, wnn, wt, wnt] = sums;
+        let determinant = w * wnn - wn * wn;
+        let is_line = determinant > f64::EPSILON * w * wnn;
+        let start = if is_line {
+            ((wnn * wt - wn * wnt) / determinant).max(0.0)
+        } else {
+            0.0
+        };
+        (wnn > 0.0).then(|| Self {
+            start,
+            // What is left for the samples; without a line, all of it.
+            sample: (wnt - start * wn) / wnn,
+        })
+    }
+
+    /// Seconds for so many samples.
+    pub fn at(&self, samples: f64) -> f64 {
+        self.start + self.sample * samples
+    }
+}
+
+/// The relMSE of independent renders with so many samples per pixel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ErrorLevel {
+    /// Samples per pixel.
+    pub spp: f64,
+    /// One for each render; by chance some may be below 0.
+    pub errors: Vec<f64>,
+}
+
+/// log MSE = a - b log t.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Slope {
+    /// b.
+    pub b: Ranged,
+    /// a, for t in samples per pixel.
+    pub a: f64,
+    /// The probability of points as far from the line as these are if it is a line; `None` of two levels.
+    pub lack_of_fit: Option<f64>,
+}
+
+/// Levels, and replicas of their mean errors.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    spp: Vec<f64>,
+    groups: Vec<Vec<f64>>,
+    means: Vec<f64>,
+    replicas: Vec<Vec<f64>>,
+}
+
+impl Curve {
+    /// Levels by samples; those of less than two renders are left out.
+    pub fn new(levels: &[ErrorLevel], seed: u64) -> Self {
+        let used = levels.iter().filter(|level| level.errors.len() > 1);
+        let (spp, groups): (Vec<f64>, Vec<Vec<f64>>) =
+            used.map(|level| (level.spp, level.errors.clone())).unzip();
+        let means = groups
+            .iter()
+            .map(|group| Moments::of(group.iter().copied()).mean())
+            .collect();
+        let mut dealer = Dealer::new(seed);
+        let replicas = (0..REPLICAS).map(|_| dealer.means(&groups)).collect();
+        Self {
+            spp,
+            groups,
+            means,
+            replicas,
+        }
+    }
+
+    /// The mean error of each level, with its interval.
+    pub fn levels(&self) -> Vec<(f64, Ranged)> {
+        let level = |index: usize| {
+            let replicas = self.replicas.iter().map(|means| means[index]);
+            (self.spp[index], Ranged::of(self.means[index], replicas))
+        };
+        (0..self.spp.len()).map(level).collect()
+    }
+
+    /// The slope; time goes by samples, which is what time is made of but for the start.
+    pub fn slope(&self) -> Option<Slope> {
+        let [a, b] = self.line(&self.means)?;
+        let slopes = self.replicas.iter().filter_map(|means| self.line(means));
+        Some(Slope {
+            b: Ranged::of(b, slopes.map(|[_, b]| b)),
+            a,
+            lack_of_fit: self.lack_of_fit([a, b]),
+        })
+    }
+
+    /// a and b of these means, weighted by how many renders they are of.
+    fn line(&self, means: &[f64]) -> Option<[f64; 2]> {
+        let mut sums = [0.0; 5];
+        let mut levels = 0;
+        for ((spp, group), &mean) in self.spp.iter().zip(&self.groups).zip(means) {
+            // What is 0 or less by chance has no logarithm.
+            if mean <= 0.0 {
+                continue;
+            }
+            levels += 1;
+            let (w, x, y) = (group.len() as f64, spp.ln(), mean.ln());
+            for (sum, term) in sums.iter_mut().zip([1.0, x, y, x * x, x * y]) {
+                *sum += w * term;
+            }
+        }
+        let [w, x, y, xx, xy] = sums;
+        let b = -(w * xy - x * y) / (w * xx - x * x);
+        (levels > 1).then_some([(y + b * x) / w, b])
+    }
+
+    /// F-test of the distances from the line against the spread of renders within the levels.
+    fn lack_of_fit(&self, [a, b]: [f64; 2]) -> Option<f64> {
+        let (mut off, mut within, mut freedom, mut levels) = (0.0, 0.0, 0.0, 0.0);
+        for ((spp, group), &mean) in self.spp.iter().zip(&self.groups).zip(&self.means) {
+            if mean <= 0.0 {
+                continue;
+            }
+            let moments = Moments::of(group.iter().copied());
+            let count = group.len() as f64;
+            off += count * (mean.ln() - a + b * spp.ln()).powi(2);
+            within += (count - 1.0) * moments.variance()? / (mean * mean);
+            freedom += count - 1.0;
+            levels += 1.0;
+        }
+        let of_line = levels - 2.0;
+        let f = (off / of_line) / (within / freedom);
+        let law = FisherSnedecor::new(of_line, freedom).ok()?;
+        f.is_finite().then(|| law.sf(f))
+    }
+
+    /// Samples per pixel at which the error falls below `rel_mse` for good; see [`Reached`].
+    pub fn reached(&self, rel_mse: f64) -> Reached {
+        let value = self.crossing(&self.means, rel_mse);
+        let replicas = self.replicas.iter();
+        let replicas = replicas.map(|means| self.crossing(means, rel_mse));
+        let range = Ranged::of(value, replicas);
+        let longest = self.spp.last().copied().unwrap_or(f64::NAN);
+        let least = self.spp.first().copied().unwrap_or(f64::NAN);
+        if value.is_infinite() {
+            Reached::Beyond(longest)
+        } else if value == 0.0 {
+            Reached::Within(least)
+        } else {
+            Reached::At(range)
+        }
+    }
+
+    /// 0 before the first level, infinite after the last; between two, by a power law.
+    fn crossing(&self, means: &[f64], rel_mse: f64) -> f64 {
+        let above = means.iter().rposition(|&mean| mean >= rel_mse);
+        match above {
+            None if means.is_empty() => f64::INFINITY,
+            None => 0.0,
+            Some(last) if last + 1 == means.len() => f64::INFINITY,
+            Some(i) => {
+                let [n0, n1] = [self.spp[i].ln(), self.spp[i + 1].ln()];
+                // An error of 0 or less lies farther down than any other.
+                let [e0, e1] = [means[i].ln(), means[i + 1].max(f64::MIN_POSITIVE).ln()];
+                (n0 + (n1 - n0) * (e0 - rel_mse.ln()) / (e0 - e1)).exp()
+            }
+        }
+    }
+
+    /// Means of the level with the most samples, itself and in each replica.
+    pub fn last(&self) -> Option<(f64, f64, Vec<f64>)> {
+        let index = self.spp.len().checked_sub(1)?;
+        let replicas = self.replicas.iter().map(|means| means[index]).collect();
+        Some((self.spp[index], self.means[index], replicas))
+    }
+}
+
+/// When an error is reached.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reached {
+    /// Between two levels.
+    At(Ranged),
+    /// Before the first of them, which is this.
+    Within(f64),
+    /// Not even at the last of them, which is this.
+    Beyond(f64),
+}
+
+impl Reached {
+    /// The same in other units.
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        match self {
+            Self::At(range) => Self::At(Ranged {
+                value: f(range.value),
+                low: f(range.low),
+                high: f(range.high),
+            }),
+            Self::Within(x) => Self::Within(f(x)),
+            Self::Beyond(x) => Self::Beyond(f(x)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use etendue::internals::math::stats::normal_quantile;
+
+    fn levels(dealer: &mut Dealer, b: f64, spread: f64) -> Vec<ErrorLevel> {
+        let mut normal =
+            || normal_quantile((dealer.below(1 << 40) as f64 + 0.5) / (1_u64 << 40) as f64);
+        let mut level = |power: i32| {
+            let spp = f64::from(power).exp2();
+            let errors = (0..16).map(|_| spp.powf(-b) * (1.0 + spread * normal()));
+            ErrorLevel {
+                spp,
+                errors: errors.collect(),
+            }
+        };
+        (0..7).map(&mut level).collect()
+    }
+
+    #[test]
+    fn time_has_a_start_and_a_cost() {
+        let points: Vec<[f64; 2]> = (0..8)
+            .map(|i| f64::from(i).exp2())
+            .map(|n| [n, 0.5 + 0.01 * n])
+            .collect();
+        let law = TimeLaw::of(&points).expect("several points");
+        assert!(
+            (law.start - 0.5).abs() < 1e-9 && (law.sample - 0.01).abs() < 1e-9,
+            "{law:?}"
+        );
+        // A start below 0 is noise; one level tells none.
+        let law = TimeLaw::of(&[[1.0, 0.9], [2.0, 2.1], [4.0, 4.3]]).expect("three");
+        assert!(
+            law.start == 0.0 && (law.sample - 1.0).abs() < 0.1,
+            "{law:?}"
+        );
+        let law = TimeLaw::of(&[[4.0, 8.0], [4.0, 8.0]]).expect("two");
+        assert_eq!(
+            law,
+            TimeLaw {
+                start: 0.0,
+                sample: 2.0
+            }
+        );
+        assert_eq!(TimeLaw::of(&[]), None);
+    }
+
+    #[test]
+    fn slopes_are_recovered_and_their_intervals_hold_them() {
+        let mut dealer = Dealer::new(1);
+        for b in [1.0, 1.5] {
+            let mut held = 0;
+            let mut slopes = Moments::default();
+            for round in 0..120 {
+                let curve = Curve::new(&levels(&mut dealer, b, 0.2), round);
+                let slope = curve.slope().expect("seven levels").b;
+                slopes.push(slope.value);
+                held += u32::from(slope.holds(b));
+            }
+            let error = slopes.standard_error().expect("many");
+            assert!(
+                (slopes.mean() - b).abs() < 5.0 * error && error < 0.002,
+                "{slopes:?}"
+            );
+            // 95 of 100, four standard deviations of a share of 120 below.
+            assert!((104..=120).contains(&held), "{held}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_line_is_found() {
+        let mut dealer = Dealer::new(2);
+        let p = |curve: &Curve| curve.slope().expect("levels").lack_of_fit.expect("several");
+        let straight = Curve::new(&levels(&mut dealer, 1.0, 0.1), 0);
+        let mut bent = levels(&mut dealer, 1.0, 0.1);
+        for level in &mut bent {
+            level.errors.iter_mut().for_each(|error| *error += 0.02);
+        }
+        let bent = Curve::new(&bent, 0);
+        assert!(
+            p(&straight) > 1e-3 && p(&bent) < 1e-6,
+            "{} {}",
+            p(&straight),
+            p(&bent)
+        );
+        assert!(!bent.slope().expect("levels").b.holds(1.0));
+    }
+
+    #[test]
+    fn errors_are_reached_between_levels_and_never_beyond() {
+        let level = |spp: f64, mean: f64| ErrorLevel {
+            spp,
+            errors: vec![mean * 0.9, mean, mean * 1.1],
+        };
+        let curve = Curve::new(&[level(1.0, 1e-1), level(4.0, 1e-2), level(16.0, 4e-3)], 1);
+        let Reached::At(at) = curve.reached(10_f64.powf(-1.5)) else {
+            panic!("between the first two");
+        };
+        // Half way on logarithmic axes.
+        assert!((at.value - 2.0).abs() < 1e-9 && at.holds(2.0), "{at:?}");
+        assert!(at.low > 1.7 && at.high < 2.4, "{at:?}");
+        assert_eq!(curve.reached(1e-3), Reached::Beyond(16.0));
+        assert_eq!(curve.reached(0.5), Reached::Within(1.0));
+        assert_eq!(curve.reached(0.5).map(|n| 2.0 * n), Reached::Within(2.0));
+        // The last crossing counts: an error that rises again was low by chance.
+        let rises = Curve::new(&[level(1.0, 1e-1), level(4.0, 1e-3), level(16.0, 4e-3)], 1);
+        assert_eq!(rises.reached(2e-3), Reached::Beyond(16.0));
+    }
+}

@@ -1,0 +1,28 @@
+//! What renders tell when they stand side by side: how far they are apart, error against
+//! time by many of them, the cost of an effect; plots of whatever was measured.
+
+pub mod anatomy;
+pub mod bars;
+pub mod bootstrap;
+pub mod clock;
+pub mod comparison;
+pub mod costs;
+mod difference;
+pub mod effect_cost;
+pub mod fit;
+pub mod gram;
+pub mod lengths;
+mod looks;
+pub mod pictures;
+pub mod reference;
+pub mod report;
+pub mod run;
+pub mod runner;
+pub mod schedule;
+pub mod settings;
+pub mod stage;
+pub mod summary;
+pub mod tiles;
+pub mod variant;
+
+pub use run::run;

@@ -1,0 +1,64 @@
+//! Pictures of a study: what variants come to in the same time and at the same error, and how far off they are.
+//!
+//! Measure: radiance; relative errors as in relMSE, signed.
+//! Range: pictures of the study's size.
+//! Source: none needed. Tested below.
+
+use super::reference::References;
+use etendue::internals::image::Image;
+use etendue::internals::math::rgb::Rgb;
+
+/// All of them.
+#[derive(Debug, Clone, Default)]
+pub struct Pictures {
+    /// The mean of both references.
+    pub reference: Option<Image>,
+    /// Each variant, given as much time as the quickest of their longest renders took.
+    pub equal_time: Vec<Shown>,
+    /// Each variant, given the samples that bring it to the least error that all of them reached.
+    pub equal_error: Vec<Shown>,
+    /// The relative standard error of each pixel, by variant.
+    pub standard_errors: Vec<(usize, Vec<f64>)>,
+}
+
+/// A picture beside how far off it is.
+#[derive(Debug, Clone)]
+pub struct Shown {
+    /// Which variant.
+    pub variant: usize,
+    /// Samples per pixel.
+    pub spp: u64,
+    /// Seconds that it took.
+    pub seconds: f64,
+    /// Its relMSE.
+    pub rel_mse: f64,
+    /// The picture.
+    pub image: Image,
+    /// The relative error of each pixel.
+    pub errors: Vec<f64>,
+}
+
+/// The relative standard error of each pixel: the root of the mean over its channels.
+pub fn relative_standard_errors(references: &References, errors: &Image) -> Vec<f64> {
+    let pairs = errors.pixels().iter().zip(references.weights());
+    let of_pixel = |(error, w): (&Rgb, &[f64; 3])| {
+        let error = error.to_array().map(f64::from);
+        let squares = (0..3).map(|c| w[c] * error[c] * error[c]);
+        (squares.sum::<f64>() / 3.0).sqrt()
+    };
+    pairs.map(of_pixel).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn standard_errors_are_relative() {
+        let grey = |a: f32, b: f32| Image::new(2, 1, vec![Rgb::grey(a), Rgb::grey(b)]);
+        let references = References::new(grey(1.0, 1.0), grey(1.0, 1.0)).expect("light");
+        let bars = relative_standard_errors(&references, &grey(0.1, 0.2));
+        let scale = 1.01_f64.sqrt().recip();
+        assert!((bars[0] - 0.1 * scale).abs() < 1e-6 && (bars[1] - 0.2 * scale).abs() < 1e-6);
+    }
+}

@@ -1,0 +1,161 @@
+//! Two independent references, neither of which is taken for the truth.
+//!
+//! With references R1 and R2 and renders X1 and X2, all independent, the mean over pixels and channels of
+//! w (X1 - R1)(X1 - R2) is an unbiased estimate of the squared error of X1, whatever the references' noise, and that of
+//! w (X1 - R1)(X2 - R2) one of the squared bias. The weight w = 1 / (r^2 + eps), eps = 0.01 mean(r)^2, makes them relative;
+//! r is the mean of both references.
+//!
+//! Measure: relMSE, without unit.
+//! Range: pictures of one size, not all black. The noise of r in the weight changes the numbers by a share of about the
+//! references' own relMSE, and that of all variants alike; a squared bias by twice that over the bias.
+//! Source: docs/accuracy.md, "The study". Tested below.
+
+use etendue::internals::image::Image;
+use etendue::internals::image::metrics::trimmed_mean;
+
+/// Two references, and the weights that make errors relative.
+#[derive(Debug, Clone)]
+pub struct References {
+    one: Image,
+    two: Image,
+    mean: Image,
+    /// For each channel of each pixel; without their number.
+    weights: Vec<[f64; 3]>,
+}
+
+/// How far from the truth references are.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct ReferenceNoise {
+    /// relMSE of each.
+    pub rel_mse: f64,
+    /// The standard deviation of the mean of the product of their errors, which all squared biases share.
+    pub product_deviation: f64,
+}
+
+impl References {
+    /// References of one size; `None` for black ones.
+    pub fn new(one: Image, two: Image) -> Option<Self> {
+        let pairs = one.pixels().iter().zip(two.pixels());
+        let pixels = pairs.map(|(&a, &b)| 0.5 * (a + b)).collect();
+        let mean = Image::new(one.width(), one.height(), pixels);
+        let level = mean.mean().iter().sum::<f64>() / 3.0;
+        let epsilon = 0.01 * level * level;
+        let weight = |x: f32| 1.0 / (f64::from(x) * f64::from(x) + epsilon);
+        let weights = mean.pixels().iter().map(|p| p.to_array().map(weight));
+        let weights = weights.collect();
+        (epsilon > 0.0).then_some(Self {
+            one,
+            two,
+            mean,
+            weights,
+        })
+    }
+
+    /// The mean of both.
+    pub fn mean(&self) -> &Image {
+        &self.mean
+    }
+
+    /// The weights of the channels of each pixel.
+    pub fn weights(&self) -> &[[f64; 3]] {
+        &self.weights
+    }
+
+    /// The mean of w (a - R1)(b - R2).
+    pub fn product(&self, a: &Image, b: &Image) -> f64 {
+        let sum: f64 = self.products(a, b).flatten().sum();
+        sum / (3 * self.weights.len()) as f64
+    }
+
+    /// The relMSE of a render, and the same without the largest 0.1 % of all pixels, of which outliers are part.
+    pub fn rel_mse(&self, image: &Image) -> [f64; 2] {
+        let pixels = self.products(image, image);
+        let pixels: Vec<f64> = pixels.map(|p| p.iter().sum::<f64>() / 3.0).collect();
+        let all = pixels.iter().sum::<f64>() / pixels.len() as f64;
+        [all, trimmed_mean(pixels)]
+    }
+
+    /// How far from the truth they are, by how far they are apart.
+    pub fn noise(&self) -> ReferenceNoise {
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for ((a, b), w) in self
+            .one
+            .pixels()
+            .iter()
+            .zip(self.two.pixels())
+            .zip(&self.weights)
+        {
+            let [a, b] = [a, b].map(|pixel| pixel.to_array().map(f64::from));
+            for c in 0..3 {
+                // (R1 - R2)^2 is twice the variance of one, and its square three times that of a normal number.
+                let variance = 0.5 * w[c] * (a[c] - b[c]).powi(2);
+                sum += variance;
+                squares += variance * variance / 3.0;
+            }
+        }
+        let count = (3 * self.weights.len()) as f64;
+        ReferenceNoise {
+            rel_mse: sum / count,
+            product_deviation: squares.sqrt() / count,
+        }
+    }
+
+    /// The standard error of the mean luminance of both, by how far they are apart in each pixel.
+    pub fn luminance_error(&self) -> f64 {
+        let pairs = self.one.pixels().iter().zip(self.two.pixels());
+        let squares = pairs.map(|(a, b)| 0.25 * f64::from(a.luminance() - b.luminance()).powi(2));
+        squares.sum::<f64>().sqrt() / self.weights.len() as f64
+    }
+
+    /// The variance of the mean of both, by pixel and channel: of one difference each, so rough.
+    pub fn variance_of_mean(&self) -> Vec<[f64; 3]> {
+        let pairs = self.one.pixels().iter().zip(self.two.pixels());
+        let of_pixel = |(a, b): (
+            &etendue::internals::math::rgb::Rgb,
+            &etendue::internals::math::rgb::Rgb,
+        )| {
+            let [a, b] = [a, b].map(|pixel| pixel.to_array().map(f64::from));
+            std::array::from_fn(|c| 0.25 * (a[c] - b[c]).powi(2))
+        };
+        pairs.map(of_pixel).collect()
+    }
+
+    fn products(&self, a: &Image, b: &Image) -> impl Iterator<Item = [f64; 3]> {
+        let (a, b) = (a.pixels().iter(), b.pixels().iter());
+        let references = self.one.pixels().iter().zip(self.two.pixels());
+        let all = a.zip(b).zip(references).zip(&self.weights);
+        all.map(|(((a, b), (r1, r2)), w)| {
+            let [a, b, r1, r2] = [a, b, r1, r2].map(|pixel| pixel.to_array().map(f64::from));
+            std::array::from_fn(|c| w[c] * (a[c] - r1[c]) * (b[c] - r2[c]))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use etendue::internals::math::rgb::Rgb;
+
+    fn grey(values: &[f32]) -> Image {
+        let pixels = values.iter().map(|&x| Rgb::grey(x)).collect();
+        Image::new(values.len() as u32, 1, pixels)
+    }
+
+    #[test]
+    fn products_are_relative_and_black_tells_nothing() {
+        let references = References::new(grey(&[0.9, 2.1]), grey(&[1.1, 1.9])).expect("light");
+        // r is 1 and 2, its mean 1.5.
+        let epsilon = 0.01 * 1.5 * 1.5;
+        let image = grey(&[1.5, 2.0]);
+        let expected = (0.6 * 0.4 / (1.0 + epsilon) - 0.1 * 0.1 / (4.0 + epsilon)) / 2.0;
+        let [all, trimmed] = references.rel_mse(&image);
+        assert!((references.product(&image, &image) - expected).abs() < 1e-7);
+        assert!((all - expected).abs() < 1e-7);
+        // Of two pixels, none are the worst 0.1 %.
+        assert_eq!(trimmed, all);
+        let noise = references.noise().rel_mse;
+        let expected = 0.5 * (0.04 / (1.0 + epsilon) + 0.04 / (4.0 + epsilon)) / 2.0;
+        assert!((noise - expected).abs() < 1e-7, "{noise} {expected}");
+        assert!(References::new(grey(&[0.0]), grey(&[0.0])).is_none());
+    }
+}

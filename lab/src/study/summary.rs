@@ -1,0 +1,311 @@
+//! What follows from the renders of a variant: when errors are reached, how efficient it is, whether it is biased, and what
+//! a tenth of its error would cost.
+//!
+//! Measure: seconds, relMSE and its root, said at each field.
+//! Range: at least two levels with two renders each.
+//! Source: docs/accuracy.md, "The study". Tested below and in `lab/tests/reports/study.rs`.
+
+use super::bootstrap::{Dealer, REPLICAS, Ranged};
+use super::fit::{Curve, ErrorLevel, Reached, Slope, TimeLaw};
+use super::gram::Estimate;
+use super::report::{LevelReport, StudyReport, VariantStudy};
+use etendue::internals::math::stats::{Moments, student_p_value};
+use serde::Serialize;
+
+/// Roots of relMSE of which the time is told.
+pub const TARGETS: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
+
+/// A bias is found if chance makes one as large with less than this probability.
+const SIGNIFICANT: f64 = 1e-3;
+
+/// Levels that the squared bias is taken from: the last ones, where noise hides it least.
+const BIAS_LEVELS: usize = 3;
+
+/// What follows from the renders of a variant.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    /// Its name.
+    pub name: String,
+    /// Seconds by samples per pixel.
+    pub time: TimeLaw,
+    /// Processors that worked at a time, on average.
+    pub processors: f64,
+    /// From few samples to many.
+    pub levels: Vec<LevelSummary>,
+    /// How its error falls with time; `None` of one level.
+    pub slope: Option<Slope>,
+    /// Seconds to each of [`TARGETS`].
+    pub times: Vec<(f64, Reached)>,
+    /// 1 / (relMSE x seconds) of its longest renders.
+    pub efficiency: Ranged,
+    /// The same over that of the first variant.
+    pub ratio: Ranged,
+    /// Whether it renders another picture.
+    pub bias: Bias,
+    /// What a tenth of the error would cost.
+    pub tenth: Tenth,
+}
+
+/// What renders of one level say.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct LevelSummary {
+    /// Samples per pixel.
+    pub spp: u64,
+    /// Renders.
+    pub runs: usize,
+    /// Seconds of one, on average.
+    pub seconds: f64,
+    /// relMSE.
+    pub rel_mse: Ranged,
+    /// relMSE without the largest 0.1 % of the pixels.
+    pub trimmed: f64,
+    /// The part of it that other random numbers would change.
+    pub variance: Estimate,
+    /// The part that they would not.
+    pub squared_bias: Estimate,
+}
+
+/// Whether a variant renders another picture than the references show.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Bias {
+    /// The squared bias, relative, of the last levels together.
+    pub squared: Estimate,
+    /// The probability of one as large by chance, in the squares or in the light of the whole picture.
+    pub p: f64,
+    /// Whether that is too little to be chance.
+    pub is_found: bool,
+    /// Whether it is found in the squares already, so that its size is known; else in the light.
+    pub is_square_found: bool,
+    /// With a confidence of 95 %, the root of the squared bias is at most this.
+    pub at_most: f64,
+    /// Mean luminance over that of the references - 1, and what it may be off by with a confidence of 95 %.
+    pub light: [f64; 2],
+}
+
+/// What a tenth of the error of the longest renders would cost.
+#[derive(Debug, Clone, Copy, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Tenth {
+    /// So many seconds, if the error goes on to fall as it does.
+    Costs(Ranged),
+    /// No time buys it: the bias alone is more, of which this is the root.
+    Never(f64),
+    /// Too little is known.
+    Unknown,
+}
+
+/// Summaries of all variants that have enough renders, with their index.
+pub fn summaries(report: &StudyReport) -> Vec<(usize, Summary)> {
+    let Some(reference) = &report.reference else {
+        return Vec::new();
+    };
+    let mut dealer = Dealer::new(report.seed);
+    let [one, two] = reference.luminances;
+    // Of as many differences as there are pixels, so certain.
+    let luminance = [0.5 * (one + two), reference.luminance_error];
+    let mut efficiencies: Vec<(usize, Vec<f64>)> = Vec::new();
+    let mut all = Vec::new();
+    for (index, study) in report.variants.iter().enumerate() {
+        let shared = reference.noise.product_deviation;
+        let Some((summary, replicas)) = summary(study, luminance, shared, &mut dealer) else {
+            continue;
+        };
+        efficiencies.push((index, replicas));
+        all.push((index, summary));
+    }
+    let Some(((_, first), (_, base))) = all.first().cloned().zip(efficiencies.first()) else {
+        return all;
+    };
+    for ((_, summary), (index, replicas)) in all.iter_mut().zip(&efficiencies) {
+        let ratio = summary.efficiency.value / first.efficiency.value;
+        let pairs = replicas.iter().zip(base);
+        summary.ratio = match index {
+            0 => Ranged {
+                value: 1.0,
+                low: 1.0,
+                high: 1.0,
+            },
+            _ => Ranged::of(ratio, pairs.map(|(own, base)| own / base)),
+        };
+    }
+    all
+}
+
+/// The time law of all renders of a variant.
+pub fn time_law(levels: &[LevelReport]) -> Option<TimeLaw> {
+    let points = levels.iter().flat_map(|level| {
+        let of_run = move |run: &super::report::RunReport| [level.spp as f64, run.seconds.wall];
+        level.runs.iter().map(of_run)
+    });
+    TimeLaw::of(&points.collect::<Vec<_>>())
+}
+
+/// The errors of a variant by level.
+pub fn curve(levels: &[LevelReport], seed: u64) -> Curve {
+    let level = |level: &LevelReport| ErrorLevel {
+        spp: level.spp as f64,
+        errors: level.gram.squared_errors(),
+    };
+    Curve::new(&levels.iter().map(level).collect::<Vec<_>>(), seed)
+}
+
+fn summary(
+    study: &VariantStudy,
+    reference: [f64; 2],
+    shared: f64,
+    dealer: &mut Dealer,
+) -> Option<(Summary, Vec<f64>)> {
+    let levels: Vec<LevelReport> = study
+        .levels
+        .iter()
+        .filter(|level| level.runs.len() > 1)
+        .cloned()
+        .collect();
+    let last = levels.last()?;
+    let time = time_law(&levels)?;
+    let curve = curve(&levels, dealer.below(usize::MAX) as u64);
+    let bias = bias(&levels, reference, shared)?;
+    let (efficiency, replicas) = efficiency(last, dealer);
+    let slope = curve.slope();
+    let ranges = curve.levels();
+    let level = |(level, (_, rel_mse)): (&LevelReport, &(f64, Ranged))| {
+        Some(LevelSummary {
+            spp: level.spp,
+            runs: level.runs.len(),
+            seconds: mean(level, |run| run.seconds.wall),
+            rel_mse: *rel_mse,
+            trimmed: mean(level, |run| run.trimmed),
+            variance: level.gram.variance()?,
+            squared_bias: level.gram.squared_bias()?,
+        })
+    };
+    let (mut wall, mut cpu) = (0.0, 0.0);
+    for run in levels.iter().flat_map(|level| &level.runs) {
+        wall += run.seconds.wall;
+        cpu += run.seconds.cpu;
+    }
+    let times = TARGETS.map(|target| {
+        let reached = curve.reached(target * target);
+        (target, reached.map(|spp| time.at(spp)))
+    });
+    let tenth = tenth(last, &curve, slope.as_ref(), &bias, time);
+    let summary = Summary {
+        name: study.variant.name.clone(),
+        time,
+        processors: cpu / wall,
+        levels: levels.iter().zip(&ranges).filter_map(level).collect(),
+        slope,
+        times: times.to_vec(),
+        efficiency,
+        ratio: efficiency,
+        bias,
+        tenth,
+    };
+    Some((summary, replicas))
+}
+
+fn mean(level: &LevelReport, f: impl Fn(&super::report::RunReport) -> f64) -> f64 {
+    Moments::of(level.runs.iter().map(f)).mean()
+}
+
+/// 1 / (relMSE x seconds), with its replicas: errors and seconds are drawn again, each for itself.
+fn efficiency(level: &LevelReport, dealer: &mut Dealer) -> (Ranged, Vec<f64>) {
+    let seconds: Vec<f64> = level.runs.iter().map(|run| run.seconds.wall).collect();
+    let groups = [level.gram.squared_errors(), seconds];
+    let of_means = |means: &[f64]| 1.0 / (means[0] * means[1]);
+    let means = groups.clone().map(|group| Moments::of(group).mean());
+    let replicas: Vec<f64> = (0..REPLICAS)
+        .map(|_| of_means(&dealer.means(&groups)))
+        .collect();
+    let ranged = Ranged::of(of_means(&means), replicas.iter().copied());
+    (ranged, replicas)
+}
+
+/// The squared bias does not depend on the samples, its noise does: levels count by how little they have.
+fn bias(levels: &[LevelReport], reference: [f64; 2], shared: f64) -> Option<Bias> {
+    let used = levels.iter().rev().take(BIAS_LEVELS);
+    let weight = |level: &LevelReport| {
+        let (n, spp) = (level.runs.len() as f64, level.spp as f64);
+        n * (n - 1.0) * spp * spp
+    };
+    let total: f64 = used.clone().map(weight).sum();
+    let parts = used.map(|level| Some((weight(level) / total, level.gram.squared_bias()?)));
+    let mut squared = Estimate::sum(&parts.collect::<Option<Vec<_>>>()?);
+    squared.standard_error = squared.standard_error.hypot(shared);
+    let light = light(levels, reference)?;
+    let t = light.value / light.standard_error;
+    let of_light = match t.is_nan() {
+        true => 1.0,
+        false => student_p_value(t, light.freedom),
+    };
+    let of_square = squared.p_above_zero();
+    // Bonferroni: of two tests, either may find it.
+    let p = (2.0 * of_square.min(of_light)).min(1.0);
+    Some(Bias {
+        squared,
+        p,
+        is_found: p < SIGNIFICANT,
+        is_square_found: 2.0 * of_square < SIGNIFICANT,
+        // One-sided.
+        at_most: (squared.value.max(0.0) + squared.margin(0.90)).sqrt(),
+        light: [light.value, light.margin(0.95)],
+    })
+}
+
+/// How much brighter the last levels are than the references; they count by their samples.
+fn light(levels: &[LevelReport], [reference, reference_error]: [f64; 2]) -> Option<Estimate> {
+    let used = levels.iter().rev().take(BIAS_LEVELS);
+    let weight = |level: &LevelReport| (level.runs.len() as u64 * level.spp) as f64;
+    let total: f64 = used.clone().map(weight).sum();
+    let part = |level: &LevelReport| {
+        let light = Moments::of(level.runs.iter().map(|run| run.luminance));
+        let estimate = Estimate {
+            value: light.mean() / reference - 1.0,
+            standard_error: light.standard_error()? / reference,
+            freedom: light.count() as f64 - 1.0,
+        };
+        Some((weight(level) / total, estimate))
+    };
+    let mut light = Estimate::sum(&used.map(part).collect::<Option<Vec<_>>>()?);
+    light.standard_error = light.standard_error.hypot(reference_error / reference);
+    // Renders without noise leave that of the references.
+    light.freedom = if light.freedom > 0.0 {
+        light.freedom
+    } else {
+        1.0
+    };
+    Some(light)
+}
+
+fn tenth(
+    last: &LevelReport,
+    curve: &Curve,
+    slope: Option<&Slope>,
+    bias: &Bias,
+    time: TimeLaw,
+) -> Tenth {
+    let Some((spp, mse, _)) = curve.last() else {
+        return Tenth::Unknown;
+    };
+    if bias.is_square_found && bias.squared.value > 0.01 * mse {
+        return Tenth::Never(bias.squared.value.sqrt());
+    }
+    let Some(slope) = slope.filter(|slope| slope.b.low > 0.0 && last.runs.len() > 1) else {
+        return Tenth::Unknown;
+    };
+    // A hundredth of the relMSE. Independent samples take a hundred times as many, and nothing takes more but what no law
+    // tells; what is steeper so far need not stay so.
+    let factor = |b: f64| 100_f64.powf(1.0 / b);
+    let value = if slope.b.holds(1.0) {
+        1.0
+    } else {
+        slope.b.value
+    };
+    let high = factor(slope.b.low).max(100.0);
+    let at = |factor: f64| time.at(spp * factor);
+    Tenth::Costs(Ranged {
+        value: at(factor(value)),
+        low: at(factor(slope.b.high)),
+        high: at(high),
+    })
+}

@@ -1,0 +1,467 @@
+//! The judge of backends: differences that are planted are classed right, and the backends of this build have none that
+//! rounding does not explain.
+
+use crate::common::TestRng;
+use crate::common::tracing::{moving, placed_once, point, soup, standing, transforms};
+use etendue::internals::accel::batch::RayBatch;
+use etendue::internals::accel::{
+    Accel, AccelOptions, Backend, Precision, PrimitiveId, Quality, brute,
+};
+use etendue::internals::geometry::world::World;
+use etendue::internals::geometry::{Geometry, mesh::Mesh};
+use etendue::internals::math::ray::Ray;
+use etendue::internals::math::vec::Vec3;
+use etendue::internals::scene::prepare::prepare;
+use etendue_lab::bench::agreement::compare;
+use etendue_lab::bench::meeting::meetings;
+use etendue_lab::bench::rays::{aimed_rays, random_rays};
+use etendue_lab::bench::report::AgreementReport;
+use etendue_lab::bench::scenes::SCENES;
+use etendue_lab::bench::target::Target;
+use std::sync::Arc;
+
+/// The backend that intersects in double precision.
+const EXACT: Target = Target {
+    backend: Backend::ObvhsBvh2,
+    precision: Precision::Robust,
+    quality: Quality::High,
+};
+
+fn every_target() -> impl Iterator<Item = Target> {
+    let of = |&backend: &Backend| {
+        [Precision::Robust, Precision::Fast].map(|precision| Target {
+            backend,
+            precision,
+            ..EXACT
+        })
+    };
+    Backend::ALL.iter().flat_map(of)
+}
+
+fn build(world: &Arc<World>, target: Target) -> Accel {
+    Accel::build(Arc::clone(world), target.options(2)).expect("a small scene")
+}
+
+/// What is seen of `world` if the two sides are built over worlds that may be others.
+fn between(world: &World, sides: [&Arc<World>; 2], rays: &RayBatch, occlusion: bool) -> Counts {
+    let [a, b] = sides.map(|world| build(world, EXACT));
+    let mut report = AgreementReport::new(EXACT, EXACT);
+    compare(
+        world,
+        (EXACT, &a),
+        (EXACT, &b),
+        rays,
+        occlusion,
+        &mut report,
+    );
+    counts(&report)
+}
+
+#[derive(Debug, PartialEq, Default, Clone, Copy)]
+struct Counts {
+    identical: u64,
+    ties: u64,
+    edges: u64,
+    real: u64,
+}
+
+fn counts(report: &AgreementReport) -> Counts {
+    let counts = Counts {
+        identical: report.identical,
+        ties: report.ties,
+        edges: report.edges,
+        real: report.real,
+    };
+    assert_eq!(report.real > 0, report.first_real.is_some());
+    let sum = counts.identical + counts.ties + counts.edges + counts.real;
+    assert_eq!(sum, report.rays);
+    counts
+}
+
+fn batch(rays: impl IntoIterator<Item = Ray>) -> RayBatch {
+    let mut batch = RayBatch::default();
+    for ray in rays {
+        batch.push(&ray, 0.0);
+    }
+    batch
+}
+
+fn triangles(triangles: &[[Vec3; 3]]) -> Arc<World> {
+    let positions = triangles.concat();
+    let indices = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+    let mesh = Mesh::new(positions, vec![], vec![], indices.collect());
+    standing(vec![Geometry::Mesh(mesh)])
+}
+
+fn random_triangles(count: usize) -> Vec<[Vec3; 3]> {
+    let mut rng = TestRng::new(7);
+    let mut triangle = || [0, 1, 2].map(|_| point(&mut rng));
+    (0..count).map(|_| triangle()).collect()
+}
+
+/// The right angle at the origin, in the plane z = 0.
+const CORNER: [Vec3; 3] = [
+    Vec3::ZERO,
+    Vec3::new(4.0, 0.0, 0.0),
+    Vec3::new(0.0, 4.0, 0.0),
+];
+
+fn down(x: f32, y: f32) -> Ray {
+    Ray::new(Vec3::new(x, y, 1.0), -Vec3::Z)
+}
+
+#[test]
+fn a_missing_triangle_is_a_real_difference_on_every_ray_that_meets_it_first() {
+    let all = random_triangles(30);
+    let missing = 4;
+    let mut rest = all.clone();
+    rest[missing] = [
+        Vec3::splat(50.0),
+        Vec3::splat(51.0),
+        Vec3::new(50.0, 51.0, 52.0),
+    ];
+    let (world, without) = (triangles(&all), triangles(&rest));
+    let rays = random_rays(&world, 4_000, 1);
+    let first = |index: usize| {
+        let (ray, time) = rays.get(index);
+        brute::intersect(&world, &ray, time)
+    };
+    let expected = (0..rays.len())
+        .filter(|&i| first(i).is_some_and(|hit| hit.id.primitive == missing as u32))
+        .count() as u64;
+    assert!(expected > 100, "{expected} rays say nothing");
+    for sides in [[&world, &without], [&without, &world]] {
+        let found = between(&world, sides, &rays, false);
+        assert_eq!((found.ties, found.edges), (0, 0));
+        assert_eq!(found.real, expected);
+    }
+    // A shadow ray tells only where nothing else is on it.
+    let occluded = between(&world, [&world, &without], &rays, true);
+    let alone = (0..rays.len()).filter(|&i| {
+        let (ray, time) = rays.get(i);
+        brute::occluded(&world, &ray, time) && !brute::occluded(&without, &ray, time)
+    });
+    let alone = alone.count() as u64;
+    assert!(alone > 10, "{alone} rays say nothing");
+    assert_eq!((occluded.real, occluded.edges), (alone, 0));
+}
+
+#[test]
+fn a_triangle_that_was_moved_is_a_real_difference_that_can_be_traced_again() {
+    let all = random_triangles(30);
+    let mut moved = all.clone();
+    moved[3] = moved[3].map(|p| p + Vec3::splat(1e-3));
+    let (world, moved) = (triangles(&all), triangles(&moved));
+    let rays = random_rays(&world, 4_000, 2);
+    let [a, b] = [&world, &moved].map(|world| build(world, EXACT));
+    let mut report = AgreementReport::new(EXACT, EXACT);
+    compare(&world, (EXACT, &b), (EXACT, &a), &rays, false, &mut report);
+    assert!(report.real > 100, "{report:?}");
+    // The first ray that differs, in numbers that are read back as they were.
+    let words = report.first_real.expect("there are some");
+    let differs = |&index: &usize| {
+        let (ray, time) = rays.get(index);
+        a.intersect(&ray, time, None) != b.intersect(&ray, time, None)
+    };
+    let index = (0..rays.len()).find(differs).expect("there are some");
+    let (ray, time) = rays.get(index);
+    let expected = format!(
+        "(origin {:?}, direction {:?}, t from {:?} to {:?}, time {time:?};",
+        ray.origin.to_array(),
+        ray.dir.to_array(),
+        ray.t_min,
+        ray.t_max
+    );
+    assert!(words.contains(&expected), "{words}\n{expected}");
+}
+
+#[test]
+fn two_triangles_in_one_place_are_a_tie() {
+    let far = CORNER.map(|p| p + Vec3::splat(100.0));
+    let both = triangles(&[CORNER, CORNER]);
+    let (first, second) = (triangles(&[CORNER, far]), triangles(&[far, CORNER]));
+    let rays = batch((1..100).map(|i| down(0.02 * i as f32, 0.01 * i as f32)));
+    let found = between(&both, [&first, &second], &rays, false);
+    assert_eq!(
+        found,
+        Counts {
+            ties: 99,
+            ..Counts::default()
+        }
+    );
+    // A hundredth apart they are not.
+    let apart = triangles(&[CORNER, CORNER.map(|p| p - 0.01 * Vec3::Z)]);
+    let second = triangles(&[far, CORNER.map(|p| p - 0.01 * Vec3::Z)]);
+    let found = between(&apart, [&first, &second], &rays, false);
+    assert_eq!(
+        found,
+        Counts {
+            real: 99,
+            ..Counts::default()
+        }
+    );
+}
+
+#[test]
+fn what_one_counts_on_an_edge_or_at_an_end_is_an_edge_and_a_hair_inside_is_real() {
+    let (world, empty) = (triangles(&[CORNER]), standing(vec![]));
+    // Both legs, the hypotenuse and a vertex; the ends of rays; and a hair inside of all of these.
+    let until = |t_max: f32| Ray {
+        t_max,
+        ..down(1.0, 1.0)
+    };
+    let from = |t_min: f32| Ray {
+        t_min,
+        ..down(1.0, 1.0)
+    };
+    let doubtful = [
+        down(1.0, 0.0),
+        down(0.0, 1.0),
+        down(2.0, 2.0),
+        down(4.0, 0.0),
+        down(1.0, 2e-7),
+        until(1.0),
+        from(1.0_f32.next_down()),
+    ];
+    let certain = [
+        down(1.0, 1e-4),
+        down(1e-4, 1.0),
+        down(1.9999, 2.0),
+        down(3.999, 5e-4),
+        until(1.0001),
+        from(0.9999),
+        // At a slant of one in a thousand it is still met where it should be.
+        Ray::new(Vec3::new(0.5, 0.5, 1e-3), Vec3::new(1.0, 0.0, -1e-3)),
+    ];
+    for occlusion in [false, true] {
+        for sides in [[&world, &empty], [&empty, &world]] {
+            let of = |rays: &[Ray]| between(&world, sides, &batch(rays.iter().copied()), occlusion);
+            let edges = doubtful.len() as u64;
+            assert_eq!(
+                of(&doubtful),
+                Counts {
+                    edges,
+                    ..Counts::default()
+                }
+            );
+            let real = certain.len() as u64;
+            assert_eq!(
+                of(&certain),
+                Counts {
+                    real,
+                    ..Counts::default()
+                }
+            );
+        }
+    }
+}
+
+#[test]
+fn a_hit_where_nothing_is_is_real_also_for_shadow_rays() {
+    let (world, empty) = (triangles(&[CORNER]), standing(vec![]));
+    let rays = batch([down(1.0, 1.0)]);
+    // The scene has its triangle elsewhere than both sides say.
+    let elsewhere = triangles(&[CORNER.map(|p| p + 0.1 * Vec3::Z)]);
+    let wrong = Counts {
+        real: 1,
+        ..Counts::default()
+    };
+    assert_eq!(between(&elsewhere, [&world, &empty], &rays, false), wrong);
+    let away = triangles(&[CORNER.map(|p| p + 10.0 * Vec3::X)]);
+    assert_eq!(between(&away, [&world, &empty], &rays, true), wrong);
+}
+
+#[test]
+fn behind_an_edge_both_have_to_go_on_to_the_same_place() {
+    // One side passes an edge, as it may, and then also what is certain behind it.
+    let behind = CORNER.map(|p| p - Vec3::new(1.0, 1.0, 1.0));
+    let far = CORNER.map(|p| p + Vec3::splat(100.0));
+    let world = triangles(&[CORNER, behind]);
+    let (only_behind, nothing) = (triangles(&[far, behind]), triangles(&[far, far]));
+    let rays = batch([down(1.0, 0.0)]);
+    let edge = Counts {
+        edges: 1,
+        ..Counts::default()
+    };
+    assert_eq!(between(&world, [&world, &only_behind], &rays, false), edge);
+    let wrong = Counts {
+        real: 1,
+        ..Counts::default()
+    };
+    assert_eq!(between(&world, [&world, &nothing], &rays, false), wrong);
+}
+
+#[test]
+fn what_is_grazed_may_hide_what_is_at_the_same_place() {
+    // The ray lies in the plane of the first triangle, and meets the second at 2 for certain.
+    let grazed = [
+        Vec3::new(-1.0, 0.0, -1.0),
+        Vec3::new(1.0, 0.0, -1.0),
+        Vec3::Z,
+    ];
+    let met = [
+        Vec3::new(0.0, -1.0, -1.0),
+        Vec3::new(0.0, 1.0, -1.0),
+        Vec3::new(0.0, 0.0, 2.0),
+    ];
+    let far = CORNER.map(|p| p + Vec3::splat(100.0));
+    let world = triangles(&[grazed, met]);
+    let rays = batch([Ray::new(Vec3::new(-2.0, 0.0, 0.0), Vec3::X)]);
+    let edge = Counts {
+        edges: 1,
+        ..Counts::default()
+    };
+    let wrong = Counts {
+        real: 1,
+        ..Counts::default()
+    };
+    let only_met = triangles(&[far, met]);
+    // One side says that it meets the first at 2, or a little behind.
+    for (behind, expected) in [(0.0, edge), (1e-2, wrong)] {
+        let instead = triangles(&[met.map(|p| p + behind * Vec3::X), far]);
+        for sides in [[&only_met, &instead], [&instead, &only_met]] {
+            assert_eq!(between(&world, sides, &rays, false), expected, "{behind}");
+        }
+    }
+}
+
+/// Triangles, spheres and disks: standing, and placed by transforms of every sort, still and moving.
+fn worlds() -> Vec<(String, Arc<World>)> {
+    let mut rng = TestRng::new(21);
+    let mut worlds = vec![("soup".to_owned(), standing(soup(&mut rng)))];
+    for (name, transform) in transforms(&mut rng) {
+        let still = placed_once(soup(&mut rng), vec![transform]);
+        worlds.push((format!("{name}, still"), still));
+        let steps = moving(&mut rng, transform, 3);
+        worlds.push((
+            format!("{name}, moving"),
+            placed_once(soup(&mut rng), steps),
+        ));
+    }
+    worlds
+}
+
+#[test]
+fn the_judge_holds_every_hit_of_the_oracle_and_is_certain_of_no_other() {
+    let (mut hits, mut certain) = (0, 0);
+    for (name, world) in worlds() {
+        for rays in [random_rays(&world, 600, 3), aimed_rays(&world, 200, 3)] {
+            for index in 0..rays.len() {
+                let (ray, time) = rays.get(index);
+                let hit = brute::intersect(&world, &ray, time);
+                let met = |id: PrimitiveId| meetings(&world, id, &ray, time);
+                if let Some(hit) = hit {
+                    let found = met(hit.id).into_iter().flatten().find(|m| m.holds(hit.t));
+                    let found = found.unwrap_or_else(|| panic!("{name}: {hit:?} on {ray:?}"));
+                    hits += 1;
+                    certain += usize::from(found.certain);
+                }
+                for shape in 0..world.shape_count() as u32 {
+                    let id = PrimitiveId {
+                        shape,
+                        primitive: 0,
+                    };
+                    for meeting in met(id).into_iter().flatten().filter(|m| m.certain) {
+                        let first = hit.unwrap_or_else(|| panic!("{name}: {id:?} on {ray:?}"));
+                        assert!(
+                            f64::from(first.t) <= meeting.to,
+                            "{name}: {id:?} on {ray:?}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+    assert!(hits > 3_000, "{hits} hits say little");
+    // Most hits are nowhere near an edge.
+    assert!(certain * 2 > hits, "{certain} of {hits}");
+}
+
+/// Compares every target with the exact one, on random and on aimed rays.
+fn agree(name: &str, world: &Arc<World>, count: usize) -> Counts {
+    let reference = build(world, EXACT);
+    let mut sum = Counts::default();
+    for target in every_target() {
+        let accel = build(world, target);
+        let sets = [random_rays(world, count, 4), aimed_rays(world, count, 4)];
+        for (rays, kind) in sets.iter().zip(["random", "aimed"]) {
+            for occlusion in [false, true] {
+                let mut report = AgreementReport::new(target, EXACT);
+                let sides = ((target, &accel), (EXACT, &reference));
+                compare(world, sides.0, sides.1, rays, occlusion, &mut report);
+                let found = counts(&report);
+                println!(
+                    "{name}, {kind}, occlusion {occlusion}, {}: {found:?}",
+                    target.name()
+                );
+                assert_eq!(report.first_real, None, "{name}, {kind}, {}", target.name());
+                sum.identical += found.identical;
+                sum.ties += found.ties;
+                sum.edges += found.edges;
+                if kind == "random" {
+                    let others = found.ties + found.edges;
+                    assert!(
+                        others * 100 <= report.rays,
+                        "{name}, {}: {found:?}",
+                        target.name()
+                    );
+                }
+            }
+        }
+    }
+    sum
+}
+
+#[test]
+fn the_backends_agree_on_shapes_of_every_sort() {
+    for (name, world) in worlds() {
+        agree(&name, &world, 500);
+    }
+}
+
+#[test]
+fn the_backends_agree_on_every_scene_of_the_bench() {
+    let options = AccelOptions {
+        backend: Backend::ObvhsBvh2,
+        precision: Precision::Robust,
+        quality: Some(Quality::Medium),
+        threads: 2,
+    };
+    for scene in SCENES {
+        let prepared = prepare(&scene.describe(3_000), options).expect("it can be traced");
+        let found = agree(scene.name, &prepared.scene.world, 2_000);
+        assert!(found.identical > 10_000, "{}: {found:?}", scene.name);
+    }
+}
+
+#[test]
+fn a_report_does_not_depend_on_threads_nor_on_how_rays_are_batched() {
+    let all = random_triangles(30);
+    let mut moved = all.clone();
+    moved[3] = moved[3].map(|p| p + Vec3::splat(1e-3));
+    let (world, moved) = (triangles(&all), triangles(&moved));
+    let rays = random_rays(&world, 5_000, 5);
+    let [a, b] = [&world, &moved].map(|world| build(world, EXACT));
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let mut report = AgreementReport::new(EXACT, EXACT);
+        pool.expect("threads").install(|| {
+            compare(&world, (EXACT, &a), (EXACT, &b), &rays, false, &mut report);
+        });
+        report
+    };
+    let (one, three) = (on(1), on(3));
+    assert_eq!(counts(&one), counts(&three));
+    assert_eq!(one.first_real, three.first_real);
+    let mut parts = AgreementReport::new(EXACT, EXACT);
+    for part in [0..1_000, 1_000..5_000] {
+        let mut some = RayBatch::default();
+        for index in part {
+            let (ray, time) = rays.get(index);
+            some.push(&ray, time);
+        }
+        compare(&world, (EXACT, &a), (EXACT, &b), &some, false, &mut parts);
+    }
+    assert_eq!(counts(&one), counts(&parts));
+    assert_eq!(one.first_real, parts.first_real);
+}

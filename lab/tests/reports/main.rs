@@ -1,0 +1,8 @@
+//! The study, the battery and the lessons, from scenes to their reports.
+
+#[path = "../../../tests/common/mod.rs"]
+mod common;
+
+mod battery;
+mod lesson;
+mod study;

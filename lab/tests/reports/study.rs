@@ -1,0 +1,280 @@
+//! Whole studies of a small room: who is biased, who is efficient, what is reported of it, and what an end leaves.
+
+use crate::common::room::{LAMP, room};
+use etendue::ErrorKind;
+use etendue::internals::accel::{AccelOptions, Backend, Precision};
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::scene::description::SceneDescription;
+use etendue_lab::study::anatomy::Found;
+use etendue_lab::study::report::StudyReport;
+use etendue_lab::study::run;
+use etendue_lab::study::schedule::Schedule;
+use etendue_lab::study::settings::{StudyObserver, StudySettings, Unattended};
+use etendue_lab::study::summary::{Summary, Tenth, summaries};
+use etendue_lab::study::variant::{Choice, Variant};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+fn scene() -> SceneDescription {
+    room(LAMP)
+}
+
+fn settings(choices: &[Choice], budget: f64, schedule: Option<Schedule>) -> StudySettings {
+    let options = AccelOptions {
+        backend: Backend::ALL[0],
+        precision: Precision::Robust,
+        quality: None,
+        threads: 2,
+    };
+    let base = Variant::new(RenderSettings::new((16, 16), 1), options);
+    StudySettings {
+        budget,
+        seed: 5,
+        reference: IntegratorKind::Path,
+        options,
+        variants: Variant::all(&base, choices),
+        schedule,
+    }
+}
+
+fn study(settings: &StudySettings) -> StudyReport {
+    run(&scene(), (64, 64), settings, &Unattended).expect("a valid study")
+}
+
+/// A schedule whose pictures depend on nothing but the seed.
+fn fixed(variants: usize) -> Schedule {
+    Schedule {
+        reference_spp: 1024,
+        seeds: 8,
+        last_seeds: 4,
+        doublings: vec![5; variants],
+    }
+}
+
+fn of<'a>(all: &'a [(usize, Summary)], name: &str) -> &'a Summary {
+    let found = all.iter().find(|(_, summary)| summary.name == name);
+    &found.unwrap_or_else(|| panic!("no {name}")).1
+}
+
+#[test]
+fn biased_integrators_are_found_and_others_are_ordered_by_their_efficiency() {
+    let integrators = [
+        IntegratorKind::Path,
+        IntegratorKind::Bsdf,
+        IntegratorKind::DirectDirectional,
+    ];
+    let choices = integrators.map(Choice::Integrator);
+    let mut settings = settings(&choices, 8.0, Some(fixed(3)));
+    for variant in &mut settings.variants {
+        variant.settings.sampler = SamplerKind::Independent;
+    }
+    let report = study(&settings);
+    assert!(report.complete, "{:?}", report.warnings);
+    let all = summaries(&report);
+    let [path, bsdf, direct] = integrators.map(|kind| of(&all, kind.name()));
+
+    for right in [path, bsdf] {
+        assert!(!right.bias.is_found, "{}: {:?}", right.name, right.bias);
+        let [off, margin] = right.bias.light;
+        assert!(off.abs() < 3.0 * margin && margin < 0.2, "{:?}", right.bias);
+        // Independent samples: one over the samples, within what 8 seeds can tell.
+        let slope = right.slope.expect("six levels").b;
+        assert!(
+            (slope.value - 1.0).abs() < 0.15,
+            "{}: {slope:?}",
+            right.name
+        );
+        // What the references' noise and the estimates leave: the squared error is all variance.
+        let last = right.levels.last().expect("levels");
+        let ratio = last.variance.value / last.rel_mse.value;
+        assert!((ratio - 1.0).abs() < 0.2, "{}: {ratio}", right.name);
+    }
+    assert!(
+        direct.bias.is_square_found && direct.bias.p < 1e-5,
+        "{:?}",
+        direct.bias
+    );
+    // The light that scatters more than once is a good part of this room's.
+    assert!(direct.bias.light[0] < -0.2, "{:?}", direct.bias);
+    assert!(direct.bias.squared.value.sqrt() > 0.1);
+    assert!(!report.variants[2].variant.bias.is_empty());
+
+    // At as many samples, which no timing moves; a lamp that is looked for is found more often than one that is met.
+    let error = |summary: &Summary| summary.levels.last().expect("levels").rel_mse.value;
+    assert!(error(bsdf) > 10.0 * error(path));
+    assert!(bsdf.efficiency.value < path.efficiency.value);
+    assert!(bsdf.ratio.value < 1.0 && path.ratio.value == 1.0);
+    assert!(matches!(path.tenth, Tenth::Costs(_)), "{:?}", path.tenth);
+    let biased_much = direct.bias.squared.value > 0.01 * error(direct);
+    assert_eq!(matches!(direct.tenth, Tenth::Never(_)), biased_much);
+
+    // Tiles without bias are as likely below as above a half; those of the biased one are not.
+    let below = |index: usize| {
+        let all: &[f64] = &report.variants[index].tile_p_values;
+        all.iter().filter(|&&p| p < 0.05).count() as f64 / all.len() as f64
+    };
+    assert!(
+        below(0) <= 0.75 && below(2) == 1.0,
+        "{} {}",
+        below(0),
+        below(2)
+    );
+}
+
+#[test]
+fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
+    let choices = [IntegratorKind::Path, IntegratorKind::Bsdf].map(Choice::Integrator);
+    let mut settings = settings(&choices, 20.0, Some(fixed(2)));
+    settings.schedule.as_mut().expect("given").doublings = vec![8, 2];
+    settings.schedule.as_mut().expect("given").reference_spp = 4096;
+    for variant in &mut settings.variants {
+        variant.settings.sampler = SamplerKind::Independent;
+    }
+    let report = study(&settings);
+    let bars = report.variants[0].bars.as_ref().expect("bars");
+    assert_eq!(bars.spp, 64);
+    assert!(bars.reference_share < 0.05, "{}", bars.reference_share);
+    let ninety_five = bars.coverage.iter().find(|c| c.confidence == 0.95);
+    let ninety_five = ninety_five.expect("it is tried");
+    let held = ninety_five.trusted.held + ninety_five.flagged.held;
+    let count = ninety_five.trusted.count + ninety_five.flagged.count;
+    // Of some two hundred pixels, whose channels go together: four standard deviations of a share below 95 %.
+    assert!(
+        count > 600 && held as f64 > 0.88 * count as f64,
+        "{ninety_five:?}"
+    );
+    assert_eq!(
+        bars.z.iter().sum::<u64>() + bars.z_flagged.iter().sum::<u64>(),
+        count
+    );
+
+    for (study, found) in report
+        .variants
+        .iter()
+        .zip([Found::LightSampling, Found::Scattering])
+    {
+        let paths = study.paths.as_ref().expect("they were watched");
+        assert!(paths.unexplained.abs() < 1e-6, "{paths:?}");
+        let light: f64 = paths.classes.iter().map(|class| class.energy).sum();
+        assert!((light - 1.0).abs() < 1e-9);
+        // Path finds most of its light by looking for it, bsdf none.
+        let share = |found: Found| {
+            let classes = paths.classes.iter().filter(|class| class.found == found);
+            classes.map(|class| class.energy).sum::<f64>()
+        };
+        let other = match found {
+            Found::Scattering => Found::LightSampling,
+            _ => Found::Scattering,
+        };
+        assert!(share(found) > share(other), "{paths:?}");
+    }
+    let bsdf = report.variants[1].paths.as_ref().expect("watched");
+    assert!(
+        bsdf.classes
+            .iter()
+            .all(|class| class.found != Found::LightSampling)
+    );
+    // One bounce brings most of the light, and all of them all.
+    let bounces = &report.variants[0].bounces;
+    let light: f64 = bounces.iter().map(|bounce| bounce.energy).sum();
+    assert!(
+        (light - 1.0).abs() < 1e-9 && bounces[1].energy > bounces[2].energy,
+        "{bounces:?}"
+    );
+}
+
+#[test]
+fn everything_needed_to_compute_again_is_in_the_report() {
+    let settings = settings(&[], 4.0, Some(fixed(1)));
+    let (one, two) = (study(&settings), study(&settings));
+    let errors = |report: &StudyReport| {
+        let levels = report.variants[0].levels.iter();
+        levels.map(|level| level.gram.clone()).collect::<Vec<_>>()
+    };
+    // The same pictures, whatever the order and the times.
+    assert_eq!(errors(&one), errors(&two));
+    let levels = &one.variants[0].levels;
+    assert_eq!(
+        levels.iter().map(|l| l.runs.len()).collect::<Vec<_>>(),
+        [8, 8, 8, 8, 8, 4]
+    );
+    for level in levels {
+        let of_runs: Vec<f64> = level.runs.iter().map(|run| run.rel_mse).collect();
+        assert_eq!(of_runs, level.gram.squared_errors());
+        assert!(
+            level
+                .runs
+                .iter()
+                .all(|run| run.seconds.wall > 0.0 && run.trimmed <= run.rel_mse)
+        );
+        let mut seeds: Vec<u64> = level.runs.iter().map(|run| run.seed).collect();
+        seeds.sort_unstable();
+        seeds.dedup();
+        assert_eq!(seeds.len(), level.runs.len());
+    }
+    assert_eq!(one.pictures.equal_time.len(), 1);
+    assert_eq!(one.pictures.equal_time[0].errors.len(), 256);
+}
+
+#[test]
+fn a_budget_too_small_names_one_that_is_enough() {
+    let mut scene = scene();
+    scene.film.size = (512, 512);
+    let mut settings = settings(&[], 0.05, None);
+    settings.variants[0].settings = RenderSettings::new((512, 512), 1);
+    let error = run(&scene, (512, 512), &settings, &Unattended).expect_err("too little");
+    assert_eq!(error.kind(), ErrorKind::Usage);
+    let text = error.to_string();
+    assert!(
+        text.contains("too small") && text.contains("at least") && text.contains("--size"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_black_scene_has_no_relative_error() {
+    let error = run(&room(""), (16, 16), &settings(&[], 5.0, None), &Unattended);
+    let text = error.expect_err("nothing shines").to_string();
+    assert!(text.contains("black"), "{text}");
+}
+
+/// Ends a study after so many reports: one of the references, then one of each block.
+struct Impatient {
+    reports: AtomicUsize,
+    most: usize,
+}
+
+impl StudyObserver for Impatient {
+    fn is_cancelled(&self) -> bool {
+        self.reports.load(Ordering::Relaxed) >= self.most
+    }
+
+    fn report(&self, _report: &StudyReport) {
+        self.reports.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn a_study_that_is_ended_early_says_so_and_keeps_what_it_has() {
+    let settings = settings(&[], 4.0, Some(fixed(1)));
+    let ended = |most: usize| {
+        let reports = AtomicUsize::new(0);
+        let observer = Impatient { reports, most };
+        let report = run(&scene(), (64, 64), &settings, &observer).expect("a report");
+        assert!(!report.complete);
+        report
+    };
+    let counts = |report: &StudyReport| {
+        let levels = report.variants[0].levels.iter();
+        levels.map(|level| level.runs.len()).collect::<Vec<_>>()
+    };
+    let at_once = ended(0);
+    assert!(at_once.reference.is_none() && summaries(&at_once).is_empty());
+    let with_references = ended(1);
+    assert!(with_references.reference.is_some());
+    assert_eq!(counts(&with_references), [0; 6]);
+    // Three blocks have as many of each; the last level is in every second one.
+    let three_blocks = ended(4);
+    assert_eq!(counts(&three_blocks), [3, 3, 3, 3, 3, 2]);
+    assert_eq!(summaries(&three_blocks)[0].1.levels.len(), 6);
+}

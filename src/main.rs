@@ -1,7 +1,0 @@
-//! The `etendue` command.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    etendue::cli::run()
-}

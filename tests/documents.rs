@@ -55,7 +55,15 @@ fn foreign_paths<'a>(text: &'a str, root: &str) -> Vec<&'a str> {
 /// The Rust files that a text names by their paths from the root of the repository.
 fn named_files(text: &str) -> impl Iterator<Item = &str> {
     const FOLDERS: [&str; 9] = [
-        "src/", "tests/", "lab/", "cli/", "capi/", "benches/", "docs/", "examples/", "scripts/",
+        "src/",
+        "tests/",
+        "lab/",
+        "cli/",
+        "capi/",
+        "benches/",
+        "docs/",
+        "examples/",
+        "scripts/",
     ];
     let quoted = text.split('`').skip(1).step_by(2);
     quoted.filter(|name| {
@@ -103,6 +111,7 @@ fn the_reader_of_texts_sees_what_it_should() {
     assert_eq!(found("`/home/me/a.toml`"), ["/home/me/a.toml"]);
     assert_eq!(found("in /somewhere/else/src"), ["/somewhere/else/src"]);
     assert!(found("/usr/lib/libembree4.so, $HOME/.local, /root/ and docs/work/").is_empty());
-    let named: Vec<_> = named_files("see `tests/a.rs`, `x + y` and `src/b/`, not src/c.rs").collect();
+    let named: Vec<_> =
+        named_files("see `tests/a.rs`, `x + y` and `src/b/`, not src/c.rs").collect();
     assert_eq!(named, ["tests/a.rs", "src/b/"]);
 }

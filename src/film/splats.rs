@@ -29,29 +29,31 @@ pub struct Strategy {
     pub t: usize,
 }
 
-/// Takes light that an integrator finds for other places of the film than that of its camera ray.
-pub trait SplatSink {
-    /// Whether light at this place would count.
-    fn reaches(&self, film: Vec2) -> bool;
-    /// Light at this place.
-    fn splat(&mut self, film: Vec2, value: Rgb);
-    /// What a strategy contributes, and with which weight that is part of the picture: in the sample's own pixel or, if it falls
-    /// elsewhere, there.
-    #[inline]
-    fn made(&mut self, _by: Strategy, _elsewhere: Option<Vec2>, _contribution: Rgb, _weight: f32) {}
+/// Light at a place of the film.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Splat {
+    /// The place.
+    pub film: Vec2,
+    /// Radiance times light paths.
+    pub value: Rgb,
 }
 
-/// Nobody takes it.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct NoSplats;
+/// Light that a sample finds for other places of the film than that of its camera ray, and where such light counts.
+pub struct SplatList<'a> {
+    /// Whether light at a place would count.
+    pub reaches: &'a dyn Fn(Vec2) -> bool,
+    /// The light.
+    pub splats: Vec<Splat>,
+}
 
-impl SplatSink for NoSplats {
-    #[inline]
-    fn reaches(&self, _film: Vec2) -> bool {
-        false
+impl SplatList<'_> {
+    /// Where no such light counts.
+    pub fn none() -> Self {
+        Self {
+            reaches: &|_| false,
+            splats: Vec::new(),
+        }
     }
-    #[inline]
-    fn splat(&mut self, _film: Vec2, _value: Rgb) {}
 }
 
 /// A sum in twice the precision.

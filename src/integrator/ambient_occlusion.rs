@@ -28,7 +28,7 @@ pub struct AmbientOcclusion {
 }
 
 impl Integrator for AmbientOcclusion {
-    fn radiance<E: Effects, S: Sampler, O: PathObserver>(
+    fn radiance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
         sampler: &mut S,
@@ -50,7 +50,7 @@ impl Integrator for AmbientOcclusion {
             observer.escaped(ray.dir);
             return Rgb::BLACK;
         };
-        observer.arrived(&at, Rgb::WHITE);
+        observer.arrived(&(&at).into(), Rgb::WHITE);
         let [u, v] = sampler.draw(Decision::Bsdf(0));
         let mut w = sample_hemisphere_cosine(Vec2::new(u, v));
         w.z = w.z.copysign(at.frame.to_local(at.wo).z);

@@ -15,7 +15,7 @@ pub mod waiting;
 
 use crate::accel::Hit;
 use crate::effects::Effects;
-use crate::film::splats::SplatSink;
+use crate::film::splats::SplatList;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
@@ -64,7 +64,7 @@ pub trait Integrator: Copy + Send + Sync {
     const SIDE_BY_SIDE: bool = false;
 
     /// Estimates the radiance of some samples, the very same as that of each by itself. Samplers are those of the samples.
-    fn radiances<E: Effects, S: Sampler, O: PathObserver>(
+    fn radiances<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
         samplers: &mut [S],
@@ -86,7 +86,7 @@ pub trait Integrator: Copy + Send + Sync {
 
     /// One estimate of the radiance that arrives along a camera ray, given what is found on it: camera rays are traced
     /// side by side.
-    fn radiance<E: Effects, S: Sampler, O: PathObserver>(
+    fn radiance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
         sampler: &mut S,
@@ -102,7 +102,7 @@ pub trait Integrator: Copy + Send + Sync {
         reason = "a sample, and all that it may tell of"
     )]
     #[inline]
-    fn radiance_and_splats<E: Effects, S: Sampler, O: PathObserver, P: SplatSink>(
+    fn radiance_and_splats<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
         sampler: &mut S,
@@ -110,7 +110,7 @@ pub trait Integrator: Copy + Send + Sync {
         found: Option<Hit>,
         rays: &mut RayCounts,
         observer: &mut O,
-        _splats: &mut P,
+        _splats: &mut SplatList<'_>,
     ) -> Rgb {
         self.radiance::<E, S, O>(scene, sampler, camera_ray, found, rays, observer)
     }

@@ -4,6 +4,7 @@
 //! Range: every vertex of every path.
 //! Source: none needed. Tested through `etendue render --pixel`, in `cli/tests/command/render.rs`.
 
+use crate::accel::PrimitiveId;
 use crate::bsdf::types::Lobe;
 use crate::effects::Effects;
 use crate::math::ray::Ray;
@@ -62,17 +63,42 @@ impl RayKind {
     }
 }
 
+/// A point of a path on a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PathVertex {
+    /// Where, in normalised scene units.
+    pub p: Vec3,
+    /// The geometric normal.
+    pub ng: Vec3,
+    /// The primitive.
+    pub id: PrimitiveId,
+}
+
+impl<E: Effects> From<&Interaction<E>> for PathVertex {
+    #[inline(always)]
+    fn from(at: &Interaction<E>) -> Self {
+        Self {
+            p: at.p,
+            ng: at.ng,
+            id: at.id,
+        }
+    }
+}
+
 /// What an integrator tells of a path. Every method does nothing unless it is implemented.
 pub trait PathObserver {
-    /// Whether it has to be told of one path after the other, each from its beginning to its end. Else it may be told of some
-    /// paths side by side, step by step, in the order in which their rays are traced; what is visible then comes after what
+    /// Whether the observer needs paths in sequence, each from its beginning to its end. Else it may be told of the paths of a
+    /// wavefront, stage by stage, in the order in which their rays are traced; the visibility of a light then comes after what
     /// follows from it.
-    const ONE_BY_ONE: bool = true;
+    #[inline(always)]
+    fn is_sequential(&self) -> bool {
+        true
+    }
 
     /// A ray is about to be traced. One that goes on behind a surface that is partly there is told once.
     fn traced(&mut self, _kind: RayKind, _ray: &Ray, _time: f32) {}
     /// The path came to a surface with this throughput.
-    fn arrived<E: Effects>(&mut self, _at: &Interaction<E>, _beta: Rgb) {}
+    fn arrived(&mut self, _at: &PathVertex, _beta: Rgb) {}
     /// The path left the scene along this direction.
     fn escaped(&mut self, _direction: Vec3) {}
     /// What comes from beyond the scene was added.
@@ -100,5 +126,8 @@ pub trait PathObserver {
 pub struct Unobserved;
 
 impl PathObserver for Unobserved {
-    const ONE_BY_ONE: bool = false;
+    #[inline(always)]
+    fn is_sequential(&self) -> bool {
+        false
+    }
 }

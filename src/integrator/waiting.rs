@@ -98,7 +98,7 @@ impl ShadowRays {
 
     /// Traces them all, and tells what each path gets.
     #[inline]
-    pub(super) fn trace<E: Effects, O: PathObserver>(
+    pub(super) fn trace<E: Effects, O: PathObserver + ?Sized>(
         &mut self,
         scene: &Scene,
         observer: &mut O,

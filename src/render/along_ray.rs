@@ -13,7 +13,7 @@ use crate::integrator::observer::Unobserved;
 use crate::integrator::waiting::{AT_ONCE, Waiting};
 use crate::integrator::{CameraRay, Integrator, Sample};
 use crate::math::rgb::Rgb;
-use crate::sampler::Sampler;
+use crate::sampler::{AnySampler, Batches, Sampler};
 use crate::scene::Scene;
 use rayon::prelude::*;
 
@@ -36,7 +36,12 @@ pub fn along_rays(
     rays: &[CameraRay],
     spp: u64,
 ) -> Vec<AlongRay> {
-    let job = Job { scene, rays, spp };
+    let job = Job {
+        scene,
+        rays,
+        spp,
+        sampler: dispatch::sampler(settings, Batches::new(BATCHES)),
+    };
     dispatch::dispatch(scene, settings, None, job)
 }
 
@@ -44,29 +49,25 @@ struct Job<'a> {
     scene: &'a Scene,
     rays: &'a [CameraRay],
     spp: u64,
+    sampler: AnySampler,
 }
 
 impl Dispatched for Job<'_> {
     type Output = Vec<AlongRay>;
 
-    fn run<E: Effects, S: Sampler, I: Integrator>(
-        self,
-        integrator: I,
-        sampler: S,
-    ) -> Vec<AlongRay> {
+    fn run<E: Effects, I: Integrator>(self, integrator: I) -> Vec<AlongRay> {
         let rays = self.rays.par_iter().enumerate();
-        let one = |(index, ray)| self.one::<E, S, I>(index as u32, ray, integrator, &sampler);
+        let one = |(index, ray)| self.one::<E, I>(index as u32, ray, integrator);
         rays.map(one).collect()
     }
 }
 
 impl Job<'_> {
-    fn one<E: Effects, S: Sampler, I: Integrator>(
+    fn one<E: Effects, I: Integrator>(
         &self,
         place: u32,
         ray: &CameraRay,
         integrator: I,
-        sampler: &S,
     ) -> AlongRay {
         let found = self.scene.accel.intersect(&ray.ray, ray.time, None);
         let mut sums = PixelSums::default();
@@ -78,7 +79,7 @@ impl Job<'_> {
             samplers.clear();
             samples.clear();
             for index in indices.clone() {
-                let mut sampler = sampler.clone();
+                let mut sampler = self.sampler.clone();
                 sampler.start([place, 0], index);
                 samplers.push(sampler);
                 samples.push(Sample {
@@ -86,7 +87,7 @@ impl Job<'_> {
                     ..Sample::new(*ray)
                 });
             }
-            integrator.radiances::<E, S, _>(
+            integrator.radiances::<E, _, _>(
                 self.scene,
                 &mut samplers,
                 &mut samples,

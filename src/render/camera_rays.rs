@@ -12,7 +12,7 @@
 use crate::accel::packet::RayPacket;
 use crate::effects::{Effects, Switch};
 use crate::film::filter::{Filter, FilterSample};
-use crate::film::splats::SplatSink;
+use crate::film::splats::SplatList;
 use crate::integrator::observer::{PathObserver, RayKind};
 use crate::integrator::waiting::{AT_ONCE, Waiting};
 use crate::integrator::{CameraRay, Integrator, Sample};
@@ -20,7 +20,7 @@ use crate::math::lanes::LANES;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::planted::planted;
-use crate::sampler::{Decision, Sampler};
+use crate::sampler::{AnySampler, Decision, Sampler};
 use crate::scene::Scene;
 use std::ops::Range;
 
@@ -69,7 +69,7 @@ struct CameraNumbers {
 impl CameraNumbers {
     /// Those of each of at most [`LANES`] samplers.
     #[inline]
-    fn draw_each<E: Effects, S: Sampler>(samplers: &mut [S], numbers: &mut [Self]) {
+    fn draw_each<E: Effects>(samplers: &mut [AnySampler], numbers: &mut [Self]) {
         let places: [usize; LANES] = std::array::from_fn(|place| place);
         let places = &places[..numbers.len()];
         let mut drawn = numbers.iter_mut();
@@ -79,17 +79,17 @@ impl CameraNumbers {
             }
         };
         if E::Lens::ON {
-            S::draw_each(samplers, places, Decision::Camera, |[x, y, u, v]| {
+            AnySampler::draw_each(samplers, places, Decision::Camera, |[x, y, u, v]| {
                 tell(Vec2::new(x, y), Vec2::new(u, v));
             });
         } else {
-            S::draw_each(samplers, places, Decision::Camera, |[x, y]| {
+            AnySampler::draw_each(samplers, places, Decision::Camera, |[x, y]| {
                 tell(Vec2::new(x, y), Vec2::ZERO);
             });
         }
         if E::Motion::ON {
             let mut drawn = numbers.iter_mut();
-            S::draw_each(samplers, places, Decision::Time, |[time]| {
+            AnySampler::draw_each(samplers, places, Decision::Time, |[time]| {
                 if let Some(numbers) = drawn.next() {
                     numbers.time = time;
                 }
@@ -113,8 +113,8 @@ impl Pixel<'_> {
 
 /// Samples, with what their camera rays meet. They have places, in the order in which they were added.
 #[derive(Debug)]
-pub struct CameraRays<S> {
-    samplers: Vec<S>,
+pub struct CameraRays {
+    samplers: Vec<AnySampler>,
     samples: Vec<Sample>,
     /// What the radiance of each counts in its pixel.
     weights: Vec<f32>,
@@ -134,7 +134,7 @@ struct Block {
     lanes: Range<usize>,
 }
 
-impl<S: Sampler> CameraRays<S> {
+impl CameraRays {
     /// None so far.
     pub fn new() -> Self {
         Self {
@@ -155,10 +155,10 @@ impl<S: Sampler> CameraRays<S> {
     }
 
     /// Adds the samples of `range`, which lies in one block, and tells their places. Their camera rays are not traced yet.
-    pub fn add<E: Effects, O: PathObserver>(
+    pub fn add<E: Effects, O: PathObserver + ?Sized>(
         &mut self,
         pixel: &Pixel<'_>,
-        sampler: &S,
+        sampler: &AnySampler,
         range: Range<u64>,
         observer: &mut O,
     ) -> Range<usize> {
@@ -170,7 +170,7 @@ impl<S: Sampler> CameraRays<S> {
         let mut numbers = [CameraNumbers::default(); LANES];
         sampler.start_each(pixel.position, block, &mut self.samplers);
         let samplers = &mut self.samplers[place..];
-        CameraNumbers::draw_each::<E, S>(samplers, &mut numbers[..count]);
+        CameraNumbers::draw_each::<E>(samplers, &mut numbers[..count]);
         let film = numbers.map(|numbers| numbers.film);
         if self.packets.len() == self.blocks.len() {
             self.packets.push(RayPacket::default());
@@ -215,7 +215,7 @@ impl<S: Sampler> CameraRays<S> {
     }
 
     /// A sample, with its random numbers.
-    pub fn sample(&mut self, place: usize) -> (&mut S, &mut Sample) {
+    pub fn sample(&mut self, place: usize) -> (&mut AnySampler, &mut Sample) {
         (&mut self.samplers[place], &mut self.samples[place])
     }
 
@@ -233,18 +233,18 @@ impl<S: Sampler> CameraRays<S> {
     /// Estimates samples whose camera rays are traced: all of these places, by an integrator that gains by estimating them side
     /// by side, else the first one, as also where somebody wants to watch one after the other. Tells the place after them.
     #[inline]
-    pub fn estimate<E: Effects, I: Integrator, O: PathObserver, P: SplatSink>(
+    pub fn estimate<E: Effects, I: Integrator, O: PathObserver + ?Sized>(
         &mut self,
         places: Range<usize>,
         scene: &Scene,
         integrator: I,
         observer: &mut O,
-        splats: &mut P,
+        splats: &mut SplatList<'_>,
     ) -> usize {
-        if I::SIDE_BY_SIDE && !O::ONE_BY_ONE {
+        if I::SIDE_BY_SIDE && !observer.is_sequential() {
             let samplers = &mut self.samplers[places.clone()];
             let (samples, waiting) = (&mut self.samples[places.clone()], &mut self.waiting);
-            integrator.radiances::<E, S, O>(scene, samplers, samples, waiting, observer);
+            integrator.radiances::<E, _, O>(scene, samplers, samples, waiting, observer);
             return places.end;
         }
         let sampler = &mut self.samplers[places.start];
@@ -254,7 +254,7 @@ impl<S: Sampler> CameraRays<S> {
             radiance,
             rays,
         } = &mut self.samples[places.start];
-        *radiance = integrator.radiance_and_splats::<E, _, _, _>(
+        *radiance = integrator.radiance_and_splats::<E, _, _>(
             scene, sampler, camera_ray, *found, rays, observer, splats,
         );
         places.start + 1

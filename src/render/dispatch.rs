@@ -1,4 +1,5 @@
-//! The one place where settings become types: which integrator, which kernel, which sampler run.
+//! The one place where settings become types: which integrator and which kernel run. Samplers are values: numbers are drawn for
+//! many paths at once.
 //!
 //! `path` is compiled for every kernel. The other integrators, which are there to be compared with it, have two: the first,
 //! and the one with everything.
@@ -11,7 +12,6 @@ use super::settings::{RenderSettings, SamplerKind};
 use crate::effects::kernel::{KernelJob, types};
 use crate::effects::{Effect, Effects, Kernel};
 use crate::error::{Error, Result};
-use crate::film::batches::BATCHES;
 use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::AmbientOcclusion;
 use crate::integrator::bidirectional::Bidirectional;
@@ -20,7 +20,7 @@ use crate::integrator::irradiance_cache::{Cached, IrradianceCache};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::path::PathIntegrator;
 use crate::integrator::technique::Weighted;
-use crate::sampler::{Batches, Independent, Sampler, Sobol, Stratified};
+use crate::sampler::{AnySampler, Batches, Independent, Sobol, Stratified};
 use crate::scene::Scene;
 
 /// The kernels that an integrator is compiled for.
@@ -79,100 +79,71 @@ pub fn check(scene: &Scene, settings: &RenderSettings) -> Result<()> {
     Ok(())
 }
 
-/// Something to do with an integrator, a kernel and a sampler that are known only when running.
+/// Something to do with an integrator and a kernel that are known only when running.
 pub trait Dispatched {
     /// What it yields.
     type Output;
-    /// Does it with an integrator for the effects `E`, with the numbers of `sampler`.
-    fn run<E: Effects, S: Sampler, I: Integrator>(self, integrator: I, sampler: S) -> Self::Output;
+    /// Does it with an integrator for the effects `E`.
+    fn run<E: Effects, I: Integrator>(self, integrator: I) -> Self::Output;
 }
 
-/// Does something with the integrator, the kernel and the sampler of the settings. `cache` is what an overture has yielded
-/// for them.
+/// Does something with the integrator and the kernel of the settings. `cache` is what an overture has yielded for them.
 pub fn dispatch<D: Dispatched>(
     scene: &Scene,
     settings: &RenderSettings,
     cache: Option<&IrradianceCache>,
     job: D,
 ) -> D::Output {
-    let job = Full {
-        scene,
-        settings,
-        cache,
-        job,
-    };
-    with_sampler(settings, Batches::new(BATCHES), job)
-}
-
-/// Something to do with a sampler that is known only when running.
-pub trait SamplerJob {
-    /// What it yields.
-    type Output;
-    /// Does it with the numbers of `sampler`.
-    fn run<S: Sampler>(self, sampler: S) -> Self::Output;
-}
-
-/// Does something with the sampler of the settings, whose samples come in so many batches.
-pub fn with_sampler<J: SamplerJob>(
-    settings: &RenderSettings,
-    batches: Batches,
-    job: J,
-) -> J::Output {
-    let seed = settings.seed;
-    match settings.sampler {
-        SamplerKind::Independent => job.run(Independent::new(seed)),
-        SamplerKind::Stratified => {
-            let samples = settings.samples_of_strata();
-            job.run(Stratified::in_batches(seed, samples, batches))
+    match settings.integrator {
+        IntegratorKind::Path => {
+            let integrator = path(settings, Weighted, Traced);
+            kernel(scene, settings).run(With(job, integrator))
         }
-        SamplerKind::Sobol => job.run(Sobol::new(seed).in_batches(batches)),
+        _ => dispatch_to_two(scene, settings, cache, job),
     }
 }
 
-/// A job of which nothing is known yet.
-struct Full<'a, D> {
-    scene: &'a Scene,
-    settings: &'a RenderSettings,
-    cache: Option<&'a IrradianceCache>,
+/// Does something with the integrator of the settings and one of two kernels, the first and the one with everything: for what is
+/// seldom done, or whose time does not count. All kernels give the same bits.
+pub fn dispatch_to_two<D: Dispatched>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    cache: Option<&IrradianceCache>,
     job: D,
+) -> D::Output {
+    let kernel = kernel(scene, settings);
+    match (settings.integrator.technique(), cache) {
+        (Some(_), None) if settings.integrator == IntegratorKind::Path => {
+            first_or_last(kernel, With(job, path(settings, Weighted, Traced)))
+        }
+        (Some(_), Some(cache)) => {
+            first_or_last(kernel, With(job, path(settings, Weighted, Cached(cache))))
+        }
+        (Some(technique), None) => {
+            first_or_last(kernel, With(job, path(settings, technique, Traced)))
+        }
+        (None, _) if settings.integrator.splats() => {
+            let area = settings.window.pixel_count() as f64;
+            first_or_last(kernel, With(job, bidirectional(settings, area)))
+        }
+        (None, _) => {
+            let far = settings.occlusion_distance;
+            let distance = far.map_or(f32::INFINITY, |far| scene.normalisation.length(far));
+            first_or_last(kernel, With(job, AmbientOcclusion { distance }))
+        }
+    }
 }
 
-impl<D: Dispatched> SamplerJob for Full<'_, D> {
-    type Output = D::Output;
-
-    fn run<S: Sampler>(self, sampler: S) -> D::Output {
-        let Full {
-            scene,
-            settings,
-            cache,
-            job,
-        } = self;
-        let kernel = kernel(scene, settings);
-        match settings.integrator.technique() {
-            Some(_) if settings.integrator == IntegratorKind::Path => {
-                kernel.run(With(job, path(settings, Weighted, Traced), sampler))
-            }
-            Some(technique) => match cache {
-                Some(cache) => {
-                    let integrator = path(settings, Weighted, Cached(cache));
-                    first_or_last(kernel, With(job, integrator, sampler))
-                }
-                None => {
-                    let integrator = path(settings, technique, Traced);
-                    first_or_last(kernel, With(job, integrator, sampler))
-                }
-            },
-            None if settings.integrator.splats() => {
-                let area = settings.window.pixel_count() as f64;
-                let integrator = bidirectional(settings, area);
-                first_or_last(kernel, With(job, integrator, sampler))
-            }
-            None => {
-                let far = settings.occlusion_distance;
-                let distance = far.map_or(f32::INFINITY, |far| scene.normalisation.length(far));
-                first_or_last(kernel, With(job, AmbientOcclusion { distance }, sampler))
-            }
+/// The sampler of the settings, whose samples come in so many batches.
+pub fn sampler(settings: &RenderSettings, batches: Batches) -> AnySampler {
+    let seed = settings.seed;
+    match settings.sampler {
+        SamplerKind::Independent => AnySampler::Independent(Independent::new(seed)),
+        SamplerKind::Stratified => {
+            let samples = settings.samples_of_strata();
+            AnySampler::Stratified(Stratified::in_batches(seed, samples, batches))
         }
+        SamplerKind::Sobol => AnySampler::Sobol(Sobol::new(seed).in_batches(batches)),
     }
 }
 
@@ -207,12 +178,12 @@ pub fn first_or_last<J: KernelJob>(kernel: Kernel, job: J) -> J::Output {
     }
 }
 
-/// A job whose integrator and sampler are known and whose kernel is not.
-struct With<D, I, S>(D, I, S);
+/// A job whose integrator is known and whose kernel is not.
+struct With<D, I>(D, I);
 
-impl<D: Dispatched, I: Integrator, S: Sampler> KernelJob for With<D, I, S> {
+impl<D: Dispatched, I: Integrator> KernelJob for With<D, I> {
     type Output = D::Output;
     fn run<E: Effects>(self) -> D::Output {
-        self.0.run::<E, S, I>(self.1, self.2)
+        self.0.run::<E, I>(self.1)
     }
 }

@@ -9,7 +9,7 @@
 //! Source: none needed. Tested in `cli/tests/command/layers.rs`.
 
 use super::camera_rays::{CameraRays, Pixel, blocks};
-use super::dispatch::{SamplerJob, with_sampler};
+use super::dispatch::sampler;
 use super::settings::RenderSettings;
 use crate::effects::kernel::types::Everything;
 use crate::film::filter::Filter;
@@ -18,7 +18,7 @@ use crate::integrator::{CameraRay, Sample};
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;
 use crate::math::vec::{Vec2, Vec3};
-use crate::sampler::{Batches, Decision, Sampler};
+use crate::sampler::{AnySampler, Batches, Decision, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 use rayon::prelude::*;
@@ -124,40 +124,25 @@ pub fn first_hits(
     let job = Job {
         scene,
         filter,
-        settings,
         spp,
+        sampler: sampler(settings, Batches::new(PARTS as u64)),
     };
-    with_sampler(settings, Batches::new(PARTS as u64), job)
+    let positions: Vec<[u32; 2]> = settings.window.pixels().collect();
+    positions
+        .into_par_iter()
+        .map_init(CameraRays::new, |rays, position| job.pixel(position, rays))
+        .collect()
 }
 
 struct Job<'a> {
     scene: &'a Scene,
     filter: &'a Filter,
-    settings: &'a RenderSettings,
     spp: u64,
-}
-
-impl SamplerJob for Job<'_> {
-    type Output = Vec<FirstHit>;
-
-    fn run<S: Sampler>(self, sampler: S) -> Vec<FirstHit> {
-        let positions: Vec<[u32; 2]> = self.settings.window.pixels().collect();
-        positions
-            .into_par_iter()
-            .map_init(CameraRays::new, |rays, position| {
-                self.pixel(position, &sampler, rays)
-            })
-            .collect()
-    }
+    sampler: AnySampler,
 }
 
 impl Job<'_> {
-    fn pixel<S: Sampler>(
-        &self,
-        position: [u32; 2],
-        sampler: &S,
-        rays: &mut CameraRays<S>,
-    ) -> FirstHit {
+    fn pixel(&self, position: [u32; 2], rays: &mut CameraRays) -> FirstHit {
         let pixel = Pixel {
             scene: self.scene,
             filter: self.filter,
@@ -167,7 +152,7 @@ impl Job<'_> {
         for block in blocks(0..self.spp) {
             let indices = block.clone();
             rays.clear();
-            let places = rays.add::<Everything, _>(&pixel, sampler, block, &mut Unobserved);
+            let places = rays.add::<Everything, _>(&pixel, &self.sampler, block, &mut Unobserved);
             rays.trace(self.scene);
             for (index, place) in indices.zip(places) {
                 let (sampler, sample) = rays.sample(place);
@@ -212,7 +197,7 @@ impl Job<'_> {
         }
     }
 
-    fn albedo<S: Sampler>(&self, at: &Interaction<Everything>, sampler: &mut S) -> Rgb {
+    fn albedo(&self, at: &Interaction<Everything>, sampler: &mut AnySampler) -> Rgb {
         let Some(bsdf) = self.scene.bsdf(at) else {
             return Rgb::BLACK;
         };

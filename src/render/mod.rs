@@ -36,7 +36,7 @@ use crate::integrator::irradiance_cache::IrradianceCache;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::Unobserved;
 use crate::planted::planted;
-use crate::sampler::hash;
+use crate::sampler::{Batches, hash};
 use crate::scene::Scene;
 use adaptive::{Deal, Dealer};
 use budget::{PassPlanner, Picture};
@@ -377,6 +377,7 @@ impl Run<'_> {
                 .collect(),
             _ => film.tiles().iter().map(same).collect(),
         };
+        let sampler = dispatch::sampler(self.settings, Batches::new(BATCHES));
         let (tiles, splats) = film.tiles_and_splats();
         let mut jobs: Vec<(&mut Tile, Asked)> = tiles.iter_mut().zip(asked).collect();
         // The longest first, so that all threads are done at about the same time. Equal ones stay in their order.
@@ -395,6 +396,7 @@ impl Run<'_> {
                     tile,
                     splats,
                     asked,
+                    sampler: sampler.clone(),
                     observer: &mut Unobserved,
                 };
                 let outcome = dispatch::dispatch(scene, self.settings, cache, job);

@@ -8,22 +8,24 @@ use super::dispatch;
 use super::settings::RenderSettings;
 use super::tile::{Asked, TileJob};
 use crate::film::Tile;
+use crate::film::batches::BATCHES;
 use crate::film::filter::Filter;
 use crate::integrator::irradiance_cache::IrradianceCache;
 use crate::integrator::observer::PathObserver;
+use crate::sampler::Batches;
 use crate::scene::Scene;
 use std::ops::Range;
 
 /// Adds the samples of `range` to every pixel of a tile, in the order of a render, and tells `observer` of their paths. `cache` is that of
 /// [`overture`](super::overture::overture), if there is one.
-pub fn observe_tile<O: PathObserver>(
+pub fn observe_tile(
     scene: &Scene,
     filter: &Filter,
     settings: &RenderSettings,
     cache: Option<&IrradianceCache>,
     tile: &mut Tile,
     range: Range<u64>,
-    observer: &mut O,
+    observer: &mut dyn PathObserver,
 ) {
     let job = TileJob {
         scene,
@@ -31,7 +33,8 @@ pub fn observe_tile<O: PathObserver>(
         tile,
         splats: None,
         asked: Asked::Same(range),
+        sampler: dispatch::sampler(settings, Batches::new(BATCHES)),
         observer,
     };
-    dispatch::dispatch(scene, settings, cache, job);
+    dispatch::dispatch_to_two(scene, settings, cache, job);
 }

@@ -11,23 +11,21 @@
 //! Source: the overture of Ward, Rubinstein and Clear 1988. Tested in `tests/rendering/irradiance_cache.rs`.
 
 use super::camera_rays::{CameraRays, Pixel};
-use super::dispatch::{SamplerJob, first_or_last, kernel, path, with_sampler};
+use super::dispatch::{first_or_last, kernel, path, sampler};
 use super::settings::RenderSettings;
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
 use crate::film::batches::BATCHES;
 use crate::film::filter::Filter;
-use crate::film::splats::NoSplats;
 use crate::integrator::RayCounts;
 use crate::integrator::indirect::Traced;
 use crate::integrator::irradiance_cache::{IrradianceCache, Survey, Surveyed};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::Unobserved;
 use crate::integrator::technique::Weighted;
-use crate::sampler::{Batches, Sampler};
+use crate::sampler::{AnySampler, Batches};
 use crate::scene::Scene;
 use rayon::prelude::*;
-use std::sync::Mutex;
 
 /// Sides of the squares, from pass to pass.
 const STRIDES: [u32; 5] = [64, 32, 16, 8, 4];
@@ -122,58 +120,39 @@ struct Surveyor<'a> {
 
 impl Surveyor<'_> {
     fn survey(&self) -> Vec<Option<Surveyed>> {
-        with_sampler(self.settings, Batches::new(BATCHES), self)
+        first_or_last(kernel(self.scene, self.settings), self)
     }
-}
 
-impl SamplerJob for &Surveyor<'_> {
-    type Output = Vec<Option<Surveyed>>;
-
-    fn run<S: Sampler>(self, sampler: S) -> Self::Output {
-        let kernel = kernel(self.scene, self.settings);
-        first_or_last(kernel, With(self, sampler))
-    }
-}
-
-/// A survey whose sampler is known and whose kernel is not.
-struct With<'a, S>(&'a Surveyor<'a>, S);
-
-impl<S: Sampler> KernelJob for With<'_, S> {
-    type Output = Vec<Option<Surveyed>>;
-
-    fn run<E: Effects>(self) -> Self::Output {
-        let Self(surveyor, sampler) = self;
-        let positions = surveyor.positions.par_iter();
-        positions
-            .map(|&position| surveyor.pixel::<E, S>(position, &sampler))
-            .collect()
-    }
-}
-
-impl Surveyor<'_> {
-    fn pixel<E: Effects, S: Sampler>(&self, position: [u32; 2], sampler: &S) -> Option<Surveyed> {
+    fn pixel<E: Effects>(&self, position: [u32; 2], sampler: &AnySampler) -> Option<Surveyed> {
         let survey = Survey {
             cache: self.cache,
             scene: self.scene,
             integrator: path(self.settings, Weighted, Traced),
-            sampler: self.makes_records.then(|| sampler.clone()),
-            // No picture is so large that these are pixels, too.
-            numbers: position.map(|i| !i),
-            found: Mutex::new(None),
+            makes_records: self.makes_records,
         };
-        let integrator = path(self.settings, Weighted, &survey);
         let pixel = Pixel {
             scene: self.scene,
             filter: self.filter,
             position,
         };
         let mut camera_rays = CameraRays::new();
-        let unobserved = &mut Unobserved;
-        let place = camera_rays.add::<E, _>(&pixel, sampler, 0..1, unobserved);
+        let places = camera_rays.add::<E, _>(&pixel, sampler, 0..1, &mut Unobserved);
         camera_rays.trace(self.scene);
-        let (scene, splats) = (self.scene, &mut NoSplats);
-        camera_rays.estimate::<E, _, _, _>(place, scene, integrator, unobserved, splats);
-        let found = survey.found.into_inner();
-        found.expect("no thread panics while it holds this")
+        let (sampler, sample) = camera_rays.sample(places.start);
+        // No picture is so large that these are pixels, too.
+        let numbers = position.map(|i| !i);
+        survey.path::<E, _>(sampler, sample, numbers)
+    }
+}
+
+impl KernelJob for &Surveyor<'_> {
+    type Output = Vec<Option<Surveyed>>;
+
+    fn run<E: Effects>(self) -> Self::Output {
+        let sampler = sampler(self.settings, Batches::new(BATCHES));
+        let positions = self.positions.par_iter();
+        positions
+            .map(|&position| self.pixel::<E>(position, &sampler))
+            .collect()
     }
 }

@@ -4,22 +4,18 @@
 //! Range: any pixel and sample; the value is bit for bit that of the render with the same settings.
 //! Source: pbrt's way of tracking a bad sample down. Tested in `cli/tests/command/render.rs`.
 
-use super::camera_rays::{CameraRays, Pixel};
-use super::dispatch::{self, Dispatched};
+use super::dispatch;
+use super::observed::observe_tile;
 use super::overture::overture;
 use super::settings::RenderSettings;
 use crate::bsdf::types::Lobe;
-use crate::effects::Effects;
 use crate::error::Result;
 use crate::film::filter::Filter;
-use crate::film::splats::NoSplats;
-use crate::integrator::Integrator;
-use crate::integrator::observer::PathObserver;
+use crate::film::{Film, Window};
+use crate::integrator::observer::{PathObserver, PathVertex};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec3, Vec3};
-use crate::sampler::Sampler;
 use crate::scene::Scene;
-use crate::scene::interaction::Interaction;
 
 /// One thing that happened to a path.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,23 +97,26 @@ pub fn replay(
 ) -> Result<Replay> {
     dispatch::check(scene, settings)?;
     let (cache, _) = overture(scene, filter, settings, &|_, _| true);
-    let pixel = Pixel {
-        scene,
-        filter,
-        position: pixel,
+    let [x, y] = pixel;
+    let window = Window {
+        x,
+        y,
+        width: 1,
+        height: 1,
     };
+    let mut film = Film::new(window, 1);
     let mut recorder = Recorder {
         scene,
         events: Vec::new(),
+        radiance: Rgb::BLACK,
     };
-    let job = ReplayJob {
-        pixel,
-        sample,
-        recorder: &mut recorder,
-    };
-    let radiance = dispatch::dispatch(scene, settings, cache.as_ref(), job);
+    for tile in film.tiles_mut() {
+        let only = sample..sample + 1;
+        let cache = cache.as_ref();
+        observe_tile(scene, filter, settings, cache, tile, only, &mut recorder);
+    }
     Ok(Replay {
-        radiance,
+        radiance: recorder.radiance,
         events: recorder.events,
     })
 }
@@ -125,30 +124,11 @@ pub fn replay(
 struct Recorder<'a> {
     scene: &'a Scene,
     events: Vec<PathEvent>,
-}
-
-struct ReplayJob<'a, 'b> {
-    pixel: Pixel<'a>,
-    sample: u64,
-    recorder: &'a mut Recorder<'b>,
-}
-
-impl Dispatched for ReplayJob<'_, '_> {
-    type Output = Rgb;
-
-    fn run<E: Effects, S: Sampler, I: Integrator>(self, integrator: I, sampler: S) -> Rgb {
-        let mut camera_rays = CameraRays::new();
-        let only = self.sample..self.sample + 1;
-        let places = camera_rays.add::<E, _>(&self.pixel, &sampler, only, self.recorder);
-        let (scene, place, splats) = (self.pixel.scene, places.start, &mut NoSplats);
-        camera_rays.trace(scene);
-        camera_rays.estimate::<E, I, _, _>(places, scene, integrator, self.recorder, splats);
-        camera_rays.value(place)
-    }
+    radiance: Rgb,
 }
 
 impl PathObserver for Recorder<'_> {
-    fn arrived<E: Effects>(&mut self, at: &Interaction<E>, beta: Rgb) {
+    fn arrived(&mut self, at: &PathVertex, beta: Rgb) {
         self.events.push(PathEvent::Arrived {
             position: self.scene.normalisation.world_point(at.p),
             shape: at.id.shape,
@@ -191,5 +171,9 @@ impl PathObserver for Recorder<'_> {
 
     fn terminated(&mut self, survival: f32) {
         self.events.push(PathEvent::Terminated { survival });
+    }
+
+    fn filmed(&mut self, value: Rgb) {
+        self.radiance = value;
     }
 }

@@ -9,20 +9,21 @@
 //! Source: Veach 1997, figure 10.2. Tested in `tests/rendering/strategies.rs`.
 
 use super::camera_rays::{CameraRays, Pixel, blocks};
-use super::dispatch::{self, Dispatched};
+use super::dispatch;
 use super::settings::RenderSettings;
 use super::{Threads, View};
 use crate::effects::Effects;
+use crate::effects::kernel::KernelJob;
 use crate::error::{Error, Result};
-use crate::film::splats::{SplatSink, Splats, Strategy};
+use crate::film::batches::BATCHES;
+use crate::film::splats::{Splats, Strategy};
 use crate::film::{Film, Window};
 use crate::image::Image;
-use crate::integrator::Integrator;
+use crate::integrator::bidirectional::{Bidirectional, Contribution};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::Unobserved;
 use crate::math::rgb::Rgb;
-use crate::math::vec::Vec2;
-use crate::sampler::Sampler;
+use crate::sampler::{AnySampler, Batches};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -80,13 +81,18 @@ pub fn strategies(
         found: Mutex::default(),
     };
     let film = Film::new(settings.window, settings.tile_size);
+    let kernel = dispatch::kernel(view.scene, settings);
+    let integrator = dispatch::bidirectional(settings, settings.window.pixel_count() as f64);
+    let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
     threads.run(|| {
         film.tiles().par_iter().with_max_len(1).for_each(|tile| {
             let job = Job {
                 pictures: &pictures,
                 window: tile.window,
+                integrator,
+                sampler: &sampler,
             };
-            dispatch::dispatch(view.scene, settings, None, job);
+            dispatch::first_or_last(kernel, job);
         });
     });
     let found = pictures.found.into_inner();
@@ -121,82 +127,68 @@ struct Pictures<'a> {
 struct Job<'a> {
     pictures: &'a Pictures<'a>,
     window: Window,
+    integrator: Bidirectional,
+    sampler: &'a AnySampler,
 }
 
-impl Dispatched for Job<'_> {
+impl KernelJob for Job<'_> {
     type Output = ();
 
-    fn run<E: Effects, S: Sampler, I: Integrator>(self, integrator: I, sampler: S) {
-        let View { scene, filter, .. } = self.pictures.view;
+    fn run<E: Effects>(self) {
+        let Pictures { view, window, .. } = *self.pictures;
+        let View { scene, filter, .. } = view;
+        let reaches = |film| Splats::covers(window, filter, film);
         let mut camera_rays = CameraRays::new();
-        let observer = &mut Unobserved;
         for position in self.window.pixels() {
             let pixel = Pixel {
                 scene,
                 filter,
                 position,
             };
-            let mut made = Made {
-                pictures: self.pictures,
-                all: Vec::new(),
-            };
+            let mut contributions = Vec::new();
             for block in blocks(0..self.pictures.spp) {
                 camera_rays.clear();
-                let places = camera_rays.add::<E, _>(&pixel, &sampler, block, observer);
+                let places = camera_rays.add::<E, _>(&pixel, self.sampler, block, &mut Unobserved);
                 camera_rays.trace(scene);
                 for place in places {
-                    let first = made.all.len();
-                    let only = place..place + 1;
-                    camera_rays
-                        .estimate::<E, I, _, _>(only, scene, integrator, observer, &mut made);
                     let weight = camera_rays.weight(place);
-                    let own = made.all[first..].iter_mut().filter(|it| it.1.is_none());
-                    own.for_each(|it| it.2 *= weight);
+                    let (sampler, sample) = camera_rays.sample(place);
+                    self.integrator.contributions::<E, _, _>(
+                        scene,
+                        sampler,
+                        &sample.camera_ray,
+                        sample.found,
+                        &mut sample.rays,
+                        &mut Unobserved,
+                        &reaches,
+                        |mut it| {
+                            if it.film.is_none() {
+                                it.unweighted *= weight;
+                            }
+                            contributions.push(it);
+                        },
+                    );
                 }
             }
-            self.pictures.add(position, &made.all);
+            self.pictures.add(position, &contributions);
         }
     }
 }
 
-/// What the samples of one pixel make: by which strategy, where if not in the pixel, how much, and with which weight.
-struct Made<'a> {
-    pictures: &'a Pictures<'a>,
-    all: Vec<(Strategy, Option<Vec2>, Rgb, f32)>,
-}
-
-impl SplatSink for Made<'_> {
-    fn reaches(&self, film: Vec2) -> bool {
-        let view = &self.pictures.view;
-        Splats::covers(self.pictures.window, view.filter, film)
-    }
-
-    fn splat(&mut self, _film: Vec2, _value: Rgb) {}
-
-    fn made(
-        &mut self,
-        strategy: Strategy,
-        elsewhere: Option<Vec2>,
-        contribution: Rgb,
-        weight: f32,
-    ) {
-        self.all.push((strategy, elsewhere, contribution, weight));
-    }
-}
-
 impl Pictures<'_> {
-    fn add(&self, pixel: [u32; 2], made: &[(Strategy, Option<Vec2>, Rgb, f32)]) {
+    fn add(&self, pixel: [u32; 2], contributions: &[Contribution]) {
         let mut found = self
             .found
             .lock()
             .expect("no thread panics while it holds this");
         // One of as many samples as there are pixels is in this one.
         let share = self.window.pixel_count() as f32;
-        for &(strategy, elsewhere, contribution, weight) in made {
+        for contribution in contributions {
             let new = || [0, 1].map(|_| Splats::new(self.window));
-            let pictures = found.entry(strategy).or_insert_with(new);
-            for (picture, value) in pictures.iter().zip([contribution, contribution * weight]) {
-                match elsewhere {
+            let pictures = found.entry(contribution.strategy).or_insert_with(new);
+            let values = [contribution.unweighted, contribution.value()];
+            for (picture, value) in pictures.iter().zip(values) {
+                match contribution.film {
                     Some(film) => picture.add(self.view.filter, 0, film, value),
                     None => picture.add_to_pixel(0, pixel, share * value),
                 }

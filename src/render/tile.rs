@@ -9,13 +9,11 @@ use super::dispatch::Dispatched;
 use crate::effects::Effects;
 use crate::film::Tile;
 use crate::film::filter::Filter;
-use crate::film::splats::{SplatSink, Splats};
+use crate::film::splats::{SplatList, Splats};
 use crate::integrator::observer::PathObserver;
 use crate::integrator::waiting::AT_ONCE;
 use crate::integrator::{Integrator, RayCounts};
-use crate::math::rgb::Rgb;
-use crate::math::vec::Vec2;
-use crate::sampler::Sampler;
+use crate::sampler::AnySampler;
 use crate::scene::Scene;
 use std::ops::Range;
 
@@ -74,70 +72,41 @@ impl Asked {
 }
 
 /// The samples to be taken in the pixels of a tile.
-pub struct TileJob<'a, O> {
+pub struct TileJob<'a, O: ?Sized> {
     pub scene: &'a Scene,
     pub filter: &'a Filter,
     pub tile: &'a mut Tile,
     /// Where light for other pixels goes.
     pub splats: Option<&'a Splats>,
     pub asked: Asked,
+    pub sampler: AnySampler,
     pub observer: &'a mut O,
 }
 
-/// What one sample finds for other places of the film.
-struct Elsewhere<'a> {
-    filter: &'a Filter,
-    splats: Option<&'a Splats>,
-    found: Vec<(Vec2, Rgb)>,
-}
-
-impl SplatSink for Elsewhere<'_> {
-    fn reaches(&self, film: Vec2) -> bool {
-        self.splats
-            .is_some_and(|splats| splats.reaches(self.filter, film))
-    }
-
-    fn splat(&mut self, film: Vec2, value: Rgb) {
-        self.found.push((film, value));
-    }
-}
-
-impl Elsewhere<'_> {
-    fn is_finite(&self) -> bool {
-        self.found.iter().all(|(_, value)| value.is_finite())
-    }
-
-    /// Brings what the sample with this index has found to the film.
-    fn add(&self, sample: u64) {
-        for &(film, value) in &self.found {
-            if let Some(splats) = self.splats {
-                splats.add(self.filter, sample, film, value);
-            }
-        }
-    }
-}
-
-impl<O: PathObserver> Dispatched for TileJob<'_, O> {
+impl<O: PathObserver + ?Sized> Dispatched for TileJob<'_, O> {
     type Output = Outcome;
 
-    fn run<E: Effects, S: Sampler, I: Integrator>(self, integrator: I, sampler: S) -> Outcome {
+    fn run<E: Effects, I: Integrator>(self, integrator: I) -> Outcome {
         let Self {
             scene,
             filter,
             tile,
             splats,
             asked,
+            sampler,
             observer,
         } = self;
+        let reaches = |film| splats.is_some_and(|splats| splats.reaches(filter, film));
         let mut front = Front {
             scene,
+            filter,
             integrator,
             camera_rays: CameraRays::new(),
             samples: Vec::new(),
-            elsewhere: Elsewhere {
-                filter,
-                splats,
-                found: Vec::new(),
+            splats,
+            elsewhere: SplatList {
+                reaches: &reaches,
+                splats: Vec::new(),
             },
             outcome: Outcome::default(),
         };
@@ -193,23 +162,26 @@ struct Index {
 }
 
 /// Samples that are under way together.
-struct Front<'a, I, S> {
+struct Front<'a, I> {
     scene: &'a Scene,
+    filter: &'a Filter,
     integrator: I,
-    camera_rays: CameraRays<S>,
+    camera_rays: CameraRays,
     /// As those of `camera_rays`.
     samples: Vec<Index>,
-    elsewhere: Elsewhere<'a>,
+    /// Where light for other pixels goes, and that of the sample at hand.
+    splats: Option<&'a Splats>,
+    elsewhere: SplatList<'a>,
     outcome: Outcome,
 }
 
-impl<I: Integrator, S: Sampler> Front<'_, I, S> {
+impl<I: Integrator> Front<'_, I> {
     /// Brings all samples to the film.
-    fn advance<E: Effects, O: PathObserver>(&mut self, tile: &mut Tile, observer: &mut O) {
+    fn advance<E: Effects, O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, observer: &mut O) {
         self.camera_rays.trace(self.scene);
         let mut places = 0..self.samples.len();
         while !places.is_empty() {
-            let end = self.camera_rays.estimate::<E, I, O, _>(
+            let end = self.camera_rays.estimate::<E, I, O>(
                 places.clone(),
                 self.scene,
                 self.integrator,
@@ -226,21 +198,26 @@ impl<I: Integrator, S: Sampler> Front<'_, I, S> {
     }
 
     /// Brings one sample to the film.
-    fn film<O: PathObserver>(&mut self, tile: &mut Tile, place: usize, observer: &mut O) {
+    fn film<O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, place: usize, observer: &mut O) {
         let value = self.camera_rays.value(place);
         let Index {
             pixel,
             position: [x, y],
             index: sample,
         } = self.samples[place];
-        if value.is_finite() && self.elsewhere.is_finite() {
-            self.elsewhere.add(sample);
+        let elsewhere = &mut self.elsewhere.splats;
+        if value.is_finite() && elsewhere.iter().all(|splat| splat.value.is_finite()) {
+            if let Some(splats) = self.splats {
+                for splat in &*elsewhere {
+                    splats.add(self.filter, sample, splat.film, splat.value);
+                }
+            }
             tile.pixels[pixel].add(sample, value);
         } else {
             let first = Some(NonFiniteSample { y, x, sample });
             self.outcome.rejected.merge(Rejected { count: 1, first });
         }
-        self.elsewhere.found.clear();
+        elsewhere.clear();
         let rays = self.camera_rays.sample(place).1.rays;
         self.outcome.rays += rays;
         if let Some(of_pixels) = &mut tile.rays {

@@ -11,12 +11,14 @@
 use crate::planted::planted;
 use std::ops::Range;
 
+mod any;
 pub mod hash;
 pub mod independent;
 pub mod primary;
 pub mod sobol;
 pub mod stratified;
 
+pub use any::AnySampler;
 pub use independent::Independent;
 pub use primary::Primary;
 pub use sobol::Sobol;
@@ -129,13 +131,18 @@ pub trait Sampler: Clone + Send + Sync {
     /// The first `N` numbers, at most four, of a decision of the current sample.
     fn draw<const N: usize>(&mut self, decision: Decision) -> [f32; N];
 
-    /// Adds samplers that are turned to each sample of a range of a pixel.
-    fn start_each(&self, pixel: [u32; 2], samples: Range<u64>, started: &mut Vec<Self>) {
-        started.extend(samples.map(|sample| {
+    /// Samplers that are turned to each sample of a range of a pixel.
+    fn started(&self, pixel: [u32; 2], samples: Range<u64>) -> impl Iterator<Item = Self> {
+        samples.map(move |sample| {
             let mut sampler = self.clone();
             sampler.start(pixel, sample);
             sampler
-        }));
+        })
+    }
+
+    /// Adds them to others.
+    fn start_each(&self, pixel: [u32; 2], samples: Range<u64>, started: &mut Vec<Self>) {
+        started.extend(self.started(pixel, samples));
     }
 
     /// The numbers of a decision of each of some samplers, by their places: tells them one after the other.

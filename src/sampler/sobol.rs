@@ -43,6 +43,15 @@ impl Sobol {
         self.reversed_index = (sample as u32).reverse_bits();
     }
 
+    /// The numbers of a decision: nothing is spent.
+    #[inline]
+    fn numbers<const N: usize>(&self, decision: Decision) -> [f32; N] {
+        const { assert!(N <= DIMENSIONS) };
+        let seeds = Seeds::<N>::of(self.sequence_seed, decision.slot());
+        let points = sobol_reversed::<N>(scramble_reversed(self.reversed_index, seeds.order));
+        std::array::from_fn(|d| number(points[d], seeds.of_dimension[d]))
+    }
+
     /// The same with a sequence for each batch.
     pub fn in_batches(self, batches: Batches) -> Self {
         Self { batches, ..self }
@@ -55,21 +64,18 @@ impl Sampler for Sobol {
         self.turn(hash::pixel_seed(self.seed, pixel), sample);
     }
 
-    fn start_each(&self, pixel: [u32; 2], samples: Range<u64>, started: &mut Vec<Self>) {
+    fn started(&self, pixel: [u32; 2], samples: Range<u64>) -> impl Iterator<Item = Self> {
         let pixel_seed = hash::pixel_seed(self.seed, pixel);
-        started.extend(samples.map(|sample| {
+        samples.map(move |sample| {
             let mut sampler = self.clone();
             sampler.turn(pixel_seed, sample);
             sampler
-        }));
+        })
     }
 
     #[inline]
     fn draw<const N: usize>(&mut self, decision: Decision) -> [f32; N] {
-        const { assert!(N <= DIMENSIONS) };
-        let seeds = Seeds::<N>::of(self.sequence_seed, decision.slot());
-        let points = sobol_reversed::<N>(scramble_reversed(self.reversed_index, seeds.order));
-        std::array::from_fn(|d| number(points[d], seeds.of_dimension[d]))
+        self.numbers(decision)
     }
 
     #[inline]
@@ -77,26 +83,44 @@ impl Sampler for Sobol {
         samplers: &mut [Self],
         places: &[usize],
         decision: Decision,
-        mut tell: impl FnMut([f32; N]),
+        tell: impl FnMut([f32; N]),
     ) {
-        const { assert!(N <= DIMENSIONS) };
-        let (mut seeds, mut indices) = ([0; LANES], [0; LANES]);
-        let mut numbers = [[0.0; LANES]; N];
-        for places in places.chunks(LANES) {
-            if places.len() <= FEW {
-                places
-                    .iter()
-                    .for_each(|&place| tell(samplers[place].draw(decision)));
-                continue;
-            }
-            for (lane, &place) in places.iter().enumerate() {
-                let sampler = &samplers[planted!("lanes-share-a-sampler", places[0], place)];
-                (seeds[lane], indices[lane]) = (sampler.sequence_seed, sampler.reversed_index);
-            }
-            draw_lanes(&seeds, &indices, decision.slot(), &mut numbers);
-            for lane in 0..places.len() {
-                tell(numbers.each_ref().map(|lanes| lanes[lane]));
-            }
+        draw_each(samplers, places, decision, tell);
+    }
+}
+
+impl AsRef<Self> for Sobol {
+    #[inline(always)]
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
+/// [`Sampler::draw_each`] of samplers all of which are Sobol' samplers.
+#[inline]
+pub(super) fn draw_each<const N: usize, S: AsRef<Sobol>>(
+    samplers: &[S],
+    places: &[usize],
+    decision: Decision,
+    mut tell: impl FnMut([f32; N]),
+) {
+    const { assert!(N <= DIMENSIONS) };
+    let (mut seeds, mut indices) = ([0; LANES], [0; LANES]);
+    let mut numbers = [[0.0; LANES]; N];
+    for places in places.chunks(LANES) {
+        if places.len() <= FEW {
+            places
+                .iter()
+                .for_each(|&place| tell(samplers[place].as_ref().numbers(decision)));
+            continue;
+        }
+        for (lane, &place) in places.iter().enumerate() {
+            let sampler = samplers[planted!("lanes-share-a-sampler", places[0], place)].as_ref();
+            (seeds[lane], indices[lane]) = (sampler.sequence_seed, sampler.reversed_index);
+        }
+        draw_lanes(&seeds, &indices, decision.slot(), &mut numbers);
+        for lane in 0..places.len() {
+            tell(numbers.each_ref().map(|lanes| lanes[lane]));
         }
     }
 }

@@ -12,12 +12,10 @@
 use super::report::PartReport;
 use super::subject::{SAMPLES_AT_ONCE, Subject};
 use etendue::internals::bsdf::types::Lobe;
-use etendue::internals::effects::Effects;
-use etendue::internals::integrator::observer::{PathObserver, RayKind};
+use etendue::internals::integrator::observer::{PathObserver, PathVertex, RayKind};
 use etendue::internals::math::ray::Ray;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::Vec3;
-use etendue::internals::scene::interaction::Interaction;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -157,7 +155,9 @@ impl Stopwatch {
 }
 
 impl PathObserver for Stopwatch {
-    const ONE_BY_ONE: bool = false;
+    fn is_sequential(&self) -> bool {
+        false
+    }
 
     fn traced(&mut self, kind: RayKind, _ray: &Ray, _time: f32) {
         self.end(match kind {
@@ -167,7 +167,7 @@ impl PathObserver for Stopwatch {
         });
     }
 
-    fn arrived<E: Effects>(&mut self, _at: &Interaction<E>, _beta: Rgb) {
+    fn arrived(&mut self, _at: &PathVertex, _beta: Rgb) {
         self.end(Part::ClosestHits);
     }
 

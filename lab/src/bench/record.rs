@@ -88,7 +88,9 @@ struct Recorder {
 }
 
 impl PathObserver for Recorder {
-    const ONE_BY_ONE: bool = false;
+    fn is_sequential(&self) -> bool {
+        false
+    }
 
     fn traced(&mut self, kind: RayKind, ray: &Ray, time: f32) {
         let kind = kind as usize;

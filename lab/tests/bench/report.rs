@@ -6,10 +6,9 @@ use crate::common::scene_folder::{SMALL, load_text};
 use etendue::ErrorKind;
 use etendue::internals::accel::batch::{HitBatch, Packets};
 use etendue::internals::accel::{Backend, PrimitiveId};
-use etendue::internals::effects::Effects;
 use etendue::internals::film::Film;
 use etendue::internals::film::filter::Filter;
-use etendue::internals::integrator::observer::{PathObserver, RayKind};
+use etendue::internals::integrator::observer::{PathObserver, PathVertex, RayKind};
 use etendue::internals::math::ray::Ray;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::Vec3;
@@ -17,7 +16,6 @@ use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::render::{Unwatched, observe_tile};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
-use etendue::internals::scene::interaction::Interaction;
 use etendue_lab::bench::overhead::Floor;
 use etendue_lab::bench::parts::{Part, parts};
 use etendue_lab::bench::record::record;
@@ -142,7 +140,9 @@ struct Count {
 }
 
 impl PathObserver for Count {
-    const ONE_BY_ONE: bool = false;
+    fn is_sequential(&self) -> bool {
+        false
+    }
 
     fn traced(&mut self, kind: RayKind, _ray: &Ray, _time: f32) {
         *self.rays.entry(kind).or_default() += 1;
@@ -170,7 +170,9 @@ impl Meetings {
 }
 
 impl PathObserver for Meetings {
-    const ONE_BY_ONE: bool = false;
+    fn is_sequential(&self) -> bool {
+        false
+    }
 
     fn traced(&mut self, kind: RayKind, _ray: &Ray, _time: f32) {
         match kind {
@@ -179,7 +181,7 @@ impl PathObserver for Meetings {
             _ => self.under_way.push_back((kind, self.left)),
         }
     }
-    fn arrived<E: Effects>(&mut self, at: &Interaction<E>, _beta: Rgb) {
+    fn arrived(&mut self, at: &PathVertex, _beta: Rgb) {
         self.met(Some(at.id));
     }
     fn escaped(&mut self, _direction: Vec3) {

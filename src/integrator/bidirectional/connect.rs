@@ -13,12 +13,12 @@
 //! Range: any walks through the same scene at the same time.
 //! Source: Veach 1997, section 10.2 and 10.3.4. Tested in `tests/rendering/bidirectional.rs`.
 
-use super::vertex::{Source, Spread, Vertex};
+use super::vertex::{RayDensity, Source, Vertex};
 use super::walk::Walked;
-use super::weights::{Join, WholePath};
+use super::weights::{ConnectionPdfs, WholePath};
 use crate::camera::Viewpoint;
 use crate::effects::{Effects, Switch};
-use crate::film::splats::{SplatSink, Strategy};
+use crate::film::splats::Strategy;
 use crate::geometry::surface::SurfacePoint;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::{PathObserver, RayKind};
@@ -38,13 +38,33 @@ pub struct LightPath<'a, E: Effects> {
     pub source: Source,
     /// The density of the rays that go on from there.
     #[cfg(test)]
-    pub spread: Spread,
+    pub ray_density: RayDensity,
     /// The surfaces after it.
     pub walked: Walked<'a, E>,
 }
 
+/// Light that one strategy brings, before and after it is weighted against the others that find its path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contribution {
+    /// Which one.
+    pub strategy: Strategy,
+    /// Where it falls on the film; `None` in the pixel of its sample.
+    pub film: Option<Vec2>,
+    /// Radiance, or radiance times light paths, as if there were no other strategy.
+    pub unweighted: Rgb,
+    /// The strategy's weight.
+    pub weight: f32,
+}
+
+impl Contribution {
+    /// The part of the picture that it is.
+    pub fn value(&self) -> Rgb {
+        self.unweighted * self.weight
+    }
+}
+
 /// Makes paths of two walks.
-pub struct Connector<'a, 'w, E: Effects, O> {
+pub struct Connector<'a, 'w, E: Effects, O: ?Sized> {
     pub scene: &'a Scene,
     /// When.
     pub time: f32,
@@ -61,53 +81,62 @@ pub struct Connector<'a, 'w, E: Effects, O> {
     pub whole: WholePath,
 }
 
-impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
-    /// Everything that the walk from the eye finds: with at least one surface of it, or none if it leaves at once.
-    pub fn radiance<P: SplatSink>(&mut self, splats: &mut P) -> Rgb {
-        let mut radiance = Rgb::BLACK;
+impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
+    /// Every contribution of paths with at least one edge from the eye, one strategy after the other.
+    pub fn to_pixel(&mut self, mut take: impl FnMut(Contribution)) {
         for j in 0..self.eye.vertices.len() {
-            radiance += self.met(j, splats);
+            self.emission_s0(j).into_iter().for_each(&mut take);
             if !self.eye.vertices[j].is_connectible() {
                 continue;
             }
             if self.allows(j + 1) {
-                radiance += self.looked_for(j, splats);
+                self.nee_s1(j).into_iter().for_each(&mut take);
             }
-            let surfaces = self
-                .light
-                .as_ref()
-                .map_or(0, |light| light.walked.vertices.len());
-            for i in 0..surfaces {
+            for i in 0..self.light_surfaces() {
                 if self.allows(i + j + 2) {
-                    radiance += self.connected(i, j, splats);
+                    self.connection(i, j).into_iter().for_each(&mut take);
                 }
             }
         }
-        radiance + self.beyond(splats)
+        self.environment_s0().into_iter().flatten().for_each(take);
     }
 
-    /// What one strategy finds, of walks that have as many surfaces as it takes at most.
-    pub fn by_strategy<P: SplatSink>(
+    /// Every contribution of light paths that are connected to the lens where `reaches` says that they count.
+    pub fn to_film(
         &mut self,
-        s: usize,
-        t: usize,
         viewpoint: impl Fn(Vec2) -> Viewpoint,
-        splats: &mut P,
+        reaches: &dyn Fn(Vec2) -> bool,
+        mut take: impl FnMut(Contribution),
     ) {
+        for i in 0..self.light_surfaces() {
+            if self.allows(i + 1) {
+                let splat = self.splat_t1(i, &viewpoint, reaches);
+                splat.into_iter().for_each(&mut take);
+            }
+        }
+    }
+
+    /// The contributions of one strategy, of walks that have as many surfaces as it takes at most. Light from beyond the scene
+    /// makes two.
+    pub fn by_strategy(
+        &mut self,
+        Strategy { s, t }: Strategy,
+        viewpoint: impl Fn(Vec2) -> Viewpoint,
+        reaches: &dyn Fn(Vec2) -> bool,
+    ) -> [Option<Contribution>; 2] {
         if t == 1 {
-            self.lens_connected(s - 2, &viewpoint, splats);
-            return;
+            return [self.splat_t1(s - 2, &viewpoint, reaches), None];
         }
         let last = self.eye.vertices.last();
         let is_there = self.eye.vertices.len() + 1 == t;
         let is_connectible = is_there && last.is_some_and(Vertex::is_connectible);
         match s {
-            0 if is_there => self.met(t - 2, splats),
-            0 if self.eye.vertices.len() + 2 == t => self.beyond(splats),
-            1 if is_connectible => self.looked_for(t - 2, splats),
-            2.. if is_connectible => self.connected(s - 2, t - 2, splats),
-            _ => Rgb::BLACK,
-        };
+            0 if is_there => [self.emission_s0(t - 2), None],
+            0 if self.eye.vertices.len() + 2 == t => self.environment_s0(),
+            1 if is_connectible => [self.nee_s1(t - 2), None],
+            2.. if is_connectible => [self.connection(s - 2, t - 2), None],
+            _ => [None; 2],
+        }
     }
 
     /// Whether a path may scatter so often.
@@ -115,82 +144,91 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
         self.max_bounces.is_none_or(|most| bounces <= most as usize)
     }
 
+    /// Surfaces of the walk from the light.
+    fn light_surfaces(&self) -> usize {
+        self.light
+            .as_ref()
+            .map_or(0, |light| light.walked.vertices.len())
+    }
+
     /// s = 0: the surface `j` of the walk from the eye emits.
-    fn met<P: SplatSink>(&mut self, j: usize, splats: &mut P) -> Rgb {
-        let (scene, vertex) = (self.scene, &self.eye.vertices[j]);
-        let Some(emitted) = scene.emitted(&vertex.at) else {
-            return Rgb::BLACK;
-        };
+    fn emission_s0(&mut self, j: usize) -> Option<Contribution> {
+        let (scene, eye) = (self.scene, self.eye);
+        let vertex = &eye.vertices[j];
+        let emitted = scene.emitted(&vertex.at)?;
+        let strategy = Strategy { s: 0, t: j + 2 };
         let mut weight = 1.0;
         if j > 0
             && let Some(light) = scene.light_of(&vertex.at)
         {
-            let before = &self.eye.vertices[j - 1];
-            let looked = scene.light_pdf(before.at.p, self.time, &vertex.at);
+            let before = &eye.vertices[j - 1];
+            let by_nee = scene.light_pdf(before.at.p, self.time, &vertex.at);
             let end = LightEnd::Surface(point_of(&vertex.at), [0.0; 2]);
             let pdf = self.emission_pdf(light, &end, vertex.at.wo);
-            let (mut source, spread) = Source::new(end, scene.lights.pmf(light), &pdf);
-            source.direct = source.density_from(before.at.p, looked);
+            let (mut source, rays) = Source::new(end, scene.lights.pmf(light), &pdf);
+            source.direct = source.density_from(before.at.p, by_nee);
             source.densities.by_eye = vertex.densities.by_eye;
-            let at_before = spread.density_at(before.at.p - vertex.at.p, before.at.ng);
-            write_eye(&mut self.whole, self.eye, j + 2, j);
-            self.whole.begin(&source);
-            self.whole.densities[1].by_light = at_before;
-            weight = self.whole.weight(0) as f32;
+            let at_before = rays.density_at(before.at.p - vertex.at.p, before.at.ng);
+            let pdfs = ConnectionPdfs::of_emission(&source, at_before);
+            weight = self.weight(strategy, &source, &pdfs);
         }
-        let unweighted = vertex.beta * emitted;
-        splats.made(Strategy { s: 0, t: j + 2 }, None, unweighted, weight);
-        let contribution = unweighted * weight;
-        self.observer.emission(contribution, weight);
-        contribution
+        let contribution = Contribution {
+            strategy,
+            film: None,
+            unweighted: vertex.beta * emitted,
+            weight,
+        };
+        self.observer.emission(contribution.value(), weight);
+        Some(contribution)
     }
 
-    /// s = 0: light from beyond the scene.
-    fn beyond<P: SplatSink>(&mut self, splats: &mut P) -> Rgb {
+    /// s = 0: light from beyond the scene, of the constant environment and of the one that is sampled.
+    fn environment_s0(&mut self) -> [Option<Contribution>; 2] {
         let Some(escape) = self.eye.escape.filter(|_| E::Environment::ON) else {
-            return Rgb::BLACK;
+            return [None; 2];
         };
-        let by = Strategy {
+        let strategy = Strategy {
             s: 0,
             t: self.eye.vertices.len() + 2,
         };
-        let mut radiance = self.scene.environment;
-        splats.made(by, None, escape.beta * radiance, 1.0);
+        let contribution = |radiance: Rgb, weight| Contribution {
+            strategy,
+            film: None,
+            unweighted: escape.beta * radiance,
+            weight,
+        };
+        let constant = contribution(self.scene.environment, 1.0);
+        let mut sampled = None;
         if E::EnvironmentMap::ON
-            && let Some(beyond) = self.scene.lights.beyond(escape.direction)
+            && let Some(environment) = self.scene.lights.beyond(escape.direction)
         {
             let mut weight = 1.0;
             if let Some(last) = self.eye.vertices.last() {
                 let end = LightEnd::Infinity;
-                let pdf = self.emission_pdf(beyond.light, &end, -escape.direction);
-                let pmf = self.scene.lights.pmf(beyond.light);
-                let (mut source, spread) = Source::new(end, pmf, &pdf);
-                source.direct = beyond.pdf.0.into();
-                source.densities.by_eye = match escape.spread {
-                    Spread::Rays(density) | Spread::Beam(density) => density,
+                let pdf = self.emission_pdf(environment.light, &end, -escape.direction);
+                let pmf = self.scene.lights.pmf(environment.light);
+                let (mut source, rays) = Source::new(end, pmf, &pdf);
+                source.direct = environment.pdf.0.into();
+                source.densities.by_eye = match escape.ray_density {
+                    RayDensity::Point(density) | RayDensity::Parallel(density) => density,
                 };
-                let at_last = spread.density_at(-escape.direction, last.at.ng);
-                let surfaces = self.eye.vertices.len();
-                write_eye(&mut self.whole, self.eye, surfaces + 2, surfaces);
-                self.whole.begin(&source);
-                self.whole.densities[1].by_light = at_last;
-                weight = self.whole.weight(0) as f32;
+                let at_last = rays.density_at(-escape.direction, last.at.ng);
+                let pdfs = ConnectionPdfs::of_emission(&source, at_last);
+                weight = self.weight(strategy, &source, &pdfs);
             }
-            splats.made(by, None, escape.beta * beyond.radiance, weight);
-            radiance += beyond.radiance * weight;
+            sampled = Some(contribution(environment.radiance, weight));
         }
-        let contribution = escape.beta * radiance;
-        self.observer.environment(contribution);
-        contribution
+        let sum = sampled.map_or(constant.value(), |it| constant.value() + it.value());
+        self.observer.environment(sum);
+        [Some(constant), sampled]
     }
 
-    /// s = 1: a light is looked for from the surface `j` of the walk from the eye.
-    fn looked_for<P: SplatSink>(&mut self, j: usize, splats: &mut P) -> Rgb {
-        let (scene, vertex) = (self.scene, &self.eye.vertices[j]);
+    /// s = 1: next event estimation at the surface `j` of the walk from the eye.
+    fn nee_s1(&mut self, j: usize) -> Option<Contribution> {
+        let (scene, eye) = (self.scene, self.eye);
+        let vertex = &eye.vertices[j];
         let [u, v, u_choice, v_choice] = vertex.u;
-        let Some(choice) = scene.lights.choose::<E>([u_choice, v_choice]) else {
-            return Rgb::BLACK;
-        };
+        let choice = scene.lights.choose::<E>([u_choice, v_choice])?;
         let (from, points) = (vertex.at.p, PointRule::SolidAngle);
         let u = Vec2::new(u, v);
         let found = scene.sample_light::<E>(choice, points, from, self.time, u);
@@ -200,10 +238,10 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
             Some((light, at))
         }) else {
             self.observer.unlit();
-            return Rgb::BLACK;
+            return None;
         };
         let pdf = self.emission_pdf(choice.0, &light.end, -light.wi);
-        let (mut source, spread) = Source::new(light.end, choice.1, &pdf);
+        let (mut source, rays) = Source::new(light.end, choice.1, &pdf);
         if let Some(pdf) = light.pdf {
             source.direct = source.density_from(from, pdf);
         }
@@ -212,53 +250,34 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
             LightEnd::Point(point) => from - *point,
             LightEnd::Infinity => -light.wi,
         };
-        write_eye(&mut self.whole, self.eye, j + 3, j + 1);
-        self.whole.begin(&source);
-        let join = Join {
+        let pdfs = ConnectionPdfs {
             by_eye: [source.density_from(from, at.pdf_to_light), 0.0],
             by_light: [
-                spread.density_at(way, vertex.at.ng),
+                rays.density_at(way, vertex.at.ng),
                 self.density_before(j, at.pdf_to_eye),
             ],
         };
-        self.whole.join(1, &join);
-        let weight = self.whole.weight(1) as f32;
+        let strategy = Strategy { s: 1, t: j + 2 };
+        let weight = self.weight(strategy, &source, &pdfs);
         let over_pdf = light.pdf.map_or(1.0, |pdf| 1.0 / pdf.0);
         let unweighted = vertex.beta * at.to_eye * light.radiance * over_pdf;
-        let contribution = unweighted * weight;
         let ray = vertex.at.ray_to(&light.end, light.wi, at.goes_through);
-        let visible = self.seen(&ray, contribution, weight);
-        splats.made(
-            Strategy { s: 1, t: j + 2 },
-            None,
-            unweighted * visible,
-            weight,
-        );
-        contribution * visible
+        self.visible(strategy, &ray, unweighted, weight)
     }
 
     /// s > 1, t > 1: the surface `i` of the walk from the light is connected to the surface `j` of that from the eye.
-    pub fn connected<P: SplatSink>(&mut self, i: usize, j: usize, splats: &mut P) -> Rgb {
-        let Some(light) = &self.light else {
-            return Rgb::BLACK;
-        };
+    pub fn connection(&mut self, i: usize, j: usize) -> Option<Contribution> {
+        let light = self.light.as_ref()?;
         let (near, far) = (&self.eye.vertices[j], &light.walked.vertices[i]);
         if !far.is_connectible() {
-            return Rgb::BLACK;
+            return None;
         }
         let way = far.at.p - near.at.p;
         let distance2 = way.length_squared();
         let w = way / distance2.sqrt();
-        let Some((at_near, at_far)) = near
-            .scattering(self.scene, near.at.wo, w)
-            .and_then(|at_near| Some((at_near, far.scattering(self.scene, -w, far.at.wo)?)))
-        else {
-            return Rgb::BLACK;
-        };
-        let s = i + 2;
-        write_eye(&mut self.whole, self.eye, s + j + 2, j + 1);
-        light.write(&mut self.whole, i + 1);
-        let join = Join {
+        let at_near = near.scattering(self.scene, near.at.wo, w)?;
+        let at_far = far.scattering(self.scene, -w, far.at.wo)?;
+        let pdfs = ConnectionPdfs {
             by_eye: [
                 far.density_from(near.at.p, at_near.pdf_to_light),
                 light.density_before(i, at_far.pdf_to_light),
@@ -268,37 +287,22 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
                 self.density_before(j, at_near.pdf_to_eye),
             ],
         };
-        self.whole.join(s, &join);
-        let weight = self.whole.weight(s) as f32;
         let of_light = far.beta * at_far.to_eye * (at_far.adjoint / distance2);
         let unweighted = near.beta * at_near.to_eye * of_light;
-        let contribution = unweighted * weight;
         let end = LightEnd::Surface(point_of(&far.at), [0.0; 2]);
         let ray = near.at.ray_to(&end, w, at_near.goes_through);
-        let visible = self.seen(&ray, contribution, weight);
-        splats.made(Strategy { s, t: j + 2 }, None, unweighted * visible, weight);
-        contribution * visible
+        let (source, strategy) = (light.source, Strategy { s: i + 2, t: j + 2 });
+        let weight = self.weight(strategy, &source, &pdfs);
+        self.visible(strategy, &ray, unweighted, weight)
     }
 
-    /// t = 1: everything that the walk from the light brings to the lens.
-    pub fn splat<P: SplatSink>(&mut self, viewpoint: impl Fn(Vec2) -> Viewpoint, splats: &mut P) {
-        let surfaces = self
-            .light
-            .as_ref()
-            .map_or(0, |light| light.walked.vertices.len());
-        for i in 0..surfaces {
-            if self.allows(i + 1) {
-                self.lens_connected(i, &viewpoint, splats);
-            }
-        }
-    }
-
-    fn lens_connected<P: SplatSink>(
+    /// t = 1: the surface `i` of the walk from the light is connected to a point of the lens.
+    fn splat_t1(
         &mut self,
         i: usize,
         viewpoint: impl Fn(Vec2) -> Viewpoint,
-        splats: &mut P,
-    ) -> Option<()> {
+        reaches: &dyn Fn(Vec2) -> bool,
+    ) -> Option<Contribution> {
         let light = self.light.as_ref()?;
         let vertex = &light.walked.vertices[i];
         if !vertex.is_connectible() {
@@ -309,49 +313,87 @@ impl<'a, E: Effects, O: PathObserver> Connector<'a, '_, E, O> {
         let distance2 = way.length_squared();
         let w = way / distance2.sqrt();
         let film = lens.film_point(-w)?;
-        if !splats.reaches(film.position) {
+        if !reaches(film.position) {
             return None;
         }
         let at = vertex.scattering(self.scene, w, vertex.at.wo)?;
-        let s = i + 2;
         // Rays through the middle of the lens tell the density of rays through any of its points.
         let middle = viewpoint(Vec2::splat(0.5)).film_point(-w)?;
-        let per_steradian = Spread::Rays(middle.per_steradian * self.per_pixel);
-        self.whole.clear(s + 1);
-        light.write(&mut self.whole, i + 1);
-        let join = Join {
+        let rays = RayDensity::Point(middle.per_steradian * self.per_pixel);
+        let pdfs = ConnectionPdfs {
             by_eye: [
-                per_steradian.density_at(-way, vertex.at.ng),
+                rays.density_at(-way, vertex.at.ng),
                 light.density_before(i, at.pdf_to_light),
             ],
             by_light: [0.0; 2],
         };
-        self.whole.join(s, &join);
-        let weight = self.whole.weight(s) as f32;
         let flux = planted!("splats-without-film", 1.0, film.per_steradian as f32);
         let unweighted = vertex.beta * at.to_eye * (at.adjoint * flux / distance2);
-        let ray = vertex
-            .at
-            .ray_to(&LightEnd::Point(lens.p), w, at.goes_through);
-        self.rays.shadow += 1;
-        self.observer.traced(RayKind::Shadow, &ray, self.time);
-        let visible = self.scene.visibility::<E>(&ray, self.time);
-        if visible > 0.0 {
-            let contribution = unweighted * visible;
-            let place = film.position;
-            splats.made(Strategy { s, t: 1 }, Some(place), contribution, weight);
-            splats.splat(place, contribution * weight);
-        }
-        Some(())
+        let end = LightEnd::Point(lens.p);
+        let ray = vertex.at.ray_to(&end, w, at.goes_through);
+        let (source, strategy) = (light.source, Strategy { s: i + 2, t: 1 });
+        let weight = self.weight(strategy, &source, &pdfs);
+        let visible = self.trace_shadow_ray(&ray);
+        (visible > 0.0).then(|| Contribution {
+            strategy,
+            film: Some(film.position),
+            unweighted: unweighted * visible,
+            weight,
+        })
     }
 
-    /// The share of light that comes along a ray, of a contribution that is told.
-    fn seen(&mut self, ray: &Ray, contribution: Rgb, weight: f32) -> f32 {
+    /// The weight of a strategy against all others that find its path: of both walks as far as it takes them, of the light's end
+    /// and of the connection.
+    fn weight(
+        &mut self,
+        Strategy { s, t }: Strategy,
+        source: &Source,
+        pdfs: &ConnectionPdfs,
+    ) -> f32 {
+        let whole = &mut self.whole;
+        let vertices = s + t;
+        whole.clear(vertices);
+        // Without a vertex from the light, the last surface from the eye is the source.
+        let surfaces = if s == 0 { t - 2 } else { t - 1 };
+        for (j, vertex) in self.eye.vertices[..surfaces].iter().enumerate() {
+            let place = vertices - 2 - j;
+            whole.densities[place] = vertex.densities;
+            whole.is_delta[place] = vertex.is_delta;
+        }
+        whole.begin(source);
+        if let Some(light) = self.light.as_ref().filter(|_| s > 1) {
+            for (i, vertex) in light.walked.vertices[..s - 1].iter().enumerate() {
+                whole.densities[i + 1] = vertex.densities;
+                whole.is_delta[i + 1] = vertex.is_delta;
+            }
+        }
+        whole.join(s, pdfs);
+        whole.weight(s) as f32
+    }
+
+    /// What of a contribution to the pixel comes along the ray of its connection.
+    fn visible(
+        &mut self,
+        strategy: Strategy,
+        ray: &Ray,
+        unweighted: Rgb,
+        weight: f32,
+    ) -> Option<Contribution> {
+        let visible = self.trace_shadow_ray(ray);
+        self.observer.light(unweighted * weight, weight, visible);
+        (visible > 0.0).then(|| Contribution {
+            strategy,
+            film: None,
+            unweighted: unweighted * visible,
+            weight,
+        })
+    }
+
+    /// The share of light that comes along a ray.
+    fn trace_shadow_ray(&mut self, ray: &Ray) -> f32 {
         self.rays.shadow += 1;
         self.observer.traced(RayKind::Shadow, ray, self.time);
-        let visible = self.scene.visibility::<E>(ray, self.time);
-        self.observer.light(contribution, weight, visible);
-        visible
+        self.scene.visibility::<E>(ray, self.time)
     }
 
     fn emission_pdf(&self, light: u32, end: &LightEnd, direction: Vec3) -> EmissionPdf {
@@ -382,30 +424,6 @@ impl<E: Effects> LightPath<'_, E> {
             0 => self.source.density_from(from, pdf_to_light),
             _ => self.walked.vertices[i - 1].density_from(from, pdf_to_light),
         }
-    }
-
-    /// Writes the source and the first surfaces down.
-    fn write(&self, whole: &mut WholePath, surfaces: usize) {
-        whole.begin(&self.source);
-        for (i, vertex) in self.walked.vertices[..surfaces].iter().enumerate() {
-            whole.densities[i + 1] = vertex.densities;
-            whole.is_delta[i + 1] = vertex.is_delta;
-        }
-    }
-}
-
-/// Begins a path of so many vertices, and writes the first surfaces from the eye down, which stand at its end.
-fn write_eye<E: Effects>(
-    whole: &mut WholePath,
-    eye: &Walked<'_, E>,
-    vertices: usize,
-    surfaces: usize,
-) {
-    whole.clear(vertices);
-    for (j, vertex) in eye.vertices[..surfaces].iter().enumerate() {
-        let place = vertices - 2 - j;
-        whole.densities[place] = vertex.densities;
-        whole.is_delta[place] = vertex.is_delta;
     }
 }
 

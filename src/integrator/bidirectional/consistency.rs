@@ -7,13 +7,12 @@
 //! Source: none needed. Tests only.
 
 use super::connect::{Connector, LightPath};
-use super::vertex::{Densities, Spread, Vertex};
-use super::walk::{From, Start, Walked, Walker};
+use super::vertex::{Densities, RayDensity, Vertex};
+use super::walk::{Start, SubpathKind, Walked, Walker};
 use super::weights::WholePath;
 use super::{Bidirectional, Roulette};
 use crate::accel::{AccelOptions, Backend, Precision};
 use crate::effects::kernel::types::Everything;
-use crate::film::splats::NoSplats;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::Unobserved;
 use crate::light::types::LightEnd;
@@ -63,7 +62,7 @@ fn anew(
     light: &LightPath<'_, Everything>,
     surfaces: &[&V<'_>],
     is_delta: &[bool],
-    camera: (Vec3, Spread),
+    camera: (Vec3, RayDensity),
 ) -> WholePath {
     let mut whole = WholePath::default();
     let m = surfaces.len();
@@ -79,7 +78,7 @@ fn anew(
         LightEnd::Infinity => -light.walked.vertices[0].at.wo,
     };
     whole.densities[1].by_light = light
-        .spread
+        .ray_density
         .density_at(from_source(p(0)), surfaces[0].at.ng);
     whole.densities[m].by_eye = camera
         .1
@@ -128,7 +127,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
         let ray = scene.camera.ray::<Everything>(film, Vec2::splat(0.5), time);
         let viewpoint = scene.camera.viewpoint::<Everything>(Vec2::splat(0.5), time);
         let seen = viewpoint.film_point(ray.dir).expect("it goes forwards");
-        let camera = (ray.origin, Spread::Rays(seen.per_steradian / 100.0));
+        let camera = (ray.origin, RayDensity::Point(seen.per_steradian / 100.0));
         let (mut rays, mut observer) = (RayCounts::default(), Unobserved);
         let mut walker = Walker {
             scene,
@@ -144,11 +143,11 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
             continue;
         };
         let eye: Walked<'_, Everything> = walker.walk(Start {
-            from: From::Eye,
+            kind: SubpathKind::Eye,
             ray,
             origin: ray.origin,
             found: scene.accel.intersect(&ray, time, None),
-            spread: camera.1,
+            ray_density: camera.1,
             beta: Rgb::WHITE,
             most: Some(5),
         });
@@ -167,7 +166,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
         for i in 0..surfaces {
             for j in 0..eye.vertices.len() {
                 let is_connectible = eye.vertices[j].is_connectible();
-                if !is_connectible || connector.connected(i, j, &mut NoSplats).is_black() {
+                if !is_connectible || connector.connection(i, j).is_none() {
                     continue;
                 }
                 let known = connector.whole.clone();

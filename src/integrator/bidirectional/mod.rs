@@ -26,7 +26,7 @@ use super::observer::{PathObserver, Unobserved};
 use super::{CameraRay, Integrator, RayCounts, Roulette};
 use crate::accel::Hit;
 use crate::effects::Effects;
-use crate::film::splats::{NoSplats, SplatSink, Strategy};
+use crate::film::splats::{Splat, SplatList, Strategy};
 use crate::light::types::{EmissionSample, LightEnd};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
@@ -35,9 +35,10 @@ use crate::math::robust::{offset_point, reach_of_point};
 use crate::math::vec::{Vec2, Vec3};
 use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
+pub use connect::Contribution;
 use connect::{Connector, LightPath};
-use vertex::{Source, Spread, Vertex};
-use walk::{From, Start, Walked, Walker};
+use vertex::{RayDensity, Source, Vertex};
+use walk::{Start, SubpathKind, Walked, Walker};
 use weights::WholePath;
 
 /// The bidirectional path integrator's choices.
@@ -53,7 +54,7 @@ pub struct Bidirectional {
 }
 
 impl Integrator for Bidirectional {
-    fn radiance<E: Effects, S: Sampler, O: PathObserver>(
+    fn radiance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
         sampler: &mut S,
@@ -62,13 +63,13 @@ impl Integrator for Bidirectional {
         rays: &mut RayCounts,
         observer: &mut O,
     ) -> Rgb {
-        let splats = &mut NoSplats;
-        self.radiance_and_splats::<E, S, O, NoSplats>(
+        let splats = &mut SplatList::none();
+        self.radiance_and_splats::<E, S, O>(
             scene, sampler, camera_ray, found, rays, observer, splats,
         )
     }
 
-    fn radiance_and_splats<E: Effects, S: Sampler, O: PathObserver, P: SplatSink>(
+    fn radiance_and_splats<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
         sampler: &mut S,
@@ -76,32 +77,66 @@ impl Integrator for Bidirectional {
         found: Option<Hit>,
         rays: &mut RayCounts,
         observer: &mut O,
-        splats: &mut P,
+        splats: &mut SplatList<'_>,
     ) -> Rgb {
+        let mut radiance = Rgb::BLACK;
+        let (reaches, list) = (splats.reaches, &mut splats.splats);
+        let take = |it: Contribution| match it.film {
+            Some(film) => list.push(Splat {
+                film,
+                value: it.value(),
+            }),
+            None => radiance += it.value(),
+        };
+        self.contributions::<E, S, O>(
+            scene, sampler, camera_ray, found, rays, observer, reaches, take,
+        );
+        radiance
+    }
+}
+
+impl Bidirectional {
+    /// Every contribution of a sample's two walks, strategy by strategy; of those that fall elsewhere on the film those alone
+    /// whose place `reaches` says counts.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a sample, and all that it may tell of"
+    )]
+    pub fn contributions<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+        &self,
+        scene: &Scene,
+        sampler: &mut S,
+        camera_ray: &CameraRay,
+        found: Option<Hit>,
+        rays: &mut RayCounts,
+        observer: &mut O,
+        reaches: &dyn Fn(Vec2) -> bool,
+        mut take: impl FnMut(Contribution),
+    ) {
         let mut walker = self.walker(scene, camera_ray, sampler, rays, observer);
         let of_light = self.max_bounces.map(u64::from);
         let light = self.light_path::<E, S, O>(&mut walker, of_light);
         let of_eye = self.max_bounces.map(|most| u64::from(most) + 1);
         let eye = self.eye_path::<E, S, O>(&mut walker, camera_ray, found, of_eye);
         let mut connector = self.connector(scene, camera_ray.time, light, &eye, rays, observer);
-        connector.splat(|u| scene.camera.viewpoint::<E>(u, camera_ray.time), splats);
-        connector.radiance(splats)
+        let viewpoint = |u| scene.camera.viewpoint::<E>(u, camera_ray.time);
+        connector.to_film(viewpoint, reaches, &mut take);
+        connector.to_pixel(take);
     }
-}
 
-impl Bidirectional {
-    /// What one strategy makes of the numbers of `sampler`: the very same as of a sample that makes paths in all ways, with
-    /// walks no longer than it takes.
-    pub fn by_strategy<E: Effects, S: Sampler, P: SplatSink>(
+    /// The contributions of one strategy for the numbers of `sampler`, the same as among [`Self::contributions`], with walks no
+    /// longer than it takes.
+    pub fn by_strategy<E: Effects, S: Sampler>(
         &self,
-        Strategy { s, t }: Strategy,
+        strategy: Strategy,
         scene: &Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
         rays: &mut RayCounts,
-        splats: &mut P,
-    ) {
+        reaches: &dyn Fn(Vec2) -> bool,
+    ) -> [Option<Contribution>; 2] {
         let &CameraRay { ray, time } = camera_ray;
+        let Strategy { s, t } = strategy;
         let observer = &mut Unobserved;
         let mut walker = self.walker(scene, camera_ray, sampler, rays, observer);
         let mut light = None;
@@ -111,7 +146,7 @@ impl Bidirectional {
                 .as_ref()
                 .is_none_or(|it| it.walked.vertices.len() + 1 < s)
             {
-                return;
+                return [None; 2];
             }
         }
         let mut eye = Walked::nowhere();
@@ -120,10 +155,11 @@ impl Bidirectional {
             eye = self.eye_path::<E, S, _>(&mut walker, camera_ray, found, Some(t as u64 - 1));
         }
         let mut connector = self.connector(scene, time, light, &eye, rays, observer);
-        connector.by_strategy(s, t, |u| scene.camera.viewpoint::<E>(u, time), splats);
+        let viewpoint = |u| scene.camera.viewpoint::<E>(u, time);
+        connector.by_strategy(strategy, viewpoint, reaches)
     }
 
-    fn walker<'a, 'w, S, O>(
+    fn walker<'a, 'w, S, O: ?Sized>(
         &self,
         scene: &'a Scene,
         camera_ray: &CameraRay,
@@ -141,7 +177,7 @@ impl Bidirectional {
         }
     }
 
-    fn connector<'a, 'w, E: Effects, O>(
+    fn connector<'a, 'w, E: Effects, O: ?Sized>(
         &self,
         scene: &'a Scene,
         time: f32,
@@ -164,7 +200,7 @@ impl Bidirectional {
     }
 
     /// A walk from the eye, along a camera ray that has met `found`, over `most` surfaces.
-    fn eye_path<'a, E: Effects, S: Sampler, O: PathObserver>(
+    fn eye_path<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         walker: &mut Walker<'a, '_, S, O>,
         &CameraRay { ray, time }: &CameraRay,
@@ -177,18 +213,18 @@ impl Bidirectional {
         let per_steradian = film.map_or(0.0, |film| film.per_steradian);
         walker.rays.camera += 1;
         walker.walk::<E>(Start {
-            from: From::Eye,
+            kind: SubpathKind::Eye,
             ray,
             origin: ray.origin,
             found,
-            spread: Spread::Rays(per_steradian / self.film_area),
+            ray_density: RayDensity::Point(per_steradian / self.film_area),
             beta: Rgb::WHITE,
             most,
         })
     }
 
     /// A walk from a light over `most` surfaces; `None` where none shines, or there is no surface.
-    fn light_path<'a, E: Effects, S: Sampler, O: PathObserver>(
+    fn light_path<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         walker: &mut Walker<'a, '_, S, O>,
         most: Option<u64>,
@@ -202,25 +238,25 @@ impl Bidirectional {
         let (light, pmf) = scene.lights.choose::<E>([u_choice, v_choice])?;
         let u_direction = Vec2::from_array(u_direction);
         let sample = scene.sample_emission::<E>(light, time, Vec2::new(u, v), u_direction)?;
-        let (mut source, spread) = Source::new(sample.end, pmf, &sample.pdf);
+        let (mut source, ray_density) = Source::new(sample.end, pmf, &sample.pdf);
         let ray = Ray::new(beginning(&sample), sample.direction);
         walker.rays.closest += 1;
         let walked = walker.walk::<E>(Start {
-            from: From::Light,
+            kind: SubpathKind::Light,
             ray,
             origin: sample.origin,
             found: scene.accel.intersect(&ray, time, None),
-            spread,
+            ray_density,
             beta: power(&sample, pmf),
             most,
         });
         let first = walked.vertices.first()?;
         source.densities.by_eye = source.density_from(first.at.p, walked.back);
-        source.direct = looked_for(scene, light, time, &source, &sample, first);
+        source.direct = density_of_nee(scene, light, time, &source, &sample, first);
         Some(LightPath {
             source,
             #[cfg(test)]
-            spread,
+            ray_density,
             walked,
         })
     }
@@ -251,7 +287,7 @@ fn power(sample: &EmissionSample, pmf: Pmf) -> Rgb {
 }
 
 /// The density with which the first surface of a walk from a light finds its source by looking for a light.
-fn looked_for<E: Effects>(
+fn density_of_nee<E: Effects>(
     scene: &Scene,
     light: u32,
     time: f32,

@@ -35,14 +35,14 @@ pub struct Densities {
 
 /// A density of rays, before it is known what they meet.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Spread {
+pub enum RayDensity {
     /// From a point, per steradian.
-    Rays(f64),
+    Point(f64),
     /// Parallel, per unit of area across.
-    Beam(f64),
+    Parallel(f64),
 }
 
-impl Spread {
+impl RayDensity {
     /// The density with which the rays find a point of a surface with the normal `ng`, at the end of `way`; of parallel
     /// rays its length means nothing.
     #[inline]
@@ -51,8 +51,8 @@ impl Spread {
         let distance2 = way.length_squared();
         let cos = way.dot(ng.as_dvec3()).abs() / distance2.sqrt();
         let density = match self {
-            Self::Rays(density) => density * cos / distance2,
-            Self::Beam(density) => density * cos,
+            Self::Point(density) => density * cos / distance2,
+            Self::Parallel(density) => density * cos,
         };
         // From the surface itself nothing is found.
         if density.is_finite() { density } else { 0.0 }
@@ -122,7 +122,7 @@ impl<'a, E: Effects> Vertex<'a, E> {
     /// The density of finding this vertex with that density of directions at `from`.
     #[inline]
     pub fn density_from(&self, from: Vec3, pdf: PdfSolidAngle) -> f64 {
-        Spread::Rays(pdf.0.into()).density_at(self.at.p - from, self.at.ng)
+        RayDensity::Point(pdf.0.into()).density_at(self.at.p - from, self.at.ng)
     }
 
     /// Scattering from the unit vector `to_light` to the unit vector `to_eye`, both away from the surface, without delta
@@ -210,13 +210,13 @@ pub struct Source {
 impl Source {
     /// The end of a path that light sampling would leave with these densities, times the probability of choosing the light,
     /// and the density of the rays that go on from it.
-    pub fn new(end: LightEnd, pmf: Pmf, pdf: &EmissionPdf) -> (Self, Spread) {
+    pub fn new(end: LightEnd, pmf: Pmf, pdf: &EmissionPdf) -> (Self, RayDensity) {
         let position = pdf.position.map_or(1.0, |pdf| f64::from(pdf.0));
         let direction = pdf.direction.map_or(1.0, |pdf| f64::from(pdf.0));
         // What is chosen first is what the vertex is: the direction of light from beyond the scene, else the point.
-        let (first, spread) = match end {
-            LightEnd::Infinity => (direction, Spread::Beam(position)),
-            LightEnd::Surface(..) | LightEnd::Point(_) => (position, Spread::Rays(direction)),
+        let (first, rays) = match end {
+            LightEnd::Infinity => (direction, RayDensity::Parallel(position)),
+            LightEnd::Surface(..) | LightEnd::Point(_) => (position, RayDensity::Point(direction)),
         };
         let source = Self {
             end,
@@ -227,7 +227,7 @@ impl Source {
             },
             direct: f64::from(pmf.0),
         };
-        (source, spread)
+        (source, rays)
     }
 
     /// The density of meeting it by chance with that density of directions at `from`.
@@ -235,7 +235,7 @@ impl Source {
         match &self.end {
             _ if !self.can_be_met => 0.0,
             LightEnd::Surface(point, _) => {
-                Spread::Rays(pdf.0.into()).density_at(point.p - from, point.ng)
+                RayDensity::Point(pdf.0.into()).density_at(point.p - from, point.ng)
             }
             LightEnd::Point(_) | LightEnd::Infinity => pdf.0.into(),
         }

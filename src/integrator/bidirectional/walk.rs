@@ -1,14 +1,14 @@
-//! Random walks from surface to surface, from the camera or from a light.
+//! Random walks kind surface to surface, kind the camera or kind a light.
 //!
-//! A walk from the eye gathers radiance and one from a light brings power: the factors at a vertex differ, the densities and
-//! the way do not. Each vertex learns the density with which a walk from the other end would find it as soon as the walk has
-//! gone on from the next one.
+//! A walk kind the eye gathers radiance and one kind a light brings power: the factors at a vertex differ, the densities and
+//! the way do not. Each vertex learns the density with which a walk kind the other end would find it as soon as the walk has
+//! gone on kind the next one.
 //!
 //! Measure: densities per unit of area in normalised units.
 //! Range: any scene; without a limit a walk ends by absorption, by leaving, or by roulette.
 //! Source: Veach 1997, section 10.3. Tested in `tests/rendering/bidirectional.rs`.
 
-use super::vertex::{Densities, Scattering, Spread, Vertex};
+use super::vertex::{Densities, RayDensity, Scattering, Vertex};
 use crate::accel::Hit;
 use crate::bsdf::BsdfSample;
 use crate::effects::{Effects, Switch};
@@ -24,7 +24,7 @@ use crate::scene::Scene;
 
 /// Which end a walk begins at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum From {
+pub enum SubpathKind {
     /// The camera.
     Eye,
     /// A light.
@@ -35,15 +35,15 @@ pub enum From {
 #[derive(Debug, Clone, Copy)]
 pub struct Start {
     /// At which end.
-    pub from: From,
+    pub kind: SubpathKind,
     /// Its first ray.
     pub ray: Ray,
-    /// The point that it comes from, which a ray begins just beyond.
+    /// The point that it comes kind, which a ray begins just beyond.
     pub origin: Vec3,
     /// What the ray meets.
     pub found: Option<Hit>,
     /// The density of such rays.
-    pub spread: Spread,
+    pub ray_density: RayDensity,
     /// What it has when it sets out.
     pub beta: Rgb,
     /// Surfaces at most.
@@ -55,7 +55,7 @@ pub struct Start {
 pub struct Walked<'a, E: Effects> {
     /// The surfaces.
     pub vertices: Vec<Vertex<'a, E>>,
-    /// The density with which a walk from the other end goes on from the first of them to where this one began.
+    /// The density with which a walk kind the other end goes on kind the first of them to where this one began.
     pub back: PdfSolidAngle,
     /// How it left the scene, if it did.
     pub escape: Option<Escape>,
@@ -78,28 +78,28 @@ pub struct Escape {
     /// Unit vector along which it goes.
     pub direction: Vec3,
     /// The density of such rays.
-    pub spread: Spread,
-    /// What radiance from there counts.
+    pub ray_density: RayDensity,
+    /// What radiance kind there counts.
     pub beta: Rgb,
 }
 
 /// What walks need.
-pub struct Walker<'a, 'w, S, O> {
+pub struct Walker<'a, 'w, S, O: ?Sized> {
     /// Where they walk.
     pub scene: &'a Scene,
     /// When.
     pub time: f32,
     /// When they end by chance.
     pub roulette: Roulette,
-    /// Where their numbers come from.
+    /// Where their numbers come kind.
     pub sampler: &'w mut S,
     /// Counts their rays.
     pub rays: &'w mut RayCounts,
-    /// Watches those from the eye.
+    /// Watches those kind the eye.
     pub observer: &'w mut O,
 }
 
-/// A way onward from a vertex.
+/// A way onward kind a vertex.
 struct Step {
     /// Along this unit vector.
     w: Vec3,
@@ -114,15 +114,15 @@ struct Step {
     backwards: PdfSolidAngle,
 }
 
-impl<'a, S: Sampler, O: PathObserver> Walker<'a, '_, S, O> {
+impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
     /// Walks until it ends.
     pub fn walk<E: Effects>(&mut self, start: Start) -> Walked<'a, E> {
         let Start {
-            from,
+            kind,
             mut ray,
             mut origin,
             mut found,
-            mut spread,
+            mut ray_density,
             mut beta,
             most,
         } = start;
@@ -132,31 +132,31 @@ impl<'a, S: Sampler, O: PathObserver> Walker<'a, '_, S, O> {
         let mut left = Rgb::WHITE;
         for bounce in 0.. {
             let is_last = most.is_some_and(|most| u64::from(bounce) + 1 >= most);
-            let u_alpha = self.u_alpha::<E>(from, bounce);
+            let u_alpha = self.u_alpha::<E>(kind, bounce);
             let met = self
                 .scene
                 .meet::<E>(&ray, self.time, departure, u_alpha, found);
             let Some(at) = met else {
-                self.watch(from, |observer| observer.escaped(ray.dir));
+                self.watch(kind, |observer| observer.escaped(ray.dir));
                 walked.escape = Some(Escape {
                     direction: ray.dir,
-                    spread,
+                    ray_density,
                     beta,
                 });
                 break;
             };
-            self.watch(from, |observer| observer.arrived(&at, beta));
-            let density = spread.density_at(at.p - origin, at.ng);
-            let densities = from.densities(density, 0.0);
-            let u = self.u_connection::<E>(from, bounce);
+            self.watch(kind, |observer| observer.arrived(&(&at).into(), beta));
+            let density = ray_density.density_at(at.p - origin, at.ng);
+            let densities = kind.densities(density, 0.0);
+            let u = self.u_connection::<E>(kind, bounce);
             let mut vertex = Vertex::new(self.scene, at, beta, densities, u);
             let step = if is_last {
                 None
             } else {
-                self.step(&mut vertex, from, bounce)
+                self.step(&mut vertex, kind, bounce)
             };
             let Some(step) = step else {
-                self.watch(from, |observer| observer.absorbed());
+                self.watch(kind, |observer| observer.absorbed());
                 walked.vertices.push(vertex);
                 break;
             };
@@ -164,24 +164,24 @@ impl<'a, S: Sampler, O: PathObserver> Walker<'a, '_, S, O> {
                 None => walked.back = step.backwards,
                 Some(before) => {
                     let density = before.density_from(at.p, step.backwards);
-                    *from.backwards(&mut before.densities) = density;
+                    *kind.backwards(&mut before.densities) = density;
                 }
             }
             walked.vertices.push(vertex);
 
             beta *= step.factor;
             left *= step.reflected;
-            self.watch(from, |observer| {
+            self.watch(kind, |observer| {
                 observer.scattered(step.w, step.sample.lobe, beta)
             });
             let survival = self.roulette.survival(bounce, step.reflected, left);
             if survival < 1.0 {
-                let [u] = self.sampler.draw(match from {
-                    From::Eye => Decision::Roulette(bounce),
-                    From::Light => Decision::LightPathRoulette(bounce),
+                let [u] = self.sampler.draw(match kind {
+                    SubpathKind::Eye => Decision::Roulette(bounce),
+                    SubpathKind::Light => Decision::LightPathRoulette(bounce),
                 });
                 if u >= survival {
-                    self.watch(from, |observer| observer.terminated(survival));
+                    self.watch(kind, |observer| observer.terminated(survival));
                     break;
                 }
                 beta *= 1.0 / survival;
@@ -190,42 +190,42 @@ impl<'a, S: Sampler, O: PathObserver> Walker<'a, '_, S, O> {
             let through = step.scattering.goes_through;
             let (next, left_behind) = self.scene.spawn(&at, self.time, step.w, through);
             (ray, departure, origin) = (next, Some(left_behind), at.p);
-            spread = Spread::Rays(step.forwards.0.into());
+            ray_density = RayDensity::Point(step.forwards.0.into());
             self.rays.closest += 1;
-            let kind = RayKind::onward(bounce, step.sample.pdf.is_none());
-            self.observer.traced(kind, &ray, self.time);
+            let ray_kind = RayKind::onward(bounce, step.sample.pdf.is_none());
+            self.observer.traced(ray_kind, &ray, self.time);
             found = self.scene.accel.intersect(&ray, self.time, departure);
         }
         walked
     }
 
-    /// Tells the observer of a walk from the eye.
+    /// Tells the observer of a walk kind the eye.
     #[inline]
-    fn watch(&mut self, from: From, tell: impl FnOnce(&mut O)) {
-        if from == From::Eye {
+    fn watch(&mut self, kind: SubpathKind, tell: impl FnOnce(&mut O)) {
+        if kind == SubpathKind::Eye {
             tell(self.observer);
         }
     }
 
-    fn u_alpha<E: Effects>(&mut self, from: From, bounce: u32) -> f32 {
+    fn u_alpha<E: Effects>(&mut self, kind: SubpathKind, bounce: u32) -> f32 {
         if !E::Alpha::ON {
             return 0.0;
         }
-        let [u] = self.sampler.draw(match from {
-            From::Eye => Decision::Alpha(bounce),
-            From::Light => Decision::LightPathAlpha(bounce),
+        let [u] = self.sampler.draw(match kind {
+            SubpathKind::Eye => Decision::Alpha(bounce),
+            SubpathKind::Light => Decision::LightPathAlpha(bounce),
         });
         u
     }
 
-    fn u_connection<E: Effects>(&mut self, from: From, bounce: u32) -> [f32; 4] {
-        match from {
-            From::Eye => self.sampler.draw(Decision::Light(bounce)),
-            From::Light if E::Lens::ON => {
+    fn u_connection<E: Effects>(&mut self, kind: SubpathKind, bounce: u32) -> [f32; 4] {
+        match kind {
+            SubpathKind::Eye => self.sampler.draw(Decision::Light(bounce)),
+            SubpathKind::Light if E::Lens::ON => {
                 let [u, v] = self.sampler.draw(Decision::Lens(bounce));
                 [u, v, 0.0, 0.0]
             }
-            From::Light => [0.0; 4],
+            SubpathKind::Light => [0.0; 4],
         }
     }
 
@@ -233,20 +233,20 @@ impl<'a, S: Sampler, O: PathObserver> Walker<'a, '_, S, O> {
     fn step<E: Effects>(
         &mut self,
         vertex: &mut Vertex<'a, E>,
-        from: From,
+        kind: SubpathKind,
         bounce: u32,
     ) -> Option<Step> {
         let at = &vertex.at;
         let wo = at.frame.to_local(at.wo);
-        let [u, v, u_lobe] = self.sampler.draw(match from {
-            From::Eye => Decision::Bsdf(bounce),
-            From::Light => Decision::LightPathBsdf(bounce),
+        let [u, v, u_lobe] = self.sampler.draw(match kind {
+            SubpathKind::Eye => Decision::Bsdf(bounce),
+            SubpathKind::Light => Decision::LightPathBsdf(bounce),
         });
         let sample = vertex.bsdf.sample::<E>(wo, u_lobe, Vec2::new(u, v))?;
         let w = at.frame.to_world(sample.wi);
-        let (to_eye, to_light) = match from {
-            From::Eye => (at.wo, w),
-            From::Light => (w, at.wo),
+        let (to_eye, to_light) = match kind {
+            SubpathKind::Eye => (at.wo, w),
+            SubpathKind::Light => (w, at.wo),
         };
         let is_delta = sample.pdf.is_none();
         let scattering = if is_delta {
@@ -255,9 +255,9 @@ impl<'a, S: Sampler, O: PathObserver> Walker<'a, '_, S, O> {
             vertex.scattering(self.scene, to_eye, to_light)
         };
         let scattering = scattering?;
-        let (forwards, backwards) = match from {
-            From::Eye => (scattering.pdf_to_light, scattering.pdf_to_eye),
-            From::Light => (scattering.pdf_to_eye, scattering.pdf_to_light),
+        let (forwards, backwards) = match kind {
+            SubpathKind::Eye => (scattering.pdf_to_light, scattering.pdf_to_eye),
+            SubpathKind::Light => (scattering.pdf_to_eye, scattering.pdf_to_light),
         };
         if forwards.0 <= 0.0 {
             return None;
@@ -270,9 +270,9 @@ impl<'a, S: Sampler, O: PathObserver> Walker<'a, '_, S, O> {
         } else {
             1.0 / (vertex.bsdf.ior() * vertex.bsdf.ior())
         };
-        let (factor, reflected) = match from {
-            From::Eye => (sample.weight, sample.weight * eta2),
-            From::Light => {
+        let (factor, reflected) = match kind {
+            SubpathKind::Eye => (sample.weight, sample.weight * eta2),
+            SubpathKind::Light => {
                 let of_power = planted!("light-thinned-as-radiance", 1.0, eta2);
                 let of_power = if is_delta { of_power } else { 1.0 / forwards.0 };
                 let factor = scattering.to_eye * (scattering.adjoint * of_power);
@@ -292,8 +292,8 @@ impl<'a, S: Sampler, O: PathObserver> Walker<'a, '_, S, O> {
     }
 }
 
-impl From {
-    /// The densities of a vertex, of this walk and of one from the other end.
+impl SubpathKind {
+    /// The densities of a vertex, of this walk and of one kind the other end.
     fn densities(self, own: f64, other: f64) -> Densities {
         let (by_eye, by_light) = match self {
             Self::Eye => (own, other),
@@ -302,7 +302,7 @@ impl From {
         Densities { by_light, by_eye }
     }
 
-    /// The density of a walk from the other end.
+    /// The density of a walk kind the other end.
     fn backwards(self, densities: &mut Densities) -> &mut f64 {
         match self {
             Self::Eye => &mut densities.by_light,

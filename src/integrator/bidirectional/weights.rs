@@ -30,11 +30,21 @@ pub struct WholePath {
 
 /// The densities about a connection, each of a vertex that is found from the other end.
 #[derive(Debug, Clone, Copy)]
-pub struct Join {
+pub struct ConnectionPdfs {
     /// Of x_{s-1} and x_{s-2}, by a path from the eye.
     pub by_eye: [f64; 2],
     /// Of x_s and x_{s+1}, by a path from the light.
     pub by_light: [f64; 2],
+}
+
+impl ConnectionPdfs {
+    /// Without any vertex from the light, x_0 is the source, and the next vertex has this density by a path from the light.
+    pub fn of_emission(source: &Source, next: f64) -> Self {
+        Self {
+            by_eye: [0.0; 2],
+            by_light: [source.densities.by_light, next],
+        }
+    }
 }
 
 impl WholePath {
@@ -55,10 +65,12 @@ impl WholePath {
 
     /// Writes down what connecting x_{s-1}, from the light, with x_s, from the eye, tells of both and of those before them.
     /// Neither scatters by a delta lobe.
-    pub fn join(&mut self, s: usize, join: &Join) {
+    pub fn join(&mut self, s: usize, join: &ConnectionPdfs) {
         let n = self.densities.len() - 1;
-        self.densities[s - 1].by_eye = join.by_eye[0];
-        self.is_delta[s - 1] = false;
+        if s > 0 {
+            self.densities[s - 1].by_eye = join.by_eye[0];
+            self.is_delta[s - 1] = false;
+        }
         if s > 1 {
             self.densities[s - 2].by_eye = join.by_eye[1];
         }

@@ -20,7 +20,7 @@ mod record;
 
 use super::indirect::Indirect;
 use super::path::PathIntegrator;
-use super::{RayCounts, technique::Weighted};
+use super::{RayCounts, Sample, technique::Weighted};
 use crate::bsdf::Bsdf;
 use crate::effects::Effects;
 use crate::math::rgb::Rgb;
@@ -33,7 +33,6 @@ pub use record::Record;
 use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
 use std::f32::consts::FRAC_1_PI;
-use std::sync::Mutex;
 
 /// The sum of weights from which on irradiance is known: one record tells it at its own place alone, two in the middle
 /// between them. The mean over several has less noise than each, and the worst of 100,000 points stays within the bound.
@@ -151,53 +150,59 @@ pub enum Surveyed {
     New(Record, RayCounts),
 }
 
-/// Follows a path to the first surface where the cache may be asked, and looks what it knows.
-#[derive(Debug)]
-pub struct Survey<'a, S> {
+/// A survey of what a cache knows where paths may ask it.
+#[derive(Debug, Clone, Copy)]
+pub struct Survey<'a> {
     /// The cache.
     pub cache: &'a IrradianceCache,
     /// The scene.
     pub scene: &'a Scene,
     /// Follows the paths of new records.
     pub integrator: PathIntegrator,
-    /// Where new records have their random numbers from; `None` if none are to be made.
-    pub sampler: Option<S>,
-    /// What names them.
-    pub numbers: [u32; 2],
-    /// What was found.
-    pub found: Mutex<Option<Surveyed>>,
+    /// Whether to make a record where none counts.
+    pub makes_records: bool,
 }
 
-impl<S: Sampler> Indirect for &Survey<'_, S> {
-    fn reflected<E: Effects>(
+impl Survey<'_> {
+    /// Follows a path to the first surface where the cache may be asked, and finds what it knows there; `None` where nothing is
+    /// asked, or no record can be made. A new record takes its numbers from `sampler`, as those of the pixel `numbers`.
+    pub fn path<E: Effects, S: Sampler>(
+        &self,
+        sampler: &mut S,
+        sample: &mut Sample,
+        numbers: [u32; 2],
+    ) -> Option<Surveyed> {
+        let is_limited = self.integrator.max_bounces.is_some();
+        let mut of_record = sampler.clone();
+        let find = |at: &Interaction<E>, bsdf: &Bsdf, bounce| {
+            IrradianceCache::albedo(bsdf, bounce, is_limited)?;
+            Some(self.surface(at, &mut of_record, numbers))
+        };
+        let found = self
+            .integrator
+            .first_found(self.scene, sampler, sample, find);
+        found.flatten()
+    }
+
+    fn surface<E: Effects, S: Sampler>(
         &self,
         at: &Interaction<E>,
-        bsdf: &Bsdf,
-        bounce: u32,
-        is_limited: bool,
-    ) -> Option<Rgb> {
-        IrradianceCache::albedo(bsdf, bounce, is_limited)?;
+        sampler: &mut S,
+        numbers: [u32; 2],
+    ) -> Option<Surveyed> {
         let count = self.cache.count(at.p, at.frame.n);
-        let found = match &self.sampler {
-            Some(sampler) if count == 0 => {
-                let (mut sampler, mut rays) = (sampler.clone(), RayCounts::default());
-                let gatherer = Gatherer {
-                    scene: self.scene,
-                    integrator: self.integrator,
-                    bound: self.cache.bound.into(),
-                    numbers: self.numbers,
-                };
-                let record = gatherer.gather(&mut sampler, at, &mut rays);
-                record.map(|record| Surveyed::New(record, rays))
-            }
-            _ => Some(Surveyed::Known(count)),
+        if count > 0 || !self.makes_records {
+            return Some(Surveyed::Known(count));
+        }
+        let mut rays = RayCounts::default();
+        let gatherer = Gatherer {
+            scene: self.scene,
+            integrator: self.integrator,
+            bound: self.cache.bound.into(),
+            numbers,
         };
-        *self
-            .found
-            .lock()
-            .expect("no thread panics while it holds this") = found;
-        // It has seen enough.
-        Some(Rgb::BLACK)
+        let record = gatherer.gather(sampler, at, &mut rays)?;
+        Some(Surveyed::New(record, rays))
     }
 }
 

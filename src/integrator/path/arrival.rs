@@ -18,7 +18,7 @@ use crate::scene::interaction::Interaction;
 
 impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     /// Takes what is emitted where paths have come to, and tells where those are that do not end there: they alone go on.
-    pub(super) fn arrive<E: Effects, S: Sampler, O: PathObserver>(
+    pub(super) fn arrive<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
         arrivals: &mut Vec<Interaction<E>>,
@@ -34,7 +34,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
 
     /// Whether it does not end there.
     #[inline(always)]
-    fn arrive_one<E: Effects, S: Sampler, O: PathObserver>(
+    fn arrive_one<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
         number: usize,
@@ -54,7 +54,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             observer.environment(contribution);
             return false;
         };
-        observer.arrived(&at, path.beta);
+        observer.arrived(&(&at).into(), path.beta);
 
         // Emission, in the light of how else it could have been found.
         let emitted = scene.emitted(&at);

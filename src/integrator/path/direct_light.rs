@@ -25,7 +25,7 @@ use crate::scene::interaction::Interaction;
 
 impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     /// Looks for one light where each path is, and leaves the rays to them to be traced.
-    pub(super) fn look_for_lights<E: Effects, S: Sampler, O: PathObserver>(
+    pub(super) fn look_for_lights<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
         arrivals: &[Interaction<E>],
@@ -84,7 +84,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
                 paths.observer.traced(RayKind::Shadow, &found.ray, time);
                 let contribution = path.beta * found.contribution;
                 shadows.push(number, contribution, found.weight, &found.ray, time);
-                if O::ONE_BY_ONE {
+                if paths.observer.is_sequential() {
                     shadows.trace::<E, O>(scene, paths.observer, |_, light| path.radiance += light);
                 }
             }

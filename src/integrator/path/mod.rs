@@ -29,16 +29,18 @@ mod state;
 pub use state::PathState;
 
 use super::indirect::{Indirect, Traced};
-use super::observer::PathObserver;
+use super::observer::{PathObserver, Unobserved};
 use super::technique::{Chosen, Weighted};
 use super::waiting::Waiting;
 use super::{CameraRay, Integrator, RayCounts, Roulette, Sample};
 use crate::accel::Hit;
+use crate::bsdf::Bsdf;
 use crate::effects::Effects;
 use crate::math::lanes::LANES;
 use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
+use crate::scene::interaction::Interaction;
 use seen::{Bsdfs, Seen};
 use std::slice;
 
@@ -58,7 +60,7 @@ pub struct PathIntegrator<C = Weighted, K = Traced> {
 impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
     const SIDE_BY_SIDE: bool = true;
 
-    fn radiance<E: Effects, S: Sampler, O: PathObserver>(
+    fn radiance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
         sampler: &mut S,
@@ -76,7 +78,7 @@ impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
         sample.radiance
     }
 
-    fn radiances<E: Effects, S: Sampler, O: PathObserver>(
+    fn radiances<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
         samplers: &mut [S],
@@ -109,7 +111,10 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     /// Follows paths side by side to their ends, given what is found on their rays.
     ///
     /// Each stage is a loop over all of them that does little: a processor works at several of its turns at once.
-    pub fn follow<E: Effects, S: Sampler, O: PathObserver>(&self, mut paths: Paths<'_, E, S, O>) {
+    pub fn follow<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+        &self,
+        mut paths: Paths<'_, E, S, O>,
+    ) {
         paths.waiting.begin(paths.states.len());
         let mut arrivals = Vec::with_capacity(paths.states.len());
         while !paths.waiting.going.is_empty() {
@@ -126,10 +131,47 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             paths.bounce += 1;
         }
     }
+
+    /// Follows one path, without looking for lights, to the first surface of which `find` yields anything, and returns that.
+    /// Whatever lights a path looks for, it goes the same way.
+    pub fn first_found<E: Effects, S: Sampler, T>(
+        &self,
+        scene: &Scene,
+        sampler: &mut S,
+        sample: &mut Sample,
+        mut find: impl FnMut(&Interaction<E>, &Bsdf, u32) -> Option<T>,
+    ) -> Option<T> {
+        let CameraRay { ray, time } = sample.camera_ray;
+        let mut state = PathState::<E>::new(ray, None, time);
+        let mut paths = Paths {
+            scene,
+            samples: slice::from_mut(sample),
+            samplers: slice::from_mut(sampler),
+            states: slice::from_mut(&mut state),
+            waiting: &mut Waiting::default(),
+            observer: &mut Unobserved,
+            bounce: 0,
+        };
+        paths.waiting.begin(1);
+        let mut arrivals = Vec::with_capacity(1);
+        loop {
+            arrivals.clear();
+            self.arrive(&mut paths, &mut arrivals);
+            let at = arrivals.first()?;
+            let bsdf = scene.surface(at);
+            if let Some(found) = find(at, &bsdf, paths.bounce) {
+                return Some(found);
+            }
+            let seen = [self.see(at, &bsdf, paths.bounce)];
+            self.scatter(&mut paths, &arrivals, &seen);
+            paths.trace();
+            paths.bounce += 1;
+        }
+    }
 }
 
 /// Paths that are followed side by side, all of which have scattered as often.
-pub struct Paths<'a, E: Effects, S, O> {
+pub struct Paths<'a, E: Effects, S, O: ?Sized> {
     /// Where they lie.
     pub scene: &'a Scene,
     /// Whose they are.
@@ -146,7 +188,7 @@ pub struct Paths<'a, E: Effects, S, O> {
     pub bounce: u32,
 }
 
-impl<E: Effects, S, O: PathObserver> Paths<'_, E, S, O> {
+impl<E: Effects, S, O: PathObserver + ?Sized> Paths<'_, E, S, O> {
     /// Traces the rays to lights, and then those of the paths that go on.
     fn trace(&mut self) {
         let states = &mut *self.states;

@@ -22,7 +22,7 @@ use crate::scene::interaction::Interaction;
 
 impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
     /// Sends the paths on that do not end, and leaves their rays to be traced.
-    pub(super) fn scatter<E: Effects, S: Sampler, O: PathObserver>(
+    pub(super) fn scatter<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
         arrivals: &[Interaction<E>],
@@ -64,7 +64,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
 
     /// The ray onward, and what it leaves; `None` where the path ends.
     #[inline(always)]
-    fn goes_on<E: Effects, S: Sampler, O: PathObserver>(
+    fn goes_on<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
         number: usize,

@@ -31,10 +31,10 @@ use crate::effects::{Effects, Kernel, Switch};
 use crate::film::Window;
 use crate::film::batches::BATCHES;
 use crate::film::filter::Filter;
-use crate::film::splats::{SplatSink, Splats, Strategy};
-use crate::integrator::bidirectional::Bidirectional;
+use crate::film::splats::{Splats, Strategy};
+use crate::integrator::bidirectional::{Bidirectional, Contribution};
 use crate::integrator::observer::Unobserved;
-use crate::integrator::{CameraRay, Integrator, RayCounts};
+use crate::integrator::{CameraRay, RayCounts};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::sampler::{Decision, Primary, Sampler, hash};
@@ -190,27 +190,27 @@ impl Stage<'_> {
         let film = corner + Vec2::new(x, y) * size;
         let ray = self.scene.camera.ray::<E>(film, Vec2::new(u, v), time);
         let camera_ray = CameraRay { ray, time };
-        let mut made = Made {
-            stage: self,
-            film,
-            paths: Vec::new(),
-        };
+        let reaches = |film| self.splats.reaches(self.filter, film);
+        let mut paths: Vec<Found> = Vec::new();
+        let take = |it: Contribution| self.take(&it, film, &mut paths);
         let (scene, rays, integrator) = (self.scene, &mut outcome.rays, self.integrator);
         if let Some(by) = by {
-            integrator.by_strategy::<E, _, _>(by, scene, sampler, &camera_ray, rays, &mut made);
+            let found =
+                integrator.by_strategy::<E, _>(by, scene, sampler, &camera_ray, rays, &reaches);
+            found.into_iter().flatten().for_each(take);
         } else {
             let (found, observer) = (scene.accel.intersect(&ray, time, None), &mut Unobserved);
-            integrator.radiance_and_splats::<E, _, _, _>(
+            integrator.contributions::<E, _, _>(
                 scene,
                 sampler,
                 &camera_ray,
                 found,
                 rays,
                 observer,
-                &mut made,
+                &reaches,
+                take,
             );
         }
-        let mut paths = made.paths;
         paths.retain(|it| {
             let is_finite = it.brightness().is_finite();
             if !is_finite {
@@ -219,6 +219,26 @@ impl Stage<'_> {
             is_finite && it.brightness() > 0.0
         });
         paths
+    }
+
+    /// Adds a contribution of a sample whose camera ray goes through `film` to the sample's paths.
+    fn take(&self, it: &Contribution, film: Vec2, paths: &mut Vec<Found>) {
+        let (film, over) = match it.film {
+            Some(film) => (film, 1.0),
+            None => (film, self.integrator.film_area as f32),
+        };
+        let value = it.unweighted * (it.weight * over);
+        // Light from beyond the scene has two parts.
+        let same = |last: &&mut Found| last.strategy == it.strategy;
+        if let Some(last) = paths.last_mut().filter(same) {
+            last.value += value;
+        } else if self.splats.reaches(self.filter, film) {
+            paths.push(Found {
+                strategy: it.strategy,
+                film,
+                value,
+            });
+        }
     }
 }
 
@@ -232,48 +252,6 @@ fn rejected(film: Vec2) -> Rejected {
     Rejected {
         count: 1,
         first: Some(first),
-    }
-}
-
-/// Gathers the paths of a sample.
-struct Made<'a> {
-    stage: &'a Stage<'a>,
-    /// Where its camera ray goes through the film.
-    film: Vec2,
-    paths: Vec<Found>,
-}
-
-impl SplatSink for Made<'_> {
-    fn reaches(&self, film: Vec2) -> bool {
-        self.stage.splats.reaches(self.stage.filter, film)
-    }
-
-    fn splat(&mut self, _film: Vec2, _value: Rgb) {}
-
-    fn made(
-        &mut self,
-        strategy: Strategy,
-        elsewhere: Option<Vec2>,
-        contribution: Rgb,
-        weight: f32,
-    ) {
-        let film = elsewhere.unwrap_or(self.film);
-        let over = match elsewhere {
-            Some(_) => 1.0,
-            None => self.stage.integrator.film_area as f32,
-        };
-        let value = contribution * (weight * over);
-        // Light from beyond the scene has two parts.
-        let same = |last: &&mut Found| last.strategy == strategy;
-        if let Some(last) = self.paths.last_mut().filter(same) {
-            last.value += value;
-        } else if self.reaches(film) {
-            self.paths.push(Found {
-                strategy,
-                film,
-                value,
-            });
-        }
     }
 }
 

@@ -8,7 +8,7 @@ use etendue::description::{
     MaterialDescription, MaterialModel, MeshDescription, Place, SceneDescription, ShapeDescription,
 };
 use etendue::vec::{DAffine3, DVec3};
-use etendue::{Result, Rgb, Session, Unwatched, Wishes, WriteOptions, tracing, write};
+use etendue::{RenderOptions, Result, Rgb, Session, Unwatched, WriteOptions, tracing, write};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -27,7 +27,7 @@ fn main() -> Result<()> {
 }
 
 fn picture(session: &Session, file: &str) -> Result<()> {
-    let rendering = session.render(&Wishes::samples(64), &Unwatched)?;
+    let rendering = session.render(&RenderOptions::samples(64), &Unwatched)?;
     write(
         Path::new(file),
         &rendering.image(),

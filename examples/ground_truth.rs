@@ -3,7 +3,9 @@
 //!
 //! `cargo run --release --example ground_truth -- scene.toml picture.exr`
 
-use etendue::{ColourSpace, Error, Image, Result, Session, Unwatched, Wishes, rel_mse, tracing};
+use etendue::{
+    ColourSpace, Error, Image, RenderOptions, Result, Session, Unwatched, rel_mse, tracing,
+};
 use std::path::Path;
 
 /// Samples per pixel that are added at a time.
@@ -19,8 +21,8 @@ fn main() -> Result<()> {
     };
     let picture = Image::read(Path::new(picture), ColourSpace::Srgb)?;
     let session = Session::load(Path::new(scene), tracing())?;
-    let wishes = Wishes::samples(STEP);
-    let mut truth = session.render(&wishes, &Unwatched)?;
+    let options = RenderOptions::samples(STEP);
+    let mut truth = session.render(&options, &Unwatched)?;
     loop {
         let reference = truth.image();
         let size = |image: &Image| (image.width(), image.height());

@@ -3,7 +3,7 @@
 //! `cargo run --release --example load_and_render -- scenes/cornell-box/cornell-box.toml box.exr 5`
 
 use etendue::{
-    Error, Progress, RenderObserver, Result, Session, Wishes, WriteOptions, tracing, write,
+    Error, Progress, RenderObserver, RenderOptions, Result, Session, WriteOptions, tracing, write,
 };
 use std::path::Path;
 
@@ -29,10 +29,10 @@ fn main() -> Result<()> {
     for note in session.notes() {
         eprintln!("note: {note}");
     }
-    let mut wishes = Wishes::default();
-    wishes.error = Some(percent / 100.0);
-    wishes.layers = true;
-    let rendering = session.render(&wishes, &Printer)?;
+    let mut options = RenderOptions::default();
+    options.error = Some(percent / 100.0);
+    options.layers = true;
+    let rendering = session.render(&options, &Printer)?;
 
     let picture = rendering.layered(&session)?;
     let options = WriteOptions {

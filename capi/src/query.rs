@@ -190,15 +190,15 @@ pub unsafe extern "C" fn etd_scene_radiance(
 ) -> EtdStatus {
     SCENES.call(scene, |scene| {
         // SAFETY: the caller's promise.
-        let mut wishes = unsafe { read_struct_or_zeros(settings)?.wishes() }?;
-        (wishes.time, wishes.error, wishes.crop) = (None, None, None);
-        wishes.layers = !standard_errors.is_null();
+        let mut options = unsafe { read_struct_or_zeros(settings)?.options() }?;
+        (options.time, options.error, options.crop) = (None, None, None);
+        options.layers = !standard_errors.is_null();
         let rays = unsafe { read_rays(rays, count, ray_stride) }?;
         if count > 0 {
             not_null(radiance, "radiance")?;
         }
         let along = scene.ready.read(|session| {
-            let along = session.radiance(&wishes, &rays, spp);
+            let along = session.radiance(&options, &rays, spp);
             along.map_err(Failure::from)
         })?;
         let means = along.iter().map(|it| it.mean.to_array());

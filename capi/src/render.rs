@@ -180,8 +180,8 @@ pub unsafe extern "C" fn etd_render_create(
     SCENES.call(scene, |scene| {
         not_null(render, "render")?;
         // SAFETY: the caller's promise.
-        let wishes = unsafe { read_struct_or_zeros(settings)?.wishes() }?;
-        let rendering = scene.ready.read(|session| Ok(session.start(&wishes)?))?;
+        let options = unsafe { read_struct_or_zeros(settings)?.options() }?;
+        let rendering = scene.ready.read(|session| Ok(session.start(&options)?))?;
         let handle = RENDERS.add(Render {
             ready: Arc::clone(&scene.ready),
             state: Mutex::new(State {

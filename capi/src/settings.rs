@@ -8,9 +8,9 @@ use crate::memory::{Versioned, text};
 use crate::status::Failure;
 use renderer::Adaptive;
 use renderer::IntegratorKind;
+use renderer::RenderOptions;
 use renderer::Roulette;
 use renderer::SamplerKind;
-use renderer::Wishes;
 use std::ffi::c_char;
 use std::time::Duration;
 
@@ -69,35 +69,35 @@ unsafe impl Versioned for EtdSettings {
 impl EtdSettings {
     /// # Safety
     /// Its pointers are null, or texts that end with a NUL.
-    pub unsafe fn wishes(&self) -> Result<Wishes, Failure> {
+    pub unsafe fn options(&self) -> Result<RenderOptions, Failure> {
         if self.flags & !ALL_FLAGS != 0 {
             let unknown = self.flags & !ALL_FLAGS;
             return Err(Failure::argument(format!("flags: nobody knows {unknown}")));
         }
         let has = |flag: u32| self.flags & flag != 0;
-        let mut wishes = Wishes::default();
+        let mut options = RenderOptions::default();
         // SAFETY: the caller's promise.
         unsafe {
             let integrators = IntegratorKind::ALL.iter().map(|&it| (it.name(), it));
-            wishes.integrator = named(self.integrator, integrators, "integrator")?;
+            options.integrator = named(self.integrator, integrators, "integrator")?;
             let samplers = SamplerKind::ALL.iter().map(|&it| (it.name(), it));
-            wishes.sampler = named(self.sampler, samplers, "sampler")?;
+            options.sampler = named(self.sampler, samplers, "sampler")?;
             let ways = Adaptive::ALL.iter().map(|&it| (it.name(), it));
-            wishes.adaptive = named(self.adaptive, ways, "adaptive")?;
+            options.adaptive = named(self.adaptive, ways, "adaptive")?;
             let ways = Roulette::ALL.iter().map(|&it| (it.name(), it));
-            wishes.roulette = named(self.roulette, ways, "roulette")?;
+            options.roulette = named(self.roulette, ways, "roulette")?;
         }
-        wishes.seed = has(ETD_HAS_SEED).then_some(self.seed);
-        wishes.max_bounces = has(ETD_HAS_MAX_BOUNCES).then_some(self.max_bounces);
-        wishes.layers = has(ETD_LAYERS);
-        wishes.crop = has(ETD_HAS_CROP).then_some(self.crop);
-        wishes.spp = (self.spp != 0).then_some(self.spp);
-        wishes.time = duration(self.seconds)?;
-        wishes.error = given(self.error, "error")?;
-        wishes.confidence = given(self.confidence, "confidence")?;
-        wishes.occlusion_distance = given(self.occlusion_distance, "occlusion_distance")?;
-        wishes.cache_error = given(self.cache_error, "cache_error")?;
-        Ok(wishes)
+        options.seed = has(ETD_HAS_SEED).then_some(self.seed);
+        options.max_bounces = has(ETD_HAS_MAX_BOUNCES).then_some(self.max_bounces);
+        options.layers = has(ETD_LAYERS);
+        options.crop = has(ETD_HAS_CROP).then_some(self.crop);
+        options.spp = (self.spp != 0).then_some(self.spp);
+        options.time = duration(self.seconds)?;
+        options.error = given(self.error, "error")?;
+        options.confidence = given(self.confidence, "confidence")?;
+        options.occlusion_distance = given(self.occlusion_distance, "occlusion_distance")?;
+        options.cache_error = given(self.cache_error, "cache_error")?;
+        Ok(options)
     }
 }
 

@@ -130,7 +130,7 @@ fn describe_prediction(predicted: &Predicted) -> String {
 }
 
 impl RenderObserver for Watcher {
-    fn overture(&self, share: f64, records: usize) {
+    fn cache_prepass(&self, share: f64, records: usize) {
         self.show(share, || format!("irradiance cache, {records} records"));
     }
 

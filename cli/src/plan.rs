@@ -14,7 +14,7 @@ use etendue::internals::math::stats::Spread;
 use etendue::internals::plan::{Finding, Plan};
 use etendue::internals::render::RenderObserver;
 use etendue::internals::render::auto::Recommendation;
-use etendue::internals::render::wishes::Wishes;
+use etendue::internals::render::options::RenderOptions;
 use etendue::internals::scene::description::{Place, SceneDescription};
 use etendue::internals::session::Session;
 use etendue_lab::study::effect_cost::{CostSettings, Costs, EffectCost, effect_costs};
@@ -64,7 +64,7 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
     let mut description = session.description().clone();
     let plan = Plan::new(&description, session.scene());
     let watcher = Watcher::new(ProgressMode::Auto)?;
-    let recommendation = session.recommend(&Wishes::default(), &Cancelling(&watcher))?;
+    let recommendation = session.recommend(&RenderOptions::default(), &Cancelling(&watcher))?;
     if watcher.is_cancelled() {
         return Ok(Outcome::Interrupted);
     }

@@ -41,14 +41,14 @@ pub struct Hit {
 
 /// The primitive that a ray has just left, and how far along the ray a hit on it must be an error of rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Departure {
+pub struct ExcludedPrimitive {
     /// The primitive.
     pub id: PrimitiveId,
     /// Hits on it nearer than this do not count.
     pub free_distance: f32,
 }
 
-impl Departure {
+impl ExcludedPrimitive {
     /// Whether a hit must be an error of rounding.
     #[inline]
     fn rules_out(&self, hit: &Hit) -> bool {
@@ -224,7 +224,12 @@ impl Accel {
 
     /// The closest hit at a time of the shutter, from 0 to 1, other than a false one on the primitive just left.
     #[inline]
-    pub fn intersect(&self, ray: &Ray, time: f32, departure: Option<Departure>) -> Option<Hit> {
+    pub fn intersect(
+        &self,
+        ray: &Ray,
+        time: f32,
+        departure: Option<ExcludedPrimitive>,
+    ) -> Option<Hit> {
         let hit = self.closest(ray, time)?;
         match departure {
             Some(departure) if departure.rules_out(&hit) => self.beyond(ray, time, departure, hit),
@@ -244,7 +249,13 @@ impl Accel {
 
     /// The closest hit behind one that lies on what the ray has left, other than another of that kind.
     #[cold]
-    fn beyond(&self, ray: &Ray, time: f32, departure: Departure, mut hit: Hit) -> Option<Hit> {
+    fn beyond(
+        &self,
+        ray: &Ray,
+        time: f32,
+        departure: ExcludedPrimitive,
+        mut hit: Hit,
+    ) -> Option<Hit> {
         let mut ray = *ray;
         while departure.rules_out(&hit) {
             ray.t_min = hit.t.max(ray.t_min).next_up();

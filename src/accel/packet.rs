@@ -9,7 +9,7 @@
 //! Source: Embree's manual, "Ray packets". Tested in `tests/tracing/packets.rs`.
 
 use super::lanes::{ActiveLanes, RayHitLanes};
-use super::{Departure, Hit};
+use super::{ExcludedPrimitive, Hit};
 use crate::math::lanes::LANES;
 use crate::math::ray::Ray;
 use crate::math::vec::Vec3;
@@ -23,7 +23,7 @@ pub struct RayPacket {
     pub(super) active: ActiveLanes<LANES>,
     ends: [f32; LANES],
     /// What each leaves.
-    departure: [Option<Departure>; LANES],
+    departure: [Option<ExcludedPrimitive>; LANES],
     len: usize,
 }
 
@@ -67,7 +67,7 @@ impl RayPacket {
     /// # Panics
     /// If there are [`LANES`] rays.
     #[inline]
-    pub fn push(&mut self, ray: &Ray, time: f32, departure: Option<Departure>) {
+    pub fn push(&mut self, ray: &Ray, time: f32, departure: Option<ExcludedPrimitive>) {
         let lane = self.len;
         assert!(lane < LANES, "a packet has {LANES} rays at most");
         let rays = &mut self.lanes.rays;
@@ -103,7 +103,7 @@ impl RayPacket {
 
     /// What one ray leaves.
     #[inline]
-    pub(super) fn departure(&self, lane: usize) -> Option<Departure> {
+    pub(super) fn departure(&self, lane: usize) -> Option<ExcludedPrimitive> {
         self.departure[lane]
     }
 
@@ -150,7 +150,7 @@ impl RayQueue {
 
     /// Adds a ray, with what it leaves.
     #[inline]
-    pub fn push(&mut self, ray: &Ray, time: f32, departure: Option<Departure>) {
+    pub fn push(&mut self, ray: &Ray, time: f32, departure: Option<ExcludedPrimitive>) {
         let packet = self.len / LANES;
         if packet == self.packets.len() {
             self.packets.push(RayPacket::default());

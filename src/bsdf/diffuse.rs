@@ -4,7 +4,7 @@
 //! Range: `reflectance` in [0, 1]; scatters on the side that `wo` is on, from both sides alike.
 //! Source: f = rho / pi, sampled by the cosine (Malley). Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
-use super::types::{BsdfSample, BsdfValue, Lobe, Numbers, facing_up};
+use super::types::{BsdfSample, BsdfSampleInput, BsdfValue, Lobe, facing_up};
 use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec3};
 use crate::planted::planted;
 use crate::sampling::warp::pdf_hemisphere_cosine;
@@ -40,7 +40,7 @@ impl Diffuse {
 
     /// A direction by the cosine; the weight is the albedo.
     #[inline]
-    pub fn sample(&self, wo: Vec3, numbers: &Numbers) -> Option<BsdfSample> {
+    pub fn sample(&self, wo: Vec3, numbers: &BsdfSampleInput) -> Option<BsdfSample> {
         if wo.z == 0.0 {
             return None;
         }

@@ -25,7 +25,7 @@ pub use mirror::Mirror;
 pub use phong::Phong;
 use principled::Choice;
 pub use principled::{Principled, PrincipledParameters};
-pub use types::{BsdfSample, BsdfValue, Lobe, Numbers};
+pub use types::{BsdfSample, BsdfSampleInput, BsdfValue, Lobe};
 
 /// How one point of a surface scatters.
 #[derive(Debug, Clone, Copy)]
@@ -47,29 +47,29 @@ pub enum Bsdf {
 impl Bsdf {
     /// The same seen from `wo`, for more than one question about it.
     #[inline]
-    pub fn seen_from<E: Effects>(&self, wo: Vec3) -> View<'_> {
+    pub fn seen_from<E: Effects>(&self, wo: Vec3) -> BoundBsdf<'_> {
         let choice = match self {
             Self::Principled(model) if has_lobes::<E>() => Some(model.choice(wo)),
             _ => None,
         };
-        View {
+        BoundBsdf {
             bsdf: self,
             wo,
             choice,
         }
     }
 
-    /// [`View::eval`] from `wo`.
+    /// [`BoundBsdf::eval`] from `wo`.
     #[inline]
     pub fn eval<E: Effects>(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
         self.seen_from::<E>(wo).eval::<E>(wi)
     }
 
-    /// [`View::sample`] from `wo`.
+    /// [`BoundBsdf::sample`] from `wo`.
     #[inline]
     pub fn sample<E: Effects>(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         self.seen_from::<E>(wo)
-            .sample::<E>(&Numbers::new(u_lobe, u))
+            .sample::<E>(&BsdfSampleInput::new(u_lobe, u))
     }
 
     /// Refractive index inside over outside; 1 for what lets no light through.
@@ -112,14 +112,14 @@ impl Bsdf {
 
 /// A BSDF seen from one direction: what both evaluation and sampling need to know of that is computed once.
 #[derive(Debug, Clone, Copy)]
-pub struct View<'a> {
+pub struct BoundBsdf<'a> {
     bsdf: &'a Bsdf,
     wo: Vec3,
     /// Of the principled model.
     choice: Option<Choice>,
 }
 
-impl View<'_> {
+impl BoundBsdf<'_> {
     /// What is seen.
     #[inline]
     pub fn bsdf(&self) -> &Bsdf {
@@ -132,7 +132,7 @@ impl View<'_> {
         self.wo
     }
 
-    /// f(wo, wi) without the cosine, and the density with which [`View::sample`] finds `wi`; without delta lobes. A
+    /// f(wo, wi) without the cosine, and the density with which [`BoundBsdf::sample`] finds `wi`; without delta lobes. A
     /// kernel evaluates only the models that its effects let into the scene.
     #[inline]
     pub fn eval<E: Effects>(&self, wi: Vec3) -> BsdfValue {
@@ -150,8 +150,8 @@ impl View<'_> {
 
     /// A direction for light to come from. `None`: nothing is scattered this time, which is part of the estimate.
     #[inline]
-    pub fn sample<E: Effects>(&self, numbers: &Numbers) -> Option<BsdfSample> {
-        let (wo, Numbers { lobe, u, .. }) = (self.wo, *numbers);
+    pub fn sample<E: Effects>(&self, numbers: &BsdfSampleInput) -> Option<BsdfSample> {
+        let (wo, BsdfSampleInput { lobe, u, .. }) = (self.wo, *numbers);
         match (self.bsdf, &self.choice) {
             (Bsdf::Diffuse(model), _) => model.sample(wo, numbers),
             (Bsdf::Mirror(model), _) if has_lobes::<E>() => model.sample(wo),

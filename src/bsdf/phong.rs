@@ -9,7 +9,7 @@
 //! Source: Phong 1975, "Illumination for Computer Generated Pictures"; Lafortune and Willems 1994, "Using the Modified
 //! Phong Reflectance Model for Physically Based Rendering", eq. 4 and 8. Tested in `tests/scattering/bsdf.rs`.
 
-use super::types::{BsdfSample, BsdfValue, Lobe, Numbers, facing_up};
+use super::types::{BsdfSample, BsdfSampleInput, BsdfValue, Lobe, facing_up};
 use crate::math::frame::Frame;
 use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec3};
 use crate::sampling::cosine_power::{cosine_power, one_minus_cos, sample_cosine_power};
@@ -52,7 +52,7 @@ impl Phong {
 
     /// A direction about the mirror direction, or by the cosine. One below the surface is none: that share is lost.
     #[inline]
-    pub fn sample(&self, wo: Vec3, numbers: &Numbers) -> Option<BsdfSample> {
+    pub fn sample(&self, wo: Vec3, numbers: &BsdfSampleInput) -> Option<BsdfSample> {
         if wo.z == 0.0 {
             return None;
         }
@@ -121,7 +121,7 @@ mod tests {
         ] {
             for i in 0..1000 {
                 let u = Vec2::new(i as f32 / 1000.0, (i as f32 * 0.618).fract());
-                let Some(s) = lobe.sample(wo, &Numbers::new(0.0, u)) else {
+                let Some(s) = lobe.sample(wo, &BsdfSampleInput::new(0.0, u)) else {
                     continue;
                 };
                 let mirror = mirrored(wo).as_dvec3().normalize();

@@ -22,7 +22,7 @@ use super::conductor::multiple_scattering_colour;
 use super::dielectric::Dielectric;
 use super::fresnel::{normal_reflectance, schlick_mean, schlick_weight};
 use super::microfacet::Ggx;
-use super::types::{BsdfSample, BsdfValue, Lobe, Numbers, facing_up};
+use super::types::{BsdfSample, BsdfSampleInput, BsdfValue, Lobe, facing_up};
 use crate::effects::{Effect, EffectSet};
 use crate::math::{
     measure::PdfSolidAngle,
@@ -169,8 +169,13 @@ impl Principled {
 
     /// A lobe by its share of the albedo, then its direction; `choice` is that of `wo`.
     #[inline]
-    pub fn sample(&self, wo: Vec3, choice: &Choice, numbers: &Numbers) -> Option<BsdfSample> {
-        let Numbers {
+    pub fn sample(
+        &self,
+        wo: Vec3,
+        choice: &Choice,
+        numbers: &BsdfSampleInput,
+    ) -> Option<BsdfSample> {
+        let BsdfSampleInput {
             lobe: u_lobe,
             u,
             by_cosine,

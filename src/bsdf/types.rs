@@ -39,7 +39,7 @@ pub fn facing_up(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3)> {
 
 /// The random numbers that choose a direction, in [0, 1).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Numbers {
+pub struct BsdfSampleInput {
     /// Chooses among lobes, and is spent by that.
     pub lobe: f32,
     /// Choose the direction.
@@ -49,7 +49,7 @@ pub struct Numbers {
     pub by_cosine: Vec3,
 }
 
-impl Numbers {
+impl BsdfSampleInput {
     /// One number for the lobe and two for the direction.
     #[inline]
     pub fn new(lobe: f32, u: Vec2) -> Self {

@@ -12,7 +12,7 @@ use super::observer::{PathObserver, RayKind};
 use super::{CameraRay, Integrator, RayCounts};
 use crate::accel::Hit;
 use crate::effects::{Effects, Switch};
-use crate::light::types::LightEnd;
+use crate::light::types::ShadowRayEnd;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::sampler::{Decision, Sampler};
@@ -45,7 +45,8 @@ impl Integrator for AmbientOcclusion {
         } else {
             0.0
         };
-        let met: Option<Interaction<E>> = scene.meet(&ray, time, None, u_alpha, found);
+        let met: Option<Interaction<E>> =
+            scene.surface_interaction(&ray, time, None, u_alpha, found);
         let Some(at) = met else {
             observer.escaped(ray.dir);
             return Rgb::BLACK;
@@ -59,7 +60,7 @@ impl Integrator for AmbientOcclusion {
             observer.absorbed();
             return Rgb::BLACK;
         }
-        let mut ray = at.ray_to(&LightEnd::Infinity, w, false);
+        let mut ray = at.ray_to(&ShadowRayEnd::Infinity, w, false);
         ray.t_max = self.distance;
         rays.shadow += 1;
         observer.traced(RayKind::Shadow, &ray, time);

@@ -9,9 +9,7 @@ pub mod irradiance_cache;
 pub mod kind;
 pub mod observer;
 pub mod path;
-mod steps;
 pub mod technique;
-pub mod waiting;
 
 use crate::accel::Hit;
 use crate::effects::Effects;
@@ -21,7 +19,7 @@ use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use observer::PathObserver;
-use waiting::Waiting;
+use path::queues::PathQueues;
 
 /// A ray from the camera into the scene.
 #[derive(Debug, Clone, Copy, Default)]
@@ -69,7 +67,7 @@ pub trait Integrator: Copy + Send + Sync {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [Sample],
-        _waiting: &mut Waiting,
+        _waiting: &mut PathQueues,
         observer: &mut O,
     ) {
         for (sampler, sample) in samplers.iter_mut().zip(samples) {

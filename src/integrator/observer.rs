@@ -53,7 +53,7 @@ impl RayKind {
     }
 
     /// What the ray is that leaves scattering event number `bounce`, counted from 0.
-    pub fn onward(bounce: u32, is_delta: bool) -> Self {
+    pub fn extension(bounce: u32, is_delta: bool) -> Self {
         match bounce {
             _ if is_delta => Self::Specular,
             0 => Self::Bounce1,
@@ -110,7 +110,7 @@ pub trait PathObserver {
     /// Light sampling found no light that shines here.
     fn unlit(&mut self) {}
     /// Indirect light that is known was added, and the path ended.
-    fn known(&mut self, _contribution: Rgb) {}
+    fn cached_indirect(&mut self, _contribution: Rgb) {}
     /// The path was scattered.
     fn scattered(&mut self, _wi: Vec3, _lobe: Lobe, _beta: Rgb) {}
     /// The path ended by Russian roulette, which let it survive with this probability.

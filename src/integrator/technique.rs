@@ -46,7 +46,7 @@ pub enum LightRule {
     None,
     /// One ray looks for one light, and the other is for all but this light: where it meets it, its emission is rejected.
     /// The choice of the light needs no division, as either ray finds each light.
-    OneAndRest,
+    PartitionedLights,
     /// One ray looks for one light, divided by the probability of the choice; scattered rays count no light that this
     /// finds.
     Alone,
@@ -99,7 +99,7 @@ impl Technique {
     /// A ray to one light, and a ray anywhere else.
     pub const LIGHT_OR_REST: Self = Self {
         emission: EmissionRule::Always,
-        lights: LightRule::OneAndRest,
+        lights: LightRule::PartitionedLights,
         ..Self::NAIVE
     };
 
@@ -152,7 +152,7 @@ impl Technique {
     ) -> f32 {
         let is_counted = match self.lights {
             LightRule::None => true,
-            LightRule::OneAndRest => !is_chosen(),
+            LightRule::PartitionedLights => !is_chosen(),
             LightRule::Alone => p_light().0 == 0.0,
             LightRule::Weighted => return power_heuristic(p_bsdf, p_light()),
         };
@@ -168,13 +168,13 @@ impl Technique {
                 p_light.0 / (p_light.0 + p_bsdf.0),
                 power_heuristic(p_light, p_bsdf)
             ),
-            LightRule::None | LightRule::OneAndRest | LightRule::Alone => 1.0,
+            LightRule::None | LightRule::PartitionedLights | LightRule::Alone => 1.0,
         }
     }
 }
 
 /// Where an integrator has its technique from: from its type, so that it is compiled for it, or from a value.
-pub trait Chosen: Copy + Send + Sync {
+pub trait TechniqueSource: Copy + Send + Sync {
     /// The technique.
     fn technique(&self) -> Technique;
 }
@@ -183,14 +183,14 @@ pub trait Chosen: Copy + Send + Sync {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Weighted;
 
-impl Chosen for Weighted {
+impl TechniqueSource for Weighted {
     #[inline(always)]
     fn technique(&self) -> Technique {
         Technique::PATH
     }
 }
 
-impl Chosen for Technique {
+impl TechniqueSource for Technique {
     #[inline(always)]
     fn technique(&self) -> Technique {
         *self

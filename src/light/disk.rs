@@ -4,7 +4,7 @@
 //! Range: any receiver off the disk's plane.
 //! Source: Shirley and Chiu 1997 for the map. Tested in `tests/lights/light.rs`.
 
-use super::types::{Emission, LightEnd, LightSample};
+use super::types::{Emission, LightSample, ShadowRayEnd};
 use crate::geometry::disk::Disk;
 use crate::geometry::surface::SurfacePoint;
 use crate::math::measure::{PdfArea, PdfSolidAngle};
@@ -57,7 +57,7 @@ impl DiskLight {
             wi,
             radiance: self.emission.towards(cos),
             pdf: Some(self.pdf(towards.length_squared(), cos)?),
-            end: LightEnd::Surface(point, [0.0; 2]),
+            end: ShadowRayEnd::Surface(point, [0.0; 2]),
         })
     }
 

@@ -4,7 +4,7 @@
 //! Range: any receiver.
 //! Source: none needed. Tested in `tests/lights/light.rs`.
 
-use super::types::{LightEnd, LightSample};
+use super::types::{LightSample, ShadowRayEnd};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
 use std::f64::consts::PI;
@@ -47,7 +47,7 @@ impl DistantLight {
             wi: -self.direction,
             radiance: self.irradiance,
             pdf: None,
-            end: LightEnd::Infinity,
+            end: ShadowRayEnd::Infinity,
         }
     }
 }

@@ -10,7 +10,7 @@
 //! `tests/lights/emission.rs`.
 
 use super::Light;
-use super::types::{BoundingSphere, Emission, EmissionPdf, EmissionSample, LightEnd};
+use super::types::{BoundingSphere, Emission, EmissionPdf, EmissionSample, ShadowRayEnd};
 use crate::effects::{Effects, Switch, beyond_kernel};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::frame::Frame;
@@ -136,7 +136,7 @@ fn from_surface(
     let cos = direction.dot(point.ng);
     let density = pdf_cosine(&emission, cos);
     (density.0 > 0.0).then_some(EmissionSample {
-        end: LightEnd::Surface(point, barycentric),
+        end: ShadowRayEnd::Surface(point, barycentric),
         origin: point.p,
         direction,
         radiance: emission.towards(cos),
@@ -162,7 +162,7 @@ fn from_point(
     pdf: PdfSolidAngle,
 ) -> Option<EmissionSample> {
     (!intensity.is_black() && pdf.0 > 0.0).then_some(EmissionSample {
-        end: LightEnd::Point(position),
+        end: ShadowRayEnd::Point(position),
         origin: position,
         direction,
         radiance: intensity,
@@ -182,7 +182,7 @@ fn from_beyond(
     let d = around.radius * warp::sample_disk_concentric(u);
     let frame = Frame::from_normal(-direction);
     Some(EmissionSample {
-        end: LightEnd::Infinity,
+        end: ShadowRayEnd::Infinity,
         origin: around.center + frame.to_world(Vec3::new(d.x, d.y, around.radius)),
         direction,
         radiance,

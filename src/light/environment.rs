@@ -11,7 +11,7 @@
 //! Source: Pharr, Jakob, Humphreys, "Infinite Area Lights"; the integral of a patch in closed form. Tested in
 //! `tests/lights/environment.rs`.
 
-use super::types::{LightEnd, LightSample};
+use super::types::{LightSample, ShadowRayEnd};
 use crate::image::Image;
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
@@ -97,7 +97,7 @@ impl EnvironmentMap {
             wi,
             radiance,
             pdf: Some(pdf),
-            end: LightEnd::Infinity,
+            end: ShadowRayEnd::Infinity,
         })
     }
 

@@ -5,7 +5,7 @@
 //! Range: any receiver but the point itself, and those so near that the irradiance is not finite.
 //! Source: the inverse square law. Tested in `tests/lights/light.rs`.
 
-use super::types::{LightEnd, LightSample};
+use super::types::{LightSample, ShadowRayEnd};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
 use std::f64::consts::PI;
@@ -52,7 +52,7 @@ impl PointLight {
             wi: (towards / distance2.sqrt()).as_vec3a(),
             radiance: irradiance,
             pdf: None,
-            end: LightEnd::Point(self.position),
+            end: ShadowRayEnd::Point(self.position),
         })
     }
 }

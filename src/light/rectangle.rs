@@ -7,7 +7,7 @@
 //! Source: `sampling/linear.rs`, `sampling/spherical_rectangle.rs`. Tested in `tests/lights/light.rs`
 //! and `tests/lights/lanes.rs`.
 
-use super::types::{Emission, LightEnd, LightQuestion, LightSample};
+use super::types::{Emission, LightSample, LightSampleContext, ShadowRayEnd};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::lanes::{LANES, Lanes, each_lane, vectorised};
 use crate::math::measure::{PdfArea, PdfSolidAngle};
@@ -57,7 +57,7 @@ struct Choice {
 }
 
 /// A point on the light as a receiver sees it.
-struct Found {
+struct RectanglePoint {
     position: LaneVec3,
     /// Unit vector towards it.
     wi: LaneVec3,
@@ -130,9 +130,13 @@ impl RectangleLight {
     ///
     /// If there are more than [`LANES`].
     #[inline]
-    pub fn sample_each(&self, questions: &[LightQuestion], samples: &mut Vec<Option<LightSample>>) {
+    pub fn sample_each(
+        &self,
+        questions: &[LightSampleContext],
+        samples: &mut Vec<Option<LightSample>>,
+    ) {
         let mut asked = [[0.0; LANES]; 5];
-        for (lane, LightQuestion { p, u, .. }) in questions.iter().enumerate() {
+        for (lane, LightSampleContext { p, u, .. }) in questions.iter().enumerate() {
             let numbers = [p.x, p.y, p.z, u.x, u.y];
             for (asked, number) in asked.iter_mut().zip(numbers) {
                 asked[lane] = number;
@@ -140,7 +144,7 @@ impl RectangleLight {
         }
         let mut found = [[0.0; LANES]; 9];
         find_lanes(self, &asked, &mut found);
-        for (lane, LightQuestion { p, u, .. }) in questions.iter().enumerate() {
+        for (lane, LightSampleContext { p, u, .. }) in questions.iter().enumerate() {
             let [x, y, z, wi_x, wi_y, wi_z, cos, pdf, is_near] =
                 found.each_ref().map(|of| of[lane]);
             if is_near > 0.0 {
@@ -159,7 +163,7 @@ impl RectangleLight {
 
     /// A point for `p`, chosen with this density in shares of the edges. Free of branches.
     #[inline(always)]
-    fn find(&self, p: LaneVec3, density: LinearSquare, u: Vec2) -> Found {
+    fn find(&self, p: LaneVec3, density: LinearSquare, u: Vec2) -> RectanglePoint {
         let at = density.sample(u);
         let position = self.at(at);
         self.found(p, position, |distance2, cos| {
@@ -268,12 +272,12 @@ impl RectangleLight {
         p: LaneVec3,
         position: LaneVec3,
         density: impl FnOnce(f32, f32) -> f32,
-    ) -> Found {
+    ) -> RectanglePoint {
         let towards = position - p;
         let distance2 = towards.length_squared();
         let wi = towards * (1.0 / distance2.sqrt());
         let cos = -wi.dot(self.normal);
-        Found {
+        RectanglePoint {
             position,
             wi,
             cos,
@@ -282,7 +286,7 @@ impl RectangleLight {
     }
 
     #[inline]
-    fn told(&self, found: &Found) -> Option<LightSample> {
+    fn told(&self, found: &RectanglePoint) -> Option<LightSample> {
         self.sample_at(found.position.into(), found.wi.into(), found.cos, found.pdf)
     }
 
@@ -293,7 +297,7 @@ impl RectangleLight {
             wi,
             radiance: self.emission.towards(cos),
             pdf: Some(PdfSolidAngle(pdf)),
-            end: LightEnd::Surface(self.surface(position), [0.0; 2]),
+            end: ShadowRayEnd::Surface(self.surface(position), [0.0; 2]),
         })
     }
 
@@ -314,7 +318,7 @@ vectorised! {
         each_lane(asked, found, |[x, y, z, u, v]| {
             let p = LaneVec3::new(x, y, z);
             let Choice { is_near, density } = light.choice(light.corner - p);
-            let Found { position, wi, cos, pdf } = light.find(p, density, Vec2::new(u, v));
+            let RectanglePoint { position, wi, cos, pdf } = light.find(p, density, Vec2::new(u, v));
             let is_near = if is_near { 1.0 } else { 0.0 };
             [position.x, position.y, position.z, wi.x, wi.y, wi.z, cos, pdf, is_near]
         });

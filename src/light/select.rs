@@ -8,7 +8,7 @@ use super::Light;
 use super::environment::EnvironmentMap;
 use super::rectangle::RectangleLight;
 use super::triangle::TriangleLight;
-use super::types::{LightQuestion, LightSample, PointRule};
+use super::types::{LightSample, LightSampleContext, PointRule};
 use crate::effects::{Effects, Switch};
 use crate::math::lanes::{FEW, LANES};
 use crate::math::measure::{PdfSolidAngle, Pmf};
@@ -38,7 +38,7 @@ enum Alike<'a> {
 
 /// Light from beyond the scene that is sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Beyond {
+pub struct EnvironmentSample {
     /// Which light it is.
     pub light: u32,
     /// Its radiance.
@@ -125,7 +125,7 @@ impl Lights {
     #[inline]
     pub fn sample_each<E: Effects>(
         &self,
-        questions: &[LightQuestion],
+        questions: &[LightSampleContext],
         points: PointRule,
         samples: &mut Vec<Option<LightSample>>,
     ) {
@@ -139,7 +139,7 @@ impl Lights {
                     TriangleLight::sample_each(&lights, questions, samples);
                 }
                 None => samples.extend(questions.iter().map(|question| {
-                    let LightQuestion { p, time, u, .. } = *question;
+                    let LightSampleContext { p, time, u, .. } = *question;
                     self.sample_one::<E>(question.light, points, p, time, u)
                 })),
             }
@@ -153,8 +153,8 @@ impl Lights {
 
     /// What is asked of, where it is all of a kind that is sampled side by side.
     #[inline]
-    fn alike(&self, questions: &[LightQuestion]) -> Option<Alike<'_>> {
-        let asked = |question: &LightQuestion| &self.lights[question.light as usize];
+    fn alike(&self, questions: &[LightSampleContext]) -> Option<Alike<'_>> {
+        let asked = |question: &LightSampleContext| &self.lights[question.light as usize];
         let (first, rest) = questions.split_first()?;
         match asked(first) {
             Light::Rectangle(light) => {
@@ -199,10 +199,10 @@ impl Lights {
 
     /// What is sampled of the light from beyond the scene along a direction.
     #[inline]
-    pub fn beyond(&self, direction: Vec3) -> Option<Beyond> {
+    pub fn environment(&self, direction: Vec3) -> Option<EnvironmentSample> {
         let (light, map) = self.map.as_ref()?;
         let (radiance, pdf) = map.eval(direction);
-        Some(Beyond {
+        Some(EnvironmentSample {
             light: *light,
             radiance,
             pdf: self.pmf(*light) * pdf,

@@ -5,7 +5,7 @@
 //! Source: Pharr, Jakob, Humphreys, "Sampling Spheres"; 1 - cos = s^2 / (1 + sqrt(1 - s^2)) does not cancel for small
 //! cones. Tested in `tests/lights/light.rs`.
 
-use super::types::{Emission, LightEnd, LightSample};
+use super::types::{Emission, LightSample, ShadowRayEnd};
 use crate::geometry::sphere::Sphere;
 use crate::geometry::surface::SurfacePoint;
 use crate::math::frame::Frame;
@@ -23,7 +23,7 @@ pub struct SphereLight {
 }
 
 /// The sphere as a receiver sees it.
-enum View {
+enum VisibleCap {
     /// From outside: unit vector to the centre, sine squared of the cone's half angle, one minus its cosine.
     Cone {
         axis: Vec3,
@@ -65,7 +65,7 @@ impl SphereLight {
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let view = self.view(p);
         let normal = match view {
-            View::Cone {
+            VisibleCap::Cone {
                 axis,
                 sin2,
                 one_minus_cos,
@@ -80,7 +80,7 @@ impl SphereLight {
                 let local = Vec3::new(sin_alpha * around.x, sin_alpha * around.y, -cos_alpha);
                 Frame::from_normal(axis).to_world(local)
             }
-            View::Inside => {
+            VisibleCap::Inside => {
                 let w = warp::sample_sphere_uniform(u);
                 let from_center = p - self.sphere.center;
                 let b = w.dot(from_center);
@@ -95,7 +95,7 @@ impl SphereLight {
             wi,
             radiance: self.emission.towards(-wi.dot(normal)),
             pdf: Some(view.density()),
-            end: LightEnd::Surface(point, [0.0; 2]),
+            end: ShadowRayEnd::Surface(point, [0.0; 2]),
         })
     }
 
@@ -113,7 +113,7 @@ impl SphereLight {
                 self.pdf_area()
                     .to_solid_angle(towards.length_squared(), cos)?,
             ),
-            end: LightEnd::Surface(point, [0.0; 2]),
+            end: ShadowRayEnd::Surface(point, [0.0; 2]),
         })
     }
 
@@ -129,12 +129,12 @@ impl SphereLight {
     }
 
     #[inline]
-    fn view(&self, p: Vec3) -> View {
+    fn view(&self, p: Vec3) -> VisibleCap {
         let to_center = self.sphere.center.as_dvec3() - p.as_dvec3();
         let radius = f64::from(self.sphere.radius);
         let sin2 = radius * radius / to_center.length_squared();
         if sin2 < 1.0 {
-            View::Cone {
+            VisibleCap::Cone {
                 axis: to_center.normalize().as_vec3a(),
                 sin2: sin2 as f32,
                 one_minus_cos: planted!(
@@ -144,12 +144,12 @@ impl SphereLight {
                 ),
             }
         } else {
-            View::Inside
+            VisibleCap::Inside
         }
     }
 }
 
-impl View {
+impl VisibleCap {
     #[inline]
     fn density(&self) -> PdfSolidAngle {
         PdfSolidAngle(match self {

@@ -7,7 +7,7 @@
 //! Source: `sampling/clear_triangle.rs`, `sampling/spherical_triangle.rs`. Tested in `tests/lights/light.rs`
 //! and `tests/lights/lanes.rs`.
 
-use super::types::{Emission, LightEnd, LightQuestion, LightSample};
+use super::types::{Emission, LightSample, LightSampleContext, ShadowRayEnd};
 use crate::geometry::mesh::{greatest_error, triangle_point};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::lanes::{LANES, Lanes, each_lane, vectorised};
@@ -39,7 +39,7 @@ pub struct TriangleLight {
 }
 
 /// How a receiver sees the triangle that is not close to it.
-enum View {
+enum ReceiverFrame {
     /// From behind or from afar: by area.
     ByArea,
     /// By solid angle, in single precision.
@@ -91,8 +91,8 @@ impl TriangleLight {
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         match self.view(p) {
-            Some(View::ByArea) => self.sample_by_area(p, u),
-            Some(View::Clear(triangle)) => {
+            Some(ReceiverFrame::ByArea) => self.sample_by_area(p, u),
+            Some(ReceiverFrame::Clear(triangle)) => {
                 let pdf = PdfSolidAngle(1.0 / triangle.solid_angle());
                 self.found(p, triangle.sample(u), |_, _| Some(pdf))
             }
@@ -108,12 +108,12 @@ impl TriangleLight {
     #[inline]
     pub fn sample_each(
         lights: &Lanes<&Self>,
-        questions: &[LightQuestion],
+        questions: &[LightSampleContext],
         samples: &mut Vec<Option<LightSample>>,
     ) {
         let mut asked = [[0.0; LANES]; 13];
         let mut is_by_area = [false; LANES];
-        for (lane, LightQuestion { p, u, .. }) in questions.iter().enumerate() {
+        for (lane, LightSampleContext { p, u, .. }) in questions.iter().enumerate() {
             let light = lights[lane];
             let seen = light.vertices.map(|v| v - *p);
             is_by_area[lane] = light.is_by_area(seen);
@@ -129,7 +129,7 @@ impl TriangleLight {
         let mut found = [[0.0; LANES]; 4];
         find_lanes(&asked, &mut found);
         for (lane, question) in questions.iter().enumerate() {
-            let LightQuestion { p, u, .. } = *question;
+            let LightSampleContext { p, u, .. } = *question;
             let light = lights[lane];
             let [b1, b2, pdf, is_clear] = found.each_ref().map(|of| of[lane]);
             if is_by_area[lane] {
@@ -147,8 +147,10 @@ impl TriangleLight {
     #[inline]
     pub fn pdf(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
         match self.view(p) {
-            Some(View::ByArea) => self.pdf_by_area(distance2, cos),
-            Some(View::Clear(triangle)) => Some(PdfSolidAngle(1.0 / triangle.solid_angle())),
+            Some(ReceiverFrame::ByArea) => self.pdf_by_area(distance2, cos),
+            Some(ReceiverFrame::Clear(triangle)) => {
+                Some(PdfSolidAngle(1.0 / triangle.solid_angle()))
+            }
             None => self.pdf_skew(p, distance2, cos),
         }
     }
@@ -156,13 +158,13 @@ impl TriangleLight {
     /// A function of nothing but `p`, so that [`sample`](Self::sample) and [`pdf`](Self::pdf) speak of the same density;
     /// `None` where that takes double precision.
     #[inline]
-    fn view(&self, p: Vec3) -> Option<View> {
+    fn view(&self, p: Vec3) -> Option<ReceiverFrame> {
         let seen = self.vertices.map(|v| v - p);
         if self.is_by_area(seen) {
-            return Some(View::ByArea);
+            return Some(ReceiverFrame::ByArea);
         }
         let vertices = seen.map(LaneVec3::from);
-        ClearTriangle::new(vertices, self.triple(p), 2.0 * self.area).map(View::Clear)
+        ClearTriangle::new(vertices, self.triple(p), 2.0 * self.area).map(ReceiverFrame::Clear)
     }
 
     /// Whether it is seen from behind or from afar: its vertices from the receiver.
@@ -250,7 +252,7 @@ impl TriangleLight {
             wi,
             radiance: self.emission.towards(cos),
             pdf: Some(density(towards.length_squared(), cos)?),
-            end: LightEnd::Surface(point, b),
+            end: ShadowRayEnd::Surface(point, b),
         })
     }
 }

@@ -19,7 +19,7 @@ pub struct LightSample {
     /// Density of `wi`; `None` for a delta light, which nothing else finds.
     pub pdf: Option<PdfSolidAngle>,
     /// Where a shadow ray has to end.
-    pub end: LightEnd,
+    pub end: ShadowRayEnd,
 }
 
 impl LightSample {
@@ -35,7 +35,7 @@ impl LightSample {
 
 /// A place that looks for light.
 #[derive(Debug, Clone, Copy)]
-pub struct LightQuestion {
+pub struct LightSampleContext {
     /// The light, which is chosen.
     pub light: u32,
     /// The probability of choosing it.
@@ -60,7 +60,7 @@ pub enum PointRule {
 
 /// What is at the light's end of a shadow ray.
 #[derive(Debug, Clone, Copy)]
-pub enum LightEnd {
+pub enum ShadowRayEnd {
     /// A point of a shape, and its barycentric coordinates on a triangle.
     Surface(SurfacePoint, [f32; 2]),
     /// A point in free space, in normalised units.
@@ -73,7 +73,7 @@ pub enum LightEnd {
 #[derive(Debug, Clone, Copy)]
 pub struct EmissionSample {
     /// Where it leaves. Light from beyond the scene comes from nowhere.
-    pub end: LightEnd,
+    pub end: ShadowRayEnd,
     /// A point that it passes: that of `end`, or one before the whole scene.
     pub origin: Vec3,
     /// Unit vector along which it travels.

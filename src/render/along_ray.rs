@@ -10,7 +10,7 @@ use crate::effects::Effects;
 use crate::film::batches::BATCHES;
 use crate::film::pixel::PixelSums;
 use crate::integrator::observer::Unobserved;
-use crate::integrator::waiting::{AT_ONCE, Waiting};
+use crate::integrator::path::queues::{PathQueues, WAVEFRONT_SIZE};
 use crate::integrator::{CameraRay, Integrator, Sample};
 use crate::math::rgb::Rgb;
 use crate::sampler::{AnySampler, Batches, Sampler};
@@ -73,9 +73,9 @@ impl Job<'_> {
         let mut sums = PixelSums::default();
         let mut rejected = 0;
         let (mut samplers, mut samples) = (Vec::new(), Vec::new());
-        let mut waiting = Waiting::default();
-        for first in (0..self.spp).step_by(AT_ONCE) {
-            let indices = first..self.spp.min(first + AT_ONCE as u64);
+        let mut queues = PathQueues::default();
+        for first in (0..self.spp).step_by(WAVEFRONT_SIZE) {
+            let indices = first..self.spp.min(first + WAVEFRONT_SIZE as u64);
             samplers.clear();
             samples.clear();
             for index in indices.clone() {
@@ -91,7 +91,7 @@ impl Job<'_> {
                 self.scene,
                 &mut samplers,
                 &mut samples,
-                &mut waiting,
+                &mut queues,
                 &mut Unobserved,
             );
             for (index, sample) in indices.zip(&samples) {

@@ -14,7 +14,7 @@ use crate::effects::{Effects, Switch};
 use crate::film::filter::{Filter, FilterSample};
 use crate::film::splats::SplatList;
 use crate::integrator::observer::{PathObserver, RayKind};
-use crate::integrator::waiting::{AT_ONCE, Waiting};
+use crate::integrator::path::queues::{PathQueues, WAVEFRONT_SIZE};
 use crate::integrator::{CameraRay, Integrator, Sample};
 use crate::math::lanes::LANES;
 use crate::math::rgb::Rgb;
@@ -122,7 +122,7 @@ pub struct CameraRays {
     blocks: Vec<Block>,
     /// The rays of these, and memory for those to come.
     packets: Vec<RayPacket>,
-    waiting: Waiting,
+    queues: PathQueues,
 }
 
 /// A block's samples.
@@ -138,12 +138,12 @@ impl CameraRays {
     /// None so far.
     pub fn new() -> Self {
         Self {
-            samplers: Vec::with_capacity(AT_ONCE + LANES),
-            samples: Vec::with_capacity(AT_ONCE + LANES),
-            weights: Vec::with_capacity(AT_ONCE + LANES),
+            samplers: Vec::with_capacity(WAVEFRONT_SIZE + LANES),
+            samples: Vec::with_capacity(WAVEFRONT_SIZE + LANES),
+            weights: Vec::with_capacity(WAVEFRONT_SIZE + LANES),
             blocks: Vec::new(),
             packets: Vec::new(),
-            waiting: Waiting::default(),
+            queues: PathQueues::default(),
         }
     }
 
@@ -165,7 +165,7 @@ impl CameraRays {
         let block = block_of(range.start);
         let lane = |index: u64| (index - block.start) as usize;
         let (count, place) = (lane(block.end), self.samples.len());
-        let asked = lane(range.start)..lane(range.end);
+        let sample_range = lane(range.start)..lane(range.end);
         // Step by step, so that the processor works on several samples at once.
         let mut numbers = [CameraNumbers::default(); LANES];
         sampler.start_each(pixel.position, block, &mut self.samplers);
@@ -188,16 +188,16 @@ impl CameraRays {
             self.weights
                 .push(planted!("filter-weight-dropped", 1.0, filtered.weight));
         });
-        keep(&mut self.samplers, place, &asked);
-        keep(&mut self.samples, place, &asked);
-        keep(&mut self.weights, place, &asked);
+        keep(&mut self.samplers, place, &sample_range);
+        keep(&mut self.samples, place, &sample_range);
+        keep(&mut self.weights, place, &sample_range);
         for sample in &self.samples[place..] {
             let CameraRay { ray, time } = &sample.camera_ray;
             observer.traced(RayKind::Camera, ray, *time);
         }
         self.blocks.push(Block {
             place,
-            lanes: asked,
+            lanes: sample_range,
         });
         place..self.samples.len()
     }
@@ -243,8 +243,8 @@ impl CameraRays {
     ) -> usize {
         if I::SIDE_BY_SIDE && !observer.is_sequential() {
             let samplers = &mut self.samplers[places.clone()];
-            let (samples, waiting) = (&mut self.samples[places.clone()], &mut self.waiting);
-            integrator.radiances::<E, _, O>(scene, samplers, samples, waiting, observer);
+            let (samples, queues) = (&mut self.samples[places.clone()], &mut self.queues);
+            integrator.radiances::<E, _, O>(scene, samplers, samples, queues, observer);
             return places.end;
         }
         let sampler = &mut self.samplers[places.start];

@@ -165,7 +165,10 @@ impl Job<'_> {
                 let [u_alpha] = sampler.draw(Decision::Alpha(0));
                 let part = &mut parts[index as usize % PARTS];
                 part.count += 1;
-                let Some(at) = self.scene.meet(ray, time, None, u_alpha, found) else {
+                let Some(at) = self
+                    .scene
+                    .surface_interaction(ray, time, None, u_alpha, found)
+                else {
                     continue;
                 };
                 let ns = at.frame.to_world(Vec3::Z);

@@ -12,20 +12,20 @@ pub mod adaptive;
 pub mod along_ray;
 pub mod auto;
 pub mod budget;
+pub mod cache_prepass;
 mod camera_rays;
 pub mod convergence;
 mod dispatch;
 pub mod first_hit;
 mod metropolis;
 mod observed;
-pub mod overture;
+pub mod options;
 mod progress;
 pub mod replay;
 pub mod settings;
 pub mod strategies;
 mod threads;
 mod tile;
-pub mod wishes;
 
 use crate::error::{Error, Result};
 use crate::film::batches::BATCHES;
@@ -38,7 +38,7 @@ use crate::integrator::observer::Unobserved;
 use crate::planted::planted;
 use crate::sampler::{Batches, hash};
 use crate::scene::Scene;
-use adaptive::{Deal, Dealer};
+use adaptive::{SampleAllocation, SampleAllocator};
 use budget::{PassPlanner, Picture};
 use convergence::{Look, PowerLaw, stated};
 pub use dispatch::{check, kernel};
@@ -52,8 +52,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 pub use threads::Threads;
-use tile::{Asked, TileJob};
 pub use tile::{NonFiniteSample, Rejected};
+use tile::{SampleRange, TileJob};
 
 /// A render as far as it has come.
 #[derive(Debug, Clone)]
@@ -157,7 +157,7 @@ pub fn render(
     observer: &dyn RenderObserver,
 ) -> Result<Rendered> {
     settings.validate(size)?;
-    let view = View {
+    let view = RenderInput {
         scene,
         filter,
         size,
@@ -178,7 +178,7 @@ pub fn render(
 
 /// What is rendered.
 #[derive(Debug, Clone, Copy)]
-pub struct View<'a> {
+pub struct RenderInput<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The reconstruction filter.
@@ -195,7 +195,7 @@ pub struct View<'a> {
 /// As [`render`]; and an adaptive render that has begun, whose pilot is forgotten. What
 /// was rendered stays.
 pub fn resume(
-    view: &View<'_>,
+    view: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
     until: Budget,
@@ -272,10 +272,11 @@ impl Run<'_> {
         let settings = self.settings;
         if rendered.cache.is_none() {
             let go_on = |share, records| {
-                self.observer.overture(share, records);
+                self.observer.cache_prepass(share, records);
                 !self.is_cancelled()
             };
-            let (cache, rays) = overture::overture(self.scene, self.filter, settings, &go_on);
+            let (cache, rays) =
+                cache_prepass::cache_prepass(self.scene, self.filter, settings, &go_on);
             rendered.rays += rays;
             // One that was interrupted would make another picture.
             rendered.cache = cache.filter(|_| !self.is_cancelled());
@@ -297,13 +298,13 @@ impl Run<'_> {
         let looks = std::mem::take(&mut rendered.looks);
         let mut planner =
             PassPlanner::new(budget, step, picture).going_on_from(rendered.spp, looks);
-        let mut dealer = Dealer::new(settings);
+        let mut allocator = SampleAllocator::new(settings);
         let mut shown = Shown::default();
         let (mut last_look, mut pause) = (self.start, TIME_BETWEEN_LOOKS);
         let mut is_reached = false;
         while let Some(samples) = planner.next_pass(self.start.elapsed()) {
-            let deal = dealer.deal(film, planner.spp(), planner.spp() + samples);
-            if deal == Deal::Nothing {
+            let deal = allocator.deal(film, planner.spp(), planner.spp() + samples);
+            if deal == SampleAllocation::Nothing {
                 is_reached = true;
                 break;
             }
@@ -321,7 +322,7 @@ impl Run<'_> {
                 let confidence = target.map_or(CONFIDENCE, |target| target.confidence);
                 let estimate = film.error(confidence);
                 if is_due {
-                    planner.looked(estimate, dealer.allocation());
+                    planner.looked(estimate, allocator.allocation());
                 }
                 let elapsed = self.start.elapsed();
                 let pilots = shown.predicted.filter(|predicted| !predicted.is_rough);
@@ -331,7 +332,7 @@ impl Run<'_> {
                 pause = TIME_BETWEEN_LOOKS.max(SHARE_OF_LOOKS * begun.elapsed());
             }
             let used = planner.fraction(planner.spp() as f64, self.start.elapsed());
-            dealer.pass_done(film, planner.spp(), used);
+            allocator.pass_done(film, planner.spp(), used);
         }
         let totals = self
             .totals
@@ -355,7 +356,7 @@ impl Run<'_> {
         &self,
         film: &mut Film,
         cache: Option<&IrradianceCache>,
-        deal: Deal,
+        deal: SampleAllocation,
         samples: u64,
         planner: &PassPlanner,
         shown: Shown,
@@ -367,35 +368,35 @@ impl Run<'_> {
         // A tile may have more samples than others, where a render goes on that was interrupted.
         let same = |tile: &Tile| {
             let first: u64 = planted!("passes-repeat-samples", 0, tile.samples);
-            Asked::Same(first.min(end)..end)
+            SampleRange::Same(first.min(end)..end)
         };
-        let asked: Vec<Asked> = match deal {
-            Deal::UpTo(counts) => film
+        let sample_range: Vec<SampleRange> = match deal {
+            SampleAllocation::UpTo(counts) => film
                 .per_tile(&counts)
                 .into_iter()
-                .map(Asked::Each)
+                .map(SampleRange::Each)
                 .collect(),
             _ => film.tiles().iter().map(same).collect(),
         };
         let sampler = dispatch::sampler(self.settings, Batches::new(BATCHES));
         let (tiles, splats) = film.tiles_and_splats();
-        let mut jobs: Vec<(&mut Tile, Asked)> = tiles.iter_mut().zip(asked).collect();
+        let mut jobs: Vec<(&mut Tile, SampleRange)> = tiles.iter_mut().zip(sample_range).collect();
         // The longest first, so that all threads are done at about the same time. Equal ones stay in their order.
-        jobs.sort_by_key(|(tile, asked)| Reverse(asked.sample_count(tile)));
+        jobs.sort_by_key(|(tile, sample_range)| Reverse(sample_range.sample_count(tile)));
         jobs.into_par_iter()
             .with_max_len(1)
-            .for_each(|(tile, asked)| {
+            .for_each(|(tile, sample_range)| {
                 if self.is_cancelled() {
                     return;
                 }
                 let scene = self.scene;
-                let new_samples = asked.sample_count(tile);
+                let new_samples = sample_range.sample_count(tile);
                 let job = TileJob {
                     scene,
                     filter: self.filter,
                     tile,
                     splats,
-                    asked,
+                    sample_range,
                     sampler: sampler.clone(),
                     observer: &mut Unobserved,
                 };
@@ -412,7 +413,7 @@ impl Run<'_> {
         };
         let (settings, filter) = (self.settings, self.filter);
         let area = metropolis::film_area(settings.window, filter);
-        let stage = metropolis::Stage {
+        let context = metropolis::ChainContext {
             scene: self.scene,
             filter,
             kernel: dispatch::kernel(self.scene, settings),
@@ -426,7 +427,7 @@ impl Run<'_> {
         let seed = hash::combine(settings.seed, splats.path_count());
         let walked = |steps| self.report(planner, steps, shown);
         metropolis::batches().for_each(|batch| {
-            let outcome = stage.batch(batch, seed, steps, &walked);
+            let outcome = context.batch(batch, seed, steps, &walked);
             self.take_in(outcome.rays, outcome.rejected);
         });
         if !self.is_cancelled() {

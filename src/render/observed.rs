@@ -6,7 +6,7 @@
 
 use super::dispatch;
 use super::settings::RenderSettings;
-use super::tile::{Asked, TileJob};
+use super::tile::{SampleRange, TileJob};
 use crate::film::Tile;
 use crate::film::batches::BATCHES;
 use crate::film::filter::Filter;
@@ -17,7 +17,7 @@ use crate::scene::Scene;
 use std::ops::Range;
 
 /// Adds the samples of `range` to every pixel of a tile, in the order of a render, and tells `observer` of their paths. `cache` is that of
-/// [`overture`](super::overture::overture), if there is one.
+/// [`cache_prepass`](super::overture::overture), if there is one.
 pub fn observe_tile(
     scene: &Scene,
     filter: &Filter,
@@ -32,7 +32,7 @@ pub fn observe_tile(
         filter,
         tile,
         splats: None,
-        asked: Asked::Same(range),
+        sample_range: SampleRange::Same(range),
         sampler: dispatch::sampler(settings, Batches::new(BATCHES)),
         observer,
     };

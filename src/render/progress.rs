@@ -58,7 +58,7 @@ impl Predicted {
 /// Is told how a render goes on, from any of its threads, and can end it.
 pub trait RenderObserver: Sync {
     /// Before the first sample, while an irradiance cache is filled: the share of that which is done, and its records.
-    fn overture(&self, _share: f64, _records: usize) {}
+    fn cache_prepass(&self, _share: f64, _records: usize) {}
     /// After every tile.
     fn progress(&self, _progress: &Progress) {}
     /// After every pass, with the picture so far; no thread renders meanwhile.

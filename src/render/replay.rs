@@ -4,9 +4,9 @@
 //! Range: any pixel and sample; the value is bit for bit that of the render with the same settings.
 //! Source: pbrt's way of tracking a bad sample down. Tested in `cli/tests/command/render.rs`.
 
+use super::cache_prepass::cache_prepass;
 use super::dispatch;
 use super::observed::observe_tile;
-use super::overture::overture;
 use super::settings::RenderSettings;
 use crate::bsdf::types::Lobe;
 use crate::error::Result;
@@ -96,7 +96,7 @@ pub fn replay(
     sample: u64,
 ) -> Result<Replay> {
     dispatch::check(scene, settings)?;
-    let (cache, _) = overture(scene, filter, settings, &|_, _| true);
+    let (cache, _) = cache_prepass(scene, filter, settings, &|_, _| true);
     let [x, y] = pixel;
     let window = Window {
         x,
@@ -157,7 +157,7 @@ impl PathObserver for Recorder<'_> {
         });
     }
 
-    fn known(&mut self, contribution: Rgb) {
+    fn cached_indirect(&mut self, contribution: Rgb) {
         self.events.push(PathEvent::Known { contribution });
     }
 

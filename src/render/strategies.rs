@@ -11,7 +11,7 @@
 use super::camera_rays::{CameraRays, Pixel, blocks};
 use super::dispatch;
 use super::settings::RenderSettings;
-use super::{Threads, View};
+use super::{RenderInput, Threads};
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
 use crate::error::{Error, Result};
@@ -69,7 +69,7 @@ pub fn check(settings: &RenderSettings) -> Result<u64> {
 /// # Errors
 /// As [`check`].
 pub fn strategies(
-    view: &View<'_>,
+    view: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
 ) -> Result<Vec<StrategyPictures>> {
@@ -116,7 +116,7 @@ pub fn strategies(
 
 /// What is gathered.
 struct Pictures<'a> {
-    view: View<'a>,
+    view: RenderInput<'a>,
     window: Window,
     spp: u64,
     /// Of each strategy, unweighted and weighted.
@@ -136,7 +136,7 @@ impl KernelJob for Job<'_> {
 
     fn run<E: Effects>(self) {
         let Pictures { view, window, .. } = *self.pictures;
-        let View { scene, filter, .. } = view;
+        let RenderInput { scene, filter, .. } = view;
         let reaches = |film| Splats::covers(window, filter, film);
         let mut camera_rays = CameraRays::new();
         for position in self.window.pixels() {

@@ -11,7 +11,7 @@ use crate::film::Tile;
 use crate::film::filter::Filter;
 use crate::film::splats::{SplatList, Splats};
 use crate::integrator::observer::PathObserver;
-use crate::integrator::waiting::AT_ONCE;
+use crate::integrator::path::queues::WAVEFRONT_SIZE;
 use crate::integrator::{Integrator, RayCounts};
 use crate::sampler::AnySampler;
 use crate::scene::Scene;
@@ -54,14 +54,14 @@ pub struct Outcome {
 
 /// Which samples of a tile's pixels are asked for.
 #[derive(Debug, Clone)]
-pub enum Asked {
+pub enum SampleRange {
     /// The same of every pixel.
     Same(Range<u64>),
     /// Of each pixel those from its count so far up to this.
     Each(Vec<u64>),
 }
 
-impl Asked {
+impl SampleRange {
     /// How many they are for all pixels of a tile together.
     pub fn sample_count(&self, tile: &Tile) -> u64 {
         match self {
@@ -78,7 +78,7 @@ pub struct TileJob<'a, O: ?Sized> {
     pub tile: &'a mut Tile,
     /// Where light for other pixels goes.
     pub splats: Option<&'a Splats>,
-    pub asked: Asked,
+    pub sample_range: SampleRange,
     pub sampler: AnySampler,
     pub observer: &'a mut O,
 }
@@ -92,12 +92,12 @@ impl<O: PathObserver + ?Sized> Dispatched for TileJob<'_, O> {
             filter,
             tile,
             splats,
-            asked,
+            sample_range,
             sampler,
             observer,
         } = self;
         let reaches = |film| splats.is_some_and(|splats| splats.reaches(filter, film));
-        let mut front = Front {
+        let mut wavefront = Wavefront {
             scene,
             filter,
             integrator,
@@ -116,9 +116,9 @@ impl<O: PathObserver + ?Sized> Dispatched for TileJob<'_, O> {
                 filter,
                 position,
             };
-            let range = match &asked {
-                Asked::Same(range) => range.clone(),
-                Asked::Each(ends) => tile.count(pixel)..ends[pixel],
+            let range = match &sample_range {
+                SampleRange::Same(range) => range.clone(),
+                SampleRange::Each(ends) => tile.count(pixel)..ends[pixel],
             };
             for block in blocks(range) {
                 let index = |index| Index {
@@ -126,29 +126,29 @@ impl<O: PathObserver + ?Sized> Dispatched for TileJob<'_, O> {
                     position,
                     index,
                 };
-                front.samples.extend(block.clone().map(index));
-                front
+                wavefront.samples.extend(block.clone().map(index));
+                wavefront
                     .camera_rays
                     .add::<E, O>(&at, &sampler, block, observer);
-                if front.samples.len() >= AT_ONCE {
-                    front.advance::<E, O>(tile, observer);
+                if wavefront.samples.len() >= WAVEFRONT_SIZE {
+                    wavefront.advance::<E, O>(tile, observer);
                 }
             }
         }
-        front.advance::<E, O>(tile, observer);
-        if let (Some(splats), Asked::Same(range)) = (splats, &asked) {
+        wavefront.advance::<E, O>(tile, observer);
+        if let (Some(splats), SampleRange::Same(range)) = (splats, &sample_range) {
             for sample in range.clone() {
                 splats.add_paths(sample, tile.window.pixel_count());
             }
         }
-        match asked {
-            Asked::Same(range) => tile.samples += range.end - range.start,
-            Asked::Each(ends) => {
+        match sample_range {
+            SampleRange::Same(range) => tile.samples += range.end - range.start,
+            SampleRange::Each(ends) => {
                 tile.samples = ends.iter().copied().min().unwrap_or(tile.samples);
                 tile.counts = Some(ends);
             }
         }
-        front.outcome
+        wavefront.outcome
     }
 }
 
@@ -162,7 +162,7 @@ struct Index {
 }
 
 /// Samples that are under way together.
-struct Front<'a, I> {
+struct Wavefront<'a, I> {
     scene: &'a Scene,
     filter: &'a Filter,
     integrator: I,
@@ -175,7 +175,7 @@ struct Front<'a, I> {
     outcome: Outcome,
 }
 
-impl<I: Integrator> Front<'_, I> {
+impl<I: Integrator> Wavefront<'_, I> {
     /// Brings all samples to the film.
     fn advance<E: Effects, O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, observer: &mut O) {
         self.camera_rays.trace(self.scene);

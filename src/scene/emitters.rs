@@ -24,7 +24,7 @@ use std::sync::Arc;
 
 /// Where a shape that may emit stands.
 #[derive(Debug, Clone, Copy)]
-pub enum Standing<'a> {
+pub enum InstanceTransform<'a> {
     /// In the world itself.
     World,
     /// In a group that stands still: group to world, both in normalised units.
@@ -73,7 +73,7 @@ impl Emitters {
     }
 
     /// Adds what a shape emits, and returns its index among the emitters.
-    pub fn add_shape(&mut self, added: &Added<'_>, standing: Standing<'_>) -> Option<u32> {
+    pub fn add_shape(&mut self, added: &Added<'_>, standing: InstanceTransform<'_>) -> Option<u32> {
         let Added {
             number,
             description,
@@ -109,7 +109,7 @@ impl Emitters {
             }
             (None, _) => sampled = false,
         }
-        if varies || !matches!(standing, Standing::World) {
+        if varies || !matches!(standing, InstanceTransform::World) {
             let per_primitive = self.primitives.len() as u32 - first;
             for primitive in 0..per_primitive {
                 let id = PrimitiveId {
@@ -136,12 +136,12 @@ impl Emitters {
         emission: Emission,
         texture: Option<&Texture>,
         varies: bool,
-        standing: Standing<'_>,
+        standing: InstanceTransform<'_>,
     ) -> bool {
         let steps: &[DAffine3] = match &standing {
-            Standing::World => &[DAffine3::IDENTITY],
-            Standing::Still(still) => std::slice::from_ref(*still),
-            Standing::Moving(steps) => steps,
+            InstanceTransform::World => &[DAffine3::IDENTITY],
+            InstanceTransform::Still(still) => std::slice::from_ref(*still),
+            InstanceTransform::Moving(steps) => steps,
         };
         // A mirrored triangle keeps its outside: its corners change their order, and so would texture coordinates.
         let mirrored = steps[0].matrix3.determinant() < 0.0;
@@ -174,18 +174,18 @@ fn whole_light(
     geometry: &Geometry,
     rectangle: Option<[Vec3; 3]>,
     emission: Emission,
-    standing: Standing<'_>,
+    standing: InstanceTransform<'_>,
 ) -> Option<Light> {
     let (transform, scale) = match standing {
-        Standing::World => (DAffine3::IDENTITY, 1.0),
-        Standing::Still(transform) => (*transform, even_scale(transform, ROUNDED)?),
-        Standing::Moving(_) => return None,
+        InstanceTransform::World => (DAffine3::IDENTITY, 1.0),
+        InstanceTransform::Still(transform) => (*transform, even_scale(transform, ROUNDED)?),
+        InstanceTransform::Moving(_) => return None,
     };
     let point = |p: Vec3| transform.transform_point3(p.as_dvec3()).as_vec3a();
     let length = |x: f32| (f64::from(x) * scale) as f32;
     match geometry {
         Geometry::Mesh(_) => match (rectangle, standing) {
-            (Some([corner, u, v]), Standing::World) => {
+            (Some([corner, u, v]), InstanceTransform::World) => {
                 let light = RectangleLight::new(corner, [u, v], emission);
                 Some(Light::Rectangle(light))
             }

@@ -64,11 +64,11 @@ pub fn of_scene(description: &SceneDescription, layout: &Layout) -> u64 {
     let placements = layout.placements.iter().map(|placement| {
         let group = &groups[placement.group];
         let steps = placement.steps.len() as u64;
-        let lit = group.lights.saturating_mul(LIGHT + MOVING_LIGHT * steps);
-        (PLACEMENT + STEP * steps + PLACED_SHAPE * group.shapes).saturating_add(lit)
+        let scene_lights = group.lights.saturating_mul(LIGHT + MOVING_LIGHT * steps);
+        (PLACEMENT + STEP * steps + PLACED_SHAPE * group.shapes).saturating_add(scene_lights)
     });
-    let lit = world.lights.saturating_mul(LIGHT);
-    let made = [world.made, lit, of_panoramas(description)];
+    let scene_lights = world.lights.saturating_mul(LIGHT);
+    let made = [world.made, scene_lights, of_panoramas(description)];
     let groups = groups.iter().map(|group| group.made);
     let parts = made.into_iter().chain(groups).chain(placements);
     parts.fold(0, u64::saturating_add)

@@ -8,7 +8,7 @@
 use crate::accel::{Hit, PrimitiveId};
 use crate::effects::{Effects, Slot, State, Switch};
 use crate::geometry::surface::SurfacePoint;
-use crate::light::types::LightEnd;
+use crate::light::types::ShadowRayEnd;
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::math::robust::{gamma, offset_point};
@@ -121,10 +121,10 @@ impl<E: Effects> Interaction<E> {
 
     /// The ray in direction `w` up to the end of a light sample, open at both ends.
     #[inline]
-    pub fn ray_to(&self, end: &LightEnd, w: Vec3, goes_through: bool) -> Ray {
+    pub fn ray_to(&self, end: &ShadowRayEnd, w: Vec3, goes_through: bool) -> Ray {
         let from = offset_point(self.p, self.error, self.exit_normal(goes_through));
         match end {
-            LightEnd::Surface(other, _) => {
+            ShadowRayEnd::Surface(other, _) => {
                 // A ray's rounding grows with its length: at its end it adds to that of the surface.
                 let length = planted!("long-rays-exact", Vec3::ZERO, (other.p - self.p).abs());
                 let error = other.error + gamma(8) * length;
@@ -135,8 +135,8 @@ impl<E: Effects> Interaction<E> {
                 };
                 Ray::between(from, offset_point(other.p, error, facing))
             }
-            LightEnd::Point(point) => Ray::to_point(from, *point),
-            LightEnd::Infinity => Ray::new(from, w),
+            ShadowRayEnd::Point(point) => Ray::to_point(from, *point),
+            ShadowRayEnd::Infinity => Ray::new(from, w),
         }
     }
 }

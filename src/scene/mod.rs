@@ -1,5 +1,6 @@
 //! Scenes: as written ([`description::SceneDescription`]), and ready to be rendered ([`Scene`]).
 
+mod build_geometry;
 pub mod check;
 mod compose;
 pub mod description;
@@ -9,7 +10,6 @@ mod extent;
 pub mod footprint;
 pub mod interaction;
 pub mod keyframes;
-mod lit;
 pub mod load;
 pub mod material;
 pub mod normal_map;
@@ -17,10 +17,10 @@ pub mod normalisation;
 mod placed;
 pub mod placement;
 pub mod prepare;
-mod traced;
+mod scene_lights;
 
 use crate::accel::packet::RayPacket;
-use crate::accel::{Accel, Departure, Hit, PrimitiveId};
+use crate::accel::{Accel, ExcludedPrimitive, Hit, PrimitiveId};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::effects::{EffectSet, Effects, Slot, State, Switch};
@@ -28,7 +28,8 @@ use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
 use crate::light::select::Lights;
 use crate::light::types::{
-    BoundingSphere, Emission, EmissionSample, LightEnd, LightQuestion, LightSample, PointRule,
+    BoundingSphere, Emission, EmissionSample, LightSample, LightSampleContext, PointRule,
+    ShadowRayEnd,
 };
 use crate::math::lanes::LANES;
 use crate::math::measure::{PdfSolidAngle, Pmf};
@@ -73,12 +74,12 @@ pub struct Scene {
     /// For each light of which its place is not all, the primitive that it is: those that vary over their surface, by a
     /// texture or by being partly there, and those of instances. Empty if there are none.
     light_primitives: Vec<Option<PrimitiveId>>,
-    kept: Kept,
+    kept: PreparedCache,
 }
 
 /// What a scene keeps of its making, for changes that leave its shapes as they are.
 #[derive(Debug, Clone)]
-struct Kept {
+struct PreparedCache {
     /// Half the diagonal of the box around everything, in normalised units.
     radius: f64,
     /// What all objects but the camera call for.
@@ -139,20 +140,20 @@ impl Scene {
         &self,
         ray: &Ray,
         time: f32,
-        departure: Option<Departure>,
+        departure: Option<ExcludedPrimitive>,
         u_alpha: f32,
     ) -> Option<Interaction<E>> {
         let found = self.accel.intersect(ray, time, departure);
-        self.meet(ray, time, departure, u_alpha, found)
+        self.surface_interaction(ray, time, departure, u_alpha, found)
     }
 
     /// The same, given the closest hit on the ray.
     #[inline]
-    pub fn meet<E: Effects>(
+    pub fn surface_interaction<E: Effects>(
         &self,
         ray: &Ray,
         time: f32,
-        departure: Option<Departure>,
+        departure: Option<ExcludedPrimitive>,
         u_alpha: f32,
         found: Option<Hit>,
     ) -> Option<Interaction<E>> {
@@ -334,7 +335,7 @@ impl Scene {
     #[inline]
     pub fn sample_lights<E: Effects>(
         &self,
-        questions: &[LightQuestion],
+        questions: &[LightSampleContext],
         points: PointRule,
         samples: &mut Vec<Option<LightSample>>,
     ) {
@@ -374,12 +375,12 @@ impl Scene {
         light: u32,
         time: f32,
         radiance: &mut Rgb,
-        end: &mut LightEnd,
+        end: &mut ShadowRayEnd,
     ) {
         if (E::Textures::ON || E::Alpha::ON || E::Instances::ON)
             && !self.light_primitives.is_empty()
             && let Some(id) = self.light_primitives[light as usize]
-            && let LightEnd::Surface(point, barycentric) = end
+            && let ShadowRayEnd::Surface(point, barycentric) = end
         {
             if let Some(error) = self.world.error_at::<E>(id, time, point.p) {
                 point.error = error;
@@ -410,7 +411,7 @@ impl Scene {
         time: f32,
         w: Vec3,
         goes_through: bool,
-    ) -> (Ray, Departure) {
+    ) -> (Ray, ExcludedPrimitive) {
         let normal = at.exit_normal(goes_through);
         let free_distance = self
             .world
@@ -418,7 +419,7 @@ impl Scene {
         let origin = offset_point(at.p, at.error, normal);
         (
             Ray::new(origin, w),
-            Departure {
+            ExcludedPrimitive {
                 id: at.id,
                 free_distance,
             },

@@ -158,7 +158,7 @@ impl Placed {
     }
 
     /// The shape in normalised units.
-    pub fn traced(&self, normalisation: &Normalisation) -> Traced {
+    pub fn build_geometry(&self, normalisation: &Normalisation) -> Traced {
         let (mut dropped, mut rectangle) = (0, None);
         let geometry = match self {
             Self::Mesh(placed) | Self::Rectangle(placed, _) => {

@@ -8,18 +8,18 @@
 //! farther away than 2^48 times the scene's unit.
 //! Source: docs/architecture.md. Tested below.
 
+use super::build_geometry::{build_geometry, instances};
 use super::description::{CameraDescription, SceneDescription};
 use super::effects;
 use super::extent::{boxes, frame_of, scene_radius, sphere_around};
 use super::footprint;
 use super::keyframes;
-use super::lit::Lit;
 use super::material::Material;
 use super::normalisation::Normalisation;
 use super::placed::Placed;
 use super::placement::{layout, stands_alone};
-use super::traced::{instances, traced};
-use super::{Kept, Scene};
+use super::scene_lights::SceneLights;
+use super::{PreparedCache, Scene};
 use crate::accel::{Accel, AccelOptions};
 use crate::camera::{Camera, CameraParameters};
 use crate::effects::Effect;
@@ -68,8 +68,8 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     let materials: Vec<Material> = materials
         .map(|material| Material::new(material).packed(&mut packed))
         .collect();
-    let (roots, still) = traced(&layout.shapes, &roots, description, &normalisation)?;
-    let mut kept = Kept {
+    let (roots, still) = build_geometry(&layout.shapes, &roots, description, &normalisation)?;
+    let mut kept = PreparedCache {
         radius,
         objects: effects::of_objects(description, &layout),
         still,
@@ -79,7 +79,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     let mut members = Vec::with_capacity(groups.len());
     let placed = groups.iter().zip(&kept.frames);
     for (shapes, (group, frame)) in layout.groups.iter().zip(placed) {
-        let (geometries, forms) = traced(shapes, group, description, frame)?;
+        let (geometries, forms) = build_geometry(shapes, group, description, frame)?;
         members.push(geometries);
         kept.groups.push(forms);
     }
@@ -88,14 +88,14 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     let building = Instant::now();
     let accel = Arc::new(Accel::build(Arc::clone(&world), options)?);
     let build_time = building.elapsed();
-    let lit = Lit::new(
+    let scene_lights = SceneLights::new(
         description,
         &layout,
         &materials,
         (&normalisation, &kept),
         &world,
     );
-    let notes = lit.notes(&kept);
+    let notes = scene_lights.notes(&kept);
     let scene = Scene {
         around: sphere_around(&world),
         camera: camera(&description.camera, description.film.size, &normalisation),
@@ -103,12 +103,12 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         normalisation,
         world,
         accel,
-        effects: lit.effects(&description.camera, &kept),
-        shapes: lit.shapes,
+        effects: scene_lights.effects(&description.camera, &kept),
+        shapes: scene_lights.shapes,
         materials,
-        lights: lit.lights,
-        emitters: lit.emitters,
-        light_primitives: lit.light_primitives,
+        lights: scene_lights.lights,
+        emitters: scene_lights.emitters,
+        light_primitives: scene_lights.light_primitives,
         kept,
     };
     Ok(Prepared {
@@ -147,13 +147,13 @@ impl Scene {
         let accel = Arc::new(self.accel.with_instances_of(Arc::clone(&world))?);
         let frame = (&self.normalisation, kept);
         let lamps_in = planted!("lamps-stay-behind", &self.world, &world);
-        let lit = Lit::new(description, &layout, &self.materials, frame, lamps_in);
-        let notes = lit.notes(kept);
-        self.effects = lit.effects(&description.camera, kept);
+        let scene_lights = SceneLights::new(description, &layout, &self.materials, frame, lamps_in);
+        let notes = scene_lights.notes(kept);
+        self.effects = scene_lights.effects(&description.camera, kept);
         self.around = sphere_around(&world);
         (self.world, self.accel) = (world, accel);
-        (self.shapes, self.emitters) = (lit.shapes, lit.emitters);
-        (self.lights, self.light_primitives) = (lit.lights, lit.light_primitives);
+        (self.shapes, self.emitters) = (scene_lights.shapes, scene_lights.emitters);
+        (self.lights, self.light_primitives) = (scene_lights.lights, scene_lights.light_primitives);
         Ok(notes)
     }
 }
@@ -396,7 +396,7 @@ mod tests {
 
     #[test]
     fn points_light_scenes_of_any_size_alike() {
-        let lit = |scale: f64| {
+        let scene_lights = |scale: f64| {
             let unit_box = GeometryDescription::Box {
                 min: -DVec3::ONE,
                 max: DVec3::ONE,
@@ -418,7 +418,11 @@ mod tests {
             sample.expect("it is lit").radiance
         };
         for exponent in [-70, -40, 0, 40, 60] {
-            assert_eq!(lit(2.0_f64.powi(exponent)), Rgb::WHITE, "{exponent}");
+            assert_eq!(
+                scene_lights(2.0_f64.powi(exponent)),
+                Rgb::WHITE,
+                "{exponent}"
+            );
         }
     }
 

@@ -8,10 +8,10 @@
 
 use crate::error::{Error, Result};
 use crate::image::{Image, Layer};
+use crate::render::cache_prepass::cover;
 use crate::render::first_hit::{FirstHit, first_hits};
-use crate::render::overture::cover;
 use crate::render::settings::RenderSettings;
-use crate::render::{Rendered, View};
+use crate::render::{RenderInput, Rendered};
 
 /// Samples that the first hits are averaged over: they have little noise, and are traced beside the picture. Of a long
 /// render they take a few hundredths of the time, and of a short one enough to guide the noise filter.
@@ -24,7 +24,7 @@ fn samples_of_first_hits(spp: u64) -> u64 {
 /// # Errors
 /// A usage error for a render that was not asked for layers.
 pub fn layers(
-    view: &View<'_>,
+    view: &RenderInput<'_>,
     settings: &RenderSettings,
     rendered: &Rendered,
 ) -> Result<Vec<Layer>> {

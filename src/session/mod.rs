@@ -53,9 +53,9 @@ use crate::film::filter::Filter;
 use crate::math::vec::DAffine3;
 use crate::planted::planted;
 use crate::render::auto::{Recommendation, recommend};
+use crate::render::options::RenderOptions;
 use crate::render::settings::available_threads;
-use crate::render::wishes::Wishes;
-use crate::render::{RenderObserver, Threads, Unwatched, View};
+use crate::render::{RenderInput, RenderObserver, Threads, Unwatched};
 use crate::scene::description::{CameraDescription, FilmDescription, SceneDescription};
 use crate::scene::prepare::{Prepared, prepare};
 use crate::scene::{Scene, check, load};
@@ -188,8 +188,8 @@ impl Session {
     ///
     /// # Errors
     /// Wishes that are out of their range, and a picture that there is no memory for.
-    pub fn start(&self, wishes: &Wishes) -> Result<Rendering> {
-        self.start_watched(wishes, &Unwatched)
+    pub fn start(&self, options: &RenderOptions) -> Result<Rendering> {
+        self.start_watched(options, &Unwatched)
     }
 
     /// The same, where `observer` may end the pilot by which `auto` is settled; then it stands for `path`.
@@ -198,10 +198,10 @@ impl Session {
     /// As [`Self::start`].
     pub fn start_watched(
         &self,
-        wishes: &Wishes,
+        options: &RenderOptions,
         observer: &dyn RenderObserver,
     ) -> Result<Rendering> {
-        Rendering::new(self, wishes, observer)
+        Rendering::new(self, options, observer)
     }
 
     /// The integrator that suits the scene, whichever is wished for: what `auto` stands for.
@@ -210,10 +210,10 @@ impl Session {
     /// As [`Self::start`].
     pub fn recommend(
         &self,
-        wishes: &Wishes,
+        options: &RenderOptions,
         observer: &dyn RenderObserver,
     ) -> Result<Recommendation> {
-        let mut settings = wishes.settings(&self.description)?;
+        let mut settings = options.settings(&self.description)?;
         settings.threads = self.threads.count();
         recommend(&self.view(), &self.threads, &settings, observer)
     }
@@ -222,8 +222,12 @@ impl Session {
     ///
     /// # Errors
     /// As [`Self::start`], and a kernel that lacks an effect of the scene.
-    pub fn render(&self, wishes: &Wishes, observer: &dyn RenderObserver) -> Result<Rendering> {
-        let mut rendering = self.start_watched(wishes, observer)?;
+    pub fn render(
+        &self,
+        options: &RenderOptions,
+        observer: &dyn RenderObserver,
+    ) -> Result<Rendering> {
+        let mut rendering = self.start_watched(options, observer)?;
         let until = rendering.settings().budget;
         rendering.go_on(self, until, observer)?;
         Ok(rendering)
@@ -318,8 +322,8 @@ impl Session {
         self.state = planted!("changes-unnoticed", self.state, State::next());
     }
 
-    fn view(&self) -> View<'_> {
-        View {
+    fn view(&self) -> RenderInput<'_> {
+        RenderInput {
             scene: &self.scene,
             filter: &self.filter,
             size: self.description.film.size,

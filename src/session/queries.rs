@@ -15,7 +15,7 @@ use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
 use crate::planted::planted;
 use crate::render::along_ray::{AlongRay, along_rays};
 use crate::render::check;
-use crate::render::wishes::Wishes;
+use crate::render::options::RenderOptions;
 
 /// What a surface has to have left to count, and light to pass.
 const HALF: f32 = 0.5;
@@ -105,12 +105,17 @@ impl Session {
     ///
     /// # Errors
     /// A ray, wishes or samples out of their range.
-    pub fn radiance(&self, wishes: &Wishes, rays: &[QueryRay], spp: u64) -> Result<Vec<AlongRay>> {
-        let wishes = Wishes {
+    pub fn radiance(
+        &self,
+        options: &RenderOptions,
+        rays: &[QueryRay],
+        spp: u64,
+    ) -> Result<Vec<AlongRay>> {
+        let options = RenderOptions {
             spp: Some(spp),
-            ..wishes.clone()
+            ..options.clone()
         };
-        let settings = wishes.settings(&self.description)?;
+        let settings = options.settings(&self.description)?;
         check(&self.scene, &settings)?;
         if settings.integrator.splats() {
             return Err(Error::usage(format!(

@@ -13,9 +13,9 @@ use crate::film::{ErrorEstimate, Film};
 use crate::image::{Image, LayeredImage};
 use crate::memory;
 use crate::render::auto::{Recommendation, settle};
+use crate::render::options::RenderOptions;
 use crate::render::settings::Adaptive;
 use crate::render::settings::{Budget, RenderSettings};
-use crate::render::wishes::Wishes;
 use crate::render::{RenderObserver, Rendered, check, resume};
 
 /// A render as far as it has come.
@@ -30,10 +30,10 @@ pub struct Rendering {
 impl Rendering {
     pub(super) fn new(
         session: &Session,
-        wishes: &Wishes,
+        options: &RenderOptions,
         observer: &dyn RenderObserver,
     ) -> Result<Self> {
-        let mut wished = wishes.settings(&session.description)?;
+        let mut wished = options.settings(&session.description)?;
         wished.threads = session.threads.count();
         let view = session.view();
         let (settings, recommendation) = settle(&view, &session.threads, &wished, observer)?;

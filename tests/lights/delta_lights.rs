@@ -8,7 +8,7 @@ use etendue::internals::integrator::Roulette;
 use etendue::internals::light::distant::DistantLight;
 use etendue::internals::light::point::PointLight;
 use etendue::internals::light::spot::SpotLight;
-use etendue::internals::light::types::LightEnd;
+use etendue::internals::light::types::ShadowRayEnd;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DVec3, Vec3};
 use etendue::internals::scene::description::{
@@ -27,7 +27,7 @@ fn a_point_lights_by_the_inverse_square_of_its_distance() {
         (s.wi, s.radiance, s.pdf),
         (Vec3::Y, Rgb::new(2.0, 1.0, 0.0), None)
     );
-    assert!(matches!(s.end, LightEnd::Point(p) if p == position));
+    assert!(matches!(s.end, ShadowRayEnd::Point(p) if p == position));
     // Squares of these distances leave single precision; neither the direction nor the result is wrong.
     let far = light.sample(position + 1e25 * Vec3::X).expect("far off");
     assert_eq!((far.wi, far.radiance), (Vec3::NEG_X, Rgb::BLACK));
@@ -107,7 +107,7 @@ fn a_distant_light_is_the_same_everywhere() {
     let light = DistantLight::new(Vec3::NEG_Y, Rgb::grey(3.0));
     let s = light.sample();
     assert_eq!((s.wi, s.radiance, s.pdf), (Vec3::Y, Rgb::grey(3.0), None));
-    assert!(matches!(s.end, LightEnd::Infinity));
+    assert!(matches!(s.end, ShadowRayEnd::Infinity));
     assert!((light.power(2.0) - 12.0 * PI).abs() < 1e-5);
 }
 

@@ -19,7 +19,7 @@ use etendue::internals::light::rectangle::RectangleLight;
 use etendue::internals::light::sphere::SphereLight;
 use etendue::internals::light::spot::SpotLight;
 use etendue::internals::light::triangle::TriangleLight;
-use etendue::internals::light::types::{BoundingSphere, Emission, EmissionSample, LightEnd};
+use etendue::internals::light::types::{BoundingSphere, Emission, EmissionSample, ShadowRayEnd};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::math::vec::{DMat3, Vec2, Vec3};
@@ -93,16 +93,16 @@ fn sampled(light: &Light, rng: &mut TestRng) -> Option<EmissionSample> {
 /// The normal at the end of a ray; none of what has no surface.
 fn normal_of(sample: &EmissionSample) -> Vec3 {
     match &sample.end {
-        LightEnd::Surface(point, _) => point.ng,
-        LightEnd::Point(_) | LightEnd::Infinity => Vec3::ZERO,
+        ShadowRayEnd::Surface(point, _) => point.ng,
+        ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => Vec3::ZERO,
     }
 }
 
 /// What a ray carries: radiance, the cosine, and one over the densities.
 fn power_of(sample: &EmissionSample) -> f64 {
     let cos = match &sample.end {
-        LightEnd::Surface(point, _) => point.ng.dot(sample.direction).abs(),
-        LightEnd::Point(_) | LightEnd::Infinity => 1.0,
+        ShadowRayEnd::Surface(point, _) => point.ng.dot(sample.direction).abs(),
+        ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => 1.0,
     };
     let position = sample.pdf.position.map_or(1.0, |pdf| pdf.0);
     let direction = sample.pdf.direction.map_or(1.0, |pdf| pdf.0);
@@ -158,7 +158,7 @@ fn directions_have_the_density_that_is_claimed() {
 fn shares(name: &str, sample: &EmissionSample) -> [f32; 2] {
     let corner = Vec3::new(-0.5, -0.4, 1.0);
     match &sample.end {
-        LightEnd::Surface(point, b) => match name {
+        ShadowRayEnd::Surface(point, b) => match name {
             "triangle" | "moving triangle" => {
                 // Barycentric coordinates: the square root of what is left of the first edge is uniform.
                 let rest = 1.0 - b[0];
@@ -183,8 +183,8 @@ fn shares(name: &str, sample: &EmissionSample) -> [f32; 2] {
                 ]
             }
         },
-        LightEnd::Point(_) => [0.5; 2],
-        LightEnd::Infinity => {
+        ShadowRayEnd::Point(_) => [0.5; 2],
+        ShadowRayEnd::Infinity => {
             let from_center = sample.origin - AROUND.center;
             let along = from_center.dot(sample.direction);
             assert!(along < 0.0, "it begins before the scene");

@@ -14,8 +14,8 @@ use etendue::internals::integrator::Roulette;
 use etendue::internals::light::Light;
 use etendue::internals::light::environment::EnvironmentMap;
 use etendue::internals::light::point::PointLight;
-use etendue::internals::light::select::{Beyond, Lights};
-use etendue::internals::light::types::{LightEnd, PointRule};
+use etendue::internals::light::select::{EnvironmentSample, Lights};
+use etendue::internals::light::types::{PointRule, ShadowRayEnd};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::math::vec::{DMat3, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
@@ -197,7 +197,7 @@ fn samples_know_what_is_seen_and_how_often() {
                 continue;
             };
             assert!((s.wi.length() - 1.0).abs() < 1e-6, "{u} {s:?}");
-            assert!(matches!(s.end, LightEnd::Infinity));
+            assert!(matches!(s.end, ShadowRayEnd::Infinity));
             let (radiance, pdf) = map.eval(s.wi);
             assert_eq!((s.radiance, s.pdf), (radiance, Some(pdf)));
         }
@@ -300,12 +300,12 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
             continue;
         };
         found += 1;
-        let beyond = Beyond {
+        let beyond = EnvironmentSample {
             light: 1,
             radiance: s.radiance,
             pdf,
         };
-        assert_eq!((light, lights.beyond(s.wi)), (1, Some(beyond)));
+        assert_eq!((light, lights.environment(s.wi)), (1, Some(beyond)));
         assert!((pdf.0 / map.eval(s.wi).1.0 - 0.75).abs() < 1e-6);
     }
     // 750 +- 14.
@@ -314,12 +314,12 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
     let lights = Lights::new(vec![Light::Environment(map)], &[0.0]);
     assert!(
         lights
-            .beyond(Vec3::X)
+            .environment(Vec3::X)
             .is_some_and(|beyond| beyond.pdf.0 == 0.0)
     );
     assert!(
         Lights::new(vec![Light::Point(point)], &[1.0])
-            .beyond(Vec3::X)
+            .environment(Vec3::X)
             .is_none()
     );
 }

@@ -7,7 +7,9 @@ use etendue::internals::light::point::PointLight;
 use etendue::internals::light::rectangle::RectangleLight;
 use etendue::internals::light::select::Lights;
 use etendue::internals::light::triangle::TriangleLight;
-use etendue::internals::light::types::{Emission, LightEnd, LightQuestion, LightSample, PointRule};
+use etendue::internals::light::types::{
+    Emission, LightSample, LightSampleContext, PointRule, ShadowRayEnd,
+};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::Vec3;
 
@@ -45,21 +47,21 @@ fn bits(sample: Option<LightSample>) -> Option<Vec<u32>> {
     numbers.extend(sample.radiance.to_array());
     numbers.extend(sample.pdf.map(|pdf| pdf.0));
     match sample.end {
-        LightEnd::Surface(point, barycentric) => {
+        ShadowRayEnd::Surface(point, barycentric) => {
             for v in [point.p, point.error, point.ng, point.ns] {
                 numbers.extend(v.to_array());
             }
             numbers.extend(barycentric);
         }
-        LightEnd::Point(p) => numbers.extend(p.to_array()),
-        LightEnd::Infinity => {}
+        ShadowRayEnd::Point(p) => numbers.extend(p.to_array()),
+        ShadowRayEnd::Infinity => {}
     }
     Some(numbers.into_iter().map(f32::to_bits).collect())
 }
 
 /// How many of so many questions have an answer.
 fn agree(lights: &Lights, count: usize, points: PointRule, rng: &mut TestRng) -> usize {
-    let questions: Vec<LightQuestion> = (0..count)
+    let questions: Vec<LightSampleContext> = (0..count)
         .map(|_| {
             let u_choice = rng.uniform_2d().to_array();
             let choice = lights.choose::<Everything>(u_choice);
@@ -70,7 +72,7 @@ fn agree(lights: &Lights, count: usize, points: PointRule, rng: &mut TestRng) ->
             if rng.uniform() < 0.05 {
                 p.z = 1.0;
             }
-            LightQuestion {
+            LightSampleContext {
                 light,
                 pmf,
                 p,
@@ -84,7 +86,7 @@ fn agree(lights: &Lights, count: usize, points: PointRule, rng: &mut TestRng) ->
     assert_eq!(samples.len(), count, "every question is answered once");
     let mut answers = 0;
     for (question, together) in questions.iter().zip(samples) {
-        let LightQuestion {
+        let LightSampleContext {
             light,
             pmf,
             p,
@@ -122,15 +124,15 @@ fn answers_do_not_depend_on_who_asks_as_well() {
     let mut rng = TestRng::new(71);
     for (i, lights) in all.iter().enumerate() {
         for points in [PointRule::SolidAngle, PointRule::Area] {
-            let (mut asked, mut answered) = (0, 0);
+            let (mut sample_range, mut answered) = (0, 0);
             for count in 0..=40 {
                 for _ in 0..50 {
-                    asked += count;
+                    sample_range += count;
                     answered += agree(lights, count, points, &mut rng);
                 }
             }
-            println!("lights {i}, {points:?}: {answered} of {asked} questions have answers");
-            assert!(2 * answered > asked);
+            println!("lights {i}, {points:?}: {answered} of {sample_range} questions have answers");
+            assert!(2 * answered > sample_range);
         }
     }
 }

@@ -14,7 +14,7 @@ use etendue::internals::light::rectangle::{self, RectangleLight};
 use etendue::internals::light::select::Lights;
 use etendue::internals::light::sphere::SphereLight;
 use etendue::internals::light::triangle::{self, TriangleLight};
-use etendue::internals::light::types::{Emission, LightEnd, LightSample, PointRule};
+use etendue::internals::light::types::{Emission, LightSample, PointRule, ShadowRayEnd};
 use etendue::internals::math::frame::Frame;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::Moments;
@@ -42,8 +42,8 @@ fn density(sample: &LightSample) -> f32 {
 /// The point that a sample of a shape lies on.
 fn end_of(sample: &LightSample) -> SurfacePoint {
     match sample.end {
-        LightEnd::Surface(point, _) => point,
-        LightEnd::Point(_) | LightEnd::Infinity => panic!("a shape"),
+        ShadowRayEnd::Surface(point, _) => point,
+        ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => panic!("a shape"),
     }
 }
 

@@ -7,7 +7,7 @@ use etendue::internals::film::{Film, Window};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::render::adaptive::allocation::Allocation;
-use etendue::internals::render::adaptive::{Deal, Dealer};
+use etendue::internals::render::adaptive::{SampleAllocation, SampleAllocator};
 
 /// A square film of so many pixels along its edge, with counts.
 fn film_of(edge: u32) -> Film {
@@ -94,9 +94,9 @@ fn rare_events_lose_their_mean_where_pixels_stop_by_themselves() {
     for (height, seeds, expected) in [(20.0, 20, 0.615), (200.0, 20, 0.079)] {
         let means = Moments::of((0..seeds).map(|seed| {
             let (mut film, mut rng) = (film_of(16), TestRng::new(seed));
-            let dealer = Dealer::Greedy(0.1);
+            let allocator = SampleAllocator::Greedy(0.1);
             let mut level = 0;
-            while let Deal::UpTo(counts) = dealer.deal(&film, level, level + 16) {
+            while let SampleAllocation::UpTo(counts) = allocator.deal(&film, level, level + 16) {
                 fill(&mut film, &counts, &mut rng, rare(height));
                 level += 16;
             }

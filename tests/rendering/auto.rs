@@ -5,8 +5,8 @@ use crate::common::room::room;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::Unwatched;
 use etendue::internals::render::auto::Recommendation;
+use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::Adaptive;
-use etendue::internals::render::wishes::Wishes;
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::session::{Session, tracing};
 
@@ -70,16 +70,16 @@ fn session(scene: SceneDescription, threads: usize) -> Session {
     Session::new(scene, options).expect("a valid scene")
 }
 
-fn wishes(integrator: IntegratorKind) -> Wishes {
-    let mut wishes = Wishes::samples(16);
-    wishes.integrator = Some(integrator);
-    wishes.seed = Some(3);
-    wishes
+fn options(integrator: IntegratorKind) -> RenderOptions {
+    let mut options = RenderOptions::samples(16);
+    options.integrator = Some(integrator);
+    options.seed = Some(3);
+    options
 }
 
-fn recommended(session: &Session, wishes: &Wishes) -> Recommendation {
+fn recommended(session: &Session, options: &RenderOptions) -> Recommendation {
     session
-        .recommend(wishes, &Unwatched)
+        .recommend(options, &Unwatched)
         .expect("a valid scene and valid wishes")
 }
 
@@ -88,7 +88,7 @@ fn the_picture_is_that_of_the_integrator_that_it_names() {
     for scene in [matte(), shaded(), mirrored_point()] {
         let session = session(scene, 2);
         let see = |integrator| {
-            let rendering = session.render(&wishes(integrator), &Unwatched);
+            let rendering = session.render(&options(integrator), &Unwatched);
             rendering.expect("valid wishes")
         };
         let auto = see(IntegratorKind::Auto);
@@ -104,7 +104,7 @@ fn the_picture_is_that_of_the_integrator_that_it_names() {
 fn the_choice_is_the_same_on_any_number_of_threads() {
     let on = |threads| {
         let session = session(shaded(), threads);
-        recommended(&session, &wishes(IntegratorKind::Auto))
+        recommended(&session, &options(IntegratorKind::Auto))
     };
     assert_eq!(on(1), on(2));
 }
@@ -131,9 +131,9 @@ fn it_names_what_suits_the_scene() {
         ),
     ] {
         for seed in 0..3 {
-            let mut wishes = wishes(IntegratorKind::Auto);
-            wishes.seed = Some(seed);
-            let told = recommended(&session(scene.clone(), 2), &wishes);
+            let mut options = options(IntegratorKind::Auto);
+            options.seed = Some(seed);
+            let told = recommended(&session(scene.clone(), 2), &options);
             println!("{what}: {told:?}");
             assert!(expected.contains(&told.integrator), "{what}: {told:?}");
             assert!(told.why.contains(says), "{what}: {told:?}");
@@ -144,20 +144,20 @@ fn it_names_what_suits_the_scene() {
 #[test]
 fn what_settings_leave_out_is_not_chosen() {
     let session = session(shaded(), 2);
-    let mut wishes = wishes(IntegratorKind::Auto);
-    wishes.adaptive = Some(Adaptive::TwoPhase);
-    let told = recommended(&session, &wishes);
+    let mut options = options(IntegratorKind::Auto);
+    options.adaptive = Some(Adaptive::TwoPhase);
+    let told = recommended(&session, &options);
     assert_eq!(told.integrator, IntegratorKind::Path);
     assert!(told.why.contains("path alone"), "{told:?}");
-    assert!(session.render(&wishes, &Unwatched).is_ok());
+    assert!(session.render(&options, &Unwatched).is_ok());
 }
 
 #[test]
 fn a_biased_integrator_is_named_and_not_chosen() {
-    let told = recommended(&session(matte(), 2), &wishes(IntegratorKind::Auto));
+    let told = recommended(&session(matte(), 2), &options(IntegratorKind::Auto));
     let option = told.option.expect("all is matte there");
     assert!(option.contains("irradiance-cache") && option.contains("biased"));
     // A mirror is not matte.
-    let told = recommended(&session(outside(), 2), &wishes(IntegratorKind::Auto));
+    let told = recommended(&session(outside(), 2), &options(IntegratorKind::Auto));
     assert_eq!(told.option, None);
 }

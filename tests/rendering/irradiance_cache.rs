@@ -10,7 +10,7 @@ use etendue::internals::film::filter::Filter;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::Moments;
-use etendue::internals::render::overture::overture;
+use etendue::internals::render::cache_prepass::cache_prepass;
 use etendue::internals::render::replay::{PathEvent, replay};
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::render::{Unwatched, render};
@@ -170,8 +170,8 @@ fn an_interrupted_overture_leaves_what_there_is() {
         calls.set(calls.get() + 1);
         calls.get() < 3
     };
-    let (some, _) = overture(&scene, &filter, &settings, &watch);
-    let (all, rays) = overture(&scene, &filter, &settings, &|_, _| true);
+    let (some, _) = cache_prepass(&scene, &filter, &settings, &watch);
+    let (all, rays) = cache_prepass(&scene, &filter, &settings, &|_, _| true);
     let [some, all] = [some, all].map(|cache| cache.expect("it is the integrator's"));
     assert_eq!(calls.get(), 3);
     assert!((1..all.records().len()).contains(&some.records().len()));

@@ -11,7 +11,7 @@ use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::settings::Adaptive;
 use etendue::internals::render::settings::{Budget, RenderSettings, SamplerKind};
 use etendue::internals::render::{
-    RenderObserver, Rendered, Threads, Unwatched, View, render, resume,
+    RenderInput, RenderObserver, Rendered, Threads, Unwatched, render, resume,
 };
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
@@ -55,7 +55,7 @@ impl Stage {
         rendered: &mut Rendered,
         observer: &dyn RenderObserver,
     ) -> etendue::Result<()> {
-        let view = View {
+        let view = RenderInput {
             scene: &self.scene,
             filter: &self.filter,
             size: self.description.film.size,

@@ -9,8 +9,8 @@ use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DVec3};
+use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{Budget, RenderSettings};
-use etendue::internals::render::wishes::Wishes;
 use etendue::internals::render::{Unwatched, render};
 use etendue::internals::scene::description::{
     CameraDescription, FilmDescription, GeometryDescription, InstanceDescription, LightDescription,
@@ -36,7 +36,7 @@ fn session(description: SceneDescription, backend: Backend) -> Session {
 }
 
 fn picture(session: &Session, spp: u64) -> Image {
-    let rendering = session.render(&Wishes::samples(spp), &Unwatched);
+    let rendering = session.render(&RenderOptions::samples(spp), &Unwatched);
     rendering.expect("valid wishes").image()
 }
 
@@ -162,7 +162,7 @@ fn another_place_builds_no_group_and_shows_what_it_should() {
 fn a_change_that_is_refused_changes_nothing() {
     let mut session = session(movable(), Backend::ALL[0]);
     let before = picture(&session, 2);
-    let mut rendering = session.start(&Wishes::samples(2)).expect("valid");
+    let mut rendering = session.start(&RenderOptions::samples(2)).expect("valid");
     let flat = DAffine3::from_scale(DVec3::new(1.0, 0.0, 1.0));
     let far = DAffine3::from_translation(DVec3::splat(1e40));
     let there = DAffine3::IDENTITY;
@@ -194,7 +194,7 @@ fn a_rendering_goes_on_until_its_scene_changes() {
     let mut here = session(movable(), Backend::ALL[0]);
     let whole = picture(&here, 6);
     let mut rendering = here
-        .render(&Wishes::samples(2), &Unwatched)
+        .render(&RenderOptions::samples(2), &Unwatched)
         .expect("valid wishes");
     rendering.add_samples(&here, 4, &Unwatched).expect("valid");
     assert_eq!((rendering.spp(), rendering.image()), (6, whole.clone()));
@@ -212,12 +212,12 @@ fn a_rendering_goes_on_until_its_scene_changes() {
 #[test]
 fn layers_are_there_for_those_who_ask() {
     let session = session(load_text(SMALL), Backend::ALL[0]);
-    let mut wishes = Wishes::samples(16);
-    let bare = session.render(&wishes, &Unwatched).expect("valid");
+    let mut options = RenderOptions::samples(16);
+    let bare = session.render(&options, &Unwatched).expect("valid");
     let bars = bare.error_bars().expect("there are sixteen samples");
     assert!(bare.layered(&session).is_err());
-    wishes.layers = true;
-    let layered = session.render(&wishes, &Unwatched).expect("valid");
+    options.layers = true;
+    let layered = session.render(&options, &Unwatched).expect("valid");
     assert_eq!(layered.error_bars().as_ref(), Some(&bars));
     let errors = bars.standard_errors;
     let picture = layered.layered(&session).expect("as above");
@@ -234,10 +234,10 @@ fn a_picture_that_fits_in_no_memory_is_refused() {
         ..session.description().film.clone()
     };
     session.set_film(film).expect("a size");
-    let mut wishes = Wishes::samples(1);
-    wishes.layers = true;
+    let mut options = RenderOptions::samples(1);
+    options.layers = true;
     // 4 billion pixels of 96 bytes.
-    let error = session.start(&wishes).expect_err("400 gigabytes");
+    let error = session.start(&options).expect_err("400 gigabytes");
     assert_eq!(error.kind(), ErrorKind::Memory, "{error}");
 }
 
@@ -276,7 +276,11 @@ fn rays_meet_what_is_there() {
         },
     ] {
         assert!(session.intersect(&wrong).is_err() && session.occluded(&wrong).is_err());
-        assert!(session.radiance(&Wishes::default(), &[wrong], 1).is_err());
+        assert!(
+            session
+                .radiance(&RenderOptions::default(), &[wrong], 1)
+                .is_err()
+        );
     }
 }
 
@@ -295,11 +299,11 @@ fn radiance_along_rays_is_what_a_closed_form_says() {
     let session = session(scene, Backend::ALL[0]);
     let at = |y: f64| QueryRay::new(DVec3::new(0.0, y, 5.0), DVec3::new(0.0, 0.0, -1.0));
     let rays = [at(0.0), at(0.5), at(3.0)];
-    let mut wishes = Wishes::default();
-    wishes.layers = true;
-    wishes.roulette = Some(Roulette::None);
-    wishes.max_bounces = Some(1);
-    let seen = session.radiance(&wishes, &rays, 100).expect("valid");
+    let mut options = RenderOptions::default();
+    options.layers = true;
+    options.roulette = Some(Roulette::None);
+    options.max_bounces = Some(1);
+    let seen = session.radiance(&options, &rays, 100).expect("valid");
     // A convex body under an even sky sends back its albedo of it, whatever the sample; beside it is the sky itself.
     for (along, expected) in seen
         .iter()
@@ -311,12 +315,12 @@ fn radiance_along_rays_is_what_a_closed_form_says() {
         assert_eq!(along.rejected, 0);
     }
     // Nothing of the sky is out of a convex body's sight.
-    wishes.integrator = Some(IntegratorKind::AmbientOcclusion);
-    let share = session.radiance(&wishes, &rays[..1], 16).expect("valid");
+    options.integrator = Some(IntegratorKind::AmbientOcclusion);
+    let share = session.radiance(&options, &rays[..1], 16).expect("valid");
     assert_eq!(share[0].mean, Rgb::WHITE);
     assert_eq!(share[0].standard_error, Some(Rgb::BLACK));
-    wishes.integrator = Some(IntegratorKind::Bidirectional);
-    let refused = session.radiance(&wishes, &rays[..1], 16);
+    options.integrator = Some(IntegratorKind::Bidirectional);
+    let refused = session.radiance(&options, &rays[..1], 16);
     assert_eq!(
         refused.expect_err("no camera is there").kind(),
         ErrorKind::Usage

@@ -12,7 +12,7 @@ use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::render::strategies::{StrategyPictures, check, strategies};
-use etendue::internals::render::{Threads, View};
+use etendue::internals::render::{RenderInput, Threads};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 
@@ -32,7 +32,7 @@ fn pictures(
     settings: &RenderSettings,
 ) -> Vec<StrategyPictures> {
     let filter = Filter::new(&description.film.filter);
-    let view = View {
+    let view = RenderInput {
         scene,
         filter: &filter,
         size: description.film.size,

@@ -5,7 +5,8 @@ use crate::common::chi_square::ChiSquareTest;
 use crate::common::verdict::sidak;
 use etendue::internals::bsdf::conductor::{PRESETS, preset};
 use etendue::internals::bsdf::{
-    Bsdf, Conductor, Dielectric, Diffuse, Mirror, Numbers, Phong, Principled, PrincipledParameters,
+    Bsdf, BsdfSampleInput, Conductor, Dielectric, Diffuse, Mirror, Phong, Principled,
+    PrincipledParameters,
 };
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::math::rgb::Rgb;
@@ -273,10 +274,10 @@ fn numbers_of_many_are_those_of_each_alone() {
             .map(|i| [number(i, &mut rng), number(i / 5, &mut rng), rng.uniform()])
             .collect();
         let mut together = vec![];
-        Numbers::add_each(&drawn, &mut together);
-        let alone: Vec<Numbers> = drawn
+        BsdfSampleInput::add_each(&drawn, &mut together);
+        let alone: Vec<BsdfSampleInput> = drawn
             .iter()
-            .map(|&[u, v, lobe]| Numbers::new(lobe, Vec2::new(u, v)))
+            .map(|&[u, v, lobe]| BsdfSampleInput::new(lobe, Vec2::new(u, v)))
             .collect();
         assert_eq!(together, alone, "{count} of them");
     }

@@ -5,7 +5,7 @@ use crate::common::TestRng;
 use crate::common::tracing::{
     direction, every_accel, moving, placed_once, point, transforms, triangle,
 };
-use etendue::internals::accel::{Departure, PrimitiveId};
+use etendue::internals::accel::{ExcludedPrimitive, PrimitiveId};
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::geometry::surface::SurfacePoint;
 use etendue::internals::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
@@ -218,7 +218,7 @@ fn rays_that_leave_flat_shapes_of_instances_do_not_meet_them_again() {
                     let ray = Ray::new(offset_point(surface.p, surface.error, normal), w);
                     let free_distance =
                         world.free_distance::<Everything>(ID, time, surface.p, w, outside);
-                    let left = Departure {
+                    let left = ExcludedPrimitive {
                         id: ID,
                         free_distance,
                     };
@@ -258,7 +258,7 @@ fn a_ray_from_an_ellipsoid_meets_it_again_at_the_end_of_its_chord_or_never() {
                     let ray = Ray::new(offset_point(surface.p, surface.error, normal), w);
                     let free_distance =
                         world.free_distance::<Everything>(ID, time, surface.p, w, outside);
-                    let left = Departure {
+                    let left = ExcludedPrimitive {
                         id: ID,
                         free_distance,
                     };

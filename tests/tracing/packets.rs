@@ -6,7 +6,7 @@ use crate::common::tracing::{
     closed_mesh, direction, every_accel, in_single, moving, point, rotation, same, soup, standing,
 };
 use etendue::internals::accel::packet::RayPacket;
-use etendue::internals::accel::{Accel, Departure, Hit};
+use etendue::internals::accel::{Accel, ExcludedPrimitive, Hit};
 use etendue::internals::geometry::Geometry;
 use etendue::internals::geometry::mesh::Mesh;
 use etendue::internals::geometry::world::{Instance, World};
@@ -16,10 +16,10 @@ use etendue::internals::math::vec::Vec3;
 use std::sync::Arc;
 
 /// A ray, its time, and what it leaves.
-type Asked = (Ray, f32, Option<Departure>);
+type SampleRange = (Ray, f32, Option<ExcludedPrimitive>);
 
 /// The closest hit of each ray, and whether there is any.
-fn traced(accel: &Accel, rays: &[Asked]) -> Vec<(Option<Hit>, bool)> {
+fn traced(accel: &Accel, rays: &[SampleRange]) -> Vec<(Option<Hit>, bool)> {
     let mut packet = RayPacket::default();
     let push = |packet: &mut RayPacket| {
         packet.clear();
@@ -39,7 +39,7 @@ fn traced(accel: &Accel, rays: &[Asked]) -> Vec<(Option<Hit>, bool)> {
 
 /// Rays at vertices of a mesh, at its edges, and anywhere; from within, from outside, and one in 101 not finite: few enough that
 /// most packets are whole.
-fn aimed(mesh: &Mesh, count: usize, rng: &mut TestRng) -> Vec<Asked> {
+fn aimed(mesh: &Mesh, count: usize, rng: &mut TestRng) -> Vec<SampleRange> {
     let ray = |index: usize| {
         let reach = if index.is_multiple_of(2) { 0.5 } else { 1.5 };
         let mut from = reach * point(rng);
@@ -141,7 +141,7 @@ fn packets_meet_what_single_rays_meet_also_beyond_what_they_leave() {
                 // Every second ray leaves what it would meet first.
                 let first = accel.intersect(ray, *time, None);
                 if let Some(hit) = first.filter(|_| index.is_multiple_of(2)) {
-                    *departure = Some(Departure {
+                    *departure = Some(ExcludedPrimitive {
                         id: hit.id,
                         free_distance: 1.001 * hit.t,
                     });
@@ -158,7 +158,7 @@ fn packets_meet_what_single_rays_meet_also_beyond_what_they_leave() {
                     some.iter().zip(traced(&accel, some))
                 {
                     let single = accel.intersect(ray, *time, *departure);
-                    let is_returned = |it: &Departure| {
+                    let is_returned = |it: &ExcludedPrimitive| {
                         hit.is_some_and(|hit| hit.id == it.id && hit.t < it.free_distance)
                     };
                     assert!(

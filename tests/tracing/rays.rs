@@ -5,12 +5,12 @@ use crate::common::TestRng;
 use crate::common::tracing::{
     closed_mesh, direction, every_accel, point, same, soup, standing, triangle,
 };
-use etendue::internals::accel::{Departure, Hit, PrimitiveId, brute};
+use etendue::internals::accel::{ExcludedPrimitive, Hit, PrimitiveId, brute};
 use etendue::internals::effects::Slot;
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::geometry::surface::SurfacePoint;
 use etendue::internals::geometry::{Geometry, mesh::Mesh, sphere::Sphere};
-use etendue::internals::light::types::LightEnd;
+use etendue::internals::light::types::ShadowRayEnd;
 use etendue::internals::math::ray::Ray;
 use etendue::internals::math::robust::offset_point;
 use etendue::internals::math::vec::{Vec2, Vec3};
@@ -76,7 +76,7 @@ fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
                 let normal = if outwards { n } else { -n };
                 let ray = Ray::new(offset_point(surface.p, surface.error, normal), w);
                 let free_distance = sphere.free_distance(surface.p, w, outwards);
-                let hit = accel.intersect(&ray, 0.0, Some(Departure { id, free_distance }));
+                let hit = accel.intersect(&ray, 0.0, Some(ExcludedPrimitive { id, free_distance }));
                 if outwards {
                     assert_eq!(hit, None, "{name} {sphere:?} {ray:?}");
                 } else {
@@ -109,7 +109,7 @@ fn what_has_just_been_left_is_passed_up_to_its_free_distance() {
     for (name, accel) in every_accel(&standing(vec![square(0.0), square(1.0)])) {
         let ray = Ray::new(Vec3::new(0.1, 0.2, -0.125), Vec3::Z);
         let met = |left, free_distance| {
-            let left = Departure {
+            let left = ExcludedPrimitive {
                 id: id(left),
                 free_distance,
             };
@@ -206,7 +206,7 @@ fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
                 };
                 let uv = Slot::new(|| Vec2::ZERO);
                 let at = Interaction::<Everything>::new(&down, &hit, &floor, false, uv);
-                let segment = at.ray_to(&LightEnd::Surface(light, [0.0; 2]), w, false);
+                let segment = at.ray_to(&ShadowRayEnd::Surface(light, [0.0; 2]), w, false);
                 assert_eq!(
                     accel.occluded(&segment, 0.0),
                     gap > 0.0,
@@ -294,7 +294,7 @@ fn a_long_segment_does_not_end_on_its_light() {
             let from_above = Ray::new(p + normal, -normal);
             let at = Interaction::<Everything>::new(&from_above, &hit, &receiver, false, uv);
             let w = (end.p - p).normalize();
-            let segment = at.ray_to(&LightEnd::Surface(end, [0.0; 2]), w, false);
+            let segment = at.ray_to(&ShadowRayEnd::Surface(end, [0.0; 2]), w, false);
             for (name, accel) in &accels {
                 assert!(
                     !accel.occluded(&segment, 0.0),

@@ -21,12 +21,12 @@ use etendue::internals::film::splats::Strategy;
 use etendue::internals::image::atomic::{check_creatable, make_folder};
 use etendue::internals::image::{self, LayeredImage, MetadataValue, WriteOptions};
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::{RenderObserver, Rendered, Threads, View, strategies};
+use etendue::internals::render::{RenderInput, RenderObserver, Rendered, Threads, strategies};
 use etendue::internals::scene::load;
 use etendue::internals::session::{Rendering, Session};
 use etendue::{Error, Result};
 use job::Job;
-use options::wishes;
+use options::options;
 use stats::Times;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -48,13 +48,13 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     if let Some(size) = arguments.size {
         description.film.size = size;
     }
-    let wishes = wishes(arguments);
+    let options = options(arguments);
     // What makes no sense is said before anything takes long.
-    wishes.settings(&description)?;
+    options.settings(&description)?;
     let session = Session::new(description, arguments.tracing.options())?;
     let build_time = session.work().structures;
     let loaded = start.elapsed().saturating_sub(build_time);
-    let mut rendering = session.start_watched(&wishes, &watcher)?;
+    let mut rendering = session.start_watched(&options, &watcher)?;
     let settings = rendering.settings().clone();
     let recommendation = rendering.recommendation().cloned();
     let job = Job {
@@ -203,7 +203,7 @@ impl Job<'_> {
     /// What each strategy contributes, as two pictures.
     fn write_strategies(&self, folder: &Path, filter: &Filter) -> Result<()> {
         make_folder(folder)?;
-        let view = View {
+        let view = RenderInput {
             scene: self.scene,
             filter,
             size: self.description.film.size,

@@ -1,30 +1,30 @@
 //! What the command line asks of a render.
 //!
-//! Measure: as in `render/wishes.rs`.
+//! Measure: as in `render/options.rs`.
 //! Range: what flags say; what makes no sense together is found there.
 //! Source: none needed. Tested in `cli/tests/command/render.rs` and `cli/tests/command/bad_input.rs`.
 
 use crate::args::RenderArguments;
-use etendue::internals::render::wishes::Wishes;
+use etendue::internals::render::options::RenderOptions;
 
 /// The wishes that these flags are.
-pub fn wishes(arguments: &RenderArguments) -> Wishes {
-    let mut wishes = Wishes::default();
-    wishes.integrator = arguments.integrator;
-    wishes.sampler = arguments.sampler;
-    wishes.seed = arguments.seed;
-    wishes.spp = arguments.spp;
-    wishes.time = arguments.time.or(arguments.max_time);
-    wishes.error = arguments.error;
-    wishes.confidence = Some(arguments.confidence);
-    wishes.adaptive = arguments.adaptive;
-    wishes.layers = arguments.layers || arguments.denoise.is_some();
-    wishes.max_bounces = arguments.max_bounces;
-    wishes.roulette = arguments.roulette;
-    wishes.occlusion_distance = arguments.occlusion_distance;
-    wishes.cache_error = arguments.cache_error;
-    wishes.kernel = arguments.kernel;
-    wishes.threads = Some(arguments.tracing.options().threads);
-    wishes.crop = arguments.crop;
-    wishes
+pub fn options(arguments: &RenderArguments) -> RenderOptions {
+    let mut options = RenderOptions::default();
+    options.integrator = arguments.integrator;
+    options.sampler = arguments.sampler;
+    options.seed = arguments.seed;
+    options.spp = arguments.spp;
+    options.time = arguments.time.or(arguments.max_time);
+    options.error = arguments.error;
+    options.confidence = Some(arguments.confidence);
+    options.adaptive = arguments.adaptive;
+    options.layers = arguments.layers || arguments.denoise.is_some();
+    options.max_bounces = arguments.max_bounces;
+    options.roulette = arguments.roulette;
+    options.occlusion_distance = arguments.occlusion_distance;
+    options.cache_error = arguments.cache_error;
+    options.kernel = arguments.kernel;
+    options.threads = Some(arguments.tracing.options().threads);
+    options.crop = arguments.crop;
+    options
 }

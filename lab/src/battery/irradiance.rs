@@ -18,7 +18,7 @@ use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::DVec3;
 use etendue::internals::render::RenderObserver;
-use etendue::internals::render::overture::overture;
+use etendue::internals::render::cache_prepass::cache_prepass;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::{MaterialDescription, Place, SceneDescription};
@@ -125,7 +125,7 @@ fn filled(
     let filter = Filter::new(&description.film.filter);
     let scene = ready(trial, description)?;
     let go_on = |_, _| !trial.is_cancelled();
-    let (cache, _) = overture(&scene, &filter, &settings, &go_on);
+    let (cache, _) = cache_prepass(&scene, &filter, &settings, &go_on);
     let cache = cache.expect("it is the integrator's");
     Ok(Filled { scene, cache })
 }

@@ -4,7 +4,7 @@
 //! cases stand in one file a subject.
 
 pub mod albedo;
-mod both_ends;
+mod bidirectional;
 pub mod case;
 pub mod claim;
 pub mod closed_forms;
@@ -101,7 +101,7 @@ pub const SUBJECTS: [Subject; 13] = [
     subject(
         "Light from both ends",
         "By bidirectional path tracing (bdpt) and Metropolis light transport (mlt): radiance, or radiance over the exact.",
-        both_ends::cases,
+        bidirectional::cases,
     ),
     subject(
         "Irradiance cache",

@@ -4,7 +4,7 @@
 //! Range: at least one round. Targets take turns, so that what disturbs the machine disturbs all of them.
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
-use super::meter::Stage;
+use super::meter::ProgressStage;
 use super::report::BuildReport;
 use super::target::Target;
 use etendue::internals::accel::Accel;
@@ -44,7 +44,7 @@ pub fn builds(
     targets: &[Target],
     threads: usize,
     rounds: usize,
-    stage: &Stage<'_>,
+    stage: &ProgressStage<'_>,
 ) -> Result<Option<Vec<BuildReport>>> {
     let mut pools = vec![pool(1)?];
     if threads > 1 {

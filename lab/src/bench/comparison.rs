@@ -8,7 +8,7 @@
 //! Source: docs/bench.md. Tested in `lab/tests/bench/report.rs`.
 
 use super::agreement::compare;
-use super::meter::Stage;
+use super::meter::ProgressStage;
 use super::rays::random_rays;
 use super::record::Recording;
 use super::report::AgreementReport;
@@ -29,7 +29,7 @@ pub fn compare_all(
     recording: &Recording,
     count: usize,
     pool: &ThreadPool,
-    stage: &Stage<'_>,
+    stage: &ProgressStage<'_>,
 ) -> Option<Vec<AgreementReport>> {
     let Some((&reference, others)) = targets.split_first() else {
         return Some(vec![]);

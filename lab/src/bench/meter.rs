@@ -15,7 +15,7 @@ pub struct Meter<'a> {
 }
 
 /// One stage of it.
-pub struct Stage<'a> {
+pub struct ProgressStage<'a> {
     observer: &'a dyn BenchObserver,
     what: String,
     total: f64,
@@ -35,10 +35,10 @@ impl<'a> Meter<'a> {
     }
 
     /// Begins a stage that will take so many seconds of them.
-    pub fn stage(&mut self, what: String, seconds: f64) -> Stage<'a> {
+    pub fn stage(&mut self, what: String, seconds: f64) -> ProgressStage<'a> {
         let begin = self.done;
         self.done += seconds;
-        let stage = Stage {
+        let stage = ProgressStage {
             observer: self.observer,
             what,
             total: self.total,
@@ -50,7 +50,7 @@ impl<'a> Meter<'a> {
     }
 }
 
-impl Stage<'_> {
+impl ProgressStage<'_> {
     /// Tells how much of the stage is done; `false` if the bench is to end.
     pub fn go_on(&self, share: f64) -> bool {
         let fraction = (self.begin + self.seconds * share) / self.total;
@@ -60,7 +60,7 @@ impl Stage<'_> {
 }
 
 /// Renders within the stage can be cancelled; their own progress is too fine to be told.
-impl RenderObserver for Stage<'_> {
+impl RenderObserver for ProgressStage<'_> {
     fn is_cancelled(&self) -> bool {
         self.observer.is_cancelled()
     }

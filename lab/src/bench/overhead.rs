@@ -10,7 +10,7 @@
 //! smaller packets.
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
-use super::meter::Stage;
+use super::meter::ProgressStage;
 use super::record::Recording;
 use super::report::TraceReport;
 use super::subject::Subject;
@@ -84,7 +84,7 @@ pub fn render_times(
     threads: usize,
     rounds: usize,
     seconds: f64,
-    stage: &Stage<'_>,
+    stage: &ProgressStage<'_>,
 ) -> Result<Option<RenderTimes>> {
     let Some(first) = time(subject, threads, 1, stage)? else {
         return Ok(None);
@@ -129,7 +129,12 @@ pub fn render_times(
 }
 
 /// Nanoseconds of one core a sample; `None` if cancelled.
-fn time(subject: &Subject<'_>, threads: usize, spp: u64, stage: &Stage<'_>) -> Result<Option<f64>> {
+fn time(
+    subject: &Subject<'_>,
+    threads: usize,
+    spp: u64,
+    stage: &ProgressStage<'_>,
+) -> Result<Option<f64>> {
     let rendered = subject.render(threads, spp, stage)?;
     Ok((!rendered.cancelled).then(|| nanoseconds_per_sample(&rendered, threads)))
 }

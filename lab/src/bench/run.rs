@@ -17,7 +17,7 @@ use super::report::{BenchReport, OverheadReport, SceneReport};
 use super::settings::{BenchObserver, BenchSettings, GivenScene};
 use super::subject::Subject;
 use super::target::Target;
-use super::trace::{Way, trace};
+use super::trace::{TraceMode, trace};
 use super::work::{self, Work};
 use etendue::Result;
 use etendue::internals::accel::Accel;
@@ -188,11 +188,11 @@ impl Bench<'_> {
         work: &Work,
     ) -> Option<()> {
         let variants = self.settings.targets.iter().flat_map(|t| t.variants());
-        let ways = variants.map(|variant| Way {
+        let ways = variants.map(|variant| TraceMode {
             variant,
             accel: ready.accel(variant.target),
         });
-        let ways: Vec<Way<'_>> = ways.collect();
+        let ways: Vec<TraceMode<'_>> = ways.collect();
         for &kind in RayKind::ALL {
             let what = format!("{name}: {} rays", kind.name());
             let stage = self.meter.stage(what, work.trace_of_kind);

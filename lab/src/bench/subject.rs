@@ -8,7 +8,7 @@ use etendue::Result;
 use etendue::internals::film::Film;
 use etendue::internals::film::filter::Filter;
 use etendue::internals::integrator::observer::PathObserver;
-use etendue::internals::render::overture::overture;
+use etendue::internals::render::cache_prepass::cache_prepass;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::render::{RenderObserver, Rendered, observe_tile, render};
 use etendue::internals::scene::Scene;
@@ -58,7 +58,7 @@ impl Subject<'_> {
         enough: impl Fn(&O) -> bool,
     ) -> Film {
         let mut film = Film::new(self.settings.window, TILE_SIZE);
-        let (cache, _) = overture(self.scene, self.filter, self.settings, &|_, _| true);
+        let (cache, _) = cache_prepass(self.scene, self.filter, self.settings, &|_, _| true);
         let spp = self.settings.budget.spp.unwrap_or(u64::MAX);
         let count = film.tiles().len();
         let stride = even_stride(count);

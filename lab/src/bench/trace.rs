@@ -8,7 +8,7 @@
 //! round fills the caches and does not count. A way that is not slower than copying takes 0.
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
-use super::meter::Stage;
+use super::meter::ProgressStage;
 use super::report::TraceReport;
 use super::target::Variant;
 use etendue::internals::accel::Accel;
@@ -26,7 +26,7 @@ const BLOCK: usize = 1024;
 
 /// A way of tracing, with what is traced through.
 #[derive(Debug, Clone, Copy)]
-pub struct Way<'a> {
+pub struct TraceMode<'a> {
     /// The way.
     pub variant: Variant,
     /// Its structure.
@@ -35,12 +35,12 @@ pub struct Way<'a> {
 
 /// Times all ways on the rays of one kind; `None` if cancelled.
 pub fn trace(
-    ways: &[Way<'_>],
+    ways: &[TraceMode<'_>],
     kind: RayKind,
     rays: &RayBatch,
     rounds: usize,
     pool: &ThreadPool,
-    stage: &Stage<'_>,
+    stage: &ProgressStage<'_>,
 ) -> Option<Vec<TraceReport>> {
     let mut copying = vec![];
     let mut tracing: Vec<Vec<f64>> = vec![vec![]; ways.len()];
@@ -69,7 +69,7 @@ pub fn trace(
     Some(reports.collect())
 }
 
-fn time(way: &Way<'_>, kind: RayKind, rays: &RayBatch, pool: &ThreadPool) -> f64 {
+fn time(way: &TraceMode<'_>, kind: RayKind, rays: &RayBatch, pool: &ThreadPool) -> f64 {
     let (accel, packets) = (way.accel, way.variant.packets);
     match kind {
         RayKind::Shadow => nanoseconds_per_ray(pool, rays, |block| {

@@ -5,9 +5,9 @@
 //! Range: a from 0.1 to 10.
 //! Source: E = pi L sin^2 of the disk's half angle; second moments by integration. Tested in `lab/tests/reports/lesson.rs`.
 
+use super::lesson_scene::{LessonScene, Light};
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page, Picture};
-use super::stage::{Light, Stage};
 use super::topic::{Lesson, Topic};
 use crate::bench::cornell_box::cornell_box;
 use crate::bench::staging::{matte, scene, shape, shining};
@@ -50,20 +50,20 @@ const LEAST_SPP: usize = 64;
 const SECONDS: f64 = 2.0;
 
 /// A way to find direct light.
-struct Way {
+struct Estimator {
     integrator: IntegratorKind,
     name: &'static str,
     /// The second moment of a sample, for a lamp of radius a at height 1, floor and lamp being 1.
     second_moment: fn(f64) -> f64,
 }
 
-const WAYS: [Way; 2] = [
-    Way {
+const WAYS: [Estimator; 2] = [
+    Estimator {
         integrator: IntegratorKind::DirectDirectional,
         name: "directional",
         second_moment: |a| 4.0 / 3.0 * (1.0 - (1.0 + a * a).powf(-1.5)),
     },
-    Way {
+    Estimator {
         integrator: IntegratorKind::DirectArea,
         name: "area",
         second_moment: |a| a * a / 3.0 * (1.0 - (1.0 + a * a).powi(-3)),
@@ -75,7 +75,7 @@ fn exact(a: f64) -> f64 {
     a * a / (1.0 + a * a)
 }
 
-impl Way {
+impl Estimator {
     /// The variance of one sample in squares of the expected value.
     fn relative_variance(&self, a: f64) -> f64 {
         (self.second_moment)(a) / exact(a).powi(2) - 1.0
@@ -189,12 +189,12 @@ impl Measured {
     }
 }
 
-fn measure(lesson: &Lesson<'_>, way: &Way, a: f64) -> Result<Measured> {
-    let stage = Stage::new(lesson, below_disk(a), SIZE)?;
+fn measure(lesson: &Lesson<'_>, way: &Estimator, a: f64) -> Result<Measured> {
+    let scene = LessonScene::new(lesson, below_disk(a), SIZE)?;
     let spp = lesson.samples(SPP).max(LEAST_SPP) as u64;
     let budget = Budget::samples(spp);
     let seed = lesson.seed(way.name, (10.0 * a) as usize);
-    let rendered = stage.render(way.integrator, budget, seed, Light::Direct)?;
+    let rendered = scene.render(way.integrator, budget, seed, Light::Direct)?;
     let image = rendered.film.develop();
     let pixels: Vec<f64> = image
         .pixels()
@@ -273,7 +273,7 @@ fn deviations(series: Vec<Series>) -> Plot {
 }
 
 fn pictures(lesson: &Lesson<'_>) -> Result<Finding> {
-    let stage = Stage::new(lesson, cornell_box(), (160, 160))?;
+    let scene = LessonScene::new(lesson, cornell_box(), (160, 160))?;
     let seconds = (SECONDS * lesson.settings.effort).max(0.05);
     let budget = Budget::time(Duration::from_secs_f64(seconds));
     let all = [
@@ -283,7 +283,7 @@ fn pictures(lesson: &Lesson<'_>) -> Result<Finding> {
     ];
     let mut pictures = Vec::new();
     for (index, (integrator, name)) in all.into_iter().enumerate() {
-        let rendered = stage.render(
+        let rendered = scene.render(
             integrator,
             budget,
             lesson.seed("picture", index),

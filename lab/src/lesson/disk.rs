@@ -29,9 +29,9 @@ pub const TOPIC: Topic = Topic {
 const SAMPLES: usize = 1 << 21;
 
 /// A way to sample.
-type Way = (&'static str, fn(&mut Uniform) -> Vec2);
+type Estimator = (&'static str, fn(&mut Uniform) -> Vec2);
 
-const WAYS: [Way; 4] = [
+const WAYS: [Estimator; 4] = [
     ("r = U, the mistake", |u| {
         sample_disk_crowded_at_the_centre(u.pair())
     }),
@@ -81,7 +81,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     let integrals = WAYS.map(|(name, draw)| lesson.sample(name, SAMPLES, |u| term(draw(u))));
     // E[x^4] = 1/8 on the disk.
     let variance = PI * PI * (1.0 / 8.0 - 1.0 / 16.0);
-    let technique = |((name, _), samples): (Way, &Samples)| {
+    let technique = |((name, _), samples): (Estimator, &Samples)| {
         Technique::new(name, &samples.all(), samples.cost()).exactly(variance)
     };
     let right = WAYS.into_iter().zip(&integrals).skip(1);
@@ -145,7 +145,7 @@ fn numbers(lesson: &Lesson<'_>, integrals: &[Samples]) -> Vec<Number> {
     numbers
 }
 
-fn scatter(lesson: &Lesson<'_>, (name, draw): Way) -> Plot {
+fn scatter(lesson: &Lesson<'_>, (name, draw): Estimator) -> Plot {
     const SHOWN: usize = 1500;
     let mut uniform = lesson.uniform("scatter", 0);
     let points = (0..SHOWN).map(|_| {

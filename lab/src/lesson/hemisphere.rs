@@ -31,15 +31,15 @@ const SAMPLES: usize = 1 << 20;
 
 /// A way to sample directions.
 #[derive(Clone, Copy)]
-struct Way {
+struct Estimator {
     name: &'static str,
     draw: fn(&mut Uniform) -> Vec3,
     pdf: fn(f32) -> f32,
     by_cosine: bool,
 }
 
-const WAYS: [Way; 4] = [
-    Way {
+const WAYS: [Estimator; 4] = [
+    Estimator {
         name: "uniform, rejection and flip",
         draw: |u| {
             let drawn = sample_hemisphere_by_rejection(&mut || u.single());
@@ -48,19 +48,19 @@ const WAYS: [Way; 4] = [
         pdf: |_| PDF_HEMISPHERE_UNIFORM,
         by_cosine: false,
     },
-    Way {
+    Estimator {
         name: "uniform, inversion",
         draw: |u| sample_hemisphere_uniform(u.pair()),
         pdf: |_| PDF_HEMISPHERE_UNIFORM,
         by_cosine: false,
     },
-    Way {
+    Estimator {
         name: "cosine, inversion",
         draw: |u| sample_hemisphere_cosine_by_inversion(u.pair()),
         pdf: pdf_hemisphere_cosine,
         by_cosine: true,
     },
-    Way {
+    Estimator {
         name: "cosine, Malley's lifted disk",
         draw: |u| sample_hemisphere_cosine(u.pair()),
         pdf: pdf_hemisphere_cosine,
@@ -68,7 +68,7 @@ const WAYS: [Way; 4] = [
     },
 ];
 
-impl Way {
+impl Estimator {
     /// The variance of an estimate for a sky of radiance cos(theta).
     fn variance(self) -> f64 {
         PI * PI
@@ -125,7 +125,7 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
 
 fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     let bright = WAYS.map(|way| lesson.sample(way.name, SAMPLES, |u| way.estimate(1, u)));
-    let technique = |(way, samples): (Way, &Samples)| {
+    let technique = |(way, samples): (Estimator, &Samples)| {
         Technique::new(way.name, &samples.all(), samples.cost()).exactly(way.variance())
     };
     vec![
@@ -198,7 +198,7 @@ fn numbers(lesson: &Lesson<'_>, bright: &[Samples]) -> Vec<Number> {
     numbers
 }
 
-fn from_above(lesson: &Lesson<'_>, title: &str, way: Way) -> Plot {
+fn from_above(lesson: &Lesson<'_>, title: &str, way: Estimator) -> Plot {
     const SHOWN: usize = 1500;
     let mut uniform = lesson.uniform("from above", 0);
     let points = (0..SHOWN).map(|_| {
@@ -228,7 +228,7 @@ fn from_above(lesson: &Lesson<'_>, title: &str, way: Way) -> Plot {
 fn cosines(lesson: &Lesson<'_>) -> Plot {
     const BINS: usize = 30;
     let count = lesson.samples(300_000);
-    let histogram = |way: Way, hue: usize| {
+    let histogram = |way: Estimator, hue: usize| {
         let mut uniform = lesson.uniform("cosines", hue);
         let mut bins = [0_u32; BINS];
         for _ in 0..count {

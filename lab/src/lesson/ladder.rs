@@ -4,9 +4,9 @@
 //! Range: the Cornell box, independent random numbers, the same kernel for all.
 //! Source: Kajiya 1986, "The Rendering Equation"; Veach 1997. Tested in `lab/tests/reports/lesson.rs`.
 
+use super::lesson_scene::{LessonScene, Light};
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page, Picture};
-use super::stage::{Light, Stage};
 use super::topic::{Lesson, Topic};
 use crate::bench::cornell_box::cornell_box;
 use crate::plot::{Axis, Mark, Plot, Series, Shape};
@@ -139,14 +139,14 @@ struct Reference {
     luminances: Moments,
 }
 
-fn reference(lesson: &Lesson<'_>, stage: &Stage<'_>) -> Result<Reference> {
+fn reference(lesson: &Lesson<'_>, scene: &LessonScene<'_>) -> Result<Reference> {
     let mut sum = Image::filled(SIZE.0, SIZE.1, Default::default());
     let mut luminances = Moments::default();
     let share = 1.0 / REFERENCES as f32;
     let spp = lesson.samples(REFERENCE_SPP) as u64;
     for index in 0..REFERENCES {
         let seed = lesson.seed("reference", index);
-        let rendered = stage.render(
+        let rendered = scene.render(
             IntegratorKind::Path,
             Budget::samples(spp),
             seed,
@@ -172,7 +172,7 @@ fn luminance(image: &Image) -> f64 {
 
 fn climb(
     lesson: &Lesson<'_>,
-    stage: &Stage<'_>,
+    scene: &LessonScene<'_>,
     reference: &Reference,
     (kind, says): (IntegratorKind, &'static str),
 ) -> Result<Rung> {
@@ -183,7 +183,7 @@ fn climb(
         let (mut seconds, mut squares) = (0.0, 0.0);
         for index in 0..SEEDS {
             let seed = lesson.seed(&format!("{} {full}", kind.name()), index);
-            let rendered = stage.render(kind, Budget::samples(spp), seed, Light::Whole)?;
+            let rendered = scene.render(kind, Budget::samples(spp), seed, Light::Whole)?;
             let image = rendered.film.develop();
             let square = mse(&image, &reference.image)?;
             let time = rendered.elapsed.as_secs_f64();
@@ -199,7 +199,7 @@ fn climb(
     }
     let seconds = (SECONDS * lesson.settings.effort).max(0.05);
     let time = Budget::time(Duration::from_secs_f64(seconds));
-    let rendered = stage.render(kind, time, lesson.seed("picture", 0), Light::Whole)?;
+    let rendered = scene.render(kind, time, lesson.seed("picture", 0), Light::Whole)?;
     Ok(Rung {
         kind,
         says,
@@ -251,11 +251,11 @@ impl Rung {
 }
 
 fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
-    let stage = Stage::new(lesson, cornell_box(), SIZE)?;
-    let reference = reference(lesson, &stage)?;
+    let scene = LessonScene::new(lesson, cornell_box(), SIZE)?;
+    let reference = reference(lesson, &scene)?;
     let mut rungs = Vec::new();
     for (index, rung) in RUNGS.into_iter().enumerate() {
-        rungs.push(climb(lesson, &stage, &reference, rung)?);
+        rungs.push(climb(lesson, &scene, &reference, rung)?);
         lesson.progress(0.15 + 0.85 * (index as f64 + 1.0) / RUNGS.len() as f64);
     }
     let mut pictures: Vec<Picture> = rungs.iter().map(Rung::picture).collect();

@@ -26,13 +26,13 @@ pub const TOPIC: Topic = Topic {
 
 /// A way to place samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Way {
+enum Estimator {
     Plain,
     Jittered,
     LatinHypercube,
 }
 
-impl Way {
+impl Estimator {
     const ALL: [Self; 3] = [Self::Plain, Self::Jittered, Self::LatinHypercube];
 
     fn name(self) -> &'static str {
@@ -143,7 +143,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             numbers: [variances(lesson), slopes(&smooth, &edge)].concat(),
         },
         Finding::Plots {
-            plots: Way::ALL.map(|way| scatter(lesson, way)).to_vec(),
+            plots: Estimator::ALL.map(|way| scatter(lesson, way)).to_vec(),
         },
         Finding::Plots {
             plots: vec![
@@ -156,7 +156,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
                       integrand costs next to nothing, so that placing the samples counts; beside \
                       a traced path it would not."
                 .to_owned(),
-            techniques: Way::ALL.map(|way| technique(lesson, way)).to_vec(),
+            techniques: Estimator::ALL.map(|way| technique(lesson, way)).to_vec(),
         },
     ]
 }
@@ -164,11 +164,11 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
 /// Variances that have a closed form.
 fn variances(lesson: &Lesson<'_>) -> Vec<Number> {
     let runs = lesson.samples(20_000).max(8192);
-    let of_ramp = |name: &str, samples: usize, way: Way, exact: f64| {
+    let of_ramp = |name: &str, samples: usize, way: Estimator, exact: f64| {
         let all = lesson.sample(name, runs, |u| way.value(ramp, 1, samples, u));
         Number::mean(name, exact, &all.variances(), 5e-2)
     };
-    let of_slope = |name: &str, way: Way, exact: f64| {
+    let of_slope = |name: &str, way: Estimator, exact: f64| {
         let all = lesson.sample(name, runs, |u| way.value(slope, 2, 64, u));
         Number::mean(name, exact, &all.variances(), 5e-2)
     };
@@ -176,35 +176,40 @@ fn variances(lesson: &Lesson<'_>) -> Vec<Number> {
         of_ramp(
             "V for 2x, 16 plain samples: 1/(3N)",
             16,
-            Way::Plain,
+            Estimator::Plain,
             1.0 / 48.0,
         ),
         of_ramp(
             "V for 2x, 16 strata: 1/(3N³)",
             16,
-            Way::Jittered,
+            Estimator::Jittered,
             1.0 / 12_288.0,
         ),
-        of_ramp("V for 2x, 64 strata", 64, Way::Jittered, 1.0 / 786_432.0),
+        of_ramp(
+            "V for 2x, 64 strata",
+            64,
+            Estimator::Jittered,
+            1.0 / 786_432.0,
+        ),
         of_slope(
             "V for x + y, 64 plain samples: 1/(6N)",
-            Way::Plain,
+            Estimator::Plain,
             1.0 / 384.0,
         ),
         of_slope(
             "V for x + y, 8 × 8 strata: 1/(6N²)",
-            Way::Jittered,
+            Estimator::Jittered,
             1.0 / 24_576.0,
         ),
         of_slope(
             "V for x + y, Latin hypercube: 1/(6N³)",
-            Way::LatinHypercube,
+            Estimator::LatinHypercube,
             1.0 / 1_572_864.0,
         ),
     ]
 }
 
-fn slopes(smooth: &[(Way, ErrorCurve)], edge: &[(Way, ErrorCurve)]) -> Vec<Number> {
+fn slopes(smooth: &[(Estimator, ErrorCurve)], edge: &[(Estimator, ErrorCurve)]) -> Vec<Number> {
     let fallen = |name: &str, curve: &ErrorCurve, exact: f64| {
         let [slope, error] = curve.slope();
         Number::new(name, exact, slope, error, 0.03)
@@ -221,9 +226,9 @@ fn curves(
     experiment: &str,
     f: fn(&[f64]) -> f64,
     exact: f64,
-) -> Vec<(Way, ErrorCurve)> {
+) -> Vec<(Estimator, ErrorCurve)> {
     let runs = lesson.samples(2000).max(1000);
-    let curve = |way: Way| {
+    let curve = |way: Estimator| {
         let experiment = format!("{experiment} {}", way.name());
         let calls = powers_of_two(2, 12, 2);
         let curve = ErrorCurve::measure(lesson, &experiment, runs, &calls, exact, |u, n| {
@@ -231,10 +236,10 @@ fn curves(
         });
         (way, curve)
     };
-    Way::ALL.map(curve).to_vec()
+    Estimator::ALL.map(curve).to_vec()
 }
 
-fn plot(title: &str, reading: &str, curves: &[(Way, ErrorCurve)]) -> Plot {
+fn plot(title: &str, reading: &str, curves: &[(Estimator, ErrorCurve)]) -> Plot {
     let series = curves.iter().enumerate();
     Plot {
         title: title.to_owned(),
@@ -248,7 +253,7 @@ fn plot(title: &str, reading: &str, curves: &[(Way, ErrorCurve)]) -> Plot {
     }
 }
 
-fn technique(lesson: &Lesson<'_>, way: Way) -> Technique {
+fn technique(lesson: &Lesson<'_>, way: Estimator) -> Technique {
     let runs = lesson.samples(20_000);
     let experiment = format!("technique {}", way.name());
     let all = lesson.sample(&experiment, runs, |u| {
@@ -256,13 +261,13 @@ fn technique(lesson: &Lesson<'_>, way: Way) -> Technique {
     });
     let technique = Technique::new(way.name(), &all.all(), all.cost());
     match way {
-        Way::Plain => technique.exactly(Integrand::Ball.variance(2) / 256.0),
+        Estimator::Plain => technique.exactly(Integrand::Ball.variance(2) / 256.0),
         _ => technique,
     }
 }
 
 /// Where 64 samples fall: the integrand is called there.
-fn scatter(lesson: &Lesson<'_>, way: Way) -> Plot {
+fn scatter(lesson: &Lesson<'_>, way: Estimator) -> Plot {
     let points = RefCell::new(Vec::new());
     let note = |x: &[f64]| {
         points.borrow_mut().push([x[0], x[1]]);
@@ -276,13 +281,13 @@ fn scatter(lesson: &Lesson<'_>, way: Way) -> Plot {
     });
     let cells = Series::new("", Mark::Guide, 6, lines.collect());
     let samples = Series::new("", Mark::Dots, way as usize, points.into_inner());
-    let strata = (way == Way::Jittered).then_some(cells);
+    let strata = (way == Estimator::Jittered).then_some(cells);
     Plot {
         title: format!("64 samples, {}", way.name()),
         reading: match way {
-            Way::Plain => "Clusters and gaps.",
-            Way::Jittered => "One in each of 8 × 8 cells.",
-            Way::LatinHypercube => "One in each of 64 rows and 64 columns.",
+            Estimator::Plain => "Clusters and gaps.",
+            Estimator::Jittered => "One in each of 8 × 8 cells.",
+            Estimator::LatinHypercube => "One in each of 64 rows and 64 columns.",
         }
         .to_owned(),
         shape: Shape::Square,

@@ -4,7 +4,6 @@
 //! Range: what there is no time for is left out, and said to be.
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
-use super::anatomy::path_shares;
 use super::effect_cost::{CostSettings, EffectCost, effect_costs};
 use super::fit::TimeLaw;
 use super::lengths::{self, bounce_costs};
@@ -14,6 +13,7 @@ use super::run::Study;
 use super::runner::{Purpose, seed_for};
 use super::schedule::ANATOMY;
 use super::settings::Watch;
+use super::variance::path_shares;
 use etendue::Result;
 use etendue::internals::plan::Plan;
 use etendue::internals::render::RenderObserver;
@@ -61,7 +61,7 @@ impl Study<'_> {
             }
             let variant = &self.settings.variants[index];
             let seed = seed_for(self.settings.seed, Purpose::Paths, [index as u64, 0, 0]);
-            let shares = path_shares(self.stage, variant, references, spp, seed);
+            let shares = path_shares(self.prepared, variant, references, spp, seed);
             self.report.variants[index].paths = shares;
         }
     }
@@ -80,7 +80,7 @@ impl Study<'_> {
         }
         let seed = |round| seed_for(self.settings.seed, Purpose::Bounces, [round, 0, 0]);
         let seeds: Vec<u64> = (0..BOUNCE_ROUNDS).map(seed).collect();
-        let costs = bounce_costs(self.stage, variant, spp, &seeds, watch)?;
+        let costs = bounce_costs(self.prepared, variant, spp, &seeds, watch)?;
         let is_whole = costs.is_some();
         self.report.variants[0].bounces = costs.unwrap_or_default();
         Ok(is_whole.then_some(()))
@@ -88,10 +88,10 @@ impl Study<'_> {
 
     /// What each effect of the scene costs.
     fn effects(&mut self, laws: &[TimeLaw], seconds: f64, watch: &Watch<'_>) -> Result<Option<()>> {
-        let plan = Plan::new(self.description, self.stage.scene(self.settings.options));
+        let plan = Plan::new(self.description, self.prepared.scene(self.settings.options));
         let renders = 2 * (plan.on().count() as u64 + 1) * (EFFECT_ROUNDS + 1);
         let builds = self
-            .stage
+            .prepared
             .builds
             .first()
             .map_or(0.0, |(_, seconds)| *seconds);

@@ -6,7 +6,7 @@
 //! Range: at least one round; shares of time are as rough as timings of that length are.
 //! Source: none needed. Tested in `lab/tests/reports/study.rs`.
 
-use super::stage::Stage;
+use super::prepared_scene::PreparedScene;
 use super::variant::Variant;
 use etendue::Result;
 use etendue::internals::math::stats::{Moments, Spread};
@@ -42,7 +42,7 @@ pub const RENDERS: u64 = LIMITS as u64 + 1;
 /// # Errors
 /// As a render.
 pub fn bounce_costs(
-    stage: &Stage,
+    prepared: &PreparedScene,
     variant: &Variant,
     spp: u64,
     seeds: &[u64],
@@ -52,9 +52,9 @@ pub fn bounce_costs(
     for &seed in seeds {
         let mut round = Vec::new();
         for limit in limits() {
-            let mut settings = stage.settings(variant, spp, seed);
+            let mut settings = prepared.settings(variant, spp, seed);
             settings.max_bounces = limit;
-            let Some(shot) = stage.render(variant, &settings, watch)? else {
+            let Some(shot) = prepared.render(variant, &settings, watch)? else {
                 return Ok(None);
             };
             let light: f64 = shot.film.mean().iter().sum();

@@ -1,7 +1,6 @@
 //! What renders tell when they stand side by side: how far they are apart, error against
 //! time by many of them, the cost of an effect; plots of whatever was measured.
 
-pub mod anatomy;
 pub mod bars;
 pub mod bootstrap;
 pub mod clock;
@@ -11,18 +10,19 @@ mod difference;
 pub mod effect_cost;
 pub mod fit;
 pub mod gram;
+mod images;
 pub mod lengths;
-mod looks;
 pub mod pictures;
+pub mod prepared_scene;
 pub mod reference;
 pub mod report;
 pub mod run;
 pub mod runner;
 pub mod schedule;
 pub mod settings;
-pub mod stage;
 pub mod summary;
 pub mod tiles;
+pub mod variance;
 pub mod variant;
 
 pub use run::run;

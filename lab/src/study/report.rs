@@ -4,7 +4,6 @@
 //! Range: a study that was interrupted has what was done by then.
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
-use super::anatomy::PathShares;
 use super::bars::BarsReport;
 use super::clock::Seconds;
 use super::fit::TimeLaw;
@@ -13,6 +12,7 @@ use super::lengths::BounceCost;
 use super::pictures::Pictures;
 use super::reference::ReferenceNoise;
 use super::schedule::Schedule;
+use super::variance::PathShares;
 use super::variant::VariantReport;
 use etendue::internals::math::stats::Spread;
 use serde::Serialize;

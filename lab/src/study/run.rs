@@ -6,12 +6,12 @@
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
 use super::fit::TimeLaw;
+use super::prepared_scene::{PreparedScene, Shot};
 use super::reference::References;
 use super::report::{LevelReport, ReferenceReport, StudyReport, VariantStudy};
 use super::runner::{Ended, Purpose, Runner, luminance, seed_for};
 use super::schedule::{ANATOMY, Schedule};
 use super::settings::{StudyObserver, StudySettings, Watch};
-use super::stage::{Shot, Stage};
 use super::variant::Variant;
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
@@ -37,12 +37,12 @@ pub fn run(
     let mut watch = Watch::new(observer, settings);
     watch.begin("making the scene ready");
     let options = settings.variants.iter().map(|variant| variant.options);
-    let stage = Stage::new(description, [settings.options].into_iter().chain(options))?;
+    let prepared = PreparedScene::new(description, [settings.options].into_iter().chain(options))?;
     let mut study = Study {
         description,
         settings,
-        stage: &stage,
-        report: blank(description, full_size, settings, &stage),
+        prepared: &prepared,
+        report: blank(description, full_size, settings, &prepared),
     };
     let finished = study.all(&mut watch)?;
     study.report.complete = finished.is_some();
@@ -56,15 +56,15 @@ fn blank(
     description: &SceneDescription,
     full_size: (u32, u32),
     settings: &StudySettings,
-    stage: &Stage,
+    prepared: &PreparedScene,
 ) -> StudyReport {
     let of_variant = |variant: &Variant| VariantStudy {
-        variant: variant.report(variant.settings.bias(stage.effects())),
+        variant: variant.report(variant.settings.bias(prepared.effects())),
         warm_up: TimeLaw {
             start: f64::NAN,
             sample: f64::NAN,
         },
-        build: stage
+        build: prepared
             .builds
             .iter()
             .find(|(options, _)| *options == variant.options)
@@ -88,7 +88,7 @@ fn blank(
         warnings: description
             .notes
             .iter()
-            .chain(&stage.notes)
+            .chain(&prepared.notes)
             .map(ToString::to_string)
             .collect(),
         variants: settings.variants.iter().map(of_variant).collect(),
@@ -100,7 +100,7 @@ fn blank(
 pub(super) struct Study<'a> {
     pub(super) description: &'a SceneDescription,
     pub(super) settings: &'a StudySettings,
-    pub(super) stage: &'a Stage,
+    pub(super) prepared: &'a PreparedScene,
     pub(super) report: StudyReport,
 }
 
@@ -119,10 +119,10 @@ impl Study<'_> {
         let reserve = self.reserve(&laws, &schedule);
         self.report.schedule = Some(schedule.clone());
         watch.begin("rendering all levels in turn");
-        let (settings, stage) = (self.settings, self.stage);
+        let (settings, prepared) = (self.settings, self.prepared);
         let mut runner = Runner::new(
             settings,
-            stage,
+            prepared,
             watch,
             &references,
             &laws,
@@ -168,7 +168,7 @@ impl Study<'_> {
             sampler: SamplerKind::Sobol,
             occlusion_distance: None,
             threads: self.settings.options.threads,
-            ..RenderSettings::new(self.stage.size(), 1)
+            ..RenderSettings::new(self.prepared.size(), 1)
         };
         Variant::new(settings, self.settings.options)
     }
@@ -191,8 +191,8 @@ impl Study<'_> {
                     Purpose::WarmUp,
                     [index as u64, number, 0],
                 );
-                let settings = self.stage.settings(variant, times * least, seed);
-                let Some(shot) = self.stage.render(variant, &settings, watch)? else {
+                let settings = self.prepared.settings(variant, times * least, seed);
+                let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
                     return Ok(None);
                 };
                 points.push([times as f64, shot.seconds.wall]);
@@ -224,7 +224,7 @@ impl Study<'_> {
         reference: TimeLaw,
         watch: &Watch<'_>,
     ) -> Result<Schedule> {
-        let (width, height) = self.stage.size();
+        let (width, height) = self.prepared.size();
         let schedule = match &self.settings.schedule {
             Some(given) => Ok(given.clone()),
             None => Schedule::fit(laws, reference, watch.left()),
@@ -264,8 +264,8 @@ impl Study<'_> {
         let mut shots: Vec<(u64, Shot)> = Vec::new();
         for index in 0..2 {
             let seed = seed_for(self.settings.seed, Purpose::Reference, [index, 0, 0]);
-            let settings = self.stage.settings(&variant, spp, seed);
-            let Some(shot) = self.stage.render(&variant, &settings, watch)? else {
+            let settings = self.prepared.settings(&variant, spp, seed);
+            let Some(shot) = self.prepared.render(&variant, &settings, watch)? else {
                 return Ok(None);
             };
             shots.push((seed, shot));

@@ -8,11 +8,11 @@
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
 use super::fit::TimeLaw;
+use super::prepared_scene::{PreparedScene, Shot};
 use super::reference::References;
 use super::report::{RunReport, StudyReport};
 use super::schedule::Task;
 use super::settings::{StudySettings, Watch};
-use super::stage::{Shot, Stage};
 use etendue::Result;
 use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
@@ -55,7 +55,7 @@ pub fn seed_for(study: u64, purpose: Purpose, index: [u64; 3]) -> u64 {
 /// Renders tasks.
 pub struct Runner<'a> {
     settings: &'a StudySettings,
-    stage: &'a Stage,
+    prepared: &'a PreparedScene,
     watch: &'a Watch<'a>,
     references: &'a References,
     laws: &'a [TimeLaw],
@@ -80,7 +80,7 @@ impl<'a> Runner<'a> {
     /// Ready for levels of `doublings`.
     pub fn new(
         settings: &'a StudySettings,
-        stage: &'a Stage,
+        prepared: &'a PreparedScene,
         watch: &'a Watch<'a>,
         references: &'a References,
         laws: &'a [TimeLaw],
@@ -89,7 +89,7 @@ impl<'a> Runner<'a> {
         let levels = |&k: &u32| vec![Vec::new(); k as usize + 1];
         Self {
             settings,
-            stage,
+            prepared,
             watch,
             references,
             laws,
@@ -129,8 +129,8 @@ impl<'a> Runner<'a> {
         let seed = seed_for(self.settings.seed, Purpose::Level, index);
         let variant = &self.settings.variants[task.variant];
         let spp = variant.settings.least_samples() << task.level;
-        let settings = self.stage.settings(variant, spp, seed);
-        let Some(mut shot) = self.stage.render(variant, &settings, self.watch)? else {
+        let settings = self.prepared.settings(variant, spp, seed);
+        let Some(mut shot) = self.prepared.render(variant, &settings, self.watch)? else {
             return Ok(false);
         };
         let study = &mut report.variants[task.variant];
@@ -140,7 +140,7 @@ impl<'a> Runner<'a> {
             if self.watch.left() < shot.seconds.wall + reserve {
                 study.disturbed += 1;
             } else {
-                let Some(again) = self.stage.render(variant, &settings, self.watch)? else {
+                let Some(again) = self.prepared.render(variant, &settings, self.watch)? else {
                     return Ok(false);
                 };
                 repeated = true;

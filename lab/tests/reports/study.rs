@@ -6,12 +6,12 @@ use etendue::internals::accel::{AccelOptions, Backend, Precision};
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
-use etendue_lab::study::anatomy::Found;
 use etendue_lab::study::report::StudyReport;
 use etendue_lab::study::run;
 use etendue_lab::study::schedule::Schedule;
 use etendue_lab::study::settings::{StudyObserver, StudySettings, Unattended};
 use etendue_lab::study::summary::{Summary, Tenth, summaries};
+use etendue_lab::study::variance::LightFoundBy;
 use etendue_lab::study::variant::{Choice, Variant};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -151,20 +151,20 @@ fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
     for (study, found) in report
         .variants
         .iter()
-        .zip([Found::LightSampling, Found::Scattering])
+        .zip([LightFoundBy::LightSampling, LightFoundBy::Scattering])
     {
         let paths = study.paths.as_ref().expect("they were watched");
         assert!(paths.unexplained.abs() < 1e-6, "{paths:?}");
         let light: f64 = paths.classes.iter().map(|class| class.energy).sum();
         assert!((light - 1.0).abs() < 1e-9);
         // Path finds most of its light by looking for it, bsdf none.
-        let share = |found: Found| {
+        let share = |found: LightFoundBy| {
             let classes = paths.classes.iter().filter(|class| class.found == found);
             classes.map(|class| class.energy).sum::<f64>()
         };
         let other = match found {
-            Found::Scattering => Found::LightSampling,
-            _ => Found::Scattering,
+            LightFoundBy::Scattering => LightFoundBy::LightSampling,
+            _ => LightFoundBy::Scattering,
         };
         assert!(share(found) > share(other), "{paths:?}");
     }
@@ -172,7 +172,7 @@ fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
     assert!(
         bsdf.classes
             .iter()
-            .all(|class| class.found != Found::LightSampling)
+            .all(|class| class.found != LightFoundBy::LightSampling)
     );
     // One bounce brings most of the light, and all of them all.
     let bounces = &report.variants[0].bounces;

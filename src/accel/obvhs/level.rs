@@ -38,7 +38,7 @@ pub struct TreeOptions {
 
 /// What a ray has met: the place of a triangle and the point on it, or a hit on something else.
 #[derive(Clone, Copy)]
-enum Found {
+enum ClosestHit {
     Triangle(usize, [f32; 2]),
     Other(Hit),
 }
@@ -106,10 +106,10 @@ impl Level {
         let _ = self.tree.traverse(query, |place, end| {
             let triangle = &self.triangles[place];
             let found = match ray.meet(triangle) {
-                Some((t, uv)) => Some((t, Found::Triangle(place, uv))),
+                Some((t, uv)) => Some((t, ClosestHit::Triangle(place, uv))),
                 None if triangle[0].x.is_nan() => {
                     let hit = other(self.items[place], &ray);
-                    hit.map(|(t, hit)| (t, Found::Other(hit)))
+                    hit.map(|(t, hit)| (t, ClosestHit::Other(hit)))
                 }
                 None => None,
             };
@@ -124,10 +124,10 @@ impl Level {
     }
 
     #[inline]
-    fn resolve(&self, t: f64, found: Found) -> Hit {
+    fn resolve(&self, t: f64, found: ClosestHit) -> Hit {
         match found {
-            Found::Other(hit) => hit,
-            Found::Triangle(place, uv) => match self.items[place] {
+            ClosestHit::Other(hit) => hit,
+            ClosestHit::Triangle(place, uv) => match self.items[place] {
                 Item::Primitive(id) => Hit {
                     id,
                     t: t as f32,

@@ -22,7 +22,7 @@ use crate::film::splats::Strategy;
 use crate::geometry::surface::SurfacePoint;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::{PathObserver, RayKind};
-use crate::light::types::{EmissionPdf, LightEnd, PointRule};
+use crate::light::types::{EmissionPdf, PointRule, ShadowRayEnd};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
@@ -163,7 +163,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         {
             let before = &eye.vertices[j - 1];
             let by_nee = scene.light_pdf(before.at.p, self.time, &vertex.at);
-            let end = LightEnd::Surface(point_of(&vertex.at), [0.0; 2]);
+            let end = ShadowRayEnd::Surface(point_of(&vertex.at), [0.0; 2]);
             let pdf = self.emission_pdf(light, &end, vertex.at.wo);
             let (mut source, rays) = Source::new(end, scene.lights.pmf(light), &pdf);
             source.direct = source.density_from(before.at.p, by_nee);
@@ -200,11 +200,11 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         let constant = contribution(self.scene.environment, 1.0);
         let mut sampled = None;
         if E::EnvironmentMap::ON
-            && let Some(environment) = self.scene.lights.beyond(escape.direction)
+            && let Some(environment) = self.scene.lights.environment(escape.direction)
         {
             let mut weight = 1.0;
             if let Some(last) = self.eye.vertices.last() {
-                let end = LightEnd::Infinity;
+                let end = ShadowRayEnd::Infinity;
                 let pdf = self.emission_pdf(environment.light, &end, -escape.direction);
                 let pmf = self.scene.lights.pmf(environment.light);
                 let (mut source, rays) = Source::new(end, pmf, &pdf);
@@ -246,9 +246,9 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             source.direct = source.density_from(from, pdf);
         }
         let way = match &light.end {
-            LightEnd::Surface(point, _) => from - point.p,
-            LightEnd::Point(point) => from - *point,
-            LightEnd::Infinity => -light.wi,
+            ShadowRayEnd::Surface(point, _) => from - point.p,
+            ShadowRayEnd::Point(point) => from - *point,
+            ShadowRayEnd::Infinity => -light.wi,
         };
         let pdfs = ConnectionPdfs {
             by_eye: [source.density_from(from, at.pdf_to_light), 0.0],
@@ -289,7 +289,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         };
         let of_light = far.beta * at_far.to_eye * (at_far.adjoint / distance2);
         let unweighted = near.beta * at_near.to_eye * of_light;
-        let end = LightEnd::Surface(point_of(&far.at), [0.0; 2]);
+        let end = ShadowRayEnd::Surface(point_of(&far.at), [0.0; 2]);
         let ray = near.at.ray_to(&end, w, at_near.goes_through);
         let (source, strategy) = (light.source, Strategy { s: i + 2, t: j + 2 });
         let weight = self.weight(strategy, &source, &pdfs);
@@ -329,7 +329,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         };
         let flux = planted!("splats-without-film", 1.0, film.per_steradian as f32);
         let unweighted = vertex.beta * at.to_eye * (at.adjoint * flux / distance2);
-        let end = LightEnd::Point(lens.p);
+        let end = ShadowRayEnd::Point(lens.p);
         let ray = vertex.at.ray_to(&end, w, at.goes_through);
         let (source, strategy) = (light.source, Strategy { s: i + 2, t: 1 });
         let weight = self.weight(strategy, &source, &pdfs);
@@ -396,10 +396,10 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         self.scene.visibility::<E>(ray, self.time)
     }
 
-    fn emission_pdf(&self, light: u32, end: &LightEnd, direction: Vec3) -> EmissionPdf {
+    fn emission_pdf(&self, light: u32, end: &ShadowRayEnd, direction: Vec3) -> EmissionPdf {
         let normal = match end {
-            LightEnd::Surface(point, _) => point.ng,
-            LightEnd::Point(_) | LightEnd::Infinity => Vec3::ZERO,
+            ShadowRayEnd::Surface(point, _) => point.ng,
+            ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => Vec3::ZERO,
         };
         let around = &self.scene.around;
         let light = self.scene.lights.get(light);

@@ -15,7 +15,7 @@ use crate::accel::{AccelOptions, Backend, Precision};
 use crate::effects::kernel::types::Everything;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::Unobserved;
-use crate::light::types::LightEnd;
+use crate::light::types::ShadowRayEnd;
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
@@ -72,10 +72,10 @@ fn anew(
     whole.is_delta.copy_from_slice(is_delta);
     let p = |k: usize| surfaces[k].at.p;
     let from_source = |p: Vec3| match &light.source.end {
-        LightEnd::Surface(point, _) => p - point.p,
-        LightEnd::Point(point) => p - *point,
+        ShadowRayEnd::Surface(point, _) => p - point.p,
+        ShadowRayEnd::Point(point) => p - *point,
         // The first surface of the walk was met along it.
-        LightEnd::Infinity => -light.walked.vertices[0].at.wo,
+        ShadowRayEnd::Infinity => -light.walked.vertices[0].at.wo,
     };
     whole.densities[1].by_light = light
         .ray_density

@@ -27,7 +27,7 @@ use super::{CameraRay, Integrator, RayCounts, Roulette};
 use crate::accel::Hit;
 use crate::effects::Effects;
 use crate::film::splats::{Splat, SplatList, Strategy};
-use crate::light::types::{EmissionSample, LightEnd};
+use crate::light::types::{EmissionSample, ShadowRayEnd};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
@@ -265,21 +265,21 @@ impl Bidirectional {
 /// Where the first ray begins: beyond the bound of the error of its point.
 fn beginning(sample: &EmissionSample) -> Vec3 {
     match &sample.end {
-        LightEnd::Surface(point, _) => {
+        ShadowRayEnd::Surface(point, _) => {
             let leaves_above = sample.direction.dot(point.ng) > 0.0;
             let side = if leaves_above { point.ng } else { -point.ng };
             offset_point(point.p, point.error, side)
         }
-        LightEnd::Point(point) => *point + reach_of_point(*point) * sample.direction,
-        LightEnd::Infinity => sample.origin,
+        ShadowRayEnd::Point(point) => *point + reach_of_point(*point) * sample.direction,
+        ShadowRayEnd::Infinity => sample.origin,
     }
 }
 
 /// What a walk along this ray sets out with.
 fn power(sample: &EmissionSample, pmf: Pmf) -> Rgb {
     let cos = match &sample.end {
-        LightEnd::Surface(point, _) => sample.direction.dot(point.ng).abs(),
-        LightEnd::Point(_) | LightEnd::Infinity => 1.0,
+        ShadowRayEnd::Surface(point, _) => sample.direction.dot(point.ng).abs(),
+        ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => 1.0,
     };
     let position = sample.pdf.position.map_or(1.0, |pdf| pdf.0);
     let direction = sample.pdf.direction.map_or(1.0, |pdf| pdf.0);
@@ -297,16 +297,16 @@ fn density_of_nee<E: Effects>(
 ) -> f64 {
     let from = first.at.p;
     let pdf = match &sample.end {
-        LightEnd::Surface(point, _) => {
+        ShadowRayEnd::Surface(point, _) => {
             let towards = point.p - from;
             scene.lights.pdf::<E>(light, from, time, towards, point.ng)
         }
-        LightEnd::Infinity if source.can_be_met => {
-            let beyond = scene.lights.beyond(-sample.direction);
+        ShadowRayEnd::Infinity if source.can_be_met => {
+            let beyond = scene.lights.environment(-sample.direction);
             beyond.map_or(PdfSolidAngle(0.0), |beyond| beyond.pdf)
         }
         // There is no other point, or direction, than this: by the choice of the light.
-        LightEnd::Point(_) | LightEnd::Infinity => return source.direct,
+        ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => return source.direct,
     };
     source.density_from(from, pdf)
 }

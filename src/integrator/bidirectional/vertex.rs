@@ -15,7 +15,7 @@
 
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::effects::{Effects, Switch};
-use crate::light::types::{EmissionPdf, LightEnd};
+use crate::light::types::{EmissionPdf, ShadowRayEnd};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
@@ -198,7 +198,7 @@ fn adjoint<E: Effects>(seen: &Interaction<E>, to_eye: Vec3, to_light: Vec3) -> f
 #[derive(Debug, Clone, Copy)]
 pub struct Source {
     /// Where it is.
-    pub end: LightEnd,
+    pub end: ShadowRayEnd,
     /// Whether a path from the eye can meet it by chance.
     pub can_be_met: bool,
     /// How it is found.
@@ -210,13 +210,15 @@ pub struct Source {
 impl Source {
     /// The end of a path that light sampling would leave with these densities, times the probability of choosing the light,
     /// and the density of the rays that go on from it.
-    pub fn new(end: LightEnd, pmf: Pmf, pdf: &EmissionPdf) -> (Self, RayDensity) {
+    pub fn new(end: ShadowRayEnd, pmf: Pmf, pdf: &EmissionPdf) -> (Self, RayDensity) {
         let position = pdf.position.map_or(1.0, |pdf| f64::from(pdf.0));
         let direction = pdf.direction.map_or(1.0, |pdf| f64::from(pdf.0));
         // What is chosen first is what the vertex is: the direction of light from beyond the scene, else the point.
         let (first, rays) = match end {
-            LightEnd::Infinity => (direction, RayDensity::Parallel(position)),
-            LightEnd::Surface(..) | LightEnd::Point(_) => (position, RayDensity::Point(direction)),
+            ShadowRayEnd::Infinity => (direction, RayDensity::Parallel(position)),
+            ShadowRayEnd::Surface(..) | ShadowRayEnd::Point(_) => {
+                (position, RayDensity::Point(direction))
+            }
         };
         let source = Self {
             end,
@@ -234,10 +236,10 @@ impl Source {
     pub fn density_from(&self, from: Vec3, pdf: PdfSolidAngle) -> f64 {
         match &self.end {
             _ if !self.can_be_met => 0.0,
-            LightEnd::Surface(point, _) => {
+            ShadowRayEnd::Surface(point, _) => {
                 RayDensity::Point(pdf.0.into()).density_at(point.p - from, point.ng)
             }
-            LightEnd::Point(_) | LightEnd::Infinity => pdf.0.into(),
+            ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => pdf.0.into(),
         }
     }
 }

@@ -135,7 +135,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
             let u_alpha = self.u_alpha::<E>(kind, bounce);
             let met = self
                 .scene
-                .meet::<E>(&ray, self.time, departure, u_alpha, found);
+                .surface_interaction::<E>(&ray, self.time, departure, u_alpha, found);
             let Some(at) = met else {
                 self.watch(kind, |observer| observer.escaped(ray.dir));
                 walked.escape = Some(Escape {
@@ -192,7 +192,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
             (ray, departure, origin) = (next, Some(left_behind), at.p);
             ray_density = RayDensity::Point(step.forwards.0.into());
             self.rays.closest += 1;
-            let ray_kind = RayKind::onward(bounce, step.sample.pdf.is_none());
+            let ray_kind = RayKind::extension(bounce, step.sample.pdf.is_none());
             self.observer.traced(ray_kind, &ray, self.time);
             found = self.scene.accel.intersect(&ray, self.time, departure);
         }

@@ -12,8 +12,8 @@ use super::hemisphere::{Cells, Expansion};
 use super::record::Record;
 use crate::effects::Effects;
 use crate::integrator::observer::Unobserved;
+use crate::integrator::path::queues::{PathQueues, WAVEFRONT_SIZE};
 use crate::integrator::path::{PathIntegrator, PathState, Paths};
-use crate::integrator::waiting::{AT_ONCE, Waiting};
 use crate::integrator::{CameraRay, RayCounts, Sample};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
@@ -80,13 +80,13 @@ impl Gatherer<'_> {
     ) -> Option<Seen> {
         let mut radiance = vec![Rgb::BLACK; cells.count()];
         let mut distance = vec![f32::INFINITY; cells.count()];
-        let mut waiting = Waiting::default();
+        let mut queues = PathQueues::default();
         // Nothing moves.
         let time = 0.0;
-        for first in (0..cells.count()).step_by(AT_ONCE) {
+        for first in (0..cells.count()).step_by(WAVEFRONT_SIZE) {
             let (mut asked, mut samplers) = (Vec::new(), Vec::new());
             let (mut samples, mut paths) = (Vec::new(), Vec::new());
-            for cell in first..cells.count().min(first + AT_ONCE) {
+            for cell in first..cells.count().min(first + WAVEFRONT_SIZE) {
                 sampler.start(self.numbers, (spent + cell) as u64);
                 let u: [f32; 2] = sampler.draw(Decision::Bsdf(0));
                 let local = cells.direction(cell, Vec2::from_array(u));
@@ -115,7 +115,7 @@ impl Gatherer<'_> {
                 samples: &mut samples,
                 samplers: &mut samplers,
                 states: &mut paths,
-                waiting: &mut waiting,
+                queues: &mut queues,
                 observer: &mut Unobserved,
                 bounce: 1,
             });

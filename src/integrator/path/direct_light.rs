@@ -6,13 +6,13 @@
 
 use super::super::indirect::Indirect;
 use super::super::observer::{PathObserver, RayKind};
-use super::super::technique::{Chosen, LightRule, Technique};
-use super::super::waiting::Waiting;
-use super::seen::Seen;
+use super::super::technique::{LightRule, Technique, TechniqueSource};
+use super::queues::PathQueues;
+use super::shading_context::ShadingContext;
 use super::{PathIntegrator, Paths};
-use crate::bsdf::View;
+use crate::bsdf::BoundBsdf;
 use crate::effects::{Effects, Slot, Switch};
-use crate::light::types::{LightQuestion, LightSample};
+use crate::light::types::{LightSample, LightSampleContext};
 use crate::math::lanes::LANES;
 use crate::math::measure::Pmf;
 use crate::math::ray::Ray;
@@ -23,69 +23,72 @@ use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
-impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
+impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Looks for one light where each path is, and leaves the rays to them to be traced.
-    pub(super) fn look_for_lights<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    pub(super) fn sample_direct_light<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
-        arrivals: &[Interaction<E>],
-        seen: &[Seen<'_>],
+        interactions: &[Interaction<E>],
+        shading: &[ShadingContext<'_>],
     ) {
         let (scene, technique) = (paths.scene, self.technique.technique());
         if !technique.samples_lights() || scene.lights.is_empty() {
             return;
         }
-        let Waiting {
-            going,
+        let PathQueues {
+            active,
             chosen,
-            looking,
-            light_numbers,
-            questions,
+            nee_paths,
+            light_u,
+            light_contexts,
             samples,
-            shadows,
+            shadow_rays,
             ..
-        } = &mut *paths.waiting;
-        let all = going.iter().zip(arrivals).zip(seen);
-        let all_that_look = all.filter(|(_, seen)| seen.looks);
+        } = &mut *paths.queues;
+        let all = active.iter().zip(interactions).zip(shading);
+        let all_nee = all.filter(|(_, shading)| shading.samples_lights);
 
-        looking.clear();
-        looking.extend(all_that_look.clone().map(|((number, _), _)| *number));
-        light_numbers.clear();
-        draw_lights::<E, S>(paths.samplers, looking, paths.bounce, light_numbers);
+        nee_paths.clear();
+        nee_paths.extend(all_nee.clone().map(|((path_index, _), _)| *path_index));
+        light_u.clear();
+        draw_light_u::<E, S>(paths.samplers, nee_paths, paths.bounce, light_u);
 
-        let mut asking = all_that_look.clone();
-        let mut answered = all_that_look;
-        for numbers in light_numbers.chunks(LANES) {
-            questions.clear();
-            for (&numbers, ((number, at), _)) in numbers.iter().zip(asking.by_ref()) {
-                let time = paths.states[*number].time.or(0.0);
-                let question = question(scene, at, time, numbers);
-                chosen[*number] = Some(question.light);
-                questions.push(question);
+        let mut asking = all_nee.clone();
+        let mut answered = all_nee;
+        for numbers in light_u.chunks(LANES) {
+            light_contexts.clear();
+            for (&numbers, ((path_index, at), _)) in numbers.iter().zip(asking.by_ref()) {
+                let time = paths.states[*path_index].time.or(0.0);
+                let light_context = light_context(scene, at, time, numbers);
+                chosen[*path_index] = Some(light_context.light);
+                light_contexts.push(light_context);
             }
-            scene.sample_lights::<E>(questions, technique.points, samples);
+            scene.sample_lights::<E>(light_contexts, technique.points, samples);
 
-            let answers = questions.iter().zip(&*samples);
-            for ((question, light), ((&number, at), seen)) in answers.zip(answered.by_ref()) {
-                let lighting = match seen.known {
+            let light_samples = light_contexts.iter().zip(&*samples);
+            for ((light_context, light), ((&path_index, at), shading)) in
+                light_samples.zip(answered.by_ref())
+            {
+                let lighting = match shading.cached_indirect {
                     // No ray is scattered that could find a light.
                     Some(_) => technique.by_lights_alone(),
                     None => technique,
                 };
-                let found = light
-                    .as_ref()
-                    .and_then(|light| reflected(at, &seen.view, lighting, question.pmf, light));
+                let found = light.as_ref().and_then(|light| {
+                    reflected(at, &shading.view, lighting, light_context.pmf, light)
+                });
                 let Some(found) = found else {
                     paths.observer.unlit();
                     continue;
                 };
-                let (path, time) = (&mut paths.states[number], question.time);
-                paths.samples[number].rays.shadow += 1;
+                let (path, time) = (&mut paths.states[path_index], light_context.time);
+                paths.samples[path_index].rays.shadow += 1;
                 paths.observer.traced(RayKind::Shadow, &found.ray, time);
                 let contribution = path.beta * found.contribution;
-                shadows.push(number, contribution, found.weight, &found.ray, time);
+                shadow_rays.push(path_index, contribution, found.weight, &found.ray, time);
                 if paths.observer.is_sequential() {
-                    shadows.trace::<E, O>(scene, paths.observer, |_, light| path.radiance += light);
+                    shadow_rays
+                        .trace::<E, O>(scene, paths.observer, |_, light| path.radiance += light);
                 }
             }
         }
@@ -94,7 +97,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
 
 /// Draws the numbers that choose a point on a light and, where there are several, the light.
 #[inline]
-fn draw_lights<E: Effects, S: Sampler>(
+fn draw_light_u<E: Effects, S: Sampler>(
     samplers: &mut [S],
     places: &[usize],
     bounce: u32,
@@ -112,15 +115,15 @@ fn draw_lights<E: Effects, S: Sampler>(
 
 /// What is asked at a surface, by numbers that choose a point on a light and the light.
 #[inline]
-fn question<E: Effects>(
+fn light_context<E: Effects>(
     scene: &Scene,
     at: &Interaction<E>,
     time: f32,
     [u, v, choice @ ..]: [f32; 4],
-) -> LightQuestion {
+) -> LightSampleContext {
     let choice = scene.lights.choose::<E>(choice);
     let (light, pmf) = choice.expect("there are lights, or nobody would look");
-    LightQuestion {
+    LightSampleContext {
         light,
         pmf,
         p: at.p,
@@ -142,7 +145,7 @@ struct DirectLight {
 #[inline]
 fn reflected<E: Effects>(
     at: &Interaction<E>,
-    seen: &View,
+    shading: &BoundBsdf,
     technique: Technique,
     pmf: Pmf,
     light: &LightSample,
@@ -152,16 +155,16 @@ fn reflected<E: Effects>(
     }
     let wi = at.frame.to_local(light.wi);
     // Reflection in the shading frame has to be reflection at the true surface.
-    let goes_through = wi.z * seen.wo().z < 0.0;
+    let goes_through = wi.z * shading.wo().z < 0.0;
     if !at.agrees(light.wi, goes_through) {
         return None;
     }
-    let value = seen.eval::<E>(wi);
+    let value = shading.eval::<E>(wi);
     if value.f.is_black() {
         return None;
     }
     let (weight, over_pdf) = match light.pdf {
-        Some(pdf) if technique.lights == LightRule::OneAndRest => (1.0, pmf.0 / pdf.0),
+        Some(pdf) if technique.lights == LightRule::PartitionedLights => (1.0, pmf.0 / pdf.0),
         Some(pdf) => (technique.weight_of_light(pdf, value.pdf), 1.0 / pdf.0),
         None => (1.0, 1.0),
     };

@@ -20,18 +20,19 @@
 //! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `battery/`,
 //! `tests/scattering/furnace.rs`, `tests/rendering/effects.rs` and `tests/rendering/integrators.rs`.
 
-mod arrival;
+mod course;
 mod direct_light;
-mod onward;
-mod seen;
+mod emission;
+pub mod queues;
+mod scattering;
+mod shading_context;
 mod state;
 
 pub use state::PathState;
 
 use super::indirect::{Indirect, Traced};
 use super::observer::{PathObserver, Unobserved};
-use super::technique::{Chosen, Weighted};
-use super::waiting::Waiting;
+use super::technique::{TechniqueSource, Weighted};
 use super::{CameraRay, Integrator, RayCounts, Roulette, Sample};
 use crate::accel::Hit;
 use crate::bsdf::Bsdf;
@@ -41,7 +42,8 @@ use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
-use seen::{Bsdfs, Seen};
+use queues::PathQueues;
+use shading_context::{Bsdfs, ShadingContext};
 use std::slice;
 
 /// The path integrator's choices.
@@ -57,7 +59,7 @@ pub struct PathIntegrator<C = Weighted, K = Traced> {
     pub roulette: Roulette,
 }
 
-impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
+impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
     const SIDE_BY_SIDE: bool = true;
 
     fn radiance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
@@ -72,8 +74,8 @@ impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
         let mut sample = Sample::new(*camera_ray);
         sample.found = found;
         let (samplers, samples) = (slice::from_mut(sampler), slice::from_mut(&mut sample));
-        let waiting = &mut Waiting::default();
-        self.radiances::<E, S, O>(scene, samplers, samples, waiting, observer);
+        let queues = &mut PathQueues::default();
+        self.radiances::<E, S, O>(scene, samplers, samples, queues, observer);
         *rays += sample.rays;
         sample.radiance
     }
@@ -83,7 +85,7 @@ impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [Sample],
-        waiting: &mut Waiting,
+        queues: &mut PathQueues,
         observer: &mut O,
     ) {
         let begin = |sample: &mut Sample| {
@@ -97,7 +99,7 @@ impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
             samples,
             samplers,
             states: &mut states,
-            waiting,
+            queues,
             observer,
             bounce: 0,
         });
@@ -107,7 +109,7 @@ impl<C: Chosen, K: Indirect> Integrator for PathIntegrator<C, K> {
     }
 }
 
-impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
+impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Follows paths side by side to their ends, given what is found on their rays.
     ///
     /// Each stage is a loop over all of them that does little: a processor works at several of its turns at once.
@@ -115,18 +117,18 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
         &self,
         mut paths: Paths<'_, E, S, O>,
     ) {
-        paths.waiting.begin(paths.states.len());
-        let mut arrivals = Vec::with_capacity(paths.states.len());
-        while !paths.waiting.going.is_empty() {
-            arrivals.clear();
-            self.arrive(&mut paths, &mut arrivals);
-            let bsdfs = Bsdfs::of(paths.scene, &arrivals);
-            let surfaces = arrivals.iter().zip(bsdfs.each());
-            let seen: Vec<Seen<'_>> = surfaces
-                .map(|(at, bsdf)| self.see(at, bsdf, paths.bounce))
+        paths.queues.begin(paths.states.len());
+        let mut interactions = Vec::with_capacity(paths.states.len());
+        while !paths.queues.active.is_empty() {
+            interactions.clear();
+            self.add_emission_and_compact(&mut paths, &mut interactions);
+            let bsdfs = Bsdfs::of(paths.scene, &interactions);
+            let surfaces = interactions.iter().zip(bsdfs.each());
+            let shading: Vec<ShadingContext<'_>> = surfaces
+                .map(|(at, bsdf)| self.shading_context(at, bsdf, paths.bounce))
                 .collect();
-            self.look_for_lights(&mut paths, &arrivals, &seen);
-            self.scatter(&mut paths, &arrivals, &seen);
+            self.sample_direct_light(&mut paths, &interactions, &shading);
+            self.scatter(&mut paths, &interactions, &shading);
             paths.trace();
             paths.bounce += 1;
         }
@@ -148,22 +150,22 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             samples: slice::from_mut(sample),
             samplers: slice::from_mut(sampler),
             states: slice::from_mut(&mut state),
-            waiting: &mut Waiting::default(),
+            queues: &mut PathQueues::default(),
             observer: &mut Unobserved,
             bounce: 0,
         };
-        paths.waiting.begin(1);
-        let mut arrivals = Vec::with_capacity(1);
+        paths.queues.begin(1);
+        let mut interactions = Vec::with_capacity(1);
         loop {
-            arrivals.clear();
-            self.arrive(&mut paths, &mut arrivals);
-            let at = arrivals.first()?;
+            interactions.clear();
+            self.add_emission_and_compact(&mut paths, &mut interactions);
+            let at = interactions.first()?;
             let bsdf = scene.surface(at);
             if let Some(found) = find(at, &bsdf, paths.bounce) {
                 return Some(found);
             }
-            let seen = [self.see(at, &bsdf, paths.bounce)];
-            self.scatter(&mut paths, &arrivals, &seen);
+            let shading = [self.shading_context(at, &bsdf, paths.bounce)];
+            self.scatter(&mut paths, &interactions, &shading);
             paths.trace();
             paths.bounce += 1;
         }
@@ -181,7 +183,7 @@ pub struct Paths<'a, E: Effects, S, O: ?Sized> {
     /// As those of the samples.
     pub states: &'a mut [PathState<E>],
     /// Memory.
-    pub waiting: &'a mut Waiting,
+    pub queues: &'a mut PathQueues,
     /// Who watches.
     pub observer: &'a mut O,
     /// Scattering events before.
@@ -192,18 +194,26 @@ impl<E: Effects, S, O: PathObserver + ?Sized> Paths<'_, E, S, O> {
     /// Traces the rays to lights, and then those of the paths that go on.
     fn trace(&mut self) {
         let states = &mut *self.states;
-        let shadows = &mut self.waiting.shadows;
-        shadows.trace::<E, O>(self.scene, self.observer, |number, light| {
-            states[number].radiance += light;
+        let shadow_rays = &mut self.queues.shadow_rays;
+        shadow_rays.trace::<E, O>(self.scene, self.observer, |path_index, light| {
+            states[path_index].radiance += light;
         });
-        let Waiting { onward, going, .. } = &mut *self.waiting;
+        let PathQueues {
+            extension_rays,
+            active,
+            ..
+        } = &mut *self.queues;
         let mut hits = [None; LANES];
-        for (rays, numbers) in onward.packets_mut().iter_mut().zip(going.chunks(LANES)) {
+        for (rays, numbers) in extension_rays
+            .packets_mut()
+            .iter_mut()
+            .zip(active.chunks(LANES))
+        {
             self.scene.accel.intersect_packet(rays, false, &mut hits);
-            for (&number, found) in numbers.iter().zip(&hits) {
-                self.samples[number].found = *found;
+            for (&path_index, found) in numbers.iter().zip(&hits) {
+                self.samples[path_index].found = *found;
             }
         }
-        onward.clear();
+        extension_rays.clear();
     }
 }

@@ -5,7 +5,7 @@
 //! Source: none needed. Tested in `tests/rendering/effects.rs`.
 
 use super::super::technique::Technique;
-use crate::accel::Departure;
+use crate::accel::ExcludedPrimitive;
 use crate::effects::{Effects, Slot, State};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::ray::Ray;
@@ -21,7 +21,7 @@ pub struct PathState<E: Effects> {
     /// The ray onward.
     pub ray: Ray,
     /// What the ray leaves, for who looks behind a surface that is only partly there.
-    pub departure: State<E::Alpha, Option<Departure>>,
+    pub departure: State<E::Alpha, Option<ExcludedPrimitive>>,
     /// When, from 0 to 1 while the shutter is open.
     pub time: State<E::Motion, f32>,
     /// What radiance along the ray counts.
@@ -37,7 +37,7 @@ pub struct PathState<E: Effects> {
 impl<E: Effects> PathState<E> {
     /// A path that begins with a ray, which leaves something or comes from the camera.
     #[inline]
-    pub fn new(ray: Ray, departure: Option<Departure>, time: f32) -> Self {
+    pub fn new(ray: Ray, departure: Option<ExcludedPrimitive>, time: f32) -> Self {
         Self {
             ray,
             departure: Slot::new(|| departure),
@@ -72,14 +72,14 @@ impl<E: Effects> PathState<E> {
 
     /// Sends it on from a surface along `wi`, which was found with density `pdf`, and tells its ray and what that leaves.
     #[inline(always)]
-    pub(super) fn leave(
+    pub(super) fn spawn_ray(
         &mut self,
         scene: &Scene,
         at: &Interaction<E>,
         wi: Vec3,
         pdf: Option<PdfSolidAngle>,
         goes_through: bool,
-    ) -> (Ray, Departure) {
+    ) -> (Ray, ExcludedPrimitive) {
         let forgotten = planted!(
             "mirror-weighted-as-what-it-shows",
             self.scattered_from,

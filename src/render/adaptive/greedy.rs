@@ -10,11 +10,11 @@
 //! Source: Kirk and Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis", on its bias. Tested in
 //! `tests/rendering/adaptive_pixels.rs`.
 
-use super::Deal;
+use super::SampleAllocation;
 use crate::film::Film;
 
 /// Gives `samples` more to those pixels whose own relative error is above `target`.
-pub fn deal(film: &Film, target: f64, samples: u64) -> Deal {
+pub fn deal(film: &Film, target: f64, samples: u64) -> SampleAllocation {
     let mut counts = film.sample_counts();
     let mean = film.mean().iter().sum::<f64>() / 3.0;
     let epsilon = 0.01 * mean * mean;
@@ -26,8 +26,8 @@ pub fn deal(film: &Film, target: f64, samples: u64) -> Deal {
         }
     }
     if is_any_noisy {
-        Deal::UpTo(counts)
+        SampleAllocation::UpTo(counts)
     } else {
-        Deal::Nothing
+        SampleAllocation::Nothing
     }
 }

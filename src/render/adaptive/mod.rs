@@ -20,7 +20,7 @@ fn is_over(level: u64, used: f64) -> bool {
 
 /// What the next pass gives out.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Deal {
+pub enum SampleAllocation {
     /// The same to every pixel.
     Evenly,
     /// What every pixel is to have after it, row by row.
@@ -31,7 +31,7 @@ pub enum Deal {
 
 /// Gives samples out, pass by pass.
 #[derive(Debug)]
-pub enum Dealer {
+pub enum SampleAllocator {
     /// Evenly.
     Evenly,
     /// Evenly during the pilot, then as it tells once it is over.
@@ -40,7 +40,7 @@ pub enum Dealer {
     Greedy(f64),
 }
 
-impl Dealer {
+impl SampleAllocator {
     /// As the settings say.
     pub fn new(settings: &RenderSettings) -> Self {
         let budget = settings.budget;
@@ -70,10 +70,10 @@ impl Dealer {
     }
 
     /// What brings the render from one level to the next.
-    pub fn deal(&self, film: &Film, level: u64, next: u64) -> Deal {
+    pub fn deal(&self, film: &Film, level: u64, next: u64) -> SampleAllocation {
         match self {
-            Self::Evenly => Deal::Evenly,
-            Self::ByPilot(allocation) => Deal::UpTo(match allocation {
+            Self::Evenly => SampleAllocation::Evenly,
+            Self::ByPilot(allocation) => SampleAllocation::UpTo(match allocation {
                 Some(allocation) => allocation.counts(&film.sample_counts(), next),
                 None => vec![next; film.window().pixel_count() as usize],
             }),

@@ -13,7 +13,7 @@ mod rule;
 
 use super::settings::Adaptive;
 use super::settings::{Budget, RenderSettings};
-use super::{RenderObserver, Rendered, Threads, View, check, resume};
+use super::{RenderInput, RenderObserver, Rendered, Threads, check, resume};
 use crate::effects::{Effect, EffectSet};
 use crate::error::{ErrorKind, Result};
 use crate::film::Window;
@@ -53,7 +53,7 @@ pub struct Recommendation {
 /// # Errors
 /// As a render by any of the integrators.
 pub fn recommend(
-    view: &View<'_>,
+    view: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
@@ -74,8 +74,8 @@ pub fn recommend(
     let effects = view.scene.effects;
     let mut candidates = vec![];
     if able.len() > 1 {
-        let stage = Stage::new(view, threads, settings, observer);
-        match stage.candidates(&able)? {
+        let pilot_run = PilotRun::new(view, threads, settings, observer);
+        match pilot_run.candidates(&able)? {
             Some(measured) => candidates = measured,
             None => return Ok(interrupted()),
         }
@@ -99,7 +99,7 @@ pub fn recommend(
 /// # Errors
 /// As [`recommend`].
 pub fn settle(
-    view: &View<'_>,
+    view: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
@@ -143,18 +143,18 @@ impl RenderObserver for Ended<'_> {
 }
 
 /// Where pilots are rendered: the scene on a small film.
-struct Stage<'a> {
+struct PilotRun<'a> {
     scene: Scene,
     size: (u32, u32),
-    view: &'a View<'a>,
+    view: &'a RenderInput<'a>,
     threads: &'a Threads,
     settings: &'a RenderSettings,
     observer: &'a dyn RenderObserver,
 }
 
-impl<'a> Stage<'a> {
+impl<'a> PilotRun<'a> {
     fn new(
-        view: &'a View<'a>,
+        view: &'a RenderInput<'a>,
         threads: &'a Threads,
         settings: &'a RenderSettings,
         observer: &'a dyn RenderObserver,
@@ -186,7 +186,7 @@ impl<'a> Stage<'a> {
     fn pilot(&self, integrator: IntegratorKind) -> Result<Option<Pilot>> {
         let one = |index| -> Result<_> {
             let settings = self.settings_of(integrator, index);
-            let view = View {
+            let view = RenderInput {
                 scene: &self.scene,
                 size: self.size,
                 ..*self.view

@@ -6,8 +6,8 @@
 //! Range: any number of steps, from the first of which on a chain is unbiased.
 //! Source: Hachisuka et al. 2014, section 4. Tested below and in `tests/rendering/metropolis.rs`.
 
-use super::starts::{Start, Starts};
-use super::{ChainOutcome, Found, PATIENCE, Stage};
+use super::bootstrap::{Bootstrap, Start};
+use super::{CANCEL_INTERVAL, ChainContext, ChainOutcome, ChainPath};
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
 use crate::film::splats::Strategy;
@@ -16,7 +16,7 @@ use crate::sampler::{Decision, Primary, Sampler};
 
 /// One chain, by a kernel. It yields how far it has walked.
 pub struct ChainJob<'a> {
-    pub stage: &'a Stage<'a>,
+    pub context: &'a ChainContext<'a>,
     pub batch: u64,
     pub seed: u64,
     pub steps: u64,
@@ -24,7 +24,7 @@ pub struct ChainJob<'a> {
     pub mean: f64,
     /// Where it begins.
     pub start: Option<Start>,
-    pub starts: &'a Starts,
+    pub bootstrap: &'a Bootstrap,
 }
 
 impl KernelJob for ChainJob<'_> {
@@ -44,10 +44,10 @@ impl ChainJob<'_> {
             return self.steps;
         };
         let edges = start.strategy.s + start.strategy.t - 1;
-        let mut sampler = self.starts.point(start.sample);
+        let mut sampler = self.bootstrap.point(start.sample);
         let is_start = |u| strategy(u, edges) == start.strategy;
         sampler.draw_until(Decision::Strategy, is_start);
-        let here = self.look::<E>(edges, &mut sampler, outcome);
+        let here = self.evaluate::<E>(edges, &mut sampler, outcome);
         let mut here = here.expect("a chain begins at a path that has been found");
         assert_eq!(
             here.brightness(),
@@ -59,12 +59,12 @@ impl ChainJob<'_> {
         // What the present point counts so far.
         let mut held = 0.0;
         for step in 0..self.steps {
-            if step % PATIENCE == 0 && (self.stage.is_cancelled)() {
+            if step % CANCEL_INTERVAL == 0 && (self.context.is_cancelled)() {
                 self.add(&here, held);
                 return step;
             }
             sampler.propose();
-            let there = self.look::<E>(edges, &mut sampler, outcome);
+            let there = self.evaluate::<E>(edges, &mut sampler, outcome);
             let brightness = there.map_or(0.0, |it| it.brightness());
             let accepted = (brightness / here.brightness()).min(1.0);
             held += 1.0 - accepted;
@@ -87,28 +87,28 @@ impl ChainJob<'_> {
     }
 
     /// The path that a point of the space is.
-    fn look<E: Effects>(
+    fn evaluate<E: Effects>(
         &self,
         edges: usize,
         sampler: &mut Primary,
         outcome: &mut ChainOutcome,
-    ) -> Option<Found> {
+    ) -> Option<ChainPath> {
         let [u] = sampler.draw(Decision::Strategy);
         let by = strategy(u, edges);
-        self.stage.look::<E>(Some(by), sampler, outcome).pop()
+        self.context.evaluate::<E>(Some(by), sampler, outcome).pop()
     }
 
     /// Brings a path to the film, as often as it counts.
-    fn add(&self, found: &Found, counts: f64) {
+    fn add(&self, found: &ChainPath, counts: f64) {
         if counts <= 0.0 {
             return;
         }
         let scale = (counts * self.mean / found.brightness()) as f32;
-        let stage = self.stage;
+        let context = self.context;
         let value = scale * found.value;
-        stage
+        context
             .splats
-            .add(stage.filter, self.batch, found.film, value);
+            .add(context.filter, self.batch, found.film, value);
     }
 }
 

@@ -10,7 +10,7 @@
 //! new point counts a and the old one 1 - a (expected values). Nothing is adapted on the way. Steps are cheap, as each makes
 //! one path in one way.
 //!
-//! A round of a batch begins with independent samples that make paths in all ways (`starts.rs`). Their mean brightness is b,
+//! A round of a batch begins with independent samples that make paths in all ways (`bootstrap.rs`). Their mean brightness is b,
 //! and chains begin at their paths in proportion to brightness, so that as many of them keep to n edges as b_n / b says, and
 //! even the shortest chain is unbiased (Veach 1997, section 11.3.1). With every round all of this begins anew: b is known
 //! better the longer the render takes, and nothing but the sums of the film has to be kept. Batches never share a number, so
@@ -21,8 +21,8 @@
 //! Source: Kelemen et al. 2002; Hachisuka et al. 2014, "Multiplexed Metropolis Light Transport"; Veach 1997, chapter 11. Tested
 //! in `tests/rendering/metropolis.rs`.
 
+mod bootstrap;
 mod chain;
-mod starts;
 
 use super::dispatch::first_or_last;
 use super::tile::{NonFiniteSample, Rejected};
@@ -51,11 +51,11 @@ const LENGTH: u64 = 128;
 const LEAST_CHAINS: u64 = 128;
 
 /// Steps, or samples to begin at, after which it is asked whether to end.
-const PATIENCE: u64 = 256;
+const CANCEL_INTERVAL: u64 = 256;
 
 /// What chains walk through.
 #[derive(Clone, Copy)]
-pub struct Stage<'a> {
+pub struct ChainContext<'a> {
     pub scene: &'a Scene,
     pub filter: &'a Filter,
     pub kernel: Kernel,
@@ -83,7 +83,7 @@ impl ChainOutcome {
 
 /// A path that brings light to the film.
 #[derive(Debug, Clone, Copy)]
-struct Found {
+struct ChainPath {
     /// The way that made it.
     strategy: Strategy,
     /// Where it falls.
@@ -92,7 +92,7 @@ struct Found {
     value: Rgb,
 }
 
-impl Found {
+impl ChainPath {
     fn brightness(&self) -> f64 {
         self.value.luminance().into()
     }
@@ -118,7 +118,7 @@ pub fn batches() -> impl ParallelIterator<Item = u64> {
     batches.map(u64::from)
 }
 
-impl Stage<'_> {
+impl ChainContext<'_> {
     /// One pass of a batch: `steps` steps by the numbers of `seed`. `walked` is told of those of each chain.
     pub fn batch(
         &self,
@@ -144,24 +144,25 @@ impl Stage<'_> {
         steps: u64,
         walked: &(dyn Fn(u64) + Sync),
     ) -> ChainOutcome {
-        let (starts, outcome) = starts::Starts::look(self, hash::combine(seed, u64::MAX), steps);
+        let (bootstrap, outcome) =
+            bootstrap::Bootstrap::evaluate(self, hash::combine(seed, u64::MAX), steps);
         if (self.is_cancelled)() {
             return outcome;
         }
-        let mean = starts.mean();
+        let mean = bootstrap.mean();
         let count = (steps / LENGTH).max(LEAST_CHAINS);
-        let chosen = starts.choose(count, hash::combine(seed, u64::MAX - 1));
+        let chosen = bootstrap.choose(count, hash::combine(seed, u64::MAX - 1));
         let chains = (0..count as u32).into_par_iter().with_max_len(1);
         let of_chains = chains.map(u64::from).map(|chain| {
             let job = chain::ChainJob {
-                stage: self,
+                context: self,
                 batch,
                 seed: hash::combine(seed, chain),
                 steps: steps * (chain + 1) / count - steps * chain / count,
                 mean,
                 // Where no light was found, b is 0, and so is the estimate.
                 start: chosen.get(chain as usize).copied(),
-                starts: &starts,
+                bootstrap: &bootstrap,
             };
             let (own_steps, outcome) = first_or_last(self.kernel, job);
             self.splats.add_paths(batch, own_steps);
@@ -173,12 +174,12 @@ impl Stage<'_> {
     }
 
     /// The paths that a point of the space makes by one strategy or, if none is given, in all ways.
-    fn look<E: Effects>(
+    fn evaluate<E: Effects>(
         &self,
         by: Option<Strategy>,
         sampler: &mut Primary,
         outcome: &mut ChainOutcome,
-    ) -> Vec<Found> {
+    ) -> Vec<ChainPath> {
         let [x, y, u, v] = sampler.draw(Decision::Camera);
         let time = if E::Motion::ON {
             let [time] = sampler.draw(Decision::Time);
@@ -191,7 +192,7 @@ impl Stage<'_> {
         let ray = self.scene.camera.ray::<E>(film, Vec2::new(u, v), time);
         let camera_ray = CameraRay { ray, time };
         let reaches = |film| self.splats.reaches(self.filter, film);
-        let mut paths: Vec<Found> = Vec::new();
+        let mut paths: Vec<ChainPath> = Vec::new();
         let take = |it: Contribution| self.take(&it, film, &mut paths);
         let (scene, rays, integrator) = (self.scene, &mut outcome.rays, self.integrator);
         if let Some(by) = by {
@@ -222,18 +223,18 @@ impl Stage<'_> {
     }
 
     /// Adds a contribution of a sample whose camera ray goes through `film` to the sample's paths.
-    fn take(&self, it: &Contribution, film: Vec2, paths: &mut Vec<Found>) {
+    fn take(&self, it: &Contribution, film: Vec2, paths: &mut Vec<ChainPath>) {
         let (film, over) = match it.film {
             Some(film) => (film, 1.0),
             None => (film, self.integrator.film_area as f32),
         };
         let value = it.unweighted * (it.weight * over);
         // Light from beyond the scene has two parts.
-        let same = |last: &&mut Found| last.strategy == it.strategy;
+        let same = |last: &&mut ChainPath| last.strategy == it.strategy;
         if let Some(last) = paths.last_mut().filter(same) {
             last.value += value;
         } else if self.splats.reaches(self.filter, film) {
-            paths.push(Found {
+            paths.push(ChainPath {
                 strategy: it.strategy,
                 film,
                 value,
@@ -256,12 +257,15 @@ fn rejected(film: Vec2) -> Rejected {
 }
 
 /// One look, by a kernel.
-struct Look<'a>(&'a Stage<'a>, Option<Strategy>, Primary);
+struct Evaluation<'a>(&'a ChainContext<'a>, Option<Strategy>, Primary);
 
-impl KernelJob for Look<'_> {
-    type Output = (Vec<Found>, ChainOutcome);
+impl KernelJob for Evaluation<'_> {
+    type Output = (Vec<ChainPath>, ChainOutcome);
     fn run<E: Effects>(mut self) -> Self::Output {
         let mut outcome = ChainOutcome::default();
-        (self.0.look::<E>(self.1, &mut self.2, &mut outcome), outcome)
+        (
+            self.0.evaluate::<E>(self.1, &mut self.2, &mut outcome),
+            outcome,
+        )
     }
 }

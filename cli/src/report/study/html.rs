@@ -181,7 +181,7 @@ fn path_charts(findings: &Findings<'_>) -> Markup {
     let table = tables::paths(findings);
     let groups = findings.report.variants.iter().filter_map(|study| {
         let paths = study.paths.as_ref()?;
-        let bar = |class: &etendue_lab::study::anatomy::ClassShare| Bar {
+        let bar = |class: &etendue_lab::study::variance::ClassShare| Bar {
             label: path_class(class.bounces, class.found),
             value: class.variance,
             range: Some([-2.0, 2.0].map(|s| (class.variance + s * class.variance_error).max(0.0))),

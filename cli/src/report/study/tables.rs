@@ -10,10 +10,10 @@ use super::wording::{
 use super::{Findings, conclusions};
 use crate::report::bench::tables as machine_tables;
 use crate::report::table::{Table, numbers, words};
-use etendue_lab::study::anatomy::{ClassShare, Found, is_longest};
 use etendue_lab::study::bootstrap::Ranged;
 use etendue_lab::study::costs::BOUNCE_ROUNDS;
 use etendue_lab::study::summary::{Summary, TARGETS, Tenth};
+use etendue_lab::study::variance::{ClassShare, LightFoundBy, is_longest};
 
 /// All of them, as Markdown.
 pub fn markdown(findings: &Findings<'_>) -> String {
@@ -211,12 +211,12 @@ pub fn tenth(findings: &Findings<'_>) -> Table {
 }
 
 /// The words for a class of paths.
-pub fn path_class(bounces: usize, found: Found) -> String {
+pub fn path_class(bounces: usize, found: LightFoundBy) -> String {
     let more = if is_longest(bounces) { " or more" } else { "" };
     match found {
-        Found::Seen => "seen directly".to_owned(),
-        Found::Scattering => format!("{bounces}{more}, met by scattering"),
-        Found::LightSampling => format!("{bounces}{more}, light sampled"),
+        LightFoundBy::Seen => "seen directly".to_owned(),
+        LightFoundBy::Scattering => format!("{bounces}{more}, met by scattering"),
+        LightFoundBy::LightSampling => format!("{bounces}{more}, light sampled"),
     }
 }
 

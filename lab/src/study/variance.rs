@@ -8,8 +8,8 @@
 //! seen.
 //! Source: the covariance is linear. Tested below and in `lab/tests/reports/study.rs`.
 
+use super::prepared_scene::PreparedScene;
 use super::reference::References;
-use super::stage::Stage;
 use super::variant::Variant;
 use etendue::internals::bsdf::types::Lobe;
 use etendue::internals::film::Film;
@@ -52,7 +52,7 @@ pub struct ClassShare {
     /// Scattering events; the last class has longer ones, too.
     pub bounces: usize,
     /// How the light was found.
-    pub found: Found,
+    pub found: LightFoundBy,
     /// Its share of the variance.
     pub variance: f64,
     /// The standard error of that.
@@ -64,7 +64,7 @@ pub struct ClassShare {
 /// How a path found its light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Found {
+pub enum LightFoundBy {
     /// The camera saw it.
     Seen,
     /// A scattered ray met it.
@@ -81,20 +81,20 @@ pub fn is_longest(bounces: usize) -> bool {
 /// Watches `spp` samples of each pixel; `None` of an integrator that does not tell of its paths, has parts of them from a
 /// cache, or brings light to other pixels than its sample's own.
 pub fn path_shares(
-    stage: &Stage,
+    prepared: &PreparedScene,
     variant: &Variant,
     references: &References,
     spp: u64,
     seed: u64,
 ) -> Option<PathShares> {
-    let settings = stage.settings(variant, spp, seed);
+    let settings = prepared.settings(variant, spp, seed);
     let integrator = settings.integrator;
     if integrator == IntegratorKind::IrradianceCache || integrator.splats() {
         return None;
     }
-    let scene = stage.scene(variant.options);
+    let scene = prepared.scene(variant.options);
     let mut film = Film::new(settings.window, TILE);
-    let width = stage.size().0 as usize;
+    let width = prepared.size().0 as usize;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(settings.threads)
         .build()
@@ -106,7 +106,7 @@ pub fn path_shares(
         let mut observer = Splitter::new(spp, weights.collect());
         observe_tile(
             scene,
-            stage.filter(),
+            prepared.filter(),
             &settings,
             None,
             tile,
@@ -154,9 +154,9 @@ fn shares(parts: &[Sums], spp: u64) -> Option<PathShares> {
         ClassShare {
             bounces: k.div_ceil(2),
             found: match k {
-                0 => Found::Seen,
-                _ if k % 2 == 1 => Found::Scattering,
-                _ => Found::LightSampling,
+                0 => LightFoundBy::Seen,
+                _ if k % 2 == 1 => LightFoundBy::Scattering,
+                _ => LightFoundBy::LightSampling,
             },
             variance: value,
             variance_error: (squares * (count - 1.0) / count).sqrt(),
@@ -336,8 +336,11 @@ mod tests {
         let [seen, found] = shares.classes.as_slice() else {
             panic!("two classes: {shares:?}");
         };
-        assert_eq!((seen.found, seen.bounces), (Found::Seen, 0));
-        assert_eq!((found.found, found.bounces), (Found::LightSampling, 1));
+        assert_eq!((seen.found, seen.bounces), (LightFoundBy::Seen, 0));
+        assert_eq!(
+            (found.found, found.bounces),
+            (LightFoundBy::LightSampling, 1)
+        );
         assert!((seen.variance - 0.2).abs() < 1e-12 && (found.variance - 0.8).abs() < 1e-12);
         assert!((seen.energy - 0.75).abs() < 1e-12 && shares.unexplained.abs() < 1e-12);
         // Of a sample: 5, with the unbiased estimate from four 4/3 of it.

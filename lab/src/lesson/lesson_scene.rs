@@ -28,14 +28,14 @@ pub enum Light {
 }
 
 /// A scene that is ready.
-pub struct Stage<'a> {
+pub struct LessonScene<'a> {
     lesson: &'a Lesson<'a>,
     scene: Scene,
     filter: Filter,
     size: (u32, u32),
 }
 
-impl<'a> Stage<'a> {
+impl<'a> LessonScene<'a> {
     /// The scene in this size, with pixels that share no samples.
     pub fn new(
         lesson: &'a Lesson<'a>,

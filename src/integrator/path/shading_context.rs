@@ -5,9 +5,9 @@
 //! Source: none needed. Tested in `battery/` and `tests/rendering/integrators.rs`.
 
 use super::super::indirect::Indirect;
-use super::super::technique::Chosen;
+use super::super::technique::TechniqueSource;
 use super::PathIntegrator;
-use crate::bsdf::{Bsdf, View};
+use crate::bsdf::{BoundBsdf, Bsdf};
 use crate::effects::Effects;
 use crate::math::rgb::Rgb;
 use crate::scene::Scene;
@@ -25,12 +25,12 @@ pub(super) struct Bsdfs<'a> {
 impl<'a> Bsdfs<'a> {
     /// Those of these surfaces.
     #[inline]
-    pub(super) fn of<E: Effects>(scene: &'a Scene, arrivals: &[Interaction<E>]) -> Self {
+    pub(super) fn of<E: Effects>(scene: &'a Scene, interactions: &[Interaction<E>]) -> Self {
         let mut bsdfs = Self {
-            shared: Vec::with_capacity(arrivals.len()),
+            shared: Vec::with_capacity(interactions.len()),
             own: Vec::new(),
         };
-        for at in arrivals {
+        for at in interactions {
             match scene.surface(at) {
                 Cow::Borrowed(bsdf) => bsdfs.shared.push(Some(bsdf)),
                 Cow::Owned(bsdf) => {
@@ -54,29 +54,29 @@ impl<'a> Bsdfs<'a> {
 }
 
 /// How a path sees its surface.
-pub(super) struct Seen<'a> {
-    pub(super) view: View<'a>,
+pub(super) struct ShadingContext<'a> {
+    pub(super) view: BoundBsdf<'a>,
     /// Whether it looks for lights, if they are sampled at all.
-    pub(super) looks: bool,
+    pub(super) samples_lights: bool,
     /// Light that light sampling does not find here, where it is known: then the path ends.
-    pub(super) known: Option<Rgb>,
+    pub(super) cached_indirect: Option<Rgb>,
 }
 
-impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
+impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// How a path sees the surface that it has come to, after so many scattering events.
     #[inline]
-    pub(super) fn see<'a, E: Effects>(
+    pub(super) fn shading_context<'a, E: Effects>(
         &self,
         at: &Interaction<E>,
         bsdf: &'a Bsdf,
         bounce: u32,
-    ) -> Seen<'a> {
+    ) -> ShadingContext<'a> {
         let is_limited = self.max_bounces.is_some();
-        Seen {
+        ShadingContext {
             view: bsdf.seen_from::<E>(at.frame.to_local(at.wo)),
             // Delta lobes reflect no light that is found by sampling it.
-            looks: !bsdf.is_delta::<E>(),
-            known: self.indirect.reflected(at, bsdf, bounce, is_limited),
+            samples_lights: !bsdf.is_delta::<E>(),
+            cached_indirect: self.indirect.reflected(at, bsdf, bounce, is_limited),
         }
     }
 }

@@ -7,78 +7,87 @@
 
 use super::super::indirect::Indirect;
 use super::super::observer::{PathObserver, RayKind};
-use super::super::steps::sample_direction;
-use super::super::technique::Chosen;
-use super::super::waiting::Waiting;
-use super::seen::Seen;
+use super::super::technique::TechniqueSource;
+use super::course::sample_direction;
+use super::queues::PathQueues;
+use super::shading_context::ShadingContext;
 use super::{PathIntegrator, Paths};
-use crate::accel::Departure;
-use crate::bsdf::{Numbers, has_lobes};
+use crate::accel::ExcludedPrimitive;
+use crate::bsdf::{BsdfSampleInput, has_lobes};
 use crate::effects::{Effects, Slot, Switch};
 use crate::math::ray::Ray;
 use crate::planted::planted;
 use crate::sampler::{Decision, Sampler};
 use crate::scene::interaction::Interaction;
 
-impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
+impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Sends the paths on that do not end, and leaves their rays to be traced.
+    #[inline(always)]
     pub(super) fn scatter<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
-        arrivals: &[Interaction<E>],
-        seen: &[Seen<'_>],
+        interactions: &[Interaction<E>],
+        shading: &[ShadingContext<'_>],
     ) {
-        let Waiting {
-            going,
-            drawn,
-            directions,
+        let PathQueues {
+            active,
+            bsdf_u,
+            bsdf_inputs,
             roulette,
             ..
-        } = &mut *paths.waiting;
-        drawn.clear();
-        draw_directions::<E, S>(paths.samplers, going, paths.bounce, drawn);
-        directions.clear();
-        Numbers::add_each(drawn, directions);
+        } = &mut *paths.queues;
+        bsdf_u.clear();
+        draw_bsdf_u::<E, S>(paths.samplers, active, paths.bounce, bsdf_u);
+        bsdf_inputs.clear();
+        BsdfSampleInput::add_each(bsdf_u, bsdf_inputs);
         roulette.clear();
         let decision = planted!(
             "roulette-takes-a-spent-number",
             Decision::Bsdf(paths.bounce),
             Decision::Roulette(paths.bounce)
         );
-        S::draw_each(paths.samplers, going, decision, |[u]| roulette.push(u));
+        S::draw_each(paths.samplers, active, decision, |[u]| roulette.push(u));
 
-        for (place, (at, seen)) in arrivals.iter().zip(seen).enumerate() {
-            let number = paths.waiting.going[place];
-            let numbers = paths.waiting.directions[place];
-            let u_roulette = paths.waiting.roulette[place];
-            let onward = self.goes_on(paths, number, at, seen, &numbers, u_roulette);
-            if let Some((ray, departure)) = onward {
-                let time = paths.states[number].time.or(0.0);
-                let onward = &mut paths.waiting.onward;
-                paths.waiting.going[onward.len()] = number;
-                onward.push(&ray, time, Some(departure));
+        for (place, (at, shading)) in interactions.iter().zip(shading).enumerate() {
+            let path_index = paths.queues.active[place];
+            let numbers = paths.queues.bsdf_inputs[place];
+            let u_roulette = paths.queues.roulette[place];
+            let extension_rays =
+                self.sample_bsdf(paths, path_index, at, shading, &numbers, u_roulette);
+            if let Some((ray, departure)) = extension_rays {
+                let time = paths.states[path_index].time.or(0.0);
+                let extension_rays = &mut paths.queues.extension_rays;
+                paths.queues.active[extension_rays.len()] = path_index;
+                extension_rays.push(&ray, time, Some(departure));
             }
         }
-        paths.waiting.going.truncate(paths.waiting.onward.len());
+        paths
+            .queues
+            .active
+            .truncate(paths.queues.extension_rays.len());
     }
 
     /// The ray onward, and what it leaves; `None` where the path ends.
     #[inline(always)]
-    fn goes_on<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    fn sample_bsdf<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
-        number: usize,
+        path_index: usize,
         at: &Interaction<E>,
-        seen: &Seen<'_>,
-        numbers: &Numbers,
+        shading: &ShadingContext<'_>,
+        numbers: &BsdfSampleInput,
         u_roulette: f32,
-    ) -> Option<(Ray, Departure)> {
-        let Seen { view, known, .. } = seen;
+    ) -> Option<(Ray, ExcludedPrimitive)> {
+        let ShadingContext {
+            view,
+            cached_indirect,
+            ..
+        } = shading;
         let (bounce, technique) = (paths.bounce, self.technique.technique());
-        let (path, observer) = (&mut paths.states[number], &mut *paths.observer);
-        if let Some(known) = *known {
-            let contribution = path.beta * known;
-            observer.known(contribution);
+        let (path, observer) = (&mut paths.states[path_index], &mut *paths.observer);
+        if let Some(cached_indirect) = *cached_indirect {
+            let contribution = path.beta * cached_indirect;
+            observer.cached_indirect(contribution);
             path.radiance += contribution;
             return None;
         }
@@ -106,9 +115,9 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             observer.terminated(survival);
             return None;
         }
-        let (ray, departure) = path.leave(paths.scene, at, wi, scattered.pdf, goes_through);
-        paths.samples[number].rays.closest += 1;
-        let kind = RayKind::onward(bounce, path.scattered_from.is_none());
+        let (ray, departure) = path.spawn_ray(paths.scene, at, wi, scattered.pdf, goes_through);
+        paths.samples[path_index].rays.closest += 1;
+        let kind = RayKind::extension(bounce, path.scattered_from.is_none());
         observer.traced(kind, &ray, path.time.or(0.0));
         Some((ray, departure))
     }
@@ -116,7 +125,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
 
 /// Draws the numbers that choose a direction and, where there are several, the lobe.
 #[inline]
-fn draw_directions<E: Effects, S: Sampler>(
+fn draw_bsdf_u<E: Effects, S: Sampler>(
     samplers: &mut [S],
     places: &[usize],
     bounce: u32,

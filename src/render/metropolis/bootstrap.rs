@@ -9,7 +9,7 @@
 //! Source: Veach 1997, section 11.3.1; Kitagawa 1996 for choosing at equal distances. Tested below and in
 //! `tests/rendering/metropolis.rs`.
 
-use super::{ChainOutcome, Found, Look, PATIENCE, Stage, first_or_last};
+use super::{CANCEL_INTERVAL, ChainContext, ChainOutcome, ChainPath, Evaluation, first_or_last};
 use crate::film::splats::Strategy;
 use crate::planted::planted;
 use crate::sampler::{Primary, hash};
@@ -32,29 +32,30 @@ pub struct Start {
 }
 
 /// The paths of independent samples.
-pub struct Starts {
+pub struct Bootstrap {
     seed: u64,
     samples: u64,
     /// In the order of their edges.
     paths: Vec<Start>,
 }
 
-impl Starts {
+impl Bootstrap {
     /// Those of a round with so many steps.
-    pub fn look(stage: &Stage<'_>, seed: u64, steps: u64) -> (Self, ChainOutcome) {
+    pub fn evaluate(context: &ChainContext<'_>, seed: u64, steps: u64) -> (Self, ChainOutcome) {
         let samples = (steps / STEPS_PER_SAMPLE).max(LEAST_SAMPLES);
-        let mut starts = Self {
+        let mut bootstrap = Self {
             seed,
             samples,
             paths: Vec::new(),
         };
-        let chunks = (0..samples.div_ceil(PATIENCE)).into_par_iter();
+        let chunks = (0..samples.div_ceil(CANCEL_INTERVAL)).into_par_iter();
         let chunks = chunks.map(|chunk| {
             let (mut paths, mut outcome) = (Vec::new(), ChainOutcome::default());
-            let all = chunk * PATIENCE..((chunk + 1) * PATIENCE).min(samples);
-            for sample in all.take_while(|_| !(stage.is_cancelled)()) {
-                let point = starts.point(sample as u32);
-                let (found, of_look) = first_or_last(stage.kernel, Look(stage, None, point));
+            let all = chunk * CANCEL_INTERVAL..((chunk + 1) * CANCEL_INTERVAL).min(samples);
+            for sample in all.take_while(|_| !(context.is_cancelled)()) {
+                let point = bootstrap.point(sample as u32);
+                let (found, of_look) =
+                    first_or_last(context.kernel, Evaluation(context, None, point));
                 outcome = outcome.merge(of_look);
                 paths.extend(found.iter().map(|it| Start::new(sample as u32, it)));
             }
@@ -64,10 +65,12 @@ impl Starts {
         let mut outcome = ChainOutcome::default();
         for (paths, of_chunk) in chunks {
             outcome = outcome.merge(of_chunk);
-            starts.paths.extend(paths);
+            bootstrap.paths.extend(paths);
         }
-        starts.paths.sort_by_key(|it| it.strategy.s + it.strategy.t);
-        (starts, outcome)
+        bootstrap
+            .paths
+            .sort_by_key(|it| it.strategy.s + it.strategy.t);
+        (bootstrap, outcome)
     }
 
     /// The point that a sample is.
@@ -111,7 +114,7 @@ impl Starts {
 }
 
 impl Start {
-    fn new(sample: u32, found: &Found) -> Self {
+    fn new(sample: u32, found: &ChainPath) -> Self {
         Self {
             sample,
             strategy: found.strategy,
@@ -134,16 +137,16 @@ mod tests {
             strategy: Strategy { s: i, t: 2 },
             brightness,
         });
-        let starts = Starts {
+        let bootstrap = Bootstrap {
             seed: 0,
             samples: 20,
             paths: paths.collect(),
         };
-        assert_eq!(starts.mean(), 0.5);
+        assert_eq!(bootstrap.mean(), 0.5);
         let rounds = 20_000;
         let mut of_first_chain = [0.0; 4];
         for seed in 0..rounds {
-            let chosen = starts.choose(20, seed);
+            let chosen = bootstrap.choose(20, seed);
             of_first_chain[chosen[0].sample as usize] += 1.0;
             for (i, brightness) in brightness.iter().enumerate() {
                 let count = chosen.iter().filter(|it| it.sample == i as u32).count();

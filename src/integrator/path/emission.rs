@@ -7,8 +7,8 @@
 
 use super::super::indirect::Indirect;
 use super::super::observer::PathObserver;
-use super::super::steps::toss;
-use super::super::technique::{Chosen, Technique};
+use super::super::technique::{Technique, TechniqueSource};
+use super::course::toss;
 use super::{PathIntegrator, PathState, Paths};
 use crate::effects::{Effects, Slot, Switch};
 use crate::math::rgb::Rgb;
@@ -16,40 +16,50 @@ use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
-impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
+impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Takes what is emitted where paths have come to, and tells where those are that do not end there: they alone go on.
-    pub(super) fn arrive<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    // Its callers are two loops of which one has to be quick.
+    #[inline(always)]
+    pub(super) fn add_emission_and_compact<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
-        arrivals: &mut Vec<Interaction<E>>,
+        interactions: &mut Vec<Interaction<E>>,
     ) {
-        for place in 0..paths.waiting.going.len() {
-            let number = paths.waiting.going[place];
-            if self.arrive_one(paths, number, arrivals) {
-                paths.waiting.going[arrivals.len() - 1] = number;
+        for place in 0..paths.queues.active.len() {
+            let path_index = paths.queues.active[place];
+            if self.add_emission(paths, path_index, interactions) {
+                paths.queues.active[interactions.len() - 1] = path_index;
             }
         }
-        paths.waiting.going.truncate(arrivals.len());
+        paths.queues.active.truncate(interactions.len());
     }
 
     /// Whether it does not end there.
     #[inline(always)]
-    fn arrive_one<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    fn add_emission<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
-        number: usize,
-        arrivals: &mut Vec<Interaction<E>>,
+        path_index: usize,
+        interactions: &mut Vec<Interaction<E>>,
     ) -> bool {
         let (scene, bounce, technique) = (paths.scene, paths.bounce, self.technique.technique());
-        let (path, sampler) = (&mut paths.states[number], &mut paths.samplers[number]);
+        let (path, sampler) = (
+            &mut paths.states[path_index],
+            &mut paths.samplers[path_index],
+        );
         let observer = &mut *paths.observer;
-        let (chosen, time) = (paths.waiting.chosen[number], path.time.or(0.0));
+        let (chosen, time) = (paths.queues.chosen[path_index], path.time.or(0.0));
         let u_alpha = draw_alpha::<E, S>(sampler, bounce);
-        let found = paths.samples[number].found;
-        let Some(at) = scene.meet::<E>(&path.ray, time, path.departure.or(None), u_alpha, found)
-        else {
+        let found = paths.samples[path_index].found;
+        let Some(at) = scene.surface_interaction::<E>(
+            &path.ray,
+            time,
+            path.departure.or(None),
+            u_alpha,
+            found,
+        ) else {
             observer.escaped(path.ray.dir);
-            let contribution = path.beta * beyond(scene, path, technique, chosen);
+            let contribution = path.beta * environment(scene, path, technique, chosen);
             path.radiance += contribution;
             observer.environment(contribution);
             return false;
@@ -75,7 +85,7 @@ impl<C: Chosen, K: Indirect> PathIntegrator<C, K> {
             return false;
         }
         path.beta *= coin.left;
-        arrivals.push(at);
+        interactions.push(at);
         true
     }
 }
@@ -92,7 +102,7 @@ fn draw_alpha<E: Effects, S: Sampler>(sampler: &mut S, bounce: u32) -> f32 {
 
 /// Radiance from beyond the scene along the path's ray.
 #[inline]
-fn beyond<E: Effects>(
+fn environment<E: Effects>(
     scene: &Scene,
     path: &PathState<E>,
     technique: Technique,
@@ -103,11 +113,11 @@ fn beyond<E: Effects>(
     }
     let mut radiance = scene.environment;
     if E::EnvironmentMap::ON
-        && let Some(beyond) = scene.lights.beyond(path.ray.dir)
+        && let Some(environment) = scene.lights.environment(path.ray.dir)
     {
-        let is_chosen = || Some(beyond.light) == chosen;
-        radiance +=
-            beyond.radiance * path.weight_of_scattering(technique, |_| beyond.pdf, is_chosen);
+        let is_chosen = || Some(environment.light) == chosen;
+        radiance += environment.radiance
+            * path.weight_of_scattering(technique, |_| environment.pdf, is_chosen);
     }
     radiance
 }

@@ -20,7 +20,7 @@ use std::time::Duration;
 /// What a user asks of a render; `None` leaves it to the scene, and where that says nothing to the default.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
-pub struct Wishes {
+pub struct RenderOptions {
     /// The estimator.
     pub integrator: Option<IntegratorKind>,
     /// Where random numbers come from.
@@ -55,7 +55,7 @@ pub struct Wishes {
     pub crop: Option<[u32; 4]>,
 }
 
-impl Wishes {
+impl RenderOptions {
     /// So many samples per pixel, and nothing else.
     pub fn samples(spp: u64) -> Self {
         Self {
@@ -167,37 +167,37 @@ mod tests {
 
     #[test]
     fn wishes_go_before_the_scene_and_the_scene_before_the_defaults() {
-        let by_default = Wishes::default().settings(&scene()).expect("valid");
+        let by_default = RenderOptions::default().settings(&scene()).expect("valid");
         assert_eq!((by_default.budget.spp, by_default.seed), (Some(7), 3));
-        let wishes = Wishes {
+        let options = RenderOptions {
             seed: Some(5),
-            ..Wishes::samples(9)
+            ..RenderOptions::samples(9)
         };
-        let wished = wishes.settings(&scene()).expect("valid");
+        let wished = options.settings(&scene()).expect("valid");
         assert_eq!((wished.budget.spp, wished.seed), (Some(9), 5));
-        let wishes = Wishes {
+        let options = RenderOptions {
             error: Some(0.1),
-            ..Wishes::default()
+            ..RenderOptions::default()
         };
-        assert_eq!(wishes.settings(&scene()).expect("valid").budget.spp, None);
+        assert_eq!(options.settings(&scene()).expect("valid").budget.spp, None);
     }
 
     #[test]
     fn wishes_out_of_their_range_are_usage_errors() {
-        let wishes = |change: &dyn Fn(&mut Wishes)| {
-            let mut wishes = Wishes::default();
-            change(&mut wishes);
-            wishes
+        let options = |change: &dyn Fn(&mut RenderOptions)| {
+            let mut options = RenderOptions::default();
+            change(&mut options);
+            options
         };
         for wrong in [
-            wishes(&|w| w.spp = Some(0)),
-            wishes(&|w| w.threads = Some(0)),
-            wishes(&|w| w.cache_error = Some(1.0)),
-            wishes(&|w| w.error = Some(f64::NAN)),
-            wishes(&|w| w.crop = Some([0, 0, 9, 4])),
-            wishes(&|w| w.crop = Some([3, 0, 3, 4])),
-            wishes(&|w| w.adaptive = Some(Adaptive::Greedy)),
-            wishes(&|w| w.roulette = Some(Roulette::None)),
+            options(&|w| w.spp = Some(0)),
+            options(&|w| w.threads = Some(0)),
+            options(&|w| w.cache_error = Some(1.0)),
+            options(&|w| w.error = Some(f64::NAN)),
+            options(&|w| w.crop = Some([0, 0, 9, 4])),
+            options(&|w| w.crop = Some([3, 0, 3, 4])),
+            options(&|w| w.adaptive = Some(Adaptive::Greedy)),
+            options(&|w| w.roulette = Some(Roulette::None)),
         ] {
             let error = wrong.settings(&scene()).expect_err("out of its range");
             assert_eq!(error.kind(), crate::ErrorKind::Usage, "{wrong:?}");

@@ -6,12 +6,12 @@
 
 use super::description::{CameraDescription, ColourDescription, LightModel, SceneDescription};
 use super::effects;
-use super::emitters::{Added, Emitters, Standing};
+use super::emitters::{Added, Emitters, InstanceTransform};
 use super::material::Material;
 use super::normalisation::Normalisation;
 use super::placed::Form;
 use super::placement::Layout;
-use super::{Emitter, Kept, Shape};
+use super::{Emitter, PreparedCache, Shape};
 use crate::accel::PrimitiveId;
 use crate::effects::{Effect, EffectSet};
 use crate::geometry::Geometry;
@@ -26,7 +26,7 @@ use crate::planted::planted;
 use std::sync::Arc;
 
 /// What is gathered shape by shape.
-pub struct Lit {
+pub struct SceneLights {
     /// As [`Scene::shapes`](super::Scene).
     pub(super) shapes: Vec<Shape>,
     /// Shapes that emit.
@@ -38,13 +38,13 @@ pub struct Lit {
     unsampled: usize,
 }
 
-impl Lit {
+impl SceneLights {
     /// What the shapes and lights of a description are in a world with this layout.
     pub(super) fn new(
         description: &SceneDescription,
         layout: &Layout,
         materials: &[Material],
-        (normalisation, kept): (&Normalisation, &Kept),
+        (normalisation, kept): (&Normalisation, &PreparedCache),
         world: &World,
     ) -> Self {
         let mut gathered = Gathered {
@@ -55,11 +55,11 @@ impl Lit {
         };
         gathered.add_lights(normalisation, kept.radius);
         let roots = world.geometries();
-        gathered.add_shapes(&layout.shapes, roots, &kept.still, Standing::World);
+        gathered.add_shapes(&layout.shapes, roots, &kept.still, InstanceTransform::World);
         for (instance, placement) in world.instances().iter().zip(&layout.placements) {
             let standing = match instance.steps.as_slice() {
-                [still] => Standing::Still(still),
-                steps => Standing::Moving(steps),
+                [still] => InstanceTransform::Still(still),
+                steps => InstanceTransform::Moving(steps),
             };
             let group = placement.group;
             let (shapes, forms) = (&layout.groups[group], &kept.groups[group]);
@@ -81,13 +81,13 @@ impl Lit {
     }
 
     /// What the scene calls for.
-    pub(super) fn effects(&self, camera: &CameraDescription, kept: &Kept) -> EffectSet {
+    pub(super) fn effects(&self, camera: &CameraDescription, kept: &PreparedCache) -> EffectSet {
         (effects::of_camera(camera) | kept.objects)
             .with_if(Effect::ManyLights, self.lights.len() > 1)
     }
 
     /// What is worth telling: one sentence each.
-    pub(super) fn notes(&self, kept: &Kept) -> Vec<String> {
+    pub(super) fn notes(&self, kept: &PreparedCache) -> Vec<String> {
         let forms = kept.still.iter().chain(kept.groups.iter().flatten());
         let dropped: usize = forms.map(|form| form.dropped).sum();
         let dropped =
@@ -117,7 +117,7 @@ impl Gathered<'_> {
         shapes: &[usize],
         geometries: &[Geometry],
         forms: &[Form],
-        standing: Standing<'_>,
+        standing: InstanceTransform<'_>,
     ) {
         for (&shape, (geometry, form)) in shapes.iter().zip(geometries.iter().zip(forms)) {
             let description = &self.description.shapes[shape];

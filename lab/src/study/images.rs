@@ -44,9 +44,9 @@ impl Study<'_> {
             let seed = seed_for(self.settings.seed, Purpose::Bars, [index as u64, 0, 0]);
             let settings = RenderSettings {
                 layers: true,
-                ..self.stage.settings(variant, spp, seed)
+                ..self.prepared.settings(variant, spp, seed)
             };
-            let Some(shot) = self.stage.render(variant, &settings, watch)? else {
+            let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
                 return Ok(None);
             };
             if let Some((report, errors)) = reliability(&shot.film, spp, references) {
@@ -112,8 +112,8 @@ impl Study<'_> {
         let variant = &self.settings.variants[index];
         let place = [index as u64, kind, 0];
         let seed = seed_for(self.settings.seed, Purpose::Picture, place);
-        let settings = self.stage.settings(variant, spp, seed);
-        let Some(shot) = self.stage.render(variant, &settings, watch)? else {
+        let settings = self.prepared.settings(variant, spp, seed);
+        let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
             return Ok(None);
         };
         let image = shot.film.develop();

@@ -37,7 +37,7 @@ const GROUP: usize = 64;
 pub type Watch<'a> = &'a dyn Fn(f64, usize) -> bool;
 
 /// The cache for a render, if it is by one, and the rays that it took. An interrupted overture leaves what there is.
-pub fn overture(
+pub fn cache_prepass(
     scene: &Scene,
     filter: &Filter,
     settings: &RenderSettings,

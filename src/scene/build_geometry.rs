@@ -29,14 +29,14 @@ fn too_far(name: &str) -> String {
 ///
 /// # Errors
 /// The first of the shapes that is out of reach.
-pub fn traced(
+pub fn build_geometry(
     shapes: &[usize],
     placed: &[Placed],
     description: &SceneDescription,
     frame: &Normalisation,
 ) -> Result<(Vec<Geometry>, Vec<Form>)> {
     let trace = |(&shape, placed): (&usize, &Placed)| {
-        let Traced { geometry, form } = placed.traced(frame);
+        let Traced { geometry, form } = placed.build_geometry(frame);
         if geometry.primitive_count() > 0 && !geometry.bounds().is_within(REACH) {
             let shape = &description.shapes[shape];
             return Err(shape.place.error(too_far(&shape.name)));

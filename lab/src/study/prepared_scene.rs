@@ -18,7 +18,7 @@ use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::scene::prepare::prepare;
 
 /// A scene that is ready.
-pub struct Stage {
+pub struct PreparedScene {
     filter: Filter,
     size: (u32, u32),
     scenes: Vec<(AccelOptions, Scene)>,
@@ -38,7 +38,7 @@ pub struct Shot {
     pub rejected: u64,
 }
 
-impl Stage {
+impl PreparedScene {
     /// Makes the scene ready for all of these ways to trace.
     ///
     /// # Errors
@@ -47,7 +47,7 @@ impl Stage {
         description: &SceneDescription,
         options: impl IntoIterator<Item = AccelOptions>,
     ) -> Result<Self> {
-        let mut stage = Self {
+        let mut this = Self {
             filter: Filter::new(&description.film.filter),
             size: description.film.size,
             scenes: Vec::new(),
@@ -55,19 +55,18 @@ impl Stage {
             builds: Vec::new(),
         };
         for options in options {
-            if stage.scenes.iter().any(|(known, _)| *known == options) {
+            if this.scenes.iter().any(|(known, _)| *known == options) {
                 continue;
             }
             let prepared = prepare(description, options)?;
-            if stage.scenes.is_empty() {
-                stage.notes = prepared.notes;
+            if this.scenes.is_empty() {
+                this.notes = prepared.notes;
             }
-            stage
-                .builds
+            this.builds
                 .push((options, prepared.build_time.as_secs_f64()));
-            stage.scenes.push((options, prepared.scene));
+            this.scenes.push((options, prepared.scene));
         }
-        Ok(stage)
+        Ok(this)
     }
 
     /// What the scene calls for.

@@ -9,11 +9,11 @@
 //! 2013, "Megakernels Considered Harmful", for one step of all paths at a time. Tested in
 //! `tests/rendering/determinism.rs`, where replays follow paths one by one, and in `lab/tests/bench/report.rs`.
 
-use super::observer::PathObserver;
+use super::super::observer::PathObserver;
 use crate::accel::packet::RayQueue;
-use crate::bsdf::Numbers;
+use crate::bsdf::BsdfSampleInput;
 use crate::effects::Effects;
-use crate::light::types::{LightQuestion, LightSample};
+use crate::light::types::{LightSample, LightSampleContext};
 use crate::math::lanes::LANES;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
@@ -22,42 +22,42 @@ use crate::scene::Scene;
 
 /// How many paths are best followed side by side: enough to fill packets of rays and lanes while some of them end, and to come
 /// to each stage's code seldom; few enough to stay in a processor's second cache, some 900 bytes each.
-pub const AT_ONCE: usize = 256;
+pub const WAVEFRONT_SIZE: usize = 256;
 
 /// What waits while paths are followed side by side: memory to be used again.
 #[derive(Debug, Default)]
-pub struct Waiting {
+pub struct PathQueues {
     /// Rays to lights.
-    pub(super) shadows: ShadowRays,
+    pub(super) shadow_rays: ShadowRays,
     /// Rays of paths that go on.
-    pub(super) onward: RayQueue,
+    pub(super) extension_rays: RayQueue,
     /// The paths that go on, by their numbers, in the order of their rays.
-    pub(super) going: Vec<usize>,
+    pub(super) active: Vec<usize>,
     /// For each path, the light that the last surface looked for, where that matters.
     pub(super) chosen: Vec<Option<u32>>,
     /// The paths that look for a light.
-    pub(super) looking: Vec<usize>,
+    pub(super) nee_paths: Vec<usize>,
     /// The numbers that choose their lights and points on them.
-    pub(super) light_numbers: Vec<[f32; 4]>,
+    pub(super) light_u: Vec<[f32; 4]>,
     /// What some of them ask.
-    pub(super) questions: Vec<LightQuestion>,
+    pub(super) light_contexts: Vec<LightSampleContext>,
     /// What answers they get.
     pub(super) samples: Vec<Option<LightSample>>,
     /// The numbers that decide on directions, as they are drawn.
-    pub(super) drawn: Vec<[f32; 3]>,
+    pub(super) bsdf_u: Vec<[f32; 3]>,
     /// The same, as surfaces ask for them.
-    pub(super) directions: Vec<Numbers>,
+    pub(super) bsdf_inputs: Vec<BsdfSampleInput>,
     /// And on who goes on.
     pub(super) roulette: Vec<f32>,
 }
 
-impl Waiting {
+impl PathQueues {
     /// Waits for so many paths, all of which go on.
     pub(super) fn begin(&mut self, count: usize) {
         self.chosen.clear();
         self.chosen.resize(count, None);
-        self.going.clear();
-        self.going.extend(0..count);
+        self.active.clear();
+        self.active.extend(0..count);
     }
 }
 
@@ -65,12 +65,12 @@ impl Waiting {
 #[derive(Debug, Default)]
 pub struct ShadowRays {
     rays: RayQueue,
-    lights: Vec<Awaited>,
+    lights: Vec<ShadowItem>,
 }
 
 /// What a path gets if its light is visible.
 #[derive(Debug, Clone, Copy)]
-struct Awaited {
+struct ShadowItem {
     path: usize,
     contribution: Rgb,
     weight: f32,
@@ -88,7 +88,7 @@ impl ShadowRays {
         time: f32,
     ) {
         let then = planted!("shadows-as-the-shutter-opens", 0.0, time);
-        self.lights.push(Awaited {
+        self.lights.push(ShadowItem {
             path,
             contribution,
             weight,

@@ -4,8 +4,8 @@
 //! Range: any technique; a rule that is known when compiling leaves nothing of the others.
 //! Source: the course's path tracers, see `technique.rs`. Tested in `tests/rendering/integrators.rs`.
 
-use super::technique::{DirectionRule, EmissionRule, Technique};
-use crate::bsdf::{BsdfSample, Lobe, Numbers, View};
+use super::super::technique::{DirectionRule, EmissionRule, Technique};
+use crate::bsdf::{BoundBsdf, BsdfSample, BsdfSampleInput, Lobe};
 use crate::effects::{Effect, Effects};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
@@ -53,13 +53,13 @@ pub(super) fn toss<S: Sampler>(
 /// A direction for the path to go on, by the technique's rule.
 #[inline(always)]
 pub(super) fn sample_direction<E: Effects>(
-    seen: &View,
+    bsdf_bound: &BoundBsdf,
     technique: Technique,
-    numbers: &Numbers,
+    numbers: &BsdfSampleInput,
 ) -> Option<BsdfSample> {
     match technique.directions {
-        DirectionRule::Bsdf => seen.sample::<E>(numbers),
-        DirectionRule::Uniform => sample_uniformly::<E>(seen, numbers),
+        DirectionRule::Bsdf => bsdf_bound.sample::<E>(numbers),
+        DirectionRule::Uniform => sample_uniformly::<E>(bsdf_bound, numbers),
     }
 }
 
@@ -67,10 +67,13 @@ pub(super) fn sample_direction<E: Effects>(
 ///
 /// No such direction is that of a delta lobe. Of a surface that has one, half of the samples are taken by the BSDF, and
 /// what they find counts where it is the delta lobe.
-fn sample_uniformly<E: Effects>(seen: &View, numbers: &Numbers) -> Option<BsdfSample> {
-    let bsdf = seen.bsdf();
+fn sample_uniformly<E: Effects>(
+    bsdf_bound: &BoundBsdf,
+    numbers: &BsdfSampleInput,
+) -> Option<BsdfSample> {
+    let bsdf = bsdf_bound.bsdf();
     if bsdf.is_delta::<E>() {
-        return seen.sample::<E>(numbers);
+        return bsdf_bound.sample::<E>(numbers);
     }
     let u_lobe = numbers.lobe;
     let effects = bsdf.effects();
@@ -78,25 +81,25 @@ fn sample_uniformly<E: Effects>(seen: &View, numbers: &Numbers) -> Option<BsdfSa
     if effects.has(Effect::Specular) {
         share = 0.5;
         if u_lobe < share {
-            let rest = Numbers {
+            let rest = BsdfSampleInput {
                 lobe: u_lobe / share,
                 ..*numbers
             };
-            let sample = seen.sample::<E>(&rest)?;
+            let sample = bsdf_bound.sample::<E>(&rest)?;
             return sample.pdf.is_none().then(|| BsdfSample {
                 weight: sample.weight * (1.0 / share),
                 ..sample
             });
         }
     }
-    let wo = seen.wo();
+    let wo = bsdf_bound.wo();
     let mut wi = sample_sphere_uniform(numbers.u);
     let mut pdf = share * PDF_SPHERE_UNIFORM;
     if !effects.has(Effect::Transmission) {
         wi.z = wi.z.abs().copysign(wo.z);
         pdf *= 2.0;
     }
-    let f = seen.eval::<E>(wi).f;
+    let f = bsdf_bound.eval::<E>(wi).f;
     (!f.is_black()).then(|| BsdfSample {
         wi,
         weight: f * (wi.z.abs() / pdf),

@@ -95,7 +95,8 @@ fn files_that_texts_name_are_there() {
         let Ok(text) = fs::read_to_string(file) else {
             continue;
         };
-        let names_nothing = |name: &&str| !root().join(name).exists();
+        // From the root of the repository or of the file's package.
+        let names_nothing = |name: &&str| !file.ancestors().any(|it| it.join(name).exists());
         // Within a line: backticks pair there.
         for name in text.lines().flat_map(named_files).filter(names_nothing) {
             missing.insert(format!("{}: {name}", file.display()));

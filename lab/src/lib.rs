@@ -13,5 +13,6 @@ pub mod lesson;
 #[path = "../../src/planted.rs"]
 mod planted;
 pub mod plot;
+pub mod scene_builder;
 pub mod study;
 pub mod verdict;

@@ -5,7 +5,7 @@
 //! Source: none needed.
 
 use super::TestRng;
-use super::scene::{diffuse, looking, mirrored_octahedron, panorama, rectangle, shape, sky};
+use super::scene::{diffuse, looking, mirrored_octahedron, panorama, rectangle, sky, surface};
 use etendue::internals::bsdf::conductor;
 use etendue::internals::effects::{Effect, EffectSet};
 use etendue::internals::geometry::texture::Texture;
@@ -212,13 +212,13 @@ impl Generator {
         for index in 0..4 {
             scene.materials.push(self.material(index, wanted));
         }
-        scene.shapes = vec![shape(
+        scene.shapes = vec![surface(
             rectangle([-3.0, 0.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]),
             0.0,
         )];
         for _ in 0..4 {
             let geometry = self.geometry(wanted);
-            let mut added = shape(geometry, 0.0);
+            let mut added = surface(geometry, 0.0);
             added.material = 1 + self.index(4);
             if wanted.has(Effect::Motion) && self.chance(0.4) {
                 added.motion = self.keys();
@@ -235,7 +235,7 @@ impl Generator {
     fn instances(&mut self, scene: &mut SceneDescription, wanted: EffectSet) {
         scene.groups = vec!["pair".to_owned()];
         for _ in 0..2 {
-            let mut member = shape(self.geometry(wanted), 0.0);
+            let mut member = surface(self.geometry(wanted), 0.0);
             member.group = Some(0);
             member.material = 1 + self.index(4);
             scene.shapes.push(member);
@@ -265,7 +265,7 @@ impl Generator {
     fn lamps(&mut self, scene: &mut SceneDescription, wanted: EffectSet) {
         if wanted.has(Effect::AreaLights) {
             let lamp = rectangle([-0.5, 3.0, -0.5], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
-            let mut lamp = shape(lamp, 6.0);
+            let mut lamp = surface(lamp, 6.0);
             if wanted.has(Effect::Textures) && wanted.has(Effect::ManyLights) && self.chance(0.5) {
                 lamp.emission = Some(self.colour(true));
             }
@@ -275,7 +275,7 @@ impl Generator {
                     center: DVec3::new(1.5, 2.0, 1.0),
                     radius: 0.2,
                 };
-                scene.shapes.push(shape(ball, 4.0));
+                scene.shapes.push(surface(ball, 4.0));
             }
         }
         if wanted.has(Effect::Environment) {

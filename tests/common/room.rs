@@ -4,7 +4,7 @@
 //! Range: the room is seen in 16 x 16 pixels through a box filter; of the floor, one point in 32.
 //! Source: none needed.
 
-use super::scene::{diffuse, looking, rectangle, shape};
+use super::scene::{diffuse, looking, rectangle, surface};
 use super::scene_folder::load_text;
 use etendue::internals::math::vec::DVec3;
 use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
@@ -83,7 +83,7 @@ radius = {radius}
 pub fn floor_below(lamp: GeometryDescription) -> SceneDescription {
     let mut scene = looking(DVec3::new(0.0, 0.5, 0.8), DVec3::ZERO, diffuse(0.5));
     let ground = rectangle([-1.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]);
-    scene.shapes.push(shape(ground, 0.0));
-    scene.shapes.push(shape(lamp, 1.0));
+    scene.shapes.push(surface(ground, 0.0));
+    scene.shapes.push(surface(lamp, 1.0));
     scene
 }

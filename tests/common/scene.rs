@@ -21,8 +21,9 @@ use etendue::internals::scene::description::{
 };
 use etendue::internals::scene::prepare::prepare;
 use etendue_lab::battery::case::{Effort, Trial};
-use etendue_lab::battery::staging::{self, Look};
-pub use etendue_lab::battery::staging::{diffuse, looking, polygon, rectangle, shape, sky};
+pub use etendue_lab::battery::patch::looking;
+use etendue_lab::battery::patch::{self, Look};
+pub use etendue_lab::scene_builder::{diffuse, polygon, rectangle, sky, surface};
 use std::sync::Arc;
 
 /// A scene made ready, robustly.
@@ -68,7 +69,7 @@ pub fn see(
         max_bounces,
         roulette,
     };
-    Moments::of(staging::see(&trial, description, look).expect("a valid scene"))
+    Moments::of(patch::see(&trial, description, look).expect("a valid scene"))
 }
 
 /// An octahedron with shading normals of its own, wound the wrong way round on one side.
@@ -132,7 +133,7 @@ pub fn gallery() -> SceneDescription {
     };
     let stone = mirrored_octahedron(DVec3::new(-0.5, -0.25, 0.5), 0.5);
     let floor = rectangle([-2.0, -2.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]);
-    scene.shapes = vec![shape(stone, 0.0), shape(ball, 4.0), shape(floor, 0.0)];
+    scene.shapes = vec![surface(stone, 0.0), surface(ball, 4.0), surface(floor, 0.0)];
     scene.lights = vec![sky(Rgb::new(0.1, 0.2, 0.3))];
     scene
 }

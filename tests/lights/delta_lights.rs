@@ -2,7 +2,7 @@
 //! pictures are row 31 of the battery.
 
 use crate::common::quadrature::integrate;
-use crate::common::scene::{diffuse, looking, rectangle, see, shape};
+use crate::common::scene::{diffuse, looking, rectangle, see, surface};
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::Roulette;
 use etendue::internals::light::distant::DistantLight;
@@ -116,7 +116,7 @@ fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDescri
     let mut scene = looking(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
     let side = 2.0 * half;
     let ground = rectangle([-half, 0.0, half], [side, 0.0, 0.0], [0.0, 0.0, -side]);
-    scene.shapes.push(shape(ground, 0.0));
+    scene.shapes.push(surface(ground, 0.0));
     scene
         .lights
         .extend(lights.into_iter().map(|model| LightDescription {
@@ -160,7 +160,7 @@ fn a_delta_light_is_not_seen_and_scattered_rays_do_not_find_it() {
     // Looking straight at the light, and at a mirror that shows it: nothing.
     let towards = looking(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, diffuse(0.5));
     let mut scene = towards;
-    scene.shapes.push(shape(
+    scene.shapes.push(surface(
         rectangle([-1.0, -1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]),
         0.0,
     ));

@@ -4,7 +4,7 @@ use crate::common::TestRng;
 use crate::common::chi_square::ChiSquareTest;
 use crate::common::closed_forms::bright_texel;
 use crate::common::quadrature::integrate;
-use crate::common::scene::{diffuse, looking, ready, rectangle, see, shape};
+use crate::common::scene::{diffuse, looking, ready, rectangle, see, surface};
 use crate::common::verdict::assert_mean;
 use etendue::internals::accel::Backend;
 use etendue::internals::effects::kernel::types::Everything;
@@ -328,7 +328,7 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
 fn floor_under(texture: Texture, to_world: DMat3) -> SceneDescription {
     let mut scene = looking(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
     let ground = rectangle([-3.0, 0.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]);
-    scene.shapes.push(shape(ground, 0.0));
+    scene.shapes.push(surface(ground, 0.0));
     let radiance = ColourDescription::Texture(Arc::new(texture));
     scene.lights.push(LightDescription {
         place: Place::default(),

@@ -1,6 +1,6 @@
 //! Lamps whose light is found in one way, and in two that share it.
 
-use crate::common::scene::{diffuse, looking, rectangle, see, shape};
+use crate::common::scene::{diffuse, looking, rectangle, see, surface};
 use crate::common::verdict::assert_mean;
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::Roulette;
@@ -20,7 +20,7 @@ fn a_large_lamp_lights_by_its_form_factor() {
     let mut scene = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(albedo));
     let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     let lamp = rectangle([-1.0, -1.0, 1.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0]);
-    scene.shapes = vec![shape(floor, 0.0), shape(lamp, 1.0)];
+    scene.shapes = vec![surface(floor, 0.0), surface(lamp, 1.0)];
     let exact = f64::from(albedo) * 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
     for &backend in Backend::ALL {
         let seen = see(&scene, backend, 1 << 10, Some(1), Roulette::None);
@@ -43,7 +43,7 @@ fn a_lamp_in_a_mirror_lights_as_its_image_does() {
     let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     let lamp = rectangle([0.6, -0.5, 0.3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     let above = rectangle([-2.0, -2.0, 1.0], [0.0, 4.0, 0.0], [4.0, 0.0, 0.0]);
-    scene.shapes = vec![shape(floor, 0.0), shape(lamp, 1.0), shape(above, 0.0)];
+    scene.shapes = vec![surface(floor, 0.0), surface(lamp, 1.0), surface(above, 0.0)];
     scene.shapes[2].material = 1;
     // From x = 0.6 to 1.6, as far above the mirror as the lamp is below it.
     let up_to = |x: f64| 2.0 * parallel_rectangle(x, 0.5, 1.7);

@@ -7,7 +7,7 @@
 use crate::common::furnished::{glass, glossy, matte, outside, small_light};
 use crate::common::generated::Generator;
 use crate::common::room::{LAMP, room};
-use crate::common::scene::{film, mirrored_octahedron, panorama, ready, shape, slide};
+use crate::common::scene::{film, mirrored_octahedron, panorama, ready, slide, surface};
 use crate::common::verdict::sidak;
 use etendue::internals::accel::Backend;
 use etendue::internals::effects::{Effect, EffectSet};
@@ -305,7 +305,7 @@ fn shading_normals_are_the_same_from_both_ends() {
         scene.materials.push(material);
         let (x, z) = ([-0.45, 0.45][index % 2], [-0.4, 0.4][index / 2]);
         let y = [0.5, 0.9][index / 2];
-        let mut stone = shape(mirrored_octahedron(DVec3::new(x, y, z), 0.42), 0.0);
+        let mut stone = surface(mirrored_octahedron(DVec3::new(x, y, z), 0.42), 0.0);
         stone.material = scene.materials.len() - 1;
         scene.shapes.push(stone);
     }
@@ -519,7 +519,7 @@ fn a_stone_scatters_power_as_it_scatters_radiance() {
     let with = |integrator, is_there, spp, max_bounces| {
         let mut scene = by_a_mirror(is_there);
         let stone = mirrored_octahedron(DVec3::new(-0.1, 0.15, 0.0), 0.3);
-        scene.shapes.push(shape(stone, 0.0));
+        scene.shapes.push(surface(stone, 0.0));
         let settings = RenderSettings {
             max_bounces: Some(max_bounces),
             ..settings(&scene, integrator, spp)

@@ -2,7 +2,7 @@
 //! the image of the kernel with everything, bit for bit, and state of absent effects has no size.
 
 use crate::common::generated::{Generator, SIZE};
-use crate::common::scene::{diffuse, looking, rectangle, shape, sky};
+use crate::common::scene::{diffuse, looking, rectangle, sky, surface};
 use crate::common::scene_folder::in_repository;
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
 use etendue::internals::effects::kernel::types::{Everything, Matte};
@@ -194,7 +194,7 @@ fn what_says_nothing_is_folded_away() {
     scene.camera.motion = vec![key(0.0), key(1.0)];
     let mut still = ShapeDescription {
         motion: vec![key(0.0), key(0.5), key(1.0)],
-        ..shape(
+        ..surface(
             rectangle([-1.0, -1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]),
             0.0,
         )

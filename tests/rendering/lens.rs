@@ -1,7 +1,7 @@
 //! The thin lens in pictures: a lens of no width is a pinhole bit for bit, and what is out of focus is blurred by the
 //! circle of confusion. Its closed form is row 45 of the battery.
 
-use crate::common::scene::{diffuse, gallery, keys, looking, picture, rectangle, see, shape};
+use crate::common::scene::{diffuse, gallery, keys, looking, picture, rectangle, see, surface};
 use crate::common::verdict::assert_mean;
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::Roulette;
@@ -58,7 +58,7 @@ fn half_plane(edge: f64, height: f64, lens_radius: f64, focus_distance: f64) -> 
     // As far as any ray goes, and no farther: single precision is shared by the whole scene.
     let far = 1.0 + 4.0 * lens_radius * f64::abs(height / focus_distance - 1.0);
     let half = rectangle([edge, -far, 0.0], [far, 0.0, 0.0], [0.0, 2.0 * far, 0.0]);
-    scene.shapes = vec![shape(half, 1.0)];
+    scene.shapes = vec![surface(half, 1.0)];
     scene.camera.lens_radius = lens_radius;
     scene.camera.focus_distance = focus_distance;
     scene

@@ -4,7 +4,7 @@
 use crate::common::closed_forms::parallel_rectangle;
 use crate::common::quadrature::integrate;
 use crate::common::scene::{
-    as_instance, diffuse, gallery, keys, looking, picture, polygon, rectangle, see, shape, slide,
+    as_instance, diffuse, gallery, keys, looking, picture, polygon, rectangle, see, slide, surface,
 };
 use crate::common::verdict::assert_mean;
 use etendue::internals::accel::Backend;
@@ -139,7 +139,7 @@ fn wall() -> SceneDescription {
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.0));
     scene.camera.shutter = SHUTTER;
     let wall = rectangle([-3.0, -3.0, 0.0], [6.0, 0.0, 0.0], [0.0, 6.0, 0.0]);
-    scene.shapes = vec![shape(wall, 1.0)];
+    scene.shapes = vec![surface(wall, 1.0)];
     scene
 }
 
@@ -154,7 +154,7 @@ fn an_occluder_hides_the_share_of_time_that_it_is_there() {
         // With unit speed the edge passes the line of sight at that time.
         let path = slide(-share * DVec3::X, (1.0 - share) * DVec3::X);
         let mut scene = wall();
-        scene.shapes = vec![shape(plate(), 0.0)];
+        scene.shapes = vec![surface(plate(), 0.0)];
         as_instance(&mut scene, DAffine3::IDENTITY, path);
         scene.shapes.extend(wall().shapes);
         check(&format!("instance, {share}"), &scene, 0, 1.0 - share, 1e-3);
@@ -214,7 +214,7 @@ fn keys_count_while_the_shutter_is_open() {
     ] {
         let mut scene = wall();
         scene.camera.shutter = shutter;
-        scene.shapes.push(shape(plate(), 0.0));
+        scene.shapes.push(surface(plate(), 0.0));
         scene.shapes[1].motion = keys;
         check(name, &scene, 0, seen, 1e-3);
     }
@@ -239,7 +239,7 @@ fn an_emitting_disk_leaves_the_trace_of_its_chords() {
             normal: DVec3::Z,
             radius: RADIUS,
         };
-        scene.shapes = vec![shape(disk, 2.0)];
+        scene.shapes = vec![surface(disk, 2.0)];
         scene.shapes[0].motion = slide(PATH[0] * DVec3::X, PATH[1] * DVec3::X);
         let half = (RADIUS * RADIUS - y * y).sqrt();
         let covered = (x + half).min(PATH[1]) - (x - half).max(PATH[0]);
@@ -273,7 +273,7 @@ fn a_camera_that_flies_over_a_checker_sees_each_field_for_its_time() {
         let mut scene = wall();
         scene.camera.motion = keys([(0.0, camera(from)), (1.0, camera(to))]);
         let floor = rectangle([-2.0, -1.0, 0.0], [4.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
-        scene.shapes = vec![shape(floor, 1.0)];
+        scene.shapes = vec![surface(floor, 1.0)];
         scene.shapes[0].emission = Some(ColourDescription::Texture(Arc::new(Texture::Checker {
             colours: [Rgb::grey(1.0), Rgb::grey(3.0)],
             repeat: Vec2::new(4.0, 1.0),
@@ -301,7 +301,7 @@ fn a_turntable_turns_evenly() {
             let target = 0.6 * corner(f64::to_radians(angle));
             let mut scene = looking(target + DVec3::Z, target, diffuse(0.0));
             scene.camera.shutter = SHUTTER;
-            scene.shapes = vec![shape(blade.clone(), 1.0)];
+            scene.shapes = vec![surface(blade.clone(), 1.0)];
             scene.shapes[0].motion = path.clone();
             check(
                 &format!("{angle} of {whole}"),
@@ -330,9 +330,9 @@ fn a_camera_moves_as_if_everything_else_moved_the_other_way() {
         max: DVec3::new(-0.5, -0.6, -1.8),
     };
     room.shapes = vec![
-        shape(floor, 0.0),
-        shape(crate_, 0.0),
-        shape(ball([0.3, 0.2, -2.0], 0.5), 2.0),
+        surface(floor, 0.0),
+        surface(crate_, 0.0),
+        surface(ball([0.3, 0.2, -2.0], 0.5), 2.0),
     ];
     let turn = |degrees: f64| DAffine3::from_rotation_y(degrees.to_radians());
     let away = |x: f64| DAffine3::from_translation(x * DVec3::new(1.0, 0.1, -0.2));
@@ -382,7 +382,7 @@ fn floor() -> SceneDescription {
     let mut scene = looking(eye, DVec3::ZERO, diffuse(ALBEDO));
     scene.camera.shutter = SHUTTER;
     let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-    scene.shapes = vec![shape(floor, 0.0)];
+    scene.shapes = vec![surface(floor, 0.0)];
     scene
 }
 
@@ -407,7 +407,7 @@ fn moving_shadows_average_over_time() {
             let plate = rectangle([0.0, -3.0, 0.6], [6.0, 0.0, 0.0], [0.0, 6.0, 0.0]);
             scene
                 .shapes
-                .extend([shape(ceiling(1.0), 1.0), shape(plate, 0.0)]);
+                .extend([surface(ceiling(1.0), 1.0), surface(plate, 0.0)]);
             scene.shapes[2].material = 1;
             scene.shapes[2].motion = slide((c - 1.0) * DVec3::X, (c + 1.0) * DVec3::X);
             check(
@@ -429,7 +429,7 @@ fn a_moving_lamp_lights_as_it_does_on_the_average() {
         let factor = |x: f64| 2.0 * (corner(x + 1.0) - corner(x - 1.0));
         let mean = integrate(factor, from, to, 64) / (to - from);
         let mut scene = floor();
-        scene.shapes.push(shape(ceiling(height), 1.0));
+        scene.shapes.push(surface(ceiling(height), 1.0));
         scene.shapes[1].motion = slide(from * DVec3::X, to * DVec3::X);
         let exact = f64::from(ALBEDO) * mean;
         check(&format!("{height}, {from} to {to}"), &scene, 1, exact, 3e-3);

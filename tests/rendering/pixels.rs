@@ -1,7 +1,7 @@
 //! What a pixel is: the mean of what is seen, weighted by the filter about the pixel's middle. Beside a straight edge that
 //! is the filter's integral beyond the edge, which has a closed form.
 
-use crate::common::scene::{diffuse, looking, ready, rectangle, shape};
+use crate::common::scene::{diffuse, looking, ready, rectangle, surface};
 use etendue::internals::accel::Backend;
 use etendue::internals::film::filter::{Filter, FilterDescription, FilterKind};
 use etendue::internals::math::stats::Moments;
@@ -36,7 +36,7 @@ fn half_lit(edge: f64, turned: bool) -> SceneDescription {
     } else {
         rectangle([from_middle, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0])
     };
-    scene.shapes = vec![shape(lit, 1.0)];
+    scene.shapes = vec![surface(lit, 1.0)];
     scene
 }
 

@@ -1,6 +1,6 @@
 //! Roulette ends paths by chance and changes no mean: on a surface whose lobes see light and darkness, and weigh less than 1.
 
-use crate::common::scene::{looking, see, shape};
+use crate::common::scene::{looking, see, surface};
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::Roulette;
 use etendue::internals::math::rgb::Rgb;
@@ -25,7 +25,7 @@ fn highlight() -> SceneDescription {
     };
     let floor = disk(DVec3::ZERO, DVec3::Z, 0.5);
     let lamp = disk(DVec3::new(0.0, 1.0, 1.0), DVec3::new(0.0, -1.0, -1.0), 0.3);
-    scene.shapes = vec![shape(floor, 0.0), shape(lamp, 1.0)];
+    scene.shapes = vec![surface(floor, 0.0), surface(lamp, 1.0)];
     scene
 }
 

@@ -1,7 +1,7 @@
 //! Materials through the whole renderer: surfaces that are partly there, normal maps, and surfaces with one side.
 
 use crate::common::closed_forms::parallel_rectangle;
-use crate::common::scene::{diffuse, looking, ready, rectangle, see, shape, sky};
+use crate::common::scene::{diffuse, looking, ready, rectangle, see, sky, surface};
 use crate::common::verdict::assert_mean;
 use etendue::internals::accel::Backend;
 use etendue::internals::effects::kernel::types::Everything;
@@ -42,7 +42,7 @@ fn square(z: f64, material: usize) -> ShapeDescription {
     let form = rectangle([-1.0, -1.0, z], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
     ShapeDescription {
         material,
-        ..shape(form, 0.0)
+        ..surface(form, 0.0)
     }
 }
 
@@ -104,7 +104,7 @@ fn a_veiled_sphere_is_met_twice() {
             };
             scene.shapes.push(ShapeDescription {
                 material: 1,
-                ..shape(sphere, radiance)
+                ..surface(sphere, radiance)
             });
             let seen = see(&scene, backend, 1 << 12, Some(0), Roulette::None);
             assert_mean(
@@ -138,7 +138,7 @@ fn shadows_of_veils_are_exact() {
         let lamp = rectangle([-1.0, -1.0, 1.5], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0]);
         let mut veil = square(1.0, 1);
         veil.geometry = rectangle([-4.0, -4.0, 1.0], [8.0, 0.0, 0.0], [0.0, 8.0, 0.0]);
-        scene.shapes = vec![square(0.0, 0), veil, shape(lamp, 1.0)];
+        scene.shapes = vec![square(0.0, 0), veil, surface(lamp, 1.0)];
         let factor = 4.0 * parallel_rectangle(1.0, 1.0, 1.5);
         let exact = f64::from(ALBEDO) * factor * f64::from(1.0 - alpha);
         let seen = see(&scene, backend, 1 << 14, Some(1), Roulette::None);
@@ -178,7 +178,7 @@ fn a_lamp_that_is_partly_there_shines_as_much_less() {
         scene.materials.push(partly_there(alpha));
         let lamp = ShapeDescription {
             material: 1,
-            ..shape(lamp, 1.0)
+            ..surface(lamp, 1.0)
         };
         scene.shapes = vec![square(0.0, 0), lamp];
         see(&scene, Backend::ALL[0], 1 << 11, Some(1), Roulette::None)
@@ -209,7 +209,7 @@ fn nothing_is_there_where_alpha_is_zero() {
         let target = DVec3::new(0.1, 0.3, 0.0);
         let mut without = looking(eye, target, diffuse(ALBEDO));
         let lamp = rectangle([-1.0, -1.0, 1.5], [0.0, 0.5, 0.0], [2.0, 0.0, 0.0]);
-        without.shapes = vec![square(0.0, 0), shape(lamp, 1.0)];
+        without.shapes = vec![square(0.0, 0), surface(lamp, 1.0)];
         // The middle of most shapes is the origin of single precision: these keep it where it is.
         without.shapes.extend(vec![square(-0.5, 0); 9]);
         let mut with = without.clone();
@@ -304,7 +304,7 @@ fn emission_textures_shine_where_they_are_bright() {
             let emission = ColourDescription::Texture(checker(colours, repeat));
             let lamp = ShapeDescription {
                 emission: Some(emission),
-                ..shape(form.clone(), 0.0)
+                ..surface(form.clone(), 0.0)
             };
             scene.shapes = vec![square(0.0, 0), lamp];
             for &backend in Backend::ALL {
@@ -395,7 +395,7 @@ fn normal_maps_tilt_as_the_picture_says() {
         scene.materials[0].normal_map = Some(tilted(n, strength));
         let center = distance * to_lamp;
         let lamp = GeometryDescription::Sphere { center, radius };
-        scene.shapes = vec![shape(form, 0.0), shape(lamp, 1.0)];
+        scene.shapes = vec![surface(form, 0.0), surface(lamp, 1.0)];
         let exact = f64::from(ALBEDO) * (radius / distance).powi(2) * normal.dot(to_lamp);
         for &backend in Backend::ALL {
             let seen = see(&scene, backend, 1 << 11, Some(1), Roulette::None);

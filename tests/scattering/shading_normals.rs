@@ -1,7 +1,7 @@
 //! Hard case 17: shading normals far from the geometric one, on its other side, and of no length. No surface reflects more
 //! than arrives, and no light comes through it. How much a matte one reflects is row 17 of the battery.
 
-use crate::common::scene::{diffuse, looking, see, shape, sky};
+use crate::common::scene::{diffuse, looking, see, sky, surface};
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::Roulette;
 use etendue::internals::math::rgb::Rgb;
@@ -28,7 +28,7 @@ fn plane(model: MaterialModel, normal: DVec3, wo: DVec3) -> SceneDescription {
         uvs: vec![],
         indices: vec![[0, 1, 2]],
     };
-    scene.shapes = vec![shape(GeometryDescription::Mesh(Arc::new(mesh)), 0.0)];
+    scene.shapes = vec![surface(GeometryDescription::Mesh(Arc::new(mesh)), 0.0)];
     scene
 }
 
@@ -124,7 +124,7 @@ fn no_light_comes_through_what_is_opaque() {
                     let radius = 0.5;
                     scene
                         .shapes
-                        .push(shape(GeometryDescription::Sphere { center, radius }, 1.0));
+                        .push(surface(GeometryDescription::Sphere { center, radius }, 1.0));
                 }
                 for &backend in Backend::ALL {
                     let seen = see(&scene, backend, 256, None, Roulette::Throughput);

@@ -3,7 +3,7 @@
 
 use crate::common::TestRng;
 use crate::common::scene::{
-    as_instance, diffuse, looking, polygon, ready, rectangle, see, shape, sky, slide,
+    as_instance, diffuse, looking, polygon, ready, rectangle, see, sky, slide, surface,
 };
 use crate::common::scene::{mirrored_octahedron, seen_whole};
 use crate::common::tracing::{direction, point};
@@ -56,9 +56,9 @@ fn meets(scene: &Scene, origin: DVec3, dir: DVec3, time: f32) -> Option<[DVec3; 
 #[test]
 fn nested_groups_are_their_shapes_with_multiplied_transforms() {
     let leaf = [
-        shape(mirrored_octahedron(DVec3::new(0.3, 0.0, 0.1), 0.4), 0.0),
-        shape(sphere(DVec3::new(-0.5, 0.2, 0.0), 0.3), 0.0),
-        shape(
+        surface(mirrored_octahedron(DVec3::new(0.3, 0.0, 0.1), 0.4), 0.0),
+        surface(sphere(DVec3::new(-0.5, 0.2, 0.0), 0.3), 0.0),
+        surface(
             rectangle([-0.5, -0.5, -0.4], [1.0, 0.0, 0.0], [0.0, 1.0, 0.2]),
             0.0,
         ),
@@ -142,7 +142,7 @@ fn floor() -> SceneDescription {
     let eye = DVec3::new(0.15, 0.1, 0.2);
     let mut scene = looking(eye, DVec3::ZERO, diffuse(0.5));
     let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-    scene.shapes = vec![shape(floor, 0.0)];
+    scene.shapes = vec![surface(floor, 0.0)];
     scene
 }
 
@@ -176,7 +176,7 @@ fn a_lamp_in_a_group_lights_like_the_lamp_written_out() {
         ("mirrored", DVec3::new(-1.0, 1.0, 1.0)),
     ] {
         for (form, geometry) in lamps() {
-            let mut lamp = shape(geometry, 3.0);
+            let mut lamp = surface(geometry, 3.0);
             lamp.transform = place(sides);
             let mut written = floor();
             written.shapes.push(lamp.clone());
@@ -227,7 +227,7 @@ fn on_ellipsoid(m: &DAffine3, n: DVec3) -> (DVec3, DVec3) {
 fn seen_ellipsoid(m: &DAffine3, n: DVec3, albedo: f32) -> SceneDescription {
     let (target, normal) = on_ellipsoid(m, n);
     let mut scene = looking(target + 0.7 * normal, target, diffuse(albedo));
-    scene.shapes = vec![shape(sphere(DVec3::ZERO, 1.0), 0.0)];
+    scene.shapes = vec![surface(sphere(DVec3::ZERO, 1.0), 0.0)];
     as_instance(&mut scene, *m, vec![]);
     scene
 }
@@ -287,7 +287,7 @@ fn the_outline_of_an_ellipsoid_has_the_area_of_its_ellipse() {
     let [a, b, c, d] = [0.4, 0.9, 1.5, 4.0_f64];
     let mut scene = looking(d * DVec3::Z, DVec3::ZERO, diffuse(0.0));
     scene.camera.fov = 2.0 * (2.0 / d).atan();
-    scene.shapes = vec![shape(sphere(DVec3::ZERO, 1.0), 1.0)];
+    scene.shapes = vec![surface(sphere(DVec3::ZERO, 1.0), 1.0)];
     // The film is 8 x 4 at the middle, whichever way is up.
     let exact = PI * a * b * d * d / (d * d - c * c) / 32.0;
     for mirror in [1.0, -1.0] {
@@ -326,7 +326,7 @@ fn seen_field(m: &DAffine3, [u, v]: [f64; 2], motion: Vec<Key>) -> (SceneDescrip
     let normal = (m.matrix3.inverse().transpose() * DVec3::Z).normalize();
     let mut scene = looking(target + 0.4 * normal, target, diffuse(0.0));
     let field = rectangle([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-    scene.shapes = vec![shape(field, 0.0)];
+    scene.shapes = vec![surface(field, 0.0)];
     as_instance(&mut scene, *m, motion);
     let odd = |x: f64| x.floor().rem_euclid(2.0) > 0.5;
     (scene, odd(4.0 * u) == odd(3.0 * v))
@@ -400,8 +400,8 @@ fn a_mirrored_lamp_shines_on_its_outside_alone() {
         for (form, geometry) in lamps() {
             for (side, expected) in [(1.0, 2.0), (-1.0, 0.0)] {
                 let inside = side < 0.0 && form == "sphere";
-                let surface = DVec3::new(0.0, 0.0, if form == "sphere" { -0.2 } else { 0.0 });
-                let target = m.transform_point3(surface);
+                let point = DVec3::new(0.0, 0.0, if form == "sphere" { -0.2 } else { 0.0 });
+                let target = m.transform_point3(point);
                 // From inside of the ball, its middle.
                 let eye = if inside {
                     m.transform_point3(DVec3::ZERO)
@@ -409,7 +409,7 @@ fn a_mirrored_lamp_shines_on_its_outside_alone() {
                     target + 0.3 * side * normal
                 };
                 let mut scene = looking(eye, target, diffuse(0.0));
-                scene.shapes = vec![shape(geometry.clone(), 2.0)];
+                scene.shapes = vec![surface(geometry.clone(), 2.0)];
                 as_instance(&mut scene, m, vec![]);
                 for &backend in Backend::ALL {
                     let seen = see(&scene, backend, 4, Some(0), Roulette::None);

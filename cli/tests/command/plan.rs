@@ -1,6 +1,6 @@
 //! `etendue plan`: every effect with its reason, and what it costs.
 
-use crate::common::scene::{diffuse, looking, panorama, rectangle, shape, sky, slide};
+use crate::common::scene::{diffuse, looking, panorama, rectangle, sky, slide, surface};
 use crate::common::scene_folder::{SMALL, SceneFolder};
 use crate::support::{USAGE, fails, succeed};
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
@@ -232,7 +232,7 @@ radiance = { texture = "picture.pfm" }
 fn the_light_that_an_effect_carries_is_what_is_missing_without_it() {
     // A white floor under a sky of radiance 1 and a lamp that fills the view above it: what each adds is known.
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
-    scene.shapes = vec![shape(
+    scene.shapes = vec![surface(
         rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]),
         3.0,
     )];
@@ -339,7 +339,7 @@ fn without_instances_nothing_moves_in_a_frame_of_its_own() {
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     let lamp = rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
     scene.camera.shutter = [0.0, 1.0];
-    scene.shapes = vec![shape(lamp.clone(), 3.0), shape(lamp, 3.0)];
+    scene.shapes = vec![surface(lamp.clone(), 3.0), surface(lamp, 3.0)];
     scene.shapes[1].motion = slide(DVec3::ZERO, DVec3::X);
     assert!(plan_of(&scene).on().any(|on| on == Effect::Instances));
     let other = plan_of(&without(&scene, Effect::Instances));
@@ -351,7 +351,7 @@ fn the_one_light_that_is_kept_is_to_be_seen() {
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     let lamp = rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
     scene.groups = vec!["nowhere".to_owned()];
-    scene.shapes = (0..3).map(|_| shape(lamp.clone(), 3.0)).collect();
+    scene.shapes = (0..3).map(|_| surface(lamp.clone(), 3.0)).collect();
     scene.shapes[0].group = Some(0);
     let lights = |scene: &SceneDescription| {
         let prepared = prepare(scene, OPTIONS).expect("a valid scene");

@@ -9,11 +9,9 @@ use super::case::{Case, Effort};
 use super::claim::Claim;
 use super::closed_forms::rectangle_below;
 use super::lamps::{distant, floor, point, reflected, square_through};
-use super::staging::{
-    Look, SIZE, bounces, diffuse, light, looking, mean, mirror, rectangle, see_again, shape, sky,
-    sphere,
-};
+use super::patch::{Look, SIZE, bounces, looking, mean, see_again};
 use super::transport::{floor_under_a_lamp, integrating_sphere, lit_room, ratio_of, room, series};
+use crate::scene_builder::{diffuse, light, mirror, rectangle, sky, sphere, surface};
 use etendue::internals::geometry::texture::Texture;
 use etendue::internals::image::Image;
 use etendue::internals::integrator::Roulette;
@@ -154,12 +152,12 @@ fn lit_floors() -> Vec<(&'static str, SceneDescription, f64)> {
     let lamp = |lamp: GeometryDescription| {
         let mut scene = floor(3.0, []);
         scene.camera = looking(DVec3::new(2.0, 0.8, 0.0), DVec3::ZERO, diffuse(0.5)).camera;
-        scene.shapes.push(shape(lamp, 1.0));
+        scene.shapes.push(surface(lamp, 1.0));
         scene
     };
     let mut in_a_square = floor(3.0, [point(position, 4.0)]);
     let square = square_through(position, 0.05);
-    in_a_square.shapes.push(shape(square, 0.0));
+    in_a_square.shapes.push(surface(square, 0.0));
     let ball = sphere(DVec3::Y, 0.5);
     let disk = GeometryDescription::Disk {
         center: 2.0 * DVec3::Y,
@@ -220,7 +218,7 @@ fn from_above() -> SceneDescription {
         [2.0 * far, 0.0, 0.0],
         [0.0, 2.0 * far, 0.0],
     );
-    scene.shapes.push(shape(ground, 0.0));
+    scene.shapes.push(surface(ground, 0.0));
     scene
 }
 
@@ -280,7 +278,7 @@ fn by_a_mirror() -> Vec<Case> {
     let silver = MaterialDescription::new("silver", Place::default(), mirror(0.75));
     scene.materials.push(silver);
     let wall = rectangle([WALL, -4.0, 0.0], [0.0, 8.0, 0.0], [0.0, 0.0, 4.0]);
-    let mut wall = shape(wall, 0.0);
+    let mut wall = surface(wall, 0.0);
     wall.material = 1;
     scene.shapes.push(wall);
     // All of what is seen is in the full light of the image.

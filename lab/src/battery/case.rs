@@ -5,7 +5,7 @@
 //! Source: docs/hard-cases.md. Tested in `lab/tests/reports/battery.rs`.
 
 use super::claim::Claim;
-use super::staging::{Look, see};
+use super::patch::{Look, see};
 pub use super::trial::{Effort, Trial};
 use etendue::Result;
 use etendue::internals::accel::Backend;

@@ -11,7 +11,8 @@ use super::closed_forms::{
     perpendicular_sphere,
 };
 use super::form_factor::form_factor;
-use super::staging::{ceiling, diffuse, direct, looking, polygon, rectangle, shape, sphere};
+use super::patch::{direct, looking};
+use crate::scene_builder::{ceiling, diffuse, polygon, rectangle, sphere, surface};
 use etendue::internals::math::vec::{DAffine3, DVec3};
 use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
 use std::f64::consts::TAU;
@@ -39,7 +40,7 @@ fn floor_under(light: GeometryDescription, radiance: f32, reach: f64) -> SceneDe
     let eye = reach * DVec3::new(0.3, 0.2, 0.4);
     let mut scene = looking(eye, DVec3::ZERO, diffuse(ALBEDO));
     let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-    scene.shapes = vec![shape(floor, 0.0), shape(light, radiance)];
+    scene.shapes = vec![surface(floor, 0.0), surface(light, radiance)];
     scene
 }
 
@@ -51,7 +52,7 @@ fn lit(factor: f64) -> f64 {
 fn form_factors() -> Vec<Case> {
     let between = |row, name: &str, [receiver, light]: [GeometryDescription; 2], claim, point| {
         let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(ALBEDO));
-        scene.shapes = vec![shape(receiver, 0.0), shape(light, 1.0)];
+        scene.shapes = vec![surface(receiver, 0.0), surface(light, 1.0)];
         // Discs are sampled by area, which is noisy where they are near.
         let points = match row {
             18 => 1 << 18,
@@ -222,7 +223,7 @@ fn walls() -> Vec<Case> {
         let mut scene = floor_under(wall, 1.0, c.min(0.5));
         // The floor ends at the wall, and the view comes from the other side.
         let floor = rectangle([c - 2.0, -0.5, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
-        scene.shapes[0] = shape(floor, 0.0);
+        scene.shapes[0] = surface(floor, 0.0);
         let eye = c.min(0.5) * DVec3::new(-0.3, 0.2, 0.4);
         scene.camera = looking(eye, DVec3::ZERO, diffuse(ALBEDO)).camera;
         let claim = Claim::mean(lit(2.0 * perpendicular_rectangle(1.0, 1.0, c)), 2e-3);
@@ -254,7 +255,7 @@ fn winding() -> Vec<Case> {
     let exact = lit(4.0 * parallel_rectangle(1.0, 1.0, 1.0));
     let case = |(floor, lamp): (bool, bool)| {
         let mut scene = floor_under(square(1.0, lamp), 1.0, 1.0);
-        scene.shapes[0] = shape(square(0.0, floor), 0.0);
+        scene.shapes[0] = surface(square(0.0, floor), 0.0);
         let claim = if lamp {
             Claim::mean(exact, 1e-3)
         } else {

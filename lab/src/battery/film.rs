@@ -7,7 +7,8 @@
 
 use super::case::{Case, Effort};
 use super::claim::Claim;
-use super::staging::{bounces, diffuse, looking, rectangle, shape, sky};
+use super::patch::{bounces, looking};
+use crate::scene_builder::{diffuse, rectangle, sky, surface};
 use etendue::internals::film::filter::{FilterDescription, FilterKind};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::DVec3;
@@ -25,7 +26,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
 fn wall() -> SceneDescription {
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.0));
     let square = rectangle([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
-    scene.shapes = vec![shape(square, 0.3)];
+    scene.shapes = vec![surface(square, 0.3)];
     scene
 }
 

@@ -5,7 +5,7 @@
 //! Source: F = 1/A integral over points and directions of cos V L / pi. Tested in `lab/tests/reports/battery.rs`.
 
 use super::case::Trial;
-use super::staging::ready;
+use super::patch::ready;
 use etendue::Result;
 use etendue::internals::accel::{Hit, PrimitiveId};
 use etendue::internals::effects::Slot;

@@ -8,9 +8,8 @@
 
 use super::case::{Case, Effort};
 use super::claim::Claim;
-use super::staging::{
-    Look, bounces, ceiling, diffuse, direct, glass, looking, rectangle, shape, sky, sphere,
-};
+use super::patch::{Look, bounces, direct, looking};
+use crate::scene_builder::{ceiling, diffuse, glass, rectangle, sky, sphere, surface};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::DVec3;
@@ -50,7 +49,7 @@ fn under_the_sky(
 ) -> SceneDescription {
     let mut scene = looking(eye, target, model);
     scene.lights = vec![sky(Rgb::WHITE)];
-    scene.shapes = shapes.into_iter().map(|form| shape(form, 0.0)).collect();
+    scene.shapes = shapes.into_iter().map(|form| surface(form, 0.0)).collect();
     scene
 }
 
@@ -110,7 +109,7 @@ fn cameras_in_odd_places() -> Vec<Case> {
     let within = under_the_sky(DVec3::ZERO, DVec3::X, glass(1.5, 0.0), [ball()]);
     let at_lamp = {
         let mut scene = looking(DVec3::ZERO, DVec3::X, diffuse(0.0));
-        scene.shapes = vec![shape(ball(), 0.5)];
+        scene.shapes = vec![surface(ball(), 0.5)];
         scene.shapes[0].two_sided_emission = true;
         scene
     };

@@ -8,11 +8,12 @@
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::disc_segment;
-use super::staging::{bounces, diffuse, looking, rectangle, shape, sky};
+use super::patch::{bounces, looking};
 use crate::bench::closed::{Aim, ClosedMesh, Form};
 use crate::bench::leaks::leaks;
 use crate::bench::random::Random;
 use crate::bench::target::Target;
+use crate::scene_builder::{diffuse, rectangle, sky, surface};
 use etendue::Result;
 use etendue::internals::accel::Accel;
 use etendue::internals::geometry::Geometry;
@@ -116,7 +117,7 @@ fn turned_boxes() -> Vec<Case> {
         let [eye, target] = [eye, target].map(|p| place.transform_point3(p));
         let mut scene = looking(eye, target, diffuse(0.999));
         let (min, max) = (DVec3::splat(-1.0), DVec3::ONE);
-        scene.shapes = vec![shape(GeometryDescription::Box { min, max }, 0.0)];
+        scene.shapes = vec![surface(GeometryDescription::Box { min, max }, 0.0)];
         scene.shapes[0].transform = place;
         scene.lights = vec![sky(Rgb::grey(1e6))];
         let name = format!("light from outside in a closed white {what}");
@@ -178,7 +179,7 @@ fn half_plane(edge: f64, height: f64, reach: f64) -> SceneDescription {
         [reach, 0.0, 0.0],
         [0.0, 2.0 * reach, 0.0],
     );
-    scene.shapes = vec![shape(half, 1.0)];
+    scene.shapes = vec![surface(half, 1.0)];
     scene
 }
 

@@ -8,8 +8,9 @@
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::parallel_rectangle;
-use super::staging::{ceiling, diffuse, looking, ready, rectangle, shape, sky};
+use super::patch::{looking, ready};
 use super::transport::{integrating_sphere, series};
+use crate::scene_builder::{ceiling, diffuse, rectangle, sky, surface};
 use etendue::Result;
 use etendue::internals::film::filter::{Filter, FilterDescription, FilterKind};
 use etendue::internals::integrator::Roulette;
@@ -151,14 +152,14 @@ fn below_a_hole() -> SceneDescription {
     };
     let far = 2.0 * FAR;
     let floor = rectangle([-FAR, -FAR, 0.0], [far, 0.0, 0.0], [0.0, far, 0.0]);
-    scene.shapes = vec![shape(floor, 0.0)];
+    scene.shapes = vec![surface(floor, 0.0)];
     for (x, y) in [
         ([-FAR, FAR], [-FAR, -1.0]),
         ([-FAR, FAR], [1.0, FAR]),
         ([-FAR, -1.0], [-1.0, 1.0]),
         ([1.0, FAR], [-1.0, 1.0]),
     ] {
-        let mut part = shape(ceiling(x, y, HEIGHT), 0.0);
+        let mut part = surface(ceiling(x, y, HEIGHT), 0.0);
         part.material = scene.materials.len();
         scene.shapes.push(part);
     }

@@ -8,10 +8,9 @@
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::{bright_texel, parallel_rectangle};
-use super::staging::{
-    Look, bounces, ceiling, diffuse, direct, light, looking, mesh, rectangle, see, shape,
-};
+use super::patch::{Look, bounces, direct, looking, see};
 use crate::bench::random::Random;
+use crate::scene_builder::{ceiling, diffuse, light, mesh, rectangle, surface};
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::geometry::sphere::Sphere;
 use etendue::internals::geometry::texture::Texture;
@@ -111,7 +110,7 @@ pub fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDe
     let mut scene = looking(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
     let side = 2.0 * half;
     let ground = rectangle([-half, 0.0, half], [side, 0.0, 0.0], [0.0, 0.0, -side]);
-    scene.shapes.push(shape(ground, 0.0));
+    scene.shapes.push(surface(ground, 0.0));
     scene.lights.extend(lights.into_iter().map(light));
     scene
 }
@@ -168,7 +167,7 @@ fn grazing() -> Vec<Case> {
 fn occluders() -> Vec<Case> {
     let roof = |height: f64| {
         let roof = rectangle([-0.2, height, 0.2], [0.4, 0.0, 0.0], [0.0, 0.0, -0.4]);
-        shape(roof, 0.0)
+        surface(roof, 0.0)
     };
     let under = |lamp: LightModel, height: f64| {
         let mut scene = floor(3.0, [lamp]);
@@ -194,9 +193,9 @@ fn occluders() -> Vec<Case> {
         let ground = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         let square = |half: f64, z: f64| ceiling([-half, half], [-half, half], z);
         scene.shapes = vec![
-            shape(ground, 0.0),
-            shape(square(0.5, 1.0), 1.0),
-            shape(square(0.51, 1.0 - gap), 0.0),
+            surface(ground, 0.0),
+            surface(square(0.5, 1.0), 1.0),
+            surface(square(0.51, 1.0 - gap), 0.0),
         ];
         let name = format!("plate {gap:e} before a lamp");
         Case::seen(30, name, Claim::exactly(0.0), scene, direct(1 << 9))
@@ -263,7 +262,7 @@ fn delta_lights() -> Vec<Case> {
     for tilt in [0.0, 0.05, -0.11] {
         let mut scene = floor(3.0, [point(position(1.0), 4.0)]);
         let square = square_through(position(1.0), tilt);
-        scene.shapes.push(shape(square, 0.0));
+        scene.shapes.push(surface(square, 0.0));
         cases.push(seen(
             format!("point in a square's plane, tilt {tilt}"),
             Claim::without_noise(reflected(4.0 * cos / d2), 3e-4),
@@ -361,10 +360,10 @@ fn useless_emitters() -> Vec<Case> {
         let lamp = ceiling([-1.0, 1.0], [-1.0, 1.0], 1.0);
         let dim = ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0);
         scene.shapes = vec![
-            shape(needles(COUNT), 1.0),
-            shape(ground, 0.0),
-            shape(lamp, 1.0),
-            shape(dim, 1e-40),
+            surface(needles(COUNT), 1.0),
+            surface(ground, 0.0),
+            surface(lamp, 1.0),
+            surface(dim, 1e-40),
         ];
         see(trial, &scene, look)
     });

@@ -7,8 +7,9 @@
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
-use super::staging::{Look, bounces, looking, mirror, ready, rectangle, shape, sky};
+use super::patch::{Look, bounces, looking, ready};
 use crate::bench::random::Random;
+use crate::scene_builder::{mirror, rectangle, sky, surface};
 use etendue::Result;
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::integrator::Roulette;
@@ -60,7 +61,7 @@ fn corridor(end: f64) -> SceneDescription {
     let eye = DVec3::new(0.0, 0.0, 0.5);
     let mut scene = looking(eye, DVec3::new(0.5, 0.0, 0.0), mirror(0.99));
     let wall = |z: f64| rectangle([-1.0, -1.0, z], [end + 1.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
-    scene.shapes = vec![shape(wall(0.0), 0.0), shape(wall(1.0), 0.0)];
+    scene.shapes = vec![surface(wall(0.0), 0.0), surface(wall(1.0), 0.0)];
     scene.lights = vec![sky(Rgb::WHITE)];
     scene
 }
@@ -89,7 +90,7 @@ fn turned_wrongly(trial: &Trial<'_>, place: DAffine3, allowed: f32) -> Result<f6
     let mut scene = looking(DVec3::splat(3.0), DVec3::ZERO, mirror(1.0));
     let (x, y, z) = ([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]);
     for (u, v) in [(x, y), (y, z), (z, x)] {
-        let mut wall = shape(rectangle([0.0; 3], u, v), 0.0);
+        let mut wall = surface(rectangle([0.0; 3], u, v), 0.0);
         wall.transform = place;
         scene.shapes.push(wall);
     }

@@ -17,12 +17,12 @@ mod geometry;
 pub mod irradiance;
 mod lamps;
 mod mirrors;
+pub mod patch;
 mod pictures;
 pub mod report;
 mod run;
 mod scattering;
 mod six_cases;
-pub mod staging;
 mod transport;
 mod trial;
 

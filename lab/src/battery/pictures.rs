@@ -6,7 +6,8 @@
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
-use super::staging::{diffuse, grey, looking, ready, rectangle, shape, sky, sphere};
+use super::patch::{looking, ready};
+use crate::scene_builder::{diffuse, grey, rectangle, sky, sphere, surface};
 use etendue::Result;
 use etendue::internals::film::filter::Filter;
 use etendue::internals::math::rgb::Rgb;
@@ -60,7 +61,7 @@ fn gallery() -> SceneDescription {
     let ball = sphere(DVec3::new(0.5, 0.5, 0.5), 0.25);
     let floor = rectangle([-2.0, -2.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]);
     let stone = GeometryDescription::Mesh(Arc::new(stone()));
-    scene.shapes = vec![shape(stone, 0.0), shape(ball, 4.0), shape(floor, 0.0)];
+    scene.shapes = vec![surface(stone, 0.0), surface(ball, 4.0), surface(floor, 0.0)];
     scene.lights = vec![sky(Rgb::new(0.1, 0.2, 0.3))];
     scene
 }

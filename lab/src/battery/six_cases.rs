@@ -8,9 +8,8 @@
 use super::case::{Case, Effort, Peers};
 use super::claim::Claim;
 use super::closed_forms::parallel_rectangle;
-use super::staging::{
-    Look, bounces, ceiling, diffuse, direct, looking, rectangle, see_exactly, shape, sky,
-};
+use super::patch::{Look, bounces, direct, looking, see_exactly};
+use crate::scene_builder::{ceiling, diffuse, rectangle, sky, surface};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DVec3};
@@ -46,7 +45,7 @@ fn floor_under(h: f64, radiance: f32) -> SceneDescription {
     let mut scene = looking(eye, DVec3::ZERO, diffuse(0.5));
     let floor = rectangle([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
     let light = ceiling([-1.0, 1.0], [-1.0, 1.0], h);
-    scene.shapes = vec![shape(floor, 0.0), shape(light, radiance)];
+    scene.shapes = vec![surface(floor, 0.0), surface(light, radiance)];
     scene
 }
 
@@ -125,7 +124,7 @@ fn occluded() -> Vec<Case> {
     let case = |(share, peers): (f64, Peers)| {
         let mut scene = floor_under(1.0, 1.0);
         let cover = ceiling([-1.1, 1.1], [-1.1, 1.1], share);
-        scene.shapes.push(shape(cover, 0.0));
+        scene.shapes.push(surface(cover, 0.0));
         let name = format!("black occluder at {share} of the way to the light");
         Case::seen(30, name, Claim::exactly(0.0), scene, direct(1 << 10)).beside(peers)
     };
@@ -160,7 +159,7 @@ fn closed_box(t: f64) -> SceneDescription {
         min: centre - 1.0,
         max: centre + 1.0,
     };
-    scene.shapes = vec![shape(walls, 0.0)];
+    scene.shapes = vec![surface(walls, 0.0)];
     scene.lights = vec![sky(Rgb::grey(1e6))];
     scene
 }
@@ -200,7 +199,7 @@ fn plain_pictures(effort: Effort) -> Vec<Case> {
         let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.0));
         scene.film.size = (1, 1);
         let wall = rectangle([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
-        scene.shapes = vec![shape(wall, 0.1)];
+        scene.shapes = vec![surface(wall, 0.1)];
         let look = Look {
             spp: 1 << exponent,
             max_bounces: Some(0),

@@ -8,10 +8,8 @@
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::parallel_rectangle;
-use super::staging::{
-    Look, bounces, ceiling, diffuse, light, looking, mean, rectangle, see, see_by, see_exactly,
-    shape, sphere,
-};
+use super::patch::{Look, bounces, looking, mean, see, see_by, see_exactly};
+use crate::scene_builder::{ceiling, diffuse, light, rectangle, sphere, surface};
 use etendue::Result;
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
@@ -39,7 +37,7 @@ pub fn room(albedo: f32) -> SceneDescription {
     let eye = DVec3::new(0.1, 0.2, 0.3);
     let mut scene = looking(eye, DVec3::new(0.3, 1.0, 0.1), diffuse(albedo));
     let (min, max) = (DVec3::splat(-1.0), DVec3::ONE);
-    let mut walls = shape(GeometryDescription::Box { min, max }, 1.0);
+    let mut walls = surface(GeometryDescription::Box { min, max }, 1.0);
     walls.two_sided_emission = true;
     scene.shapes = vec![walls];
     scene
@@ -84,7 +82,7 @@ fn grey_furnaces() -> Vec<Case> {
 pub fn integrating_sphere(radius: f64, albedo: f32) -> SceneDescription {
     let eye = radius * DVec3::new(0.2, -0.3, 0.1);
     let mut scene = looking(eye, radius * DVec3::new(0.5, 0.6, 0.7), diffuse(albedo));
-    scene.shapes = vec![shape(sphere(DVec3::ZERO, radius), 0.0)];
+    scene.shapes = vec![surface(sphere(DVec3::ZERO, radius), 0.0)];
     scene.lights = vec![light(LightModel::Point {
         position: DVec3::ZERO,
         intensity: Rgb::grey((PI * radius * radius) as f32),
@@ -170,7 +168,7 @@ pub fn lit_room() -> SceneDescription {
     let mut scene = room(0.4);
     scene.shapes[0].emission = None;
     let lamp = sphere(DVec3::new(-0.4, 0.3, -0.2), 0.3);
-    scene.shapes.push(shape(lamp, 2.0));
+    scene.shapes.push(surface(lamp, 2.0));
     scene
 }
 
@@ -210,7 +208,7 @@ pub fn floor_under_a_lamp() -> (SceneDescription, f64) {
     let mut floor = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(0.5));
     let ground = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     let lamp = ceiling([-1.0, 1.0], [-1.0, 1.0], 1.0);
-    floor.shapes = vec![shape(ground, 0.0), shape(lamp, 1.0)];
+    floor.shapes = vec![surface(ground, 0.0), surface(lamp, 1.0)];
     (floor, 0.5 * 4.0 * parallel_rectangle(1.0, 1.0, 1.0))
 }
 

@@ -5,7 +5,7 @@
 //! Source: the Cornell University Program of Computer Graphics' published measurements, as in `scenes/cornell-box`, which
 //! `lab/tests/bench/scenes.rs` holds it against.
 
-use super::staging::{matte, mesh, scene, shape, shining};
+use crate::scene_builder::{emitting, matte, mesh, named_shape, scene};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::DVec3;
 use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
@@ -80,14 +80,17 @@ pub fn cornell_box() -> SceneDescription {
         edge_v: DVec3::new(0.0, 0.0, 105.0),
     };
     scene.shapes = vec![
-        shape("floor", WHITE, wall(&FLOOR)),
-        shape("ceiling", WHITE, wall(&CEILING)),
-        shape("back wall", WHITE, wall(&BACK)),
-        shape("right wall", GREEN, wall(&RIGHT)),
-        shape("left wall", RED, wall(&LEFT)),
-        shining(shape("light", BLACK, light), Rgb::new(17.0, 12.0, 4.0)),
-        shape("short block", WHITE, block(&SHORT)),
-        shape("tall block", WHITE, block(&TALL)),
+        named_shape("floor", WHITE, wall(&FLOOR)),
+        named_shape("ceiling", WHITE, wall(&CEILING)),
+        named_shape("back wall", WHITE, wall(&BACK)),
+        named_shape("right wall", GREEN, wall(&RIGHT)),
+        named_shape("left wall", RED, wall(&LEFT)),
+        emitting(
+            named_shape("light", BLACK, light),
+            Rgb::new(17.0, 12.0, 4.0),
+        ),
+        named_shape("short block", WHITE, block(&SHORT)),
+        named_shape("tall block", WHITE, block(&TALL)),
     ];
     scene
 }

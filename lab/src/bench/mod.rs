@@ -18,7 +18,6 @@ pub mod report;
 mod run;
 pub mod scenes;
 pub mod settings;
-pub mod staging;
 pub mod subject;
 pub mod target;
 pub mod trace;

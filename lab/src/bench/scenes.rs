@@ -6,7 +6,8 @@
 
 use super::cornell_box::cornell_box;
 use super::random::Random;
-use super::staging::{fractal, grid, matte, mesh, scene, shape, shining, sky, sun};
+use crate::scene_builder::terrain::{fractal, grid};
+use crate::scene_builder::{emitting, matte, mesh, named_shape, scene, sky, sun};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DVec2, DVec3};
 use etendue::internals::scene::description::{
@@ -92,7 +93,7 @@ fn terrain(triangles: usize) -> SceneDescription {
     let eye = DVec3::new(0.1, 0.45, 1.15);
     let mut scene = scene("terrain", eye, DVec3::new(0.0, -0.05, 0.0), 55.0);
     scene.materials = vec![matte("rock", Rgb::new(0.42, 0.38, 0.33))];
-    scene.shapes = vec![shape("mountains", 0, mesh(positions, indices))];
+    scene.shapes = vec![named_shape("mountains", 0, mesh(positions, indices))];
     scene.lights = vec![
         sun(DVec3::new(-0.7, 0.45, -0.2), Rgb::new(2.6, 2.4, 2.1)),
         sky(Rgb::new(0.3, 0.38, 0.5)),
@@ -120,7 +121,7 @@ fn needles(triangles: usize) -> SceneDescription {
         matte("black", Rgb::BLACK),
     ];
     scene.shapes = vec![
-        shape("hairs", 0, hairs),
+        named_shape("hairs", 0, hairs),
         ground(1, -1.2, 6.0),
         lamp(2, 4.0, 1.5, Rgb::grey(14.0)),
     ];
@@ -143,7 +144,7 @@ fn soup(triangles: usize) -> SceneDescription {
         matte("black", Rgb::BLACK),
     ];
     scene.shapes = vec![
-        shape("scraps", 0, separate(positions)),
+        named_shape("scraps", 0, separate(positions)),
         lamp(1, 4.0, 2.0, Rgb::grey(10.0)),
     ];
     scene.lights = vec![sky(Rgb::new(0.4, 0.45, 0.5))];
@@ -172,8 +173,8 @@ fn stadium(triangles: usize) -> SceneDescription {
         matte("black", Rgb::BLACK),
     ];
     scene.shapes = vec![
-        shape("knot", 0, mesh(positions, indices)),
-        shape("bowl", 1, mesh(bowl, plain)),
+        named_shape("knot", 0, mesh(positions, indices)),
+        named_shape("bowl", 1, mesh(bowl, plain)),
         lamp(2, 400.0, 60.0, Rgb::grey(20.0)),
     ];
     scene.lights = vec![sky(Rgb::new(0.5, 0.6, 0.8))];
@@ -209,7 +210,7 @@ fn ground(material: usize, height: f64, half: f64) -> ShapeDescription {
         edge_u: DVec3::new(0.0, 0.0, 2.0 * half),
         edge_v: DVec3::new(2.0 * half, 0.0, 0.0),
     };
-    shape("ground", material, square)
+    named_shape("ground", material, square)
 }
 
 /// A square light above the origin that shines down.
@@ -219,5 +220,5 @@ fn lamp(material: usize, height: f64, half: f64, radiance: Rgb) -> ShapeDescript
         edge_u: DVec3::new(2.0 * half, 0.0, 0.0),
         edge_v: DVec3::new(0.0, 0.0, 2.0 * half),
     };
-    shining(shape("lamp", material, square), radiance)
+    emitting(named_shape("lamp", material, square), radiance)
 }

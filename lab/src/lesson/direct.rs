@@ -10,8 +10,8 @@ use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page, Picture};
 use super::topic::{Lesson, Topic};
 use crate::bench::cornell_box::cornell_box;
-use crate::bench::staging::{matte, scene, shape, shining};
 use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::scene_builder::{emitting, matte, named_shape, scene};
 use etendue::Result;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::math::rgb::Rgb;
@@ -155,8 +155,8 @@ fn below_disk(a: f64) -> SceneDescription {
         radius: a,
     };
     scene.shapes = vec![
-        shape("floor", 0, floor),
-        shining(shape("disk", 1, disk), Rgb::WHITE),
+        named_shape("floor", 0, floor),
+        emitting(named_shape("disk", 1, disk), Rgb::WHITE),
     ];
     scene
 }

@@ -1,4 +1,4 @@
-//! Scenes built in code, and what a tiny patch of one looks like.
+//! A tiny patch of a scene, rendered: as many independent numbers as it has pixels.
 //!
 //! Measure: world units; radiance.
 //! Range: a film of 32 pixels that all look at one point, so that each is an independent replicate.
@@ -9,18 +9,14 @@ use etendue::Result;
 use etendue::internals::film::filter::{Filter, FilterDescription, FilterKind};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DMat3, DVec3};
 use etendue::internals::render::render;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::{
-    CameraDescription, ColourDescription, FilmDescription, GeometryDescription, LightDescription,
-    LightModel, MaterialDescription, MaterialModel, MeshDescription, Place, SceneDescription,
-    ShapeDescription,
+    CameraDescription, FilmDescription, MaterialDescription, MaterialModel, Place, SceneDescription,
 };
 use etendue::internals::scene::prepare::prepare;
-use std::sync::Arc;
 
 /// The film of a patch.
 pub const SIZE: (u32, u32) = (8, 4);
@@ -77,89 +73,6 @@ pub fn looking(eye: DVec3, target: DVec3, model: MaterialModel) -> SceneDescript
         )],
         ..SceneDescription::new("battery", CameraDescription::pinhole(to_world, FOV))
     }
-}
-
-/// The same everywhere.
-pub fn grey(value: f32) -> ColourDescription {
-    ColourDescription::Constant(Rgb::grey(value))
-}
-
-/// Lambert's model.
-pub fn diffuse(albedo: f32) -> MaterialModel {
-    MaterialModel::Diffuse {
-        reflectance: grey(albedo),
-    }
-}
-
-/// A perfect mirror.
-pub fn mirror(reflectance: f32) -> MaterialModel {
-    MaterialModel::Mirror {
-        reflectance: grey(reflectance),
-    }
-}
-
-/// Clear glass.
-pub fn glass(ior: f32, roughness: f32) -> MaterialModel {
-    MaterialModel::Dielectric {
-        ior,
-        roughness,
-        tint: grey(1.0),
-    }
-}
-
-/// The same radiance from everywhere beyond the scene.
-pub fn sky(radiance: Rgb) -> LightDescription {
-    LightDescription::sky(Place::default(), radiance)
-}
-
-/// A light that is no shape.
-pub fn light(model: LightModel) -> LightDescription {
-    LightDescription {
-        place: Place::default(),
-        model,
-    }
-}
-
-/// A shape of the scene's material that emits `radiance`, if any, on the side of its normal.
-pub fn shape(geometry: GeometryDescription, radiance: f32) -> ShapeDescription {
-    ShapeDescription {
-        emission: (radiance > 0.0).then_some(grey(radiance)),
-        ..ShapeDescription::new("shape", Place::default(), geometry)
-    }
-}
-
-/// The rectangle at `corner`, with the normal u x v.
-pub fn rectangle(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> GeometryDescription {
-    GeometryDescription::Rectangle {
-        corner: corner.into(),
-        edge_u: u.into(),
-        edge_v: v.into(),
-    }
-}
-
-/// A rectangle at height `z` over [x0, x1] x [y0, y1] that looks down.
-pub fn ceiling([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], z: f64) -> GeometryDescription {
-    rectangle([x0, y0, z], [0.0, y1 - y0, 0.0], [x1 - x0, 0.0, 0.0])
-}
-
-/// A sphere.
-pub fn sphere(center: DVec3, radius: f64) -> GeometryDescription {
-    GeometryDescription::Sphere { center, radius }
-}
-
-/// Triangles without normals or texture coordinates.
-pub fn mesh(positions: Vec<DVec3>, indices: Vec<[u32; 3]>) -> GeometryDescription {
-    GeometryDescription::Mesh(Arc::new(MeshDescription {
-        positions,
-        indices,
-        ..Default::default()
-    }))
-}
-
-/// A convex polygon as a fan of triangles.
-pub fn polygon(positions: Vec<DVec3>) -> GeometryDescription {
-    let indices = (2..positions.len() as u32).map(|i| [0, i - 1, i]).collect();
-    mesh(positions, indices)
 }
 
 /// A scene made ready.

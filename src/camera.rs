@@ -1,8 +1,8 @@
-//! A perspective camera: a pinhole, or a thin lens.
+//! The perspective camera, with a pinhole or a thin lens.
 //!
-//! Measure: film positions in pixels from the upper left corner of the picture, y down; rays in normalised scene units.
-//! Range: field of view in (0, pi); a lens of radius 0 is a pinhole, whatever the lens numbers; any focus distance above 0,
-//! infinity too.
+//! Measure: film positions in pixels from the upper left corner of the image, y down; rays in normalised scene units.
+//! Range: field of view in (0, pi); a lens of radius 0 is a pinhole, for any lens samples; any focus distance above 0,
+//! including infinity.
 //! Source: Kolb, Mitchell and Hanrahan 1995 for the thin lens. Tested below.
 
 use crate::effects::{Effects, Switch};
@@ -11,47 +11,47 @@ use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
 use crate::planted::planted;
 use crate::sampling::warp;
 
-/// What a camera is made from, in normalised scene units.
+/// The parameters of a camera, in normalised scene units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraParameters {
-    /// Where it stands, with unit vectors to the right, up and backwards: at equally spaced times from the opening of the
-    /// shutter to its closing, or once if it stands still.
+    /// The positions, with unit vectors to the right, up and backwards, at equally spaced times from the opening of the
+    /// shutter to its closing; a single one for a static camera.
     pub poses: Vec<(Vec3, [DVec3; 3])>,
     /// Vertical field of view, in radians.
     pub fov: f64,
-    /// Width and height of the whole picture, in pixels.
+    /// Width and height of the whole image, in pixels.
     pub size: (u32, u32),
     /// Radius of the lens.
     pub lens_radius: f32,
-    /// Distance of the plane in focus, along the viewing axis.
+    /// Distance of the focal plane, along the viewing axis.
     pub focus_distance: f32,
 }
 
 /// A camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
-    /// When the shutter opens.
+    /// The pose when the shutter opens.
     pose: Pose,
-    /// At equally spaced times; empty for a camera that stands still.
+    /// The poses at equally spaced times; empty for a static camera.
     motion: Vec<Pose>,
     lens_radius: f32,
     focus_distance: f32,
 }
 
-/// A camera at one time.
+/// The pose of a camera at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Pose {
     eye: Vec3,
-    /// Directions, of viewing depth 1, to the upper left corner, and from one pixel to the next.
+    /// The direction to the upper left corner and the steps from one pixel to the next, at viewing depth 1.
     corner: Vec3,
     per_x: Vec3,
     per_y: Vec3,
-    /// The lens's half axes to the right and up.
+    /// The half axes of the lens to the right and up.
     lens: [Vec3; 2],
 }
 
 impl Pose {
-    /// The way from `self` at 0 to `other` at 1. Steps are fine enough for straight lines.
+    /// Interpolates from `self` at 0 to `other` at 1. The steps are fine enough for linear interpolation.
     fn lerp(&self, other: &Self, t: f32) -> Self {
         let between = |a: Vec3, b: Vec3| a + t * (b - a);
         Self {
@@ -65,10 +65,10 @@ impl Pose {
 }
 
 impl Camera {
-    /// A camera with these parameters.
+    /// Creates a camera with these parameters.
     ///
     /// # Panics
-    /// If it has no pose.
+    /// If there is no pose.
     pub fn new(p: &CameraParameters) -> Self {
         let (width, height) = (f64::from(p.size.0), f64::from(p.size.1));
         let half_height = (0.5 * p.fov).tan();
@@ -89,7 +89,8 @@ impl Camera {
         }
     }
 
-    /// The same view on a film of `to` instead of `from` pixels: what was seen at a share of the width and height is seen there.
+    /// Returns the camera with the same view for a film of `to` instead of `from` pixels: the view at each fraction of
+    /// the width and height is unchanged.
     pub fn on_film(&self, from: (u32, u32), to: (u32, u32)) -> Self {
         let x = (f64::from(from.0) / f64::from(to.0)) as f32;
         let y = (f64::from(from.1) / f64::from(to.1)) as f32;
@@ -105,7 +106,7 @@ impl Camera {
         }
     }
 
-    /// The ray through a point of the film and, given by two uniform numbers, a point of the lens, at a time of the
+    /// The ray through a point of the film and a point of the lens, sampled by two uniform numbers, at a time of the
     /// shutter from 0 to 1. Its direction has unit length.
     #[inline]
     pub fn ray<E: Effects>(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
@@ -115,7 +116,7 @@ impl Camera {
         self.ray_from::<E>(&self.pose, film, u_lens)
     }
 
-    /// The point of the lens that two uniform numbers choose, or the pinhole, and what the camera is like from there.
+    /// Samples a point of the lens, or the pinhole, by two uniform numbers, and returns the camera as seen from it.
     pub fn viewpoint<E: Effects>(&self, u_lens: Vec2, time: f32) -> Viewpoint {
         let pose = if E::Motion::ON && !self.motion.is_empty() {
             self.pose_at(time)
@@ -149,7 +150,8 @@ impl Camera {
         }
         let d = warp::sample_disk_concentric(u_lens);
         let offset = d.x * pose.lens[0] + d.y * pose.lens[1];
-        // Squares of a distance of 1e20 leave single precision: far off, the lens is measured in it instead.
+        // The square of a distance of 1e20 overflows single precision: for large focus distances the lens offset is
+        // divided by the distance instead.
         let near = self.focus_distance.min(1.0);
         let across = near / self.focus_distance * offset;
         let in_focus = planted!("focus-on-a-sphere", towards.normalize(), towards);
@@ -157,30 +159,31 @@ impl Camera {
     }
 }
 
-/// A point of the lens at a time: the other end of paths from the lights to the camera.
+/// A point of the lens at a time: the end vertex of light paths that are connected to the camera.
 #[derive(Debug, Clone, Copy)]
 pub struct Viewpoint {
-    /// Where it is.
+    /// The position.
     pub p: Vec3,
     pose: Pose,
-    /// What rays from here leave out of the direction that they have from the middle of the lens, at viewing depth 1.
+    /// The direction from the centre of the lens minus that from this point, to the same point in focus, at viewing
+    /// depth 1.
     shift: DVec3,
 }
 
-/// Where light that comes to the lens falls on the film.
+/// The point of the film that light through the lens falls on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmPoint {
-    /// In pixels from the upper left corner of the picture; it need not be in the picture.
+    /// The position in pixels from the upper left corner of the image; it may be outside the image.
     pub position: Vec2,
-    /// The area of film, in pixels, that a steradian about the ray falls on.
+    /// The area of the film, in pixels, per steradian about the ray.
     pub per_steradian: f64,
 }
 
 impl Viewpoint {
-    /// Where the ray from here along the unit vector `w` passes the film; `None` where it goes backwards.
+    /// The film point of the ray from this viewpoint along the unit vector `w`; `None` if the ray points backwards.
     ///
-    /// The film is a plane at the height h above the lens. A ray at the angle theta to its normal passes it at the distance
-    /// h / cos theta, where a steradian is an area of h^2 / cos^3 theta.
+    /// The film is a plane at the distance h from the lens. A ray at the angle theta to its normal intersects it at the
+    /// distance h / cos theta, where a steradian covers an area of h^2 / cos^3 theta.
     pub fn film_point(&self, w: Vec3) -> Option<FilmPoint> {
         let [corner, per_x, per_y] = [self.pose.corner, self.pose.per_x, self.pose.per_y];
         let [corner, per_x, per_y] = [corner, per_x, per_y].map(|v| v.as_dvec3());
@@ -232,7 +235,7 @@ mod tests {
                     .film_point(ray.dir)
                     .expect("it is before the camera")
             };
-            // A coarse pixel is as large as twenty.
+            // A coarse pixel covers 20 fine pixels.
             let ratio = seen(&fine).per_steradian / seen(&coarse).per_steradian;
             assert!((ratio - 20.0).abs() < 1e-4, "{ratio}");
         }
@@ -300,7 +303,8 @@ mod tests {
         }
     }
 
-    /// A small square of film is a small solid angle, by the parallelogram that the directions of its corners span.
+    /// The solid angle of a small square of film is approximated by the parallelogram that the directions of its
+    /// corners span.
     #[test]
     fn a_steradian_falls_on_as_much_film_as_is_said() {
         for lens_radius in [0.0, 0.5] {

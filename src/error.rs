@@ -1,8 +1,8 @@
-//! The one error type of the library: a kind, what happened, and where.
+//! The error type of the library: a kind, a message, and the location.
 //!
 //! Measure: none; `line` counts from 1.
-//! Range: every failure that input, files or Embree can cause is an `Error`; only broken invariants of our own panic.
-//! Source: one opaque error with a kind and a cause, so that callers match on few things and messages can improve.
+//! Range: every failure that input, files or Embree can cause is an `Error`; only broken internal invariants panic.
+//! Source: one opaque error with a kind and a cause, so that callers match on the kind only and messages can change.
 //! Tested below and, through the command, in `cli/tests/command/bad_input.rs`.
 
 use std::fmt;
@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 /// `Result` with our [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What sort of failure this is; the command maps it to its exit code.
+/// The kind of a failure; the command maps it to its exit code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ErrorKind {
-    /// The request itself makes no sense: a wrong flag, a setting out of its range.
+    /// An invalid request: a wrong flag, or a setting out of its range.
     Usage,
     /// A scene, or a file that it names, is not valid.
     Scene,
@@ -23,11 +23,11 @@ pub enum ErrorKind {
     Io,
     /// Embree, or the rendering itself, failed.
     Render,
-    /// There is not enough memory for what was asked.
+    /// There is not enough memory for the request.
     Memory,
 }
 
-/// A failure: its kind, a message, the place in a file where there is one, and the cause below it.
+/// A failure: its kind, a message, the location in a file if there is one, and the underlying cause.
 pub struct Error(Box<Inner>);
 
 struct Inner {
@@ -40,7 +40,7 @@ struct Inner {
 }
 
 impl Error {
-    /// A failure of the given kind. `message` says what was found and what was expected.
+    /// Creates a failure of the given kind. `message` states what was found and what was expected.
     #[cold]
     pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
         Self(Box::new(Inner {
@@ -71,7 +71,7 @@ impl Error {
         Self::new(ErrorKind::Render, message)
     }
 
-    /// A file that could not be read or written; `action` is what was tried, such as "cannot read".
+    /// A file that could not be read or written; `action` names the failed action, such as "cannot read".
     #[cold]
     pub fn io(action: &str, path: &Path, source: std::io::Error) -> Self {
         Self::new(ErrorKind::Io, format!("{action}: {source}"))
@@ -79,7 +79,7 @@ impl Error {
             .because(source)
     }
 
-    /// Names the file, unless an inner place is already known.
+    /// Sets the file, unless one is already set by an inner location.
     pub fn in_file(mut self, file: impl AsRef<Path>) -> Self {
         self.0
             .file
@@ -87,25 +87,25 @@ impl Error {
         self
     }
 
-    /// Names the line, counted from 1, unless one is already known.
+    /// Sets the line, counted from 1, unless one is already set.
     pub fn at_line(mut self, line: usize) -> Self {
         self.0.line.get_or_insert(line);
         self
     }
 
-    /// Names the field or flag, such as `shape[2].radius`, unless one is already known.
+    /// Sets the field or flag, such as `shape[2].radius`, unless one is already set.
     pub fn in_field(mut self, field: impl Into<String>) -> Self {
         self.0.field.get_or_insert_with(|| field.into());
         self
     }
 
-    /// Keeps the cause, for callers that walk the chain of sources.
+    /// Sets the cause, for callers that walk the chain of sources.
     pub fn because(mut self, source: impl std::error::Error + Send + Sync + 'static) -> Self {
         self.0.source = Some(Box::new(source));
         self
     }
 
-    /// The same failure as another kind: that of its cause, where a file is to blame for what it names.
+    /// Changes the kind: to that of the cause, where a file is invalid because of another file that it names.
     pub fn of_kind(mut self, kind: ErrorKind) -> Self {
         self.0.kind = kind;
         self
@@ -127,8 +127,8 @@ impl Error {
     }
 }
 
-/// `file:line: field: message`, leaving out what is not known.
-/// In the same words: Rust prints this where `main` returns an error.
+/// Prints `file:line: field: message` without the unknown parts, as `Display` does, because Rust prints the `Debug`
+/// form of an error returned by `main`.
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(self, f)

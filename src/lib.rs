@@ -9,7 +9,7 @@
 //!     MaterialModel, Place, SceneDescription, ShapeDescription,
 //! };
 //! use etendue::vec::DVec3;
-//! use etendue::{Rgb, Session, Unwatched, Wishes, tracing};
+//! use etendue::{RenderOptions, Rgb, Session, Unwatched, tracing};
 //!
 //! # fn main() -> etendue::Result<()> {
 //! let eye = DVec3::new(0.0, 1.0, 4.0);
@@ -24,7 +24,7 @@
 //! scene.add_light(LightDescription::sky(Place::default(), Rgb::WHITE))?;
 //!
 //! let session = Session::new(scene, tracing())?;
-//! let mut rendering = session.render(&Wishes::samples(128), &Unwatched)?;
+//! let mut rendering = session.render(&RenderOptions::samples(128), &Unwatched)?;
 //! rendering.add_samples(&session, 128, &Unwatched)?;
 //! assert_eq!(rendering.spp(), 256);
 //! // A white sky lights the ball evenly, and is seen beside it.

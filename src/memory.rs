@@ -1,28 +1,29 @@
-//! Whether there is memory for what is large.
+//! Checks of the available memory before large allocations.
 //!
-//! Rust ends a process whose allocation fails, and systems promise more than they have. Hence what input can make large is asked
-//! for before it is made, and what there is no memory for is an error.
+//! Rust aborts the process if an allocation fails, and systems overcommit memory. Hence allocations whose size depends
+//! on the input are checked before they are made, and a lack of memory is reported as an error.
 //!
 //! Measure: bytes.
-//! Range: what is small is never refused. Linux tells what is left, to the machine rather than to a container; elsewhere only
-//! what the allocator refuses is refused. What others take between the question and the use is theirs.
+//! Range: small allocations are never refused. Linux reports the memory left on the machine, not in a container;
+//! elsewhere only what the allocator refuses is refused. Memory that other processes take between the check and the
+//! allocation is not accounted for.
 //! Source: proc(5). Tested below, in `tests/scene_memory.rs` and by `tests/clients/limits.c`.
 
 use crate::error::{Error, ErrorKind, Result};
 
-/// What is asked for without a question, which takes longer than a small picture.
+/// The largest allocation, in bytes, that is not checked, because the check takes longer than a small render.
 const SMALL: u64 = 1 << 26;
 
-/// Makes sure that there is memory for `what`, which takes so many bytes.
+/// Checks that there is memory for `what`, which takes this many bytes.
 ///
 /// # Errors
-/// If there is not: [`ErrorKind::Memory`].
+/// [`ErrorKind::Memory`] if there is not.
 pub fn check(bytes: u64, what: impl FnOnce() -> String) -> Result<()> {
     if bytes <= SMALL {
         return Ok(());
     }
     let left = available();
-    // The allocator knows what this process may have.
+    // The allocator applies the limits of this process.
     let may_have = |bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok();
     if left.is_none_or(|left| bytes <= left) && usize::try_from(bytes).is_ok_and(may_have) {
         return Ok(());
@@ -43,8 +44,8 @@ fn gigabytes(bytes: u64) -> String {
     format!("{:.1} GB", 1e-9 * bytes as f64)
 }
 
-/// Bytes that the machine has left, those that caches would give back among them, and what it may swap; `None` where the system
-/// does not tell.
+/// The number of bytes that the machine has left, including reclaimable caches and free swap; `None` if the system does
+/// not report it.
 pub fn available() -> Option<u64> {
     let facts = std::fs::read_to_string("/proc/meminfo").ok()?;
     let memory = entry(&facts, "MemAvailable:")?;

@@ -1,18 +1,18 @@
-//! Planted bugs: wrong variants of right code, each of which a test has to find.
+//! Planted bugs: wrong variants of correct code, each of which a test must detect.
 //!
-//! `planted!("name", wrong, right)` is `right` and nothing else, unless the crate is compiled with
-//! `--cfg etendue_mutants`, which no build without debug assertions can be. Such a build holds all of them, and the
-//! environment variable `ETENDUE_MUTANT` says which one is live, if any. `make mutants` makes each of them live in turn.
+//! `planted!("name", wrong, right)` expands to `right` only, unless the crate is compiled with `--cfg etendue_mutants`,
+//! which requires debug assertions. Such a build contains all planted bugs, and the environment variable
+//! `ETENDUE_MUTANT` names the active one, if any. `make mutants` activates each of them in turn.
 //!
 //! Measure: none.
-//! Range: one live bug at most.
-//! Source: DeMillo, Lipton and Sayward 1978, "Hints on Test Data Selection". The table of all of them is in
-//! `tests/planted/table.rs`, which is held against the sources.
+//! Range: at most one active bug.
+//! Source: DeMillo, Lipton and Sayward 1978, "Hints on Test Data Selection". The table of all planted bugs is in
+//! `tests/planted/table.rs`, which is checked against the sources.
 
 #[cfg(all(etendue_mutants, not(debug_assertions)))]
 compile_error!("planted bugs are for tests: no build without debug assertions may hold them");
 
-/// The right expression.
+/// Expands to the correct expression.
 #[cfg(not(etendue_mutants))]
 macro_rules! planted {
     ($name:literal, $wrong:expr, $right:expr) => {
@@ -20,7 +20,7 @@ macro_rules! planted {
     };
 }
 
-/// The right expression, or the wrong one while the bug is live.
+/// Expands to the correct expression, or to the wrong one while the bug is active.
 #[cfg(etendue_mutants)]
 macro_rules! planted {
     ($name:literal, $wrong:expr, $right:expr) => {{

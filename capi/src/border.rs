@@ -1,4 +1,4 @@
-//! The border to C: every call goes through it, and no panic does.
+//! The boundary to C: every call passes through it, and panics are caught.
 //!
 //! Measure: none.
 //! Range: any call.
@@ -8,7 +8,7 @@ use crate::status::{EtdStatus, Failure, Outcome};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, PoisonError};
 
-/// The text of the last failure of a handle.
+/// The message of the last failure of a handle.
 #[derive(Debug, Default)]
 pub struct LastError(Mutex<String>);
 
@@ -17,16 +17,16 @@ impl LastError {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = text;
     }
 
-    /// The text.
+    /// Returns the message.
     pub fn get(&self) -> String {
         let text = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         text.clone()
     }
 }
 
-/// Does what a call is for, and keeps the text of its failure.
+/// Executes a call, and stores the message if it fails.
 pub fn call(errors: &LastError, work: impl FnOnce() -> Outcome) -> EtdStatus {
-    // What a panic leaves half done is behind locks that it poisons, or was never shared.
+    // State that a panic leaves inconsistent is behind locks that it poisons, or was never shared.
     let outcome = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
         let words = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let words = words.or_else(|| panic.downcast_ref::<String>().cloned());

@@ -1,4 +1,4 @@
-//! How a scene is to be traced, and what it took to make it ready.
+//! Options of the acceleration structure, and statistics about preparing a scene.
 //!
 //! Measure: seconds, counts.
 //! Range: the backends of this build.
@@ -10,31 +10,31 @@ use crate::status::Failure;
 use renderer::{AccelOptions, Backend, Precision};
 use renderer::{Work, tracing};
 
-/// Libraries that trace rays.
+/// The ray tracing libraries.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EtdBackend {
-    /// The preferred one of this build.
+    /// The default backend of this build.
     Default = 0,
     /// Intel Embree.
     Embree = 1,
-    /// obvhs with two children a node.
+    /// obvhs with two children per node.
     ObvhsBvh2 = 2,
-    /// obvhs with eight children a node.
+    /// obvhs with eight children per node.
     ObvhsCwbvh = 3,
 }
 
-/// How carefully rays are traced.
+/// Precision of ray intersection.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EtdPrecision {
-    /// Watertight along edges.
+    /// Watertight at edges.
     Robust = 0,
-    /// About a third faster; may miss an edge.
+    /// About a third faster; may miss hits at edges.
     Fast = 1,
 }
 
-/// How a scene is traced. Zeros stand for the defaults.
+/// Options of ray tracing. Zeros stand for the defaults.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdTracing {
@@ -44,24 +44,24 @@ pub struct EtdTracing {
     pub backend: i32,
     /// An `EtdPrecision`.
     pub precision: i32,
-    /// Threads that build and render; 0 stands for all that the process may use.
+    /// Threads that build and render; 0 stands for all threads available to the process.
     pub threads: u32,
 }
 
-/// What was done so far to make a scene ready.
+/// Statistics about preparing a scene.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdWork {
     /// sizeof(EtdWork), to be set before the call.
     pub struct_size: usize,
-    /// How often everything was made ready since the last commit, all acceleration structures built: 1 after it, and once more
-    /// for a change that can do with no less.
+    /// Number of full builds since the last commit, including all acceleration structures: 1 after it, plus 1 for each
+    /// change that requires a full build.
     pub builds: u64,
-    /// How often groups were placed anew, with nothing built but the structure above them.
+    /// Number of updates of instances, in which only the top-level structure was built.
     pub placements: u64,
-    /// How often the camera or the film was replaced, with nothing built.
+    /// Number of updates of the camera or the film, in which nothing was built.
     pub cameras: u64,
-    /// Seconds that the last of these took.
+    /// Seconds that the last of these operations took.
     pub seconds: f64,
 }
 
@@ -75,7 +75,7 @@ unsafe impl Versioned for EtdWork {
     const NAME: &'static str = "EtdWork";
 }
 
-/// More threads than any machine has.
+/// Upper limit for the number of threads.
 const MOST_THREADS: u32 = 4096;
 
 impl EtdTracing {

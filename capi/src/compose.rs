@@ -1,8 +1,8 @@
-//! What a scene is put together of, part by part.
+//! Functions that add the parts of a scene.
 //!
 //! Measure: as in `describe/`.
-//! Range: what `load` would let through; anything else is not added. What is added to a committed scene counts from the next
-//! commit on.
+//! Range: parts that `load` accepts; others are not added. Parts that are added to a committed scene take effect at the
+//! next commit.
 //! Source: none needed.
 
 use crate::describe::{EtdInstance, EtdLight, EtdMaterial, EtdMesh, EtdSurface, vec3};
@@ -13,10 +13,10 @@ use renderer::description::GeometryDescription;
 use std::ffi::c_char;
 use std::sync::Arc;
 
-/// Adds a shape, and tells its number.
+/// Adds a shape and writes its number.
 ///
 /// # Safety
-/// The surface is null, or as it says; the number may be written, or its pointer is null.
+/// The surface is null, or valid as its size says; the number may be written, or its pointer is null.
 unsafe fn add_shape(
     scene: &Scene,
     surface: *const EtdSurface,
@@ -31,7 +31,7 @@ unsafe fn add_shape(
     }
 }
 
-/// Tells the number of what was added, to those who want to know.
+/// Writes the number of a new object, unless the pointer is null.
 ///
 /// # Safety
 /// The number may be written, or its pointer is null.
@@ -43,10 +43,10 @@ unsafe fn tell(number: *mut u32, index: usize) -> Outcome {
     Ok(EtdStatus::Ok)
 }
 
-/// Adds a material, and writes its number, counted from 0, unless `number` is null. Textures are copied.
+/// Adds a material and writes its number, counted from 0, unless `number` is null. Textures are copied.
 ///
 /// # Safety
-/// `material` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
+/// `material` is null, or a structure of its `struct_size`, whose pointers are null or valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_add_material(
     scene: *mut EtdScene,
@@ -62,10 +62,11 @@ pub unsafe extern "C" fn etd_scene_add_material(
     })
 }
 
-/// Adds triangles, and writes the number of the shape, counted from 0, unless `number` is null. All buffers are copied.
+/// Adds a triangle mesh and writes the number of the shape, counted from 0, unless `number` is null. All buffers are
+/// copied.
 ///
 /// # Safety
-/// `surface` and `mesh` are null, or structures as long as they say, whose pointers are null or lead to what they say.
+/// `surface` and `mesh` are null, or structures of their `struct_size`, whose pointers are null or valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_add_mesh(
     scene: *mut EtdScene,
@@ -82,7 +83,7 @@ pub unsafe extern "C" fn etd_scene_add_mesh(
     })
 }
 
-/// Adds a sphere about `center`, three numbers, and writes the number of the shape unless `number` is null.
+/// Adds a sphere around `center`, three numbers, and writes the number of the shape unless `number` is null.
 ///
 /// # Safety
 /// As `etd_scene_add_mesh`; `center` is null, or three numbers.
@@ -103,10 +104,10 @@ pub unsafe extern "C" fn etd_scene_add_sphere(
     })
 }
 
-/// Adds a flat disk about `center`, with a normal of any length, and writes the number of the shape unless `number` is null.
+/// Adds a disk around `center`, with a normal of any length, and writes the number of the shape unless `number` is null.
 ///
 /// # Safety
-/// As `etd_scene_add_sphere`, of `normal` too.
+/// As `etd_scene_add_sphere`; likewise for `normal`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_add_disk(
     scene: *mut EtdScene,
@@ -133,7 +134,7 @@ pub unsafe extern "C" fn etd_scene_add_disk(
 /// Adds a parallelogram with the normal edge_u x edge_v, and writes the number of the shape unless `number` is null.
 ///
 /// # Safety
-/// As `etd_scene_add_sphere`, of corner and edges.
+/// As `etd_scene_add_sphere`; likewise for the corner and the edges.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_add_rectangle(
     scene: *mut EtdScene,
@@ -160,7 +161,7 @@ pub unsafe extern "C" fn etd_scene_add_rectangle(
 /// Adds an axis-aligned box whose normals point outwards, and writes the number of the shape unless `number` is null.
 ///
 /// # Safety
-/// As `etd_scene_add_sphere`, of both corners.
+/// As `etd_scene_add_sphere`; likewise for both corners.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_add_box(
     scene: *mut EtdScene,
@@ -182,11 +183,11 @@ pub unsafe extern "C" fn etd_scene_add_box(
     })
 }
 
-/// Adds a group without members yet, and writes its number, counted from 1: 0 stands for the world itself. `name` is for
-/// messages and may be null.
+/// Adds an empty group and writes its number, counted from 1: 0 stands for the world itself. `name` is for messages and
+/// may be null.
 ///
 /// # Safety
-/// `name` is null, or a text that ends with a NUL; `number` is null, or may be written.
+/// `name` is null, or a NUL-terminated string; `number` is null, or may be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_add_group(
     scene: *mut EtdScene,
@@ -202,10 +203,10 @@ pub unsafe extern "C" fn etd_scene_add_group(
     })
 }
 
-/// Adds an instance of a group, and writes its number, counted from 0, unless `number` is null.
+/// Adds an instance of a group and writes its number, counted from 0, unless `number` is null.
 ///
 /// # Safety
-/// `instance` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
+/// `instance` is null, or a structure of its `struct_size`, whose pointers are null or valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_add_instance(
     scene: *mut EtdScene,
@@ -221,10 +222,10 @@ pub unsafe extern "C" fn etd_scene_add_instance(
     })
 }
 
-/// Adds a light that is no shape. Its panorama is copied; there may be one at most.
+/// Adds a light that is not a shape. Its environment map is copied; a scene has at most one.
 ///
 /// # Safety
-/// `light` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
+/// `light` is null, or a structure of its `struct_size`, whose pointers are null or valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_add_light(
     scene: *mut EtdScene,

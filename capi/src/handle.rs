@@ -1,10 +1,10 @@
-//! Handles: numbers in the clothes of pointers, each in a table with how often it is held.
+//! Handles: integers in pointer types, each in a table with its reference count.
 //!
-//! A number is never given twice, so that what was released stays known as such. The table is all that the library keeps for
-//! the process; two scenes know nothing of each other.
+//! A number is never reused, so that a released handle is recognised. The tables are the only global state of the
+//! library; scenes are independent of each other.
 //!
 //! Measure: none.
-//! Range: any pointer may be asked for; only living handles of the right kind are found.
+//! Range: any pointer may be looked up; only live handles of the right kind are found.
 //! Source: none needed.
 
 use crate::border::{self, LastError};
@@ -12,15 +12,15 @@ use crate::status::{EtdStatus, Outcome};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// What handles of one kind stand for.
+/// The table of all objects of one kind.
 pub struct Table<T> {
     entries: Mutex<Entries<T>>,
-    /// What tells kinds apart: the lowest bits of their handles.
+    /// The lowest bits of the handles, which identify the kind.
     kind: usize,
 }
 
 struct Entries<T> {
-    /// The number given last.
+    /// The number assigned last.
     last: usize,
     living: BTreeMap<usize, Entry<T>>,
 }
@@ -30,17 +30,17 @@ struct Entry<T> {
     holders: usize,
 }
 
-/// What a handle stands for, with the text of its last failure.
+/// The object of a handle, with the message of its last failure.
 pub struct Object<T> {
     pub value: T,
     pub errors: LastError,
 }
 
-/// Handles are multiples of this, and their kind.
+/// Handles are multiples of this number plus their kind.
 const STEP: usize = 16;
 
 impl<T> Table<T> {
-    /// An empty table, for handles of a kind below 16.
+    /// Returns an empty table, for handles of a kind below 16.
     pub const fn new(kind: usize) -> Self {
         Self {
             entries: Mutex::new(Entries {
@@ -51,7 +51,7 @@ impl<T> Table<T> {
         }
     }
 
-    /// Takes something in; it is held once.
+    /// Adds an object with a reference count of 1.
     pub fn add<H>(&self, value: T) -> *mut H {
         let object = Arc::new(Object {
             value,
@@ -64,14 +64,14 @@ impl<T> Table<T> {
         std::ptr::without_provenance_mut(number)
     }
 
-    /// What a handle stands for.
+    /// Returns the object of a handle.
     pub fn get<H>(&self, handle: *const H) -> Option<Arc<Object<T>>> {
         let entries = self.lock();
         let entry = entries.living.get(&handle.addr())?;
         Some(Arc::clone(&entry.object))
     }
 
-    /// A call with a handle.
+    /// Executes a call with a handle.
     pub fn call<H>(&self, handle: *const H, work: impl FnOnce(&T) -> Outcome) -> EtdStatus {
         match self.get(handle) {
             Some(object) => border::call(&object.errors, || work(&object.value)),
@@ -79,7 +79,7 @@ impl<T> Table<T> {
         }
     }
 
-    /// Holds it once more.
+    /// Increments the reference count.
     pub fn retain<H>(&self, handle: *const H) -> EtdStatus {
         match self.lock().living.get_mut(&handle.addr()) {
             Some(entry) => {
@@ -90,7 +90,7 @@ impl<T> Table<T> {
         }
     }
 
-    /// Holds it once less; what nobody holds is dropped when the calls that use it have ended.
+    /// Decrements the reference count; at 0 the object is dropped once the calls that use it have ended.
     pub fn release<H>(&self, handle: *const H) -> EtdStatus {
         let mut entries = self.lock();
         let Some(entry) = entries.living.get_mut(&handle.addr()) else {
@@ -99,7 +99,7 @@ impl<T> Table<T> {
         entry.holders -= 1;
         if entry.holders == 0 {
             let dropped = entries.living.remove(&handle.addr());
-            // Not while others wait for the table: it may take long.
+            // Not while the table is locked: dropping may take long.
             drop(entries);
             drop(dropped);
         }

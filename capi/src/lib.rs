@@ -1,14 +1,14 @@
-//! Etendue for C: opaque handles, plain structs, a status for each call and a text for each failure.
+//! Etendue for C: opaque handles, plain structs, a status for each call and a message for each failure.
 //!
-//! Everything here goes through the renderer's public interface. The header, `include/etendue.h`, is made of this crate by
-//! cbindgen, with the documentation in it (`make header`); `docs/c-api.md` is the guide to it.
+//! Everything here uses the renderer's public interface. The header, `include/etendue.h`, is generated from this crate
+//! by cbindgen, including its documentation (`make header`); `docs/c-api.md` is the guide to it.
 //!
-//! A handle is a number in the clothes of a pointer, looked up in a table and never followed (`handle.rs`), so that a handle
-//! that was released, or never was one, is an error and not a crash. Unsafe are only the reading and writing of what callers
-//! point to (`memory.rs`) and the calls of their functions (`watch.rs`). No panic leaves the library (`border.rs`).
+//! A handle is an integer in a pointer type, looked up in a table and never dereferenced (`handle.rs`), so that a
+//! released or invalid handle is an error and not a crash. Only the access to the caller's memory (`memory.rs`) and the
+//! calls of the caller's functions (`watch.rs`) are unsafe. No panic leaves the library (`border.rs`).
 //!
 //! Measure: world units; degrees, as in scene files; radiance.
-//! Range: what each function says; anything else is a status and a text.
+//! Range: stated at each function; anything else is a status and a message.
 //! Source: none needed. Tested by clients in C, C++ and Rust: `cli/tests/command/c_library.rs`.
 
 mod border;

@@ -1,21 +1,21 @@
-//! Reading and writing what callers point to.
+//! Access to the caller's memory.
 //!
 //! Measure: bytes.
-//! Range: any address but null may be given, aligned or not; that as much is there as said is the caller's promise. Lengths
-//! are checked before anything is read, and memory for copies is asked for before it is taken.
+//! Range: any address but null, aligned or not; the caller guarantees that the stated amount of memory is there. Lengths
+//! are checked before anything is read, and the available memory is checked before copies are allocated.
 //! Source: none needed.
 
 use crate::status::{EtdStatus, Failure};
 use std::ffi::{CStr, c_char, c_void};
 use std::mem::MaybeUninit;
 
-/// Plain numbers: every pattern of bits is a value.
+/// Plain numbers: every bit pattern is a valid value.
 ///
 /// # Safety
-/// So it has to be.
+/// Every bit pattern must be a valid value.
 pub unsafe trait Plain: Copy {}
 
-// SAFETY: every pattern of bits is a number.
+// SAFETY: every bit pattern is a number.
 unsafe impl Plain for u8 {}
 // SAFETY: as above.
 unsafe impl Plain for f32 {}
@@ -26,11 +26,11 @@ unsafe impl Plain for u32 {}
 // SAFETY: as above.
 unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
 
-/// A structure that begins with its own size, so that later versions can be longer. Zeros stand for what is not said.
+/// A structure that begins with its own size, so that later versions can be longer. Zeros stand for missing fields.
 ///
 /// # Safety
-/// It is `repr(C)`, begins with a `usize`, and every pattern of bits that a C compiler can make of its fields is a value, zeros
-/// among them.
+/// It is `repr(C)`, begins with a `usize`, and every bit pattern that a C compiler can produce for its fields is a valid
+/// value, including zeros.
 pub unsafe trait Versioned: Copy {
     /// Its name, for messages.
     const NAME: &'static str;
@@ -38,15 +38,15 @@ pub unsafe trait Versioned: Copy {
     const FIRST_SIZE: usize = size_of::<Self>();
 }
 
-/// A structure of the caller's.
+/// Reads a structure of the caller.
 ///
 /// # Safety
-/// The pointer is null, or as many bytes are there as its first field says.
+/// The pointer is null, or as many bytes may be read as its first field says.
 pub unsafe fn read_struct<T: Versioned>(pointer: *const T) -> Result<T, Failure> {
     let size = struct_size(pointer)?;
     let mut copy = MaybeUninit::<T>::zeroed();
-    // SAFETY: so many bytes are there by the caller's promise, and no more than the copy has; by the trait's promise
-    // zeros are fine for the rest, and whatever is read is a value.
+    // SAFETY: the bytes are there by the caller's promise, and no more than the copy has; by the trait's promise zeros
+    // are valid for the rest, and all bytes that are read are valid.
     unsafe {
         let bytes = copy.as_mut_ptr().cast::<u8>();
         bytes.copy_from_nonoverlapping(pointer.cast::<u8>(), size);
@@ -54,27 +54,27 @@ pub unsafe fn read_struct<T: Versioned>(pointer: *const T) -> Result<T, Failure>
     }
 }
 
-/// The same where null stands for zeros.
+/// Reads a structure of the caller; null stands for zeros.
 ///
 /// # Safety
 /// As [`read_struct`].
 pub unsafe fn read_struct_or_zeros<T: Versioned>(pointer: *const T) -> Result<T, Failure> {
     if pointer.is_null() {
-        // SAFETY: zeros are a value by the trait's promise.
+        // SAFETY: zeros are a valid value by the trait's promise.
         return Ok(unsafe { MaybeUninit::<T>::zeroed().assume_init() });
     }
     // SAFETY: the caller's promise.
     unsafe { read_struct(pointer) }
 }
 
-/// Fills in a structure of the caller's, but for its size, as far as the caller's version of it goes.
+/// Writes a structure of the caller, except its size, up to the size of the caller's version of it.
 ///
 /// # Safety
-/// The pointer is null, or as many bytes are there, and may be written, as its first field says.
+/// The pointer is null, or as many bytes may be read and written as its first field says.
 pub unsafe fn write_struct<T: Versioned>(pointer: *mut T, value: T) -> Result<(), Failure> {
     let size = struct_size(pointer)?;
     let head = size_of::<usize>();
-    // SAFETY: so many bytes are there by the caller's promise, and no more than the value has.
+    // SAFETY: the bytes are there by the caller's promise, and no more than the value has.
     unsafe {
         let from = (&raw const value).cast::<u8>().add(head);
         let to = pointer.cast::<u8>().add(head);
@@ -107,7 +107,7 @@ pub fn not_null<T>(pointer: *const T, what: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes a result.
+/// Writes a result through a pointer of the caller.
 ///
 /// # Safety
 /// The pointer is null, or may be written through.
@@ -118,7 +118,7 @@ pub unsafe fn write<T>(pointer: *mut T, value: T, what: &str) -> Result<(), Fail
     Ok(())
 }
 
-/// The distance from one item to the next: as said, or that of items without a gap.
+/// Returns the distance in bytes from one item to the next: `stride`, or that of items without a gap if it is 0.
 pub fn checked_stride<T>(count: usize, stride: usize, what: &str) -> Result<usize, Failure> {
     let stride = if stride == 0 { size_of::<T>() } else { stride };
     if stride < size_of::<T>() {
@@ -136,10 +136,11 @@ pub fn checked_stride<T>(count: usize, stride: usize, what: &str) -> Result<usiz
     }
 }
 
-/// A copy of a list of the caller's, whose items begin `stride` bytes apart; 0 means without a gap. No items need no pointer.
+/// Copies a list of the caller, whose items begin `stride` bytes apart; 0 means without a gap. The pointer may be null
+/// if `count` is 0.
 ///
 /// # Safety
-/// The pointer is null, or all items are there.
+/// The pointer is null, or all items may be read.
 pub unsafe fn read_list<T: Plain>(
     pointer: *const c_void,
     count: usize,
@@ -153,7 +154,7 @@ pub unsafe fn read_list<T: Plain>(
     let stride = checked_stride::<T>(count, stride, what)?;
     let mut items = room(count, what)?;
     for index in 0..count {
-        // SAFETY: the item is there by the caller's promise; it is read whatever its alignment, and any bits are a value.
+        // SAFETY: the item is there by the caller's promise; alignment is not required, and any bits are a valid value.
         items.push(unsafe {
             pointer
                 .cast::<u8>()
@@ -165,7 +166,7 @@ pub unsafe fn read_list<T: Plain>(
     Ok(items)
 }
 
-/// Room for so many items.
+/// Allocates memory for `count` items, or reports that there is not enough.
 pub fn room<T>(count: usize, what: &str) -> Result<Vec<T>, Failure> {
     let bytes = (count as u64).saturating_mul(size_of::<T>() as u64);
     renderer::memory::check(bytes, || format!("{count} items of {what}"))?;
@@ -202,10 +203,10 @@ pub unsafe fn write_list<T: Copy>(
     Ok(())
 }
 
-/// A text of the caller's; `None` for null.
+/// Returns a string of the caller; `None` for null.
 ///
 /// # Safety
-/// The pointer is null, or a text that ends with a NUL byte is there, unchanged while it is used.
+/// The pointer is null, or a NUL-terminated string is there, unchanged while it is used.
 pub unsafe fn text<'a>(pointer: *const c_char, what: &str) -> Result<Option<&'a str>, Failure> {
     if pointer.is_null() {
         return Ok(None);
@@ -218,7 +219,7 @@ pub unsafe fn text<'a>(pointer: *const c_char, what: &str) -> Result<Option<&'a 
     }
 }
 
-/// Copies a text to the caller's memory, cut to its size and ended with a NUL byte, and tells how long it is.
+/// Copies a text to the caller's memory, truncated to its size and NUL-terminated, and returns its full length.
 ///
 /// # Safety
 /// `capacity` bytes may be written, unless the pointer is null.

@@ -1,7 +1,7 @@
-//! Questions about rays.
+//! Ray queries.
 //!
 //! Measure: world units; radiance.
-//! Range: finite rays; a ray that is none is an error that names it, and nothing is written.
+//! Range: finite rays; an invalid ray is an error that names it, and nothing is written.
 //! Source: none needed.
 
 use crate::memory::{Plain, checked_stride, not_null, read_list, read_struct_or_zeros, write_list};
@@ -12,43 +12,43 @@ use renderer::vec::DVec3;
 use renderer::{Met, QueryRay};
 use std::ffi::c_void;
 
-/// A ray through the world.
+/// A ray in world space.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdRay {
-    /// Where it starts.
+    /// Origin.
     pub origin: [f64; 3],
-    /// Where it goes, of any length but 0.
+    /// Direction, of any length but 0.
     pub direction: [f64; 3],
-    /// What is at this distance or nearer does not count.
+    /// Hits at this distance or nearer are ignored.
     pub min_distance: f64,
-    /// What is farther does not count; 0 stands for any distance.
+    /// Hits beyond this distance are ignored; 0 stands for any distance.
     pub max_distance: f64,
-    /// When, from 0 to 1 while the shutter is open.
+    /// The time, from 0, when the shutter opens, to 1.
     pub time: f64,
 }
 
-/// What a ray meets first.
+/// The closest hit of a ray.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default)]
 pub struct EtdHit {
-    /// 1 if it meets something, else 0, and all other fields are 0.
+    /// 1 for a hit, 0 for a miss; on a miss, all other fields are 0.
     pub met: u32,
     /// The shape's number.
     pub shape: u32,
-    /// The primitive's index in the shape, among those that have an area.
+    /// Index of the primitive in the shape, not counting those without area.
     pub primitive: u32,
-    /// 0.
+    /// Reserved; 0.
     pub reserved: u32,
-    /// How far it is.
+    /// Distance from the origin.
     pub distance: f64,
-    /// Where it is.
+    /// Position.
     pub position: [f64; 3],
-    /// Geometric normal of unit length, on the shape's front.
+    /// Geometric normal of unit length, on the front of the shape.
     pub normal: [f64; 3],
-    /// The normal that is shaded with: towards the ray, or outwards on what light passes through.
+    /// Shading normal: towards the ray, or outwards on transmissive materials.
     pub shading_normal: [f64; 3],
-    /// Texture coordinates; 0 where nothing on the shape asks for them.
+    /// Texture coordinates; 0 if no texture of the shape uses them.
     pub uv: [f64; 2],
 }
 
@@ -89,10 +89,10 @@ impl From<Option<Met>> for EtdHit {
     }
 }
 
-/// Rays of the caller's.
+/// Reads rays of the caller.
 ///
 /// # Safety
-/// The pointer is null, or they are there.
+/// The pointer is null, or all rays may be read.
 unsafe fn read_rays(
     rays: *const EtdRay,
     count: usize,
@@ -107,7 +107,7 @@ unsafe fn read_rays(
     Ok(rays.into_iter().map(QueryRay::from).collect())
 }
 
-/// An error about one of several rays.
+/// Returns an error about one of several rays.
 fn of_ray(index: usize) -> impl Fn(renderer::Error) -> Failure {
     move |error| {
         let failure = Failure::from(error);
@@ -115,11 +115,12 @@ fn of_ray(index: usize) -> impl Fn(renderer::Error) -> Failure {
     }
 }
 
-/// Tells what each of `count` rays meets first. Strides are bytes from one item to the next; 0 stands for items without a gap. May
-/// be called from any number of threads at once. A surface that is only partly there counts where more than half of it is.
+/// Finds the closest hit of each of `count` rays. Strides are bytes from one item to the next; 0 stands for items
+/// without a gap. May be called from any number of threads at once. A surface with alpha is hit where alpha is above one
+/// half.
 ///
 /// # Safety
-/// The pointers are null, or as many rays are there, and as many hits may be written.
+/// The pointers are null, or `count` rays may be read, and `count` hits may be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_intersect(
     scene: *const EtdScene,
@@ -144,11 +145,11 @@ pub unsafe extern "C" fn etd_scene_intersect(
     })
 }
 
-/// Tells of each of `count` rays whether anything lies on it: 1 or 0 for each, without a gap. May be called from any number of
+/// Tests each of `count` rays for occlusion: writes 1 or 0 for each, without a gap. May be called from any number of
 /// threads at once.
 ///
 /// # Safety
-/// The pointers are null, or as many rays are there, and as many bytes may be written.
+/// The pointers are null, or `count` rays may be read, and `count` bytes may be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_occluded(
     scene: *const EtdScene,
@@ -171,12 +172,13 @@ pub unsafe extern "C" fn etd_scene_occluded(
     })
 }
 
-/// Estimates the radiance that comes along each of `count` rays to its origin by `spp` samples, on the scene's threads: red, green
-/// and blue for each ray, without a gap. Where `standard_errors` is not null, their standard errors too, and `spp` is rounded
-/// up to a multiple of 4. Of the settings, which may be null, limits, crop and flags for layers do not count.
+/// Estimates the incident radiance at the origin of each of `count` rays with `spp` samples, on the scene's threads:
+/// red, green and blue for each ray, without a gap. If `standard_errors` is not null, their standard errors are written,
+/// too, and `spp` is rounded up to a multiple of 4. Limits, crop and the flag for layers in `settings`, which may be
+/// null, are ignored.
 ///
 /// # Safety
-/// The pointers are null, or what they say is there; three floats for each ray may be written to the last two.
+/// The pointers are null, or valid; three floats for each ray may be written to the last two.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_radiance(
     scene: *const EtdScene,

@@ -1,7 +1,7 @@
-//! The picture of a render, in the caller's memory or in a file.
+//! Reading the image of a render into the caller's memory, and writing it to a file.
 //!
 //! Measure: linear Rec. 709; bytes.
-//! Range: any strides and sizes; what does not fit is an error, and nothing is written then.
+//! Range: any strides and sizes; if they do not fit, that is an error, and nothing is written.
 //! Source: none needed.
 
 use crate::memory::{not_null, text, write_list};
@@ -11,21 +11,21 @@ use renderer::{Image, WriteOptions, write};
 use std::ffi::c_char;
 use std::path::Path;
 
-/// Where a picture goes in the caller's memory: `EtdRenderInfo` tells how many rows of how many pixels. Strides are bytes from one
-/// pixel to the next and from one row to the next; 0 stands for no gap.
+/// The destination of an image in the caller's memory; `EtdRenderInfo` holds its width and height. Strides are bytes
+/// from one pixel to the next and from one row to the next; 0 stands for no gap.
 struct Target {
     pixels: *mut f32,
     pixel_stride: usize,
     row_stride: usize,
-    /// Bytes that there are.
+    /// Available bytes.
     size: usize,
 }
 
 impl Target {
-    /// Writes rows of pixels.
+    /// Writes the rows of an image.
     ///
     /// # Safety
-    /// As many bytes may be written as `size` says, unless the pointer is null.
+    /// `size` bytes may be written, unless the pointer is null.
     unsafe fn fill<T: Copy>(&self, width: usize, pixels: &[T]) -> Result<(), Failure> {
         not_null(self.pixels, "pixels")?;
         let stride_or = |stride: usize, least: usize, what: &str| match stride {
@@ -70,11 +70,11 @@ fn channels(image: &Image) -> Vec<[f32; 3]> {
     pixels.map(|pixel| pixel.to_array()).collect()
 }
 
-/// Copies the picture to `pixels`, where `size` bytes may be written: red, green and blue of each pixel as three floats, linear
-/// Rec. 709, row by row from the top. Strides are bytes from one pixel or row to the next; 0 stands for no gap.
+/// Copies the image to `pixels`, where `size` bytes may be written: red, green and blue of each pixel as three floats,
+/// linear Rec. 709, row by row from the top. Strides are bytes from one pixel or row to the next; 0 stands for no gap.
 ///
 /// # Safety
-/// `pixels` is null, or so many bytes may be written.
+/// `pixels` is null, or `size` bytes may be written.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_render_read_pixels(
     render: *const EtdRender,
@@ -97,8 +97,9 @@ pub unsafe extern "C" fn etd_render_read_pixels(
     })
 }
 
-/// Copies the standard error of each pixel, as `etd_render_read_pixels`, from four samples a pixel on. An interval of 95 % is two
-/// of them to either side; for others, the layer "freedom.Y" has the degrees of freedom of Student's t, scaled to variance 1.
+/// Copies the standard error of each pixel, like `etd_render_read_pixels`; requires at least four samples per pixel. The
+/// 95 % confidence interval is two standard errors to either side; for other levels, the layer "freedom.Y" holds the
+/// degrees of freedom of Student's t, scaled to variance 1.
 ///
 /// # Safety
 /// As `etd_render_read_pixels`.
@@ -131,11 +132,12 @@ pub unsafe extern "C" fn etd_render_read_standard_errors(
     })
 }
 
-/// Copies a layer, one float a pixel, as `etd_render_read_pixels`; its name is one of those of docs/accuracy.md, such as "albedo.R",
-/// "depth.Z" or "spp.Y". For renders with `ETD_LAYERS`. What is seen first is traced when a layer is asked for the first time.
+/// Copies a layer, one float per pixel, like `etd_render_read_pixels`; its name is one of those of docs/accuracy.md,
+/// such as "albedo.R", "depth.Z" or "spp.Y". For renders with `ETD_LAYERS`. First hits are traced when a layer is read
+/// for the first time.
 ///
 /// # Safety
-/// As `etd_render_read_pixels`; `name` is null, or a text that ends with a NUL.
+/// As `etd_render_read_pixels`; `name` is null, or a NUL-terminated string.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_render_read_layer(
     render: *const EtdRender,
@@ -171,10 +173,11 @@ pub unsafe extern "C" fn etd_render_read_layer(
     })
 }
 
-/// Writes the picture to a file, whole or not at all: `.exr`, with all layers if the render has them, `.png`, `.hdr` or `.pfm`.
+/// Writes the image to a file, completely or not at all: `.exr`, with all layers if the render has them, `.png`, `.hdr`
+/// or `.pfm`.
 ///
 /// # Safety
-/// `path` is null, or a text that ends with a NUL.
+/// `path` is null, or a NUL-terminated string.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_render_write(
     render: *const EtdRender,

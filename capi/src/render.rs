@@ -1,8 +1,8 @@
-//! Renders: begun, run, gone on with. `read.rs` reads their pictures.
+//! Renders: created, run, continued. `read.rs` reads their images.
 //!
 //! Measure: radiance, samples per pixel, seconds.
 //! Range: while a render runs, all other calls with its handle but `etd_render_cancel`, `etd_render_retain`,
-//! `etd_render_release` and `etd_render_error` are answered with `ETD_STATUS_BUSY`.
+//! `etd_render_release` and `etd_render_error` return `ETD_STATUS_BUSY`.
 //! Source: none needed.
 
 use crate::handle::Table;
@@ -19,20 +19,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 use std::time::Duration;
 
-/// A render of a scene, as far as it has come.
+/// A render of a scene, with its samples so far.
 pub struct EtdRender(());
 
-/// What a render's handle stands for.
+/// The object of a render's handle.
 pub struct Render {
-    /// The scene that is rendered.
+    /// The scene.
     pub ready: Arc<Ready>,
     state: Mutex<State>,
-    /// Whether a run is under way, or about to be.
+    /// Whether a run is active or about to start.
     runs: AtomicBool,
     cancelled: AtomicBool,
 }
 
-/// Says that a run is under way, until it is dropped.
+/// Marks a run as active until it is dropped.
 struct Running<'a>(&'a AtomicBool);
 
 impl Drop for Running<'_> {
@@ -41,54 +41,54 @@ impl Drop for Running<'_> {
     }
 }
 
-/// Between two looks whether another call is done: one that only reads takes about as long.
+/// Interval between attempts to lock the state: calls that only read take about as long.
 const PATIENCE: Duration = Duration::from_micros(20);
 
-/// How far a render has come.
+/// The state of a render.
 pub struct State {
-    /// The render itself.
+    /// The render.
     pub rendering: Rendering,
-    /// The picture with its layers, once somebody has asked for them.
+    /// The image with its layers, once requested.
     layered: Option<LayeredImage>,
 }
 
 /// All renders.
 pub static RENDERS: Table<Render> = Table::new(2);
 
-/// What is known of a render.
+/// Statistics and error estimates of a render.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdRenderInfo {
     /// sizeof(EtdRenderInfo), to be set before the call.
     pub struct_size: usize,
-    /// Pixels in a row of what is rendered.
+    /// Width in pixels of the rendered window.
     pub width: u32,
-    /// Rows of it.
+    /// Height in pixels of the rendered window.
     pub height: u32,
-    /// Complete samples per pixel; in the mean, where pixels differ.
+    /// Completed samples per pixel; their mean if pixels differ.
     pub spp: u64,
-    /// Samples in all pixels together.
+    /// Total number of samples over all pixels.
     pub samples: u64,
-    /// Rays traced.
+    /// Number of rays traced.
     pub rays: u64,
-    /// Samples that were not finite, and were left out.
+    /// Number of samples that were not finite, and were rejected.
     pub rejected: u64,
-    /// Seconds that rendering took so far.
+    /// Rendering time so far, in seconds.
     pub seconds: f64,
     /// 1 if the last call was cancelled.
     pub cancelled: u32,
-    /// 1 if the last call ended because the error that was asked for was reached.
+    /// 1 if the last call ended because the target error was reached.
     pub reached: u32,
-    /// Estimated error, the root of relMSE; not a number before it can be told, from four samples a pixel on.
+    /// Estimated error, the square root of relMSE; NaN with fewer than four samples per pixel.
     pub rel_rmse: f64,
-    /// With `confidence`, the error is below this; not a number before that can be told, infinite where rare bright paths hold
-    /// so much of the error that the samples do not tell a bound.
+    /// Upper bound of the error at this `confidence`; NaN while it cannot be estimated, infinite if rare bright paths
+    /// cause so much of the error that the samples give no bound.
     pub rel_rmse_upper: f64,
-    /// The confidence of that.
+    /// Confidence level of the upper bound.
     pub confidence: f64,
-    /// The share of pixels whose error bars are not to be trusted.
+    /// Fraction of pixels whose error bars are not reliable.
     pub uncalibrated_fraction: f64,
-    /// The error is at least this where there is no bound; else 0.
+    /// Lower bound of the error if there is no upper bound; otherwise 0.
     pub rel_rmse_at_least: f64,
 }
 
@@ -98,7 +98,7 @@ unsafe impl Versioned for EtdRenderInfo {
 }
 
 impl State {
-    /// The picture with its layers.
+    /// Returns the image with its layers.
     pub fn layered(&mut self, ready: &Ready) -> Result<&LayeredImage, Failure> {
         if self.layered.is_none() {
             let rendering = &self.rendering;
@@ -109,7 +109,7 @@ impl State {
 }
 
 impl Render {
-    /// Does something with the render, unless it runs.
+    /// Calls `work` with the state of the render, unless the render runs.
     pub fn with<T>(
         &self,
         work: impl FnOnce(&mut State) -> Result<T, Failure>,
@@ -121,16 +121,16 @@ impl Render {
                 Err(TryLockError::WouldBlock) if self.runs.load(Ordering::Acquire) => {
                     return Err(busy());
                 }
-                // Others that read are done soon.
+                // Other calls that read end soon.
                 Err(TryLockError::WouldBlock) => std::thread::sleep(PATIENCE),
             }
         }
     }
 
-    /// Goes on with the render.
+    /// Continues the render.
     ///
     /// # Safety
-    /// The watch is null, or as it says.
+    /// The watch is null, or a structure of its `struct_size`.
     unsafe fn run(
         &self,
         watch: *const EtdWatch,
@@ -143,7 +143,7 @@ impl Render {
         }
         let _running = Running(&self.runs);
         self.cancelled.store(false, Ordering::Relaxed);
-        // Whoever has it reads, and is done soon.
+        // Other calls that hold the lock only read, and end soon.
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.layered = None;
         let watcher = Watcher::new(watch, &self.cancelled);
@@ -165,12 +165,13 @@ fn busy() -> Failure {
     )
 }
 
-/// Begins a render of a committed scene, without a sample yet, and writes its handle, to be released by `etd_render_release`. It
-/// keeps the scene as long as it lives. `settings` may be null. A failure leaves its text with the scene.
+/// Creates a render of a committed scene, without samples, and writes its handle, to be released by
+/// `etd_render_release`. It keeps the scene alive. `settings` may be null. The message of a failure is stored with the
+/// scene.
 ///
 /// # Safety
-/// `settings` is null, or a structure as long as it says, whose pointers are null or texts; `render` is null, or a handle may be
-/// written there.
+/// `settings` is null, or a structure of its `struct_size`, whose pointers are null or NUL-terminated strings; `render`
+/// is null, or a handle may be written there.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_render_create(
     scene: *const EtdScene,
@@ -197,20 +198,20 @@ pub unsafe extern "C" fn etd_render_create(
     })
 }
 
-/// Holds a render once more.
+/// Increments the reference count of a render.
 #[unsafe(no_mangle)]
 pub extern "C" fn etd_render_retain(render: *const EtdRender) -> EtdStatus {
     RENDERS.retain(render)
 }
 
-/// Holds a render once less. Nobody's render is freed, once it does not run. Null, and what was released already, are
-/// `ETD_STATUS_INVALID_HANDLE`.
+/// Decrements the reference count of a render, which is freed at 0, once it does not run. Null, and handles that were
+/// freed already, are `ETD_STATUS_INVALID_HANDLE`.
 #[unsafe(no_mangle)]
 pub extern "C" fn etd_render_release(render: *mut EtdRender) -> EtdStatus {
     RENDERS.release(render)
 }
 
-/// The text of the render's last failure, as `etd_scene_error`.
+/// Copies the message of the render's last failure, like `etd_scene_error`.
 ///
 /// # Safety
 /// As `etd_scene_error`.
@@ -228,11 +229,11 @@ pub unsafe extern "C" fn etd_render_error(
     unsafe { write_text(&words, text, capacity) }
 }
 
-/// Renders until what the settings say is met: samples, a time or an error. Returns when it is, or `ETD_STATUS_CANCELLED`. A render that
-/// was cancelled may be run again, and loses nothing. `watch` may be null.
+/// Renders until the limit in the settings is reached: samples, time or error. Returns `ETD_STATUS_CANCELLED` if it was
+/// cancelled; it may then be run again, without loss of samples. `watch` may be null.
 ///
 /// # Safety
-/// `watch` is null, or a structure as long as it says, with functions of these signatures.
+/// `watch` is null, or a structure of its `struct_size`, with functions of these signatures.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_render_run(
     render: *mut EtdRender,
@@ -244,7 +245,7 @@ pub unsafe extern "C" fn etd_render_run(
     })
 }
 
-/// Takes `spp` more samples in each pixel, as `etd_render_run`. Not for adaptive renders that have begun.
+/// Takes `spp` more samples per pixel, like `etd_render_run`. Not for adaptive renders that have samples.
 ///
 /// # Safety
 /// As `etd_render_run`.
@@ -264,7 +265,7 @@ pub unsafe extern "C" fn etd_render_add_samples(
     })
 }
 
-/// Ends the run of a render that is under way, from any thread, as soon as it can. Without one nothing happens.
+/// Cancels the active run of a render as soon as possible, from any thread. Without an active run, it does nothing.
 #[unsafe(no_mangle)]
 pub extern "C" fn etd_render_cancel(render: *mut EtdRender) -> EtdStatus {
     match RENDERS.get(render) {
@@ -276,10 +277,10 @@ pub extern "C" fn etd_render_cancel(render: *mut EtdRender) -> EtdStatus {
     }
 }
 
-/// Tells what is known of a render.
+/// Writes statistics and error estimates of a render.
 ///
 /// # Safety
-/// `info` is null, or a structure as long as it says.
+/// `info` is null, or a structure of its `struct_size`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_render_info(
     render: *const EtdRender,

@@ -1,8 +1,8 @@
-//! Scenes: loaded, made ready, changed. What they are put together of is added in `compose.rs`.
+//! Scenes: created, loaded, committed, changed. Their parts are added in `compose.rs`.
 //!
 //! Measure: as in `describe/`.
-//! Range: a scene may be used from any number of threads at once. What changes it once it is committed is answered with
-//! `ETD_STATUS_BUSY` while somebody renders it or asks something of it.
+//! Range: a scene may be used from any number of threads at once. Changes of a committed scene return `ETD_STATUS_BUSY`
+//! while a render or a query uses it.
 //! Source: none needed.
 
 use crate::build::{EtdTracing, EtdWork};
@@ -23,15 +23,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, Tr
 /// A scene.
 pub struct EtdScene(());
 
-/// What a scene's handle stands for.
+/// The object of a scene's handle.
 pub struct Scene {
-    /// As it will be when it is committed next.
+    /// The description for the next commit.
     description: Mutex<SceneDescription>,
-    /// As it was committed, with the changes since. Shared with the renders that have begun.
+    /// The committed scene with the changes since. Shared with the renders that were created from it.
     pub ready: Arc<Ready>,
 }
 
-/// A scene that is ready, or is not yet.
+/// A committed scene, or `None` before the first commit.
 #[derive(Default)]
 pub struct Ready(RwLock<Option<Session>>);
 
@@ -39,7 +39,7 @@ pub struct Ready(RwLock<Option<Session>>);
 pub static SCENES: Table<Scene> = Table::new(1);
 
 impl Ready {
-    /// Does something with the scene that leaves it as it is.
+    /// Calls `work` with the committed scene, without changing it.
     pub fn read<T>(&self, work: impl FnOnce(&Session) -> Result<T, Failure>) -> Result<T, Failure> {
         let guard: RwLockReadGuard<'_, _> = self.0.read().unwrap_or_else(PoisonError::into_inner);
         match guard.as_ref() {
@@ -48,7 +48,7 @@ impl Ready {
         }
     }
 
-    /// Changes the scene, if nobody uses it.
+    /// Changes the scene, unless it is in use.
     fn change<T>(
         &self,
         work: impl FnOnce(&mut Option<Session>) -> Result<T, Failure>,
@@ -72,14 +72,14 @@ fn not_committed() -> Failure {
 }
 
 impl Scene {
-    /// The description, for the time of a change.
+    /// Locks the description.
     pub fn describe(&self) -> MutexGuard<'_, SceneDescription> {
         self.description
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Changes what there is of a committed scene, and then the description.
+    /// Changes the committed scene, if any, and then the description.
     fn change(
         &self,
         ready: impl FnOnce(&mut Session) -> renderer::Result<()>,
@@ -95,14 +95,14 @@ impl Scene {
     }
 }
 
-/// A scene that nobody has looked at yet: a pinhole at the origin that looks along -z.
+/// Returns an empty description with a pinhole camera at the origin that looks along -z.
 fn empty() -> SceneDescription {
     let fov = 40.0_f64.to_radians();
     SceneDescription::new("", CameraDescription::pinhole(DAffine3::IDENTITY, fov))
 }
 
-/// Makes an empty scene, seen from the origin along -z, and writes its handle. It is held once, to be released by
-/// `etd_scene_release`.
+/// Creates an empty scene, with a camera at the origin that looks along -z, and writes its handle. Its reference count
+/// is 1, to be released by `etd_scene_release`.
 ///
 /// # Safety
 /// `scene` is null, or a handle may be written there.
@@ -120,21 +120,21 @@ pub unsafe extern "C" fn etd_scene_create(scene: *mut *mut EtdScene) -> EtdStatu
     EtdStatus::Ok
 }
 
-/// Holds a scene once more.
+/// Increments the reference count of a scene.
 #[unsafe(no_mangle)]
 pub extern "C" fn etd_scene_retain(scene: *const EtdScene) -> EtdStatus {
     SCENES.retain(scene)
 }
 
-/// Holds a scene once less. Nobody's scene is freed; renders that have begun keep it as long as they live. Null, and what was
-/// released already, are `ETD_STATUS_INVALID_HANDLE`.
+/// Decrements the reference count of a scene, which is freed at 0; renders created from it keep it alive. Null, and
+/// handles that were freed already, are `ETD_STATUS_INVALID_HANDLE`.
 #[unsafe(no_mangle)]
 pub extern "C" fn etd_scene_release(scene: *mut EtdScene) -> EtdStatus {
     SCENES.release(scene)
 }
 
-/// Copies the text of the scene's last failure to `text`, cut to `capacity` bytes with the NUL that ends it, and returns its whole
-/// length without the NUL. `text` may be null, to ask for the length.
+/// Copies the message of the scene's last failure to `text`, truncated to `capacity` bytes including the terminating
+/// NUL, and returns its full length without the NUL. `text` may be null, to query the length.
 ///
 /// # Safety
 /// `capacity` bytes may be written to `text`, unless it is null.
@@ -152,10 +152,10 @@ pub unsafe extern "C" fn etd_scene_error(
     unsafe { write_text(&words, text, capacity) }
 }
 
-/// Reads a scene from a `.toml` file or a bare `.obj` model, in place of what is there. It still has to be committed.
+/// Loads a `.toml` scene or a bare `.obj` model, which replaces the description. It takes effect at the next commit.
 ///
 /// # Safety
-/// `path` is null, or a text that ends with a NUL.
+/// `path` is null, or a NUL-terminated string.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_load(scene: *mut EtdScene, path: *const c_char) -> EtdStatus {
     SCENES.call(scene, |scene| {
@@ -167,11 +167,11 @@ pub unsafe extern "C" fn etd_scene_load(scene: *mut EtdScene, path: *const c_cha
     })
 }
 
-/// Looks from somewhere else. On a committed scene this is effective at once, and builds nothing, unless another shutter makes
-/// something move, or move otherwise.
+/// Sets the camera. On a committed scene this takes effect at once, and builds nothing, unless a different shutter
+/// changes the motion of objects.
 ///
 /// # Safety
-/// `camera` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
+/// `camera` is null, or a structure of its `struct_size`, whose pointers are null or valid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_set_camera(
     scene: *mut EtdScene,
@@ -190,10 +190,11 @@ pub unsafe extern "C" fn etd_scene_set_camera(
     })
 }
 
-/// Makes pictures of another size or by another filter. On a committed scene this is effective at once, and builds nothing.
+/// Sets the image size and the reconstruction filter. On a committed scene this takes effect at once, and builds
+/// nothing.
 ///
 /// # Safety
-/// `film` is null, or a structure as long as it says.
+/// `film` is null, or a structure of its `struct_size`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_set_film(
     scene: *mut EtdScene,
@@ -211,11 +212,11 @@ pub unsafe extern "C" fn etd_scene_set_film(
     })
 }
 
-/// Makes the scene ready: checks it, and builds its acceleration structures. What is added later counts from the next commit on;
-/// renders that have begun cannot go on then. `tracing` may be null.
+/// Prepares the scene for rendering: checks it, and builds its acceleration structures. Parts that are added later take
+/// effect at the next commit, after which renders that were created before cannot continue. `tracing` may be null.
 ///
 /// # Safety
-/// `tracing` is null, or a structure as long as it says.
+/// `tracing` is null, or a structure of its `struct_size`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_commit(
     scene: *mut EtdScene,
@@ -232,12 +233,12 @@ pub unsafe extern "C" fn etd_scene_commit(
     })
 }
 
-/// Places `count` instances anew: `instances` are their numbers, `transforms` 12 numbers for each, row by row without a gap. On a
-/// committed scene this is effective at once; groups are not built again, only the structure above them. What moves keeps its
-/// keys, which are applied after the new transform.
+/// Sets the transforms of `count` instances: `instances` are their numbers, `transforms` 12 numbers for each, row by row
+/// without a gap. On a committed scene this takes effect at once; only the top-level structure is built again, not those
+/// of groups. Moving instances keep their keyframes, which are applied after the new transform.
 ///
 /// # Safety
-/// The pointers are null, or as many numbers are there.
+/// The pointers are null, or `count` instances and transforms may be read.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_set_transforms(
     scene: *mut EtdScene,
@@ -280,10 +281,10 @@ pub unsafe extern "C" fn etd_scene_set_transforms(
     })
 }
 
-/// Tells what was done so far to make the scene ready.
+/// Writes statistics about preparing the scene.
 ///
 /// # Safety
-/// `work` is null, or a structure as long as it says.
+/// `work` is null, or a structure of its `struct_size`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn etd_scene_work(scene: *const EtdScene, work: *mut EtdWork) -> EtdStatus {
     SCENES.call(scene, |scene| {

@@ -1,7 +1,7 @@
-//! What C may ask of a render.
+//! The settings of a render in C.
 //!
 //! Measure: samples per pixel, seconds.
-//! Range: as the flags of `etendue render`; zeros stand for what the scene says, and then for the defaults.
+//! Range: as the flags of `etendue render`; zeros stand for the settings of the scene, and then for the defaults.
 //! Source: `etendue help render`.
 
 use crate::memory::{Versioned, text};
@@ -18,44 +18,45 @@ use std::time::Duration;
 pub const ETD_HAS_SEED: u32 = 1;
 /// `EtdSettings.flags`: `max_bounces` is given.
 pub const ETD_HAS_MAX_BOUNCES: u32 = 2;
-/// `EtdSettings.flags`: have layers, to be read and written beside the picture. Samples are rounded up to a multiple of 4.
+/// `EtdSettings.flags`: render layers, which can be read and written besides the image. The sample count is rounded up
+/// to a multiple of 4.
 pub const ETD_LAYERS: u32 = 4;
 /// `EtdSettings.flags`: `crop` is given.
 pub const ETD_HAS_CROP: u32 = 8;
 
 const ALL_FLAGS: u32 = ETD_HAS_SEED | ETD_HAS_MAX_BOUNCES | ETD_LAYERS | ETD_HAS_CROP;
 
-/// What is asked of a render. Zeros and null stand for what the scene says, and then for the defaults.
+/// Settings of a render. Zeros and null stand for the settings of the scene, and then for the defaults.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdSettings {
     /// sizeof(EtdSettings)
     pub struct_size: usize,
-    /// `ETD_HAS_SEED` and others, added.
+    /// A sum of flags such as `ETD_HAS_SEED`.
     pub flags: u32,
-    /// Scattering events at most, with `ETD_HAS_MAX_BOUNCES`. Biases.
+    /// Maximum number of scattering events, with `ETD_HAS_MAX_BOUNCES`. A limit causes bias.
     pub max_bounces: u32,
     /// Samples per pixel.
     pub spp: u64,
-    /// Seconds at most.
+    /// Maximum time in seconds.
     pub seconds: f64,
-    /// The error to reach, the root of relMSE, such as 0.01.
+    /// Target error, the square root of relMSE, such as 0.01.
     pub error: f64,
-    /// The probability with which that error is kept; 0 stands for 0.95.
+    /// Confidence level of the target error; 0 stands for 0.95.
     pub confidence: f64,
-    /// Picks one of 2^64 sets of random numbers, with `ETD_HAS_SEED`.
+    /// Seed, which selects one of 2^64 sets of random numbers, with `ETD_HAS_SEED`.
     pub seed: u64,
-    /// The estimator, such as "path" or "ambient-occlusion".
+    /// The integrator, such as "path" or "ambient-occlusion".
     pub integrator: *const c_char,
-    /// Where random numbers come from: "sobol", "stratified" or "independent".
+    /// The sampler: "sobol", "stratified" or "independent".
     pub sampler: *const c_char,
-    /// How samples are given out to pixels: "off", "two-phase" or "greedy".
+    /// Adaptive sampling: "off", "two-phase" or "greedy".
     pub adaptive: *const c_char,
-    /// When paths end by chance: "none", "albedo" or "throughput".
+    /// Russian roulette: "none", "albedo" or "throughput".
     pub roulette: *const c_char,
-    /// How far, in world units, something may be and still count for ambient occlusion.
+    /// Maximum distance, in world units, of occluders for ambient occlusion.
     pub occlusion_distance: f64,
-    /// The share of indirect light up to which "irradiance-cache" may be wrong, such as 0.05; below 1.
+    /// Admissible relative error of "irradiance-cache", as a fraction of the indirect light, such as 0.05; below 1.
     pub cache_error: f64,
     /// With `ETD_HAS_CROP`, x0, y0, x1, y1: only the pixels from (x0, y0) up to but not including (x1, y1) are rendered.
     pub crop: [u32; 4],
@@ -68,7 +69,7 @@ unsafe impl Versioned for EtdSettings {
 
 impl EtdSettings {
     /// # Safety
-    /// Its pointers are null, or texts that end with a NUL.
+    /// Its pointers are null, or NUL-terminated strings.
     pub unsafe fn options(&self) -> Result<RenderOptions, Failure> {
         if self.flags & !ALL_FLAGS != 0 {
             let unknown = self.flags & !ALL_FLAGS;
@@ -101,7 +102,7 @@ impl EtdSettings {
     }
 }
 
-/// A time, if one is given.
+/// Converts a number of seconds; `None` if it is 0.
 fn duration(seconds: f64) -> Result<Option<Duration>, Failure> {
     let Some(seconds) = given(seconds, "seconds")? else {
         return Ok(None);
@@ -112,7 +113,7 @@ fn duration(seconds: f64) -> Result<Option<Duration>, Failure> {
     }
 }
 
-/// A number above 0, if one is given.
+/// Returns a number above 0; `None` if it is 0.
 fn given(number: f64, what: &str) -> Result<Option<f64>, Failure> {
     if number == 0.0 {
         return Ok(None);
@@ -125,10 +126,10 @@ fn given(number: f64, what: &str) -> Result<Option<f64>, Failure> {
     )))
 }
 
-/// A choice by its name, if one is given.
+/// Returns a choice by its name; `None` if the name is null.
 ///
 /// # Safety
-/// The pointer is null, or a text that ends with a NUL.
+/// The pointer is null, or a NUL-terminated string.
 unsafe fn named<T>(
     name: *const c_char,
     mut all: impl Iterator<Item = (&'static str, T)> + Clone,

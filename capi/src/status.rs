@@ -1,4 +1,4 @@
-//! How calls end.
+//! Status codes and failures.
 //!
 //! Measure: none.
 //! Range: every failure of the renderer has a status.
@@ -7,43 +7,43 @@
 use renderer::{Error, ErrorKind};
 use std::ffi::{CStr, c_char};
 
-/// How a call ended. What is not `ETD_STATUS_OK` or `ETD_STATUS_CANCELLED` is a failure: the call has changed nothing, unless it says so, and
-/// the text of the handle that it was given says what was wrong.
+/// The result of a call. All values but `ETD_STATUS_OK` and `ETD_STATUS_CANCELLED` are failures: the call has changed
+/// nothing, unless stated otherwise, and the message is stored with the handle that was passed.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EtdStatus {
-    /// Done.
+    /// Success.
     Ok = 0,
-    /// Ended early because that was asked for; what is there so far is kept.
+    /// Cancelled on request; the samples so far are kept.
     Cancelled = 1,
-    /// An argument is null, out of its range, or makes no sense with the others.
+    /// An argument is null, out of range, or inconsistent with the others.
     InvalidArgument = 2,
-    /// The handle is null, was released, or is none of this library's.
+    /// The handle is null, was released, or does not belong to this library.
     InvalidHandle = 3,
-    /// The scene, a part of it, or a file that it names, is not valid.
+    /// The scene, a part of it, or a file that it refers to, is invalid.
     InvalidScene = 4,
     /// A file could not be read or written.
     InputOutput = 5,
     /// The ray tracing library, or the rendering itself, failed.
     RenderFailed = 6,
-    /// There is not enough memory for what was asked.
+    /// There is not enough memory.
     OutOfMemory = 7,
-    /// The handle is in use by another call that excludes this one: a render that is under way.
+    /// The handle is in use by another call that excludes this one, such as a running render.
     Busy = 8,
-    /// The scene has not been committed yet.
+    /// The scene has not been committed.
     NotCommitted = 9,
-    /// A mistake in the library itself, which is to be reported. The handle should be released.
+    /// A bug in the library, which should be reported. The handle should be released.
     Internal = 10,
 }
 
-/// What a call does that goes wrong.
+/// The status and the message of a failed call.
 #[derive(Debug)]
 pub struct Failure {
     pub status: EtdStatus,
     pub text: String,
 }
 
-/// How a call ends, short of a failure.
+/// The result of a call.
 pub type Outcome = Result<EtdStatus, Failure>;
 
 impl Failure {
@@ -89,7 +89,7 @@ fn words(status: i32) -> &'static CStr {
     }
 }
 
-/// A status in words: a text that is always there and never to be freed.
+/// Returns the description of a status: a static string, never to be freed.
 #[unsafe(no_mangle)]
 pub extern "C" fn etd_status_text(status: i32) -> *const c_char {
     words(status).as_ptr()

@@ -1,4 +1,4 @@
-//! Which library this is.
+//! The version of the library.
 //!
 //! Measure: none.
 //! Range: none.
@@ -12,8 +12,8 @@ const VERSION: &CStr =
         Err(_) => panic!("a version has no NUL byte"),
     };
 
-/// The version of the library that runs, such as "0.1.0": a text that is always there and never to be freed. A program that
-/// was built with the header of one version runs with every later one of the same major version; while that is 0, of the same
+/// Returns the version of the library at run time, such as "0.1.0": a static string, never to be freed. A program built
+/// with the header of one version runs with every later one of the same major version; while that is 0, of the same
 /// minor version.
 #[unsafe(no_mangle)]
 pub extern "C" fn etd_version() -> *const c_char {

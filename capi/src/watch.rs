@@ -1,4 +1,4 @@
-//! Watching a render from C.
+//! Callbacks that observe a render.
 //!
 //! Measure: samples, seconds.
 //! Range: any functions, or none.
@@ -10,7 +10,7 @@ use renderer::{Progress, RenderObserver};
 use std::ffi::c_void;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// How far a render has come.
+/// Progress of a render.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdProgress {
@@ -18,44 +18,44 @@ pub struct EtdProgress {
     pub struct_size: usize,
     /// Samples so far, over all pixels.
     pub samples: u64,
-    /// Complete samples per pixel; in the mean, where pixels differ.
+    /// Completed samples per pixel; their mean if pixels differ.
     pub spp: u64,
     /// Seconds since the call began.
     pub seconds: f64,
-    /// The share of what was asked for that is done, from 0 to 1.
+    /// Completed fraction of the budget, from 0 to 1.
     pub fraction: f64,
-    /// The estimated error so far, the root of relMSE; not a number before it can be told.
+    /// Estimated error so far, the square root of relMSE; NaN while it cannot be estimated.
     pub rel_rmse: f64,
 }
 
-/// A picture while it becomes: borrowed for the time of the call that gets it.
+/// An intermediate image of a render, valid only during the callback.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdPicture {
     /// Size of this structure in bytes.
     pub struct_size: usize,
-    /// Pixels in a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// Red, green and blue of each pixel, linear Rec. 709, row by row from the top without a gap.
     pub rgb: *const f32,
 }
 
-/// Who watches a render. Any of its functions may be null. None may throw, longjmp, or wait for the render that calls it; all may
-/// call this library, where `ETD_STATUS_BUSY` answers what the render excludes.
+/// Callbacks that observe a render. Any of them may be null. They may not throw, longjmp, or wait for the render that
+/// calls them. They may call this library; calls that the running render excludes return `ETD_STATUS_BUSY`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdWatch {
     /// sizeof(EtdWatch)
     pub struct_size: usize,
-    /// Handed to each function.
+    /// Passed to each function.
     pub user: *mut c_void,
-    /// Called often, from any of the render's threads and from several at once. Other than 0 ends the render as soon as it can; the
-    /// samples so far are kept. The progress is borrowed for the time of the call.
+    /// Called often, from any of the render's threads and from several at once. A result other than 0 ends the render as
+    /// soon as possible; the samples so far are kept. `progress` is valid only during the call.
     pub progress:
         Option<unsafe extern "C" fn(user: *mut c_void, progress: *const EtdProgress) -> i32>,
-    /// Called after each pass over the picture, from one of the render's threads while the others wait.
+    /// Called after each pass over the image, from one of the render's threads while the others wait.
     pub picture: Option<unsafe extern "C" fn(user: *mut c_void, picture: *const EtdPicture)>,
 }
 
@@ -64,13 +64,13 @@ unsafe impl Versioned for EtdWatch {
     const NAME: &'static str = "EtdWatch";
 }
 
-/// Passes on what a render tells, and that it should end.
+/// Forwards progress and intermediate images to the callbacks, and their request to cancel to the render.
 pub struct Watcher<'a> {
     watch: EtdWatch,
     cancelled: &'a AtomicBool,
 }
 
-// SAFETY: callers are told that their functions are called from any thread; the pointer is only handed on to them.
+// SAFETY: callers are required to accept calls from any thread; the pointer is only passed on to them.
 unsafe impl Sync for Watcher<'_> {}
 
 impl<'a> Watcher<'a> {
@@ -92,7 +92,7 @@ impl RenderObserver for Watcher<'_> {
             fraction: progress.fraction,
             rel_rmse: progress.rel_rmse.unwrap_or(f64::NAN),
         };
-        // SAFETY: a function of the caller's with this signature; the progress lives through the call.
+        // SAFETY: a function of the caller with this signature; the progress outlives the call.
         if unsafe { function(self.watch.user, &raw const progress) } != 0 {
             self.cancelled.store(true, Ordering::Relaxed);
         }

@@ -1,8 +1,7 @@
-//! `etendue battery`: hard cases with exact answers, as tables, as JSON and as a page.
+//! `etendue battery`: hard cases with exact answers, reported as tables, JSON and a page.
 //!
 //! Measure: that of `battery/report.rs`.
-//! Range: every case, or those of the rows that are asked for. What is done is written as soon as it is, so that an end
-//! by Ctrl-C keeps it.
+//! Range: all cases, or those of the given rows. The report is written also after Ctrl-C, with the cases done so far.
 //! Source: docs/hard-cases.md. Tested in `cli/tests/command/battery.rs`.
 
 use super::args::{BatteryArguments, ProgressMode};
@@ -74,18 +73,18 @@ fn settings(arguments: &BatteryArguments) -> BatterySettings {
             Effort::Full => seconds_since_1970(),
         }),
         effort,
-        // Who asks for a row wants to see it.
+        // Cases that are known to fail are run only if their rows are given explicitly.
         known_failures: !arguments.rows.is_empty(),
     }
 }
 
-/// A seed that is another one each time.
+/// Returns a seed that differs between runs: the seconds since 1970.
 fn seconds_since_1970() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     since.map_or(0, |since| since.as_secs())
 }
 
-/// The command that repeats what is done, also where the seed was not given.
+/// Returns the command that repeats the run, with `--seed` added if it was chosen by time.
 fn command(settings: &BatterySettings, has_seed: bool) -> String {
     let seed = match settings.effort {
         Effort::Full if !has_seed => format!(" --seed {}", settings.seed),
@@ -94,7 +93,7 @@ fn command(settings: &BatterySettings, has_seed: bool) -> String {
     command_line() + &seed
 }
 
-/// The cases of the rows that are asked for, or all of them.
+/// Returns the cases of the given rows, or all cases if no row is given.
 fn chosen(mut cases: Vec<Case>, rows: &[u32]) -> Result<Vec<Case>> {
     let mut known: Vec<u32> = cases.iter().map(|case| case.row).collect();
     known.sort_unstable();
@@ -110,7 +109,7 @@ fn chosen(mut cases: Vec<Case>, rows: &[u32]) -> Result<Vec<Case>> {
     Ok(cases)
 }
 
-/// Where a battery is written to, and the command that measured it.
+/// The output files of a battery, and the command that measured it.
 struct Files {
     json: PathBuf,
     html: PathBuf,
@@ -118,7 +117,7 @@ struct Files {
 }
 
 impl Files {
-    /// Makes the folder, and sees to it that both files can be written before anything is measured.
+    /// Creates the folder, and checks that both files can be written before anything is measured.
     fn new(folder: &Path, command: String) -> Result<Self> {
         make_folder(folder)?;
         let files = Self {
@@ -137,7 +136,7 @@ impl Files {
     }
 }
 
-/// Shows progress and passes Ctrl-C on.
+/// Shows progress and forwards Ctrl-C.
 struct Shown<'a> {
     watcher: &'a Watcher,
     start: Instant,

@@ -1,8 +1,8 @@
-//! `etendue compare`: how far one picture is from another, where, and whether they tend to different ones.
+//! `etendue compare`: the error of an image relative to a reference, where it is, and a test for bias.
 //!
 //! Measure: as in `study/comparison.rs`.
-//! Range: two pictures of one size in any format that is read. One that is no picture, or has pixels that are not finite,
-//! fails as a file that cannot be read does.
+//! Range: two images of the same size in any format that can be read. A file that is not an image, or has non-finite
+//! pixels, fails like a file that cannot be read.
 //! Source: docs/accuracy.md, "Comparing two pictures". Tested in `cli/tests/command/compare.rs`.
 
 use super::args::{CompareArguments, Metric};
@@ -18,7 +18,7 @@ use etendue_lab::study::comparison::{BiasTest, Metrics, bias_test, same_random_n
 use std::io::Write;
 use std::path::Path;
 
-/// Compares two pictures.
+/// Compares two images.
 pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
     if let Some(path) = &arguments.map {
         check_map(path)?;
@@ -69,7 +69,7 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
     })
 }
 
-/// What has to be known of the test of bias.
+/// Returns the caveats of the bias test.
 fn notes(image: &LayeredImage, reference: &LayeredImage, bias: Option<&BiasTest>) -> Vec<String> {
     let has_bars = |it: &LayeredImage| it.layer("se.R").is_some();
     if !has_bars(image) && !has_bars(reference) {
@@ -87,7 +87,7 @@ fn notes(image: &LayeredImage, reference: &LayeredImage, bias: Option<&BiasTest>
     notes
 }
 
-/// Whether a map can be written to `path`.
+/// Checks that a map can be written to `path`.
 fn check_map(path: &Path) -> Result<()> {
     let extension = path.extension().unwrap_or_default();
     if !extension.eq_ignore_ascii_case("png") {
@@ -104,7 +104,7 @@ fn read(path: &Path) -> Result<LayeredImage> {
     LayeredImage::read(path, ColourSpace::Srgb).map_err(as_unreadable)
 }
 
-/// There is no scene here that could be wrong: a file that is no picture is one that cannot be read.
+/// Turns a scene error into an I/O error: no scene is read here, so a file that is not an image counts as unreadable.
 fn as_unreadable(error: Error) -> Error {
     match error.kind() {
         ErrorKind::Scene => error.of_kind(ErrorKind::Io),
@@ -112,7 +112,7 @@ fn as_unreadable(error: Error) -> Error {
     }
 }
 
-/// The mean of FLIP, if this build has it.
+/// Returns the mean of FLIP, if this build has it.
 fn flip(image: &LayeredImage, reference: &LayeredImage, exposure: f32) -> Result<Option<f64>> {
     #[cfg(feature = "flip")]
     return etendue_lab::flip::flip(&image.image, &reference.image, exposure).map(Some);
@@ -123,7 +123,7 @@ fn flip(image: &LayeredImage, reference: &LayeredImage, exposure: f32) -> Result
     }
 }
 
-/// Writes where the picture is too dark or too bright; what it shows stands in the file, too.
+/// Writes the map of signed errors as PNG, with its legend in the text chunks.
 fn write_map(
     arguments: &CompareArguments,
     path: &Path,

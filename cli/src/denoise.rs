@@ -1,4 +1,4 @@
-//! Filtering noise: `etendue denoise`, and the same at the end of `etendue render --denoise`.
+//! Noise filtering: `etendue denoise`, and the last step of `etendue render --denoise`.
 //!
 //! Measure: linear radiance; errors as roots of relMSE.
 //! Range: EXR files with the layers of `etendue render --layers`.
@@ -19,27 +19,27 @@ use serde::Serialize;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// A filtered picture, and how it came about.
+/// A filtered image with its errors and the filter time.
 pub struct Denoised {
     pub denoiser: Denoiser,
     pub filtered: Filtered,
-    /// The error of the unfiltered picture, if its render stated one.
+    /// The error of the unfiltered image, if its render stated one.
     pub before: Option<f64>,
     pub elapsed: Duration,
 }
 
-/// What statistics say of it.
+/// The statistics of a filtered image.
 #[derive(Debug, Clone, Serialize)]
 pub struct DenoiseStats {
     pub filter: &'static str,
-    /// Estimated roots of relMSE: of the unfiltered picture, as its render stated it, and of the filtered one.
+    /// Estimated roots of relMSE: of the unfiltered image, as its render stated it, and of the filtered image.
     pub rel_rmse_before: Option<f64>,
     pub rel_rmse_after: Option<f64>,
     pub seconds: f64,
 }
 
 impl Denoised {
-    /// Filters a picture with its layers, of which this error was stated, on so many threads.
+    /// Filters an image with its layers on `threads` threads; `before` is the stated error of the unfiltered image.
     pub fn new(
         denoiser: Denoiser,
         picture: &LayeredImage,
@@ -61,8 +61,8 @@ impl Denoised {
         })
     }
 
-    /// The layers of the file: the unfiltered picture, and with `all` those that it had, with the filtered picture's errors in
-    /// place of its own.
+    /// Returns the layers of the output file: the unfiltered image, and with `all` also the input layers, whose
+    /// standard errors are replaced by those of the filtered image.
     pub fn layers(&self, picture: &LayeredImage, all: bool) -> Vec<Layer> {
         let mut layers: Vec<Layer> = channels("noisy", &picture.image).collect();
         if all {
@@ -74,7 +74,7 @@ impl Denoised {
         layers
     }
 
-    /// What it did, in words.
+    /// Describes the filter and the estimated error in words.
     pub fn says(&self) -> String {
         let error = match self.filtered.error {
             Some(error) => format!(", error then about {}", format_percent(error)),
@@ -93,7 +93,7 @@ impl Denoised {
     }
 }
 
-/// What `etendue denoise --json` prints.
+/// The JSON output of `etendue denoise --json`.
 #[derive(Serialize)]
 struct Report<'a> {
     version: &'static str,
@@ -106,7 +106,7 @@ struct Report<'a> {
     bias: [&'static str; 1],
 }
 
-/// Filters a file as the arguments say.
+/// Filters a file according to the arguments.
 pub fn run(arguments: &DenoiseArguments) -> Result<Outcome> {
     let outputs = outputs(arguments);
     for output in &outputs {
@@ -160,7 +160,7 @@ pub fn run(arguments: &DenoiseArguments) -> Result<Outcome> {
     print((json + "\n").as_bytes())
 }
 
-/// The image files to write.
+/// Returns the image files to write.
 fn outputs(arguments: &DenoiseArguments) -> Vec<PathBuf> {
     if !arguments.out.is_empty() {
         return arguments.out.clone();
@@ -174,7 +174,8 @@ fn outputs(arguments: &DenoiseArguments) -> Vec<PathBuf> {
     vec![PathBuf::from(name)]
 }
 
-/// What the file said of itself, with the filter's bias, and without an error that is no longer its own.
+/// Returns the metadata of the input file with the filter's bias added, and with the error of the render replaced by
+/// that of the filtered image.
 fn metadata(picture: &LayeredImage, denoised: &Denoised) -> Vec<(String, MetadataValue)> {
     let mut metadata = picture.metadata.clone();
     let of_render = ["bias", "relRmse", "relRmseUpper", "relRmseAtLeast"];

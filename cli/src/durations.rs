@@ -1,4 +1,4 @@
-//! Durations as people write them.
+//! Parsing and formatting of durations.
 //!
 //! Measure: hours, minutes and seconds.
 //! Range: above 0, up to 1000 hours.
@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-/// `90s`, `5m`, `1h30m`, `1.5h`; a number alone is in seconds.
+/// Parses `90s`, `5m`, `1h30m` or `1.5h`; a number without a unit is in seconds.
 pub fn parse_duration(text: &str) -> Result<Duration, String> {
     let expected = || "expected a duration such as 30s, 5m or 1h30m".to_owned();
     let mut seconds = 0.0;
@@ -25,7 +25,7 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
             None if unit_above.is_infinite() => 1.0,
             _ => return Err(expected()),
         };
-        // From large to small, each once: 30m1h is more likely a slip than a wish.
+        // Units must go from large to small, each at most once: 30m1h is probably a mistake.
         if unit >= unit_above {
             return Err(expected());
         }
@@ -40,10 +40,10 @@ pub fn parse_duration(text: &str) -> Result<Duration, String> {
     }
 }
 
-/// From so many seconds on, four days, durations are told in days.
+/// Durations from this many seconds up, four days, are formatted in days.
 const DAYS: f64 = 4.0 * 86_400.0;
 
-/// A duration in the unit that suits it.
+/// Formats a duration in a unit that suits its size.
 pub fn format_duration(duration: Duration) -> String {
     let seconds = duration.as_secs_f64();
     if seconds < 1.0 {

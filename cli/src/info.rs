@@ -1,7 +1,7 @@
-//! `etendue info`: what this program is, and what it runs on.
+//! `etendue info`: the version and features of the program, and the capabilities of the machine.
 //!
 //! Measure: none.
-//! Range: any machine; what cannot be found out is said to be unknown.
+//! Range: any machine; an unavailable fact is reported as unknown.
 //! Source: none needed. Tested in `cli/tests/command/render.rs`.
 
 use super::args::InfoArguments;
@@ -12,7 +12,7 @@ use etendue::internals::accel::embree_info;
 use etendue::internals::render::settings::available_threads;
 use serde::Serialize;
 
-/// What `info` knows.
+/// The facts that `info` prints.
 #[derive(Debug, Serialize)]
 struct Info {
     version: &'static str,
@@ -24,7 +24,7 @@ struct Info {
     embree: Option<Embree>,
 }
 
-/// The Embree that is linked.
+/// The linked Embree.
 #[derive(Debug, Serialize)]
 struct Embree {
     library_version: String,
@@ -104,7 +104,7 @@ fn features() -> Vec<&'static str> {
         .collect()
 }
 
-/// What this processor has of what Embree and we can use.
+/// Returns the instruction set extensions of this processor that Embree and Etendue can use.
 fn instruction_set() -> Vec<&'static str> {
     #[cfg(target_arch = "x86_64")]
     {

@@ -1,8 +1,7 @@
-//! `etendue lesson`: the table of contents, topics as pages, and their numbers in the terminal.
+//! `etendue lesson`: the table of contents, the topics as pages, and their numbers in the terminal.
 //!
 //! Measure: that of each topic.
-//! Range: topics of the course. A page is written as soon as its topic is done, so that an end by Ctrl-C keeps those
-//! before.
+//! Range: topics of the course. A page is written as soon as its topic is done, so that finished pages survive Ctrl-C.
 //! Source: docs/lessons.md. Tested in `cli/tests/command/lesson.rs`.
 
 use super::args::{LessonArguments, ProgressMode};
@@ -68,7 +67,7 @@ fn contents(as_json: bool) -> String {
     }
 }
 
-/// Whether all numbers are what they should be.
+/// Returns an error if a number failed its test.
 fn judge(done: &[Done]) -> Result<()> {
     let numbers = done
         .iter()
@@ -88,14 +87,14 @@ fn judge(done: &[Done]) -> Result<()> {
     }
 }
 
-/// The pages that are made.
+/// The pages to write.
 struct Site<'a> {
     arguments: &'a LessonArguments,
     topics: &'a [Topic],
 }
 
 impl<'a> Site<'a> {
-    /// Makes the folder, and sees to it that every page can be written before anything is measured.
+    /// Creates the folder, and checks that every page can be written before anything is measured.
     fn new(arguments: &'a LessonArguments, topics: &'a [Topic]) -> Result<Self> {
         let folder = &arguments.out;
         make_folder(folder)?;
@@ -173,12 +172,12 @@ impl<'a> Site<'a> {
     }
 }
 
-/// Shows progress and passes Ctrl-C on.
+/// Shows progress and forwards Ctrl-C.
 struct Teller<'a> {
     watcher: &'a Watcher,
     topic: &'a Topic,
     start: Instant,
-    /// Where in all topics this one begins, and its share.
+    /// The start of this topic in the whole run, and its share, as fractions.
     part: [f64; 2],
 }
 

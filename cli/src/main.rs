@@ -1,7 +1,8 @@
-//! The command: typed arguments, one file a verb, and what is printed where.
+//! The command-line program: typed arguments, one file per verb, and the output streams.
 //!
-//! Data goes to standard output, everything else to standard error. Exit codes: 0 done, 1 failed, 2 usage, 3 scene
-//! invalid, 4 input or output, 5 the error asked for was not reached (image written), 6 too many non-finite samples (image written), 130 interrupted (image written).
+//! Data goes to standard output, everything else to standard error. Exit codes: 0 done, 1 failed, 2 usage error, 3
+//! invalid scene, 4 input or output error, 5 requested error not reached (image written), 6 too many non-finite samples
+//! (image written), 130 interrupted (image written).
 
 mod args;
 mod battery;
@@ -24,7 +25,7 @@ use etendue::{Error, ErrorKind};
 use std::io::Write;
 use std::process::ExitCode;
 
-/// How the command ended, short of an error.
+/// The outcome of the command if no error was returned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Outcome {
     Done,
@@ -89,14 +90,14 @@ fn manual(verb: Option<&str>) -> etendue::Result<Outcome> {
     print(&text)
 }
 
-/// The command as it was given, by the program's name.
+/// Returns the command line, beginning with `etendue`.
 fn command_line() -> String {
     let words = std::env::args().skip(1);
     let words: Vec<String> = ["etendue".to_owned()].into_iter().chain(words).collect();
     words.join(" ")
 }
 
-/// Writes to standard output. A reader that has gone away, as in `| head`, is no failure.
+/// Writes to standard output. A closed pipe, as with `| head`, is not an error.
 fn print(text: &[u8]) -> etendue::Result<Outcome> {
     let mut stdout = std::io::stdout().lock();
     match stdout.write_all(text).and_then(|()| stdout.flush()) {

@@ -1,7 +1,7 @@
-//! Progress while a render goes on, and its end by Ctrl-C.
+//! Progress display of a render, and its interruption by Ctrl-C.
 //!
 //! Measure: samples per pixel, seconds.
-//! Range: a bar on a terminal; elsewhere a line every 30 seconds; nothing with `--quiet` or `--progress none`.
+//! Range: a bar on a terminal; otherwise a line every 30 seconds; nothing with `--quiet` or `--progress none`.
 //! Source: none needed. Tested in `cli/tests/command/render.rs`.
 
 use super::args::ProgressMode;
@@ -15,16 +15,16 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Time between two plain lines.
+/// The interval between two plain lines.
 const LINE_INTERVAL: Duration = Duration::from_secs(30);
 
-/// Parts of the bar.
+/// The number of steps of the progress bar.
 const BAR_LENGTH: u64 = 1000;
 
-/// Shows progress and passes Ctrl-C on.
+/// Shows progress and forwards Ctrl-C.
 pub struct Watcher {
     display: Display,
-    /// How well it was said when an error will be reached: not at all, roughly, by a whole pilot.
+    /// The best prediction printed so far: 0 none, 1 rough, 2 from a whole pilot.
     predicted: AtomicU8,
     interrupted: Arc<AtomicBool>,
 }
@@ -36,7 +36,7 @@ enum Display {
 }
 
 impl Watcher {
-    /// A watcher that catches Ctrl-C. A second one ends the process at once.
+    /// Creates a watcher that catches Ctrl-C. A second Ctrl-C ends the process at once.
     ///
     /// # Errors
     /// If the handler cannot be installed.
@@ -56,7 +56,7 @@ impl Watcher {
         })
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         if let Display::Bar(bar) = &self.display {
             bar.finish_and_clear();
@@ -81,7 +81,7 @@ impl Display {
 }
 
 impl Watcher {
-    /// Shows how far something has come, in words, too.
+    /// Shows the completed fraction, with a message.
     pub fn show(&self, fraction: f64, words: impl FnOnce() -> String) {
         match &self.display {
             Display::Nothing => {}
@@ -103,7 +103,7 @@ impl Watcher {
 }
 
 impl Watcher {
-    /// Says something once, above the bar.
+    /// Prints a line above the bar.
     fn note(&self, words: &str) {
         match &self.display {
             Display::Nothing => {}
@@ -113,7 +113,7 @@ impl Watcher {
     }
 }
 
-/// When an error will be reached, by what the pilot told.
+/// Describes the pilot's prediction of the samples and the time to the target error.
 fn describe_prediction(predicted: &Predicted) -> String {
     let about = if predicted.is_rough {
         "very roughly"
@@ -149,7 +149,7 @@ impl RenderObserver for Watcher {
     }
 }
 
-/// Samples, error so far, time left.
+/// Describes the samples per pixel, the current error and the time left.
 fn describe(progress: &Progress) -> String {
     let error = progress.rel_rmse.map_or(String::new(), |error| {
         format!(", error {}", format_percent(error))
@@ -159,13 +159,13 @@ fn describe(progress: &Progress) -> String {
     format!("{} spp{error}{left}", progress.spp)
 }
 
-/// How long something will still take that took so long for a fraction of it.
+/// Returns the estimated time left, given the elapsed time of a completed fraction.
 pub fn time_left(fraction: f64, elapsed: Duration) -> Option<String> {
     let left = (elapsed.as_secs_f64() * (1.0 / fraction - 1.0)).clamp(0.0, 3.6e9);
     (fraction > 0.0).then(|| format_duration(Duration::from_secs_f64(left)))
 }
 
-/// Why an error has no bound, in words.
+/// Explains why an error has no upper bound.
 pub fn explain(doubt: Doubt) -> String {
     match doubt {
         Doubt::FewPixels { pixels, share, .. } => format!(
@@ -185,7 +185,7 @@ pub fn explain(doubt: Doubt) -> String {
     }
 }
 
-/// A fraction, of either sign, as a percentage with three digits.
+/// Formats a signed fraction as a percentage with three digits.
 pub fn format_percent(fraction: f64) -> String {
     let percent = 100.0 * fraction;
     let size = percent.abs();

@@ -1,4 +1,4 @@
-//! `etendue plan`: the effects that a scene calls for, with reasons, what they cost, and the integrator that suits the scene.
+//! `etendue plan`: the effects that a scene needs with reasons, their costs, and the integrator that suits the scene.
 //!
 //! Measure: shares of the time and of the light, in percent.
 //! Range: any scene that loads.
@@ -22,18 +22,18 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
 
-/// About as many pixels have the renders that measure costs.
+/// The approximate number of pixels of the renders that measure costs.
 const PIXELS: f64 = 20_000.0;
 
-/// What is printed.
+/// The printed report.
 #[derive(Debug, Serialize)]
 struct Report {
     scene: String,
     kernel: &'static str,
-    /// Effects that the kernel has and the scene does not call for.
+    /// Effects that the kernel has but the scene does not need.
     surplus: Vec<&'static str>,
     effects: Vec<EffectReport>,
-    /// Time of the kernel with everything over that of the chosen one.
+    /// The time of the kernel with all effects over that of the chosen kernel.
     #[serde(skip_serializing_if = "Option::is_none")]
     everything: Option<Spread>,
     integrator: RecommendationReport,
@@ -90,7 +90,8 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
     print(table(&report).as_bytes())
 }
 
-/// The size of a picture with the shape of another, and with few pixels, since it is rendered often.
+/// Returns an image size with the same aspect ratio and at most about 20 000 pixels, for renders that are repeated
+/// often.
 pub fn small(width: u32, height: u32) -> (u32, u32) {
     let scale = (PIXELS / (f64::from(width) * f64::from(height)))
         .sqrt()
@@ -99,7 +100,7 @@ pub fn small(width: u32, height: u32) -> (u32, u32) {
     (side(width), side(height))
 }
 
-/// Passes Ctrl-C on, but not the progress of single renders.
+/// Forwards Ctrl-C, but not the progress of single renders.
 struct Cancelling<'a>(&'a Watcher);
 
 impl RenderObserver for Cancelling<'_> {
@@ -167,7 +168,7 @@ fn effect_report(finding: &Finding, cost: Option<&EffectCost>) -> EffectReport {
     }
 }
 
-/// `file:line`, as editors take it; nothing for what was written nowhere.
+/// Formats a place as `file:line`, which editors accept; `None` if there is no file.
 fn place_text(place: &Place) -> Option<String> {
     let file = place.file.display();
     match place.line {

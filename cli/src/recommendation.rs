@@ -1,4 +1,4 @@
-//! Which integrator suits a scene, in words and for JSON.
+//! The recommended integrator for a scene, in words and for JSON.
 //!
 //! Measure: relMSE times work, over that of `path`.
 //! Range: any recommendation.
@@ -8,21 +8,21 @@ use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::auto::Recommendation;
 use serde::Serialize;
 
-/// A recommendation, as it is printed.
+/// A recommendation in its printed form.
 #[derive(Debug, Serialize)]
 pub struct RecommendationReport {
     pub recommended: &'static str,
     pub why: String,
-    /// What it was held against, itself among them; none where no pilot was needed.
+    /// The candidates of the pilot, including the recommended one; empty if no pilot was needed.
     pub held_against: Vec<HeldAgainst>,
-    /// A biased one that is worth trying.
+    /// A biased integrator that is worth trying.
     pub option: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
 pub struct HeldAgainst {
     pub integrator: &'static str,
-    /// relMSE times work, over that of `path`; null where no light was found.
+    /// relMSE times work, over that of `path`; null if no light was found.
     pub inefficiency: Option<f64>,
 }
 
@@ -49,14 +49,14 @@ impl From<&Recommendation> for RecommendationReport {
     }
 }
 
-/// What is said before a render.
+/// Returns the sentence that is printed before a render.
 pub fn sentence(recommendation: &Recommendation) -> String {
     let name = recommendation.integrator.name();
     format!("auto: {name}, as {}", recommendation.why)
 }
 
 impl RecommendationReport {
-    /// The lines of a table.
+    /// Returns the lines that `etendue plan` prints.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = vec![format!(
             "integrator: {} is what --integrator auto takes: {}",

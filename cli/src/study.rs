@@ -1,7 +1,7 @@
-//! `etendue study`: error against time for ways to render a scene, as tables, as JSON, as CSV and as a page.
+//! `etendue study`: error against time for several ways to render a scene, as tables, JSON, CSV and a page.
 //!
 //! Measure: that of `study/report.rs` and `study/summary.rs`.
-//! Range: any scene that loads. What is measured is written round by round, so that an end by Ctrl-C or a kill keeps it.
+//! Range: any scene that loads. Results are written after each round, so that they survive Ctrl-C or a kill.
 //! Source: docs/accuracy.md, "The study". Tested in `cli/tests/command/study.rs`.
 
 use super::args::{ProgressMode, StudyArguments};
@@ -28,7 +28,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Time between two times that unfinished measurements are written.
+/// The minimum interval between two writes of unfinished results.
 const BETWEEN_WRITES: Duration = Duration::from_secs(5);
 
 pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
@@ -90,7 +90,7 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
     };
     let mut choices: Vec<Choice> = arguments.vary.iter().flat_map(|v| v.0.clone()).collect();
     if choices.is_empty() {
-        // Whether points that are spread evenly pay is what most users have not seen of their own scene.
+        // The default compares independent with Sobol' samples: few users have measured that gain on their own scene.
         choices = vec![
             Choice::Sampler(SamplerKind::Independent),
             Choice::Sampler(SamplerKind::Sobol),
@@ -115,7 +115,7 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
     })
 }
 
-/// Where a study is written to, what it runs on, and the command that measured it.
+/// The output files of a study, the machine, and the command that measured it.
 struct Files {
     folder: PathBuf,
     json: PathBuf,
@@ -126,7 +126,7 @@ struct Files {
 }
 
 impl Files {
-    /// Makes the folder, and sees to it that all files can be written before anything is measured.
+    /// Creates the folder, and checks that all files can be written before anything is measured.
     fn new(arguments: &StudyArguments) -> Result<Self> {
         let folder = &arguments.out;
         make_folder(folder)?;
@@ -153,13 +153,13 @@ impl Files {
         }
     }
 
-    /// Takes the folder away if it is empty: of a study that could not begin, nothing is left.
+    /// Removes the folder if it is empty, so that a study that could not start leaves nothing behind.
     fn forsake(&self) {
         let _ = std::fs::remove_dir(&self.folder);
     }
 }
 
-/// Keeps what is measured in the report's file, from time to time.
+/// Writes the results so far to the report's JSON file at intervals.
 struct KeptStudy<'a> {
     keeper: Keeper<'a>,
     files: &'a Files,

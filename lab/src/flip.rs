@@ -1,11 +1,11 @@
-//! How different two pictures look to someone who flips between them: FLIP.
+//! FLIP: the visible difference between two images when an observer alternates between them.
 //!
-//! Measure: from 0, no difference that is seen, to 1; the mean over the pixels, as seen from where 67 of them are one degree:
-//! a monitor 0.7 m wide with 3840 pixels, 0.7 m away.
-//! Range: pictures of the same size, shown as PNG shows them: through the sRGB transfer function in 256 codes a channel, made
-//! brighter by `exposure` stops, what is brighter than white clamped.
-//! Source: Andersson et al. 2020, "FLIP: A Difference Evaluator for Alternating Images"; NVIDIA's own code, through the crate
-//! nv-flip. Tested below.
+//! Measure: from 0 (no visible difference) to 1; the mean over the pixels, at a viewing distance with 67 pixels per
+//! degree: a monitor 0.7 m wide with 3840 pixels, 0.7 m away.
+//! Range: images of the same size, as encoded in PNG: scaled by `exposure` stops, values above white clamped, and
+//! mapped through the sRGB transfer function to 256 codes per channel.
+//! Source: Andersson et al. 2020, "FLIP: A Difference Evaluator for Alternating Images"; NVIDIA's own code, through the
+//! crate nv-flip. Tested below.
 
 use etendue::Result;
 use etendue::internals::image::Image;
@@ -37,7 +37,7 @@ mod tests {
         for (width, height) in [(1, 1), (64, 48), (1, 300)] {
             let [black, white] = [0.0, 1.0].map(|v| Image::filled(width, height, Rgb::grey(v)));
             let difference = flip(&black, &white, 0.0).expect("same size");
-            // The authors' scale: black against white is nearly all of it.
+            // On the authors' scale, black against white is close to 1.
             assert!((0.9..=1.0).contains(&difference), "{difference}");
         }
     }

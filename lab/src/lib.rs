@@ -1,8 +1,9 @@
-//! The lab: what is measured with the renderer. Renders side by side ([`study`]), backends side by side on the rays of real
-//! renders ([`bench`]), hard cases with exact answers ([`battery`]) and the course on Monte Carlo integration ([`lesson`]).
+//! The lab: measurements made with the renderer. Renderings compared with each other ([`study`]), ray tracing backends
+//! compared on the rays of real renderings ([`bench`]), difficult test cases with exact answers ([`battery`]), and the
+//! course on Monte Carlo integration ([`lesson`]).
 //!
-//! The command `etendue` shows what it finds; it knows nothing of pages and terminals. It is made of the renderer's own parts,
-//! of which no promise is kept, and makes none itself.
+//! The command `etendue` presents the results; the lab contains no code for pages or terminals. It uses the renderer's
+//! internal modules, whose interface is not stable, and its own interface is not stable either.
 
 pub mod battery;
 pub mod bench;

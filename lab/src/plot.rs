@@ -1,38 +1,38 @@
-//! A plot as data: series of points on two axes. How it looks is for whoever draws it.
+//! A plot as data: series of points on two axes. Its appearance is left to the code that draws it.
 //!
-//! Measure: that of each axis, which its label names.
-//! Range: any numbers; those that are not finite, or not positive on a logarithmic axis, are not drawn.
+//! Measure: the unit of each axis, given in its label.
+//! Range: any numbers; values that are not finite, or not positive on a logarithmic axis, are not drawn.
 //! Source: none needed. Drawn by `cli/src/report/plot/`, where it is tested.
 
 use serde::Serialize;
 
-/// Series of points on two axes, with what to read from them.
+/// A plot: series of points on two axes, with a title and a text on how to read it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plot {
-    /// What is shown.
+    /// The title.
     pub title: String,
-    /// How to read it.
+    /// Text on how to read the plot.
     pub reading: String,
-    /// The shape of its frame.
+    /// The shape of the frame.
     pub shape: Shape,
-    /// The axis to the right.
+    /// The horizontal axis.
     pub x: Axis,
-    /// The axis upwards.
+    /// The vertical axis.
     pub y: Axis,
-    /// What is drawn, the first one below the others.
+    /// The series in drawing order: the first one lies below the others.
     pub series: Vec<Series>,
 }
 
-/// The shape of a frame.
+/// The aspect ratio of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Shape {
-    /// Wider than high: curves.
+    /// Wider than high, for curves.
     Wide,
-    /// As wide as high: points of a plane.
+    /// Square, for points of a plane.
     Square,
 }
 
-/// How an axis is divided.
+/// The scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Scale {
     /// Evenly.
@@ -44,16 +44,16 @@ pub enum Scale {
 /// An axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Axis {
-    /// What it measures, with its unit.
+    /// The quantity on the axis, with its unit.
     pub label: String,
-    /// How it is divided.
+    /// The scale of the axis.
     pub scale: Scale,
-    /// From where to where it runs; `None` runs over all points.
+    /// Start and end of the axis; `None` fits all points.
     pub range: Option<[f64; 2]>,
 }
 
 impl Axis {
-    /// An axis that is divided evenly.
+    /// An axis with a linear scale.
     pub fn linear(label: impl Into<String>) -> Self {
         Self {
             label: label.into(),
@@ -62,7 +62,7 @@ impl Axis {
         }
     }
 
-    /// An axis that is divided by powers of ten.
+    /// An axis with a logarithmic scale (powers of ten).
     pub fn log(label: impl Into<String>) -> Self {
         Self {
             scale: Scale::Log,
@@ -70,7 +70,7 @@ impl Axis {
         }
     }
 
-    /// The same axis from `start` to `end`.
+    /// This axis restricted to `start` to `end`.
     pub fn over(self, start: f64, end: f64) -> Self {
         Self {
             range: Some([start, end]),
@@ -79,33 +79,33 @@ impl Axis {
     }
 }
 
-/// How the points of a series are drawn.
+/// The way in which the points of a series are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum Mark {
-    /// A line through them.
+    /// A line through the points.
     Line,
-    /// A line through them, and a mark on each.
+    /// A line through the points, and a mark on each.
     Marks,
-    /// A dashed line through them: theory beside what was measured.
+    /// A dashed line through the points: theory beside measurements.
     Guide,
-    /// A dot on each.
+    /// A dot on each point.
     Dots,
-    /// A bar from zero up to each; they are evenly spaced.
+    /// A bar from zero up to each point; the points are evenly spaced.
     Bars,
 }
 
-/// Points that belong together.
+/// A series of points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Series {
-    /// What they are.
+    /// The name of the series.
     pub name: String,
-    /// How they are drawn.
+    /// The way in which the points are drawn.
     pub mark: Mark,
-    /// Its colour; series of one hue belong together.
+    /// The index of the colour; related series have the same hue.
     pub hue: usize,
-    /// The points (x, y), by x where a line joins them.
+    /// The points (x, y), sorted by x if a line joins them.
     pub points: Vec<[f64; 2]>,
-    /// Around them, (x, low, high): how far they can be trusted.
+    /// The band of uncertainty around the points: (x, low, high).
     pub ribbon: Vec<[f64; 3]>,
 }
 
@@ -121,12 +121,12 @@ impl Series {
         }
     }
 
-    /// The same series with a ribbon.
+    /// This series with a ribbon.
     pub fn within(self, ribbon: Vec<[f64; 3]>) -> Self {
         Self { ribbon, ..self }
     }
 
-    /// A function at evenly spaced places from `start` to `end`.
+    /// Samples a function at evenly spaced places from `start` to `end`.
     pub fn curve(
         name: impl Into<String>,
         mark: Mark,
@@ -142,5 +142,5 @@ impl Series {
     }
 }
 
-/// Pieces of a curve: short enough to look smooth.
+/// Number of segments of a curve: enough to look smooth.
 const CURVE_STEPS: u32 = 240;

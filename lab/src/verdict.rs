@@ -1,34 +1,34 @@
-//! When a measured number passes for an exact one.
+//! The acceptance test of a measured number against an exact one.
 //!
 //! Measure: the unit of the number.
-//! Range: any numbers. Nothing compares with NaN: a number that is none, or whose standard error is none, fails.
+//! Range: any numbers. Comparisons with NaN are false: a number or a standard error that is NaN fails.
 //! Source: the acceptance rule |mean - exact| <= 5.2 SE + 4e-6 |exact|, in which 5.2 sigma is Šidák's correction for
-//! 500 checks at a family-wise significance of 1e-4; and SE at most a power limit, since a run that cannot tell must not
-//! pass. Tested below.
+//! 500 checks at a family-wise significance of 1e-4; and SE at most a power limit, since a run that is too noisy to
+//! detect an error must not pass. Tested below.
 
 use serde::Serialize;
 
-/// Standard errors that a right mean stays within.
+/// The largest deviation of a correct mean, in standard errors.
 const SIGMAS: f64 = 5.2;
 
-/// What rounding to single precision on the way may take, relative.
+/// The relative error allowed for rounding to single precision in intermediate results.
 pub const ROUNDING: f64 = 4e-6;
 
-/// What came of a measurement.
+/// The result of a measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// As exact as it should be, and precise enough to know.
+    /// Within tolerance, with a standard error below the power limit.
     Passed,
-    /// Significantly off.
+    /// Significantly different from the exact value.
     Failed,
-    /// Not precise enough to know; counts as a failure.
+    /// Too noisy to decide; counts as a failure.
     Inconclusive,
 }
 
 impl Verdict {
-    /// Judges a mean that is `off` by so much beside its noise, where `tolerance` is allowed; a standard error above
-    /// `power_limit` says nothing.
+    /// Judges a mean whose deviation from the exact value is `off`, where `tolerance` is allowed besides noise; a
+    /// standard error above `power_limit` makes the result inconclusive.
     pub fn of(off: f64, tolerance: f64, standard_error: f64, power_limit: f64) -> Self {
         let is_close = off <= tolerance + SIGMAS * standard_error;
         match (is_close, standard_error <= power_limit) {
@@ -38,7 +38,7 @@ impl Verdict {
         }
     }
 
-    /// In a word.
+    /// The name of the verdict in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Passed => "passed",

@@ -1,6 +1,6 @@
-//! Rays and hits in batches: structures of arrays, from which a backend fills packets of the width it likes.
+//! Batches of rays and of hits, as structures of arrays, from which a backend fills packets of the width it supports.
 //!
-//! Measure: as [`Ray`] and [`Hit`].
+//! Measure: those of [`Ray`] and [`Hit`].
 //! Range: any number of rays; a ray that is not finite, or not active, hits nothing.
 //! Source: Embree's manual, "Ray packets". Tested in `tests/tracing/batches.rs`.
 
@@ -9,23 +9,23 @@ use crate::math::ray::Ray;
 use crate::math::vec::Vec3;
 use std::ops::Range;
 
-/// How many rays are traced at once.
+/// The number of rays in a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub enum PacketWidth {
-    /// One after the other.
+    /// One ray at a time, without packets.
     #[default]
     One,
-    /// Eight.
+    /// Eight rays.
     Eight,
-    /// Sixteen.
+    /// Sixteen rays.
     Sixteen,
 }
 
 impl PacketWidth {
-    /// Every width.
+    /// All packet widths, the narrowest first.
     pub const ALL: &'static [Self] = &[Self::One, Self::Eight, Self::Sixteen];
 
-    /// Rays in a packet.
+    /// The number of lanes.
     pub fn lanes(self) -> usize {
         match self {
             Self::One => 1,
@@ -35,45 +35,46 @@ impl PacketWidth {
     }
 }
 
-/// How a batch is cut into packets. A backend without packets traces one ray after the other.
+/// The packets into which a batch is split. A backend without packets traces rays one by one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Packets {
-    /// Rays in each.
+    /// The width of each packet.
     pub width: PacketWidth,
-    /// Whether neighbours in the batch go much the same way, as camera rays do. It changes nothing but the speed, and
-    /// nothing at all for packets of one: closest hits take half the time if they do, and several times as long if not.
+    /// Whether neighbours in the batch are coherent, as camera rays are. This affects only the speed, and not at all
+    /// with packets of one: finding closest hits takes half the time if the rays are coherent, and several times as
+    /// long if they are not.
     pub coherent: bool,
 }
 
-/// Rays with their times.
+/// A batch of rays with their times.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RayBatch {
-    /// Coordinates of the origins.
+    /// The coordinates of the origins.
     pub origin: [Vec<f32>; 3],
-    /// Coordinates of the directions.
+    /// The coordinates of the directions.
     pub dir: [Vec<f32>; 3],
-    /// Where each begins.
+    /// The parameters at which the rays start.
     pub t_min: Vec<f32>,
-    /// Where each ends.
+    /// The parameters at which the rays end.
     pub t_max: Vec<f32>,
-    /// Times of the shutter, from 0 to 1.
+    /// The times within the shutter interval, from 0 to 1.
     pub time: Vec<f32>,
-    /// Which are to be traced.
+    /// Whether each ray is to be traced.
     pub active: Vec<bool>,
 }
 
 impl RayBatch {
-    /// How many rays there are, active or not.
+    /// The number of rays, active or not.
     pub fn len(&self) -> usize {
         self.active.len()
     }
 
-    /// Whether there are none.
+    /// Whether the batch has no rays.
     pub fn is_empty(&self) -> bool {
         self.active.is_empty()
     }
 
-    /// Takes all rays out and keeps the memory.
+    /// Removes all rays and keeps the allocations.
     pub fn clear(&mut self) {
         let [x, y, z] = &mut self.origin;
         let [u, v, w] = &mut self.dir;
@@ -106,10 +107,10 @@ impl RayBatch {
         self.active.push(true);
     }
 
-    /// Adds copies of a range of another batch's rays.
+    /// Appends copies of a range of another batch's rays.
     ///
     /// # Panics
-    /// If there are not that many.
+    /// If the range exceeds the other batch.
     pub fn append(&mut self, other: &Self, range: Range<usize>) {
         for axis in 0..3 {
             self.origin[axis].extend_from_slice(&other.origin[axis][range.clone()]);
@@ -121,10 +122,10 @@ impl RayBatch {
         self.active.extend_from_slice(&other.active[range]);
     }
 
-    /// One ray and its time.
+    /// Returns one ray and its time.
     ///
     /// # Panics
-    /// If there is none with this index.
+    /// If the index is out of range.
     #[inline]
     pub fn get(&self, index: usize) -> (Ray, f32) {
         let [x, y, z] = &self.origin;
@@ -141,12 +142,12 @@ impl RayBatch {
     /// Whether a ray is to be traced.
     ///
     /// # Panics
-    /// If there is none with this index.
+    /// If the index is out of range.
     pub fn is_active(&self, index: usize) -> bool {
         self.active[index]
     }
 
-    /// Traces the active rays one after the other.
+    /// Traces the active rays one by one and stores their closest hits.
     pub(super) fn intersect_each(
         &self,
         hits: &mut HitBatch,
@@ -160,7 +161,7 @@ impl RayBatch {
         }
     }
 
-    /// The same for whether anything lies on them.
+    /// Tests the active rays for occlusion one by one; inactive rays are not occluded.
     pub(super) fn occluded_each(
         &self,
         occluded: &mut Vec<bool>,
@@ -174,36 +175,36 @@ impl RayBatch {
     }
 }
 
-/// What the rays of a batch hit, in their order.
+/// The hits of the rays of a batch, in the order of the rays.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HitBatch {
-    /// Parameters along the rays.
+    /// The parameters along the rays.
     pub t: Vec<f32>,
-    /// First barycentric coordinates.
+    /// The first barycentric coordinates.
     pub u: Vec<f32>,
-    /// Second ones.
+    /// The second barycentric coordinates.
     pub v: Vec<f32>,
-    /// Numbers of the shapes; [`HitBatch::MISS`] where there is no hit.
+    /// The shape numbers; [`HitBatch::MISS`] where there is no hit.
     pub shape: Vec<u32>,
-    /// Primitives within them.
+    /// The indices of the primitives within their shapes.
     pub primitive: Vec<u32>,
 }
 
 impl HitBatch {
-    /// In place of a shape, for a ray that hits nothing; the other entries then say nothing.
+    /// The shape number that marks a miss; the other entries of that ray are then meaningless.
     pub const MISS: u32 = u32::MAX;
 
-    /// How many rays were traced.
+    /// The number of rays traced.
     pub fn len(&self) -> usize {
         self.shape.len()
     }
 
-    /// Whether there were none.
+    /// Whether the batch has no entries.
     pub fn is_empty(&self) -> bool {
         self.shape.is_empty()
     }
 
-    /// Makes room for the hits of so many rays; what stands there is left open.
+    /// Resizes the batch to this number of rays; the contents of the entries are unspecified.
     pub fn resize(&mut self, rays: usize) {
         self.t.resize(rays, f32::INFINITY);
         self.u.resize(rays, 0.0);
@@ -212,10 +213,10 @@ impl HitBatch {
         self.primitive.resize(rays, Self::MISS);
     }
 
-    /// Says what one ray hits.
+    /// Sets the hit of one ray.
     ///
     /// # Panics
-    /// If there is none with this index.
+    /// If the index is out of range.
     #[inline]
     pub fn set(&mut self, index: usize, hit: Option<Hit>) {
         let nothing = Hit {
@@ -233,10 +234,10 @@ impl HitBatch {
         self.primitive[index] = id.primitive;
     }
 
-    /// What one ray hits.
+    /// Returns the hit of one ray.
     ///
     /// # Panics
-    /// If there is none with this index.
+    /// If the index is out of range.
     #[inline]
     pub fn get(&self, index: usize) -> Option<Hit> {
         let shape = self.shape[index];

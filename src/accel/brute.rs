@@ -1,7 +1,8 @@
-//! Every primitive tried in turn, in double precision: the oracle that tests hold the backends against.
+//! Brute-force intersection of every primitive in double precision: the reference that the tests compare the backends
+//! with.
 //!
 //! Measure: normalised scene units; time from 0 to 1.
-//! Range: any scene, in time proportional to its primitives.
+//! Range: any scene, in time proportional to the number of its primitives.
 //! Source: none needed. Tested in `tests/tracing/rays.rs`.
 
 use super::primitive::{self, DRay};
@@ -10,7 +11,7 @@ use crate::geometry::Geometry;
 use crate::geometry::world::World;
 use crate::math::ray::Ray;
 
-/// The closest hit among all primitives at a time of the shutter; of several at the same distance the first.
+/// Finds the closest hit among all primitives at a time of the shutter; of several at the same distance, the first.
 pub fn intersect(world: &World, ray: &Ray, time: f32) -> Option<Hit> {
     let ray = DRay::from(ray);
     let mut closest = closest_among(world.geometries(), 0, &ray);
@@ -27,12 +28,12 @@ pub fn intersect(world: &World, ray: &Ray, time: f32) -> Option<Hit> {
     closest.map(|(_, hit)| hit)
 }
 
-/// Whether any primitive lies on the ray at a time of the shutter.
+/// Whether any primitive occludes the ray at a time of the shutter.
 pub fn occluded(world: &World, ray: &Ray, time: f32) -> bool {
     intersect(world, ray, time).is_some()
 }
 
-/// The closest hit on shapes numbered from `first_shape`, with its parameter in full.
+/// Finds the closest hit on shapes numbered from `first_shape`, with its parameter in double precision.
 fn closest_among(shapes: &[Geometry], first_shape: u32, ray: &DRay) -> Option<(f64, Hit)> {
     let mut closest: Option<(f64, Hit)> = None;
     for (number, shape) in (first_shape..).zip(shapes) {

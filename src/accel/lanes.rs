@@ -1,22 +1,22 @@
-//! Packets of rays as Embree lays them out: each field of all rays side by side, one lane a ray.
+//! Ray packets in Embree's memory layout: a structure of arrays with one lane per ray.
 //!
-//! One generic type a struct of the headers, for packets of 8 and of 16: `embree/layout.rs` asserts that every field is in
-//! the place where the headers have it. Other backends read their rays from there, too.
+//! Each struct of the headers has one generic type, for packets of 8 and of 16; `embree/layout.rs` asserts that every
+//! field is at the offset given by the headers. Other backends also read their rays from these types.
 //!
-//! Measure: as [`Ray`](crate::math::ray::Ray).
+//! Measure: those of [`Ray`](crate::math::ray::Ray).
 //! Range: 8 and 16 lanes; other numbers do not compile as queries.
 //! Source: Embree's manual, "Ray packets"; embree4 headers. Tested in `tests/tracing/batches.rs`.
 
-/// In place of an id, where there is none: as Embree has it.
+/// The id that Embree uses for none.
 pub const NO_ID: u32 = u32::MAX;
 
-/// Which lanes Embree is to trace: -1 for those, 0 for the others.
+/// The mask of lanes that Embree traces: -1 for active lanes, 0 for the others.
 #[repr(C, align(64))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ActiveLanes<const N: usize>(pub [i32; N]);
 
 impl<const N: usize> ActiveLanes<N> {
-    /// Nothing to trace.
+    /// The mask with no active lane.
     pub const NONE: Self = Self([0; N]);
 }
 
@@ -28,7 +28,8 @@ pub struct RayLanes<const N: usize> {
     pub t_min: [f32; N],
     pub dir: [[f32; N]; 3],
     pub time: [f32; N],
-    /// Embree writes here: the closest hit's parameter, or minus infinity where a ray is occluded.
+    /// The ends of the rays. Embree overwrites them with the parameter of the closest hit, or with minus infinity
+    /// where a ray is occluded.
     pub t_max: [f32; N],
     pub mask: [u32; N],
     pub id: [u32; N],
@@ -36,7 +37,7 @@ pub struct RayLanes<const N: usize> {
 }
 
 impl<const N: usize> RayLanes<N> {
-    /// Rays that see every shape and are yet to be loaded.
+    /// Creates a packet of rays that are not loaded yet, with masks that accept every shape.
     pub fn new() -> Self {
         Self {
             origin: [[0.0; N]; 3],
@@ -51,7 +52,7 @@ impl<const N: usize> RayLanes<N> {
     }
 }
 
-/// What the rays of a packet hit.
+/// The hits of the rays of a packet.
 #[repr(C)]
 #[derive(Debug, Clone)]
 pub struct HitLanes<const N: usize> {
@@ -61,12 +62,12 @@ pub struct HitLanes<const N: usize> {
     pub primitive: [u32; N],
     pub geometry: [u32; N],
     pub instance: [u32; N],
-    /// Known since Embree 4.3; before, room to spare.
+    /// Present since Embree 4.3; unused padding in earlier versions.
     instance_primitive: [u32; N],
 }
 
 impl<const N: usize> HitLanes<N> {
-    /// Nothing is hit.
+    /// Creates lanes that all miss.
     pub fn new() -> Self {
         Self {
             normal: [[0.0; N]; 3],
@@ -80,7 +81,7 @@ impl<const N: usize> HitLanes<N> {
     }
 }
 
-/// A packet of rays with what they hit.
+/// A packet of rays with their hits.
 #[repr(C, align(64))]
 #[derive(Debug, Clone)]
 pub struct RayHitLanes<const N: usize> {
@@ -89,7 +90,7 @@ pub struct RayHitLanes<const N: usize> {
 }
 
 impl<const N: usize> RayHitLanes<N> {
-    /// A packet that is yet to be loaded.
+    /// Creates a packet that is not loaded yet.
     pub fn new() -> Self {
         Self {
             rays: RayLanes::new(),

@@ -1,8 +1,9 @@
-//! Ray queries against all shapes of a scene: which primitive, how far, where on it. Nothing of lights or materials.
+//! Ray queries against all shapes of a scene: the primitive that is hit, the ray parameter and the barycentric
+//! coordinates. Lights and materials are not involved.
 //!
 //! The backends are a closed set and share one contract. A hit lies in (t_min, t_max] of the ray. On a triangle, (u, v)
 //! are the barycentric coordinates of its second and third vertex. Which of two primitives at exactly the same distance
-//! is reported is left open.
+//! is reported is unspecified.
 //!
 //! Measure: normalised scene units; `t` in multiples of the direction's length.
 //! Range: finite rays; a ray that is not finite hits nothing.
@@ -28,28 +29,28 @@ use batch::{HitBatch, Packets, RayBatch};
 use packet::{Hits, RayPacket};
 use std::sync::Arc;
 
-/// Where a ray meets a primitive.
+/// The intersection of a ray with a primitive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// The primitive.
     pub id: PrimitiveId,
-    /// How far along the ray.
+    /// The parameter along the ray.
     pub t: f32,
     /// Barycentric coordinates on a triangle, unspecified elsewhere.
     pub uv: [f32; 2],
 }
 
-/// The primitive that a ray has just left, and how far along the ray a hit on it must be an error of rounding.
+/// The primitive that a ray starts on, and the distance up to which a hit on it can only be a rounding error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExcludedPrimitive {
     /// The primitive.
     pub id: PrimitiveId,
-    /// Hits on it nearer than this do not count.
+    /// Hits on the primitive nearer than this are ignored.
     pub free_distance: f32,
 }
 
 impl ExcludedPrimitive {
-    /// Whether a hit must be an error of rounding.
+    /// Whether a hit can only be a rounding error.
     #[inline]
     fn rules_out(&self, hit: &Hit) -> bool {
         let is_error = self.id == hit.id && hit.t < self.free_distance;
@@ -57,7 +58,7 @@ impl ExcludedPrimitive {
     }
 }
 
-/// The library that answers.
+/// The library that builds and traverses the acceleration structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Backend {
@@ -66,12 +67,12 @@ pub enum Backend {
     Embree,
     /// obvhs, in Rust, with a binary BVH.
     ObvhsBvh2,
-    /// obvhs, in Rust, with a compressed BVH of eight children a node.
+    /// obvhs, in Rust, with a compressed BVH of eight children per node.
     ObvhsCwbvh,
 }
 
 impl Backend {
-    /// Every backend of this build, the preferred one first.
+    /// All backends of this build, the preferred one first.
     pub const ALL: &'static [Self] = &[
         #[cfg(feature = "embree")]
         Self::Embree,
@@ -98,7 +99,7 @@ impl Backend {
         }
     }
 
-    /// The quality of structure with which most scenes are traced fastest, see docs/architecture.md.
+    /// The quality with which most scenes are traced fastest, see docs/architecture.md.
     pub fn default_quality(self) -> Quality {
         match self {
             #[cfg(feature = "embree")]
@@ -108,10 +109,10 @@ impl Backend {
     }
 }
 
-/// The Embree of this build, `None` where it has none.
+/// Returns facts about the Embree library of this build; `None` in a build without Embree.
 ///
 /// # Errors
-/// If Embree finds no device, or one that does not fit its headers.
+/// If Embree cannot create a device, or the library does not match its headers.
 pub fn embree_info() -> Result<Option<library::EmbreeInfo>> {
     #[cfg(feature = "embree")]
     return embree::info().map(Some);
@@ -119,15 +120,15 @@ pub fn embree_info() -> Result<Option<library::EmbreeInfo>> {
     Ok(None)
 }
 
-/// How carefully rays are intersected.
+/// The precision of ray intersections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Precision {
-    /// Watertight along edges, and in obvhs at vertices too. Embree checks every hit on a triangle, at about a third more time
-    /// in traversal; of segments aimed exactly at vertices it still lets some pass, one in 10^4 of a coarse mesh, one in 100 of
-    /// a fine one. obvhs meets triangles in double precision.
+    /// Watertight along edges, and with obvhs also at vertices. With Embree, every hit on a triangle is checked, which
+    /// adds about a third to the traversal time; some segments aimed exactly at vertices still miss, one in 10^4 for a
+    /// coarse mesh and one in 100 for a fine one. obvhs intersects triangles in double precision.
     #[default]
     Robust,
-    /// As fast as the backend can, in single precision; rays that meet an edge exactly may slip through it.
+    /// The fastest mode of the backend, in single precision; rays that hit an edge exactly may pass through it.
     Fast,
 }
 
@@ -141,13 +142,14 @@ impl Precision {
     }
 }
 
-/// How much work goes into an acceleration structure.
+/// The effort spent on building an acceleration structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Quality {
-    /// One pass, without cutting triangles.
+    /// A single build pass, without splitting triangles.
     Medium,
-    /// obvhs: goes over the structure again until it hardly improves. Embree: cuts triangles where that makes boxes smaller,
-    /// which pays if they are large and askew, and else makes rays slower; not in robust precision, where it is as `Medium`.
+    /// obvhs: optimises the structure repeatedly until it hardly improves. Embree: splits triangles where that makes
+    /// boxes smaller, which pays off for large triangles that are not aligned with the axes and otherwise makes tracing
+    /// slower; in robust precision Embree does not split, and `High` is the same as `Medium`.
     High,
 }
 
@@ -161,34 +163,34 @@ impl Quality {
     }
 }
 
-/// How an acceleration structure is built.
+/// The options for building an acceleration structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AccelOptions {
     /// The library.
     pub backend: Backend,
-    /// How carefully it intersects.
+    /// The precision of intersections.
     pub precision: Precision,
-    /// How well it is built; `None` leaves it to the backend.
+    /// The quality of the structure; `None` for the backend's default.
     pub quality: Option<Quality>,
-    /// Threads to build with, at least 1.
+    /// The number of threads to build with, at least 1.
     pub threads: usize,
 }
 
 impl AccelOptions {
-    /// How well it is built.
+    /// The quality of the structure, by default the backend's.
     pub fn quality(&self) -> Quality {
         let default = self.backend.default_quality();
         self.quality.unwrap_or(default)
     }
 }
 
-/// The shapes of a scene, ready for ray queries from any number of threads.
+/// The acceleration structure over all shapes of a scene, for ray queries from any number of threads.
 #[derive(Debug)]
 pub enum Accel {
-    /// Embree's.
+    /// Embree's structure.
     #[cfg(feature = "embree")]
     Embree(embree::EmbreeAccel),
-    /// obvhs's, of either layout; boxed because it is held by value.
+    /// obvhs's structure, of either layout; boxed because it is held by value.
     Obvhs(Box<obvhs::ObvhsAccel>),
 }
 
@@ -196,8 +198,8 @@ impl Accel {
     /// Builds the structure over all primitives.
     ///
     /// # Errors
-    /// An instance whose transform cannot be inverted at all times; what the backend says, most likely that memory ran
-    /// out.
+    /// If the transform of an instance cannot be inverted at all times; errors of the backend, most likely that memory
+    /// ran out.
     pub fn build(world: Arc<World>, options: AccelOptions) -> Result<Self> {
         check_world(&world)?;
         Ok(match options.backend {
@@ -209,10 +211,11 @@ impl Accel {
         })
     }
 
-    /// The structure over a world that shares its shapes with this one's: those over groups are not built again.
+    /// Builds the structure over a world that shares its shapes with the current one; the structures of groups are
+    /// reused.
     ///
     /// # Errors
-    /// As [`Self::build`].
+    /// The errors of [`Self::build`].
     pub fn with_instances_of(&self, world: Arc<World>) -> Result<Self> {
         check_world(&world)?;
         Ok(match self {
@@ -222,7 +225,7 @@ impl Accel {
         })
     }
 
-    /// The closest hit at a time of the shutter, from 0 to 1, other than a false one on the primitive just left.
+    /// Finds the closest hit at a time of the shutter, from 0 to 1, ignoring false hits on the excluded primitive.
     #[inline]
     pub fn intersect(
         &self,
@@ -237,7 +240,7 @@ impl Accel {
         }
     }
 
-    /// The closest hit, whatever the ray has left.
+    /// Finds the closest hit, without regard to an excluded primitive.
     #[inline]
     fn closest(&self, ray: &Ray, time: f32) -> Option<Hit> {
         match self {
@@ -247,7 +250,7 @@ impl Accel {
         }
     }
 
-    /// The closest hit behind one that lies on what the ray has left, other than another of that kind.
+    /// Finds the closest hit beyond a false hit on the excluded primitive, skipping further false hits.
     #[cold]
     fn beyond(
         &self,
@@ -264,9 +267,9 @@ impl Accel {
         Some(hit)
     }
 
-    /// The closest hit of every ray of a packet, other than a false one on the primitive just left. If the rays are
-    /// `coherent`, as those of a camera are, it is quicker, and what one of them meets may depend on the others: which of
-    /// two primitives at the same distance, and its last bits.
+    /// Finds the closest hit of every ray of a packet, ignoring false hits on the excluded primitives. With `coherent`
+    /// rays, such as camera rays, this is faster, and the hit of one ray may depend on the others: which of two
+    /// primitives at the same distance is reported, and its last bits.
     #[cfg_attr(not(feature = "embree"), allow(unused_variables))] // obvhs has no packets
     pub fn intersect_packet(&self, rays: &mut RayPacket, coherent: bool, hits: &mut Hits) {
         match self {
@@ -284,7 +287,7 @@ impl Accel {
         }
     }
 
-    /// Whether anything lies on each ray of a packet.
+    /// Tests each ray of a packet for occlusion.
     pub fn occluded_packet(&self, rays: &mut RayPacket, occluded: &mut [bool; LANES]) {
         match self {
             #[cfg(feature = "embree")]
@@ -293,7 +296,7 @@ impl Accel {
         }
     }
 
-    /// Whether anything lies on the ray at a time of the shutter.
+    /// Whether the ray is occluded at a time of the shutter.
     #[inline]
     pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
         match self {
@@ -303,7 +306,7 @@ impl Accel {
         }
     }
 
-    /// Bytes that the structure occupies beside the shapes.
+    /// The number of bytes that the structure occupies in addition to the shapes.
     pub fn memory(&self) -> usize {
         match self {
             #[cfg(feature = "embree")]
@@ -312,8 +315,8 @@ impl Accel {
         }
     }
 
-    /// The closest hit of every active ray, as [`Self::intersect`] without a departure finds it. Of primitives at the same
-    /// distance packets may report another one, and their hits may differ in the last bits.
+    /// Finds the closest hit of every active ray, like [`Self::intersect`] without an excluded primitive. With packets,
+    /// another one of several primitives at the same distance may be reported, and hits may differ in the last bits.
     #[cfg_attr(not(feature = "embree"), allow(unused_variables))] // obvhs has no packets
     pub fn intersect_batch(&self, rays: &RayBatch, packets: Packets, hits: &mut HitBatch) {
         match self {
@@ -325,7 +328,7 @@ impl Accel {
         }
     }
 
-    /// Whether anything lies on each active ray; `false` for the others.
+    /// Tests each active ray for occlusion; `false` for the others.
     #[cfg_attr(not(feature = "embree"), allow(unused_variables))] // obvhs has no packets
     pub fn occluded_batch(&self, rays: &RayBatch, packets: Packets, occluded: &mut Vec<bool>) {
         match self {
@@ -337,7 +340,7 @@ impl Accel {
         }
     }
 
-    /// Nodes of the structure; `None` where the library does not tell.
+    /// The number of nodes of the structure; `None` if the library does not report it.
     pub fn nodes(&self) -> Option<usize> {
         match self {
             #[cfg(feature = "embree")]
@@ -347,7 +350,7 @@ impl Accel {
     }
 }
 
-/// Whether a world can be traced: its numbers fit, and every instance has a way back.
+/// Checks that a world can be traced: shape and primitive counts fit 32 bits, and every instance can be inverted.
 fn check_world(world: &World) -> Result<()> {
     let fits = |count: usize| u32::try_from(count).is_ok();
     let instances = world.instances().len();
@@ -355,7 +358,7 @@ fn check_world(world: &World) -> Result<()> {
         .geometries()
         .iter()
         .chain(world.groups().iter().flatten());
-    // Instances have Embree's ids after those of the shapes in the world.
+    // Embree's ids of instances follow those of the top-level shapes.
     if !fits(world.shape_count() + instances) || !shapes.all(|g| fits(g.primitive_count())) {
         return Err(Error::render(
             "more than 2^32 shapes, or triangles in one shape",

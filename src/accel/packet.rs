@@ -1,10 +1,10 @@
-//! A few rays side by side, for paths that are followed together.
+//! Ray packets, for paths that are traced as a wavefront.
 //!
-//! Unlike a [`RayBatch`](super::batch::RayBatch), which is cut into packets of any sort, a packet is traced as it is, and what
-//! one of its rays meets does not depend on the others, unless they are said to be coherent: to the last bit, it is what
-//! the ray meets in a packet of its own.
+//! Unlike a [`RayBatch`](super::batch::RayBatch), which is split into packets of any kind, a packet is traced as it is,
+//! and the hit of one ray does not depend on the other rays, unless they are flagged as coherent: it is bit-identical
+//! to the hit of the ray in a packet of its own.
 //!
-//! Measure: as [`Ray`].
+//! Measure: those of [`Ray`].
 //! Range: up to [`LANES`] rays; a ray that is not finite hits nothing.
 //! Source: Embree's manual, "Ray packets". Tested in `tests/tracing/packets.rs`.
 
@@ -14,20 +14,20 @@ use crate::math::lanes::LANES;
 use crate::math::ray::Ray;
 use crate::math::vec::Vec3;
 
-/// Rays with their times, laid out as Embree traces them.
+/// Rays with their times, in the memory layout of Embree.
 #[derive(Debug, Clone)]
 pub struct RayPacket {
-    /// Ends that were asked for are in `ends`: tracing writes over those here.
+    /// The rays and their hits. Tracing overwrites `t_max`; the original ends are kept in `ends`.
     pub(super) lanes: RayHitLanes<LANES>,
-    /// The rays that are finite.
+    /// The mask of the rays that are finite.
     pub(super) active: ActiveLanes<LANES>,
     ends: [f32; LANES],
-    /// What each leaves.
+    /// The primitive that each ray starts on.
     departure: [Option<ExcludedPrimitive>; LANES],
     len: usize,
 }
 
-/// What the rays of a packet hit, in their order; what stands past its end is left open.
+/// The hits of the rays of a packet, in the order of the rays; entries past its end are unspecified.
 pub type Hits = [Option<Hit>; LANES];
 
 impl Default for RayPacket {
@@ -43,29 +43,29 @@ impl Default for RayPacket {
 }
 
 impl RayPacket {
-    /// How many rays there are.
+    /// The number of rays.
     #[inline]
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there are none.
+    /// Whether the packet has no rays.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Takes all rays out.
+    /// Removes all rays.
     #[inline]
     pub fn clear(&mut self) {
         self.active = ActiveLanes::NONE;
         self.len = 0;
     }
 
-    /// Adds a ray, with what it leaves.
+    /// Adds a ray, with the primitive that it starts on.
     ///
     /// # Panics
-    /// If there are [`LANES`] rays.
+    /// If the packet already has [`LANES`] rays.
     #[inline]
     pub fn push(&mut self, ray: &Ray, time: f32, departure: Option<ExcludedPrimitive>) {
         let lane = self.len;
@@ -84,7 +84,7 @@ impl RayPacket {
         self.len = lane + 1;
     }
 
-    /// One ray and its time.
+    /// Returns one ray and its time.
     ///
     /// # Panics
     /// If `lane` is [`LANES`] or more.
@@ -101,13 +101,13 @@ impl RayPacket {
         (ray, rays.time[lane])
     }
 
-    /// What one ray leaves.
+    /// The primitive that one ray starts on.
     #[inline]
     pub(super) fn departure(&self, lane: usize) -> Option<ExcludedPrimitive> {
         self.departure[lane]
     }
 
-    /// Traces the rays one after the other.
+    /// Traces the rays one by one.
     pub(super) fn each<T: Default>(
         &self,
         answers: &mut [T; LANES],
@@ -120,7 +120,7 @@ impl RayPacket {
     }
 }
 
-/// Any number of rays that wait to be traced, in packets of which all but the last are whole.
+/// A queue of any number of rays to be traced, stored in packets of which all but the last are full.
 #[derive(Debug, Default)]
 pub struct RayQueue {
     packets: Vec<RayPacket>,
@@ -128,19 +128,19 @@ pub struct RayQueue {
 }
 
 impl RayQueue {
-    /// How many rays there are.
+    /// The number of rays.
     #[inline]
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there are none.
+    /// Whether the queue has no rays.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Takes all rays out and keeps the memory.
+    /// Removes all rays and keeps the allocations.
     pub fn clear(&mut self) {
         for packet in self.packets_mut() {
             packet.clear();
@@ -148,7 +148,7 @@ impl RayQueue {
         self.len = 0;
     }
 
-    /// Adds a ray, with what it leaves.
+    /// Adds a ray, with the primitive that it starts on.
     #[inline]
     pub fn push(&mut self, ray: &Ray, time: f32, departure: Option<ExcludedPrimitive>) {
         let packet = self.len / LANES;

@@ -1,6 +1,6 @@
-//! Intersection of a ray with one primitive in double precision: the judge where single precision disagrees.
+//! Intersection of a ray with one primitive in double precision, the reference for the single-precision tests.
 //!
-//! Measure: normalised scene units, or a group's own units with the ray brought there.
+//! Measure: normalised scene units, or the units of a group with the ray transformed into them.
 //! Range: any ray and primitive; a degenerate triangle is never hit.
 //! Source: `math/triangle.rs` for triangles; the sphere's quadratic in the stable form of Kahan. Tested in
 //! `tests/tracing/rays.rs`.
@@ -13,13 +13,13 @@ use crate::math::vec::{DAffine3, DVec3};
 /// A ray in double precision.
 #[derive(Debug, Clone, Copy)]
 pub struct DRay {
-    /// Where the ray starts.
+    /// The point where the ray starts.
     pub origin: DVec3,
-    /// Where it goes, at any length.
+    /// The direction, of any length.
     pub dir: DVec3,
-    /// Hits at or before this parameter do not count.
+    /// Hits at or before this parameter are ignored.
     pub t_min: f64,
-    /// Hits beyond this parameter do not count.
+    /// Hits beyond this parameter are ignored.
     pub t_max: f64,
 }
 
@@ -36,7 +36,7 @@ impl From<&Ray> for DRay {
 }
 
 impl DRay {
-    /// The ray in other coordinates, with the same parameters.
+    /// Transforms the ray to other coordinates, keeping its parameters.
     #[inline]
     pub fn transformed(&self, transform: &DAffine3) -> Self {
         Self {
@@ -47,7 +47,7 @@ impl DRay {
     }
 }
 
-/// Parameter and barycentric coordinates of the first hit in (t_min, t_max] on a primitive.
+/// Returns the parameter and the barycentric coordinates of the first hit in (t_min, t_max] on a primitive.
 pub fn intersect(geometry: &Geometry, primitive: u32, ray: &DRay) -> Option<(f64, [f64; 2])> {
     let DRay { origin, dir, .. } = *ray;
     let inside = |t: f64| t > ray.t_min && t <= ray.t_max;
@@ -73,11 +73,12 @@ pub fn intersect(geometry: &Geometry, primitive: u32, ray: &DRay) -> Option<(f64
     }
 }
 
-/// Both parameters at which a line meets a sphere about the origin, in order.
+/// The two parameters at which a line intersects a sphere about the origin, in ascending order.
 fn sphere_roots(origin: DVec3, dir: DVec3, radius: f64) -> Option<[f64; 2]> {
     let a = dir.length_squared();
     let half_b = origin.dot(dir);
-    // The distance of the line from the centre, not b^2 - ac, which cancels far away.
+    // The discriminant is computed from the distance of the line to the centre; b^2 - ac suffers from cancellation far
+    // away.
     let nearest = origin - half_b / a * dir;
     let discriminant = a * (radius * radius - nearest.length_squared());
     if discriminant < 0.0 {

@@ -1,12 +1,12 @@
-//! How much a rough mirror reflects after a single scattering, as tables: what energy compensation needs to know.
+//! Tables of the directional albedo of single scattering by GGX microfacets, for energy compensation.
 //!
-//! For GGX with Fresnel's F = 1, E(mu, alpha) is the directional albedo, and B(mu, alpha) the same integral with Schlick's
-//! (1 - wo.m)^5 inside, so that under Schlick's law the albedo is F0 (E - B) + B exactly. Kept are the root of the loss
-//! 1 - E, which falls like alpha / mu, and B - (1 - mu)^5, which is smooth.
+//! For a Fresnel reflectance F = 1, E(mu, alpha) is the directional albedo, and B(mu, alpha) the same integral with the
+//! factor (1 - wo.m)^5 of Schlick's approximation, under which the albedo is exactly F0 (E - B) + B. The tables hold the
+//! square root of the loss 1 - E, which falls like alpha / mu, and B - (1 - mu)^5, which is smooth.
 //!
-//! Measure: shares, without unit; means are cosine-weighted over the hemisphere.
+//! Measure: fractions, without unit; means are cosine-weighted over the hemisphere.
 //! Range: mu in [0, 1], alpha in [`SMOOTH_ALPHA`, 1]; a smooth surface has [`AlbedoRow::smooth`]. Interpolated E is within
-//! 1.3e-3 of the truth, B within 2.5e-3. Built on first use, in some 40 ms.
+//! 1.3e-3 of the exact value, B within 2.5e-3. The tables are built on first use, in some 40 ms.
 //! Source: Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks", for the idea of the tables. Tested
 //! below and in `tests/scattering/furnace.rs`.
 
@@ -26,27 +26,27 @@ const NODES_MEAN: usize = 256;
 /// Roughness at the smooth end: the square root of `SMOOTH_ALPHA`.
 const MIN_ROUGHNESS: f32 = 0.01;
 
-/// What happens to light on its first meeting with the facets.
+/// Directional albedo terms of single scattering.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SingleScatter {
-    /// 1 - E: the share that the facets shadow.
+    /// 1 - E: the fraction of light that the microfacets shadow.
     pub loss: f32,
-    /// B: the share reflected if each facet reflects (1 - cos)^5.
+    /// B: the fraction reflected if each microfacet reflects (1 - cos)^5.
     pub schlick: f32,
 }
 
 impl SingleScatter {
-    /// The share that is reflected under Schlick's law from `f0` at normal incidence to `f90` at grazing.
+    /// The albedo under Schlick's approximation, from `f0` at normal incidence to `f90` at grazing incidence.
     #[inline]
     pub fn reflected(self, f0: f32, f90: f32) -> f32 {
         f0 * (1.0 - self.loss - self.schlick) + f90 * self.schlick
     }
 }
 
-/// The tables of one roughness: a function of mu, and its mean.
+/// The tabulated albedo of one roughness: a function of mu, and its mean.
 #[derive(Debug, Clone, Copy)]
 pub struct AlbedoRow {
-    /// Neighbouring rows of the table and the way from the first to the second; none for a smooth surface.
+    /// Neighbouring rows of the table and the interpolation weight of the second; `None` for a smooth surface.
     rows: Option<(&'static [Row; 2], f32)>,
     alpha: f32,
     mean: SingleScatter,
@@ -58,7 +58,7 @@ pub struct AlbedoRow {
     pdf_scale: f32,
 }
 
-/// What is tabulated: the root of the loss, and B - (1 - mu)^5.
+/// A table entry: the square root of the loss, and B - (1 - mu)^5.
 #[derive(Debug, Clone, Copy, Default)]
 struct Entry {
     root_loss: f32,
@@ -68,7 +68,7 @@ struct Entry {
 type Row = [Entry; NODES_MU];
 
 impl AlbedoRow {
-    /// A smooth surface: nothing is lost and Schlick's law is met at mu alone.
+    /// The row of a smooth surface: there is no loss, and Schlick's approximation applies at mu alone.
     #[inline]
     pub fn smooth() -> Self {
         Self {
@@ -91,13 +91,13 @@ impl AlbedoRow {
         TABLES.row(ggx.alpha())
     }
 
-    /// The row of a distribution, or of a smooth surface where there is none.
+    /// The row of a distribution, or of a smooth surface for `None`.
     #[inline]
     pub fn of(ggx: Option<Ggx>) -> Self {
         ggx.map_or_else(Self::smooth, |ggx| Self::new(&ggx))
     }
 
-    /// Towards a direction of cosine `mu`.
+    /// The single scattering towards a direction of cosine `mu`.
     #[inline]
     pub fn at(&self, mu: f32) -> SingleScatter {
         let schlick = schlick_weight(mu);
@@ -119,15 +119,15 @@ impl AlbedoRow {
         self.mean
     }
 
-    /// The reciprocal lobe that spreads what single scattering loses: its albedo towards `o` is the loss towards `o`.
-    /// Kulla and Conty 2017, with the losses of both directions as [`AlbedoRow::at`] gives them.
+    /// The reciprocal lobe of multiple scattering, which restores the loss: its albedo towards `o` equals the loss towards
+    /// `o`. Kulla and Conty 2017, with the losses of both directions from [`AlbedoRow::at`].
     #[inline]
     pub fn multiple_scattering(&self, o: SingleScatter, i: SingleScatter) -> f32 {
         o.loss * i.loss * self.multiple_scale
     }
 
-    /// A direction for [`AlbedoRow::multiple_scattering`], by the shape of the loss: mu / (mu^2 + alpha^2), uniform in
-    /// azimuth. The cosine alone would rarely find the grazing angles where smooth metals lose light.
+    /// Samples a direction for [`AlbedoRow::multiple_scattering`] with a density of the shape mu / (mu^2 + alpha^2) of the
+    /// loss. Cosine-weighted sampling would undersample the grazing angles where smooth metals lose light.
     #[inline]
     pub fn sample_multiple(&self, u: Vec2) -> Vec3 {
         let mu = (self.alpha * ((u.x * self.log).exp() - 1.0).sqrt()).min(1.0);
@@ -136,7 +136,7 @@ impl AlbedoRow {
         Vec3::new(r * cos, r * sin, mu)
     }
 
-    /// The density of [`AlbedoRow::sample_multiple`] per steradian; nothing for a smooth surface.
+    /// The density of [`AlbedoRow::sample_multiple`] per steradian; not defined for a smooth surface.
     #[inline]
     pub fn pdf_multiple(&self, mu: f32) -> f32 {
         self.pdf_scale * mu / (mu * mu + self.alpha * self.alpha)
@@ -153,18 +153,18 @@ impl Entry {
     }
 }
 
-/// The entry of a row at the coordinate `x` of mu.
+/// The interpolated entry of a row at the coordinate `x` of mu.
 #[inline]
 fn look_up(row: &Row, x: f32) -> Entry {
     let (i, s) = split(x, NODES_MU);
     row[i].lerp(row[i + 1], s)
 }
 
-/// The single scattering of `ggx` towards a direction of cosine `mu`, by `points` quadrature points.
+/// Integrates the single scattering of `ggx` towards a direction of cosine `mu`, with `points` quadrature points.
 ///
-/// Over visible normals the integrand is 1 - G2/G1 or its rest; points are a Fibonacci lattice, whose size `points` and
-/// predecessor `step` are. The lattice is denser (cubically) towards tangential normals, where reflections go below the
-/// horizon; the plane of incidence is a symmetry.
+/// Over visible normals the integrand is 1 - G2/G1 or its complement. The points are a Fibonacci lattice: `points` is a
+/// Fibonacci number and `step` its predecessor. The lattice is denser (cubically) towards tangential normals, where
+/// reflections go below the horizon. The integrand is symmetric about the plane of incidence.
 pub fn single_scatter(ggx: &Ggx, mu: f32, points: u32, step: u32) -> SingleScatter {
     let wo = Vec3::new(((1.0 - mu) * (1.0 + mu)).max(0.0).sqrt(), 0.0, mu);
     let (mut loss, mut schlick, mut total) = (0.0_f32, 0.0_f32, 0.0_f32);
@@ -191,7 +191,7 @@ pub fn single_scatter(ggx: &Ggx, mu: f32, points: u32, step: u32) -> SingleScatt
 
 struct Tables {
     rows: Box<[Row; NODES_ROUGHNESS]>,
-    /// Means, their loss divided by alpha^2, which varies slowly.
+    /// The means, with the loss divided by alpha^2: that ratio varies slowly.
     means: Box<[SingleScatter; NODES_MEAN]>,
 }
 
@@ -222,7 +222,7 @@ impl Tables {
         tables
     }
 
-    /// The row of `alpha`, its mean included.
+    /// The row of `alpha`, including its mean.
     #[inline]
     fn row(&'static self, alpha: f32) -> AlbedoRow {
         let (i, t) = split(coordinate_of_alpha(alpha), NODES_MEAN);
@@ -251,8 +251,8 @@ impl Tables {
     }
 }
 
-/// 2 integral of `row` mu dmu, over the same interpolation that lookups use, so that compensation conserves energy to
-/// rounding and not to the table's error. Steps are geometric, for what matters happens at mu = alpha as well as at 1.
+/// Computes 2 integral of `row` mu dmu with the same interpolation as lookups, so that compensation conserves energy up
+/// to rounding, not up to the table's error. Steps are geometric: `row` varies on the scale of alpha as well as of 1.
 fn mean_of(alpha: f32, row: &Row) -> SingleScatter {
     const STEPS: u16 = 256;
     let lowest = 0.01 * alpha;
@@ -273,7 +273,7 @@ fn mean_of(alpha: f32, row: &Row) -> SingleScatter {
     }
 }
 
-/// The table's coordinate of mu, in [0, 1]: what happens at grazing angles happens on the scale of mu = alpha.
+/// The table's coordinate of mu, in [0, 1]. At grazing angles the tabulated functions vary on the scale of mu = alpha.
 #[inline]
 fn coordinate_of_mu(mu: f32, alpha: f32) -> f32 {
     (mu * (1.0 + alpha) / (mu + alpha)).sqrt()
@@ -295,7 +295,7 @@ fn alpha_of_node(i: usize, nodes: usize) -> f32 {
     (roughness * roughness).max(SMOOTH_ALPHA)
 }
 
-/// The cell that `x` in [0, 1] lies in, and how far.
+/// The cell that contains `x` in [0, 1], and the offset in it.
 #[inline]
 fn split(x: f32, nodes: usize) -> (usize, f32) {
     let scaled = x * (nodes - 1) as f32;

@@ -1,10 +1,10 @@
-//! Metal: GGX facets under Fresnel's law, with the light that bounces between facets added back.
+//! The conductor BSDF: GGX microfacets with Fresnel reflectance, and compensation for multiple scattering between them.
 //!
-//! f = F D G2 / (4 cos_o cos_i) + F_ms (1 - E_o) (1 - E_i) / (pi (1 - E_mean)): a metal that absorbs nothing reflects all.
+//! f = F D G2 / (4 cos_o cos_i) + F_ms (1 - E_o) (1 - E_i) / (pi (1 - E_mean)): without absorption the albedo is 1.
 //!
 //! Measure: f per steradian.
 //! Range: `eta` above 0 and `k` at least 0, relative to the medium outside; roughness in [0, 1], a delta below 0.01.
-//! Scatters from both sides alike.
+//! Both sides scatter alike.
 //! Source: Heitz 2014 for single scattering; Kulla and Conty 2017 for the compensation, with F_ms of Jakob et al. 2014.
 //! Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
@@ -26,11 +26,11 @@ pub struct Conductor {
     k: Rgb,
     facets: Option<Ggx>,
     albedo: AlbedoRow,
-    /// Colour of the light scattered more than once.
+    /// F_ms, the colour of multiple scattering.
     f_ms: Rgb,
 }
 
-/// Indices of metals, eta and k, at 630, 532 and 465 nm, interpolated in measured data.
+/// The refractive indices of metals, eta and k, at 630, 532 and 465 nm, interpolated in measured data.
 ///
 /// Johnson and Christy 1972 (noble metals) and 1974 (transition metals), Hagemann, Gudat and Kunz 1974 (aluminium),
 /// Weaver, Olson and Lynch 1975 (tungsten), as collected by refractiveindex.info in the public domain.
@@ -82,14 +82,14 @@ pub const PRESETS: &[(&str, Rgb, Rgb)] = &[
     ),
 ];
 
-/// The indices (eta, k) of a metal by its name.
+/// Returns the indices (eta, k) of a metal by its name.
 pub fn preset(name: &str) -> Option<(Rgb, Rgb)> {
     let found = PRESETS.iter().find(|(known, _, _)| *known == name);
     found.map(|&(_, eta, k)| (eta, k))
 }
 
 impl Conductor {
-    /// A metal of index `eta` + i `k`. Integrates Fresnel's law: made once per material, not per hit.
+    /// Creates a metal of index `eta` + i `k`. Integrates the Fresnel reflectance: call it once per material, not per hit.
     pub fn new(eta: Rgb, k: Rgb, roughness: f32) -> Self {
         let facets = Ggx::from_roughness(roughness);
         let albedo = AlbedoRow::of(facets);
@@ -103,13 +103,13 @@ impl Conductor {
         }
     }
 
-    /// Whether the surface is smooth.
+    /// Whether the surface is smooth, so that its lobe is a delta.
     #[inline]
     pub fn is_delta(&self) -> bool {
         self.facets.is_none()
     }
 
-    /// Single and multiple scattering; nothing for a smooth surface.
+    /// Evaluates single and multiple scattering; zero for a smooth surface.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
         match (self.facets, facing_up(wo, wi)) {
@@ -118,7 +118,7 @@ impl Conductor {
         }
     }
 
-    /// Mirrors about a visible normal, or with the probability of scattering more than once by the lobe for that.
+    /// Samples the multiple scattering lobe with the probability of the loss, else a reflection about a visible normal.
     #[inline]
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         if wo.z == 0.0 {
@@ -153,7 +153,7 @@ impl Conductor {
         })
     }
 
-    /// Both directions above; `o` is the single scattering towards `wo`.
+    /// Evaluates a rough surface, both directions above it; `o` is the single scattering towards `wo`.
     #[inline]
     fn eval_rough(&self, ggx: &Ggx, wo: Vec3, wi: Vec3, o: SingleScatter) -> BsdfValue {
         let facets = ggx.mirroring(wo, wi);
@@ -167,8 +167,8 @@ impl Conductor {
     }
 }
 
-/// The colour of light that met the facets at least twice: F^2 E / (1 - F (1 - E)), means all. Jakob et al. 2014, "A
-/// Comprehensive Framework for Rendering Layered Materials", section 5.6.
+/// The colour of light that hit microfacets at least twice: F^2 E / (1 - F (1 - E)), all of them means. Jakob et al.
+/// 2014, "A Comprehensive Framework for Rendering Layered Materials", section 5.6.
 #[inline]
 pub fn multiple_scattering_colour(f_mean: Rgb, mean: SingleScatter) -> Rgb {
     f_mean.map(|f| {
@@ -185,7 +185,7 @@ mod tests {
         let colour = Rgb::new(0.2, 0.7, 0.99);
         let loss = 0.3;
         let mean = SingleScatter { loss, schlick: 0.0 };
-        // After each meeting with a facet the share `loss` meets another one; what is left after two or more escapes.
+        // After each hit of a microfacet the fraction `loss` hits another one; after two or more hits the rest escapes.
         let mut sum = Rgb::BLACK;
         let mut left = loss * colour;
         for _ in 0..1000 {

@@ -1,10 +1,11 @@
-//! The surface of glass or water: reflects and refracts, smooth or rough.
+//! The dielectric BSDF, as of glass or water: reflection and refraction at a smooth or rough surface.
 //!
 //! Measure: f per steradian; refraction carries the factor (n_o / n_i)^2 of radiance.
 //! Range: `ior` above 0, inside over outside; at exactly 1 the surface is invisible whatever its roughness. Where the
 //! refracted lobe is narrower than f32 directions resolve (alpha or alpha |ior - 1| below 1e-4), both lobes are deltas.
-//! Rough glass is single-scattering and loses what the facets shadow: at index 1.5, from outside along the normal, 0.1 % at
-//! alpha 0.1 and 11 % at alpha 1, up to 58 % at grazing angles; `tests/scattering/furnace.rs` prints the losses.
+//! Rough glass models single scattering and loses the light that microfacets shadow: at index 1.5, from outside along the
+//! normal, 0.1 % at alpha 0.1 and 11 % at alpha 1, up to 58 % at grazing angles; `tests/scattering/furnace.rs` prints the
+//! losses.
 //! Source: Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces". Tested in
 //! `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
@@ -18,7 +19,7 @@ use crate::math::{
 };
 use crate::planted::planted;
 
-/// A border between two transparent media.
+/// The interface between two dielectric media.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dielectric {
     ior: f32,
@@ -26,18 +27,18 @@ pub struct Dielectric {
     facets: Option<Ggx>,
 }
 
-/// One crossing of the surface, seen from the side of `wo`: what is below is mirrored up.
+/// The interface as seen from the side of `wo`, which is mirrored to the upper side.
 struct Side {
-    /// +1 outside, -1 inside.
+    /// +1 if `wo` is outside, -1 if it is inside.
     sign: f32,
     /// Index of the medium that `wo` is in.
     n_o: f32,
-    /// Index of the medium beyond.
+    /// Index of the other medium.
     n_t: f32,
 }
 
 impl Dielectric {
-    /// A surface with index `ior` inside over outside, and `tint` multiplied onto what is refracted.
+    /// Creates a surface of index `ior`, inside over outside; `tint` multiplies refracted light.
     #[inline]
     pub fn new(ior: f32, roughness: f32, tint: Rgb) -> Self {
         let facets = Ggx::from_roughness(roughness)
@@ -45,7 +46,7 @@ impl Dielectric {
         Self { ior, tint, facets }
     }
 
-    /// The same surface with another tint.
+    /// Returns the surface with another tint.
     #[inline]
     pub fn tinted(&self, tint: Rgb) -> Self {
         Self { tint, ..*self }
@@ -63,7 +64,7 @@ impl Dielectric {
         self.facets.is_none()
     }
 
-    /// Walter et al. eq. 20 and 21; nothing for a smooth surface.
+    /// Evaluates Walter et al. eq. 20 and 21; zero for a smooth surface.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
         let Some(ggx) = self.facets else {
@@ -81,7 +82,7 @@ impl Dielectric {
         }
     }
 
-    /// Reflects with the probability that Fresnel's law gives, else refracts.
+    /// Samples reflection with the probability of the Fresnel reflectance, else refraction.
     #[inline]
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         if wo.z == 0.0 {
@@ -167,7 +168,7 @@ impl Dielectric {
 }
 
 impl Side {
-    /// Both directions above. Walter et al. eq. 20: f = F G D / (4 cos_o cos_i).
+    /// Evaluates reflection, both directions above. Walter et al. eq. 20: f = F G D / (4 cos_o cos_i).
     #[inline]
     fn eval_reflection(&self, ggx: &Ggx, wo: Vec3, wi: Vec3) -> BsdfValue {
         let facets = ggx.mirroring(wo, wi);
@@ -178,8 +179,9 @@ impl Side {
         }
     }
 
-    /// `wo` above, `wi` below. Walter et al. eq. 21 with eq. 17, whose denominator n_o (o.m) + n_i (i.m) is the length of
-    /// the generalised half vector, eq. 16. G is the product of both G1: beyond a facet, heights do not correlate.
+    /// Evaluates refraction, `wo` above, `wi` below. Walter et al. eq. 21 with eq. 17, whose denominator
+    /// n_o (o.m) + n_i (i.m) is the length of the generalised half vector, eq. 16. G is the product of both G1: heights on
+    /// the two sides of the surface are uncorrelated.
     #[inline]
     fn eval_refraction(&self, ggx: &Ggx, wo: Vec3, wi: Vec3, tint: Rgb) -> BsdfValue {
         let h = self.n_o * wo + self.n_t * wi;
@@ -187,13 +189,13 @@ impl Side {
         if length2 == 0.0 {
             return BsdfValue::default();
         }
-        // Towards the side of wo, and of the upper facets.
+        // Oriented to the upper side, where wo is.
         let m = h * (1.0_f32.copysign(h.z) / length2.sqrt());
         let (cos_o, cos_i) = (wo.dot(m), -wi.dot(m));
         if cos_o <= 0.0 || cos_i <= 0.0 {
             return BsdfValue::default();
         }
-        // From the rarer medium, where no angle is critical: the same both ways, and exact for grazing light.
+        // From the rarer medium, which has no critical angle: symmetric in wo and wi, and accurate at grazing angles.
         let interface = if self.n_o < self.n_t {
             fresnel::dielectric(cos_o.min(1.0), self.n_o, self.n_t)
         } else {
@@ -210,7 +212,7 @@ impl Side {
     }
 }
 
-/// `w`, mirrored through the tangent plane where `sign` is -1.
+/// Mirrors `w` through the tangent plane if `sign` is -1.
 #[inline]
 fn flip(w: Vec3, sign: f32) -> Vec3 {
     Vec3::new(w.x, w.y, sign * w.z)

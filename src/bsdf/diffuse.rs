@@ -1,8 +1,9 @@
-//! Lambert's surface: the same radiance in all directions.
+//! The Lambertian BSDF: equal reflected radiance in all directions.
 //!
 //! Measure: f per steradian; the albedo is `reflectance`.
-//! Range: `reflectance` in [0, 1]; scatters on the side that `wo` is on, from both sides alike.
-//! Source: f = rho / pi, sampled by the cosine (Malley). Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
+//! Range: `reflectance` in [0, 1]; scatters on the side of `wo` only, on both sides alike.
+//! Source: f = rho / pi, with cosine-weighted sampling (Malley). Tested in `tests/scattering/bsdf.rs` and
+//! `tests/scattering/furnace.rs`.
 
 use super::types::{BsdfSample, BsdfSampleInput, BsdfValue, Lobe, facing_up};
 use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec3};
@@ -10,26 +11,26 @@ use crate::planted::planted;
 use crate::sampling::warp::pdf_hemisphere_cosine;
 use std::f32::consts::FRAC_1_PI;
 
-/// A matte surface.
+/// A Lambertian surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Diffuse {
     reflectance: Rgb,
 }
 
 impl Diffuse {
-    /// A matte surface that reflects the share `reflectance` of what arrives.
+    /// Creates a Lambertian surface that reflects the fraction `reflectance` of incident light.
     #[inline]
     pub fn new(reflectance: Rgb) -> Self {
         Self { reflectance }
     }
 
-    /// The share that is reflected.
+    /// The albedo.
     #[inline]
     pub fn reflectance(&self) -> Rgb {
         self.reflectance
     }
 
-    /// f = rho / pi on the side of `wo`.
+    /// Evaluates f = rho / pi on the side of `wo`.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
         facing_up(wo, wi).map_or_else(BsdfValue::default, |(_, wi)| BsdfValue {
@@ -38,7 +39,7 @@ impl Diffuse {
         })
     }
 
-    /// A direction by the cosine; the weight is the albedo.
+    /// Samples a cosine-weighted direction; the weight is the albedo.
     #[inline]
     pub fn sample(&self, wo: Vec3, numbers: &BsdfSampleInput) -> Option<BsdfSample> {
         if wo.z == 0.0 {

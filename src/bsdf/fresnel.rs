@@ -1,6 +1,6 @@
-//! Fresnel's law: the share of unpolarised light that a smooth surface reflects.
+//! The Fresnel equations: the fraction of unpolarised light that a smooth surface reflects.
 //!
-//! Measure: a share, without unit; angles by their cosine to the (micro)normal.
+//! Measure: a fraction, without unit; angles are given by their cosine to the (micro)normal.
 //! Range: cosines in [0, 1]; refractive indices above 0, of magnitude below 1e9; equal ones reflect nothing; total internal
 //! reflection is 1 exactly. The result is in [0, 1].
 //! Source: Born and Wolf, "Principles of Optics", sections 1.5.2 and 14.2; Schlick 1994. Tested below and in
@@ -8,24 +8,25 @@
 
 use crate::math::rgb::Rgb;
 
-/// What reaches a surface of two transparent media: the share reflected, and the cosine of the refracted direction.
+/// Reflection and refraction at the interface of two dielectrics: the reflectance, and the cosine of the refracted
+/// direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interface {
-    /// The share reflected, R; the rest, 1 - R, is refracted.
+    /// The reflectance R; the rest, 1 - R, is refracted.
     pub reflectance: f32,
     /// The cosine of the refracted direction, in [0, 1]; 0 under total internal reflection.
     pub cos_t: f32,
 }
 
-/// Reflection between two dielectrics, for light that arrives in the medium of index `n_i` and goes on in that of `n_t`.
+/// The Fresnel reflectance between two dielectrics, for light incident from the medium of index `n_i` on that of `n_t`.
 ///
 /// Born and Wolf eq. 1.5.21. With g = n_t cos_t the numerators are written as (a^2 - b^2) / (a + b), where the square
-/// roots drop out; what remains is n_t^2 - n_i^2, so that nearly equal media do not cancel.
+/// roots drop out and n_t^2 - n_i^2 remains, so that nearly equal indices do not cancel.
 #[inline]
 pub fn dielectric(cos_i: f32, n_i: f32, n_t: f32) -> Interface {
     let contrast = (n_t - n_i) * (n_t + n_i);
     if contrast == 0.0 {
-        // No surface at all, also where the square of a grazing cosine underflows.
+        // Equal indices reflect nothing, also where the square of a grazing cosine underflows.
         return Interface {
             reflectance: 0.0,
             cos_t: cos_i,
@@ -51,14 +52,14 @@ pub fn dielectric(cos_i: f32, n_i: f32, n_t: f32) -> Interface {
     }
 }
 
-/// Reflection at normal incidence between two dielectrics: ((n - 1) / (n + 1))^2.
+/// The reflectance at normal incidence between two dielectrics: ((n - 1) / (n + 1))^2.
 #[inline]
 pub fn normal_reflectance(n: f32) -> f32 {
     let r = (n - 1.0) / (n + 1.0);
     r * r
 }
 
-/// Reflection at a metal of index `eta` + i `k`, relative to the medium before it.
+/// The Fresnel reflectance of a metal of index `eta` + i `k`, relative to the medium outside.
 ///
 /// Born and Wolf section 14.2, in the form with a^2 + b^2 = |eta_t^2 - sin^2|.
 #[inline]
@@ -72,7 +73,7 @@ pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
     let u = cos2 * modulus + sin2 * sin2;
     let v = two_a_cos * sin2;
     let r_p = r_s * (u - v) / (u + v);
-    // Grazing light on an index of exactly one leaves 0/0 above: it sees no surface, or one that reflects it all.
+    // Grazing incidence at an index of exactly one gives 0/0 above; at every other index the grazing limit is 1.
     if r_p.is_finite() {
         (0.5 * (r_s + r_p)).clamp(0.0, 1.0)
     } else {
@@ -80,7 +81,7 @@ pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
     }
 }
 
-/// [`conductor`] in each channel.
+/// The reflectance [`conductor`] in each channel.
 #[inline]
 pub fn conductor_rgb(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
     let ([er, eg, eb], [kr, kg, kb]) = (eta.to_array(), k.to_array());
@@ -93,7 +94,7 @@ pub fn conductor_rgb(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
 
 /// The cosine-weighted mean over the hemisphere of [`conductor`], per channel: 2 integral of F(mu) mu dmu.
 ///
-/// By the midpoint rule in mu^2, where the weight is constant; good to 1e-5.
+/// Integrated by the midpoint rule in mu^2, where the weight is constant; accurate to 1e-5.
 pub fn conductor_mean(eta: Rgb, k: Rgb) -> Rgb {
     const STEPS: u16 = 512;
     let mut sum = Rgb::BLACK;
@@ -104,7 +105,7 @@ pub fn conductor_mean(eta: Rgb, k: Rgb) -> Rgb {
     sum / f32::from(STEPS)
 }
 
-/// (1 - cos)^5: how far Schlick's law has gone from F0 to 1.
+/// (1 - cos)^5, the weight with which Schlick's approximation interpolates from F0 to 1.
 #[inline]
 pub fn schlick_weight(cos_i: f32) -> f32 {
     let c = 1.0 - cos_i;
@@ -112,7 +113,7 @@ pub fn schlick_weight(cos_i: f32) -> f32 {
     c2 * c2 * c
 }
 
-/// The cosine-weighted mean over the hemisphere of Schlick's law: F0 + (1 - F0) / 21.
+/// The cosine-weighted mean over the hemisphere of Schlick's approximation: F0 + (1 - F0) / 21.
 #[inline]
 pub fn schlick_mean(f0: Rgb) -> Rgb {
     (Rgb::WHITE + 20.0 * f0) / 21.0
@@ -125,7 +126,7 @@ mod tests {
     #[test]
     fn a_nearly_matched_index_keeps_its_reflection() {
         for (n, expected) in [(1.0001, 2.499_75e-9), (1.000_001, 2.499_997_5e-13)] {
-            // The index itself is rounded: compare with the reflection of the f32 that is passed.
+            // The index itself is rounded: compare with the reflectance of the f32 that is passed.
             let rounded = f64::from(n as f32);
             let exact = ((rounded - 1.0) / (rounded + 1.0)).powi(2);
             assert!((exact / expected - 1.0_f64).abs() < 0.1);

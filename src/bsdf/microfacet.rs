@@ -1,33 +1,34 @@
-//! The isotropic GGX distribution of microfacets with Smith's shadowing.
+//! The isotropic GGX microfacet distribution with Smith's masking-shadowing function.
 //!
-//! Measure: densities per steradian, of the microfacet normal `m` or of the mirrored direction as said at each.
-//! Range: alpha in [[`SMOOTH_ALPHA`], 1]; below, the surface counts as smooth and its models use delta lobes. Directions
-//! and `m` are on the upper side (z > 0); callers mirror what is below.
+//! Measure: densities per steradian, of the microfacet normal `m` or of the reflected direction, as stated at each item.
+//! Range: alpha in [[`SMOOTH_ALPHA`], 1]; below, the surface is treated as smooth and its BSDFs use delta lobes.
+//! Directions and `m` are in the upper hemisphere (z > 0); callers mirror those below.
 //! Source: Walter et al. 2007; Heitz 2014 (JCGT 3-2), "Understanding the Masking-Shadowing Function"; Dupuy and Benyoub
-//! 2023, "Sampling Visible GGX Normals with Spherical Caps". Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
+//! 2023, "Sampling Visible GGX Normals with Spherical Caps". Tested in `tests/scattering/bsdf.rs` and
+//! `tests/scattering/furnace.rs`.
 
 use crate::math::trig::sin_cos_turns;
 use crate::math::vec::{Vec2, Vec3};
 use crate::planted::planted;
 use std::f32::consts::FRAC_1_PI;
 
-/// Below this alpha a surface counts as smooth: its lobe, 1e-4 rad wide, is at the resolution of `f32` directions.
+/// The alpha below which a surface is treated as smooth: its lobe, 1e-4 rad wide, is at the resolution of `f32` directions.
 pub const SMOOTH_ALPHA: f32 = 1e-4;
 
-/// Reflection by the facets that mirror one direction into another.
+/// The terms of microfacet reflection for a pair of directions, at their half vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mirroring {
-    /// The cosine of both directions to those facets: half the length of wo + wi, which is exactly the same both ways, and
-    /// good also at grazing angles, where wo.m cancels.
+    /// The cosine between either direction and the half vector: half the length of wo + wi. This form is exactly
+    /// symmetric in wo and wi, and accurate also at grazing angles, where wo.m cancels.
     pub cos: f32,
-    /// D V, by which Fresnel's reflectance gives f: V = G2(wo, wi) / (4 cos_o cos_i) with G2 = 1 / (1 + Lambda_o + Lambda_i),
-    /// correlated in height. Heitz 2014 eq. 99.
+    /// D V, which times the Fresnel reflectance is f: V = G2(wo, wi) / (4 cos_o cos_i) with the height-correlated
+    /// G2 = 1 / (1 + Lambda_o + Lambda_i). Heitz 2014 eq. 99.
     pub d_v: f32,
     /// The density of [`Ggx::sample_mirrored`] per steradian.
     pub pdf: f32,
 }
 
-/// The GGX distribution of one roughness.
+/// A GGX distribution of a given roughness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ggx {
     alpha: f32,
@@ -35,7 +36,7 @@ pub struct Ggx {
 }
 
 impl Ggx {
-    /// The distribution of slopes of scale `alpha`.
+    /// Creates the distribution whose slopes have the scale `alpha`.
     #[inline]
     pub fn new(alpha: f32) -> Self {
         Self {
@@ -44,20 +45,20 @@ impl Ggx {
         }
     }
 
-    /// The distribution of a perceptual roughness in [0, 1], alpha = roughness^2; `None` where it counts as smooth.
+    /// Creates the distribution of a perceptual roughness in [0, 1], alpha = roughness^2; `None` for a smooth surface.
     #[inline]
     pub fn from_roughness(roughness: f32) -> Option<Self> {
         let alpha = roughness * roughness;
         (alpha >= SMOOTH_ALPHA).then(|| Self::new(alpha.min(1.0)))
     }
 
-    /// The scale of the slopes.
+    /// The scale alpha of the slopes.
     #[inline]
     pub fn alpha(&self) -> f32 {
         self.alpha
     }
 
-    /// D(m), the area of microfacets per area and steradian. Walter et al. eq. 33.
+    /// D(m), the area of microfacets per unit of surface area and steradian. Walter et al. eq. 33.
     ///
     /// cos^2 alpha^2 + sin^2 from the components does not cancel, unlike cos^2 (alpha^2 - 1) + 1.
     #[inline]
@@ -67,13 +68,13 @@ impl Ggx {
         FRAC_1_PI * self.alpha2 / (t * t)
     }
 
-    /// cos sqrt(1 + alpha^2 tan^2) = cos (1 + 2 Lambda(w)), Heitz 2014 eq. 72: all that Smith's functions need of a direction.
+    /// cos sqrt(1 + alpha^2 tan^2) = cos (1 + 2 Lambda(w)), Heitz 2014 eq. 72: G1 and G2 are functions of this and of cos.
     #[inline]
     fn stretched_cos(&self, w: Vec3) -> f32 {
         (w.z * w.z + self.alpha2 * (w.x * w.x + w.y * w.y)).sqrt()
     }
 
-    /// G1(w) = 1 / (1 + Lambda(w)), the share of facets that `w` sees. Heitz 2014 eq. 43.
+    /// G1(w) = 1 / (1 + Lambda(w)), the fraction of microfacets visible from `w`. Heitz 2014 eq. 43.
     #[inline]
     pub fn g1(&self, w: Vec3) -> f32 {
         w.z * self.g1_over_cos(w)
@@ -85,7 +86,8 @@ impl Ggx {
         2.0 / (w.z + self.stretched_cos(w))
     }
 
-    /// 1 - G2(wo, wi) / G1(wo): the share of what `wo`'s visible facets mirror that others shadow, exact also where small.
+    /// 1 - G2(wo, wi) / G1(wo): the fraction of the light reflected by the microfacets visible from `wo` that is shadowed.
+    /// Accurate also where it is small.
     #[inline]
     pub fn shadowed(&self, wo: Vec3, wi: Vec3) -> f32 {
         let (so, si) = (self.stretched_cos(wo), self.stretched_cos(wi));
@@ -94,20 +96,21 @@ impl Ggx {
         wo.z * excess / (wi.z * so + wo.z * si)
     }
 
-    /// A microfacet normal that `wo` sees, with density [`Ggx::pdf_visible`].
+    /// Samples a microfacet normal visible from `wo`, with density [`Ggx::pdf_visible`].
     #[inline]
     pub fn sample_visible(&self, wo: Vec3, u: Vec2) -> Vec3 {
         self.visible(wo, u).normalize()
     }
 
-    /// `wo` mirrored about a normal that it sees, with density [`Ggx::pdf_mirrored`]; may lie below the surface.
+    /// Samples a visible normal and reflects `wo` about it, with density [`Ggx::pdf_mirrored`]. The result may lie below
+    /// the surface.
     #[inline]
     pub fn sample_mirrored(&self, wo: Vec3, u: Vec2) -> Vec3 {
         let m = self.visible(wo, u);
         (2.0 * wo.dot(m) / m.length_squared()) * m - wo
     }
 
-    /// A visible normal, of any length. Dupuy and Benyoub 2023, listing 3.
+    /// Samples a visible normal, not normalised. Dupuy and Benyoub 2023, listing 3.
     #[inline]
     fn visible(&self, wo: Vec3, u: Vec2) -> Vec3 {
         let w = Vec3::new(self.alpha * wo.x, self.alpha * wo.y, wo.z).normalize();
@@ -124,7 +127,7 @@ impl Ggx {
         )
     }
 
-    /// What facets that mirror one of two directions into the other say, both above the surface.
+    /// Computes the reflection terms of two directions, both above the surface.
     ///
     /// D needs no unit normal: with h = wo + wi it is alpha^2 / pi (|h|^2 / (alpha^2 h_z^2 + h_x^2 + h_y^2))^2.
     #[inline]
@@ -132,7 +135,7 @@ impl Ggx {
         let h = wo + wi;
         let length2 = h.length_squared();
         let stretched = h.z * h.z * self.alpha2 + (h.x * h.x + h.y * h.y);
-        // Both are zero where the squares of opposite, ever so grazing directions underflow: nothing mirrors there.
+        // Both are zero where the squares of opposite, extremely grazing directions underflow: D is then zero.
         let ratio = length2 / stretched.max(f32::MIN_POSITIVE);
         let half_d = 0.5 * FRAC_1_PI * self.alpha2 * (ratio * ratio);
         let (so, si) = (self.stretched_cos(wo), self.stretched_cos(wi));
@@ -157,7 +160,7 @@ impl Ggx {
         4.0 * wo.dot(m).max(0.0) * self.pdf_mirrored(wo, m)
     }
 
-    /// The density of [`Ggx::sample_mirrored`] per steradian, by the normal: pdf_visible / (4 wo.m).
+    /// The density of [`Ggx::sample_mirrored`] per steradian, as a function of the normal: pdf_visible / (4 wo.m).
     #[inline]
     pub fn pdf_mirrored(&self, wo: Vec3, m: Vec3) -> f32 {
         0.25 * self.d(m) * self.g1_over_cos(wo)

@@ -1,8 +1,8 @@
-//! Scattering at a surface: one file a model, and the enum of them all.
+//! BSDFs: one file for each model, and the enum of all models.
 //!
 //! Measure: as in [`types`], which also holds the conventions.
-//! Range: local unit directions anywhere on the sphere; opaque models scatter alike from both sides, so that one-sided
-//! surfaces are the caller's affair.
+//! Range: local unit directions anywhere on the sphere; opaque models scatter alike on both sides, and the caller handles
+//! one-sided surfaces.
 //! Source: named in each model's file. Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
 pub mod albedo;
@@ -27,10 +27,10 @@ use principled::Choice;
 pub use principled::{Principled, PrincipledParameters};
 pub use types::{BsdfSample, BsdfSampleInput, BsdfValue, Lobe};
 
-/// How one point of a surface scatters.
+/// The BSDF at a point of a surface.
 #[derive(Debug, Clone, Copy)]
 pub enum Bsdf {
-    /// Lambert.
+    /// Lambertian reflection.
     Diffuse(Diffuse),
     /// A perfect mirror.
     Mirror(Mirror),
@@ -38,14 +38,14 @@ pub enum Bsdf {
     Conductor(Conductor),
     /// Glass, smooth or rough.
     Dielectric(Dielectric),
-    /// Lambert with a highlight.
+    /// Lambertian reflection with a Phong lobe.
     Phong(Phong),
     /// The metallic-roughness model.
     Principled(Principled),
 }
 
 impl Bsdf {
-    /// The same seen from `wo`, for more than one question about it.
+    /// Binds the BSDF to `wo`, for several evaluations or samples.
     #[inline]
     pub fn seen_from<E: Effects>(&self, wo: Vec3) -> BoundBsdf<'_> {
         let choice = match self {
@@ -59,20 +59,20 @@ impl Bsdf {
         }
     }
 
-    /// [`BoundBsdf::eval`] from `wo`.
+    /// Evaluates [`BoundBsdf::eval`] for `wo`.
     #[inline]
     pub fn eval<E: Effects>(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
         self.seen_from::<E>(wo).eval::<E>(wi)
     }
 
-    /// [`BoundBsdf::sample`] from `wo`.
+    /// Samples [`BoundBsdf::sample`] for `wo`.
     #[inline]
     pub fn sample<E: Effects>(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         self.seen_from::<E>(wo)
             .sample::<E>(&BsdfSampleInput::new(u_lobe, u))
     }
 
-    /// Refractive index inside over outside; 1 for what lets no light through.
+    /// Refractive index, inside over outside; 1 for opaque models.
     #[inline]
     pub fn ior(&self) -> f32 {
         match self {
@@ -82,7 +82,7 @@ impl Bsdf {
         }
     }
 
-    /// Whether all lobes are deltas, so that [`Bsdf::eval`] is zero everywhere and sampling lights is in vain.
+    /// Whether all lobes are deltas, so that [`Bsdf::eval`] is zero everywhere and light sampling contributes nothing.
     #[inline]
     pub fn is_delta<E: Effects>(&self) -> bool {
         if !E::Specular::ON {
@@ -97,7 +97,7 @@ impl Bsdf {
         }
     }
 
-    /// The effects that a kernel needs for it.
+    /// The effects that a kernel needs for this BSDF.
     pub fn effects(&self) -> EffectSet {
         match self {
             Self::Diffuse(_) => EffectSet::NONE,
@@ -110,30 +110,30 @@ impl Bsdf {
     }
 }
 
-/// A BSDF seen from one direction: what both evaluation and sampling need to know of that is computed once.
+/// A BSDF bound to one direction `wo`, so that terms shared by evaluation and sampling are computed once.
 #[derive(Debug, Clone, Copy)]
 pub struct BoundBsdf<'a> {
     bsdf: &'a Bsdf,
     wo: Vec3,
-    /// Of the principled model.
+    /// The lobe probabilities of the principled model.
     choice: Option<Choice>,
 }
 
 impl BoundBsdf<'_> {
-    /// What is seen.
+    /// The BSDF.
     #[inline]
     pub fn bsdf(&self) -> &Bsdf {
         self.bsdf
     }
 
-    /// From where it is seen.
+    /// The direction that the BSDF is bound to.
     #[inline]
     pub fn wo(&self) -> Vec3 {
         self.wo
     }
 
-    /// f(wo, wi) without the cosine, and the density with which [`BoundBsdf::sample`] finds `wi`; without delta lobes. A
-    /// kernel evaluates only the models that its effects let into the scene.
+    /// Evaluates f(wo, wi) without the cosine, and the density of [`BoundBsdf::sample`] at `wi`, both without delta lobes. A
+    /// kernel evaluates only the models that its effects include.
     #[inline]
     pub fn eval<E: Effects>(&self, wi: Vec3) -> BsdfValue {
         let wo = self.wo;
@@ -148,7 +148,7 @@ impl BoundBsdf<'_> {
         }
     }
 
-    /// A direction for light to come from. `None`: nothing is scattered this time, which is part of the estimate.
+    /// Samples an incident direction. `None` is a sample of zero contribution, which counts in the estimator.
     #[inline]
     pub fn sample<E: Effects>(&self, numbers: &BsdfSampleInput) -> Option<BsdfSample> {
         let (wo, BsdfSampleInput { lobe, u, .. }) = (self.wo, *numbers);
@@ -164,7 +164,7 @@ impl BoundBsdf<'_> {
     }
 }
 
-/// The effect of a lobe that is a delta, or is not.
+/// The effect that a delta lobe or a glossy lobe needs.
 fn lobes(is_delta: bool) -> EffectSet {
     EffectSet::NONE.with(if is_delta {
         Effect::Specular
@@ -173,7 +173,7 @@ fn lobes(is_delta: bool) -> EffectSet {
     })
 }
 
-/// Whether a kernel knows anything but matte surfaces, so that there may be lobes to choose from.
+/// Whether a kernel supports more than diffuse surfaces, so that a BSDF may have several lobes.
 pub const fn has_lobes<E: Effects>() -> bool {
     E::Glossy::ON || E::Specular::ON
 }

@@ -1,11 +1,11 @@
-//! Phong's model as courses teach it, physically bounded: a matte part, and a lobe about the mirror direction.
+//! The modified Phong model, as courses teach it: a diffuse part and a lobe about the mirror direction, of bounded albedo.
 //!
 //! Measure: f per steradian, f = diffuse / pi + specular (n + 2) / (2 pi) cos^n(a), where a is the angle between `wi` and
 //! the mirror direction of `wo`.
-//! Range: exponents from 0 to 1e6; `diffuse` plus `specular` at most 1 in each channel, then the albedo is, too. Scatters
-//! from both sides alike. Seen along the normal the lobe's albedo is `specular` exactly; elsewhere it loses what falls
-//! below the surface and about a factor of cos(theta) besides, so that even a narrow lobe darkens towards the horizon:
-//! this is no mirror in the limit. `tests/scattering/furnace.rs` prints the losses.
+//! Range: exponents from 0 to 1e6; `diffuse` plus `specular` at most 1 in each channel, then the albedo is, too. Both
+//! sides scatter alike. At normal incidence the lobe's albedo is exactly `specular`. At other angles it loses the part
+//! below the surface and, in addition, about a factor of cos(theta), so that even a narrow lobe darkens towards the
+//! horizon: its limit is not a mirror. `tests/scattering/furnace.rs` prints the losses.
 //! Source: Phong 1975, "Illumination for Computer Generated Pictures"; Lafortune and Willems 1994, "Using the Modified
 //! Phong Reflectance Model for Physically Based Rendering", eq. 4 and 8. Tested in `tests/scattering/bsdf.rs`.
 
@@ -16,7 +16,7 @@ use crate::sampling::cosine_power::{cosine_power, one_minus_cos, sample_cosine_p
 use crate::sampling::warp::pdf_hemisphere_cosine;
 use std::f32::consts::{FRAC_1_PI, PI};
 
-/// A matte surface with a highlight.
+/// A diffuse surface with a Phong lobe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Phong {
     diffuse: Rgb,
@@ -27,7 +27,7 @@ pub struct Phong {
 }
 
 impl Phong {
-    /// A surface that reflects `diffuse` evenly, and `specular` about the mirror direction.
+    /// Creates a surface that reflects `diffuse` evenly, and `specular` about the mirror direction.
     #[inline]
     pub fn new(diffuse: Rgb, specular: Rgb, exponent: f32) -> Self {
         let (matte, shiny) = (diffuse.luminance(), specular.luminance());
@@ -44,13 +44,13 @@ impl Phong {
         }
     }
 
-    /// Both parts on the side of `wo`.
+    /// Evaluates both parts on the side of `wo`.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
         facing_up(wo, wi).map_or_else(BsdfValue::default, |(wo, wi)| self.eval_above(wo, wi))
     }
 
-    /// A direction about the mirror direction, or by the cosine. One below the surface is none: that share is lost.
+    /// Samples a direction of the lobe or a cosine-weighted one. `None` for one below the surface: that part is lost.
     #[inline]
     pub fn sample(&self, wo: Vec3, numbers: &BsdfSampleInput) -> Option<BsdfSample> {
         if wo.z == 0.0 {
@@ -68,7 +68,7 @@ impl Phong {
             return None;
         }
         let value = self.eval_above(up, wi);
-        // The lobe's rim may round to where its density is zero.
+        // Rounding may move a direction at the edge of the lobe to where its density is zero.
         if value.pdf.0 <= 0.0 {
             return None;
         }
@@ -82,7 +82,7 @@ impl Phong {
         })
     }
 
-    /// Both directions above.
+    /// Evaluates both parts, both directions above the surface.
     #[inline]
     fn eval_above(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
         let n = self.exponent;

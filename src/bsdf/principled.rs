@@ -1,19 +1,19 @@
-//! The metallic-roughness model of glTF, with refraction: metal, or a coat over a matte base, or glass, mixed.
+//! The metallic-roughness model of glTF, with refraction: a mixture of metal, a coat over a diffuse base, and glass.
 //!
 //! ```text
-//! f = D V (F0 + (F90 - F0) (1 - wo.m)^5)                   facets of metal and coat in one
-//!   + metal F_ms (1 - E_o) (1 - E_i) / (pi (1 - E_mean))   light between the metal's facets
-//!   + base / pi (1 - S_o) (1 - S_i) / (1 - S_mean)         what the coat lets through; S is its albedo
+//! f = D V (F0 + (F90 - F0) (1 - wo.m)^5)                   microfacets of metal and coat together
+//!   + metal F_ms (1 - E_o) (1 - E_i) / (pi (1 - E_mean))   multiple scattering of the metal
+//!   + base / pi (1 - S_o) (1 - S_i) / (1 - S_mean)         diffuse base under a coat of albedo S
 //!   + glass                                                as [`Dielectric`]
 //! ```
 //!
-//! The matte base takes all that the coat does not reflect, so that a white base reflects everything and nothing ever
-//! reflects more; every term is reciprocal.
+//! The diffuse base receives all light that the coat does not reflect, so that with a white base the albedo is 1, and
+//! never more. Every term is reciprocal.
 //!
 //! Measure: f per steradian.
-//! Range: `base_color`, `metallic`, `roughness`, `transmission` in [0, 1]; `ior` at least 1. Facets are deltas below
-//! roughness 0.01. The coat follows Schlick's law, which reflects at grazing angles also at `ior` 1, as glTF has it; glass
-//! follows Fresnel's. Opaque parts scatter from both sides alike.
+//! Range: `base_color`, `metallic`, `roughness`, `transmission` in [0, 1]; `ior` at least 1. Microfacet lobes are deltas
+//! below roughness 0.01. The coat uses Schlick's approximation, which reflects at grazing angles also at `ior` 1, as in
+//! glTF; glass uses the Fresnel equations. The opaque lobes scatter alike on both sides.
 //! Source: glTF 2.0, appendix B, with the couplings of Kulla and Conty 2017. Tested in
 //! `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
@@ -33,7 +33,7 @@ use crate::planted::planted;
 use crate::sampling::warp::pdf_hemisphere_cosine;
 use std::f32::consts::FRAC_1_PI;
 
-/// What a principled material is made of.
+/// The parameters of a principled material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PrincipledParameters {
     /// Albedo of the base, reflectance of the metal, tint of the glass.
@@ -44,24 +44,24 @@ pub struct PrincipledParameters {
     pub roughness: f32,
     /// Refractive index of coat and glass, inside over outside.
     pub ior: f32,
-    /// The share of the dielectric that is glass instead of coat and base.
+    /// The fraction of the dielectric that is glass instead of coat and base.
     pub transmission: f32,
 }
 
-/// A principled surface at one point; of another colour it is cheap to make, by [`Principled::coloured`].
+/// The principled BSDF at a point of a surface. [`Principled::coloured`] changes its colour at little cost.
 #[derive(Debug, Clone, Copy)]
 pub struct Principled {
     facets: Option<Ggx>,
     albedo: AlbedoRow,
-    /// The facets' reflectance at normal incidence, of metal and coat together.
+    /// Reflectance of the microfacets at normal incidence, metal and coat together.
     f0: Rgb,
-    /// The same at grazing angles: the share of the surface that is not glass.
+    /// Reflectance of the microfacets at grazing angles: the fraction of the surface that is not glass.
     f90: f32,
-    /// Colour of the light between the metal's facets.
+    /// Colour of the metal's multiple scattering.
     metal_ms: Rgb,
-    /// Colour of the matte base.
+    /// Colour of the diffuse base.
     base: Rgb,
-    /// The shares of the surface that are metal, coat over base, and glass: all of it.
+    /// Fractions of the surface that are metal, coat over base, and glass; they sum to one.
     metal_share: f32,
     coat_share: f32,
     glass_share: f32,
@@ -72,20 +72,20 @@ pub struct Principled {
     glass: Dielectric,
 }
 
-/// The probabilities of the lobes towards one `wo`, which sum to one.
+/// The probabilities of sampling each lobe for a given `wo`, which sum to one.
 #[derive(Debug, Clone, Copy)]
 pub struct Choice {
     facets: f32,
-    /// Light between the metal's facets.
+    /// Multiple scattering of the metal.
     metal_ms: f32,
     base: f32,
     glass: f32,
-    /// The single scattering towards `wo`, looked up on the way.
+    /// The single scattering towards `wo`, kept for evaluation.
     o: SingleScatter,
 }
 
 impl Principled {
-    /// The surface of these parameters.
+    /// Creates the BSDF of the given parameters.
     #[inline]
     pub fn new(parameters: &PrincipledParameters) -> Self {
         let &PrincipledParameters {
@@ -117,7 +117,7 @@ impl Principled {
         .coloured(base_color)
     }
 
-    /// The same surface with another base colour.
+    /// Returns the BSDF with another base colour.
     #[inline]
     pub fn coloured(&self, base_color: Rgb) -> Self {
         let metal_ms = if self.metal_share > 0.0 {
@@ -148,7 +148,7 @@ impl Principled {
         glass_is_delta && (opaque_is_delta || self.f90 == 0.0)
     }
 
-    /// The effects that a kernel needs for it.
+    /// The effects that a kernel needs for this BSDF.
     pub fn effects(&self) -> EffectSet {
         let facets = if self.facets.is_some() {
             Effect::Glossy
@@ -167,7 +167,7 @@ impl Principled {
             .with_if(Effect::Transmission, has_glass)
     }
 
-    /// A lobe by its share of the albedo, then its direction; `choice` is that of `wo`.
+    /// Samples a lobe by its share of the albedo, then a direction; `choice` is [`Principled::choice`] of `wo`.
     #[inline]
     pub fn sample(
         &self,
@@ -203,7 +203,7 @@ impl Principled {
         self.weigh(wo, wi, lobe, choice)
     }
 
-    /// Each lobe's share of the albedo towards `wo`, by the brightest channel.
+    /// Computes each lobe's share of the albedo towards `wo`, by the brightest channel.
     #[inline]
     pub fn choice(&self, wo: Vec3) -> Choice {
         let o = self.albedo.at(wo.z.abs());
@@ -222,7 +222,7 @@ impl Principled {
         }
     }
 
-    /// All lobes but deltas; `choice` is that of `wo`.
+    /// Evaluates all lobes except deltas; `choice` is [`Principled::choice`] of `wo`.
     #[inline]
     pub fn eval(&self, wo: Vec3, choice: &Choice, wi: Vec3) -> BsdfValue {
         let mut value = BsdfValue::default();
@@ -237,7 +237,7 @@ impl Principled {
         value
     }
 
-    /// All but glass, both directions above.
+    /// Evaluates all lobes except glass, both directions above the surface.
     #[inline]
     fn eval_opaque(&self, wo: Vec3, wi: Vec3, choice: &Choice) -> BsdfValue {
         let (o, i) = (choice.o, self.albedo.at(wi.z));
@@ -258,7 +258,7 @@ impl Principled {
         }
     }
 
-    /// The facets' reflectance.
+    /// The reflectance of the microfacets by Schlick's approximation.
     #[inline]
     fn schlick(&self, cos: f32) -> Rgb {
         self.f0.lerp(Rgb::grey(self.f90), schlick_weight(cos))
@@ -286,7 +286,7 @@ impl Principled {
         })
     }
 
-    /// The sample `wi` with its weight over all lobes.
+    /// Builds the sample of direction `wi`, weighted over all lobes.
     #[inline]
     fn weigh(&self, wo: Vec3, wi: Vec3, lobe: Lobe, choice: &Choice) -> Option<BsdfSample> {
         let value = self.eval(wo, choice, wi);

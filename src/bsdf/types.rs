@@ -1,4 +1,4 @@
-//! What every scattering model answers, and the conventions they all keep.
+//! The types and conventions that all BSDF models share.
 //!
 //! - Directions are local and of unit length: z is the shading normal. `wo` points to where the path came from, `wi`
 //!   to where light comes from; both point away from the surface.
@@ -6,7 +6,7 @@
 //! - `eta` is a ratio of refractive indices, inside over outside; inside is where z is negative.
 //! - f is radiance transport: refraction carries the factor (n_o / n_i)^2 of radiance. Importance transport (for light
 //!   paths) is this f with both directions exchanged.
-//! - A delta lobe cannot be evaluated: `eval` leaves it out, `sample` returns it without a density.
+//! - A delta lobe cannot be evaluated: `eval` leaves it out, and `sample` returns it without a density.
 //!
 //! Measure: f per steradian, densities per steradian.
 //! Range: both directions anywhere on the sphere; exactly tangential ones scatter nothing.
@@ -18,39 +18,39 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
 use crate::sampling::warp::{sample_hemisphere_cosine, sample_hemisphere_cosine_lanes};
 
-/// The value of a BSDF for one pair of directions, and how likely `sample` is to find it.
+/// The value of a BSDF for one pair of directions, and the density with which `sample` generates it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BsdfValue {
     /// f(wo, wi), without the cosine and without delta lobes.
     pub f: Rgb,
-    /// The density of `sample` at wi, given wo; delta lobes take their share of the probability, not of the density.
+    /// The density of `sample` at wi, given wo. Delta lobes take their share of the probability, but have no density.
     pub pdf: PdfSolidAngle,
 }
 
-/// Both directions mirrored to the upper side, for models that scatter alike from both; `None` if they are on different
-/// sides or one is tangential.
+/// Mirrors both directions to the upper side, for models that scatter alike on both; `None` if the directions are on
+/// different sides or one is tangential.
 #[inline]
 pub fn facing_up(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3)> {
     let up = |w: Vec3| Vec3::new(w.x, w.y, w.z.abs());
-    // Signs, not the product, which underflows for two grazing directions.
+    // Compare signs: the product underflows for two grazing directions.
     let same_side = (wo.z > 0.0 && wi.z > 0.0) || (wo.z < 0.0 && wi.z < 0.0);
     same_side.then(|| (up(wo), up(wi)))
 }
 
-/// The random numbers that choose a direction, in [0, 1).
+/// The random numbers for sampling a direction, in [0, 1).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BsdfSampleInput {
-    /// Chooses among lobes, and is spent by that.
+    /// Number for the choice of the lobe, and for nothing else.
     pub lobe: f32,
-    /// Choose the direction.
+    /// Numbers for the direction.
     pub u: Vec2,
-    /// The direction that they choose by the cosine, which most surfaces ask for: whoever has many of them works it out for all
-    /// of them side by side.
+    /// The cosine-weighted direction for `u`, which most BSDFs need. It is stored so that callers with many inputs can
+    /// compute it in SIMD lanes.
     pub by_cosine: Vec3,
 }
 
 impl BsdfSampleInput {
-    /// One number for the lobe and two for the direction.
+    /// Creates the input from one number for the lobe and two for the direction.
     #[inline]
     pub fn new(lobe: f32, u: Vec2) -> Self {
         Self {
@@ -60,7 +60,7 @@ impl BsdfSampleInput {
         }
     }
 
-    /// Of many, each two numbers for the direction and one for the lobe: added in their order.
+    /// Appends the inputs of `drawn` in order, each from two numbers for the direction and one for the lobe.
     pub fn add_each(drawn: &[[f32; 3]], all: &mut Vec<Self>) {
         let (mut asked, mut found) = ([[0.0; LANES]; 2], [[0.0; LANES]; 3]);
         for drawn in drawn.chunks(LANES) {
@@ -86,33 +86,33 @@ impl BsdfSampleInput {
 /// A sampled direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BsdfSample {
-    /// The direction that light comes from, local.
+    /// The incident direction, local.
     pub wi: Vec3,
     /// f |cos(wi)| / pdf, over all lobes that could have produced `wi`.
     pub weight: Rgb,
     /// The density of `wi`; `None` for a delta lobe.
     pub pdf: Option<PdfSolidAngle>,
-    /// What happened.
+    /// The sampled lobe.
     pub lobe: Lobe,
 }
 
-/// The kind of scattering that a sample stands for.
+/// The kind of scattering of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lobe {
-    /// Cosine-like reflection.
+    /// Diffuse reflection.
     Diffuse,
-    /// Reflection about a rough surface.
+    /// Reflection by a rough surface.
     GlossyReflection,
     /// Refraction through a rough surface.
     GlossyTransmission,
-    /// Mirror reflection: a delta.
+    /// Mirror reflection: a delta lobe.
     SpecularReflection,
-    /// Refraction through a smooth surface: a delta.
+    /// Refraction through a smooth surface: a delta lobe.
     SpecularTransmission,
 }
 
 impl Lobe {
-    /// Whether the path goes through the surface.
+    /// Whether the lobe transmits light through the surface.
     #[inline]
     pub fn is_transmission(self) -> bool {
         matches!(self, Self::GlossyTransmission | Self::SpecularTransmission)

@@ -1,7 +1,8 @@
 //! The kernels: sets of effects that code is compiled for.
 //!
-//! A scene is rendered by the smallest set that has all its effects. The sets follow what scenes are like: matte rooms,
-//! glass and mirrors, textured models, and each with a lens, with motion, with instances. The last has everything.
+//! A scene is rendered by the kernel with the fewest effects that has all effects of the scene. The sets follow common
+//! scenes: diffuse rooms, glass and mirrors, textured models, and each with a lens, with motion, with instances. The last
+//! set has every effect.
 //!
 //! Measure: none.
 //! Range: every set of effects has a kernel.
@@ -32,10 +33,10 @@ macro_rules! switch {
     ($effect:ident [$other:ident $($rest:ident)*]) => { switch!($effect [$($rest)*]) };
 }
 
-/// Declares the kernels, each as a variant, as a type, and as an arm of [`with_kernel`](crate::effects::with_kernel).
+/// Declares the kernels, each as a variant, as a type, and as an arm of [`Kernel::run`].
 macro_rules! kernels {
     ($($(#[$doc:meta])* $kernel:ident = $name:literal [$($effect:ident)*];)*) => {
-        /// Code for a set of effects.
+        /// A kernel: code compiled for a set of effects.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub enum Kernel {
             $($(#[$doc])* $kernel,)*
@@ -71,7 +72,7 @@ macro_rules! kernels {
         }
 
         impl Kernel {
-            /// Every kernel, the one with everything last.
+            /// Every kernel, the one with every effect last.
             pub const ALL: &'static [Self] = &[$(Self::$kernel),*];
 
             /// The name in tables, JSON and on the command line.
@@ -81,14 +82,14 @@ macro_rules! kernels {
                 }
             }
 
-            /// The effects that it is compiled for.
+            /// The effects that the kernel is compiled for.
             pub const fn effects(self) -> EffectSet {
                 match self {
                     $(Self::$kernel => types::$kernel::SET,)*
                 }
             }
 
-            /// Runs a job with the kernel as a type.
+            /// Runs a job with the kernel as a type parameter.
             #[inline]
             pub fn run<J: KernelJob>(self, job: J) -> J::Output {
                 match self {
@@ -99,30 +100,30 @@ macro_rules! kernels {
     };
 }
 
-/// Something to do with a kernel that is known only when running.
+/// A job for a kernel that is known only at run time.
 pub trait KernelJob {
-    /// What it yields.
+    /// The result of the job.
     type Output;
-    /// Does it with the kernel for the effects `E`.
+    /// Runs the job with the kernel for the effects `E`.
     fn run<E: Effects>(self) -> Self::Output;
 }
 
 kernels! {
-    /// Matte surfaces and one lamp.
+    /// Diffuse surfaces and one area light.
     Matte = "matte" [AreaLights];
-    /// Matte surfaces with textures and normals, under lamps and a plain sky.
+    /// Diffuse surfaces with textures and shading normals, area lights and a constant environment.
     Textured = "textured" [
         ShadingNormals Textures Environment AreaLights ManyLights
     ];
-    /// Matte surfaces, mirrors and smooth glass, under lamps and a plain sky.
+    /// Diffuse surfaces, mirrors and smooth glass, area lights and a constant environment.
     Specular = "specular" [
         Specular Transmission Environment AreaLights ManyLights
     ];
-    /// Any material, under lamps and a plain sky.
+    /// Any BSDF, area lights and a constant environment.
     Room = "room" [
         ShadingNormals Textures Glossy Specular Transmission Environment AreaLights ManyLights
     ];
-    /// Any material, under lamps and a plain sky, with a lens, all of it moving.
+    /// Any BSDF, area lights and a constant environment, with a lens, motion and instances.
     Moving = "moving" [
         ShadingNormals Textures Glossy Specular Transmission Lens Motion Environment AreaLights
         ManyLights Instances
@@ -132,12 +133,12 @@ kernels! {
         ShadingNormals Textures NormalMaps Alpha OneSided Glossy Specular Transmission Lens
         Environment EnvironmentMap DeltaLights AreaLights ManyLights
     ];
-    /// All of that with instances.
+    /// Any material and any light, with a lens and instances.
     Forest = "forest" [
         ShadingNormals Textures NormalMaps Alpha OneSided Glossy Specular Transmission Lens
         Environment EnvironmentMap DeltaLights AreaLights ManyLights Instances
     ];
-    /// Everything.
+    /// Every effect.
     Everything = "everything" [
         ShadingNormals Textures NormalMaps Alpha OneSided Glossy Specular Transmission Lens Motion
         Environment EnvironmentMap DeltaLights AreaLights ManyLights Instances
@@ -145,15 +146,15 @@ kernels! {
 }
 
 impl Kernel {
-    /// The smallest kernel that has all of these effects.
+    /// The kernel with the fewest effects that has all of the given ones.
     pub fn smallest_for(effects: EffectSet) -> Self {
         Self::smallest_of(Self::ALL.iter().copied(), effects)
     }
 
-    /// The smallest of some kernels that has all of these effects.
+    /// The kernel with the fewest effects, among the given kernels, that has all of the given effects.
     ///
     /// # Panics
-    /// If none of them has.
+    /// If none of them has all.
     pub fn smallest_of(kernels: impl Iterator<Item = Self>, effects: EffectSet) -> Self {
         let fitting = kernels.filter(|k| k.effects().contains(effects));
         fitting

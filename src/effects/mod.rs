@@ -1,8 +1,8 @@
-//! The effects that a scene can call for, sets of them, and the kernels compiled for some sets.
+//! The effects that a scene can require, sets of them, and the kernels compiled for some sets.
 //!
 //! An effect is on when something in the scene needs it. A kernel is code for a set of effects: it renders any scene that
-//! calls for no other, and gives bit for bit what the kernel with all effects gives. What is not in the set is not
-//! compiled into it, and its state takes no memory.
+//! requires no other, and its results equal bit for bit those of the kernel with all effects. Effects outside the set are
+//! not compiled into it, and their state takes no memory.
 //!
 //! Measure: none.
 //! Range: at most 32 effects.
@@ -14,25 +14,25 @@ pub mod switch;
 pub use kernel::Kernel;
 pub use switch::{Effects, Slot, State, Switch};
 
-/// What a kernel does with something that its effects do not let into the scene: a scene is rendered by a kernel that has
-/// all of its effects, which `render` makes sure of.
+/// Panics where a kernel lacks an effect of the scene. `render` ensures that a scene is rendered by a kernel that has all
+/// of its effects.
 #[cold]
 pub(crate) fn beyond_kernel() -> ! {
     unreachable!("a kernel was chosen that lacks an effect of the scene")
 }
 
-/// Something that a renderer simulates only where a scene calls for it.
+/// A feature that the renderer simulates only where a scene requires it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Effect {
     /// Shading normals that differ from the geometric ones.
     ShadingNormals,
     /// Colours that vary over a surface.
     Textures,
-    /// Shading normals out of pictures.
+    /// Shading normals from images.
     NormalMaps,
-    /// Surfaces that are partly not there.
+    /// Partly transparent surfaces (alpha).
     Alpha,
-    /// Surfaces that absorb what falls on their back.
+    /// Surfaces whose back absorbs all light.
     OneSided,
     /// Rough reflection.
     Glossy,
@@ -40,19 +40,19 @@ pub enum Effect {
     Specular,
     /// Light that passes through surfaces.
     Transmission,
-    /// A lens of some size.
+    /// A lens of finite aperture.
     Lens,
     /// A moving camera, or moving objects, while the shutter is open.
     Motion,
-    /// Light from everywhere beyond the scene.
+    /// Environment light: light at infinity in all directions.
     Environment,
-    /// Light from beyond the scene that varies with direction.
+    /// Environment light that varies with direction.
     EnvironmentMap,
-    /// Lights without a size: point, spot and distant.
+    /// Delta lights: point, spot and distant.
     DeltaLights,
     /// Shapes that emit.
     AreaLights,
-    /// More than one light to choose from.
+    /// More than one light to select from.
     ManyLights,
     /// Groups of shapes placed several times, or moving.
     Instances,
@@ -101,7 +101,7 @@ impl Effect {
         }
     }
 
-    /// What a kernel without the effect leaves out.
+    /// The work that a kernel without the effect leaves out.
     pub const fn leaves_out(self) -> &'static str {
         match self {
             Self::ShadingNormals => "interpolating normals, and mending those that point away",
@@ -156,33 +156,33 @@ impl EffectSet {
         Self(self.0 & !(1 << effect as u32))
     }
 
-    /// Whether the effect is in it.
+    /// Whether the effect is in the set.
     pub const fn has(self, effect: Effect) -> bool {
         self.0 >> effect as u32 & 1 == 1
     }
 
-    /// Whether every effect of `other` is in it.
+    /// Whether every effect of `other` is in the set.
     pub const fn contains(self, other: Self) -> bool {
         other.0 & !self.0 == 0
     }
 
-    /// How many effects it has.
+    /// The number of effects in the set.
     pub const fn len(self) -> u32 {
         self.0.count_ones()
     }
 
-    /// Whether it has none.
+    /// Whether the set is empty.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Its effects in order.
+    /// Iterates over the effects of the set in order.
     pub fn iter(self) -> impl Iterator<Item = Effect> {
         Effect::ALL.into_iter().filter(move |&e| self.has(e))
     }
 }
 
-/// The effects of both.
+/// The union of two sets.
 impl std::ops::BitOr for EffectSet {
     type Output = Self;
     fn bitor(self, other: Self) -> Self {
@@ -196,7 +196,7 @@ impl std::ops::BitOrAssign for EffectSet {
     }
 }
 
-/// The set of these effects.
+/// Builds the set of the given effects.
 impl FromIterator<Effect> for EffectSet {
     fn from_iter<I: IntoIterator<Item = Effect>>(effects: I) -> Self {
         effects.into_iter().fold(Self::NONE, Self::with)

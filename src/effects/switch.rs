@@ -1,4 +1,4 @@
-//! Effects as types: whether code for one is compiled in, and state that exists only then.
+//! Effects as types: compile-time switches for the code of each effect, and state that exists only if it is on.
 //!
 //! Measure: none.
 //! Range: [`Slot`]s of an absent effect have size zero.
@@ -7,19 +7,19 @@
 use super::{Effect, EffectSet};
 use std::fmt::Debug;
 
-/// On or off, known when compiling.
+/// A switch that is on or off at compile time.
 pub trait Switch: Debug + Clone + Copy + Send + Sync + 'static {
-    /// Which of both.
+    /// Whether the switch is on.
     const ON: bool;
-    /// A place for a value, if on.
+    /// Storage for a value, if the switch is on.
     type Of<T: Copy + Debug>: Slot<T>;
 }
 
-/// Compiled in.
+/// The switch of an effect that is compiled in.
 #[derive(Debug, Clone, Copy)]
 pub struct On;
 
-/// Left out.
+/// The switch of an effect that is left out.
 #[derive(Debug, Clone, Copy)]
 pub struct Off;
 
@@ -33,24 +33,24 @@ impl Switch for Off {
     type Of<T: Copy + Debug> = Absent;
 }
 
-/// A place for a value that only some kernels need.
+/// Storage for a value that only some kernels need.
 pub trait Slot<T: Copy>: Copy + Debug {
-    /// The place, and in it, if it exists, the value.
+    /// Creates the storage, and the value if it is stored.
     fn new(make: impl FnOnce() -> T) -> Self;
-    /// The value, or what stands for its absence.
+    /// Returns the value, or `absent` if none is stored.
     fn or(self, absent: T) -> T;
-    /// Changes the value, if there is one.
+    /// Changes the value, if one is stored.
     fn update(&mut self, change: impl FnOnce(T) -> T);
 }
 
-/// The state of a switch.
+/// The storage for a value of type `T` under the switch `S`.
 pub type State<S, T> = <S as Switch>::Of<T>;
 
-/// A value that is there.
+/// A stored value.
 #[derive(Debug, Clone, Copy)]
 pub struct Present<T>(T);
 
-/// A value that is not.
+/// A value that is not stored.
 #[derive(Debug, Clone, Copy)]
 pub struct Absent;
 
@@ -90,7 +90,7 @@ macro_rules! effects {
             $(#[doc = concat!("Whether it has [`Effect::", stringify!($effect), "`].")]
             type $effect: Switch;)*
 
-            /// All of them as a set.
+            /// All effects of the kernel as a set.
             const SET: EffectSet = EffectSet::NONE
                 $(.with_if(Effect::$effect, <Self::$effect as Switch>::ON))*;
         }

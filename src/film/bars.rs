@@ -1,26 +1,29 @@
-//! The error bar of each pixel: its standard error, with as many degrees of freedom as it is worth, and whether to trust it.
+//! The error bar of each pixel: the standard error of its mean, the degrees of freedom of its confidence interval,
+//! and a flag if it is unreliable.
 //!
-//! Four batches tell a variance s^2 with three degrees of freedom, which alone makes wide intervals. Neighbours have similar
-//! variances: if those about a pixel are drawn from a scaled inverse chi-square distribution with d0 degrees of freedom, the
-//! pixel's own variance, given s^2, has the expectation
+//! Four batches give a variance estimate s^2 with three degrees of freedom, which alone makes wide confidence
+//! intervals. Neighbouring pixels have similar variances: if the variances around a pixel follow a scaled inverse
+//! chi-square distribution with d0 degrees of freedom, the pixel's own variance, given s^2, has the expectation
 //!
 //!   v = ((d0 - 2) m + d s^2) / (d0 - 2 + d),
 //!
-//! with m the neighbours' mean of s^2, and its mean is off by Student's t with d0 + d degrees of freedom, scaled to that
-//! variance. Where neighbours are alike, d0 is large and v is m; where they are not, v is the pixel's own.
+//! with m the mean of s^2 over the neighbours. The error of the pixel's mean follows Student's t with d0 + d degrees
+//! of freedom, scaled to variance v. Where neighbours have similar variances, d0 is large and v is close to m; where
+//! they do not, v is close to the pixel's own s^2.
 //!
-//! d0 is fitted to the neighbours' mean of s: the square of the mean of s over the mean of s^2 is that of the distribution
-//! times that of the noise of s.
-//! Where rare bright samples rule, s^2 tells less than normal numbers would: with the excess kurtosis k of a batch's mean,
-//! d = 2 / (2/3 + k/4). Then the mean is not normal either. A t distribution of 4 + 6/k' degrees of freedom has the kurtosis
-//! k' of the mean, k/4; taken for a fifth of that, it has the middle and the tails that pixels of the gallery have.
+//! d0 is fitted to the neighbours' mean of s: the ratio (mean of s)^2 / (mean of s^2) is the product of this ratio
+//! for the distribution of true standard deviations and for the noise of s. Where rare bright samples dominate, s^2
+//! is less certain than for normal samples: with the excess kurtosis k of a batch mean, d = 2 / (2/3 + k/4). The
+//! pixel's mean is not normal then either. A t distribution with 4 + 6/k' degrees of freedom has excess kurtosis k'.
+//! The pixel's mean has k' = k/4; matching a fifth of this reproduces the centre and the tails of the distributions
+//! of pixels in the gallery.
 //!
-//! **Flags.** A pixel is flagged if its neighbours' means have an excess kurtosis above 8, or if more than a fifth
-//! of its neighbours have not met any light although others have. A pixel's own samples decide nothing: those that missed what is rare
-//! would seem to be the best.
+//! **Flags.** A pixel is flagged if its neighbours' means have an excess kurtosis above 8, or if more than a fifth of
+//! its neighbours are black in all batches although others are lit. The pixel's own samples are not used: a pixel
+//! that missed a rare contribution would appear to be the most reliable.
 //!
 //! Measure: radiance; an interval is mean ± se q, with q by [`standardised_student_quantile`].
-//! Range: a pixel that has not a sample in each batch is flagged. Pixels at the border have fewer neighbours.
+//! Range: a pixel without a sample in each batch is flagged. Pixels at the border have fewer neighbours.
 //! Source: Smyth 2004, "Linear Models and Empirical Bayes Methods for Assessing Differential Expression in Microarray
 //! Experiments", for moderated variances; the fit by the mean of s is ours. Tested below, in
 //! `tests/rendering/error_bars.rs` and by `make accuracy`.
@@ -35,41 +38,41 @@ use crate::planted::planted;
 use statrs::function::gamma::ln_gamma;
 use std::sync::LazyLock;
 
-/// Neighbours up to so many rows and columns away tell of a pixel's variance.
+/// Radius in pixels of the square of neighbours that the variance is moderated by.
 const NEAR: usize = 3;
-/// Neighbours up to so many away tell of the kurtosis, which takes more of them.
+/// Radius in pixels of the square of neighbours that the kurtosis is estimated from, which takes more of them.
 const FAR: usize = 5;
 
-/// Above this excess kurtosis of a pixel's mean, as its neighbours tell it, its bar is not to be trusted.
+/// The excess kurtosis of a pixel's mean, estimated from its neighbours, above which the pixel is flagged.
 const MOST_KURTOSIS: f32 = 8.0;
 
-/// The share of neighbours without light from which on a pixel is not to be trusted, if there are others.
+/// The share of black neighbours above which a pixel is flagged, if other neighbours are lit.
 const MOST_UNLIT: f32 = 0.2;
 
-/// The part of the kurtosis that the degrees of freedom are matched to.
+/// The fraction of the kurtosis that the degrees of freedom are matched to.
 const MATCHED: f32 = 0.2;
 
-/// The least degrees of freedom: of fewer than two there is no variance.
+/// The least degrees of freedom: Student's t has a variance only above 2.
 const LEAST_FREEDOM: f32 = 2.2;
 
-/// What is known of the error of each pixel.
+/// The standard error, degrees of freedom and flag of each pixel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorBars {
     /// The standard error of each channel.
     pub standard_errors: Image,
     /// Degrees of freedom of each pixel, row by row, above 2.
     pub freedom: Vec<f32>,
-    /// Which pixels are not to be trusted, row by row.
+    /// Flags of unreliable pixels, row by row.
     pub flags: Vec<bool>,
 }
 
 impl ErrorBars {
-    /// How many standard errors a pixel's mean is at most away from its expectation, with this probability.
+    /// The half-width of a pixel's confidence interval of this probability, in standard errors.
     pub fn quantile(&self, index: usize, probability: f64) -> f64 {
         standardised_student_quantile(self.freedom[index].into(), probability)
     }
 
-    /// The share of pixels that are not to be trusted.
+    /// The share of flagged pixels.
     pub fn flagged_share(&self) -> f64 {
         let flagged = self.flags.iter().filter(|&&flag| flag).count();
         flagged as f64 / self.flags.len() as f64
@@ -77,7 +80,7 @@ impl ErrorBars {
 }
 
 impl Film {
-    /// The error bars of all pixels.
+    /// Computes the error bars of all pixels.
     pub fn error_bars(&self) -> ErrorBars {
         let pixels = Pixels::of(self);
         let neighbours = Neighbours::of(&pixels);
@@ -108,19 +111,20 @@ impl Film {
     }
 }
 
-/// What the batches of each pixel say, in units of the picture's mean.
+/// Statistics of each pixel's batches, in units of the image's mean.
 struct Pixels {
     unit: f32,
     samples: Vec<u64>,
     /// The variance of a sample in each channel.
     variances: [Plane; 3],
-    /// The variance of luminance, and its root.
+    /// The variance of luminance and its square root.
     luminance: Plane,
     deviation: Plane,
-    /// The fourth cumulant and the squared variance of luminance over its variance: pixels of all brightnesses count, the noisier the more.
+    /// The fourth cumulant and the squared variance of luminance, each over the variance, so that pixels of all
+    /// brightnesses count, noisier ones more.
     fourth: Plane,
     squared: Plane,
-    /// 1 where no light was met.
+    /// 1 where all batches are black, else 0.
     unlit: Plane,
 }
 
@@ -166,7 +170,7 @@ impl Pixels {
     }
 }
 
-/// What the neighbours of each pixel say.
+/// Means over the neighbours of each pixel.
 struct Neighbours {
     variance: Plane,
     deviation: Plane,
@@ -193,14 +197,15 @@ impl Neighbours {
         }
     }
 
-    /// The excess kurtosis of a batch's mean; 0 if nothing varies.
+    /// The excess kurtosis of a batch mean; 0 without variance.
     fn kurtosis(&self, index: usize) -> f32 {
-        /// Beyond this, numbers are no longer told apart.
+        /// The largest kurtosis returned.
         const MOST: f32 = 1e4;
         let [fourth, squared] = [&self.fourth, &self.squared].map(|plane| plane.values[index]);
         match fourth {
             _ if fourth <= 0.0 => 0.0,
-            // Less than nothing by chance, beside a kurtosis: nothing but rare events.
+            // The unbiased estimate of the squared variance may fall below 0 by chance where only rare events
+            // contribute.
             _ if squared <= fourth / MOST => MOST,
             _ => fourth / squared,
         }
@@ -229,24 +234,24 @@ impl Neighbours {
     }
 }
 
-/// What a pixel's own variance counts, and what its neighbours' do.
+/// The degrees of freedom of a pixel's own variance and of its neighbours'.
 struct Weights {
-    /// Degrees of freedom of the own variance, d.
+    /// Degrees of freedom d of the pixel's own variance.
     own: f32,
-    /// Of the distribution that neighbours' variances are from, d0, above 2.
+    /// Degrees of freedom d0 of the distribution of the neighbours' variances, above 2.
     neighbours: f32,
     /// Excess kurtosis of the pixel's mean.
     kurtosis: f32,
 }
 
 impl Weights {
-    /// The expected variance, given its own estimate and the neighbours' mean.
+    /// The expected variance v, given the pixel's own estimate and the neighbours' mean.
     fn moderate(&self, own: f32, neighbours: f32) -> f32 {
         let prior = self.neighbours - 2.0;
         (prior * neighbours + self.own * own) / (prior + self.own)
     }
 
-    /// Degrees of freedom of the pixel's mean about its expectation.
+    /// The degrees of freedom of Student's t for the error of the pixel's mean.
     fn freedom(&self) -> f32 {
         let of_variance = self.own + self.neighbours;
         let of_mean = 4.0 + 6.0 / (MATCHED * self.kurtosis).max(f32::MIN_POSITIVE);
@@ -259,23 +264,24 @@ impl Weights {
     }
 }
 
-/// The mean of the root of a chi-square number over its degrees of freedom.
+/// The mean of sqrt(X / d), with X chi-square distributed with d degrees of freedom.
 fn mean_root_of_chi_square(freedom: f32) -> f32 {
     let d = f64::from(freedom);
     let ratio = ln_gamma(0.5 * (d + 1.0)) - ln_gamma(0.5 * d);
     ((2.0 / d).sqrt() * ratio.exp()) as f32
 }
 
-/// The squared mean of sigma over the mean of its square, for variances from a scaled inverse chi-square distribution, for many degrees of freedom.
+/// A table of E(sigma)^2 / E(sigma^2) for variances sigma^2 from a scaled inverse chi-square distribution, by degrees
+/// of freedom.
 struct InverseChiSquare {
-    /// Degrees of freedom and the ratio, both rising.
+    /// Pairs of degrees of freedom and ratio, both increasing.
     table: Vec<[f32; 2]>,
 }
 
 static INVERSE_CHI_SQUARE: LazyLock<InverseChiSquare> = LazyLock::new(InverseChiSquare::new);
 
 impl InverseChiSquare {
-    /// Degrees of freedom from 2.05 to 10,000.
+    /// Builds the table for degrees of freedom from 2.05 to 10,000.
     fn new() -> Self {
         const STEPS: u32 = 256;
         let (least, most) = (0.05_f64, 1e4_f64);
@@ -288,13 +294,13 @@ impl InverseChiSquare {
         }
     }
 
-    /// (d - 2) / 2 (Gamma((d - 1) / 2) / Gamma(d / 2))^2.
+    /// The ratio for d degrees of freedom, (d - 2) / 2 (Gamma((d - 1) / 2) / Gamma(d / 2))^2.
     fn ratio(d: f64) -> f64 {
         let roots = ln_gamma(0.5 * (d - 1.0)) - ln_gamma(0.5 * d);
         0.5 * (d - 2.0) * (2.0 * roots).exp()
     }
 
-    /// The degrees of freedom that have this ratio.
+    /// Returns the degrees of freedom with this ratio, linearly interpolated.
     fn freedom(&self, ratio: f32) -> f32 {
         let above = self.table.partition_point(|entry| entry[1] < ratio);
         if above == 0 {
@@ -331,7 +337,7 @@ mod tests {
         assert!((least - 2.05).abs() < 1e-4 && (most / 1e4 - 1.0).abs() < 1e-3);
     }
 
-    /// The shares of intervals that hold 1, at 50, 80, 95 and 99 %.
+    /// The shares of unflagged pixels whose intervals of 50, 80, 95 and 99 % contain the expectation 1.
     fn coverage(samples: u64, sample: impl Fn(usize, &mut Numbers) -> f64 + Copy) -> [f64; 4] {
         let mut held = [0; 4];
         let mut count = 0;
@@ -392,7 +398,7 @@ mod tests {
         };
         let near = [[0.44, 0.60], [0.76, 0.86], [0.93, 0.97], [0.975, 0.995]];
         assert_coverage("three events", coverage(64, rare), near);
-        // A fiftieth of an event a pixel, of which nearly nobody knows.
+        // A fiftieth of an event per pixel: nearly all pixels have not sampled one.
         let film = film(SIZE, 64, 1, |_, it| {
             let event = if it.uniform() < 0.02 / 64.0 {
                 3200.0
@@ -428,18 +434,18 @@ mod tests {
 
     #[test]
     fn pixels_beside_the_dark_are_not_trusted_where_light_is_rare() {
-        // One pixel in ten has met light.
+        // One pixel in ten is lit.
         let rare = film(SIZE, 16, 2, |pixel, it| {
             if pixel % 10 == 3 { it.uniform() } else { 0.0 }
         });
         assert!(rare.error_bars().flags.iter().all(|&flag| flag));
-        // A black background is no light that is rare.
+        // A black background is not a rare contribution.
         let half = film(SIZE, 16, 2, |pixel, it| {
             if pixel % 48 < 24 { it.uniform() } else { 0.0 }
         });
         let flags = half.error_bars().flags;
         assert!((0..SIZE.1 as usize).all(|y| !flags[48 * y + 47] && !flags[48 * y]));
-        // Before there are batches there is no trust.
+        // Pixels without a sample in each batch are flagged.
         assert!(film(SIZE, 3, 2, |_, it| it.uniform()).error_bars().flags[0]);
     }
 }

@@ -1,24 +1,24 @@
-//! The means of a pixel's batches, and what their spread says of the pixel's mean.
+//! Batch means of a pixel, and estimates of variance and cumulants from their spread.
 //!
-//! The samples of a pixel are dealt out to a few batches whose random numbers know nothing of each other. Samples of one
-//! batch are not independent where points are spread evenly; batches are, so that their spread tells the error whatever
-//! the sampler. Few of them leave each batch most of what even spreading gains, and each pixel a variance with three
-//! degrees of freedom, which `bars.rs` moderates by its neighbours.
+//! The samples of a pixel are assigned to a few batches with independent random numbers. Samples of one batch are not
+//! independent if they are stratified; batches are, so their spread gives the error for any sampler. With few
+//! batches, each keeps most of the gain of stratification, and the variance of a pixel has three degrees of freedom,
+//! which `bars.rs` moderates by its neighbours.
 //!
 //! Measure: radiance. Variances and cumulants are those of one sample, as if samples were independent: the variance of a
 //! mean of n samples is an n-th of it.
-//! Range: any number of samples; a batch without one says nothing. Cumulants take samples in every batch.
+//! Range: any number of samples; a batch without samples is ignored. Cumulants need samples in every batch.
 //! Source: L'Ecuyer, Nakayama, Owen and Tuffin 2023, "Confidence Intervals for Randomized Quasi-Monte Carlo Estimators";
 //! Fisher's k-statistics, as in Kendall and Stuart, "The Advanced Theory of Statistics", section 12.6. Tested below and in
 //! `tests/rendering/error_bars.rs`.
 
-/// Independent batches that the samples of a pixel are dealt out to in turn.
+/// The number of independent batches, to which the samples of a pixel are assigned in turn.
 pub const BATCHES: u64 = 4;
 
-/// As an index.
+/// [`BATCHES`] as a `usize`.
 const COUNT: usize = BATCHES as usize;
 
-/// Samples of each batch, of the first `n` of a pixel: sample i is in batch i mod [`BATCHES`].
+/// The sample count of each batch among the first `n` samples of a pixel: sample i is in batch i mod [`BATCHES`].
 pub fn samples_of_batches(n: u64) -> [u64; COUNT] {
     std::array::from_fn(|batch| (n + BATCHES - 1 - batch as u64) / BATCHES)
 }
@@ -26,14 +26,14 @@ pub fn samples_of_batches(n: u64) -> [u64; COUNT] {
 /// The means of the batches of one pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BatchMeans {
-    /// Each batch's mean of each channel; 0 without a sample.
+    /// The mean of each batch in each channel; 0 without a sample.
     pub means: [[f64; 3]; COUNT],
-    /// Samples of each batch.
+    /// The sample count of each batch.
     pub counts: [u64; COUNT],
 }
 
 impl BatchMeans {
-    /// Samples of all batches.
+    /// The sample count of all batches.
     pub fn samples(&self) -> u64 {
         self.counts.iter().sum()
     }
@@ -47,7 +47,8 @@ impl BatchMeans {
         })
     }
 
-    /// The variance of a sample in each channel, by the spread of the batches; `None` if fewer than two have samples.
+    /// The variance of one sample in each channel, estimated from the spread of the batch means; `None` if fewer than
+    /// two batches have samples.
     pub fn variance(&self) -> Option<[f64; 3]> {
         let used = self.counts.iter().filter(|&&count| count > 0).count();
         let mean = self.mean();
@@ -62,14 +63,15 @@ impl BatchMeans {
         })
     }
 
-    /// The cumulants of a batch's luminance, in units of one sample's variance; `None` unless all batches have samples.
+    /// The cumulants of a batch mean's luminance, in units of one sample's variance; `None` unless all batches have
+    /// samples.
     pub fn luminance_cumulants(&self) -> Option<Cumulants> {
         if self.counts.contains(&0) {
             return None;
         }
         let luminance = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
         let mean = luminance(self.mean());
-        // Of batches that differ in size by a sample the deviations are scaled to the same variance.
+        // Batch sizes may differ by one sample: deviations are scaled to the same variance.
         let power = |exponent: i32| {
             let batches = self.means.iter().zip(self.counts);
             let powers = batches.map(|(batch, count)| {
@@ -89,9 +91,8 @@ impl BatchMeans {
         })
     }
 
-    /// The difference of the two batches of a half, which is the even ones or the odd ones, in each channel, and that
-    /// square's share in the variance of a sample: times it, the square is an estimate of that variance. `None` unless both
-    /// have samples.
+    /// The difference between the two batch means of a half in each channel, and a factor: its product with the
+    /// squared difference is an estimate of the variance of one sample. `None` unless both batches have samples.
     pub fn contrast(&self, half: Half) -> Option<([f64; 3], f64)> {
         let [a, b] = half.batches();
         let [n_a, n_b] = [self.counts[a] as f64, self.counts[b] as f64];
@@ -121,10 +122,10 @@ pub enum Half {
 }
 
 impl Half {
-    /// Both.
+    /// Both halves.
     pub const ALL: [Self; 2] = [Self::Even, Self::Odd];
 
-    /// Its two batches.
+    /// The two batches of the half.
     pub fn batches(self) -> [usize; 2] {
         match self {
             Self::Even => [0, 2],
@@ -141,12 +142,12 @@ impl Half {
     }
 }
 
-/// What four batches say of the distribution that they are from, each without bias.
+/// Unbiased estimates from four batches.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Cumulants {
     /// The variance.
     pub variance: f64,
-    /// The fourth cumulant: 0 of a normal distribution.
+    /// The fourth cumulant: 0 for a normal distribution.
     pub fourth: f64,
     /// The square of the variance.
     pub squared_variance: f64,
@@ -175,7 +176,7 @@ mod tests {
 
     #[test]
     fn the_variance_is_that_of_a_sample() {
-        // The means of two samples each are 0, 1, 2, 3: their variance is 5/3, of a sample twice that.
+        // The means of two samples each are 0, 1, 2, 3: their variance is 5/3, that of one sample twice as much.
         let batches = grey([0.0, 1.0, 2.0, 3.0], [2; COUNT]);
         for variance in batches.variance().expect("there are several batches") {
             assert!((variance - 10.0 / 3.0).abs() < 1e-12);
@@ -189,7 +190,7 @@ mod tests {
         );
     }
 
-    /// Uniform numbers, each set of which has batches of these sizes.
+    /// Sets of batches of these sizes, of transformed uniform numbers.
     fn sets(counts: [u64; COUNT], sets: u64, of_uniform: fn(f64) -> f64) -> Vec<BatchMeans> {
         let mut state = 0_u64;
         let mut sample = || {
@@ -204,8 +205,8 @@ mod tests {
         (0..sets).map(|_| set()).collect()
     }
 
-    /// Over many sets of four batches, the estimates are those of the distribution that they are from: exponential, whose
-    /// variance is 1 and whose fourth cumulant is 6; of a mean of n, in units of a sample's variance, 6 / n.
+    /// Over many sets of four batches, the mean estimates are those of the exponential distribution, whose variance
+    /// is 1 and whose fourth cumulant is 6; of a mean of n, in units of a sample's variance, 6 / n.
     #[test]
     fn cumulants_have_no_bias() {
         const SETS: u64 = 200_000;

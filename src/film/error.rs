@@ -1,76 +1,76 @@
-//! How wrong a picture is: the root of relMSE, estimated from its own batches, and a bound that it is below.
+//! The error of an image: the root of relMSE, estimated from its own batches, and an upper confidence bound.
 //!
-//! relMSE is the mean over pixels and channels of (x - r)^2 / (r^2 + eps), eps = 0.01 mean(r)^2, with x the picture and r the
-//! truth. The expectation of (x - r)^2 is the variance v of the pixel's mean. Were r replaced by x, a bright sample would
-//! raise both v and x^2 and excuse itself. So v is taken from one half of the batches and r from the other, both ways, and E
-//! is the mean of both (`relative_variance.rs`).
+//! relMSE is the mean over pixels and channels of (x - r)^2 / (r^2 + eps), eps = 0.01 mean(r)^2, with x the image and
+//! r the truth. The expectation of (x - r)^2 is the variance v of the pixel's mean. With x in place of r, a bright
+//! sample would raise both v and x^2 and so hide its own error. Therefore v is taken from one half of the batches and
+//! r from the other, both ways, and E is the mean of both (`relative_variance.rs`).
 //!
-//! **The bound.** e_even and e_odd of a block of pixels know the same truth by different numbers: their differences tell the
-//! variance of E without a model of how the error varies over the picture, and blocks hold what correlates neighbours. The
-//! squared error of this one picture varies about its expectation by twice the variance that both halves' mean has, if
-//! pixels are normal, and less where few bright samples rule, which are in x and in v alike. Together: 3/4 of the sum of
-//! squared differences.
+//! **The bound.** e_even and e_odd of a block of pixels estimate the same value from different samples. Their
+//! differences give the variance of E without a model of how the error varies over the image, and blocks contain the
+//! correlation of neighbours. The squared error of this one image varies about its expectation with twice the
+//! variance of the halves' mean, if pixels are normal, and less where few bright samples dominate, which are in both
+//! x and v. Together: 3/4 of the sum of squared differences.
 //!
-//! **What cannot be told.** Where a few pixels rule the differences, so that E is not known to within [`UNRESOLVED`], or one
-//! sample alone could be more than [`OUTSHINING`] times the whole squared error if it came by chance to where it is, a
-//! truth with rare bright paths and one without cannot be told apart by these samples. Then there is no bound, and what is
-//! said is a lower one.
+//! **No bound.** Where a few pixels dominate the differences, so that the relative standard error of E exceeds
+//! [`UNRESOLVED`], or where a single sample, if it is there by chance, could account for more than [`OUTSHINING`]
+//! times the whole squared error, the samples cannot distinguish a scene with rare bright paths from one without.
+//! Then there is no upper bound, and a lower bound is reported.
 //!
 //! Measure: roots of relMSE, without unit.
-//! Range: pictures with a sample in each batch of every pixel, neither half of which is black.
+//! Range: images with a sample in each batch of every pixel, neither half of which is black.
 //! Source: docs/accuracy.md, "The error that is printed", has the measurements behind the constants. Tested below.
 
 use super::Film;
 use super::relative_variance::RelativeVariances;
 use crate::math::stats::student_quantile_of;
 
-/// How far the picture is likely to be from the truth.
+/// The estimated error of an image and its upper bound.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorEstimate {
-    /// Estimated root of relMSE.
+    /// The estimated root of relMSE.
     pub rel_rmse: f64,
-    /// The relative standard error of its square.
+    /// The relative standard error of the estimated relMSE.
     pub uncertainty: f64,
     /// The probability that the root of relMSE is below [`upper_bound`](Self::upper_bound).
     pub confidence: f64,
-    /// The bound of that confidence; infinite where there is none that the samples can tell.
+    /// The upper bound of the root of relMSE; infinite where the samples give none.
     pub upper_bound: f64,
-    /// Why there is no bound.
+    /// The reason why there is no upper bound.
     pub doubt: Option<Doubt>,
 }
 
-/// Why a picture's samples do not tell how large its error is, and the root of relMSE that it has at least.
+/// A reason why an image's samples give no upper bound of its error, with a lower bound of the root of relMSE.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Doubt {
-    /// Bright samples in a few pixels hold most of what is uncertain. The lower bound is that of the other pixels.
+    /// Bright samples in a few pixels cause most of the uncertainty. The lower bound is that of the other pixels.
     FewPixels {
         /// The lower bound.
         at_least: f64,
-        /// The share of these pixels.
+        /// The share of these pixels in all pixels.
         pixels: f64,
-        /// The share of the squared error that they hold.
+        /// The share of these pixels in the squared error.
         share: f64,
     },
-    /// A single sample may be more than the whole squared error as estimated.
+    /// A single sample may account for more than the whole estimated squared error.
     OneSample {
         /// The lower bound.
         at_least: f64,
-        /// How many times as much.
+        /// The term of that sample over the whole squared error.
         times: f64,
     },
-    /// The error has not fallen as it should since an earlier look.
+    /// The error has not fallen as expected since an earlier estimate.
     Rising {
         /// The lower bound.
         at_least: f64,
-        /// Samples per pixel at that look.
+        /// Samples per pixel at that estimate.
         samples: f64,
-        /// The root of relMSE as estimated then.
+        /// The root of relMSE estimated then.
         rel_rmse: f64,
     },
 }
 
 impl Doubt {
-    /// The root of relMSE is at least this.
+    /// The lower bound of the root of relMSE.
     pub fn at_least(&self) -> f64 {
         match *self {
             Self::FewPixels { at_least, .. }
@@ -80,28 +80,28 @@ impl Doubt {
     }
 }
 
-/// The share of the squared error that smoothing and extrapolation may leave out: the greatest bias in the gallery's pictures is
-/// 3 %.
+/// The relative bias of the squared error that smoothing and extrapolation may cause: the greatest in the gallery's
+/// images is 3 %.
 pub(crate) const MODEL_ERROR: f64 = 0.03;
 
-/// Radiance is computed in single precision, whose rounding is no noise: the bound is never below this.
+/// The least value of the bound: radiance is computed in single precision, whose rounding does not appear as noise.
 const ROUNDING: f64 = 1e-6;
 
-/// The relative standard error of the squared error from which on it counts as unknown.
+/// The relative standard error of the squared error above which the error counts as unknown.
 const UNRESOLVED: f64 = 0.4;
 
-/// Standard errors from the squared error to its lower bound: 95 %, one-sided.
+/// The number of standard errors from the squared error to its lower bound: 95 %, one-sided.
 const SURE: f64 = 1.645;
 
-/// Pixels are few up to this share.
+/// The largest share of pixels that counts as few.
 const MOST_PIXELS: f64 = 0.05;
 
-/// How many times the whole squared error a single sample may be, at most.
+/// The largest ratio of a single sample's term to the whole squared error for which there is a bound.
 const OUTSHINING: f64 = 2.0;
 
 impl Film {
-    /// The estimated error of the picture, with an upper bound of this confidence. `None` before every pixel has a sample in
-    /// each batch, and for a picture of which half the samples are black.
+    /// Estimates the error of the image, with an upper bound of this confidence. `None` before every pixel has a
+    /// sample in each batch, and if either half of the batches is black.
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
         let parts = RelativeVariances::of(self)?;
         let differences = parts.block_differences();
@@ -122,12 +122,12 @@ impl Film {
             doubt,
         };
         if second == 0.0 {
-            // All batches are alike.
+            // All batches are equal.
             let bound = ((1.0 + MODEL_ERROR) * mse).sqrt();
             return Some(estimate(bound.hypot(ROUNDING), None));
         }
         let standard_error = (0.75 * second).sqrt();
-        // Satterthwaite: as many degrees of freedom as equal blocks would be.
+        // Satterthwaite's degrees of freedom: those of as many equal blocks.
         let freedom = 3.0 * second * second / fourth;
         let doubt = parts.doubt(standard_error);
         let bound = match doubt {
@@ -144,9 +144,9 @@ impl Film {
     }
 }
 impl RelativeVariances {
-    /// Whether few pixels have too much of the error for it to be known.
+    /// Returns the reason, if any, why the error is not known: a few pixels or a single sample with too much of it.
     ///
-    /// The lower bound is the best of those that leave the pixels out that hold most of the error, as many as it takes.
+    /// The lower bound leaves out the pixels with the largest errors, as many as make the bound largest.
     fn doubt(&self, standard_error: f64) -> Option<Doubt> {
         let mse = self.mean();
         let outshining = self.largest_sample / mse;
@@ -155,27 +155,27 @@ impl RelativeVariances {
             return None;
         }
         let mut pixels: Vec<usize> = (0..self.count()).collect();
-        // The largest first; equal ones in the order of the picture.
+        // Largest first; ties in the order of the pixels.
         pixels.sort_by(|&a, &b| self.part(b).total_cmp(&self.part(a)).then(a.cmp(&b)));
         let (mut rest, mut squares) = (0.0, 0.0);
-        let (mut best, mut left_out, mut share) = (0.0, 0, 0.0);
-        // From the smallest on: a sum less its largest part would leave nothing but rounding.
+        let (mut best, mut bright, mut share) = (0.0, 0, 1.0);
+        // From the smallest on: subtracting the largest term from the sum would leave only rounding error.
         for (place, &index) in pixels.iter().enumerate().rev() {
             rest += self.part(index);
             squares += self.difference(index).powi(2);
-            let bound = rest - SURE * (0.75 * squares).sqrt();
-            if bound > best {
-                (best, left_out, share) = (bound, place, 1.0 - rest / mse);
+            best = f64::max(best, rest - SURE * (0.75 * squares).sqrt());
+            if rest <= 0.5 * mse {
+                (bright, share) = (place, 1.0 - rest / mse);
             }
         }
-        // What is left out may have ruled the extrapolation, which else makes an error smaller.
+        // The pixels left out may have dominated the extrapolation, which otherwise reduces the error.
         let of_others = self.extrapolation.min(1.0) / self.extrapolation;
         let at_least = (of_others * best).sqrt();
-        let are_few = left_out as f64 <= MOST_PIXELS * self.count() as f64;
-        if is_unresolved && are_few && left_out > 0 {
+        let are_few = bright as f64 <= MOST_PIXELS * self.count() as f64;
+        if is_unresolved && are_few {
             Some(Doubt::FewPixels {
                 at_least,
-                pixels: left_out as f64 / self.count() as f64,
+                pixels: bright as f64 / self.count() as f64,
                 share,
             })
         } else if outshining > OUTSHINING {
@@ -184,7 +184,7 @@ impl RelativeVariances {
                 times: outshining,
             })
         } else {
-            // A small picture, or light in a small part of it: the bound is wide, and holds.
+            // A small image, or one lit in a small part only: the bound is wide, but it holds.
             None
         }
     }
@@ -204,12 +204,12 @@ mod tests {
         if y < 20 { slope } else { 0.1 * slope }
     }
 
-    /// Noise as wide as the light itself.
+    /// Noise with a standard deviation equal to the mean.
     fn noisy(pixel: usize, numbers: &mut Numbers) -> f64 {
         light(pixel) * (1.0 + numbers.normal())
     }
 
-    /// One sample in a hundred brings half of the light.
+    /// One sample in a hundred carries half of the light.
     fn rare(pixel: usize, numbers: &mut Numbers) -> f64 {
         let event = if numbers.uniform() < 0.01 { 50.0 } else { 0.0 };
         light(pixel) * (0.5 + 0.2 * numbers.normal() + event)
@@ -226,7 +226,8 @@ mod tests {
         (squares.sum::<f64>() / film.pixel_count() as f64).sqrt()
     }
 
-    /// Of 60 pictures at each count of samples: what is said over what is true, in the mean, and how many bounds hold.
+    /// The mean estimated error over the mean true error of 60 images with this sample count, and the number of
+    /// bounds that hold.
     fn told(sample: fn(usize, &mut Numbers) -> f64, samples: u64) -> (f64, u32) {
         let (mut said, mut truth, mut held) = (0.0, 0.0, 0);
         for seed in 0..60 {
@@ -285,12 +286,12 @@ mod tests {
             if let Doubt::FewPixels { pixels, share, .. } = doubt {
                 assert!(pixels < 0.01 && share > 0.3, "{doubt:?}");
             }
-            // What is left are the other pixels: 0.01 over 8, relative to light from 0.02 to 1.2.
+            // The other pixels remain: 0.01 over 8, relative to light from 0.02 to 1.2.
             let least = doubt.at_least();
             assert!((0.0003..0.06).contains(&least), "{doubt:?}");
             held += u32::from(least <= true_error(&film, truth));
         }
-        // One sample in fifty: most of the pictures have one.
+        // One sample in fifty is bright: most of the images have one.
         assert!(doubts >= 10 && held + 3 >= doubts, "{held} of {doubts}");
     }
 
@@ -298,7 +299,7 @@ mod tests {
     fn exact_pictures_have_no_error_and_black_halves_no_estimate() {
         let exact = film(SIZE, 16, 0, |pixel, _| light(pixel));
         let error = exact.error(0.95).expect("it has samples");
-        // Sums of equal numbers are rounded, and what is in single precision is exact to that.
+        // Sums of equal numbers are rounded, and samples are exact only to single precision.
         assert!(
             error.rel_rmse < 1e-6 && (1e-6..2e-6).contains(&error.upper_bound),
             "{error:?}"

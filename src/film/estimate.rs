@@ -1,14 +1,14 @@
-//! What a pixel's own samples say of it, without its neighbours.
+//! Mean and variance of each pixel from its own samples, without its neighbours.
 //!
 //! Measure: radiance, squared for variances.
-//! Range: nothing is known of a pixel with fewer samples than that takes.
+//! Range: a pixel with too few samples has no variance estimate.
 //! Source: none needed. Tested in `tests/rendering/adaptive_pixels.rs` and `tests/rendering/metropolis.rs`.
 
 use super::Film;
 use super::batches::BATCHES;
 use crate::math::stats::Moments;
 
-/// What is known of a pixel.
+/// The estimates of a pixel.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct PixelEstimate {
     /// The mean of each channel.
@@ -18,17 +18,17 @@ pub struct PixelEstimate {
 }
 
 impl PixelEstimate {
-    /// Its part of relMSE: the variance relative to the square of the mean, of the mean over the channels.
+    /// The pixel's term of relMSE: the variance over the squared mean plus `epsilon`, averaged over the channels.
     pub fn relative_variance(&self, epsilon: f64) -> f64 {
         let relative = |c: usize| self.variance[c] / (self.mean[c] * self.mean[c] + epsilon);
         let sum = relative(0) + relative(1) + relative(2);
-        // Of a black picture: nothing is known of it.
+        // A black image has no relative variance.
         if sum.is_finite() { sum / 3.0 } else { 0.0 }
     }
 }
 
 impl Film {
-    /// What is known of each pixel, row by row.
+    /// The estimates of each pixel, row by row.
     pub fn estimates(&self) -> Vec<PixelEstimate> {
         let mut estimates: Vec<PixelEstimate> = (0..self.pixel_count())
             .map(|index| {
@@ -46,8 +46,8 @@ impl Film {
         estimates
     }
 
-    /// The share of lit tiles whose mean is uncertain by more than a fifth, by the spread of batches: where these are of Markov
-    /// chains, they have not yet found the same.
+    /// The share of lit tiles whose mean has a relative standard error above a fifth, by the spread of batches. Where
+    /// batches are Markov chains, these chains have not yet converged to the same mean.
     pub fn disagreement(&self) -> f64 {
         const UNCERTAIN: f64 = 0.2;
         let (mut lit, mut uncertain) = (0, 0);
@@ -69,7 +69,7 @@ impl Film {
         f64::from(uncertain) / f64::from(lit.max(1))
     }
 
-    /// The pixels about one, at most `reach` rows and columns away, without itself.
+    /// The pixels around a pixel, at most `reach` rows and columns away, without the pixel itself.
     pub fn around(&self, index: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
         let (width, height) = (self.window.width as usize, self.window.height as usize);
         let (x, y) = (index % width, index / width);

@@ -1,4 +1,5 @@
-//! Reconstruction filters, importance sampled: a sample belongs to one pixel and is taken where the filter is large.
+//! Reconstruction filters, importance sampled: a sample belongs to one pixel, and its offset has a pdf proportional
+//! to the absolute value of the filter.
 //!
 //! Measure: pixels, from the centre of the pixel; f has unit integral over the plane.
 //! Range: u in [0, 1 - 2^-24]; offsets in [-radius, radius]. A radius that is not a positive number panics.
@@ -34,7 +35,7 @@ pub enum FilterKind {
 }
 
 impl FilterKind {
-    /// Every filter, by its name in scenes.
+    /// All filters with their names in scenes.
     pub const ALL: &'static [(&'static str, Self)] = &[
         ("box", Self::Box),
         ("tent", Self::Tent),
@@ -43,7 +44,7 @@ impl FilterKind {
         ("blackman-harris", Self::BlackmanHarris),
     ];
 
-    /// The radius that is used unless another one is written, in pixels.
+    /// The default radius in pixels.
     pub fn default_radius(self) -> f64 {
         match self {
             Self::Box => 0.5,
@@ -54,55 +55,56 @@ impl FilterKind {
     }
 }
 
-/// Cells over [0, radius]. A multiple of 14, so that Mitchell's filter has its knot (at 1/2) and its change of sign (at
-/// 4/7) between two cells: within a cell, no filter changes its sign.
+/// Number of table cells over [0, radius]. A multiple of 14, so that Mitchell's filter has its knot (at 1/2) and its
+/// change of sign (at 4/7) between two cells: within a cell, no filter changes its sign.
 const CELLS: usize = 448;
 
-/// Steps of the guide into the table: so many more than there are cells that the cell found is mostly the right one.
+/// Number of steps of the guide table: enough that the cell of a step is mostly the right one.
 const STEPS: usize = 4 * CELLS;
 
-/// A filter f(x) f(y), ready to be sampled.
+/// A separable filter f(x) f(y), tabulated for sampling and evaluation.
 ///
-/// The profile f is linear between tabulated values, which differ from the named shape by less than 10^-4 of its peak;
-/// sampling and evaluation use the same table, so that their ratio is exact.
+/// The profile f is linear between tabulated values, which differ from the named shape by less than 10^-4 of its
+/// peak. Sampling and evaluation use the same table, so their ratio is exact.
 #[derive(Debug, Clone)]
 pub struct Filter {
     radius: f64,
     /// f at the ends of the cells, with unit integral over [-radius, radius].
     values: Vec<f64>,
-    /// What sampling looks up, cell by cell.
+    /// Sampling data of each cell.
     cells: Vec<Cell>,
-    /// For each of `STEPS` equal steps of the cumulative share, the cell that it begins in.
+    /// The cell at the start of each of `STEPS` equal steps of the cumulative share.
     guide: Vec<u16>,
-    /// The radius, for sampling.
+    /// The radius in single precision, for sampling.
     reach: f32,
 }
 
-/// A cell of the table, as sampling needs it.
+/// Sampling data of one cell of the table.
 #[derive(Debug, Clone, Copy)]
 struct Cell {
     /// The share of the integral of |f| from 0 to the cell's end.
     to: f32,
-    /// One over the cell's own share.
+    /// The reciprocal of the cell's own share.
     scale: f32,
-    /// |f| at both ends, up to a factor.
+    /// Values of |f| at both ends of the cell, up to a factor.
     a: f32,
     b: f32,
-    /// The weight of a sample in the cell, for one axis: of the sign that f has there.
+    /// The weight of a sample in the cell for one axis, with the sign of f.
     weight: f32,
 }
 
-/// Where to take a sample, and what it counts.
+/// A sampled offset and its weight.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FilterSample {
-    /// From the centre of the pixel, in pixels.
+    /// The offset from the centre of the pixel, in pixels.
     pub offset: Vec2,
-    /// f over the density of the offset: 1 without negative lobes, else of either sign with mean 1.
+    /// The filter value over the pdf of the offset: 1 for filters without negative lobes, else of either sign with
+    /// mean 1.
     pub weight: f32,
 }
 
 impl Filter {
-    /// The filter of a description.
+    /// Builds the filter of a description.
     ///
     /// # Panics
     ///
@@ -162,7 +164,7 @@ impl Filter {
         self.radius
     }
 
-    /// An offset with density |f| over its integral.
+    /// Samples an offset with pdf |f| over its integral.
     #[inline]
     pub fn sample(&self, u: Vec2) -> FilterSample {
         let (x, x_weight) = self.sample_axis(u.x);
@@ -173,16 +175,16 @@ impl Filter {
         }
     }
 
-    /// f at an offset; 0 outside of the support.
+    /// The filter value at an offset; 0 outside of the support.
     pub fn evaluate(&self, offset: Vec2) -> f32 {
         (self.evaluate_axis(offset.x.into()) * self.evaluate_axis(offset.y.into())) as f32
     }
 
-    /// [`sample`](Self::sample) for each of some pairs of numbers, in their order.
+    /// Samples an offset for each pair of random numbers, in order; equal to [`sample`](Self::sample) for each.
     ///
     /// # Panics
     ///
-    /// If there are more than [`LANES`].
+    /// If there are more than [`LANES`] pairs.
     pub fn sample_each(&self, u: &[Vec2], mut tell: impl FnMut(FilterSample)) {
         if u.len() <= FEW {
             return u.iter().for_each(|&u| tell(self.sample(u)));
@@ -213,7 +215,8 @@ impl Filter {
         }
     }
 
-    /// One coordinate and its factor of the weight. The map from `u` rises, so that strata stay strata.
+    /// Samples one coordinate and its factor of the weight. The map from `u` is monotone, so stratification is
+    /// preserved.
     #[inline]
     fn sample_axis(&self, u: f32) -> (f32, f32) {
         let (signed, cell) = self.cell(u);
@@ -222,7 +225,7 @@ impl Filter {
         (offset_within(self.reach, within), found.weight)
     }
 
-    /// The share, with the sign of its side, and the cell that it is in.
+    /// Returns the cumulative share from the centre, with the sign of its side, and the cell that contains it.
     #[inline]
     fn cell(&self, u: f32) -> (f32, usize) {
         let signed = 2.0 * u - 1.0;
@@ -230,7 +233,7 @@ impl Filter {
         // A share of 1 belongs to the last step.
         let step = ((share * STEPS as f32) as usize).min(STEPS - 1);
         let mut cell = usize::from(self.guide[step]);
-        // Mostly one further at most, and which is a coin toss for the processor if it is a branch.
+        // Mostly at most one cell further; without a branch, which would be unpredictable.
         cell = (cell + usize::from(self.cells[cell].to <= share)).min(CELLS - 1);
         while self.cells[cell].to <= share && cell + 1 < CELLS {
             cell += 1;
@@ -249,7 +252,8 @@ impl Filter {
     }
 }
 
-/// The coordinate of a share in a cell, of which the numbers are those of [`Cell`], the share and the cell's own.
+/// The coordinate of a share within a cell. The numbers are those of [`Cell`] but the weight, the signed share and
+/// the index of the cell.
 #[inline(always)]
 fn offset_within(reach: f32, [to, scale, a, b, signed, cell]: [f32; 6]) -> f32 {
     let within = invert_linear(1.0 - (to - signed.abs()) * scale, a, b);
@@ -258,13 +262,13 @@ fn offset_within(reach: f32, [to, scale, a, b, signed, cell]: [f32; 6]) -> f32 {
 }
 
 vectorised! {
-    /// [`offset_within`] for each lane.
+    /// Computes [`offset_within`] for each lane.
     fn offsets_within(reach: f32, asked: &[Lanes<f32>; 6], offsets: &mut [Lanes<f32>; 1]) {
         each_lane(asked, offsets, |asked| [offset_within(reach, asked)]);
     }
 }
 
-/// The place in [0, 1] that has the share `u` before it, where the density goes from `a` to `b`, not both 0.
+/// Inverts the cumulative distribution at `u` for a density on [0, 1] that is linear from `a` to `b`, not both 0.
 #[inline(always)]
 fn invert_linear(u: f32, a: f32, b: f32) -> f32 {
     // The root of a x + (b - a) x^2 / 2 = u (a + b) / 2, in the form that does not cancel.
@@ -289,8 +293,8 @@ fn profile(kind: FilterKind, t: f64) -> f64 {
     }
 }
 
-/// Mitchell and Netravali 1988, "Reconstruction Filters in Computer Graphics", eq. 8 with B = C = 1/3, times 18; x in
-/// [0, 2]. The outer piece is factored, so that its zeros, 8/7 and 2, are exact.
+/// The profile of Mitchell and Netravali 1988, "Reconstruction Filters in Computer Graphics", eq. 8 with B = C = 1/3,
+/// times 18; x in [0, 2]. The outer piece is factored, so that its zeros, 8/7 and 2, are exact.
 fn mitchell(x: f64) -> f64 {
     if x < 1.0 {
         21.0 * x * x * x - 36.0 * x * x + 16.0
@@ -299,8 +303,8 @@ fn mitchell(x: f64) -> f64 {
     }
 }
 
-/// Harris 1978, "On the Use of Windows for Harmonic Analysis", the minimum four-term window; t in [0, 1] from its
-/// centre, where it reaches 6e-5.
+/// The minimum four-term window of Harris 1978, "On the Use of Windows for Harmonic Analysis"; t in [0, 1] from its
+/// centre to its end, where it is 6e-5.
 fn blackman_harris(t: f64) -> f64 {
     let angle = PI * t;
     0.35875 + 0.48829 * angle.cos() + 0.14128 * (2.0 * angle).cos() + 0.01168 * (3.0 * angle).cos()
@@ -377,8 +381,8 @@ mod tests {
         filter.cells[0].weight.into()
     }
 
-    /// Equidistant numbers leave only a rounding: every bin's share of the samples, times the excess and the sign, is the
-    /// integral of f over the bin, to the 2^-16 of one sample at either end of each of its pieces.
+    /// Equidistant numbers leave only rounding error: in each bin, the share of the samples, times the excess and the
+    /// sign, is the integral of f over the bin, up to 2^-16, one sample, at either end of each of its pieces.
     #[test]
     fn samples_are_distributed_as_the_filter_is() {
         const SAMPLES: u32 = 1 << 16;

@@ -1,34 +1,35 @@
-//! A noisy picture smoothed as far as its own noise asks for: what stands for the truth in the denominator of relMSE.
+//! A noisy image smoothed according to its own noise: the estimate of the truth in the denominator of relMSE.
 //!
-//! The picture is taken apart into its means over 5 x 5 pixels, what those over 3 x 3 pixels add to them, and what each pixel
-//! adds to that. Of either addition the share g = max(0, 1 - noise / energy) is kept, with its mean square about the pixel as
-//! the energy and the variance that noise alone would give it: Wiener's filter, in two steps. In flat regions this is a mean
-//! over 25 pixels, and at edges, or where there is little noise, the pixel itself.
+//! The image is decomposed into its mean over 5 x 5 pixels, the difference from it to the mean over 3 x 3 pixels, and
+//! the difference from that to the pixel. Each difference is scaled by g = max(0, 1 - noise / energy), with its mean
+//! square about the pixel as the energy and the variance that noise alone would give it as the noise: a Wiener filter
+//! in two steps. In flat regions the result is a mean over 25 pixels, and at edges, or where there is little noise,
+//! the pixel itself.
 //!
-//! Measure: that of the picture; variances of its pixels.
-//! Range: any picture.
+//! Measure: that of the image; variances of its pixels.
+//! Range: any image.
 //! Source: Wiener 1949, by local statistics as in Lee 1980, "Digital Image Enhancement and Noise Filtering by Use of Local
 //! Statistics". Tested below; its effect in `error.rs`.
 
 use crate::math::plane::Plane;
 
-/// Squares of 3 x 3 pixels, and of 5 x 5.
+/// Radii of the squares of 3 x 3 pixels and of 5 x 5.
 const RADII: [usize; 2] = [1, 2];
 
-/// The variance that noise of variance 1 in each pixel gives to a pixel less its mean over 3 x 3 pixels, and to that mean less
-/// the one over 5 x 5.
+/// The variance of a pixel minus its mean over 3 x 3 pixels, and of that mean minus the one over 5 x 5, for noise of
+/// variance 1 in each pixel.
 const OF_NOISE: [f32; 2] = [1.0 - 1.0 / 9.0, 1.0 / 9.0 - 1.0 / 25.0];
 
-/// A picture with what is known of its noise.
+/// An image and the variance of its noise.
 pub struct Smoothed {
-    /// The picture.
+    /// The image.
     pub picture: Plane,
-    /// The mean variance of a pixel about each, over either square.
+    /// The variance of the pixels, averaged over either square about each.
     variances: [Plane; 2],
 }
 
 impl Smoothed {
-    /// A picture, and the variance of each of its pixels.
+    /// Builds it from an image and the variance of each of its pixels.
     pub fn new(picture: Plane, variance: &Plane) -> Self {
         Self {
             picture,
@@ -37,7 +38,7 @@ impl Smoothed {
     }
 }
 
-/// A picture with this many times the noise that is known, smoothed.
+/// Smooths an image whose noise has `times` the variance of `noise`.
 pub fn local_truth(picture: &Plane, noise: &Smoothed, times: f32) -> Plane {
     let [near, far] = RADII.map(|radius| picture.box_mean(radius));
     let fine = kept(picture, &near, 0, noise, times);
@@ -45,7 +46,7 @@ pub fn local_truth(picture: &Plane, noise: &Smoothed, times: f32) -> Plane {
     far.like(|i| far.values[i] + coarse[i] + fine[i])
 }
 
-/// Of the difference of a picture and its mean, the share that is not noise.
+/// The difference between an image and its mean, scaled by the share that is not noise.
 fn kept(picture: &Plane, mean: &Plane, step: usize, noise: &Smoothed, times: f32) -> Vec<f32> {
     let difference = picture.like(|i| picture.values[i] - mean.values[i]);
     let squares = difference.like(|i| difference.values[i] * difference.values[i]);
@@ -53,7 +54,7 @@ fn kept(picture: &Plane, mean: &Plane, step: usize, noise: &Smoothed, times: f32
     let of_noise = &noise.variances[step].values;
     let share = |i: usize| {
         let noise = times * OF_NOISE[step] * of_noise[i];
-        // Where there is no energy, there is nothing to keep.
+        // Without energy, nothing is kept.
         (1.0 - noise / energy[i].max(f32::MIN_POSITIVE)).max(0.0)
     };
     let kept = difference.values.iter().enumerate();
@@ -68,7 +69,8 @@ mod tests {
 
     const SIDE: usize = 64;
 
-    /// A picture with normal noise of this deviation, and the smoothed one's squared error over the variance of the noise.
+    /// The squared error of a smoothed image with normal noise of this standard deviation, over the variance of the
+    /// noise.
     fn left(truth: impl Fn(usize) -> f32, deviation: f32) -> f32 {
         let mut rng = Pcg32::new(5, 7);
         let mut uniform = || rng.next_u32() as f32 / 4_294_967_296.0;
@@ -86,10 +88,10 @@ mod tests {
 
     #[test]
     fn flat_regions_are_averaged_and_edges_kept() {
-        // Of 25 equal pixels a twenty-fifth is left, were it not for the energy that is there by chance.
+        // A mean of 25 equal pixels would leave a twenty-fifth; the energy of the noise itself leaves more.
         let flat = left(|_| 1.0, 0.1);
         assert!(flat < 0.2, "{flat}");
-        // A chessboard has nothing but edges: what is there by far is kept.
+        // A chessboard consists of edges far above the noise, which are kept.
         let board = left(|i| ((i % SIDE + i / SIDE) % 2) as f32, 0.01);
         assert!((0.9..1.1).contains(&board), "{board}");
         // One border between dark and bright.

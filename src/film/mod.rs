@@ -1,11 +1,12 @@
-//! The film: the picture's window, cut into tiles that are filled independently, and what comes out of them.
+//! The film: the window of the image, in tiles that are rendered independently, and the image and batch means
+//! computed from them.
 //!
-//! Each sample belongs to one pixel, and each pixel's samples are added in the order of their indices. So the picture
+//! Each sample belongs to one pixel, and each pixel's samples are added in the order of their indices. So the image
 //! does not depend on tiles, passes or threads.
 //!
 //! Measure: pixels; radiance.
-//! Range: a window of at least one pixel; tiles may have different sample counts after an interruption, and pixels where
-//! they are given out adaptively.
+//! Range: a window of at least one pixel; sample counts may differ between tiles after an interruption, and between
+//! pixels with adaptive sampling.
 //! Source: the image error of docs/accuracy.md. Tested below and in `tests/rendering/determinism.rs`.
 
 pub mod bars;
@@ -44,35 +45,35 @@ pub struct Window {
 }
 
 impl Window {
-    /// How many pixels.
+    /// The number of pixels.
     pub fn pixel_count(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height)
     }
 
-    /// Its pixels, row by row.
+    /// The pixels of the window, row by row.
     pub fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
         let columns = self.x..self.x + self.width;
         (self.y..self.y + self.height).flat_map(move |y| columns.clone().map(move |x| [x, y]))
     }
 }
 
-/// A part of the film.
+/// A rectangular part of the film.
 #[derive(Debug, Clone)]
 pub struct Tile {
-    /// Where it lies.
+    /// The pixels that the tile covers.
     pub window: Window,
-    /// Sums of its pixels, row by row.
+    /// The sample sums of the tile's pixels, row by row.
     pub pixels: Vec<PixelSums>,
-    /// Samples that every pixel of it has; where they differ, that it has at least.
+    /// The sample count of every pixel; where counts differ, the count that every pixel has at least.
     pub samples: u64,
-    /// Samples of each pixel, where they may differ.
+    /// The sample count of each pixel, where they may differ.
     pub counts: Option<Vec<u64>>,
-    /// Rays that the samples of each pixel took, where their counts may differ.
+    /// The number of rays traced for each pixel, where sample counts may differ.
     pub rays: Option<Vec<u64>>,
 }
 
 impl Tile {
-    /// Samples of the pixel at this place in the tile.
+    /// The sample count of the pixel at this index in the tile.
     pub fn count(&self, place: usize) -> u64 {
         match &self.counts {
             Some(counts) => counts[place],
@@ -80,7 +81,7 @@ impl Tile {
         }
     }
 
-    /// Samples of all its pixels together.
+    /// The sample count of all pixels of the tile.
     pub fn sample_count(&self) -> u64 {
         match &self.counts {
             Some(counts) => counts.iter().sum(),
@@ -89,18 +90,18 @@ impl Tile {
     }
 }
 
-/// The film.
+/// The film: tiles over a window, and splats.
 #[derive(Debug, Clone)]
 pub struct Film {
     window: Window,
     tile_size: u32,
     tiles: Vec<Tile>,
-    /// What light paths bring, if there are any.
+    /// The splats of light paths, if there are any.
     splats: Option<Splats>,
 }
 
 impl Film {
-    /// An empty film over `window`, in square tiles of `tile_size` pixels.
+    /// Builds an empty film over `window`, in square tiles of `tile_size` pixels.
     pub fn new(window: Window, tile_size: u32) -> Self {
         let step = tile_size.max(1);
         let starts = |from: u32, length: u32| (from..from + length).step_by(step as usize);
@@ -130,13 +131,13 @@ impl Film {
         }
     }
 
-    /// The same with room for what light paths bring.
+    /// Adds a buffer for the splats of light paths.
     pub fn with_splats(mut self) -> Self {
         self.splats = Some(Splats::new(self.window));
         self
     }
 
-    /// The same with counts of samples and rays for each pixel.
+    /// Adds counts of samples and rays for each pixel.
     pub fn with_counts(mut self) -> Self {
         for tile in &mut self.tiles {
             tile.counts = Some(vec![0; tile.pixels.len()]);
@@ -145,7 +146,7 @@ impl Film {
         self
     }
 
-    /// The part of the picture that it covers.
+    /// The part of the image that the film covers.
     pub fn window(&self) -> Window {
         self.window
     }
@@ -155,27 +156,27 @@ impl Film {
         &self.tiles
     }
 
-    /// The tiles, to be filled.
+    /// The tiles, mutable.
     pub fn tiles_mut(&mut self) -> &mut [Tile] {
         &mut self.tiles
     }
 
-    /// The tiles, to be filled, and what light paths bring meanwhile.
+    /// The tiles, mutable, and the buffer that light paths splat to at the same time.
     pub fn tiles_and_splats(&mut self) -> (&mut [Tile], Option<&Splats>) {
         (&mut self.tiles, self.splats.as_ref())
     }
 
-    /// What light paths have brought.
+    /// The splats of light paths.
     pub fn splats(&self) -> Option<&Splats> {
         self.splats.as_ref()
     }
 
-    /// Samples in all pixels together.
+    /// The sample count of all pixels.
     pub fn sample_count(&self) -> u64 {
         self.tiles.iter().map(Tile::sample_count).sum()
     }
 
-    /// Samples in each pixel, row by row.
+    /// The sample count of each pixel, row by row.
     pub fn sample_counts(&self) -> Vec<u64> {
         let mut counts = vec![0; self.window.pixel_count() as usize];
         for (index, _, samples) in self.means() {
@@ -184,7 +185,7 @@ impl Film {
         counts
     }
 
-    /// Rays that the samples of each pixel took, row by row; none without [`with_counts`](Self::with_counts).
+    /// The number of rays traced for each pixel, row by row; 0 without [`with_counts`](Self::with_counts).
     pub fn ray_counts(&self) -> Vec<u64> {
         let mut rays = vec![0; self.window.pixel_count() as usize];
         for tile in &self.tiles {
@@ -196,7 +197,7 @@ impl Film {
         rays
     }
 
-    /// The picture so far: the mean of each pixel.
+    /// The image so far: the mean of each pixel.
     pub fn develop(&self) -> Image {
         let [width, height] = [self.window.width, self.window.height];
         let mut image = vec![Rgb::BLACK; self.window.pixel_count() as usize];
@@ -206,8 +207,8 @@ impl Film {
         Image::new(width, height, image)
     }
 
-    /// The picture from the even batches. With the whole picture it tells that from the odd ones, which is independent of it,
-    /// if all batches of a pixel have as many samples.
+    /// The image of the even batches. If all batches of a pixel have the same sample count, the image of the odd
+    /// batches, which is independent, follows from this one and the whole image.
     pub fn develop_half(&self) -> Image {
         let [width, height] = [self.window.width, self.window.height];
         let pixels = (0..self.pixel_count()).map(|index| {
@@ -217,8 +218,8 @@ impl Film {
         Image::new(width, height, pixels.collect())
     }
 
-    /// The means of the batches of a pixel of the window, of its samples and of what light paths add to them. The two are not
-    /// independent, but batches are.
+    /// The batch means of a pixel of the window: of its samples plus the splats of light paths. Samples and splats
+    /// are not independent, but batches are.
     pub fn batch_means(&self, index: usize) -> BatchMeans {
         let (tile, place) = self.locate(index);
         let mut batches = tile.pixels[place].batch_means(tile.count(place));
@@ -230,12 +231,12 @@ impl Film {
         batches
     }
 
-    /// Whether every pixel has a sample in each batch, which is what an error can be told from.
+    /// Whether every pixel has a sample in each batch, which error estimates require.
     pub fn has_all_batches(&self) -> bool {
         self.tiles.iter().all(|tile| tile.samples >= BATCHES)
     }
 
-    /// The mean of each channel over the whole picture.
+    /// The mean of each channel over the whole image.
     pub fn mean(&self) -> [f64; 3] {
         let mut channels = [Moments::default(); 3];
         for (_, mean, _) in self.means() {
@@ -246,7 +247,7 @@ impl Film {
         channels.map(|moments| moments.mean())
     }
 
-    /// What is given for each pixel of the window, row by row, in the order of the tiles' pixels.
+    /// Splits values of the window's pixels, given row by row, by tile, in the order of the tiles' pixels.
     pub fn per_tile<T: Copy>(&self, of_pixels: &[T]) -> Vec<Vec<T>> {
         let of_tile = |tile: &Tile| {
             let pixels = tile.window.pixels();
@@ -255,12 +256,12 @@ impl Film {
         self.tiles.iter().map(of_tile).collect()
     }
 
-    /// The pixels of the window.
+    /// The number of pixels of the window.
     fn pixel_count(&self) -> usize {
         self.window.pixel_count() as usize
     }
 
-    /// The tile of a pixel of the window, and the pixel's place in it.
+    /// The tile of a pixel of the window, and the pixel's index in it.
     fn locate(&self, index: usize) -> (&Tile, usize) {
         let (width, step) = (self.window.width as usize, self.tile_size as usize);
         let (x, y) = (index % width, index / width);
@@ -268,12 +269,12 @@ impl Film {
         (tile, y % step * tile.window.width as usize + x % step)
     }
 
-    /// The index in the window of a pixel of the picture.
+    /// The index in the window of a pixel of the image.
     fn index(&self, [x, y]: [u32; 2]) -> usize {
         (y - self.window.y) as usize * self.window.width as usize + (x - self.window.x) as usize
     }
 
-    /// Each pixel's index in the window, mean and sample count.
+    /// The index in the window, mean and sample count of each pixel.
     fn means(&self) -> impl Iterator<Item = (usize, [f64; 3], u64)> {
         self.tiles.iter().flat_map(move |tile| {
             let pixels = tile.window.pixels().zip(&tile.pixels).enumerate();
@@ -289,7 +290,7 @@ impl Film {
     }
 }
 
-/// The sum, channel by channel.
+/// The sum of two colours, channel by channel.
 fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| a[c] + b[c])
 }

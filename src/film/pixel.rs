@@ -15,7 +15,7 @@ pub struct PixelSums {
 }
 
 impl PixelSums {
-    /// Takes the sample with this index in.
+    /// Adds the sample with this index.
     #[inline]
     pub fn add(&mut self, index: u64, sample: Rgb) {
         let batch = &mut self.batches[(index % BATCHES) as usize];

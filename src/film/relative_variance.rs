@@ -1,11 +1,12 @@
-//! The variance of each pixel over the square of the truth, by either half of the batches: the terms of a picture's relMSE.
+//! The relative variance of each pixel, over the squared truth, by either half of the batches: the terms of an
+//! image's relMSE.
 //!
 //!   E = (e_even + e_odd) / 2,   e_half = mean of v_half / (r_other^2 + eps_other),
 //!
-//! with v_half the variance of the picture's pixel by the two batches of one half, and r_other the other half's picture, smoothed
-//! as far as its own noise asks for (`local_truth.rs`). The noise left in r_other makes E too large, and nearly twice as
-//! much if r comes from one batch of the other half instead of two, Q: its noise doubles. E^2 / Q is free of that in the
-//! first order (Richardson's extrapolation).
+//! with v_half the variance of the pixel's mean, estimated from the two batches of one half, and r_other the image of
+//! the other half, smoothed according to its own noise (`local_truth.rs`). The noise left in r_other makes E too
+//! large. Q is the estimate with r from one batch of the other half instead of two: twice the noise, nearly twice the
+//! bias. E^2 / Q is free of this bias to first order (Richardson's extrapolation).
 //!
 //! Measure: relative variances, without unit.
 //! Range: films with a sample in each batch of every pixel, neither half of which is black.
@@ -17,10 +18,10 @@ use super::local_truth::{Smoothed, local_truth};
 use crate::math::plane::Plane;
 use crate::planted::planted;
 
-/// The edge of the blocks whose differences tell the uncertainty, in pixels.
+/// The edge in pixels of the blocks whose differences between halves give the uncertainty.
 const BLOCK: usize = 8;
 
-/// Blocks are smaller where there would be fewer of them than this.
+/// The least number of blocks; blocks are made smaller where there would be fewer.
 const LEAST_BLOCKS: usize = 32;
 
 /// The variance of each pixel's mean over the squared truth, by either half of the batches.
@@ -28,14 +29,15 @@ pub(super) struct RelativeVariances {
     width: usize,
     /// Means over the channels: the variance by the even batches, and by the odd ones.
     halves: [Vec<f64>; 2],
-    /// E / Q, the factor that takes the noise of the denominators out.
+    /// The factor E / Q, which removes the bias from noise in the denominators.
     pub(super) extrapolation: f64,
-    /// The largest term of relMSE that one sample of a pixel could be by itself.
+    /// The largest term of relMSE that a single sample could account for.
     pub(super) largest_sample: f64,
 }
 
 impl RelativeVariances {
-    /// Of a film; `None` without a sample in each batch of every pixel, and where a half of the batches is black.
+    /// Estimates the relative variances of a film; `None` without a sample in each batch of every pixel, or if a half
+    /// of the batches is black.
     pub(super) fn of(film: &Film) -> Option<Self> {
         if !film.has_all_batches() {
             return None;
@@ -46,7 +48,7 @@ impl RelativeVariances {
         if means.iter().any(|&mean| mean <= 0.0) {
             return None;
         }
-        // Single precision serves, in units of the picture's mean.
+        // Single precision suffices in units of the image's mean.
         let unit = 0.5 * (means[0] + means[1]);
         let epsilons = means.map(|mean| (0.01 * (mean / unit) * (mean / unit)) as f32);
         let mut halves = [vec![0.0; count], vec![0.0; count]];
@@ -80,7 +82,7 @@ impl RelativeVariances {
                 *sum += relative / 3.0;
             }
         }
-        // Of three channels, two halves and two batches of each.
+        // The sum is over three channels, two halves and two batches of each.
         let of_quarters = of_quarters / (12 * count) as f64;
         let of_halves = 0.5 * (sum(&halves[0]) + sum(&halves[1])) / count as f64;
         Some(Self {
@@ -95,7 +97,7 @@ impl RelativeVariances {
         })
     }
 
-    /// Pixels.
+    /// The number of pixels.
     pub(super) fn count(&self) -> usize {
         self.halves[0].len()
     }
@@ -106,7 +108,7 @@ impl RelativeVariances {
         self.extrapolation * both / self.count() as f64
     }
 
-    /// Each block's term in the difference of both halves' estimates.
+    /// The term of each block in the difference between the halves' estimates.
     pub(super) fn block_differences(&self) -> Vec<f64> {
         let [width, height] = [self.width, self.halves[0].len() / self.width];
         let blocks = |edge: usize| width.div_ceil(edge) * height.div_ceil(edge);
@@ -123,27 +125,27 @@ impl RelativeVariances {
         differences
     }
 
-    /// A pixel's term in the difference of both halves' estimates.
+    /// The term of a pixel in the difference between the halves' estimates.
     pub(super) fn difference(&self, index: usize) -> f64 {
         let [even, odd] = [self.halves[0][index], self.halves[1][index]];
         self.extrapolation * (even - odd) / self.count() as f64
     }
 
-    /// A pixel's term in the estimate.
+    /// The term of a pixel in the estimate of relMSE.
     pub(super) fn part(&self, index: usize) -> f64 {
         let both = self.halves[0][index] + self.halves[1][index];
         0.5 * self.extrapolation * both / self.count() as f64
     }
 }
 
-/// One channel of a film in units of the picture's mean.
+/// One channel of a film in units of the image's mean.
 struct Channel {
     batches: [Plane; BATCHES as usize],
     halves: [Smoothed; 2],
     whole: Smoothed,
-    /// The variance of the pixel's mean, by either half.
+    /// The variance of the pixel's mean, estimated by either half.
     variances: [Plane; 2],
-    /// The square of what the largest sample of a pixel can add to its mean, as the batches tell it.
+    /// The squared contribution of a pixel's largest sample to its mean, estimated from the batches.
     largest_sample: Plane,
 }
 
@@ -188,24 +190,25 @@ impl Channel {
         })
     }
 
-    /// The truth as a half tells it, and as each of its two batches does.
+    /// The estimate of the truth from a half, and from each of its two batches.
     fn truths(&self, half: Half) -> (Plane, [Plane; 2]) {
         let smoothed = &self.halves[half as usize];
         let of_half = local_truth(&smoothed.picture, smoothed, 1.0);
-        // A batch has half of the samples.
+        // A batch has half of the samples, so twice the variance.
         let of_batches = half
             .batches()
             .map(|batch| local_truth(&self.batches[batch], smoothed, 2.0));
         (of_half, of_batches)
     }
 
-    /// The truth as all batches tell it.
+    /// The estimate of the truth from all batches.
     fn whole_truth(&self) -> Plane {
         local_truth(&self.whole.picture, &self.whole, 1.0)
     }
 }
 
-/// What the largest sample of a pixel can have added to its mean: as much as its batches differ by.
+/// The largest contribution that a single sample can have made to the pixel's mean: the range of the batch means over
+/// their number.
 fn largest_sample(pixel: &BatchMeans, c: usize) -> f64 {
     let means = pixel.means.iter().map(|mean| mean[c]);
     let (least, most) = means.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| {
@@ -214,7 +217,7 @@ fn largest_sample(pixel: &BatchMeans, c: usize) -> f64 {
     (most - least) / BATCHES as f64
 }
 
-/// Variances over the squares of the truth.
+/// Variances over the squared truth plus epsilon.
 fn relative<'a>(
     variance: &'a Plane,
     truth: &'a Plane,
@@ -224,7 +227,7 @@ fn relative<'a>(
     pairs.map(move |(variance, truth)| f64::from(variance / (truth * truth + epsilon)))
 }
 
-/// The mean over pixels and channels of the picture that a half of the batches makes.
+/// The mean over pixels and channels of the image of a half of the batches.
 fn mean_of_half(film: &Film, half: Half) -> f64 {
     let pixels = 0..film.pixel_count();
     let sum: f64 = pixels

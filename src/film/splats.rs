@@ -1,13 +1,13 @@
-//! Light that falls on the film at places of its own choosing, as paths from the lights to the camera do.
+//! Splats: contributions at arbitrary film positions, as light paths that reach the camera make them.
 //!
-//! A splat counts for every pixel whose filter covers its place. Each pixel sums its splats up in two doubles of which the
-//! second holds what the first one loses. While the splats of a pixel and their sum span less than a factor of 2^80, nothing
-//! is lost at all, so that whichever order threads bring them in, the sum has the same bits; what is smaller is far below
-//! the last digit of a picture.
+//! A splat contributes to every pixel whose filter covers its position. Each pixel sums its splats in two doubles, of
+//! which the second holds the rounding error of the first. While the splats of a pixel and their sum span less than a
+//! factor of 2^80, the sum is exact, so it has the same bits for any order of the threads; smaller contributions are
+//! far below the last digit of an image.
 //!
-//! Measure: film positions in pixels from the upper left corner of the whole picture; radiance, times the number of light
-//! paths that it is to be divided by.
-//! Range: finite values; places anywhere. 192 bytes a pixel.
+//! Measure: film positions in pixels from the upper left corner of the whole image; radiance, times the number of
+//! light paths that it is to be divided by.
+//! Range: finite values; any position. 192 bytes a pixel.
 //! Source: Dekker 1971, "A Floating-Point Technique for Extending the Available Precision". Tested below and in
 //! `tests/rendering/bidirectional.rs`.
 
@@ -20,34 +20,34 @@ use crate::planted::planted;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
-/// A way of making a path: of so many vertices of a walk from the light and so many of one from the eye, ends included.
+/// A bidirectional strategy: s vertices of the light subpath and t of the camera subpath, endpoints included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Strategy {
-    /// From the light.
+    /// Vertices of the light subpath.
     pub s: usize,
-    /// From the eye.
+    /// Vertices of the camera subpath.
     pub t: usize,
 }
 
-/// Light at a place of the film.
+/// A contribution at a film position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Splat {
-    /// The place.
+    /// The film position.
     pub film: Vec2,
-    /// Radiance times light paths.
+    /// Radiance times the number of light paths.
     pub value: Rgb,
 }
 
-/// Light that a sample finds for other places of the film than that of its camera ray, and where such light counts.
+/// The splats of a sample at film positions other than that of its camera ray, and a test of where splats count.
 pub struct SplatList<'a> {
-    /// Whether light at a place would count.
+    /// Whether a splat at a film position would count.
     pub reaches: &'a dyn Fn(Vec2) -> bool,
-    /// The light.
+    /// The splats.
     pub splats: Vec<Splat>,
 }
 
 impl SplatList<'_> {
-    /// Where no such light counts.
+    /// An empty list, where no position counts.
     pub fn none() -> Self {
         Self {
             reaches: &|_| false,
@@ -56,7 +56,7 @@ impl SplatList<'_> {
     }
 }
 
-/// A sum in twice the precision.
+/// A sum in twice the precision of a double.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct ExactSum {
     high: f64,
@@ -64,7 +64,8 @@ struct ExactSum {
 }
 
 impl ExactSum {
-    /// Dekker's sum of two numbers and what it lost, which needs no order of their sizes (Knuth).
+    /// Adds a number and the rounding error of the sum (Dekker), in the form that does not depend on which number is
+    /// larger (Knuth).
     #[inline]
     fn add(&mut self, x: f64) {
         let sum = self.high + x;
@@ -76,7 +77,7 @@ impl ExactSum {
     }
 }
 
-/// The splats of one pixel in one batch.
+/// The splat sums of one pixel in one batch.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Sums([ExactSum; 3]);
 
@@ -94,17 +95,17 @@ fn batch_of(sample: u64) -> usize {
     (sample % BATCHES) as usize
 }
 
-/// The splats of all pixels.
+/// The splat sums of all pixels.
 #[derive(Debug)]
 pub struct Splats {
     window: Window,
-    /// Light paths so far, of each batch.
+    /// The number of light paths so far, of each batch.
     paths: [AtomicU64; BATCHES as usize],
     /// Pixels row by row, each with its batches.
     rows: Vec<Mutex<Vec<PixelSplats>>>,
 }
 
-/// The splats of one pixel, batch by batch.
+/// The splat sums of one pixel, batch by batch.
 type PixelSplats = [Sums; BATCHES as usize];
 
 impl Clone for Splats {
@@ -119,10 +120,10 @@ impl Clone for Splats {
 }
 
 impl Splats {
-    /// Bytes that the splats of a pixel take.
+    /// Memory of the splat sums of a pixel, in bytes.
     pub const BYTES_PER_PIXEL: usize = size_of::<PixelSplats>();
 
-    /// None yet, in the pixels of this window.
+    /// Builds an empty buffer for the pixels of this window.
     pub fn new(window: Window) -> Self {
         let row = vec![PixelSplats::default(); window.width as usize];
         Self {
@@ -134,18 +135,18 @@ impl Splats {
         }
     }
 
-    /// Memory that they take, in bytes.
+    /// The memory of the buffer, in bytes.
     pub fn memory(&self) -> usize {
         self.window.pixel_count() as usize * Self::BYTES_PER_PIXEL
     }
 
-    /// Whether the filter of any pixel covers this place.
+    /// Whether the filter of any pixel covers this position.
     #[inline]
     pub fn reaches(&self, filter: &Filter, film: Vec2) -> bool {
         Self::covers(self.window, filter, film)
     }
 
-    /// Whether the filter of any pixel of a window covers this place.
+    /// Whether the filter of any pixel of a window covers this position.
     #[inline]
     pub fn covers(window: Window, filter: &Filter, film: Vec2) -> bool {
         let rows = covering(filter, film.y, window.y, window.height);
@@ -153,19 +154,19 @@ impl Splats {
         !rows.is_empty() && !columns.is_empty()
     }
 
-    /// Takes in light of the sample with this index in one pixel of the picture, which is in the window.
+    /// Adds a contribution of the sample with this index to one pixel of the image, which is in the window.
     pub fn add_to_pixel(&self, sample: u64, [x, y]: [u32; 2], value: Rgb) {
         let mut row = self.row((y - self.window.y) as usize);
         let pixel = &mut row[(x - self.window.x) as usize];
         pixel[batch_of(sample)].add(value);
     }
 
-    /// Counts light paths of the sample with this index, whatever they find.
+    /// Counts light paths of the sample with this index, with or without splats.
     pub fn add_paths(&self, sample: u64, count: u64) {
         self.paths[batch_of(sample)].fetch_add(count, Ordering::Relaxed);
     }
 
-    /// Light paths of all batches.
+    /// The number of light paths of all batches.
     pub fn path_count(&self) -> u64 {
         (0..self.paths.len())
             .map(|batch| self.paths_of(batch))
@@ -176,7 +177,7 @@ impl Splats {
         self.paths[batch].load(Ordering::Relaxed)
     }
 
-    /// Takes in light that the sample with this index found. Threads may do so at once.
+    /// Adds a splat of the sample with this index. May be called by several threads at once.
     pub fn add(&self, filter: &Filter, sample: u64, film: Vec2, value: Rgb) {
         let batch = batch_of(sample);
         for y in self.rows_at(filter, film.y) {
@@ -206,7 +207,7 @@ impl Splats {
         })
     }
 
-    /// The splats of a pixel of the window.
+    /// The splat sums of a pixel of the window.
     fn pixel(&self, pixel: usize) -> PixelSplats {
         let width = self.window.width as usize;
         self.row(pixel / width)[pixel % width]
@@ -227,7 +228,8 @@ impl Splats {
     }
 }
 
-/// The pixels of `count` from `first` on whose centre is above `at` less the filter's radius, and not above `at` plus it.
+/// The pixels, of `count` from `first` on, whose centre is above `at` minus the filter's radius, and not above `at`
+/// plus it.
 #[inline]
 fn covering(filter: &Filter, at: f32, first: u32, count: u32) -> std::ops::Range<u32> {
     let (at, radius) = (f64::from(at) - 0.5, filter.radius());
@@ -254,7 +256,7 @@ mod tests {
         Filter::new(&FilterDescription { kind, radius })
     }
 
-    /// Places all over the window and around it, with values that differ by a factor of 10^9.
+    /// Splats over the window and around it, with values that differ by a factor of 10^9.
     fn splats() -> Vec<(Vec2, Rgb)> {
         let number = |i: u32, k: f32| (i as f32 * k).fract();
         let splat = |i| {
@@ -312,7 +314,7 @@ mod tests {
         assert_eq!(lit.collect::<Vec<_>>(), [7]);
     }
 
-    /// Light that is the same everywhere is the same in each pixel, whatever the filter: the sum over a fine grid.
+    /// Uniform light, splatted on a fine grid, gives the same mean in each pixel for every filter.
     #[test]
     fn every_filter_keeps_the_amount_of_light() {
         for &(name, kind) in FilterKind::ALL {

@@ -1,4 +1,4 @@
-//! Films of random numbers whose distribution is known, to test what is told of them.
+//! Films of random numbers with a known distribution, to test error estimates.
 //!
 //! Measure: radiance, the same in all channels.
 //! Range: any size; one tile.
@@ -9,7 +9,7 @@ use crate::math::rgb::Rgb;
 use rand_core::Rng;
 use rand_pcg::Pcg64;
 
-/// Random numbers.
+/// A generator of random numbers.
 pub struct Numbers(Pcg64);
 
 impl Numbers {
@@ -17,18 +17,18 @@ impl Numbers {
         Self(Pcg64::new(seed.into(), 11))
     }
 
-    /// In (0, 1).
+    /// A uniform number in (0, 1).
     pub fn uniform(&mut self) -> f64 {
         ((self.0.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     }
 
-    /// Of mean 0 and variance 1, by twelve uniform ones.
+    /// An approximately normal number of mean 0 and variance 1, the sum of twelve uniform ones.
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
 }
 
-/// A film of `samples` samples a pixel, each from the index of its pixel.
+/// Builds a film of `samples` samples per pixel, each a function of the pixel's index.
 pub fn film(
     (width, height): (u32, u32),
     samples: u64,

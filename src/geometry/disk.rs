@@ -19,12 +19,12 @@ pub struct Disk {
     pub normal: Vec3,
     /// Radius.
     pub radius: f32,
-    /// Unit vectors in which the texture coordinates u and v grow, at right angles to the normal and each other.
+    /// The unit vectors along which the texture coordinates u and v increase, orthogonal to the normal and each other.
     pub axes: [Vec3; 2],
 }
 
 impl Disk {
-    /// A disk with axes that follow from its normal, of unit length.
+    /// Creates a disk with axes that are derived from its normal, of unit length.
     pub fn new(center: Vec3, normal: Vec3, radius: f32) -> Self {
         let frame = Frame::from_normal(normal);
         Self {
@@ -35,7 +35,7 @@ impl Disk {
         }
     }
 
-    /// The box around it.
+    /// The bounding box.
     pub fn bounds(&self) -> Bounds {
         let n = self.normal.as_dvec3();
         // The rim reaches r sqrt(1 - n_i^2) along axis i.
@@ -47,13 +47,13 @@ impl Disk {
         }
     }
 
-    /// The point of the disk's plane next to `near`.
+    /// The point of the disk's plane closest to `near`.
     #[inline]
     pub fn surface_near(&self, near: Vec3) -> SurfacePoint {
         self.surface_at(self.in_frame(near))
     }
 
-    /// The point at `d` along the axes, in units of length.
+    /// The point with the coordinates `d` along the axes, in units of length.
     #[inline]
     pub fn surface_at(&self, d: Vec2) -> SurfacePoint {
         let [s, t] = self.axes;
@@ -65,13 +65,13 @@ impl Disk {
         }
     }
 
-    /// The texture coordinate of a point of the disk: the square around it is [0, 1].
+    /// The texture coordinate of a point of the disk: [0, 1] covers the square around the disk.
     #[inline]
     pub fn uv_at(&self, p: Vec3) -> Vec2 {
         0.5 * (self.in_frame(p) / self.radius + Vec2::ONE)
     }
 
-    /// A point along the axes, in units of length.
+    /// The coordinates of a point along the axes, in units of length.
     #[inline]
     fn in_frame(&self, p: Vec3) -> Vec2 {
         let [s, t] = self.axes;

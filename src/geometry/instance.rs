@@ -1,7 +1,9 @@
-//! A group of shapes placed in the world, standing still or moving while the shutter is open.
+//! Instances: groups of shapes placed in the world, static or moving while the shutter is open.
 //!
-//! Measure: from the group's units to normalised scene units; time goes from 0, when the shutter opens, to 1.
-//! Range: at least one transform; at every time one that single precision can invert, see [`Instance::is_invertible`].
+//! Measure: transforms from the group's units to normalised scene units; time runs from 0, when the shutter opens, to
+//! 1.
+//! Range: at least one transform; at every time the transform is invertible in single precision, see
+//! [`Instance::is_invertible`].
 //! Source: Embree's motion blur: the entries of the matrix are interpolated; Farouki 2012, "The Bernstein polynomial basis",
 //! for bounds of the determinant. Tested below and in `tests/tracing/instance_rays.rs`.
 
@@ -12,15 +14,16 @@ use crate::math::vec::{DAffine3, DMat3, DVec3};
 /// A group of shapes, placed in the world.
 #[derive(Debug, Clone)]
 pub struct Instance {
-    /// The group's index.
+    /// The index of the group.
     pub group: usize,
-    /// Group to world at equally spaced times from 0 to 1; a single one stands still. Between two, every entry of the
-    /// matrix changes evenly, so that every point moves in a straight line. Its entries are single-precision numbers.
+    /// The group-to-world transforms at equally spaced times from 0 to 1; a single one for a static instance. Between
+    /// two steps every entry of the matrix is interpolated linearly, so that every point moves in a straight line. The
+    /// entries are representable in single precision.
     pub steps: Vec<DAffine3>,
 }
 
 impl Instance {
-    /// Group to world at a time.
+    /// The group-to-world transform at a time.
     ///
     /// # Panics
     /// If there are no steps.
@@ -30,7 +33,7 @@ impl Instance {
             return still;
         }
         let (from, to, share) = self.between(time);
-        // Equal steps leave the transform exactly as it is.
+        // With equal steps the transform is exact.
         let lerp = |a: DVec3, b: DVec3| a + share * (b - a);
         DAffine3 {
             matrix3: columns(|k| lerp(from.matrix3.col(k), to.matrix3.col(k))),
@@ -38,7 +41,8 @@ impl Instance {
         }
     }
 
-    /// The sizes of the numbers that the transform at a time is a mean of: what rounding in the mean grows with.
+    /// The entrywise maximum of the magnitudes of the two steps that the transform at a time interpolates. The rounding
+    /// error of the interpolation is proportional to it.
     #[inline]
     pub fn magnitude_at(&self, time: f32) -> DAffine3 {
         let abs = |m: &DAffine3| DAffine3 {
@@ -56,8 +60,9 @@ impl Instance {
         }
     }
 
-    /// Whether the transform can be inverted at every time in single precision: Embree does so for each ray, and crashes
-    /// on what is then no number. Half a turn between two steps, for one, collapses all points to the axis midway.
+    /// Whether the transform can be inverted in single precision at every time. Embree inverts it for each ray, and
+    /// crashes on the NaN that a singular transform yields. For example, half a turn between two steps collapses all
+    /// points to the axis midway.
     pub fn is_invertible(&self) -> bool {
         let pairs = self.steps.windows(2).map(|pair| (&pair[0], &pair[1]));
         let single = self.steps.iter().map(|step| (step, step));
@@ -66,7 +71,8 @@ impl Instance {
             && single.chain(pairs).all(|(a, b)| {
                 let coefficients = determinant_coefficients(&a.matrix3, &b.matrix3);
                 let side = coefficients[0].0.signum();
-                // What rounding leaves of the determinant, and what single precision can divide by.
+                // A lower bound of the determinant after rounding errors, reduced by the smallest divisor of single
+                // precision.
                 let lowest = |(determinant, size): (f64, f64)| {
                     side * determinant - f64::from(gamma(8)) * size - f64::from(f32::MIN_POSITIVE)
                 };
@@ -77,8 +83,8 @@ impl Instance {
             })
     }
 
-    /// The box around everything that is in `bounds` of the group, over the whole motion: between two steps points move
-    /// in straight lines and stay in the box around both ends.
+    /// The bounding box, over the whole motion, of the contents of `bounds` in the group: between two steps points move
+    /// in straight lines and stay in the bounding box of both ends.
     pub fn bounds_of(&self, bounds: &Bounds) -> Bounds {
         if bounds.is_empty() {
             return Bounds::default();
@@ -96,8 +102,8 @@ impl Instance {
         Bounds::around(placed)
     }
 
-    /// The steps before and after a time, and how far it is between them. In single precision as Embree has it: with
-    /// many steps, a rounding of the time is more than one of the transform.
+    /// The steps before and after a time, and the interpolation weight of the second. Computed in single precision as
+    /// in Embree: with many steps, a rounding error of the time outweighs one of the transform.
     #[inline]
     fn between(&self, time: f32) -> (&DAffine3, &DAffine3, f64) {
         let segments = self.steps.len() - 1;
@@ -112,7 +118,8 @@ impl Instance {
     }
 }
 
-/// The determinant of (1 - f) A + f B as a cubic in Bernstein form, and likewise the same sum of products without signs.
+/// The determinant of (1 - f) A + f B as a cubic in Bernstein form, and the same sum of products with all signs
+/// positive.
 fn determinant_coefficients(a: &DMat3, b: &DMat3) -> [(f64, f64); 4] {
     let mut coefficients = [(0.0, 0.0); 4];
     for subset in 0..8_usize {
@@ -125,14 +132,14 @@ fn determinant_coefficients(a: &DMat3, b: &DMat3) -> [(f64, f64); 4] {
     coefficients
 }
 
-/// A determinant with sums for differences.
+/// The permanent of a matrix, that is, the determinant with sums in place of differences.
 fn permanent(m: &DMat3) -> f64 {
     let [a, b, c] = [m.x_axis, m.y_axis, m.z_axis];
     a.x * (b.y * c.z + b.z * c.y) + a.y * (b.z * c.x + b.x * c.z) + a.z * (b.x * c.y + b.y * c.x)
 }
 
-/// Whether a cubic in Bernstein form is positive on [0, 1], by halving until its coefficients tell; a cubic that comes
-/// closer to 0 than `depth` halvings can tell counts as not.
+/// Whether a cubic in Bernstein form is positive on [0, 1], by subdivision until the signs of its coefficients decide.
+/// A cubic too close to 0 for `depth` subdivisions to decide counts as not positive.
 fn is_positive([a, b, c, d]: [f64; 4], depth: u32) -> bool {
     if !(a > 0.0 && d > 0.0) {
         return false;

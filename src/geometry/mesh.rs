@@ -1,7 +1,7 @@
 //! Triangles with shared vertices.
 //!
 //! Measure: normalised scene units.
-//! Range: at least one triangle; indices in range and triangles not degenerate, which `prepare` sees to.
+//! Range: at least one triangle; indices in range and triangles not degenerate, as `prepare` ensures.
 //! Source: error bounds by Pharr, Jakob, Humphreys, section 6.8.2. Tested in `tests/tracing/rays.rs`.
 
 use super::surface::SurfacePoint;
@@ -20,7 +20,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A mesh. `normals` (of unit length) and `uvs` have one entry a vertex, or none.
+    /// Creates a mesh. `normals` (of unit length) and `uvs` have one entry per vertex, or are empty.
     ///
     /// # Panics
     /// If an index or the length of a list does not fit the positions.
@@ -47,13 +47,13 @@ impl Mesh {
         &self.positions
     }
 
-    /// The box around all triangles: vertices that none has do not count.
+    /// The bounding box of all triangles, without unused vertices.
     pub fn bounds(&self) -> Bounds {
         let used = self.indices.iter().flatten();
         Bounds::around(used.map(|&index| self.positions[index as usize].as_dvec3()))
     }
 
-    /// Three vertices a triangle.
+    /// The vertex indices, three per triangle.
     pub fn indices(&self) -> &[[u32; 3]] {
         &self.indices
     }
@@ -64,7 +64,7 @@ impl Mesh {
         self.indices[primitive as usize].map(|i| self.positions[i as usize])
     }
 
-    /// The point of a triangle with barycentric coordinates (u, v) of its second and third vertex.
+    /// The surface point with barycentric coordinates (u, v) of the second and third vertex of a triangle.
     #[inline]
     pub fn surface_at(&self, primitive: u32, [u, v]: [f32; 2]) -> SurfacePoint {
         let indices = self.indices[primitive as usize].map(|i| i as usize);
@@ -86,13 +86,13 @@ impl Mesh {
         SurfacePoint { ns, ..point }
     }
 
-    /// The error bound that holds for the points of one triangle all over it.
+    /// The error bound that holds for all points of one triangle.
     pub fn greatest_error(&self, primitive: u32) -> Vec3 {
         greatest_error(self.triangle(primitive))
     }
 
-    /// The directions in which u and v grow on one triangle, solved from p(u, v) being linear; zero where the texture
-    /// coordinates of its corners are on a line.
+    /// The partial derivatives of the position by u and v on one triangle, from the linear function p(u, v); zero where
+    /// the texture coordinates of the corners are collinear.
     pub fn tangents_at(&self, primitive: u32) -> [Vec3; 2] {
         let [a, b, c] = self.triangle(primitive);
         let [p1, p2] = [b - a, c - a];
@@ -110,7 +110,8 @@ impl Mesh {
         [along_u, along_v]
     }
 
-    /// The texture coordinate there; without any, the barycentric coordinates.
+    /// The texture coordinate at barycentric coordinates (u, v); the barycentric coordinates themselves if the mesh has
+    /// none.
     #[inline]
     pub fn uv_at(&self, primitive: u32, [u, v]: [f32; 2]) -> Vec2 {
         if self.uvs.is_empty() {
@@ -121,18 +122,19 @@ impl Mesh {
     }
 }
 
-/// Whether a point with these barycentric coordinates may, for its error, lie beyond an edge of its triangle.
+/// Whether a point with these barycentric coordinates may lie beyond an edge of its triangle, within its error bound.
 #[inline]
 fn may_be_outside(point: &SurfacePoint, [a, b, c]: [Vec3; 3], [u, v]: [f32; 2]) -> bool {
     let (e1, e2) = (b - a, c - a);
-    // The distance from an edge is its coordinate times twice the area over its length, which this is no shorter than.
+    // The distance from an edge is its barycentric coordinate times twice the area over its length; `longest` is an
+    // upper bound of the length.
     let longest = (e1.abs() + e2.abs()).element_sum();
     let nearest = u.min(v).min(1.0 - u - v);
     nearest * e1.cross(e2).length() < point.error.element_sum() * longest
 }
 
-/// The same point, pushed in its plane as far from each edge as it may be wrong. Beyond an edge it would lie behind the
-/// neighbour in a closed mesh, and a ray from there would find its way out.
+/// Moves a point in its plane away from each edge by its error bound. Beyond an edge of a closed mesh the point would
+/// lie behind the neighbouring triangle, and a ray from it would leak out.
 #[cold]
 fn inset(point: SurfacePoint, triangle: [Vec3; 3]) -> SurfacePoint {
     let [a, b, c] = triangle;
@@ -140,30 +142,30 @@ fn inset(point: SurfacePoint, triangle: [Vec3; 3]) -> SurfacePoint {
     for (from, to, opposite) in [(a, b, c), (b, c, a), (c, a, b)] {
         let inwards = point.ng.cross(to - from).normalize_or_zero();
         let height = (opposite - from).dot(inwards);
-        // Not beyond the middle of a triangle that is as narrow as that.
+        // At most to the centroid of a narrow triangle.
         let wanted = point.error.dot(inwards.abs()).min(height / 3.0);
         p += (wanted - (p - from).dot(inwards)).max(0.0) * inwards;
     }
-    // What pushing rounds.
+    // The rounding error of the move is added.
     let error = point.error + gamma(4) * p.abs();
     SurfacePoint { p, error, ..point }
 }
 
-/// The error bound that holds for the points of a triangle all over it: it is largest at a corner.
+/// The error bound that holds for all points of a triangle: it is largest at a corner.
 pub fn greatest_error(triangle: [Vec3; 3]) -> Vec3 {
     let error = |corner| triangle_point(triangle, corner).error;
     let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
     corners.map(error).into_iter().fold(Vec3::ZERO, Vec3::max)
 }
 
-/// A point of a flat triangle with its error bound; the shading normal is the geometric one.
+/// A point of a flat triangle with its error bound; the shading normal is the geometric normal.
 #[inline]
 pub fn triangle_point([a, b, c]: [Vec3; 3], [u, v]: [f32; 2]) -> SurfacePoint {
     let (e1, e2) = (b - a, c - a);
     let (wa, ub, vc) = ((1.0 - u - v) * a, u * b, v * c);
     let p = wa + ub + vc;
-    // gamma_7 bounds the interpolation. A ray query forms the distance from the plane as (a - origin) . ng, whose
-    // rounding errors grow with the edges: gamma_6 of them, in robust and in fast mode.
+    // gamma_7 bounds the interpolation. A ray query computes the distance from the plane as (a - origin) . ng, whose
+    // rounding error is proportional to the edges: gamma_6 of them, in robust and in fast mode.
     let interpolation = gamma(7) * (wa.abs() + ub.abs() + vc.abs());
     let query = gamma(6) * (e1.abs() + e2.abs());
     let cross = e1.cross(e2);
@@ -182,14 +184,14 @@ pub fn triangle_point([a, b, c]: [Vec3; 3], [u, v]: [f32; 2]) -> SurfacePoint {
     }
 }
 
-/// How wrong each coordinate of (b - a) x (c - a) may be beside its own rounding: little but for slivers, whose area is small
-/// beside the products of their edges. The error tilts the plane about a.
+/// The error bound of each coordinate of (b - a) x (c - a), in addition to its own rounding. It is small except for
+/// slivers, whose area is small compared to the products of their edges. The error tilts the plane about a.
 ///
-/// A ray query subtracts two products for each coordinate, of one pair of edges or of another, whichever subtracts less. Of
-/// p - q there, the rounded edges make 2 u (|p| + |q|), the rounded q one more u |q|, and |p| is |q| and what is left: 5 u |q|.
-/// That is Embree's robust mode. Its fast mode has the first pair alone, so that there the bound does not hold in a needle
-/// whose long edges both begin at a. Nor does it for rays so close to the plane that its tilt has them on the other side, at
-/// cosines of some 10^-6.
+/// A ray query subtracts two products for each coordinate, from one of two pairs of edges, whichever subtracts less. In
+/// p - q, the rounded edges contribute 2 u (|p| + |q|), the rounded q another u |q|, and |p| is |q| plus the
+/// difference: 5 u |q|. This holds for Embree's robust mode. Its fast mode uses only the first pair, so that the bound
+/// does not hold in a needle whose long edges both begin at a. Nor does it hold for rays so close to the plane that the
+/// tilt puts them on its other side, at cosines of about 10^-6.
 #[inline]
 fn normal_error(e1: Vec3, e2: Vec3) -> Vec3 {
     let e3 = e2 - e1;

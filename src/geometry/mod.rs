@@ -18,7 +18,7 @@ use mesh::Mesh;
 use sphere::Sphere;
 use surface::SurfacePoint;
 
-/// One shape, ready to be traced: single precision, in normalised scene units.
+/// A shape prepared for tracing: single precision, in normalised scene units.
 #[derive(Debug, Clone)]
 pub enum Geometry {
     /// Triangles.
@@ -30,7 +30,7 @@ pub enum Geometry {
 }
 
 impl Geometry {
-    /// How many primitives the shape consists of.
+    /// The number of primitives of the shape.
     pub fn primitive_count(&self) -> usize {
         match self {
             Self::Mesh(mesh) => mesh.indices().len(),
@@ -38,7 +38,7 @@ impl Geometry {
         }
     }
 
-    /// The box around one primitive.
+    /// The bounding box of one primitive.
     pub fn primitive_bounds(&self, primitive: u32) -> Bounds {
         match self {
             Self::Mesh(mesh) => {
@@ -49,7 +49,7 @@ impl Geometry {
         }
     }
 
-    /// The box around all of the shape.
+    /// The bounding box of the shape.
     pub fn bounds(&self) -> Bounds {
         match self {
             Self::Mesh(mesh) => mesh.bounds(),
@@ -58,7 +58,7 @@ impl Geometry {
         }
     }
 
-    /// What the surface is like where `ray` meets `primitive` at parameter `t`, barycentric coordinates (u, v).
+    /// The surface point where `ray` hits `primitive` at parameter `t`, with barycentric coordinates (u, v).
     #[inline]
     pub fn surface_at(&self, primitive: u32, ray: &Ray, t: f32, uv: [f32; 2]) -> SurfacePoint {
         match self {
@@ -68,7 +68,7 @@ impl Geometry {
         }
     }
 
-    /// The texture coordinate of the point `p` of `primitive`, barycentric coordinates `barycentric`.
+    /// The texture coordinate of the point `p` of `primitive`, with barycentric coordinates `barycentric`.
     #[inline]
     pub fn uv_at(&self, primitive: u32, p: Vec3, barycentric: [f32; 2]) -> Vec2 {
         match self {
@@ -78,7 +78,8 @@ impl Geometry {
         }
     }
 
-    /// The directions in which u and v grow at the point `p` of `primitive`, of any length; zero where there are none.
+    /// The directions in which u and v increase at the point `p` of `primitive`, of any length; zero where there are
+    /// none.
     pub fn tangents_at(&self, primitive: u32, p: Vec3) -> [Vec3; 2] {
         match self {
             Self::Mesh(mesh) => mesh.tangents_at(primitive),
@@ -87,8 +88,8 @@ impl Geometry {
         }
     }
 
-    /// Up to which parameter a ray that leaves the shape's primitive at `from` along the unit vector `w`, to its outside
-    /// or not, cannot truly meet that primitive again.
+    /// The parameter up to which a ray that leaves the shape's primitive at `from` along the unit vector `w`, on its
+    /// outside if `to_outside`, cannot truly hit that primitive again.
     #[inline]
     pub fn free_distance(&self, from: Vec3, w: Vec3, to_outside: bool) -> f32 {
         match self {

@@ -1,10 +1,12 @@
-//! A picture packed for lookups at random places, which wait for memory more than for arithmetic.
+//! Images packed for lookups at random positions, which are bound by memory latency rather than arithmetic.
 //!
-//! A picture of 8 bits has at most 256 values, all channels together: a texel is kept as codes of them, four bytes
-//! instead of twelve, in tiles of 4 x 4 that fill a cache line each. So neighbours mostly come with one line.
+//! An 8-bit image has at most 256 distinct values over all channels. A texel is stored as codes of these values, four
+//! bytes instead of twelve, in tiles of 4 x 4 texels that fill one cache line each, so that neighbouring texels mostly
+//! share a line.
 //!
-//! Measure: as in [`super::texture`].
-//! Range: any picture; one of more values is kept as it is. Nothing is lost: lookups are the same to the last bit.
+//! Measure: those of [`super::texture`].
+//! Range: any image; one with more values is stored unpacked. Packing is lossless: lookups are identical to the last
+//! bit.
 //! Source: tiles after Igehy, Eldridge and Proudfoot 1998, "Prefetching in a Texture Cache Architecture". Tested below.
 
 use super::texture::bilinear;
@@ -13,25 +15,25 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use std::sync::Arc;
 
-/// Texels along a side of a tile.
+/// The number of texels along a side of a tile.
 const SIDE: u32 = 4;
 
-/// Codes that a byte has.
+/// The number of codes of a byte.
 const CODES: usize = 256;
 
-/// Places of a codebook: enough that few values collide. A power of two.
+/// The number of hash slots of a codebook, large enough that few values collide. A power of two.
 const SLOTS: usize = 4 * CODES;
 
-/// A packed picture.
+/// A packed image.
 #[derive(Debug, Clone)]
 pub enum PackedImage {
-    /// Of few values.
+    /// An image with few values.
     Codes(Codes),
-    /// Of many values.
+    /// An image with many values.
     Values(Arc<Image>),
 }
 
-/// A picture as codes of its values.
+/// An image as codes of its values.
 #[derive(Debug, Clone)]
 pub struct Codes {
     size: (u32, u32),
@@ -40,18 +42,18 @@ pub struct Codes {
     values: Box<[f32; CODES]>,
 }
 
-/// Codes of red, green and blue, and one to make it four.
+/// The codes of red, green and blue of each texel, padded to four bytes.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(align(64))]
 struct Tile([[u8; 4]; (SIDE * SIDE) as usize]);
 
 impl PackedImage {
-    /// A picture, packed.
+    /// Packs an image.
     pub fn new(image: &Arc<Image>) -> Self {
         Codes::new(image).map_or_else(|| Self::Values(Arc::clone(image)), Self::Codes)
     }
 
-    /// The colour at `uv`, as [`Texture::lookup`](super::texture::Texture::lookup) has it.
+    /// The colour at `uv`, identical to [`Texture::lookup`](super::texture::Texture::lookup).
     #[inline]
     pub fn lookup(&self, uv: Vec2) -> Rgb {
         match self {
@@ -64,7 +66,7 @@ impl PackedImage {
 }
 
 impl Codes {
-    /// `None` if a byte cannot count the picture's values.
+    /// Encodes an image; `None` if it has more values than a byte has codes.
     fn new(image: &Image) -> Option<Self> {
         let size = (image.width(), image.height());
         let tiles_per_row = size.0.div_ceil(SIDE);
@@ -88,7 +90,7 @@ impl Codes {
         Some(codes)
     }
 
-    /// The tile of a texel, and the place in it.
+    /// The tile of a texel, and its index in the tile.
     #[inline]
     fn place(&self, x: u32, y: u32) -> (usize, usize) {
         let tile = (y / SIDE) as usize * self.tiles_per_row as usize + (x / SIDE) as usize;
@@ -104,10 +106,10 @@ impl Codes {
     }
 }
 
-/// The values met so far; a code is the order of appearance.
+/// The values found so far; the code of a value is its order of appearance.
 struct Codebook {
     values: Vec<f32>,
-    /// By a hash of the value, codes plus one; 0 is empty.
+    /// The codes plus one, by a hash of the value; 0 marks an empty slot.
     slots: [u16; SLOTS],
 }
 
@@ -121,10 +123,10 @@ impl Default for Codebook {
 }
 
 impl Codebook {
-    /// The code of a value, by its bits; `None` if there are no codes left.
+    /// Returns the code of a value, compared by its bits; `None` if no codes are left.
     fn code(&mut self, value: f32) -> Option<u8> {
         let bits = value.to_bits();
-        // Fibonacci hashing: the high bits are well mixed. A few slots on, one is free or has the value.
+        // Fibonacci hashing: the high bits are well mixed. Linear probing finds the value or a free slot.
         let mut slot = (bits.wrapping_mul(0x9E37_79B1) >> (32 - SLOTS.ilog2())) as usize;
         loop {
             match usize::from(self.slots[slot]) {
@@ -142,12 +144,12 @@ impl Codebook {
     }
 }
 
-/// Packed pictures beside those they were made from: each is packed once, however many materials look it up.
+/// Packed images with the images they were made from: each image is packed once, for any number of materials.
 #[derive(Debug, Default)]
 pub struct PackedImages(Vec<(Arc<Image>, Arc<PackedImage>)>);
 
 impl PackedImages {
-    /// A picture, packed now or before.
+    /// Returns the packed image, packing it on first use.
     pub fn pack(&mut self, image: &Arc<Image>) -> Arc<PackedImage> {
         if let Some((_, packed)) = self.0.iter().find(|(known, _)| Arc::ptr_eq(known, image)) {
             return Arc::clone(packed);
@@ -163,7 +165,7 @@ mod tests {
     use super::*;
     use crate::geometry::texture::Texture;
 
-    /// A picture with this many values, of a size that tiles do not divide.
+    /// An image with this many values, whose size is not a multiple of the tile size.
     fn image(values: u32) -> Arc<Image> {
         let (width, height) = (37, 23);
         let value = |i: u32| (i * 7919 % values) as f32 / 255.0;

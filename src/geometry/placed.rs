@@ -1,10 +1,11 @@
-//! A shape of an instance at one time: what it is like in the world.
+//! A shape of an instance at one time, and its surface in world space.
 //!
-//! Points and normals are worked out in double precision in the group's frame, brought to the world and rounded once.
-//! Their error bounds hold what that costs and what a ray query loses that takes the ray to the group's frame in single
-//! precision, as Embree does, so that a ray which leaves by the bound never meets the same flat primitive again.
+//! Points and normals are computed in double precision in the group's frame, transformed to the world and rounded once.
+//! The error bounds include the error of this and of a ray query that transforms the ray to the group's frame in single
+//! precision, as Embree does. A ray whose origin is offset by the bound therefore never hits the same flat primitive
+//! again.
 //!
-//! Measure: normalised scene units outside, the group's units inside.
+//! Measure: normalised scene units in the world, the group's units in the group.
 //! Range: transforms that can be inverted; the determinant may be negative.
 //! Source: Pharr, Jakob, Humphreys, sections 3.10 (normals) and 6.8.6 (error of transformed points); Higham 2002, section
 //! 14.1, for the inverse. Tested in `tests/tracing/instance_surfaces.rs`.
@@ -21,15 +22,15 @@ use crate::planted::planted;
 /// A shape of an instance at one time.
 #[derive(Debug, Clone, Copy)]
 pub struct Placed<'a> {
-    /// The form, in the group's units.
+    /// The shape, in the group's units.
     pub geometry: &'a Geometry,
     to_world: DAffine3,
-    /// The sizes of what `to_world` is a mean of.
+    /// The magnitudes of the entries that `to_world` interpolates.
     magnitude: DAffine3,
 }
 
 impl<'a> Placed<'a> {
-    /// A shape of an instance's group at a time.
+    /// Creates the view of a shape of an instance's group at a time.
     #[inline]
     pub fn new(geometry: &'a Geometry, instance: &Instance, time: f32) -> Self {
         Self {
@@ -39,7 +40,7 @@ impl<'a> Placed<'a> {
         }
     }
 
-    /// What the surface is like where `ray` meets `primitive` at parameter `t`, barycentric coordinates (u, v).
+    /// The surface point where `ray` hits `primitive` at parameter `t`, with barycentric coordinates (u, v).
     pub fn surface_at(&self, primitive: u32, ray: &Ray, t: f32, uv: [f32; 2]) -> SurfacePoint {
         let local = match self.geometry {
             Geometry::Mesh(mesh) => mesh.surface_at(primitive, uv),
@@ -60,7 +61,7 @@ impl<'a> Placed<'a> {
                 disk.surface_near(self.to_world.inverse().transform_point3(at).as_vec3a())
             }
         };
-        // Where such a ray may meet the primitive by mistake: nowhere farther than its own size.
+        // A spawned ray can falsely hit the primitive no farther away than its extent.
         let extent = self.geometry.primitive_bounds(primitive).extent();
         let (p, error) = self.point(local.p, local.error, self.to_world.matrix3.abs() * extent);
         let ng = match self.geometry {
@@ -70,7 +71,7 @@ impl<'a> Placed<'a> {
         let ns = if local.ns == local.ng {
             ng
         } else {
-            // What is on one side of the surface here need not be there.
+            // Normals on the same side in the group need not be so in the world.
             let ns = self.normal(local.ns.as_dvec3());
             if ns.dot(ng) < 0.0 { -ns } else { ns }
         };
@@ -82,11 +83,11 @@ impl<'a> Placed<'a> {
         }
     }
 
-    /// The error bound of a point `p` of `primitive` in the world, for rays that come from there.
+    /// The error bound of a point `p` of `primitive` in the world, for rays that start there.
     pub fn error_at(&self, primitive: u32, p: Vec3) -> Vec3 {
         let bounds = self.geometry.primitive_bounds(primitive);
         let (size, extent) = (bounds.min.abs().max(bounds.max.abs()), bounds.extent());
-        // At least that of a point of a triangle that is no sliver, of a sphere's or a disk's.
+        // At least the error of a point of a sphere, of a disk, or of a triangle that is not a sliver.
         let mut local = f64::from(gamma(8)) * (size + 2.0 * extent);
         if let Geometry::Mesh(mesh) = self.geometry {
             local = local.max(mesh.greatest_error(primitive).as_dvec3());
@@ -96,7 +97,7 @@ impl<'a> Placed<'a> {
         error.as_vec3a()
     }
 
-    /// The texture coordinate of the point `p` of `primitive`, barycentric coordinates `barycentric`.
+    /// The texture coordinate of the point `p` of `primitive`, with barycentric coordinates `barycentric`.
     pub fn uv_at(&self, primitive: u32, p: Vec3, barycentric: [f32; 2]) -> Vec2 {
         let local = match self.geometry {
             Geometry::Mesh(_) => Vec3::ZERO,
@@ -105,20 +106,21 @@ impl<'a> Placed<'a> {
         self.geometry.uv_at(primitive, local, barycentric)
     }
 
-    /// The directions in which u and v grow at the point `p` of `primitive`, of any length; zero where there are none.
+    /// The directions in which u and v increase at the point `p` of `primitive`, of any length; zero where there are
+    /// none.
     pub fn tangents_at(&self, primitive: u32, p: Vec3) -> [Vec3; 2] {
         let local = self.geometry.tangents_at(primitive, self.local(p));
         local.map(|tangent| (self.to_world.matrix3 * tangent.as_dvec3()).as_vec3a())
     }
 
-    /// Up to which parameter a ray that leaves the primitive at `from` along the unit vector `w`, to its outside or not,
-    /// cannot truly meet that primitive again.
+    /// The parameter up to which a ray that leaves the primitive at `from` along the unit vector `w`, on its outside if
+    /// `to_outside`, cannot truly hit that primitive again.
     pub fn free_distance(&self, from: Vec3, w: Vec3, to_outside: bool) -> f32 {
         match self.geometry {
             Geometry::Sphere(sphere) if !to_outside => {
                 let to_local = self.to_world.inverse();
                 let offset = to_local.transform_point3(from.as_dvec3()) - sphere.center.as_dvec3();
-                // The local ray has the parameter of the ray in the world, and not a direction of unit length.
+                // The local ray has the same parameters as the world ray, so its direction is not of unit length.
                 let w = to_local.transform_vector3(w.as_dvec3());
                 (-w.dot(offset) / w.length_squared()) as f32
             }
@@ -126,7 +128,7 @@ impl<'a> Placed<'a> {
         }
     }
 
-    /// A point of the group in the world.
+    /// Transforms a point of the group to the world.
     #[inline]
     pub fn to_world(&self, p: DVec3) -> DVec3 {
         self.to_world.transform_point3(p)
@@ -138,8 +140,8 @@ impl<'a> Placed<'a> {
         vertices.map(|vertex| self.to_world(vertex.as_dvec3()))
     }
 
-    /// A point of the surface brought to the world, and the error bound of each of its coordinates: with that of a query
-    /// whose ray begins, or goes on, as far away as `reach` along each axis.
+    /// Transforms a surface point to the world, and returns it with the error bound of each coordinate. The bound
+    /// includes the error of a query whose ray starts, or continues, up to `reach` away along each axis.
     pub fn point(&self, p: Vec3, error: Vec3, reach: DVec3) -> (DVec3, DVec3) {
         let gamma = |n| f64::from(gamma(n));
         let x = p.as_dvec3();
@@ -152,12 +154,12 @@ impl<'a> Placed<'a> {
             determinant,
         } = self.inversion();
         let from_center = offset.abs() + reach;
-        // A cofactor divided by the determinant has four roundings. The determinant's own errors, of eight, scale the
-        // instance about its centre. Taking origin and direction through the inverse has six.
+        // A cofactor divided by the determinant has four roundings. The error of the determinant itself, of eight
+        // roundings, scales the instance about its centre. Transforming origin and direction by the inverse has six.
         let query = gamma(4) * (cofactors * from_center)
             + gamma(6) * (inverse * (p.abs() + translation.abs() + reach));
         let scaling = gamma(8) * determinant * from_center;
-        // The mean of two steps in single precision, and rounding the point.
+        // The interpolation of two steps in single precision, and the rounding of the point.
         let mean =
             self.magnitude.matrix3 * (x.abs() + inverse * reach) + self.magnitude.translation;
         let rounding = gamma(4) * mean + gamma(1) * p.abs();
@@ -165,7 +167,7 @@ impl<'a> Placed<'a> {
         (p, self.to_world.matrix3.abs() * local + scaling + rounding)
     }
 
-    /// What rounding grows with where the transform is inverted by cofactors.
+    /// The magnitudes to which the rounding error is proportional when the transform is inverted by cofactors.
     fn inversion(&self) -> Inversion {
         let DMat3 {
             x_axis,
@@ -185,7 +187,8 @@ impl<'a> Placed<'a> {
         }
     }
 
-    /// A normal in the world: through the inverse transpose, so that it stays on its side also in a mirror image.
+    /// Transforms a normal to the world by the inverse transpose, so that it stays on its side of the surface even
+    /// under a reflection.
     fn normal(&self, n: DVec3) -> Vec3 {
         let DMat3 {
             x_axis,
@@ -208,23 +211,24 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// Magnitudes of an inverse.
+/// Magnitudes of the terms of an inverse.
 struct Inversion {
-    /// Of its entries.
+    /// The magnitudes of its entries.
     inverse: DMat3,
-    /// Of the products in its cofactors, divided by the determinant.
+    /// The magnitudes of the products in its cofactors, divided by the determinant.
     cofactors: DMat3,
-    /// Of the products in the determinant, divided by it.
+    /// The magnitudes of the products in the determinant, divided by the determinant.
     determinant: f64,
 }
 
-/// The normal of a triangle, not of unit length: a transform may magnify what rounding takes from it.
+/// The geometric normal of a triangle in double precision, not of unit length: a transform may magnify the rounding
+/// error of a normal.
 fn flat_normal(mesh: &Mesh, primitive: u32) -> DVec3 {
     let [a, b, c] = mesh.triangle(primitive).map(|vertex| vertex.as_dvec3());
     (b - a).cross(c - a)
 }
 
-/// A cross product of vectors without negative entries, with sums for differences.
+/// The cross product of vectors without negative entries, with sums in place of differences.
 fn unsigned_cross(a: DVec3, b: DVec3) -> DVec3 {
     DVec3::new(
         a.y * b.z + a.z * b.y,

@@ -18,12 +18,13 @@ pub struct Sphere {
     pub center: Vec3,
     /// Radius.
     pub radius: f32,
-    /// From its own axes, about which textures lie, to those of the scene: a rotation, or a mirror image of one.
+    /// The transform from the axes of the sphere, which texture coordinates refer to, to those of the scene: a
+    /// rotation, possibly with a reflection.
     pub turn: Mat3,
 }
 
 impl Sphere {
-    /// A sphere whose axes are those of the scene.
+    /// Creates a sphere whose axes are those of the scene.
     pub fn new(center: Vec3, radius: f32) -> Self {
         Self {
             center,
@@ -32,7 +33,7 @@ impl Sphere {
         }
     }
 
-    /// The box around it.
+    /// The bounding box.
     pub fn bounds(&self) -> Bounds {
         let (center, radius) = (self.center.as_dvec3(), f64::from(self.radius));
         Bounds {
@@ -41,7 +42,7 @@ impl Sphere {
         }
     }
 
-    /// The point where a ray meets the sphere.
+    /// The surface point where a ray hits the sphere at parameter `t`.
     #[inline]
     pub fn surface_at(&self, ray: &Ray, t: f32) -> SurfacePoint {
         let near = ray.at(t).as_dvec3();
@@ -49,17 +50,17 @@ impl Sphere {
         self.surface_near(near, ray.origin.as_dvec3(), ray.dir.normalize(), passed)
     }
 
-    /// The point of the sphere next to `near`, met by a ray from `origin` in direction `d` of unit length, which may have
-    /// `passed` through surfaces that are only partly there. Its normal
-    /// faces a ray from outside and turns away from one from inside, also at a grazing hit, where rounding could have it
-    /// the other way.
+    /// The surface point closest to `near`, hit by a ray from `origin` in the unit direction `d`; `passed` states
+    /// whether the ray may have passed through surfaces with partial alpha. The normal faces a ray from outside and
+    /// points away from one from inside, even at a grazing hit, where rounding could reverse it.
     #[inline]
     pub fn surface_near(&self, near: DVec3, origin: DVec3, d: Vec3, passed: bool) -> SurfacePoint {
-        // In double precision: a sphere far from the origin has a centre that is exact and a point that is not.
+        // In double precision: for a sphere far from the origin the centre is exact, but a single-precision point is
+        // not.
         let from_center = |p: DVec3| p - self.center.as_dvec3();
         let n = from_center(near).normalize_or(DVec3::Z).as_vec3a();
         let enters = if passed {
-            // It has passed through surfaces, perhaps through this one: the half of the chord tells.
+            // The ray may have passed through this sphere before, so the half of the chord decides, not the origin.
             from_center(near).dot(d.as_dvec3()) < 0.0
         } else {
             let radius = f64::from(self.radius);
@@ -73,7 +74,7 @@ impl Sphere {
         })
     }
 
-    /// The point of the sphere along the unit vector `n` from its centre.
+    /// The surface point in the direction of the unit vector `n` from the centre.
     #[inline]
     pub fn surface_along(&self, n: Vec3) -> SurfacePoint {
         let p = self.center + self.radius * n;
@@ -85,7 +86,8 @@ impl Sphere {
         }
     }
 
-    /// The texture coordinate of a point of the sphere: longitude about its y, and latitude from below.
+    /// The texture coordinate of a point of the sphere: the longitude about its y axis, and the latitude from the lower
+    /// pole.
     #[inline]
     pub fn uv_at(&self, p: Vec3) -> Vec2 {
         let n = self.turn.transpose() * (p - self.center).normalize_or(Vec3::Z);
@@ -95,15 +97,16 @@ impl Sphere {
         )
     }
 
-    /// The directions in which u and v grow at a point of the sphere; u has none at the poles.
+    /// The directions in which u and v increase at a point of the sphere; u has none at the poles.
     pub fn tangents_at(&self, p: Vec3) -> [Vec3; 2] {
         let n = self.turn.transpose() * (p - self.center);
         let along_u = Vec3::new(-n.z, 0.0, n.x);
         [along_u, along_u.cross(n)].map(|tangent| self.turn * tangent)
     }
 
-    /// A ray leaving outwards never comes back; one going inwards meets the far side at the end of its chord, and half of
-    /// that tells the end from the beginning.
+    /// The parameter up to which a ray that starts on the sphere cannot truly hit it again. A ray to the outside never
+    /// does. A ray to the inside hits the far side at the end of its chord; half the chord separates the end from the
+    /// start.
     #[inline]
     pub fn free_distance(&self, from: Vec3, w: Vec3, to_outside: bool) -> f32 {
         if to_outside {

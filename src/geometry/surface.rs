@@ -1,7 +1,7 @@
-//! A point on a surface, with all that the shape itself knows of it.
+//! Surface points, with the properties that depend on the shape only.
 //!
 //! Measure: normalised scene units.
-//! Range: `error` bounds the distance of `p` from the true surface in each coordinate, and what tracing adds to it.
+//! Range: `error` bounds the distance of `p` from the true surface in each coordinate, including the error of tracing.
 //! Source: Pharr, Jakob, Humphreys, "Physically Based Rendering", section 6.8. Tested in `tests/tracing/rays.rs`.
 
 use crate::math::vec::Vec3;
@@ -9,9 +9,9 @@ use crate::math::vec::Vec3;
 /// A point on a surface.
 #[derive(Debug, Clone, Copy)]
 pub struct SurfacePoint {
-    /// The point.
+    /// The position.
     pub p: Vec3,
-    /// Bound of the rounding error of each coordinate, including that of a ray query against the same primitive.
+    /// The bound of the rounding error of each coordinate, including that of a ray query against the same primitive.
     pub error: Vec3,
     /// Geometric normal, of unit length.
     pub ng: Vec3,

@@ -1,7 +1,7 @@
-//! A colour that varies over a surface.
+//! Textures: colours that vary over a surface.
 //!
-//! Measure: linear Rec. 709; uv in [0, 1] over the picture, v up: v = 0 is the lower edge of its last row.
-//! Range: any finite uv: the picture repeats. Another uv gives some colour, which may not be finite.
+//! Measure: linear Rec. 709; uv in [0, 1] over the image, v up: v = 0 is the lower edge of its last row.
+//! Range: any finite uv: the image repeats. For other uv the colour is unspecified and may not be finite.
 //! Source: bilinear interpolation between texel centres. Tested below.
 
 use crate::image::Image;
@@ -13,18 +13,18 @@ use std::sync::Arc;
 /// A texture.
 #[derive(Debug, Clone)]
 pub enum Texture {
-    /// A picture.
+    /// An image.
     Image {
-        /// Linear values.
+        /// The texels, in linear values.
         image: Arc<Image>,
-        /// Multiplies every value.
+        /// The factor of every value.
         scale: f32,
     },
-    /// Two colours in turn.
+    /// A checkerboard of two colours.
     Checker {
         /// The colours; the first one is at uv = (0, 0).
         colours: [Rgb; 2],
-        /// Fields over [0, 1] in u and in v.
+        /// The number of fields over [0, 1] in u and in v.
         repeat: Vec2,
     },
 }
@@ -56,7 +56,7 @@ impl Texture {
         }
     }
 
-    /// The colour, if it is the same everywhere: just what [`Texture::lookup`] gives.
+    /// The colour, if it is the same everywhere; identical to that of [`Texture::lookup`].
     pub fn constant(&self) -> Option<Rgb> {
         match self {
             Self::Image { image, scale } => {
@@ -75,7 +75,7 @@ fn larger(a: Rgb, b: Rgb) -> Rgb {
     Rgb::from([0, 1, 2].map(|i| a[i].max(b[i])))
 }
 
-/// The colour at `uv` of a picture of this width and height, between those of the nearest texels by column and row.
+/// The colour at `uv` of an image of this width and height, by bilinear interpolation of the nearest texels.
 #[inline]
 pub(super) fn bilinear(
     (width, height): (u32, u32),
@@ -90,14 +90,15 @@ pub(super) fn bilinear(
     top.lerp(bottom, y)
 }
 
-/// The two texels, of `count` that repeat, whose centres enclose `t`, and the way from the first to the second.
+/// The two texels, of a repeating row of `count`, whose centres enclose `t`, and the interpolation weight of the
+/// second.
 #[inline]
 fn neighbours(t: f32, count: u32) -> (u32, u32, f32) {
-    // In [0, count], counted from the centre of the last texel of the period before.
+    // In [0, count], measured from the centre of the last texel of the previous period.
     let position = (t - t.floor()) * count as f32 + planted!("half-a-texel", 0.0, 0.5);
     let whole = position as u32;
     let second = if whole >= count { whole - count } else { whole };
-    // Only rounding, or a `t` that is not finite, can leave the range.
+    // Only a rounding error, or a `t` that is not finite, exceeds the range.
     let second = second.min(count - 1);
     let first = if second == 0 { count - 1 } else { second - 1 };
     (first, second, position - whole as f32)

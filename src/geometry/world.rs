@@ -1,9 +1,9 @@
-//! All shapes of a scene: those that stand in the world themselves, and groups of shapes that instances place.
+//! All shapes of a scene: top-level shapes in world space, and groups of shapes that are placed by instances.
 //!
-//! Shapes are numbered as rays see them: first those that stand in the world, then, for each instance in turn, those of its
-//! group. The number of a shape and that of a primitive in it identify what a ray has met.
+//! Shapes are numbered as in ray queries: first the top-level shapes, then, for each instance in turn, the shapes of
+//! its group. The number of a shape and the index of a primitive in it identify the primitive that a ray has hit.
 //!
-//! Measure: normalised scene units; a group has units of its own. Time goes from 0, when the shutter opens, to 1.
+//! Measure: normalised scene units; each group has its own units. Time runs from 0, when the shutter opens, to 1.
 //! Range: groups hold no instances; each instance has a transform for at least one time step.
 //! Source: Pharr, Jakob, Humphreys, section 7.1.2 for instances. Tested in `tests/tracing/instance_rays.rs`.
 
@@ -17,33 +17,34 @@ use crate::math::ray::Ray;
 use crate::math::vec::{Vec2, Vec3};
 use std::sync::Arc;
 
-/// One primitive of one shape.
+/// The identifier of one primitive of one shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct PrimitiveId {
-    /// Number of the shape.
+    /// The number of the shape.
     pub shape: u32,
-    /// Index of the primitive within it.
+    /// The index of the primitive within the shape.
     pub primitive: u32,
 }
 
 /// All shapes of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct World {
-    /// Shared, as are the groups, by worlds in which the same stands elsewhere.
+    /// The top-level shapes. They and the groups are shared by worlds that differ only in their instances.
     geometries: Arc<[Geometry]>,
     groups: Arc<[Vec<Geometry>]>,
     instances: Vec<Instance>,
     /// The number of the first shape of each instance.
     first_shapes: Vec<u32>,
-    /// The instance of each shape beyond those that stand in the world themselves.
+    /// The instance of each shape after the top-level shapes.
     owners: Vec<u32>,
 }
 
 impl World {
-    /// A world of shapes and of instances of groups. One of more shapes than have numbers can be made, not traced.
+    /// Creates a world of top-level shapes and of instances of groups. A world with more shapes than 32 bits can number
+    /// can be created, but not traced.
     ///
     /// # Panics
-    /// If an instance is of a group that does not exist.
+    /// If an instance refers to a group that does not exist.
     pub fn new(
         geometries: Vec<Geometry>,
         groups: Vec<Vec<Geometry>>,
@@ -52,10 +53,10 @@ impl World {
         Self::numbered(geometries.into(), groups.into(), instances)
     }
 
-    /// The same shapes in memory, with other instances of the groups.
+    /// Creates a world that shares the shapes of this one, with other instances of the groups.
     ///
     /// # Panics
-    /// If an instance is of a group that does not exist.
+    /// If an instance refers to a group that does not exist.
     pub fn with_instances(&self, instances: Vec<Instance>) -> Self {
         Self::numbered(self.geometries.clone(), self.groups.clone(), instances)
     }
@@ -86,12 +87,12 @@ impl World {
         }
     }
 
-    /// The shapes that stand in the world themselves.
+    /// The top-level shapes.
     pub fn geometries(&self) -> &[Geometry] {
         &self.geometries
     }
 
-    /// The shapes of each group, in units of its own.
+    /// The shapes of each group, in the units of the group.
     pub fn groups(&self) -> &[Vec<Geometry>] {
         &self.groups
     }
@@ -101,7 +102,7 @@ impl World {
         &self.instances
     }
 
-    /// How many shapes rays see.
+    /// The number of shapes in ray queries, with those of every instance.
     pub fn shape_count(&self) -> usize {
         let of = |instance: &Instance| self.groups[instance.group].len();
         self.geometries.len() + self.instances.iter().map(of).sum::<usize>()
@@ -113,7 +114,7 @@ impl World {
         self.first_shapes[instance]
     }
 
-    /// The form of a shape, in its own units.
+    /// The geometry of a shape, in its own units.
     #[inline]
     pub fn geometry(&self, shape: u32) -> &Geometry {
         match self.instanced(shape) {
@@ -122,21 +123,21 @@ impl World {
         }
     }
 
-    /// The instance that a shape belongs to; `None` if it stands in the world itself.
+    /// The instance that a shape belongs to; `None` for a top-level shape.
     #[inline]
     pub fn placement(&self, shape: u32) -> Option<&Instance> {
         self.instanced(shape).map(|(instance, _)| instance)
     }
 
-    /// A shape of an instance at a time; `None` if it stands in the world itself.
+    /// A shape of an instance at a time; `None` for a top-level shape.
     #[inline]
     pub fn placed(&self, shape: u32, time: f32) -> Option<Placed<'_>> {
         let (instance, geometry) = self.instanced(shape)?;
         Some(Placed::new(geometry, instance, time))
     }
 
-    /// The error bound of a point `p` on a primitive of an instance, which has to hold what a ray query in the group's frame
-    /// loses; `None` if the shape stands in the world itself.
+    /// The error bound of a point `p` on a primitive of an instance, including the error of a ray query in the group's
+    /// frame; `None` for a top-level shape.
     #[inline]
     pub fn error_at<E: Effects>(&self, id: PrimitiveId, time: f32, p: Vec3) -> Option<Vec3> {
         if !E::Instances::ON {
@@ -146,7 +147,7 @@ impl World {
         Some(placed.error_at(id.primitive, p))
     }
 
-    /// The box around an instance over its whole motion; empty if its group is.
+    /// The bounding box of an instance over its whole motion; empty if its group is.
     pub fn instance_bounds(&self, instance: usize) -> Bounds {
         let instance = &self.instances[instance];
         let shapes = self.groups[instance.group].iter();
@@ -154,7 +155,7 @@ impl World {
         instance.bounds_of(&group.fold(Bounds::default(), Bounds::union))
     }
 
-    /// The instance that a shape belongs to, and its form; `None` if it stands in the world itself.
+    /// The instance that a shape belongs to, and its geometry; `None` for a top-level shape.
     #[inline]
     fn instanced(&self, shape: u32) -> Option<(&Instance, &Geometry)> {
         let beyond = (shape as usize).checked_sub(self.geometries.len())?;
@@ -164,7 +165,7 @@ impl World {
         Some((instance, &self.groups[instance.group][geometry]))
     }
 
-    /// A shape as a kernel for the effects `E` sees it: without instances, all stand in the world themselves.
+    /// A shape as seen by a kernel for the effects `E`: without instances, all shapes are top-level shapes.
     #[inline]
     fn shape<E: Effects>(&self, shape: u32, time: f32) -> Shape<'_> {
         if E::Instances::ON
@@ -175,7 +176,7 @@ impl World {
         Shape::Standing(&self.geometries[shape as usize])
     }
 
-    /// What the surface is like, in the world, where `ray` meets a primitive at parameter `t`.
+    /// The surface point, in world space, where `ray` hits a primitive at parameter `t`.
     #[inline]
     pub fn surface_at<E: Effects>(
         &self,
@@ -206,7 +207,7 @@ impl World {
         }
     }
 
-    /// The directions in which u and v grow at a point of a primitive.
+    /// The directions in which u and v increase at a point of a primitive.
     #[inline]
     pub fn tangents_at<E: Effects>(&self, id: PrimitiveId, time: f32, p: Vec3) -> [Vec3; 2] {
         match self.shape::<E>(id.shape, time) {
@@ -215,8 +216,8 @@ impl World {
         }
     }
 
-    /// Up to which parameter a ray that leaves a primitive at `from` along the unit vector `w`, to its outside or not,
-    /// cannot truly meet that primitive again.
+    /// The parameter up to which a ray that leaves the primitive at `from` along the unit vector `w`, on its outside if
+    /// `to_outside`, cannot truly hit that primitive again.
     #[inline]
     pub fn free_distance<E: Effects>(
         &self,
@@ -233,10 +234,10 @@ impl World {
     }
 }
 
-/// Where a shape is.
+/// The geometry of a shape, by its placement.
 enum Shape<'a> {
-    /// In the world itself.
+    /// A top-level shape.
     Standing(&'a Geometry),
-    /// In the world through an instance.
+    /// A shape of an instance.
     Placed(Placed<'a>),
 }

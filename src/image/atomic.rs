@@ -1,8 +1,8 @@
-//! Files that appear whole or not at all: written beside their place, then renamed. And the folders for them.
+//! Atomic file writing: a temporary file in the same folder, which is then renamed. Also creation of folders.
 //!
 //! Measure: none.
-//! Range: any path in an existing folder that can be written to. On failure an old file stays as it was, and nothing new
-//! remains.
+//! Range: any path in an existing folder that can be written to. On failure an existing file is unchanged, and no new
+//! file remains.
 //! Source: rename(2) replaces its target in one step. Tested below.
 
 use crate::error::{Error, Result};
@@ -11,7 +11,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
 
-/// Replaces the file at `path` by what `write` writes.
+/// Replaces the file at `path` atomically by the output of `write`.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
@@ -29,28 +29,28 @@ pub fn write_atomically(
     Ok(())
 }
 
-/// Replaces the file at `path` by `text`.
+/// Replaces the file at `path` atomically by `text`.
 pub fn write_text(path: &Path, text: &str) -> Result<()> {
     write_atomically(path, |writer| writer.write_all(text.as_bytes()))
 }
 
-/// Makes a folder, and those that it is in, where they are not there yet.
+/// Creates a folder and its missing parents.
 pub fn make_folder(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder)
         .map_err(|error| Error::io("cannot make the folder", folder, error))
 }
 
-/// Whether [`write_atomically`] could write to `path` now.
+/// Checks that [`write_atomically`] could write to `path` now.
 pub fn check_creatable(path: &Path) -> Result<()> {
     let cannot_write = |cause| Error::io("cannot write", path, cause);
     if path.is_dir() {
         return Err(cannot_write(io::ErrorKind::IsADirectory.into()));
     }
-    // Dropped, and with it removed, at once.
+    // Dropping the temporary file removes it.
     create_beside(path).map(drop).map_err(cannot_write)
 }
 
-/// An empty file in the folder of `path`, with the permissions of an ordinary new file.
+/// Creates an empty temporary file in the folder of `path`, with the permissions of an ordinary new file.
 fn create_beside(path: &Path) -> io::Result<NamedTempFile> {
     let folder = match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
@@ -61,10 +61,10 @@ fn create_beside(path: &Path) -> io::Result<NamedTempFile> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // The process's mask takes its share off; the default would be for the owner's eyes only.
+        // The process's umask applies; with the default mode only the owner could read the file.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    // The file's name in the error would be the temporary one: nothing that the user knows.
+    // The file's name in the error would be the temporary one, which the user does not know.
     builder
         .tempfile_in(folder)
         .map_err(|error| match error.kind() {

@@ -1,6 +1,6 @@
-//! OpenEXR: floats as they are, with metadata and further layers.
+//! Reading and writing OpenEXR: float pixels, with metadata and further layers.
 //!
-//! Measure: linear; the data window is the picture.
+//! Measure: linear; the data window is the image.
 //! Range: reads the first part with R, G and B, or with Y alone, of 16 or 32 bits. Deep data and subsampled chroma are
 //! refused. Writes one part of 32-bit floats, losslessly compressed.
 //! Source: the `exr` crate. Tested below and in `mod.rs`.
@@ -19,16 +19,16 @@ use ::exr::prelude::{
 };
 use std::io::{self, Cursor, Seek, Write};
 
-/// The width of a row and the pixels while they are read: arrays, because zeroed arrays take no memory before they are
-/// written to, however large a damaged header says that the picture is.
+/// The width of a row and the pixels while they are read. The pixels are arrays, because zeroed arrays take no memory
+/// before they are written to, however large an image a damaged header declares.
 type Rows = (usize, Vec<[f32; 3]>);
 
-/// Whether bytes begin as an OpenEXR file does.
+/// Whether bytes begin with the signature of OpenEXR.
 pub(super) fn is_one(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x76, 0x2F, 0x31, 0x01])
 }
 
-/// A picture from the bytes of an OpenEXR file.
+/// Decodes an image from the bytes of an OpenEXR file.
 pub(super) fn decode(bytes: &[u8]) -> Result<Image> {
     match checked_meta_data(bytes)? {
         (_, Colours::Rgb) => decode_colour(bytes),
@@ -36,7 +36,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image> {
     }
 }
 
-/// The channels that the picture consists of.
+/// The colour channels of the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Colours {
     Rgb,
@@ -44,7 +44,7 @@ pub(super) enum Colours {
 }
 
 impl Colours {
-    /// Their names, in this order.
+    /// The names of the channels, in this order.
     pub(super) fn names(self) -> &'static [&'static str] {
         match self {
             Self::Rgb => &["R", "G", "B"],
@@ -52,14 +52,15 @@ impl Colours {
         }
     }
 
-    /// Whether a part has all of them.
+    /// Whether a part has all of these channels.
     pub(super) fn are_in(self, part: &Header) -> bool {
         let has = |name: &&str| part.channels.list.iter().any(|c| c.name.eq(name));
         self.names().iter().all(has)
     }
 }
 
-/// What a file says of itself, and which channels make its picture; refused if they are too large or none.
+/// Reads the headers of a file and determines the colour channels of its image; an error if the image is too large or
+/// has no colour channels.
 pub(super) fn checked_meta_data(bytes: &[u8]) -> Result<(MetaData, Colours)> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(not_valid)?;
     for header in &meta.headers {
@@ -198,7 +199,7 @@ fn attribute(value: &MetadataValue) -> AttributeValue {
     }
 }
 
-/// OpenEXR's strings are UTF-8; the crate's own conversion panics beyond Latin-1.
+/// Converts a string to OpenEXR's UTF-8 text; the crate's own conversion panics beyond Latin-1.
 fn text(string: &str) -> Text {
     Text::from_slice_unchecked(string.as_bytes())
 }

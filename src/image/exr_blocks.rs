@@ -1,5 +1,5 @@
-//! The blocks of an OpenEXR file, held against what its header says before they are believed: a damaged file may declare
-//! tiles of any size, and name blocks of other parts as its own.
+//! Validation of the blocks of an OpenEXR file against its header: a damaged file may declare tiles of any size, and
+//! name blocks of other parts as its own.
 //!
 //! Measure: pixels, bytes.
 //! Range: any file whose header could be read; blocks that do not fit are errors.
@@ -15,10 +15,11 @@ use ::exr::meta::BlockDescription;
 use ::exr::meta::header::Header;
 use ::exr::prelude::{ReadChannels, Vec2};
 
-/// Refuses blocks that a file of so many bytes cannot hold, before memory is asked for: tiles may be larger than the picture.
+/// Rejects blocks that a file of `bytes` bytes cannot hold, before memory is allocated: tiles may be larger than the
+/// image.
 pub(super) fn check_sizes(header: &Header, bytes: usize) -> Result<()> {
     let Vec2(width, height) = header.max_block_pixel_size();
-    // The last lines of a picture are a block, too, however many lines others have.
+    // The last lines of an image are a block, too, which may have fewer lines.
     let height = match header.blocks {
         BlockDescription::ScanLines => height.min(header.layer_size.1),
         BlockDescription::Tiles(_) => height,
@@ -33,7 +34,7 @@ pub(super) fn check_sizes(header: &Header, bytes: usize) -> Result<()> {
     Ok(())
 }
 
-/// Channels whose blocks are read if they fit in their part.
+/// A channel reader that accepts a block only if it fits in its part.
 pub(super) struct Fitting<C>(pub(super) C);
 
 impl<'s, C: ReadChannels<'s>> ReadChannels<'s> for Fitting<C> {
@@ -44,7 +45,7 @@ impl<'s, C: ReadChannels<'s>> ReadChannels<'s> for Fitting<C> {
     }
 }
 
-/// Reads them.
+/// The reader of the blocks.
 pub(super) struct FittingReader<R>(R);
 
 impl<R: ChannelsReader> ChannelsReader for FittingReader<R> {
@@ -115,7 +116,7 @@ mod tests {
         assert!(vast.contains("blocks of 16384 x 16384 pixels"), "{vast}");
     }
 
-    /// A file of two parts, of which the first is told that its blocks are where those of the second are.
+    /// A file of two parts, whose first part has an offset that points to a block of the second.
     #[test]
     fn blocks_of_another_part_are_refused() {
         let (small, large) = ((2, 2), (16, 16));
@@ -132,7 +133,8 @@ mod tests {
         let mut bytes = bytes.into_inner();
         assert_eq!(decoded(&bytes).expect("a picture").pixels().len(), 4);
 
-        // Where each line is, a table for each part: the first one points at a line of the second part in the end.
+        // Each part has a table of line offsets: the first entry is changed to point at the last line of the second
+        // part.
         let last_line = bytes.len() - (4 + 4 + 4 + 16 * 4);
         let first_line = last_line - 15 * (4 + 4 + 4 + 16 * 4) - 2 * (4 + 4 + 4 + 2 * 4);
         let table = first_line - 8 * (2 + 16);

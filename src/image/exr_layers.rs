@@ -1,7 +1,7 @@
-//! Reading an OpenEXR file whole: the picture, its further channels and our facts about it.
+//! Reading all of an OpenEXR file: the image, its further channels and the metadata of this program.
 //!
-//! Measure: linear; the data window is the picture.
-//! Range: reads the part that `exr.rs` reads the picture from, of 16 or 32 bits a channel; whole numbers beyond 2^24 are
+//! Measure: linear; the data window is the image.
+//! Range: reads the part that `exr.rs` reads the image from, of 16 or 32 bits a channel; integers beyond 2^24 are
 //! rounded. At most 2^30 samples in all. Deep data and subsampled channels are refused.
 //! Source: the `exr` crate. Tested below and by the fuzz target `image`.
 
@@ -22,18 +22,18 @@ use std::io::Cursor;
 /// The most samples of all channels together that are read: 4 GiB in memory.
 const MAX_SAMPLES: usize = 4 * MAX_PIXELS;
 
-/// What the names of our facts begin with.
+/// The prefix of the names of this program's metadata.
 pub(super) const FACT_PREFIX: &str = "etendue.";
 
-/// What a file holds.
+/// The contents of a file.
 pub(super) struct Contents {
-    /// The picture; its pixels are not yet known to be finite.
+    /// The image; its pixels are not checked to be finite yet.
     pub(super) image: Image,
     pub(super) layers: Vec<Layer>,
     pub(super) metadata: Vec<(String, MetadataValue)>,
 }
 
-/// Everything in the bytes of an OpenEXR file.
+/// Decodes everything in the bytes of an OpenEXR file.
 pub(super) fn decode(bytes: &[u8]) -> Result<Contents> {
     let (meta, colours) = checked_meta_data(bytes)?;
     check_samples(&meta, bytes.len())?;
@@ -68,7 +68,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Contents> {
     })
 }
 
-/// Refuses files that declare more samples than they can hold, before memory is asked for.
+/// Rejects files that declare more samples than they can hold, before memory is allocated.
 fn check_samples(meta: &MetaData, bytes: usize) -> Result<()> {
     for header in &meta.headers {
         let Vec2(width, height) = header.layer_size;
@@ -84,7 +84,7 @@ fn check_samples(meta: &MetaData, bytes: usize) -> Result<()> {
     Ok(())
 }
 
-/// Reads all channels of a part, if it has those of a picture.
+/// A channel reader for all channels of a part that has those of the image.
 struct PartWith {
     colours: Colours,
     all_channels: ReadAnyChannels<ReadFlatSamples>,
@@ -109,7 +109,7 @@ impl<'s> ReadChannels<'s> for PartWith {
     }
 }
 
-/// The pixels of the channels that the picture consists of.
+/// Builds the pixels from the colour channels of the image.
 fn pixels(colours: Colours, channels: &[Layer]) -> Vec<Rgb> {
     let find = |name| {
         let found = channels.iter().find(|channel| channel.name == name);
@@ -135,7 +135,7 @@ fn floats(samples: FlatSamples) -> Vec<f32> {
     }
 }
 
-/// One attribute, if it is ours.
+/// The metadata of an attribute, if its name has the prefix.
 fn fact((name, value): (&Text, &AttributeValue)) -> Option<(String, MetadataValue)> {
     let name = string(name);
     let value = match value {
@@ -147,7 +147,7 @@ fn fact((name, value): (&Text, &AttributeValue)) -> Option<(String, MetadataValu
     name.starts_with(FACT_PREFIX).then_some((name, value))
 }
 
-/// OpenEXR's strings are UTF-8; what is not is replaced.
+/// Converts OpenEXR's UTF-8 text to a string; invalid bytes are replaced.
 fn string(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
@@ -175,7 +175,7 @@ mod tests {
         let mut depth = layer("depth.Z", 0.5);
         depth.samples[3] = f32::INFINITY;
         let options = WriteOptions {
-            // In the order of their names, in which files have them.
+            // Sorted by name, as in files.
             layers: vec![layer("albedo.G", 0.01), depth, layer("se.R", 1e-3)],
             metadata: vec![
                 (

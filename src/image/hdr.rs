@@ -1,8 +1,8 @@
 //! Writing Radiance HDR: three mantissas of eight bits and one exponent a pixel.
 //!
 //! Measure: linear.
-//! Range: rounded to the nearest step, 1/128 of the largest channel or less; negative channels become 0, and what lies
-//! beyond the format's range is clamped.
+//! Range: rounded to the nearest step, 1/128 of the largest channel or less; negative channels become 0, and values
+//! beyond the format's range are clamped.
 //! Source: Ward 1991, "Real Pixels"; the `image` crate writes the file. Tested below.
 
 use super::Image;
@@ -12,7 +12,7 @@ use std::io::{self, Write};
 
 /// The largest value of the format: mantissa 255/256, exponent 127.
 const MAX: f32 = 255.0 / 256.0 * (1u128 << 127) as f32;
-/// Below the smallest exponent, a pixel is black.
+/// The least value of the largest channel, by the smallest exponent; a pixel below it is black.
 const MIN: f32 = f32::MIN_POSITIVE;
 
 /// Writes `image` as a Radiance HDR file.
@@ -27,10 +27,10 @@ pub(super) fn encode(writer: impl Write, image: &Image) -> io::Result<()> {
         .map_err(io::Error::other)
 }
 
-/// The colour of the format that is nearest to `pixel`. The encoder alone would round every channel down: half a step
-/// of bias.
+/// The colour of the format that is nearest to `pixel`. The encoder alone would round every channel down, a bias of
+/// half a step.
 fn nearest(pixel: Rgb) -> Rgb {
-    // A NaN is not above 0 either.
+    // A NaN fails the comparison and becomes 0.
     let pixel = pixel.map(|channel| if channel > 0.0 { channel.min(MAX) } else { 0.0 });
     let largest = pixel.max_channel();
     if largest < MIN {

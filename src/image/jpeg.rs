@@ -1,9 +1,10 @@
 //! Reading JPEG.
 //!
 //! Measure: codes of the colour space asked for, over 255.
-//! Range: baseline and progressive files of 8 bits, grey or colour; the EXIF orientation and embedded profiles are not
-//! applied. A file that is cut short is an error, not a picture that is grey from there on.
-//! Source: the `zune-jpeg` crate, strict: through the `image` crate it would pass over what is missing. Tested below.
+//! Range: baseline and progressive files of 8 bits, grey or colour; the EXIF orientation and embedded profiles are
+//! not applied. A truncated file is an error, not an image that is grey from there on.
+//! Source: the `zune-jpeg` crate, in strict mode: through the `image` crate it would ignore missing data. Tested
+//! below.
 
 use super::raster::{code_values, gather};
 use super::{ColourSpace, Image, MAX_SIDE, checked_size};
@@ -17,7 +18,7 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 const START_OF_SCAN: [u8; 2] = [0xFF, 0xDA];
 const END_OF_IMAGE: [u8; 2] = [0xFF, 0xD9];
 
-/// A picture from the bytes of a JPEG file.
+/// Decodes an image from the bytes of a JPEG file.
 pub(super) fn decode(bytes: &[u8], space: ColourSpace) -> Result<Image> {
     let options = DecoderOptions::default()
         .set_strict_mode(true)
@@ -32,7 +33,7 @@ pub(super) fn decode(bytes: &[u8], space: ColourSpace) -> Result<Image> {
         _ => ColorSpace::RGB,
     };
     decoder.set_options(options.jpeg_set_out_colorspace(colours));
-    // Even the strict decoder makes up the very last block.
+    // Even the strict decoder makes up the very last block if the end is missing.
     if last(END_OF_IMAGE, bytes) < last(START_OF_SCAN, bytes) {
         return Err(Error::scene("not a valid JPEG file: it has no end"));
     }
@@ -44,7 +45,7 @@ pub(super) fn decode(bytes: &[u8], space: ColourSpace) -> Result<Image> {
     Ok(Image::new(width, height, pixels))
 }
 
-/// Where a marker stands for the last time; none comes before all places.
+/// The last position of a marker; `None`, which is less than any position, if there is none.
 fn last(marker: [u8; 2], bytes: &[u8]) -> Option<usize> {
     bytes.windows(2).rposition(|pair| pair == marker)
 }
@@ -74,7 +75,7 @@ pub(super) mod tests {
         jpeg(8, ExtendedColorType::Rgb8)
     }
 
-    /// The same file, which says that it is of this size.
+    /// The file with this size in its frame header.
     fn resized(bytes: &[u8], width: u16, height: u16) -> Vec<u8> {
         let mut bytes = bytes.to_vec();
         let frame = bytes.windows(2).position(|marker| marker == [0xFF, 0xC0]);

@@ -1,8 +1,8 @@
-//! A picture with what its file holds beside it: further channels and facts about the render.
+//! An image with the further channels and the metadata of its file.
 //!
-//! Measure: of the picture linear Rec. 709; of a layer whatever it holds.
-//! Range: the picture is finite, a layer need not be (a depth of infinity). Only OpenEXR has layers and facts; of a file with
-//! several parts, those of the part that the picture is in.
+//! Measure: the image is linear Rec. 709; each layer has its own unit.
+//! Range: the image is finite, a layer need not be (a depth of infinity). Only OpenEXR has layers and metadata; of a
+//! file with several parts, those of the part with the image.
 //! Source: `image/exr_layers.rs`. Tested there and below.
 
 use super::exr_layers::FACT_PREFIX;
@@ -10,16 +10,16 @@ use super::{ColourSpace, Image, Layer, MetadataValue, exr, exr_layers, file_byte
 use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// A picture, its layers and what is known of it.
+/// An image, its layers and its metadata.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayeredImage {
-    /// The picture.
+    /// The image.
     pub image: Image,
     /// Further channels, with the names that they have in the file.
     pub layers: Vec<Layer>,
-    /// Facts whose names begin with `etendue.`: those that `render` writes.
+    /// Metadata whose names begin with `etendue.`: those that `render` writes.
     pub metadata: Vec<(String, MetadataValue)>,
-    /// Where it was read from, for messages.
+    /// The file that it was read from, for messages.
     pub file: Option<PathBuf>,
 }
 
@@ -32,7 +32,7 @@ impl LayeredImage {
         Ok(read)
     }
 
-    /// The same from the bytes of a file.
+    /// Decodes the bytes of a file as [`read`](Self::read) does.
     pub fn decode(bytes: &[u8], space: ColourSpace) -> Result<Self> {
         if exr::is_one(bytes) {
             let contents = exr_layers::decode(bytes)?;
@@ -53,10 +53,10 @@ impl LayeredImage {
         found.map(|layer| layer.samples.as_slice())
     }
 
-    /// The samples of layers that something cannot do without.
+    /// The samples of several layers, all of which are required.
     ///
     /// # Errors
-    /// If one is missing: which one, and how to make it.
+    /// If a layer is missing; the message says which one, and how to make it.
     pub fn required_layers<const N: usize>(&self, names: [&str; N]) -> Result<[&[f32]; N]> {
         let mut found = [&[] as &[f32]; N];
         for (samples, name) in found.iter_mut().zip(names) {
@@ -74,7 +74,7 @@ impl LayeredImage {
         Ok(found)
     }
 
-    /// One fact about the picture, such as `seed`, without `etendue.` before its name.
+    /// The metadata value with this name, such as `seed`, without the prefix `etendue.`.
     pub fn fact(&self, name: &str) -> Option<&MetadataValue> {
         let is_it = |full: &str| full.strip_prefix(FACT_PREFIX) == Some(name);
         let found = self.metadata.iter().find(|(full, _)| is_it(full));
@@ -83,7 +83,7 @@ impl LayeredImage {
 }
 
 impl From<Image> for LayeredImage {
-    /// A picture alone.
+    /// Builds an image without layers or metadata.
     fn from(image: Image) -> Self {
         Self {
             image,

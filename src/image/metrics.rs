@@ -1,38 +1,40 @@
-//! How far a picture is from a reference.
+//! Error metrics of an image against a reference.
 //!
 //! Measure: `mse` in squared units of the pixels, relative errors without unit; all are means over pixels and channels.
-//! Range: pictures of the same size, another one is an error of usage. The relative error is 0 for equal pictures and
-//! infinite where a reference that is black everywhere is missed.
-//! Source: relMSE as in docs/accuracy.md, with an epsilon that follows the exposure; leaving out the worst 0.1 % of the pixels
-//! is the custom of work on path guiding, such as Rath et al. 2020, "Variance-Aware Path Guiding". Tested below.
+//! Range: images of the same size; different sizes are an error of usage. The relative error is 0 for equal images
+//! and infinite where the reference is black everywhere and the image is not.
+//! Source: relMSE as in docs/accuracy.md, with an epsilon that follows the exposure; excluding the worst 0.1 % of the
+//! pixels is customary in work on path guiding, such as Rath et al. 2020, "Variance-Aware Path Guiding". Tested
+//! below.
 
 use super::Image;
 use super::tiles::Tile;
 use crate::error::{Error, Result};
 use serde::Serialize;
 
-/// The share of pixels, the worst, that a trimmed error leaves out.
+/// The share of pixels, the worst ones, that a trimmed error excludes.
 pub const TRIMMED_SHARE: f64 = 1e-3;
 
-/// The mean of (x - r)^2.
+/// The mean squared error: the mean of (x - r)^2.
 pub fn mse(image: &Image, reference: &Image) -> Result<f64> {
     let errors = pixel_errors(image, reference, |x, r| (x - r) * (x - r))?;
     Ok(mean(&errors))
 }
 
-/// The mean of (x - r)^2 / (r^2 + eps) with eps = 0.01 mean(r)^2, so that it does not depend on the exposure.
+/// The relMSE: the mean of (x - r)^2 / (r^2 + eps) with eps = 0.01 mean(r)^2, so that it does not depend on the
+/// exposure.
 pub fn rel_mse(image: &Image, reference: &Image) -> Result<f64> {
     Ok(mean(&relative_errors(image, reference)?))
 }
 
-/// The share of [`rel_mse`] that each pixel has, times the number of pixels: the mean over its channels.
+/// The relative squared error of each pixel, averaged over its channels. The mean over the pixels is [`rel_mse`].
 pub fn relative_errors(image: &Image, reference: &Image) -> Result<Vec<f64>> {
     let epsilon = epsilon(reference);
     pixel_errors(image, reference, |x, r| relative(x, r, epsilon).powi(2))
 }
 
-/// How far each pixel is from the reference, and to which side: the root of its [`relative_errors`], negative where it is
-/// darker in the sum over the channels.
+/// The signed relative error of each pixel: the root of its [`relative_errors`], negative where it is darker than the
+/// reference in the sum over the channels.
 pub fn signed_errors(image: &Image, reference: &Image) -> Result<Vec<f64>> {
     let errors = relative_errors(image, reference)?;
     let epsilon = epsilon(reference);
@@ -43,7 +45,7 @@ pub fn signed_errors(image: &Image, reference: &Image) -> Result<Vec<f64>> {
         .collect())
 }
 
-/// The [`rel_mse`] that a right picture is expected to have against a reference with these standard errors of R, G and B.
+/// The expected [`rel_mse`] of an exact image against a reference with these standard errors of R, G and B.
 pub fn relative_noise(reference: &Image, standard_errors: [&[f32]; 3]) -> f64 {
     let epsilon = epsilon(reference);
     let mut sum = 0.0;
@@ -56,7 +58,7 @@ pub fn relative_noise(reference: &Image, standard_errors: [&[f32]; 3]) -> f64 {
     sum / (3 * reference.pixels().len()) as f64
 }
 
-/// The mean without the worst [`TRIMMED_SHARE`] of all errors, rounded down to whole pixels.
+/// The mean of the errors without the worst [`TRIMMED_SHARE`], rounded down to whole pixels.
 pub fn trimmed_mean(mut errors: Vec<f64>) -> f64 {
     let kept = errors.len() - (TRIMMED_SHARE * errors.len() as f64) as usize;
     if kept < errors.len() {
@@ -66,7 +68,8 @@ pub fn trimmed_mean(mut errors: Vec<f64>) -> f64 {
     mean(&errors)
 }
 
-/// The means of each channel over those of the reference, less one; 0 where both are black, infinite where one is.
+/// The relative difference of each channel's mean from that of the reference; 0 where both are black, infinite where
+/// only the reference is.
 pub fn mean_differences(image: &Image, reference: &Image) -> [f64; 3] {
     let (image, reference) = (image.mean(), reference.mean());
     std::array::from_fn(|c| match image[c] - reference[c] {
@@ -75,20 +78,20 @@ pub fn mean_differences(image: &Image, reference: &Image) -> [f64; 3] {
     })
 }
 
-/// A tile and its share in the error of the picture.
+/// A tile and its share in the error of the image.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TileError {
-    /// Where it is.
+    /// The tile.
     #[serde(flatten)]
     pub tile: Tile,
-    /// Of the sum of all errors.
+    /// The share of the tile in the sum of all errors.
     pub share: f64,
-    /// The root of the mean error in it.
+    /// The root of the mean error in the tile.
     pub root_mean: f64,
 }
 
-/// Tiles of so many pixels a side by their share of errors like those of [`relative_errors`], the worst first; none if there is no
-/// error, or an infinite one.
+/// Tiles of `side` pixels a side, sorted by their share of errors like those of [`relative_errors`], worst first;
+/// none if the sum of errors is 0 or infinite.
 pub fn worst_tiles(errors: &[f64], image_width: u32, side: u32) -> Vec<TileError> {
     let total: f64 = errors.iter().sum();
     if total == 0.0 || !total.is_finite() {
@@ -110,14 +113,14 @@ pub fn worst_tiles(errors: &[f64], image_width: u32, side: u32) -> Vec<TileError
     tiles
 }
 
-/// What keeps the relative error of dark pixels finite.
+/// The epsilon that keeps the relative error of dark pixels finite.
 fn epsilon(reference: &Image) -> f64 {
     let mean = reference.mean().iter().sum::<f64>() / 3.0;
     0.01 * mean * mean
 }
 
 fn relative(x: f64, r: f64, epsilon: f64) -> f64 {
-    // Before 0 / 0.
+    // Avoids 0 / 0.
     if x == r {
         0.0
     } else {
@@ -141,7 +144,7 @@ fn pixel_errors(
     Ok(errors.collect())
 }
 
-/// Whether two pictures can be compared pixel by pixel.
+/// Checks that two images have the same size, as a comparison pixel by pixel requires.
 pub fn check_sizes(image: &Image, reference: &Image) -> Result<()> {
     let size = |image: &Image| (image.width(), image.height());
     if size(image) == size(reference) {
@@ -231,7 +234,7 @@ mod tests {
 
     #[test]
     fn fireflies_are_trimmed_and_no_more_than_the_share() {
-        // Of 2500 pixels the two worst.
+        // The two worst of 2500 pixels.
         let mut errors = vec![1.0; 2500];
         errors[17] = f64::INFINITY;
         errors[2400] = 1e9;
@@ -245,7 +248,7 @@ mod tests {
     #[test]
     fn the_worst_tile_comes_first_with_its_share() {
         let mut errors = vec![0.0; 70 * 40];
-        // Two in the tile at (64, 32), which has 6 x 8 pixels, and one in the first.
+        // Two errors in the tile at (64, 32), which has 6 x 8 pixels, and one in the first.
         errors[39 * 70 + 69] = 2.0;
         errors[33 * 70 + 64] = 1.0;
         errors[0] = 1.0;

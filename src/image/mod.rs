@@ -1,9 +1,10 @@
-//! Pictures in memory and in files.
+//! Images in memory and in files.
 //!
 //! Measure: linear Rec. 709, 32-bit floats; row 0 is on top.
 //! Range: 1 to 65536 pixels a side and 2^28 in all when read; every pixel that was read is finite. Anything else in a
 //! file is an error that names it, never a panic.
-//! Source: the formats' own, each in its file here. Tested below: every format there and back, arbitrary bytes.
+//! Source: the specification of each format, named in its file here. Tested below: round trips of every format,
+//! arbitrary bytes.
 
 pub mod atomic;
 mod exr;
@@ -32,17 +33,18 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// The longest side of a picture that is read or rendered.
+/// The longest side of an image that is read or rendered.
 pub const MAX_SIDE: usize = 1 << 16;
-/// The most pixels of a picture that is read: 3 GiB in memory.
+/// The most pixels of an image that is read: 3 GiB in memory.
 const MAX_PIXELS: usize = 1 << 28;
 /// The largest file that is read: twelve bytes for each of the most pixels, and a header.
 const MAX_BYTES: u64 = 12 * MAX_PIXELS as u64 + (1 << 20);
 
-/// What no format surpasses: PNG, of which one byte may stand for 1032 bytes of eight black and white pixels each.
+/// The most pixels per byte of any format: PNG, of which one byte may encode 1032 bytes of eight black and white
+/// pixels each.
 const MAX_PIXELS_PER_BYTE: usize = 8 * 1032;
 
-/// A picture of linear colours, at least one pixel large.
+/// An image of linear colours, at least one pixel large.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
     width: u32,
@@ -50,22 +52,22 @@ pub struct Image {
     pixels: Vec<Rgb>,
 }
 
-/// How the numbers of a file with integer samples are meant. Files of floats are always linear.
+/// The encoding of integer samples in a file. Files of floats are always linear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ColourSpace {
-    /// Through the sRGB transfer function: colours.
+    /// Encoded by the sRGB transfer function: colours.
     #[default]
     Srgb,
-    /// As they are: data, such as roughness or normals.
+    /// Linear: data, such as roughness or normals.
     Linear,
 }
 
 impl Image {
-    /// A picture of the given pixels, row by row from the top.
+    /// Builds an image of the given pixels, row by row from the top.
     ///
     /// # Panics
     ///
-    /// If there is no pixel, or not `width * height` of them.
+    /// If there is no pixel, or their number is not `width * height`.
     pub fn new(width: u32, height: u32, pixels: Vec<Rgb>) -> Self {
         assert!(width > 0 && height > 0, "a picture has at least one pixel");
         assert_eq!(
@@ -80,25 +82,25 @@ impl Image {
         }
     }
 
-    /// A picture of one colour.
+    /// Builds an image of one colour.
     ///
     /// # Panics
     ///
-    /// If it has no pixel.
+    /// If the image has no pixel.
     pub fn filled(width: u32, height: u32, colour: Rgb) -> Self {
         let pixels = vec![colour; width as usize * height as usize];
         Self::new(width, height, pixels)
     }
 
-    /// Reads a PNG, JPEG, Radiance HDR, OpenEXR or PFM file; its first bytes say which one it is.
+    /// Reads a PNG, JPEG, Radiance HDR, OpenEXR or PFM file; the format is detected by its first bytes.
     ///
-    /// A file that cannot be read is an [`ErrorKind::Io`](crate::ErrorKind::Io); one that is not a valid picture, is too
-    /// large, or has a pixel that is not finite, is an [`ErrorKind::Scene`](crate::ErrorKind::Scene).
+    /// A file that cannot be read is an [`ErrorKind::Io`](crate::ErrorKind::Io); one that is not a valid image, is
+    /// too large, or has a pixel that is not finite, is an [`ErrorKind::Scene`](crate::ErrorKind::Scene).
     pub fn read(path: &Path, space: ColourSpace) -> Result<Self> {
         Self::decode(&file_bytes(path)?, space).map_err(|error| error.in_file(path))
     }
 
-    /// A picture from the bytes of a file, as [`Image::read`] reads it.
+    /// Decodes the bytes of a file as [`Image::read`] does.
     pub fn decode(bytes: &[u8], space: ColourSpace) -> Result<Self> {
         let image = match bytes {
             [0x89, b'P', b'N', b'G', ..] => raster::decode_png(bytes, space),
@@ -113,7 +115,7 @@ impl Image {
         image.checked_finite()
     }
 
-    /// The picture, if every pixel is finite; else an error that names the first that is not.
+    /// The image, if every pixel is finite; else an error that names the first that is not.
     fn checked_finite(self) -> Result<Self> {
         match self.pixels.iter().position(|pixel| !pixel.is_finite()) {
             None => Ok(self),
@@ -127,13 +129,13 @@ impl Image {
         }
     }
 
-    /// Pixels in a row.
+    /// The width in pixels.
     #[inline]
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Rows.
+    /// The height in pixels.
     #[inline]
     pub fn height(&self) -> u32 {
         self.height
@@ -145,7 +147,7 @@ impl Image {
         &self.pixels
     }
 
-    /// All pixels, to change them.
+    /// All pixels, mutable.
     #[inline]
     pub fn pixels_mut(&mut self) -> &mut [Rgb] {
         &mut self.pixels
@@ -155,7 +157,7 @@ impl Image {
     ///
     /// # Panics
     ///
-    /// If it lies below or, in the last row, right of the picture.
+    /// If the pixel lies below or, in the last row, right of the image.
     #[inline]
     pub fn get(&self, x: u32, y: u32) -> Rgb {
         debug_assert!(x < self.width);
@@ -174,10 +176,10 @@ impl Image {
     }
 }
 
-/// All bytes of a file, unless it is too large a picture.
+/// All bytes of a file; an error if it is larger than any image that is read.
 fn file_bytes(path: &Path) -> Result<Vec<u8>> {
     let cannot_read = |cause| Error::io("cannot read", path, cause);
-    // A device such as /dev/zero would be read for long, and a pipe waited for.
+    // Reading a device such as /dev/zero would take long, and a pipe would block.
     if !std::fs::metadata(path).map_err(cannot_read)?.is_file() {
         return Err(cannot_read(std::io::Error::other("it is no regular file")));
     }
@@ -194,7 +196,7 @@ fn file_bytes(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The size of a picture, as a file of so many bytes declares it, refused before memory is asked for.
+/// Checks the size that a file of `bytes` bytes declares for its image, before memory is allocated.
 fn checked_size(width: usize, height: usize, bytes: usize) -> Result<(u32, u32)> {
     let refuse = |why: &str| {
         Err(Error::scene(format!(
@@ -221,7 +223,7 @@ mod tests {
     use crate::ErrorKind;
     use proptest::prelude::*;
 
-    /// A picture with every kind of pixel that a render has.
+    /// An image with every kind of pixel that a render has.
     pub(super) fn sample_image() -> Image {
         let pixels = (0..13 * 7)
             .map(|i| {

@@ -1,21 +1,21 @@
-//! What goes into a file beside the pixels.
+//! Options for writing an image: exposure, metadata and further channels.
 //!
-//! Measure: said at each.
-//! Range: a layer has one number a pixel; formats without room for something leave it out.
+//! Measure: stated at each field.
+//! Range: a layer has one number a pixel; formats that cannot store an option omit it.
 //! Source: the OpenEXR file layout for metadata and layers. Tested in `image/exr.rs`.
 
-/// What goes into a file besides the pixels.
+/// The exposure, metadata and further channels of a file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WriteOptions {
-    /// Stops by which a PNG is made brighter; the other formats keep the values as they are.
+    /// Exposure in stops that brightens a PNG; the other formats keep the values unchanged.
     pub exposure: f32,
-    /// Named facts about the picture, for OpenEXR; the names must not be ones that OpenEXR defines.
+    /// Named metadata, for OpenEXR; the names must not be ones that OpenEXR defines.
     pub metadata: Vec<(String, MetadataValue)>,
     /// Further channels, for OpenEXR.
     pub layers: Vec<Layer>,
 }
 
-/// One fact about a picture.
+/// A metadata value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MetadataValue {
     /// A text.
@@ -26,10 +26,10 @@ pub enum MetadataValue {
     Integer(i64),
 }
 
-/// One more channel of a picture.
+/// A further channel of an image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layer {
-    /// Layer and channel, such as `albedo.R`; not `R`, `G` or `B` alone.
+    /// Names of layer and channel, such as `albedo.R`; not `R`, `G` or `B` alone.
     pub name: String,
     /// One number a pixel, row by row from the top.
     pub samples: Vec<f32>,

@@ -1,4 +1,4 @@
-//! PFM: a short text header, then floats.
+//! Reading and writing PFM: a short text header, then floats.
 //!
 //! Measure: linear; rows from the bottom to the top.
 //! Range: `PF` (colour) and `Pf` (grey), either byte order; the magnitude of the scale is not applied, as in other
@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
 use std::io::{self, Write};
 
-/// A picture from the bytes of a PFM file.
+/// Decodes an image from the bytes of a PFM file.
 pub(super) fn decode(bytes: &[u8]) -> Result<Image> {
     let header = Header::parse(bytes)
         .ok_or_else(|| Error::scene("not a valid PFM file: expected width, height and scale"))?;
@@ -42,7 +42,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image> {
 
 /// Writes `image` as a PFM file.
 pub(super) fn encode(mut writer: impl Write, image: &Image) -> io::Result<()> {
-    // A negative scale says little-endian.
+    // A negative scale means little-endian.
     write!(writer, "PF\n{} {}\n-1.0\n", image.width(), image.height())?;
     for row in image.pixels().chunks_exact(image.width() as usize).rev() {
         for sample in row.iter().flat_map(|pixel| pixel.to_array()) {
@@ -57,12 +57,12 @@ struct Header {
     width: usize,
     height: usize,
     little_endian: bool,
-    /// In bytes: the samples follow.
+    /// Length of the header in bytes; the samples follow.
     length: usize,
 }
 
 impl Header {
-    /// Four words, each ended by one byte of white space or more, the last by exactly one.
+    /// Parses four words, each ended by one byte of white space or more, the last by exactly one.
     fn parse(bytes: &[u8]) -> Option<Self> {
         let mut length = 0;
         let mut word = || {

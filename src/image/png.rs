@@ -1,7 +1,7 @@
-//! Writing PNG: a picture to look at.
+//! Writing PNG: an 8-bit sRGB image for display.
 //!
 //! Measure: linear values times 2^exposure, through the sRGB transfer function, to the nearest of 256 codes.
-//! Range: any pixels; what lies outside of [0, 1] after the exposure is clamped, and a NaN is black.
+//! Range: any pixels; values outside of [0, 1] after the exposure are clamped, and a NaN is black.
 //! Source: `srgb.rs`; a PNG without a colour chunk is read as sRGB (W3C PNG, section 13.13). Tested below.
 
 use super::Image;
@@ -9,16 +9,16 @@ use super::srgb::to_code;
 use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
 use std::io::{self, Write};
 
-/// `image` as the bytes of a file, made brighter by `exposure` stops.
+/// Encodes `image` as the bytes of a file, brightened by `exposure` stops.
 pub fn png_bytes(image: &Image, exposure: f32) -> Vec<u8> {
     png_bytes_with_texts(image, exposure, &[])
 }
 
-/// The same, with texts beside the picture: pairs of a keyword and what it says.
+/// Encodes `image` as [`png_bytes`] does, with text chunks: pairs of a keyword and its text.
 ///
 /// # Panics
 ///
-/// If a keyword is not of 1 to 79 letters in Latin-1.
+/// If a keyword does not have 1 to 79 letters in Latin-1.
 pub fn png_bytes_with_texts(image: &Image, exposure: f32, texts: &[(&str, String)]) -> Vec<u8> {
     let mut bytes = Vec::new();
     encode(&mut bytes, image, exposure, texts)
@@ -26,7 +26,7 @@ pub fn png_bytes_with_texts(image: &Image, exposure: f32, texts: &[(&str, String
     bytes
 }
 
-/// Writes `image`, made brighter by `exposure` stops, with texts beside it.
+/// Writes `image`, brightened by `exposure` stops, with text chunks.
 pub(super) fn encode(
     writer: impl Write,
     image: &Image,
@@ -51,7 +51,7 @@ pub(super) fn encode(
     written.and_then(|()| writer.finish()).map_err(failed)
 }
 
-/// What is shown: the codes of each pixel's channels.
+/// The 8-bit sRGB codes of each pixel's channels, brightened by `exposure` stops.
 pub fn codes(image: &Image, exposure: f32) -> Vec<u8> {
     let gain = f64::from(exposure).exp2();
     let channels = image.pixels().iter().flat_map(|pixel| pixel.to_array());

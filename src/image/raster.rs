@@ -13,17 +13,17 @@ use ::image::codecs::png::PngDecoder;
 use ::image::{ImageDecoder, ImageError, Limits};
 use std::io::Cursor;
 
-/// A picture from the bytes of a PNG file.
+/// Decodes an image from the bytes of a PNG file.
 pub(super) fn decode_png(bytes: &[u8], space: ColourSpace) -> Result<Image> {
     let no_png = |cause| not_valid("PNG", cause);
     let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits()).map_err(no_png)?;
     decode(decoder, bytes.len(), space, no_png)
 }
 
-/// A picture from the bytes of a Radiance HDR file.
+/// Decodes an image from the bytes of a Radiance HDR file.
 pub(super) fn decode_hdr(bytes: &[u8]) -> Result<Image> {
     let no_hdr = |cause| not_valid("HDR", cause);
-    // Strict would refuse the signature #?RGBE, which many programs write.
+    // The strict decoder would refuse the signature #?RGBE, which many programs write.
     let decoder = HdrDecoder::new_nonstrict(Cursor::new(bytes)).map_err(no_hdr)?;
     decode(decoder, bytes.len(), ColourSpace::Linear, no_hdr)
 }
@@ -86,8 +86,8 @@ pub(super) fn code_values(max: u32, space: ColourSpace) -> Vec<f32> {
         .collect()
 }
 
-/// Pixels of samples of `SIZE` bytes: grey with one or two channels, colour with three or four; the even ones end in
-/// alpha.
+/// Builds pixels from samples of `SIZE` bytes: grey with one or two channels, colour with three or four; an even
+/// number of channels ends in alpha.
 pub(super) fn gather<const SIZE: usize>(
     bytes: &[u8],
     channels: usize,

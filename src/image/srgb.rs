@@ -1,10 +1,10 @@
 //! The sRGB transfer functions.
 //!
 //! Measure: both sides relative to white: 0 is black, 1 is white.
-//! Range: any number; outside of [0, 1] the power law goes on, negative values run along the linear part.
+//! Range: any number; above 1 the power law continues, below 0 the linear part.
 //! Source: IEC 61966-2-1:1999. Tested below over all 256 codes.
 
-/// The linear value that an sRGB value stands for.
+/// Decodes an sRGB value to a linear value.
 pub fn to_linear(encoded: f64) -> f64 {
     if encoded <= 0.04045 {
         encoded / 12.92
@@ -13,7 +13,7 @@ pub fn to_linear(encoded: f64) -> f64 {
     }
 }
 
-/// The sRGB value that stands for a linear value.
+/// Encodes a linear value as an sRGB value.
 pub fn from_linear(linear: f64) -> f64 {
     if linear <= 0.003_130_8 {
         12.92 * linear
@@ -22,7 +22,7 @@ pub fn from_linear(linear: f64) -> f64 {
     }
 }
 
-/// The 8-bit code nearest to a linear value; what lies outside of [0, 1] is clamped, and a NaN is black.
+/// The 8-bit code nearest to a linear value; values outside of [0, 1] are clamped, and a NaN is black.
 pub fn to_code(linear: f64) -> u8 {
     // The conversion saturates.
     (255.0 * from_linear(linear)).round() as u8
@@ -48,7 +48,7 @@ mod tests {
             let linear = f64::from(i) / 10_000.0;
             let encoded = from_linear(linear);
             assert!(encoded > last);
-            // The standard's two pieces miss each other by 1e-8 or so where they meet.
+            // The two pieces of the standard differ by about 1e-8 where they join.
             assert!((to_linear(encoded) - linear).abs() < 1e-7);
             last = encoded;
         }

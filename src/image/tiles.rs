@@ -1,12 +1,12 @@
-//! A picture in tiles: squares of pixels, smaller at its right and bottom edges.
+//! Tiling of an image: squares of pixels, smaller at the right and bottom edges.
 //!
 //! Measure: pixels.
-//! Range: pictures and tiles of at least one pixel.
+//! Range: images and tiles of at least one pixel.
 //! Source: none needed. Tested below.
 
 use serde::Serialize;
 
-/// The side of tiles in which errors are looked for.
+/// The side in pixels of the tiles that errors are reported by.
 pub const SIDE: u32 = 32;
 
 /// One tile.
@@ -23,7 +23,7 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// All tiles of a picture, row by row from the top.
+    /// All tiles of an image, row by row from the top.
     ///
     /// # Panics
     /// If `side` is 0.
@@ -39,7 +39,7 @@ impl Tile {
         })
     }
 
-    /// The places of its pixels in a picture with rows of this many pixels.
+    /// The indices of the tile's pixels in an image of this width.
     pub fn indices(self, picture_width: u32) -> impl Iterator<Item = usize> {
         let (left, width) = (self.x as usize, self.width as usize);
         (self.y..self.y + self.height).flat_map(move |row| {

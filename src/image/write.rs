@@ -1,4 +1,4 @@
-//! Writing a picture in the format that its file name asks for.
+//! Writing an image in the format of its file name's extension.
 //!
 //! Measure: pixels are linear; `exposure` is in stops.
 //! Range: `.exr`, `.png`, `.hdr` and `.pfm` in any case; another extension is an error of usage that lists them.
@@ -35,11 +35,11 @@ impl Format {
     }
 }
 
-/// Writes `image` to `path`, whole or not at all, in the format of its extension.
+/// Writes `image` to `path` atomically, in the format of its extension.
 ///
 /// # Panics
 ///
-/// If a layer has not one sample a pixel.
+/// If a layer does not have one sample per pixel.
 pub fn write(path: &Path, image: &Image, options: &WriteOptions) -> Result<()> {
     let format = Format::of(path)?;
     for layer in &options.layers {
@@ -58,8 +58,8 @@ pub fn write(path: &Path, image: &Image, options: &WriteOptions) -> Result<()> {
     })
 }
 
-/// Whether [`write()`] could write to `path` now: known before a render spends its hours. Leaves nothing behind and an
-/// existing file as it is.
+/// Checks that [`write()`] could write to `path` now, to fail before a long render. Leaves no new file behind and an
+/// existing file unchanged.
 pub fn check_writable(path: &Path) -> Result<()> {
     Format::of(path)?;
     check_creatable(path)

@@ -1,11 +1,11 @@
-//! Ambient occlusion: the share of the sky, weighted by the cosine, that a surface sees.
+//! Ambient occlusion: the unoccluded share of the hemisphere over a surface, weighted by the cosine.
 //!
 //!   A(x) = 1/pi  integral over the hemisphere of  V(x, w, d) cos(w) dw,
 //!
-//! where V is 1 if nothing is met along w within the distance d. Sampled by the cosine, each sample is V.
+//! where V is 1 if nothing is hit along w within the distance d. With cosine-weighted directions, each sample is V.
 //!
 //! Measure: none, in [0, 1]; the distance in normalised units.
-//! Range: any scene; a camera ray that meets nothing is black, as there is no surface.
+//! Range: any scene; a camera ray that hits nothing is black, as there is no surface.
 //! Source: Zhukov, Iones and Kronin 1998, "An Ambient Light Illumination Model". Tested in `tests/rendering/integrators.rs`.
 
 use super::observer::{PathObserver, RayKind};
@@ -20,10 +20,10 @@ use crate::sampling::warp::sample_hemisphere_cosine;
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
-/// The ambient occlusion of what the camera sees.
+/// The ambient occlusion of the surfaces that the camera sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AmbientOcclusion {
-    /// How far something may be and still be in the way; infinite for any distance.
+    /// The largest distance at which something occludes; infinite for any distance.
     pub distance: f32,
 }
 

@@ -1,8 +1,8 @@
-//! Light at a surface that light sampling does not find there: a path may be followed for it, or it may be known.
+//! Indirect light at a surface, which light sampling there does not find: traced by continuing the path, or cached.
 //!
 //! Measure: radiance.
 //! Range: any surface.
-//! Source: Ward, Rubinstein and Clear 1988, who part the indirect light from the direct. Tested in
+//! Source: Ward, Rubinstein and Clear 1988, who separate indirect from direct light. Tested in
 //! `tests/rendering/irradiance_cache.rs`.
 
 use crate::bsdf::Bsdf;
@@ -10,10 +10,11 @@ use crate::effects::Effects;
 use crate::math::rgb::Rgb;
 use crate::scene::interaction::Interaction;
 
-/// What a path tracer knows of indirect light.
+/// The source of a path tracer's indirect light.
 pub trait Indirect: Copy + Send + Sync {
-    /// Radiance back along the path, of light that no light sampling finds at this surface, if it is known there: the path
-    /// then ends. `bounce` counts the scattering events before, `is_limited` tells whether they are limited.
+    /// Returns the radiance of the light that light sampling does not find at this surface, reflected back along the
+    /// path, if it is cached: the path then ends. `bounce` is the number of scattering events before, `is_limited`
+    /// whether that number is limited.
     fn reflected<E: Effects>(
         &self,
         at: &Interaction<E>,
@@ -23,7 +24,7 @@ pub trait Indirect: Copy + Send + Sync {
     ) -> Option<Rgb>;
 }
 
-/// It is known nowhere.
+/// Indirect light without a cache: every path continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Traced;
 

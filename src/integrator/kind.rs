@@ -1,24 +1,24 @@
-//! The integrators by name, and what each is.
+//! The integrators by name, and the properties of each.
 //!
 //! Measure: none.
 //! Range: every integrator.
-//! Source: the course's own names. Tested in `tests/rendering/integrators.rs` and `cli/tests/command/render.rs`.
+//! Source: the names of the course. Tested in `tests/rendering/integrators.rs` and `cli/tests/command/render.rs`.
 
 use super::Roulette;
 use super::technique::Technique;
 use crate::effects::{Effect, EffectSet};
 
-/// The estimator.
+/// An integrator, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum IntegratorKind {
-    /// A coin, and directions anywhere.
+    /// Path tracing with uniform directions, where a fair coin decides between emission and scattering.
     Naive,
-    /// A coin that looks, and directions anywhere.
+    /// Path tracing with uniform directions, where the coin's probability depends on whether the surface emits.
     EmitOrReflect,
-    /// Directions by the BSDF.
+    /// Path tracing with BSDF sampling alone.
     Bsdf,
-    /// A ray to a light, and one anywhere else.
+    /// Path tracing with one ray to a sampled light, and one uniform direction for all other lights.
     LightOrRest,
     /// Next event estimation without multiple importance sampling.
     NextEvent,
@@ -37,13 +37,13 @@ pub enum IntegratorKind {
     Metropolis,
     /// Ambient occlusion.
     AmbientOcclusion,
-    /// Whichever of the unbiased ones suits the scene: `render/auto/` names it before anything is rendered.
+    /// The unbiased integrator that suits the scene: `render/auto/` chooses it before anything is rendered.
     Auto,
 }
 
 impl IntegratorKind {
-    /// Every integrator, from the first path tracer of the course to the last, then those that are no path tracers, and the
-    /// name that stands for one of them.
+    /// Every integrator: the path tracers of the course from the first to the last, then those that are no path
+    /// tracers, then `auto`, which stands for one of them.
     pub const ALL: &'static [Self] = &[
         Self::Naive,
         Self::EmitOrReflect,
@@ -79,7 +79,7 @@ impl IntegratorKind {
         }
     }
 
-    /// How it finds light; `None` for one that is no path tracer.
+    /// The technique by which light is found; `None` for an integrator that is no path tracer.
     pub fn technique(self) -> Option<Technique> {
         match self {
             Self::Naive => Some(Technique::NAIVE),
@@ -94,8 +94,8 @@ impl IntegratorKind {
         }
     }
 
-    /// When its paths end by chance where nobody says. Those of the first path tracer do so by its coin alone, and those that
-    /// scatter once have nothing to gain.
+    /// The default rule of Russian roulette. The paths of the first path tracer end by its coin alone, and paths that
+    /// scatter once gain nothing from roulette.
     pub fn roulette(self) -> Roulette {
         match self {
             Self::Naive | Self::DirectDirectional | Self::DirectArea | Self::AmbientOcclusion => {
@@ -113,12 +113,12 @@ impl IntegratorKind {
         }
     }
 
-    /// Whether its samples find light for other pixels, too.
+    /// Whether samples contribute to other pixels, too, by splats.
     pub fn splats(self) -> bool {
         matches!(self, Self::Bidirectional | Self::Metropolis)
     }
 
-    /// Scattering events at most, if it is not meant for more.
+    /// The largest number of scattering events, for integrators of direct light only.
     pub fn most_bounces(self) -> Option<u32> {
         match self {
             Self::DirectDirectional | Self::DirectArea => Some(1),
@@ -126,7 +126,7 @@ impl IntegratorKind {
         }
     }
 
-    /// What its picture of a scene with these effects lacks, in words.
+    /// The light that is missing from the image of a scene with these effects, in words.
     pub fn bias(self, effects: EffectSet) -> Option<String> {
         let name = self.name();
         if self == Self::AmbientOcclusion {
@@ -142,7 +142,7 @@ impl IntegratorKind {
                 "no scattered ray can meet point, spot and distant lights, whose light is missing",
             );
         }
-        // By what has no width nothing is found that was not aimed at, and into a mirror nothing can be aimed.
+        // Delta lights are found only by light sampling, which cannot go by way of a delta lobe.
         let has_both = effects.has(Effect::DeltaLights) && effects.has(Effect::Specular);
         if has_both && technique.samples_lights() && self.most_bounces().is_none() {
             lacks.push(if self.splats() {
@@ -159,7 +159,7 @@ impl IntegratorKind {
 mod tests {
     use super::*;
 
-    /// Row 56 of docs/hard-cases.md: where no technique finds a class of paths, error bars cannot tell.
+    /// Row 56 of docs/hard-cases.md: where no technique finds a class of paths, error bars do not show it.
     #[test]
     fn what_mirrors_throw_of_lights_without_a_size_is_said_to_be_missing() {
         let lights = EffectSet::NONE.with(Effect::DeltaLights);

@@ -1,6 +1,7 @@
-//! Estimators of the radiance that arrives along a camera ray.
+//! Integrators: estimators of the radiance that arrives along a camera ray.
 //!
-//! An integrator is handed one sample at a time, or some of them, and knows nothing of pixels, passes or threads.
+//! An integrator estimates one sample or a wavefront of samples at a time. It does not depend on pixels, passes or
+//! threads.
 
 pub mod ambient_occlusion;
 pub mod bidirectional;
@@ -26,25 +27,25 @@ use path::queues::PathQueues;
 pub struct CameraRay {
     /// The ray.
     pub ray: Ray,
-    /// When, from 0 to 1 while the shutter is open.
+    /// The time, from 0 to 1 while the shutter is open.
     pub time: f32,
 }
 
-/// A sample on its way into the scene.
+/// A sample: its camera ray, the hit on it and the estimated radiance.
 #[derive(Debug, Clone)]
 pub struct Sample {
-    /// Where it looks.
+    /// The camera ray.
     pub camera_ray: CameraRay,
-    /// What is found on its ray: camera rays are traced side by side.
+    /// The closest hit, if there is one: first on the camera ray, then on each extension ray of a wavefront.
     pub found: Option<Hit>,
-    /// The radiance that arrives from there, once it is estimated.
+    /// The estimated radiance along the camera ray.
     pub radiance: Rgb,
-    /// What that took.
+    /// The rays traced for the sample.
     pub rays: RayCounts,
 }
 
 impl Sample {
-    /// One whose ray is yet to be traced.
+    /// A sample whose camera ray has not been traced yet.
     #[inline]
     pub fn new(camera_ray: CameraRay) -> Self {
         Self {
@@ -56,12 +57,13 @@ impl Sample {
     }
 }
 
-/// An estimator, one sample at a time or several.
+/// An estimator of radiance, for one sample or for a wavefront of samples.
 pub trait Integrator: Copy + Send + Sync {
-    /// Whether it gains by estimating several samples at once.
+    /// Whether the integrator estimates a wavefront faster than one sample after the other.
     const SIDE_BY_SIDE: bool = false;
 
-    /// Estimates the radiance of some samples, the very same as that of each by itself. Samplers are those of the samples.
+    /// Estimates the radiance of several samples. Each value is exactly the one that the sample would have by itself.
+    /// The samplers are in the order of the samples.
     fn radiances<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
@@ -82,8 +84,8 @@ pub trait Integrator: Copy + Send + Sync {
         }
     }
 
-    /// One estimate of the radiance that arrives along a camera ray, given what is found on it: camera rays are traced
-    /// side by side.
+    /// Returns one estimate of the radiance along a camera ray, given the closest hit on it: camera rays are traced in
+    /// packets.
     fn radiance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
@@ -94,7 +96,8 @@ pub trait Integrator: Copy + Send + Sync {
         observer: &mut O,
     ) -> Rgb;
 
-    /// The same, and what the sample finds for other places of the film, for an integrator that looks there.
+    /// Returns one estimate of the radiance along a camera ray, as [`Self::radiance`]. An integrator that contributes
+    /// to other places on the film adds splats; the default adds none.
     #[expect(
         clippy::too_many_arguments,
         reason = "a sample, and all that it may tell of"
@@ -114,19 +117,19 @@ pub trait Integrator: Copy + Send + Sync {
     }
 }
 
-/// How many rays were traced, by kind.
+/// The number of rays traced, by kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RayCounts {
-    /// From the camera.
+    /// Camera rays.
     pub camera: u64,
-    /// From a scattering event, for the closest hit.
+    /// Rays from a scattering event or a light, for the closest hit.
     pub closest: u64,
-    /// To a light, for visibility.
+    /// Shadow rays to a light or along a connection, for visibility.
     pub shadow: u64,
 }
 
 impl RayCounts {
-    /// All of them.
+    /// The number of rays of all kinds.
     pub fn total(&self) -> u64 {
         self.camera + self.closest + self.shadow
     }
@@ -140,21 +143,22 @@ impl std::ops::AddAssign for RayCounts {
     }
 }
 
-/// When a path ends by chance.
+/// The rule of Russian roulette, by which paths end at random.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Roulette {
-    /// Never: only absorption, the bounce limit and, where there is one, the integrator's coin end it.
+    /// No roulette: a path ends only by absorption, by the bounce limit or, where there is one, by the coin of the
+    /// integrator's technique.
     None,
-    /// With a probability that follows what the last surface reflected.
+    /// The survival probability follows the weight of the last BSDF sample: what the surface reflected.
     Albedo,
-    /// With a probability that follows the path's throughput.
+    /// The survival probability follows the path throughput.
     #[default]
     Throughput,
 }
 
 impl Roulette {
-    /// Every way.
+    /// Every rule.
     pub const ALL: &'static [Self] = &[Self::None, Self::Albedo, Self::Throughput];
 
     /// The name in scenes and on the command line.
@@ -166,10 +170,11 @@ impl Roulette {
         }
     }
 
-    /// The probability with which a path goes on after its scattering event number `bounce`, which multiplied its
+    /// Returns the survival probability of a path after scattering event number `bounce`, which multiplied its
     /// throughput by `weight` and left it at `beta`.
     ///
-    /// Paths that lose nothing would never end in a closed scene: after many bounces they get an upper limit.
+    /// A path that loses no energy would never end in a closed scene: from event `PATIENCE` on, the probability is at
+    /// most `LONG_RUN`.
     #[inline]
     pub fn survival(self, bounce: u32, weight: Rgb, beta: Rgb) -> f32 {
         const PATIENCE: u32 = 32;

@@ -1,4 +1,4 @@
-//! Watching a path as it is built, at no cost when nobody does.
+//! Observers of paths as they are built; without an observer they cost nothing.
 //!
 //! Measure: normalised scene units; radiance.
 //! Range: every vertex of every path.
@@ -12,20 +12,20 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
 use crate::scene::interaction::Interaction;
 
-/// What a ray is for.
+/// The kind of a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum RayKind {
-    /// From the camera, to the closest hit.
+    /// A camera ray, for the closest hit.
     Camera,
-    /// To a light, for visibility.
+    /// A shadow ray to a light, for visibility.
     Shadow,
-    /// After the first scattering event, to the closest hit.
+    /// An extension ray after the first scattering event, for the closest hit.
     Bounce1,
-    /// After the second.
+    /// An extension ray after the second scattering event.
     Bounce2,
-    /// After the third and later ones.
+    /// An extension ray after the third or a later scattering event.
     Bounce3,
-    /// After a delta lobe, whichever event it was.
+    /// An extension ray after a delta lobe, at any scattering event.
     Specular,
 }
 
@@ -40,7 +40,7 @@ impl RayKind {
         Self::Specular,
     ];
 
-    /// Its name in reports.
+    /// The name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Camera => "camera",
@@ -52,7 +52,7 @@ impl RayKind {
         }
     }
 
-    /// What the ray is that leaves scattering event number `bounce`, counted from 0.
+    /// The kind of the extension ray after scattering event number `bounce`, counted from 0.
     pub fn extension(bounce: u32, is_delta: bool) -> Self {
         match bounce {
             _ if is_delta => Self::Specular,
@@ -63,10 +63,10 @@ impl RayKind {
     }
 }
 
-/// A point of a path on a surface.
+/// A vertex of a path on a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathVertex {
-    /// Where, in normalised scene units.
+    /// The position, in normalised scene units.
     pub p: Vec3,
     /// The geometric normal.
     pub ng: Vec3,
@@ -85,43 +85,43 @@ impl<E: Effects> From<&Interaction<E>> for PathVertex {
     }
 }
 
-/// What an integrator tells of a path. Every method does nothing unless it is implemented.
+/// Receives the events of paths from an integrator. Every method does nothing unless it is implemented.
 pub trait PathObserver {
-    /// Whether the observer needs paths in sequence, each from its beginning to its end. Else it may be told of the paths of a
-    /// wavefront, stage by stage, in the order in which their rays are traced; the visibility of a light then comes after what
-    /// follows from it.
+    /// Whether the observer needs paths in sequence, each from its beginning to its end. Otherwise the events of a
+    /// wavefront may be reported stage by stage, in the order in which the rays are traced; the visibility of a light
+    /// is then reported after the scattering event that follows it.
     #[inline(always)]
     fn is_sequential(&self) -> bool {
         true
     }
 
-    /// A ray is about to be traced. One that goes on behind a surface that is partly there is told once.
+    /// Called before a ray is traced. A ray that continues behind a surface with alpha is reported once.
     fn traced(&mut self, _kind: RayKind, _ray: &Ray, _time: f32) {}
-    /// The path came to a surface with this throughput.
+    /// Called when the path arrives at a surface, with its throughput.
     fn arrived(&mut self, _at: &PathVertex, _beta: Rgb) {}
-    /// The path left the scene along this direction.
+    /// Called when the path leaves the scene along this direction.
     fn escaped(&mut self, _direction: Vec3) {}
-    /// What comes from beyond the scene was added.
+    /// Called when radiance of the environment has been added.
     fn environment(&mut self, _contribution: Rgb) {}
-    /// Emission found by scattering was added, with this weight against light sampling.
+    /// Called when emission found by scattering has been added, with its MIS weight against light sampling.
     fn emission(&mut self, _contribution: Rgb, _weight: f32) {}
-    /// Light sampling found this contribution, with this weight; `visible` tells what the shadow ray said.
+    /// Called with a contribution of light sampling, its MIS weight, and the visibility found by the shadow ray.
     fn light(&mut self, _contribution: Rgb, _weight: f32, _visible: f32) {}
-    /// Light sampling found no light that shines here.
+    /// Called when light sampling finds no light that contributes here.
     fn unlit(&mut self) {}
-    /// Indirect light that is known was added, and the path ended.
+    /// Called when indirect light from a cache has been added, and the path has ended.
     fn cached_indirect(&mut self, _contribution: Rgb) {}
-    /// The path was scattered.
+    /// Called when the path has been scattered.
     fn scattered(&mut self, _wi: Vec3, _lobe: Lobe, _beta: Rgb) {}
-    /// The path ended by Russian roulette, which let it survive with this probability.
+    /// Called when Russian roulette ends the path, which had this survival probability.
     fn terminated(&mut self, _survival: f32) {}
-    /// The path ended at a surface: it absorbed everything, or the limit of bounces was reached.
+    /// Called when the path ends at a surface: by absorption, or by the bounce limit.
     fn absorbed(&mut self) {}
-    /// The sample has this value, which its pixel has taken in if it is finite.
+    /// Called with the value of the sample, which its pixel has taken in if it is finite.
     fn filmed(&mut self, _value: Rgb) {}
 }
 
-/// Nobody watches.
+/// An observer that ignores all events.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unobserved;
 

@@ -1,10 +1,10 @@
-//! The choices by which the path tracers of a course on Monte Carlo rendering differ, one table of them all.
+//! The choices by which the path tracers of a course on Monte Carlo rendering differ, in one table.
 //!
-//! Each step of the course changes one choice: whether light that a surface emits is found by the toss of a coin, where
-//! paths go, and who looks for lights. Every combination is an unbiased estimator of the same integral.
+//! Each step of the course changes one choice: whether a coin decides if emission is counted, how directions are
+//! sampled, and how lights are found. Every combination is an unbiased estimator of the same integral.
 //!
 //! Measure: probabilities.
-//! Range: any combination. Lights that no scattered ray can meet are found by those that sample lights alone; see
+//! Range: any combination. Lights that no scattered ray can hit are found only by techniques that sample lights; see
 //! [`Technique::samples_lights`].
 //! Source: the ladder of a course after Kajiya 1986, "The Rendering Equation", and Veach 1997, chapters 8 and 9. Tested in
 //! `tests/rendering/integrators.rs`.
@@ -14,62 +14,63 @@ use crate::math::measure::PdfSolidAngle;
 use crate::planted::planted;
 use crate::sampling::mis::power_heuristic;
 
-/// Where a path arrives, how is the light counted that is emitted there?
+/// The rule by which emission at a path's vertices is counted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum EmissionRule {
-    /// Always, and the path goes on.
+    /// Emission is always counted, and the path continues.
     Always,
-    /// A coin decides between taking what is emitted, which ends the path, and going on; each is divided by its
+    /// A coin decides between counting the emission, which ends the path, and continuing; each case is divided by its
     /// probability.
     Coin {
-        /// The probability of taking it where something is emitted, below 1.
+        /// The probability of ending the path at a surface that emits, below 1.
         lit: f32,
-        /// The same where nothing is, below 1.
+        /// The probability of ending the path at a surface that does not emit, below 1.
         unlit: f32,
     },
 }
 
-/// Where does a path go?
+/// The rule by which a path's directions are sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DirectionRule {
-    /// By the BSDF.
+    /// BSDF sampling.
     Bsdf,
-    /// Anywhere alike: on the side that it came from, or on both where the surface lets light through. Delta lobes, which
-    /// no such direction finds, get every second sample of a surface that has them.
+    /// Uniform directions: on the viewer's side, or on both sides of a transmissive surface. Delta lobes, which no such
+    /// direction finds, get half of the samples of a surface that has them.
     Uniform,
 }
 
-/// Who looks for lights?
+/// The rule by which lights are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LightRule {
-    /// Nobody: scattered rays meet them.
+    /// Scattered rays hit lights; no light is sampled.
     None,
-    /// One ray looks for one light, and the other is for all but this light: where it meets it, its emission is rejected.
-    /// The choice of the light needs no division, as either ray finds each light.
+    /// One ray samples one light, and the scattered ray is for all others: where it hits the chosen light, its emission
+    /// is rejected. The choice of the light needs no division by its probability, as each light is found by one of the
+    /// two rays.
     PartitionedLights,
-    /// One ray looks for one light, divided by the probability of the choice; scattered rays count no light that this
-    /// finds.
+    /// One ray samples one light, divided by the probability of the choice; scattered rays count no emission that light
+    /// sampling can find.
     Alone,
-    /// Both, each weighted by the power heuristic.
+    /// Light sampling and scattered rays, each weighted by the power heuristic.
     Weighted,
 }
 
-/// How a path finds light.
+/// The technique by which a path tracer finds light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Technique {
-    /// What counts where it arrives.
+    /// The rule for emission.
     pub emission: EmissionRule,
-    /// Where it goes.
+    /// The rule for directions.
     pub directions: DirectionRule,
-    /// Who looks for lights.
+    /// The rule for lights.
     pub lights: LightRule,
-    /// Where on them.
+    /// The rule for points on lights.
     pub points: PointRule,
 }
 
 impl Technique {
-    /// The first path tracer of the course: one half of the paths end at each surface with what it emits, the others go
-    /// anywhere.
+    /// The first path tracer of the course: half of the paths end at each surface with its emission, the others
+    /// continue in a uniform direction.
     pub const NAIVE: Self = Self {
         emission: EmissionRule::Coin {
             lit: 0.5,
@@ -80,7 +81,7 @@ impl Technique {
         points: PointRule::SolidAngle,
     };
 
-    /// The same with a coin that knows what it is tossed for.
+    /// The first path tracer with a coin whose probability depends on whether the surface emits.
     pub const EMIT_OR_REFLECT: Self = Self {
         emission: EmissionRule::Coin {
             lit: 0.9,
@@ -89,14 +90,14 @@ impl Technique {
         ..Self::NAIVE
     };
 
-    /// No coin, and directions by the BSDF.
+    /// Path tracing without a coin, by BSDF sampling.
     pub const BSDF: Self = Self {
         emission: EmissionRule::Always,
         directions: DirectionRule::Bsdf,
         ..Self::NAIVE
     };
 
-    /// A ray to one light, and a ray anywhere else.
+    /// One ray to a sampled light, and a uniform direction for all other lights.
     pub const LIGHT_OR_REST: Self = Self {
         emission: EmissionRule::Always,
         lights: LightRule::PartitionedLights,
@@ -109,30 +110,30 @@ impl Technique {
         ..Self::BSDF
     };
 
-    /// Next event estimation, and both ways of finding a light weighted against each other.
+    /// Next event estimation and BSDF sampling, combined by multiple importance sampling.
     pub const PATH: Self = Self {
         lights: LightRule::Weighted,
         ..Self::BSDF
     };
 
-    /// Light at the first surface by uniform directions: 2 pi f cos L.
+    /// Direct light at the first surface by uniform directions: 2 pi f cos L.
     pub const DIRECT_DIRECTIONAL: Self = Self {
         emission: EmissionRule::Always,
         ..Self::NAIVE
     };
 
-    /// Light at the first surface by uniform points on a light: f L V cos cos' A / r^2.
+    /// Direct light at the first surface by uniform points on a light: f L V cos cos' A / r^2.
     pub const DIRECT_AREA: Self = Self {
         points: PointRule::Area,
         ..Self::NEXT_EVENT
     };
 
-    /// Whether it looks for lights: nothing else finds lights that are points or infinitely far directions.
+    /// Whether lights are sampled: nothing else finds point lights and distant lights.
     pub const fn samples_lights(&self) -> bool {
         !matches!(self.lights, LightRule::None)
     }
 
-    /// The same where no ray is scattered: light sampling is alone.
+    /// The technique where no ray is scattered: light sampling alone.
     #[inline(always)]
     pub const fn by_lights_alone(self) -> Self {
         Self {
@@ -141,8 +142,8 @@ impl Technique {
         }
     }
 
-    /// The weight of light that a ray scattered with density `p_bsdf` met. Light sampling there had the density
-    /// `p_light`; `is_chosen` tells whether it was this light that it looked for.
+    /// The weight of emission that a ray scattered with density `p_bsdf` has hit. `p_light` is the density of light
+    /// sampling for it; `is_chosen` tells whether light sampling chose this light.
     #[inline(always)]
     pub fn weight_of_scattering(
         &self,
@@ -159,7 +160,8 @@ impl Technique {
         if is_counted { 1.0 } else { 0.0 }
     }
 
-    /// The weight of light found by sampling lights with density `p_light`, where the BSDF could have found it too.
+    /// The weight of light found by light sampling with density `p_light`, where BSDF sampling has the density
+    /// `p_bsdf`.
     #[inline(always)]
     pub fn weight_of_light(&self, p_light: PdfSolidAngle, p_bsdf: PdfSolidAngle) -> f32 {
         match self.lights {
@@ -173,13 +175,13 @@ impl Technique {
     }
 }
 
-/// Where an integrator has its technique from: from its type, so that it is compiled for it, or from a value.
+/// The source of an integrator's technique: its type, so that the integrator is compiled for the technique, or a value.
 pub trait TechniqueSource: Copy + Send + Sync {
     /// The technique.
     fn technique(&self) -> Technique;
 }
 
-/// [`Technique::PATH`], known when compiling.
+/// [`Technique::PATH`], known at compile time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Weighted;
 

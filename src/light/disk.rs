@@ -1,4 +1,4 @@
-//! A flat disk that emits, sampled by area: its solid angle has no elementary inverse.
+//! A disk light, sampled by area: solid angle sampling of a disk has no elementary inversion.
 //!
 //! Measure: densities per steradian.
 //! Range: any receiver off the disk's plane.
@@ -20,7 +20,7 @@ pub struct DiskLight {
 }
 
 impl DiskLight {
-    /// A light of the given disk.
+    /// Creates a light from a disk.
     pub fn new(disk: Disk, emission: Emission) -> Self {
         Self { disk, emission }
     }
@@ -30,12 +30,12 @@ impl DiskLight {
         self.emission.power(self.area())
     }
 
-    /// What it emits.
+    /// The emission of the surface.
     pub fn emission(&self) -> Emission {
         self.emission
     }
 
-    /// A point chosen uniformly by area.
+    /// Samples a point uniformly by area.
     pub fn point(&self, u: Vec2) -> SurfacePoint {
         let d = self.disk.radius * warp::sample_disk_concentric(u);
         self.disk.surface_at(d)
@@ -46,7 +46,7 @@ impl DiskLight {
         PdfArea((1.0 / self.area()) as f32)
     }
 
-    /// A point that lights `p`.
+    /// Samples a point on the light for the receiver `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let point = self.point(u);
@@ -61,8 +61,8 @@ impl DiskLight {
         })
     }
 
-    /// The density with which [`sample`](Self::sample) finds the point at squared distance `distance2` whose normal
-    /// has cosine `cos` with the direction back.
+    /// The density of [`sample`](Self::sample) at the point at squared distance `distance2` whose normal has cosine `cos`
+    /// with the direction to the receiver.
     #[inline]
     pub fn pdf(&self, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
         self.pdf_area().to_solid_angle(distance2, cos)

@@ -1,6 +1,6 @@
-//! Parallel light from beyond the scene.
+//! A distant light: parallel light from infinity.
 //!
-//! Measure: irradiance in W/m^2 of a surface at right angles to it, the same in all units of length.
+//! Measure: irradiance in W/m^2 of a surface perpendicular to it, independent of the unit of length.
 //! Range: any receiver.
 //! Source: none needed. Tested in `tests/lights/light.rs`.
 
@@ -9,7 +9,7 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
 use std::f64::consts::PI;
 
-/// A light at infinity, without a size.
+/// A light at infinity with a single direction.
 #[derive(Debug, Clone, Copy)]
 pub struct DistantLight {
     direction: Vec3,
@@ -17,7 +17,7 @@ pub struct DistantLight {
 }
 
 impl DistantLight {
-    /// Light that travels along the unit vector `direction`.
+    /// Creates a light that travels along the unit vector `direction`.
     pub fn new(direction: Vec3, irradiance: Rgb) -> Self {
         Self {
             direction,
@@ -25,22 +25,22 @@ impl DistantLight {
         }
     }
 
-    /// Radiant power in normalised units that enters a sphere around the scene: pi R^2 E.
+    /// Radiant power in normalised units that enters the scene's bounding sphere: pi R^2 E.
     pub fn power(&self, scene_radius: f64) -> f64 {
         PI * scene_radius * scene_radius * f64::from(self.irradiance.luminance())
     }
 
-    /// The unit vector along which its light travels.
+    /// The unit vector along which the light travels.
     pub fn direction(&self) -> Vec3 {
         self.direction
     }
 
-    /// Irradiance at right angles.
+    /// Irradiance of a surface perpendicular to the light.
     pub fn irradiance(&self) -> Rgb {
         self.irradiance
     }
 
-    /// The direction from which it lights any point; a delta.
+    /// Samples the direction to the light, a delta, the same for every receiver.
     #[inline]
     pub fn sample(&self) -> LightSample {
         LightSample {

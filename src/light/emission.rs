@@ -1,11 +1,11 @@
-//! Rays of light as they leave their lights: the beginning of paths that are traced from the lights on.
+//! Sampling of emitted rays, with which light subpaths start.
 //!
-//! A point on a lamp is chosen uniformly by area and a direction in proportion to the cosine with its normal; a point or
-//! spot light sends out directions that are uniform over the sphere or its cone. Of light from beyond the scene the direction
-//! comes first, and the ray passes a point that is uniform on a disk across it, as wide as the sphere around the scene.
+//! On an area light, the point is sampled uniformly by area and the direction in proportion to the cosine with the normal.
+//! For a point or spot light, the direction is uniform over the sphere or the cone. For a light at infinity, the direction
+//! is sampled first, then a point uniformly on a disk perpendicular to it, of the radius of the scene's bounding sphere.
 //!
 //! Measure: densities per unit of area in normalised units, and per steradian.
-//! Range: any light; one that shines on both sides chooses its side by a coin. A ray along which nothing shines is `None`.
+//! Range: any light; for a two-sided one each side has probability 1/2. A ray without radiance is `None`.
 //! Source: Pharr, Jakob, Humphreys, "Light Interface", `SampleLe`; Veach 1997, section 10.3.1. Tested in
 //! `tests/lights/emission.rs`.
 
@@ -22,7 +22,7 @@ use crate::sampling::warp;
 use std::f32::consts::PI;
 
 impl Light {
-    /// A ray of light, by numbers for where it passes and for where it goes, at a time of the shutter.
+    /// Samples an emitted ray at a time of the shutter, from random numbers for its position and for its direction.
     pub fn sample_emission<E: Effects>(
         &self,
         time: f32,
@@ -75,7 +75,7 @@ impl Light {
     }
 
     /// The densities of [`sample_emission`](Self::sample_emission) for a ray along the unit vector `direction` that leaves
-    /// where the light's normal is `normal`, which lights without a surface do not have.
+    /// the light where its normal is `normal`, which lights without a surface ignore.
     pub fn pdf_emission(
         &self,
         time: f32,
@@ -115,7 +115,7 @@ impl Light {
     }
 }
 
-/// A ray from a point of a lamp.
+/// Samples a ray from a point of an area light.
 fn from_surface(
     point: SurfacePoint,
     barycentric: [f32; 2],
@@ -132,7 +132,7 @@ fn from_surface(
     };
     let local = warp::sample_hemisphere_cosine(u);
     let direction = Frame::from_normal(side * point.ng).to_world(local);
-    // Of the rounded direction, as whoever meets the lamp along it sees it.
+    // Of the rounded direction, as for a ray that hits the light along it.
     let cos = direction.dot(point.ng);
     let density = pdf_cosine(&emission, cos);
     (density.0 > 0.0).then_some(EmissionSample {
@@ -147,14 +147,14 @@ fn from_surface(
     })
 }
 
-/// The density of directions about a lamp's normal.
+/// The density of directions about the normal of an area light.
 fn pdf_cosine(emission: &Emission, cos: f32) -> PdfSolidAngle {
     let of_one_side = warp::pdf_hemisphere_cosine(if emission.two_sided { cos.abs() } else { cos });
     let sides = planted!("both-sides-at-once", 1.0, emission.sides());
     PdfSolidAngle(of_one_side / sides)
 }
 
-/// A ray from a point.
+/// Builds a ray from a point or spot light.
 fn from_point(
     position: Vec3,
     direction: Vec3,
@@ -173,7 +173,7 @@ fn from_point(
     })
 }
 
-/// A ray from beyond the scene: its direction, its radiance and its density per steradian are known.
+/// Samples a ray from a light at infinity, given its direction, its radiance and its density per steradian.
 fn from_beyond(
     (direction, radiance, pdf): (Vec3, Rgb, Option<PdfSolidAngle>),
     u: Vec2,
@@ -193,7 +193,7 @@ fn from_beyond(
     })
 }
 
-/// The density on a disk as wide as the sphere.
+/// The density of points on a disk of the sphere's radius.
 fn pdf_disk(around: &BoundingSphere) -> PdfArea {
     PdfArea(1.0 / (PI * around.radius * around.radius))
 }

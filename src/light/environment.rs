@@ -1,13 +1,13 @@
-//! A picture of all that is beyond the scene.
+//! An environment map: an image light at infinity.
 //!
-//! The picture is a panorama: u = 1/2 + atan2(x, -z) / 2 pi goes along its rows, and the angle theta from +y down its
-//! columns, so that its middle is seen along -z, its right half towards +x and its first row on top. Radiance is bilinear
-//! in both angles between the centres of texels; it goes on across the seam, and stays that of the last row up to a pole.
-//! Directions are found with a density that is constant on each patch between four centres (between two of them and the
-//! pole at the ends), in proportion to the integral of the patch's luminance.
+//! The image is a panorama: u = 1/2 + atan2(x, -z) / 2 pi runs along its rows, and the angle theta from +y down its
+//! columns, so that its centre is along -z, its right half towards +x and its first row at the top. Radiance is bilinear
+//! in both angles between texel centres; it wraps around at the seam, and is constant in theta from the last row of
+//! centres to a pole. Directions are sampled with a density that is constant on each patch between four centres (at the
+//! ends, between two of them and the pole), in proportion to the integral of the patch's luminance.
 //!
 //! Measure: radiance; densities per steradian.
-//! Range: any picture of finite texels of at least 0 that is not black; receivers anywhere, all see the same.
+//! Range: any image of finite texels of at least 0 that is not black; radiance does not depend on the receiver.
 //! Source: Pharr, Jakob, Humphreys, "Infinite Area Lights"; the integral of a patch in closed form. Tested in
 //! `tests/lights/environment.rs`.
 
@@ -21,20 +21,20 @@ use crate::sampling::piecewise::Piecewise2d;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-/// Light from beyond the scene that varies with direction.
+/// A light at infinity that varies with direction.
 #[derive(Debug, Clone)]
 pub struct EnvironmentMap {
     image: Arc<Image>,
     /// Multiplies every texel.
     scale: f32,
     to_world: DMat3,
-    /// Patches, one more row of them than of texels; patch 0 of a row lies between texels 0 and 1.
+    /// Distribution over patches, one more row of them than of texels; patch 0 of a row lies between texels 0 and 1.
     patches: Piecewise2d,
-    /// sin^2(theta / 2) of the borders of the rows of patches: between borders, it is uniform in solid angle.
+    /// sin^2(theta / 2) at the borders of the rows of patches: solid angle is linear in it.
     borders: Vec<f64>,
 }
 
-/// A direction in the picture: a patch, and how far into it in azimuth and in theta.
+/// The image position of a direction: a patch, and the offset in it in azimuth and in theta.
 #[derive(Debug, Clone, Copy)]
 struct Location {
     column: usize,
@@ -43,8 +43,8 @@ struct Location {
 }
 
 impl EnvironmentMap {
-    /// The environment of a panorama whose axes the rotation `to_world` turns into those of the world; `None` if it is
-    /// black.
+    /// Creates the light of a panorama whose axes the rotation `to_world` turns into those of the world; `None` if the
+    /// image is black.
     pub fn new(image: Arc<Image>, scale: f32, to_world: DMat3) -> Option<Self> {
         let (width, height) = (image.width() as usize, image.height() as usize);
         let luminance =
@@ -70,12 +70,12 @@ impl EnvironmentMap {
         })
     }
 
-    /// Radiant power in normalised units that enters a sphere around the scene: pi R^2 times the integral of radiance.
+    /// Radiant power in normalised units that enters the scene's bounding sphere: pi R^2 times the integral of radiance.
     pub fn power(&self, scene_radius: f64) -> f64 {
         PI * scene_radius * scene_radius * self.patches.sum()
     }
 
-    /// A direction from which it shines on any point.
+    /// Samples a direction to the environment, the same for every receiver.
     #[inline]
     pub fn sample(&self, u: Vec2) -> Option<LightSample> {
         let [column, row] = self.patches.sample(u.to_array().map(f64::from));
@@ -91,7 +91,7 @@ impl EnvironmentMap {
             -sin * azimuth.cos(),
         );
         let wi = (self.to_world * local).as_vec3a();
-        // Of the rounded direction, so that whoever meets it by chance gets the same numbers.
+        // Evaluated at the rounded direction, so that a BSDF sample of the same direction gets the same values.
         let (radiance, pdf) = self.eval(wi);
         (pdf.0 > 0.0).then_some(LightSample {
             wi,
@@ -101,7 +101,7 @@ impl EnvironmentMap {
         })
     }
 
-    /// The radiance from a direction, and the density with which [`sample`](Self::sample) finds it.
+    /// The radiance from a direction, and the density of [`sample`](Self::sample) there.
     #[inline]
     pub fn eval(&self, direction: Vec3) -> (Rgb, PdfSolidAngle) {
         let at = self.locate(direction);
@@ -118,7 +118,7 @@ impl EnvironmentMap {
         let w = self.to_world.transpose() * direction.as_dvec3();
         let u = 0.5 + w.x.atan2(-w.z) / TAU;
         let theta = w.x.hypot(w.z).atan2(w.y);
-        // From the centre of the last column; patch 0 starts at the centre of the first.
+        // x counts from the centre of the last column; patch 0 starts at the centre of the first.
         let x = u * width as f64 + 0.5;
         let column = (x as usize + width - 1) % width;
         let y = theta / PI * height as f64 + 0.5;
@@ -160,7 +160,7 @@ fn border(row: usize, height: usize) -> f64 {
     }
 }
 
-/// The integrals over a row of patches, per radian of azimuth, of the tents of the texels above and below it:
+/// The integrals over a row of patches, per radian of azimuth, of the tent functions of the texels above and below it:
 /// int (b - theta) / (b - a) sin theta dtheta, and int (theta - a) / (b - a) sin theta dtheta, from a to b.
 fn shares(row: usize, height: usize) -> [f64; 2] {
     let (a, b) = (border(row, height), border(row + 1, height));

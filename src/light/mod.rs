@@ -1,8 +1,8 @@
-//! Lights: surfaces that emit, points, and what shines from beyond the scene, each sampled from where it is looked at,
-//! and the choice among them.
+//! Lights: area lights, point and spot lights, and lights at infinity, each sampled for a given receiver; and the
+//! selection among them.
 //!
-//! The constant environment is not in the list: nothing samples it better than the BSDF does, so that it is found by
-//! scattered rays alone.
+//! The constant environment is not a [`Light`]: no strategy samples it better than BSDF sampling, so that only scattered
+//! rays find it.
 
 pub mod disk;
 pub mod distant;
@@ -45,19 +45,19 @@ pub enum Light {
     Disk(DiskLight),
     /// A sphere.
     Sphere(SphereLight),
-    /// A point that shines evenly.
+    /// A point light of uniform intensity.
     Point(PointLight),
-    /// A point that shines into a cone.
+    /// A point light restricted to a cone.
     Spot(SpotLight),
-    /// Parallel light from beyond the scene.
+    /// Parallel light from infinity.
     Distant(DistantLight),
-    /// A picture of all that is beyond the scene.
+    /// An environment map.
     Environment(Arc<EnvironmentMap>),
 }
 
 impl Light {
-    /// Radiant power in normalised units: the light's weight when one is chosen. Of a light from beyond the scene, what
-    /// enters the sphere of radius `scene_radius` around it.
+    /// Radiant power in normalised units: the light's weight in light selection. For a light at infinity, the power that
+    /// enters the scene's bounding sphere of radius `scene_radius`.
     pub fn power(&self, scene_radius: f64) -> f64 {
         match self {
             Self::Triangle(light) => light.power(),
@@ -72,8 +72,8 @@ impl Light {
         }
     }
 
-    /// A direction from which the light shines on `p`; `None` where there is none. A kernel samples only the lights that
-    /// its effects let into the scene.
+    /// Samples a direction to the light for the receiver `p`; `None` where there is none. A kernel samples only the kinds
+    /// of light that its effects include.
     #[inline]
     pub fn sample<E: Effects>(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
         match self {
@@ -90,7 +90,7 @@ impl Light {
         }
     }
 
-    /// The same, with points on surfaces chosen uniformly by area.
+    /// Samples a direction to the light for the receiver `p`, with points on surfaces sampled uniformly by area.
     pub fn sample_by_area<E: Effects>(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
         match self {
             Self::Triangle(light) if E::AreaLights::ON => light.sample_by_area(p, u),
@@ -101,8 +101,8 @@ impl Light {
         }
     }
 
-    /// The density of [`sample`](Self::sample) at `p` for the point of this light that lies at `towards` from it and
-    /// has the unit normal `normal`; `None` for a light that is no surface.
+    /// The density of [`sample`](Self::sample) for the receiver `p` at the point of this light at `towards` from it, with
+    /// unit normal `normal`; `None` for a light that is not a surface.
     #[inline]
     pub fn pdf<E: Effects>(
         &self,

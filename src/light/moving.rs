@@ -1,7 +1,7 @@
-//! A triangle that emits and moves: at each time a triangle light.
+//! A moving triangle light: a [`TriangleLight`] at each time.
 //!
 //! Measure: densities per steradian; time from 0 to 1 while the shutter is open.
-//! Range: at least two steps at equally spaced times, between which every corner moves in a straight line.
+//! Range: at least two steps at equally spaced times, between which every vertex moves linearly.
 //! Source: none needed. Tested in `tests/lights/light.rs` and `tests/rendering/motion.rs`.
 
 use super::triangle::TriangleLight;
@@ -10,7 +10,7 @@ use crate::math::measure::PdfSolidAngle;
 use crate::math::vec::{Vec2, Vec3};
 use std::sync::Arc;
 
-/// A moving triangle.
+/// A moving triangle light.
 #[derive(Debug, Clone)]
 pub struct MovingTriangle {
     steps: Arc<[[Vec3; 3]]>,
@@ -18,10 +18,10 @@ pub struct MovingTriangle {
 }
 
 impl MovingTriangle {
-    /// A light whose corners are at these places at equally spaced times.
+    /// Creates a light from its vertices at equally spaced times.
     ///
     /// # Panics
-    /// If there are fewer than two.
+    /// If there are fewer than two steps.
     pub fn new(steps: Vec<[Vec3; 3]>, emission: Emission) -> Self {
         assert!(steps.len() > 1, "what moves is at two places");
         Self {
@@ -37,12 +37,12 @@ impl MovingTriangle {
         powers.sum::<f64>() / self.steps.len() as f64
     }
 
-    /// A point that lights `p` at a time.
+    /// Samples a point on the light for the receiver `p` at a time.
     pub fn sample(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
         self.at(time).sample(p, u)
     }
 
-    /// The same, chosen uniformly by area.
+    /// Samples a point uniformly by area, for the receiver `p` at a time.
     pub fn sample_by_area(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
         self.at(time).sample_by_area(p, u)
     }
@@ -52,7 +52,7 @@ impl MovingTriangle {
         self.at(time).pdf(p, distance2, cos)
     }
 
-    /// The triangle as it is at a time.
+    /// The triangle light at a time.
     pub fn at(&self, time: f32) -> TriangleLight {
         let position = time * (self.steps.len() - 1) as f32;
         let before = (position as usize).min(self.steps.len() - 2);

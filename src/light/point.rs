@@ -1,8 +1,8 @@
-//! A point that shines evenly in all directions.
+//! A point light of uniform intensity.
 //!
-//! Measure: radiant intensity in W/sr on a scene in normalised units: that of world units times the square of the
-//! normalisation's scale, as the irradiance I / d^2 asks for.
-//! Range: any receiver but the point itself, and those so near that the irradiance is not finite.
+//! Measure: radiant intensity in W/sr for a scene in normalised units: that in world units times the square of the
+//! normalisation's scale, as the irradiance I / d^2 requires.
+//! Range: any receiver except the point itself, and those so near that the irradiance is not finite.
 //! Source: the inverse square law. Tested in `tests/lights/light.rs`.
 
 use super::types::{LightSample, ShadowRayEnd};
@@ -10,7 +10,7 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
 use std::f64::consts::PI;
 
-/// A light without a size.
+/// A point light.
 #[derive(Debug, Clone, Copy)]
 pub struct PointLight {
     position: Vec3,
@@ -18,7 +18,7 @@ pub struct PointLight {
 }
 
 impl PointLight {
-    /// A light at a position, with a radiant intensity, both in normalised units.
+    /// Creates a light at a position, with a radiant intensity, both in normalised units.
     pub fn new(position: Vec3, intensity: Rgb) -> Self {
         Self {
             position,
@@ -31,7 +31,7 @@ impl PointLight {
         4.0 * PI * f64::from(self.intensity.luminance())
     }
 
-    /// Where it is.
+    /// Position of the light.
     pub fn position(&self) -> Vec3 {
         self.position
     }
@@ -41,7 +41,7 @@ impl PointLight {
         self.intensity
     }
 
-    /// The direction from which it lights `p`; a delta.
+    /// Samples the direction to the light for the receiver `p`, a delta.
     #[inline]
     pub fn sample(&self, p: Vec3) -> Option<LightSample> {
         // In double precision, no square of a distance overflows.

@@ -1,9 +1,9 @@
-//! A rectangle that emits, sampled by solid angle from near by and nearly so from farther off.
+//! A rectangle light, sampled by solid angle for near receivers and approximately so for farther ones.
 //!
 //! Measure: densities per steradian.
 //! Range: edges at right angles (others are two triangles); any receiver off the plane. Beyond [`CLEAR`] radii the point is
-//! chosen with a density per area that is linear along each edge, beyond [`FAR`] radii and on the dark side by area, and
-//! else by solid angle, or by area again below [`spherical_rectangle::SMALLEST`].
+//! sampled with a density per area that is linear along each edge, beyond [`FAR`] radii and on the side that does not emit
+//! by area, and else by solid angle, or by area again below [`spherical_rectangle::SMALLEST`].
 //! Source: `sampling/linear.rs`, `sampling/spherical_rectangle.rs`. Tested in `tests/lights/light.rs`
 //! and `tests/lights/lanes.rs`.
 
@@ -16,15 +16,15 @@ use crate::math::vec::{DVec3, LaneVec3, Vec2, Vec3};
 use crate::sampling::linear::LinearSquare;
 use crate::sampling::spherical_rectangle::{self, SphericalRectangle};
 
-/// The distance of the centre, in radii (half diagonals), from which on points are chosen with a density linear along each
-/// edge.
+/// The distance of the centre, in radii (half diagonals), beyond which points are sampled with a density linear along
+/// each edge.
 ///
-/// A uniform density of directions is one of points in proportion to 1 / r^3. What the linear one misses of it adds a
-/// variance of 1.2 % of the squared mean here, averaged over directions of view and shapes, less than 0.2 % at 4 radii and
-/// 0.005 % at 10. By area alone it would be 17 %, 6 % and 1 %. `tests/lights/light.rs` holds it to this.
+/// A uniform density of directions is a density of points in proportion to 1 / r^3. The error of the linear density adds
+/// a variance of 1.2 % of the squared mean here, averaged over directions of view and shapes, less than 0.2 % at 4 radii
+/// and 0.005 % at 10. Sampling by area would add 17 %, 6 % and 1 %. Tested in `tests/lights/light.rs`.
 pub const CLEAR: f32 = 2.5;
 
-/// The distance from which on points are chosen by area, for a variance of 0.01 % in the mean.
+/// The distance, in radii, beyond which points are sampled by area, which adds a variance of 0.01 % on average.
 pub const FAR: f32 = 100.0;
 
 /// An emitting rectangle.
@@ -48,30 +48,30 @@ pub struct RectangleLight {
     lengths: [f64; 2],
 }
 
-/// How a point is chosen for a receiver.
+/// The sampling method for a receiver.
 struct Choice {
-    /// By solid angle, else with the density.
+    /// Whether to sample by solid angle; else with the density.
     is_near: bool,
-    /// In shares of the edges.
+    /// Density in fractions of the edges.
     density: LinearSquare,
 }
 
-/// A point on the light as a receiver sees it.
+/// A sampled point on the light for a receiver.
 struct RectanglePoint {
     position: LaneVec3,
     /// Unit vector towards it.
     wi: LaneVec3,
-    /// Cosine between the light's normal and the way back.
+    /// Cosine between the light's normal and the direction to the receiver.
     cos: f32,
-    /// Per steradian; not finite where there is none.
+    /// Density per steradian; not finite where there is no sample.
     pdf: f32,
 }
 
 impl RectangleLight {
-    /// A light at `corner` along two edges at right angles; its normal is edge_u x edge_v.
+    /// Creates a light at `corner` along two edges at right angles; its normal is edge_u x edge_v.
     pub fn new(corner: Vec3, edges: [Vec3; 2], emission: Emission) -> Self {
         let [u, v] = edges.map(|e| e.as_dvec3());
-        // Rounded vertices are not quite at right angles; the frame of the sampling is.
+        // The edges of rounded vertices are not exactly at right angles; the sampling frame is.
         let x = u.normalize();
         let normal = u.cross(v).normalize();
         let y = normal.cross(x);
@@ -99,12 +99,12 @@ impl RectangleLight {
         self.emission.power(self.lengths[0] * self.lengths[1])
     }
 
-    /// What it emits.
+    /// The emission of the surface.
     pub fn emission(&self) -> Emission {
         self.emission
     }
 
-    /// A point chosen uniformly by area.
+    /// Samples a point uniformly by area.
     pub fn point(&self, u: Vec2) -> SurfacePoint {
         self.surface(self.at(u).into())
     }
@@ -114,7 +114,7 @@ impl RectangleLight {
         PdfArea(self.pdf_area)
     }
 
-    /// A point that lights `p`.
+    /// Samples a point on the light for the receiver `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let choice = self.choice(self.corner - LaneVec3::from(p));
@@ -124,11 +124,11 @@ impl RectangleLight {
         self.told(&self.find(p.into(), choice.density, u))
     }
 
-    /// A point that lights each of some places: added in their order.
+    /// Samples a point on the light for each context, and appends the samples in order.
     ///
     /// # Panics
     ///
-    /// If there are more than [`LANES`].
+    /// If there are more than [`LANES`] contexts.
     #[inline]
     pub fn sample_each(
         &self,
@@ -156,12 +156,12 @@ impl RectangleLight {
         }
     }
 
-    /// A point chosen uniformly by area.
+    /// Samples a point uniformly by area.
     pub fn sample_by_area(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         self.told(&self.find(p.into(), LinearSquare::UNIFORM, u))
     }
 
-    /// A point for `p`, chosen with this density in shares of the edges. Free of branches.
+    /// Samples a point for the receiver `p` with a density in fractions of the edges. Free of branches.
     #[inline(always)]
     fn find(&self, p: LaneVec3, density: LinearSquare, u: Vec2) -> RectanglePoint {
         let at = density.sample(u);
@@ -171,14 +171,14 @@ impl RectangleLight {
         })
     }
 
-    /// The point at these shares of the edges.
+    /// The point at the given fractions of the edges.
     #[inline(always)]
     fn at(&self, shares: Vec2) -> LaneVec3 {
         self.corner + shares.x * self.edges[0] + shares.y * self.edges[1]
     }
 
-    /// The density with which [`sample`](Self::sample) finds, from `p`, the point at `towards` from it whose normal has
-    /// cosine `cos` with the direction back.
+    /// The density of [`sample`](Self::sample) for the receiver `p` at the point at `towards` from it whose normal has
+    /// cosine `cos` with the direction to the receiver.
     #[inline]
     pub fn pdf(&self, p: Vec3, towards: Vec3, cos: f32) -> Option<PdfSolidAngle> {
         let distance2 = towards.length_squared();
@@ -196,15 +196,15 @@ impl RectangleLight {
         pdf.is_finite().then_some(PdfSolidAngle(pdf))
     }
 
-    /// How points are chosen for a receiver from which the corner lies there. A function of nothing else, so that
-    /// [`sample`](Self::sample) and [`pdf`](Self::pdf) speak of the same density. Free of branches.
+    /// The sampling method for a receiver, given the corner relative to it. It depends on nothing else, so that
+    /// [`sample`](Self::sample) and [`pdf`](Self::pdf) use the same density. Free of branches.
     #[inline(always)]
     fn choice(&self, corner: LaneVec3) -> Choice {
         let is_behind = self.emission.is_dark_behind() & (corner.dot(self.normal) > 0.0);
         let center = corner + 0.5 * (self.edges[0] + self.edges[1]);
         let distance2 = self.over_radius2 * center.length_squared();
         let is_uniform = is_behind | (distance2 > FAR * FAR);
-        // 1 / r^3 in the middle of each edge, from r^2 = |center|^2 + |edge|^2 / 4 +- center . edge.
+        // 1 / r^3 at the midpoint of each edge, from r^2 = |center|^2 + |edge|^2 / 4 +- center . edge.
         let along =
             self.over_radius2 * Vec2::new(center.dot(self.edges[0]), center.dot(self.edges[1]));
         let far = self.half_edges2 + Vec2::splat(distance2);
@@ -223,7 +223,7 @@ impl RectangleLight {
         }
     }
 
-    /// The density per steradian of a point with this density in shares of the edges; infinite edge-on.
+    /// Converts a density in fractions of the edges to one per steradian; infinite for a rectangle seen edge-on.
     #[inline(always)]
     fn per_steradian(&self, of_shares: f32, distance2: f32, cos: f32) -> f32 {
         let pdf = PdfArea(of_shares * self.pdf_area).to_solid_angle(distance2, cos);
@@ -238,7 +238,7 @@ impl RectangleLight {
         } else {
             u.to_array().map(f64::from)
         };
-        // In double precision: on a huge rectangle, single-precision fractions would jump past a near receiver.
+        // In double precision: on a huge rectangle, single-precision fractions are too coarse for a near receiver.
         let [along_u, along_v] = [0, 1].map(|i| s[i] * self.edges[i].as_dvec3());
         let position = (self.corner.as_dvec3() + along_u + along_v).as_vec3();
         self.told(&self.found(p.into(), position, |distance2, cos| {
@@ -265,7 +265,7 @@ impl RectangleLight {
         }
     }
 
-    /// What is at `position`, whose density is a function of its squared distance and its cosine.
+    /// Builds the sampled point at `position`; its density is a function of squared distance and cosine.
     #[inline(always)]
     fn found(
         &self,
@@ -290,7 +290,7 @@ impl RectangleLight {
         self.sample_at(found.position.into(), found.wi.into(), found.cos, found.pdf)
     }
 
-    /// The sample that was found, if its density is a number.
+    /// Builds the sample, if its density is finite.
     #[inline(always)]
     fn sample_at(&self, position: Vec3, wi: Vec3, cos: f32, pdf: f32) -> Option<LightSample> {
         pdf.is_finite().then(|| LightSample {
@@ -313,7 +313,8 @@ impl RectangleLight {
 }
 
 vectorised! {
-    /// What [`RectangleLight::find`] finds for places and two numbers each, and 1 where directions are chosen instead, else 0.
+    /// [`RectangleLight::find`] for each lane, from a receiver and two random numbers. The last result is 1 where the point
+    /// is to be sampled by solid angle instead, else 0.
     fn find_lanes(light: &RectangleLight, asked: &[Lanes<f32>; 5], found: &mut [Lanes<f32>; 9]) {
         each_lane(asked, found, |[x, y, z, u, v]| {
             let p = LaneVec3::new(x, y, z);

@@ -1,7 +1,7 @@
-//! Which light to sample: by power.
+//! The selection of a light to sample, in proportion to power.
 //!
 //! Measure: probabilities.
-//! Range: any number of lights; one that emits nothing is never chosen.
+//! Range: any number of lights; one that emits nothing is never selected.
 //! Source: Shirley, Wang and Zimmerman 1996. Tested in `tests/lights/light.rs`.
 
 use super::Light;
@@ -18,37 +18,37 @@ use crate::planted::planted;
 use crate::sampling::distribution::AliasTable;
 use std::sync::Arc;
 
-/// All lights of a scene, and how one of them is chosen.
+/// All lights of a scene, and the distribution for selecting one of them.
 #[derive(Debug, Clone, Default)]
 pub struct Lights {
     lights: Vec<Light>,
-    /// `None` when nothing emits.
+    /// The distribution; `None` when nothing emits.
     choice: Option<AliasTable>,
-    /// Which of them is the environment map, if there is one.
+    /// The environment map and its index, if there is one.
     map: Option<(u32, Arc<EnvironmentMap>)>,
 }
 
-/// Lights that are sampled side by side.
+/// Lights of one kind that are sampled in SIMD lanes.
 enum Alike<'a> {
-    /// One for all lanes.
+    /// One light for all lanes.
     Rectangle(&'a RectangleLight),
-    /// One for each lane.
+    /// One light for each lane.
     Triangles([&'a TriangleLight; LANES]),
 }
 
-/// Light from beyond the scene that is sampled.
+/// The light of the environment map along a direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EnvironmentSample {
-    /// Which light it is.
+    /// The index of the light.
     pub light: u32,
     /// Its radiance.
     pub radiance: Rgb,
-    /// The density with which [`Lights::sample`] finds the direction, the choice of the light included.
+    /// The density of [`Lights::sample`] at the direction, including the selection of the light.
     pub pdf: PdfSolidAngle,
 }
 
 impl Lights {
-    /// A choice among these lights, of which at most one is an environment map, in proportion to their powers.
+    /// Creates the selection among lights, of which at most one is an environment map, in proportion to their powers.
     ///
     /// # Panics
     /// If there are not as many powers as lights.
@@ -66,18 +66,18 @@ impl Lights {
         }
     }
 
-    /// How many there are.
+    /// The number of lights.
     pub fn len(&self) -> usize {
         self.lights.len()
     }
 
-    /// Whether there is nothing to sample.
+    /// Whether there is no light to sample.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.choice.is_none()
     }
 
-    /// One of the lights, and the probability of choosing it; `None` where nothing emits.
+    /// Selects a light; returns it with the probability of selecting it, `None` where nothing emits.
     #[inline]
     pub fn choose<E: Effects>(&self, u: [f32; 2]) -> Option<(u32, Pmf)> {
         let choice = self.choice.as_ref()?;
@@ -88,8 +88,8 @@ impl Lights {
         Some((light as u32, pmf))
     }
 
-    /// A direction from which a light lights `p` at a time of the shutter. The sample's density, or the irradiance of a
-    /// delta light, includes the probability `pmf` of choosing the light.
+    /// Samples a direction to a light for the receiver `p`, at a time of the shutter. The sample's density, or the
+    /// irradiance of a delta light, includes the probability `pmf` of selecting the light.
     #[inline]
     pub fn sample<E: Effects>(
         &self,
@@ -104,7 +104,7 @@ impl Lights {
         Some(sample)
     }
 
-    /// The same of a light that is not chosen but given.
+    /// Samples a given light, without the probability of selecting it.
     #[inline]
     fn sample_one<E: Effects>(
         &self,
@@ -121,7 +121,7 @@ impl Lights {
         }
     }
 
-    /// The same for each of some places: added in their order.
+    /// Samples the light of each context, and appends the samples in order.
     #[inline]
     pub fn sample_each<E: Effects>(
         &self,
@@ -151,7 +151,7 @@ impl Lights {
         }
     }
 
-    /// What is asked of, where it is all of a kind that is sampled side by side.
+    /// The lights of the contexts, if all are of one kind that is sampled in SIMD lanes.
     #[inline]
     fn alike(&self, questions: &[LightSampleContext]) -> Option<Alike<'_>> {
         let asked = |question: &LightSampleContext| &self.lights[question.light as usize];
@@ -175,8 +175,8 @@ impl Lights {
         }
     }
 
-    /// The density of [`sample`](Self::sample) at `p` for the point of light `light` at `towards`, with normal
-    /// `normal`: 0 for a light that it never chooses.
+    /// The density of [`sample`](Self::sample) for the receiver `p` at the point of light `light` at `towards` from it,
+    /// with normal `normal`; 0 for a light that is never selected.
     #[inline]
     pub fn pdf<E: Effects>(
         &self,
@@ -191,13 +191,13 @@ impl Lights {
         pdf.map_or(PdfSolidAngle(0.0), |pdf| pmf * pdf)
     }
 
-    /// One of the lights.
+    /// Returns a light by its index.
     #[inline]
     pub fn get(&self, light: u32) -> &Light {
         &self.lights[light as usize]
     }
 
-    /// What is sampled of the light from beyond the scene along a direction.
+    /// Evaluates the environment map along a direction; `None` if there is no map.
     #[inline]
     pub fn environment(&self, direction: Vec3) -> Option<EnvironmentSample> {
         let (light, map) = self.map.as_ref()?;
@@ -209,7 +209,7 @@ impl Lights {
         })
     }
 
-    /// The probability of choosing a light.
+    /// The probability of selecting a light.
     #[inline]
     pub fn pmf(&self, light: u32) -> Pmf {
         self.choice

@@ -1,7 +1,7 @@
-//! A sphere that emits, sampled by the cone under which it is seen.
+//! A sphere light, sampled uniformly in the cone of directions that it subtends.
 //!
 //! Measure: densities per steradian.
-//! Range: receivers outside at any distance; from the inside the whole sphere of directions is sampled.
+//! Range: receivers outside at any distance; for receivers inside the whole sphere of directions is sampled.
 //! Source: Pharr, Jakob, Humphreys, "Sampling Spheres"; 1 - cos = s^2 / (1 + sqrt(1 - s^2)) does not cancel for small
 //! cones. Tested in `tests/lights/light.rs`.
 
@@ -22,20 +22,20 @@ pub struct SphereLight {
     emission: Emission,
 }
 
-/// The sphere as a receiver sees it.
+/// The directions that the sphere subtends at a receiver.
 enum VisibleCap {
-    /// From outside: unit vector to the centre, sine squared of the cone's half angle, one minus its cosine.
+    /// Receiver outside: unit vector to the centre, sine squared of the cone's half angle, one minus its cosine.
     Cone {
         axis: Vec3,
         sin2: f32,
         one_minus_cos: f32,
     },
-    /// From within.
+    /// Receiver inside.
     Inside,
 }
 
 impl SphereLight {
-    /// A light of the given sphere.
+    /// Creates a light from a sphere.
     pub fn new(sphere: Sphere, emission: Emission) -> Self {
         Self { sphere, emission }
     }
@@ -45,12 +45,12 @@ impl SphereLight {
         self.emission.power(self.area())
     }
 
-    /// What it emits.
+    /// The emission of the surface.
     pub fn emission(&self) -> Emission {
         self.emission
     }
 
-    /// A point chosen uniformly by area.
+    /// Samples a point uniformly by area.
     pub fn point(&self, u: Vec2) -> SurfacePoint {
         self.sphere.surface_along(warp::sample_sphere_uniform(u))
     }
@@ -60,7 +60,7 @@ impl SphereLight {
         PdfArea((1.0 / self.area()) as f32)
     }
 
-    /// A point that lights `p`.
+    /// Samples a point on the light for the receiver `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let view = self.view(p);
@@ -71,7 +71,7 @@ impl SphereLight {
                 one_minus_cos,
             } => {
                 let w = warp::sample_cone_uniform(u, one_minus_cos);
-                // The normal where the sampled direction meets the near side, seen from the centre.
+                // The normal where the sampled direction hits the near side.
                 let sin2_theta = (w.x * w.x + w.y * w.y).min(sin2);
                 let root = w.z * (1.0 - sin2_theta / sin2).max(0.0).sqrt();
                 let cos_alpha = (sin2_theta / sin2.sqrt() + root).clamp(-1.0, 1.0);
@@ -99,7 +99,7 @@ impl SphereLight {
         })
     }
 
-    /// A point chosen uniformly by area, on the near side or on the far one.
+    /// Samples a point uniformly by area, on the near side or on the far one.
     pub fn sample_by_area(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let normal = warp::sample_sphere_uniform(u);
         let point = self.sphere.surface_along(normal);
@@ -122,7 +122,7 @@ impl SphereLight {
         4.0 * PI * radius * radius
     }
 
-    /// The density with which [`sample`](Self::sample) finds any visible point from `p`.
+    /// The density of [`sample`](Self::sample) for the receiver `p`, at any visible point.
     #[inline]
     pub fn pdf(&self, p: Vec3) -> PdfSolidAngle {
         self.view(p).density()

@@ -1,4 +1,4 @@
-//! A point that shines into a cone, with a soft edge.
+//! A spot light: a point light restricted to a cone with a soft edge.
 //!
 //! The intensity at the angle theta from the axis is I s(t), where t goes from 0 at the cone's edge to 1 where the
 //! penumbra begins, linearly in cos theta, and s(t) = t^2 (3 - 2 t). As s is 1/2 on average, the power is
@@ -6,7 +6,7 @@
 //!   2 pi I (1 - (cos(cone) + cos(cone - penumbra)) / 2).
 //!
 //! Measure: radiant intensity in W/sr on a scene in normalised units, as of a point light; angles in radians.
-//! Range: cones in (0, pi] with a penumbra in [0, cone]; narrow ones keep their digits.
+//! Range: cones in (0, pi] with a penumbra in [0, cone]; narrow cones lose no digits.
 //! Source: the inverse square law; the cubic Hermite step. Tested in `tests/lights/light.rs`.
 
 use super::point::PointLight;
@@ -17,7 +17,7 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
 use crate::sampling::warp;
 
-/// A point light behind a round opening.
+/// A spot light.
 #[derive(Debug, Clone, Copy)]
 pub struct SpotLight {
     point: PointLight,
@@ -28,8 +28,8 @@ pub struct SpotLight {
 }
 
 impl SpotLight {
-    /// A light at a position, with a unit vector along its axis and the radiant intensity there, in normalised units. The
-    /// angle from the axis to the edge is `cone`; over the last `penumbra` of it the intensity falls off.
+    /// Creates a light at a position, with a unit vector along its axis and the radiant intensity there, in normalised
+    /// units. The angle from the axis to the edge is `cone`; over the last `penumbra` of it the intensity falls off.
     pub fn new(position: Vec3, axis: Vec3, intensity: Rgb, cone: f64, penumbra: f64) -> Self {
         let one_minus_cos = |angle: f64| 2.0 * (0.5 * angle).sin().powi(2);
         Self {
@@ -40,17 +40,17 @@ impl SpotLight {
         }
     }
 
-    /// Radiant power in normalised units. A sphere is four pi, of which the light fills the mean of both cones.
+    /// Radiant power in normalised units: that of the point light times the mean of both cones' fractions of the sphere.
     pub fn power(&self) -> f64 {
         self.point.power() * (self.edge + self.full) / 4.0
     }
 
-    /// Where it is.
+    /// Position of the light.
     pub fn position(&self) -> Vec3 {
         self.point.position()
     }
 
-    /// A direction in the cone, uniform in solid angle.
+    /// Samples a direction in the cone, uniformly by solid angle.
     pub fn direction(&self, u: Vec2) -> Vec3 {
         let local = warp::sample_cone_uniform(u, self.edge as f32);
         Frame::from_normal(self.axis).to_world(local)
@@ -65,12 +65,12 @@ impl SpotLight {
         })
     }
 
-    /// Radiant intensity along a unit vector away from it.
+    /// Radiant intensity along a unit vector away from the light.
     pub fn intensity(&self, direction: Vec3) -> Rgb {
         self.point.intensity() * self.falloff(self.off_axis(-direction)) as f32
     }
 
-    /// The direction from which it lights `p`; a delta.
+    /// Samples the direction to the light for the receiver `p`, a delta.
     #[inline]
     pub fn sample(&self, p: Vec3) -> Option<LightSample> {
         let mut sample = self.point.sample(p)?;
@@ -79,16 +79,16 @@ impl SpotLight {
         (share > 0.0).then_some(sample)
     }
 
-    /// One minus the cosine between the axis and the way back along `wi`.
+    /// One minus the cosine between the axis and -`wi`.
     #[inline]
     fn off_axis(&self, wi: Vec3) -> f64 {
-        // |a + b|^2 / 2 = 1 + cos for unit vectors: one minus the cosine between the axis and the way to p.
+        // |a + b|^2 / 2 = 1 + cos(a, b) = 1 - cos(a, -b) for unit vectors.
         let from_axis = 0.5 * (self.axis.as_dvec3() + wi.as_dvec3()).length_squared();
-        // Rounding must not leave the whole sphere.
+        // Rounding must not exceed the largest value, 2.
         from_axis.min(2.0)
     }
 
-    /// The share of the intensity where one minus the cosine with the axis is `from_axis`.
+    /// The fraction of the intensity where one minus the cosine with the axis is `from_axis`.
     #[inline]
     fn falloff(&self, from_axis: f64) -> f64 {
         if from_axis <= self.full {

@@ -1,9 +1,9 @@
-//! A triangle that emits, sampled by area from afar and by solid angle from near by.
+//! A triangle light, sampled by area for far receivers and by solid angle for near ones.
 //!
 //! Measure: densities per steradian.
-//! Range: any receiver off the triangle's plane. Beyond [`FAR`] radii, and on the dark side, the point is chosen by area;
-//! before that by solid angle, in single precision where the triangle is clearly seen, else in double; and by area again
-//! below [`spherical_triangle::SMALLEST`].
+//! Range: any receiver off the triangle's plane. Beyond [`FAR`] radii, and on the side that does not emit, the point is
+//! sampled by area; nearer by solid angle, in single precision where [`ClearTriangle`] allows it, else in double; and by
+//! area again below [`spherical_triangle::SMALLEST`].
 //! Source: `sampling/clear_triangle.rs`, `sampling/spherical_triangle.rs`. Tested in `tests/lights/light.rs`
 //! and `tests/lights/lanes.rs`.
 
@@ -16,11 +16,11 @@ use crate::math::vec::{DVec3, LaneVec3, Vec2, Vec3};
 use crate::sampling::clear_triangle::ClearTriangle;
 use crate::sampling::{spherical_triangle, warp};
 
-/// The distance of the centroid, in radii, from which on points are chosen by area.
+/// The distance of the centroid, in radii, beyond which points are sampled by area.
 ///
-/// What solid angle sampling saves is the variance of 1 / r^3 over the triangle. No direction varies by more than 1/8 of
-/// the squared radius, so that it is below 9/8 (radius / distance)^2 of the squared mean in the first order: 1.2 % for a
-/// triangle seen along its plane, nothing for one seen from in front.
+/// Solid angle sampling removes the variance of 1 / r^3 over the triangle. Along any axis the variance of position is at
+/// most 1/8 of the squared radius, so that the variance of 1 / r^3 is below 9/8 (radius / distance)^2 of the squared mean
+/// to first order: 1.2 % for a triangle seen along its plane, zero for one seen from the front.
 pub const FAR: f32 = 10.0;
 
 /// An emitting triangle.
@@ -30,24 +30,24 @@ pub struct TriangleLight {
     normal: Vec3,
     emission: Emission,
     area: f32,
-    /// The squared distance of the centroid that [`FAR`] stands for.
+    /// The squared distance of [`FAR`] radii.
     far2: f32,
     /// The cross product of the edges from the first vertex.
     cross: DVec3,
-    /// The error bound that holds all over it.
+    /// Bound of the rounding error of every point.
     error: Vec3,
 }
 
-/// How a receiver sees the triangle that is not close to it.
+/// The sampling method for a receiver, where single precision suffices.
 enum ReceiverFrame {
-    /// From behind or from afar: by area.
+    /// By area: the receiver is behind the triangle or far away.
     ByArea,
     /// By solid angle, in single precision.
     Clear(ClearTriangle),
 }
 
 impl TriangleLight {
-    /// A light of the given triangle.
+    /// Creates a light from the vertices of a triangle.
     pub fn new(vertices: [Vec3; 3], emission: Emission) -> Self {
         let [a, b, c] = vertices.map(|v| v.as_dvec3());
         let cross = (b - a).cross(c - a);
@@ -70,12 +70,12 @@ impl TriangleLight {
         self.emission.power(f64::from(self.area))
     }
 
-    /// What it emits.
+    /// The emission of the surface.
     pub fn emission(&self) -> Emission {
         self.emission
     }
 
-    /// A point chosen uniformly by area, and its barycentric coordinates.
+    /// Samples a point uniformly by area; returns it with its barycentric coordinates.
     pub fn point(&self, u: Vec2) -> (SurfacePoint, [f32; 2]) {
         let b = warp::sample_triangle_uniform(u).to_array();
         (self.surface(b), b)
@@ -87,7 +87,7 @@ impl TriangleLight {
         PdfArea(1.0 / self.area)
     }
 
-    /// A point that lights `p`.
+    /// Samples a point on the light for the receiver `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         match self.view(p) {
@@ -100,11 +100,11 @@ impl TriangleLight {
         }
     }
 
-    /// A point on its light for each of some places: added in their order.
+    /// Samples a point for each context on the light of its lane, and appends the samples in order.
     ///
     /// # Panics
     ///
-    /// If there are more than [`LANES`].
+    /// If there are more than [`LANES`] contexts.
     #[inline]
     pub fn sample_each(
         lights: &Lanes<&Self>,
@@ -142,8 +142,8 @@ impl TriangleLight {
         }
     }
 
-    /// The density with which [`sample`](Self::sample) finds, from `p`, the point at squared distance `distance2`
-    /// whose normal has cosine `cos` with the direction back.
+    /// The density of [`sample`](Self::sample) for the receiver `p` at the point at squared distance `distance2` whose
+    /// normal has cosine `cos` with the direction to the receiver.
     #[inline]
     pub fn pdf(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
         match self.view(p) {
@@ -155,8 +155,8 @@ impl TriangleLight {
         }
     }
 
-    /// A function of nothing but `p`, so that [`sample`](Self::sample) and [`pdf`](Self::pdf) speak of the same density;
-    /// `None` where that takes double precision.
+    /// The sampling method for the receiver `p`; `None` where double precision is needed. It depends on `p` alone, so that
+    /// [`sample`](Self::sample) and [`pdf`](Self::pdf) use the same density.
     #[inline]
     fn view(&self, p: Vec3) -> Option<ReceiverFrame> {
         let seen = self.vertices.map(|v| v - p);
@@ -167,7 +167,7 @@ impl TriangleLight {
         ClearTriangle::new(vertices, self.triple(p), 2.0 * self.area).map(ReceiverFrame::Clear)
     }
 
-    /// Whether it is seen from behind or from afar: its vertices from the receiver.
+    /// Whether the receiver is behind the triangle or far away, given the vertices relative to the receiver.
     #[inline]
     fn is_by_area(&self, [a, b, c]: [Vec3; 3]) -> bool {
         let centroid = (a + b + c) * (1.0 / 3.0);
@@ -175,15 +175,15 @@ impl TriangleLight {
         is_behind || centroid.length_squared() >= self.far2
     }
 
-    /// |a . (ab x ac)| with vertices as `p` sees them.
+    /// |a . (ab x ac)| with vertices relative to `p`.
     #[inline]
     fn triple(&self, p: Vec3) -> f32 {
-        // In double precision, so that nothing cancels near the plane.
+        // In double precision, to avoid cancellation near the plane.
         let triple = (self.vertices[0].as_dvec3() - p.as_dvec3()).dot(self.cross);
         triple.abs() as f32
     }
 
-    /// A point chosen uniformly by area.
+    /// Samples a point uniformly by area, for the receiver `p`.
     #[inline]
     pub fn sample_by_area(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let b = warp::sample_triangle_uniform(u).to_array();
@@ -195,7 +195,7 @@ impl TriangleLight {
         self.pdf_area().to_solid_angle(distance2, cos)
     }
 
-    /// By solid angle in double precision: the triangle is large, or seen from near its plane.
+    /// Samples by solid angle in double precision: the triangle is large, or seen from near its plane.
     #[cold]
     fn sample_skew(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let vertices = self.seen_from(p);
@@ -223,7 +223,7 @@ impl TriangleLight {
         self.vertices.map(|v| v.as_dvec3() - p.as_dvec3())
     }
 
-    /// The point at these barycentric coordinates.
+    /// The point at the barycentric coordinates `b`.
     #[inline]
     fn surface(&self, b: [f32; 2]) -> SurfacePoint {
         let [u, v] = b;
@@ -236,7 +236,7 @@ impl TriangleLight {
         }
     }
 
-    /// The sample at these barycentric coordinates, whose density is a function of its squared distance and its cosine.
+    /// Builds the sample at the barycentric coordinates `b`; its density is a function of squared distance and cosine.
     #[inline]
     fn found(
         &self,
@@ -258,8 +258,8 @@ impl TriangleLight {
 }
 
 vectorised! {
-    /// Barycentric coordinates of points, their densities, and 1 where the triangle is clearly seen, else 0: for its vertices
-    /// as they are seen, the triple product, twice the area and two numbers.
+    /// Samples barycentric coordinates for each lane; returns them with the density, and 1 if the triangle is clear, else 0.
+    /// The inputs are the vertices relative to the receiver, the triple product, twice the area and two random numbers.
     fn find_lanes(asked: &[Lanes<f32>; 13], found: &mut [Lanes<f32>; 4]) {
         each_lane(asked, found, |[a_x, a_y, a_z, b_x, b_y, b_z, c_x, c_y, c_z, triple, area, u, v]| {
             let (a, b) = (LaneVec3::new(a_x, a_y, a_z), LaneVec3::new(b_x, b_y, b_z));

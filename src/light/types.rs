@@ -1,4 +1,4 @@
-//! What every light answers.
+//! The types that all lights share: samples, their contexts and emission.
 //!
 //! Measure: radiance in W m^-2 sr^-1, densities per steradian at the receiving point, lengths in normalised units.
 //! Range: any receiving point; one that cannot be lit gets no sample.
@@ -9,21 +9,21 @@ use crate::math::measure::{PdfArea, PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
 
-/// A direction from which a light shines on a given receiver.
+/// A sampled direction from a receiver to a light.
 #[derive(Debug, Clone, Copy)]
 pub struct LightSample {
     /// Unit vector from the receiver towards the light.
     pub wi: Vec3,
-    /// Radiance that arrives from there. Of a delta light: irradiance at right angles to `wi`.
+    /// Radiance that arrives along `wi`. For a delta light: irradiance perpendicular to `wi`.
     pub radiance: Rgb,
-    /// Density of `wi`; `None` for a delta light, which nothing else finds.
+    /// Density of `wi`; `None` for a delta light, which no other strategy samples.
     pub pdf: Option<PdfSolidAngle>,
-    /// Where a shadow ray has to end.
+    /// End of the shadow ray.
     pub end: ShadowRayEnd,
 }
 
 impl LightSample {
-    /// Lets its density, or the irradiance of a delta light, include the probability with which its light is chosen.
+    /// Multiplies the density by the probability of selecting the light, or divides a delta light's irradiance by it.
     #[inline]
     pub fn is_chosen_with(&mut self, pmf: Pmf) {
         match &mut self.pdf {
@@ -33,68 +33,68 @@ impl LightSample {
     }
 }
 
-/// A place that looks for light.
+/// A receiver for which a light is sampled.
 #[derive(Debug, Clone, Copy)]
 pub struct LightSampleContext {
-    /// The light, which is chosen.
+    /// The selected light.
     pub light: u32,
-    /// The probability of choosing it.
+    /// The probability of selecting the light.
     pub pmf: Pmf,
-    /// Where the light is looked for.
+    /// The receiving point.
     pub p: Vec3,
-    /// When.
+    /// The time of the shutter.
     pub time: f32,
-    /// The numbers that choose a point on the light.
+    /// The random numbers for the point on the light.
     pub u: Vec2,
 }
 
-/// How a point on a light is chosen.
+/// The measure in which points on a light are sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum PointRule {
-    /// By the solid angle under which the light is seen, as nearly as it pays.
+    /// Uniformly by solid angle, or approximately so where the exact density is not worth its cost.
     #[default]
     SolidAngle,
     /// Uniformly by area, wherever the light is a surface.
     Area,
 }
 
-/// What is at the light's end of a shadow ray.
+/// The end of a shadow ray at the light.
 #[derive(Debug, Clone, Copy)]
 pub enum ShadowRayEnd {
     /// A point of a shape, and its barycentric coordinates on a triangle.
     Surface(SurfacePoint, [f32; 2]),
     /// A point in free space, in normalised units.
     Point(Vec3),
-    /// Nothing: the light is beyond the scene.
+    /// No point: the light is at infinity.
     Infinity,
 }
 
-/// A ray of light as it leaves its light.
+/// A sampled ray of emitted light.
 #[derive(Debug, Clone, Copy)]
 pub struct EmissionSample {
-    /// Where it leaves. Light from beyond the scene comes from nowhere.
+    /// The point on the light that the ray leaves, or infinity.
     pub end: ShadowRayEnd,
-    /// A point that it passes: that of `end`, or one before the whole scene.
+    /// Origin of the ray: the point of `end`, or for a light at infinity a point in front of the whole scene.
     pub origin: Vec3,
-    /// Unit vector along which it travels.
+    /// Unit vector along the ray.
     pub direction: Vec3,
-    /// Radiance. Of a point or spot light: radiant intensity; of a distant one: irradiance at right angles.
+    /// Radiance. For a point or spot light: radiant intensity; for a distant light: irradiance perpendicular to the ray.
     pub radiance: Rgb,
-    /// How it was found.
+    /// Densities of the ray.
     pub pdf: EmissionPdf,
 }
 
-/// The densities with which light sampling finds a ray, the choice of the light left out.
+/// The densities of emission sampling at a ray, without the probability of selecting the light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EmissionPdf {
-    /// Of the point on the light; for light from beyond the scene, of the point on a disk across the ray. `None` for a
-    /// point, which is always the same.
+    /// Density of the point on the light; for a light at infinity, of the point on a disk perpendicular to the ray. `None`
+    /// for a point or spot light, which has only one point.
     pub position: Option<PdfArea>,
-    /// Of the direction; `None` for a distant light, which has but one.
+    /// Density of the direction; `None` for a distant light, which has only one.
     pub direction: Option<PdfSolidAngle>,
 }
 
-/// A sphere around everything that a ray can meet, in normalised units.
+/// A sphere around everything that a ray can hit, in normalised units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundingSphere {
     /// Centre.
@@ -103,7 +103,7 @@ pub struct BoundingSphere {
     pub radius: f32,
 }
 
-/// What a surface emits, and on which side.
+/// The radiance that a surface emits, and the sides that emit it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Emission {
     /// Radiance.
@@ -123,7 +123,7 @@ impl Emission {
         }
     }
 
-    /// Whether nothing shines on the back: points chosen there are black, whatever their density.
+    /// Whether the back does not emit: samples for receivers behind are black, whatever their density.
     #[inline]
     pub fn is_dark_behind(&self) -> bool {
         !self.two_sided
@@ -134,7 +134,7 @@ impl Emission {
         f64::from(self.sides()) * std::f64::consts::PI * area * f64::from(self.radiance.luminance())
     }
 
-    /// How many of its sides emit.
+    /// The number of sides that emit.
     pub fn sides(&self) -> f32 {
         if self.two_sided { 2.0 } else { 1.0 }
     }

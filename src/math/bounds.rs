@@ -1,6 +1,6 @@
-//! An axis-aligned box in double precision, for the way from what was written to what is rendered.
+//! An axis-aligned box in double precision, for scene loading.
 //!
-//! Measure: the units of the points put in.
+//! Measure: the units of the points added.
 //! Range: empty until the first point; an empty box has no centre and no extent.
 //! Source: none needed. Tested below.
 
@@ -30,7 +30,7 @@ impl Bounds {
         points.into_iter().fold(Self::default(), Self::with)
     }
 
-    /// The box grown to hold `p`.
+    /// The box extended to contain `p`.
     pub fn with(self, p: DVec3) -> Self {
         Self {
             min: self.min.min(p),
@@ -38,7 +38,7 @@ impl Bounds {
         }
     }
 
-    /// The box around both.
+    /// The box around both boxes.
     pub fn union(self, other: Self) -> Self {
         Self {
             min: self.min.min(other.min),
@@ -46,13 +46,12 @@ impl Bounds {
         }
     }
 
-    /// Whether no point has been put in.
+    /// Whether the box is empty: no point has been added.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
 
-    /// Whether no coordinate of it is farther than `reach` from 0; one that is not a number is not within anything. An empty
-    /// box is.
+    /// Whether all coordinates of the box are at most `reach` from 0. A NaN is not; an empty box is.
     pub fn is_within(&self, reach: f64) -> bool {
         let within = |p: DVec3| p.abs().cmple(DVec3::splat(reach)).all();
         *self == Self::default() || (within(self.min) && within(self.max))

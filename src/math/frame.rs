@@ -1,4 +1,4 @@
-//! An orthonormal frame around a normal, and the way into and out of it.
+//! An orthonormal frame around a normal, and transforms to and from it.
 //!
 //! Measure: unit vectors; local z is the normal.
 //! Range: any unit normal, also (0, 0, -1).
@@ -31,13 +31,13 @@ impl Frame {
         }
     }
 
-    /// World to local.
+    /// Transforms a vector from world to local coordinates.
     #[inline]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
     }
 
-    /// Local to world.
+    /// Transforms a vector from local to world coordinates.
     #[inline]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         v.x * self.s + v.y * self.t + v.z * self.n

@@ -1,25 +1,25 @@
-//! Numbers side by side, and functions of them that are compiled for the processor's vectors.
+//! SIMD lanes, and functions over them that are compiled for several vector widths.
 //!
-//! Such a function is a plain loop over arrays, free of branches, which the compiler turns into vectors as wide as a processor
-//! has them; which of its versions runs is decided when the program does. All of them give the same bits: they differ in how
-//! many lanes they take at a time, while each operation is the one that IEEE 754 prescribes, and none are fused.
+//! Such a function is a branch-free loop over arrays, which the compiler vectorises for several instruction sets; the
+//! version is selected at run time. All versions give the same bits: they differ only in the number of lanes per
+//! instruction, while each operation is the one that IEEE 754 prescribes, and none are fused.
 //!
 //! Measure: as each function says.
-//! Range: any processor; one without wider vectors runs what it always has.
+//! Range: any processor; one without wider vectors runs the baseline version.
 //! Source: none needed. Tested in `tests/sampling/sampler.rs` and `tests/lights/lanes.rs`, lane by lane against
 //! single numbers.
 
-/// How many numbers lie side by side: a vector of AVX-512.
+/// The number of lanes: a vector of AVX-512.
 pub const LANES: usize = 16;
 
-/// So few are quicker one by one.
+/// The largest count that is faster one by one.
 pub const FEW: usize = 3;
 
-/// Numbers side by side.
+/// One number per lane.
 pub type Lanes<T> = [T; LANES];
 
-/// A function of some numbers for each lane. It becomes vectors where it has no branches and where it is called in a function that
-/// is compiled for them.
+/// Applies a function of `M` numbers to each lane. The loop is vectorised if `function` has no branches and the
+/// caller is compiled for vectors.
 #[inline(always)]
 pub fn each_lane<const M: usize, const N: usize>(
     from: &[Lanes<f32>; M],
@@ -34,7 +34,7 @@ pub fn each_lane<const M: usize, const N: usize>(
     }
 }
 
-/// Compiles a function, which is a loop over lanes, for every width of vectors.
+/// Compiles a function, which is a loop over lanes, for every vector width.
 macro_rules! vectorised {
     ($function:item) => {
         #[multiversion::multiversion(targets(

@@ -19,7 +19,7 @@ pub struct PdfArea(pub f32);
 pub struct Pmf(pub f32);
 
 impl PdfArea {
-    /// The same density per steradian, seen from a point at squared distance `distance2`, where `cos` is between the
+    /// Converts the pdf to solid angle, seen from a point at squared distance `distance2`, where `cos` is between the
     /// light's normal and the connecting line: p_omega = p_A r^2 / |cos|. `None` edge-on.
     #[inline(always)]
     pub fn to_solid_angle(self, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
@@ -30,11 +30,11 @@ impl PdfArea {
 }
 
 impl PdfSolidAngle {
-    /// The least density above 0: against it any other way of finding a light has all of the weight, and where there is
-    /// no other it has all of it.
+    /// The least pdf above 0: under MIS any other strategy has all of the weight, and where there is no other this
+    /// one has all of it.
     pub const LEAST: Self = Self(f32::from_bits(1));
 
-    /// The same density per unit of area at squared distance `distance2`: p_A = p_omega |cos| / r^2.
+    /// Converts the pdf to area measure at squared distance `distance2`: p_A = p_omega |cos| / r^2.
     #[inline]
     pub fn to_area(self, distance2: f32, cos: f32) -> Option<PdfArea> {
         let pdf = self.0 * cos.abs() / distance2;
@@ -42,7 +42,7 @@ impl PdfSolidAngle {
     }
 }
 
-/// First the choice, then the direction.
+/// The pdf of a choice followed by a direction.
 impl std::ops::Mul<PdfSolidAngle> for Pmf {
     type Output = PdfSolidAngle;
     #[inline]

@@ -1,22 +1,22 @@
-//! One number a pixel, with means and extrema over squares of pixels.
+//! An image with one channel, with means and extrema over squares of pixels.
 //!
-//! Measure: that of the numbers.
+//! Measure: that of the values.
 //! Range: at least one pixel. Squares are cut off at the border; [`Plane::at`] continues the border beyond it.
 //! Source: none needed. Tested below.
 
-/// One number a pixel, row by row.
+/// An image with one channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plane {
-    /// Pixels in a row.
+    /// The width in pixels.
     pub width: usize,
-    /// Rows.
+    /// The height in pixels.
     pub height: usize,
-    /// The numbers, row by row.
+    /// The values, row by row.
     pub values: Vec<f32>,
 }
 
 impl Plane {
-    /// The same number everywhere.
+    /// Builds a plane with this value everywhere.
     pub fn filled(width: usize, height: usize, value: f32) -> Self {
         Self {
             width,
@@ -25,7 +25,7 @@ impl Plane {
         }
     }
 
-    /// The numbers row by row.
+    /// Builds a plane from its values, row by row.
     pub fn new(width: usize, height: usize, values: Vec<f32>) -> Self {
         debug_assert_eq!(values.len(), width * height);
         Self {
@@ -35,7 +35,7 @@ impl Plane {
         }
     }
 
-    /// A plane of the same size, from each pixel's index.
+    /// Builds a plane of the same size, with values computed from each pixel's index.
     pub fn like(&self, value: impl Fn(usize) -> f32) -> Self {
         Self {
             width: self.width,
@@ -44,14 +44,15 @@ impl Plane {
         }
     }
 
-    /// The number at a place that may lie beyond the border.
+    /// The value at a position that may lie beyond the border.
     pub fn at(&self, x: isize, y: isize) -> f32 {
         let x = x.clamp(0, self.width as isize - 1) as usize;
         let y = y.clamp(0, self.height as isize - 1) as usize;
         self.values[y * self.width + x]
     }
 
-    /// The mean over the square of `2 radius + 1` pixels a side about each pixel, or what of it lies within the plane.
+    /// The mean over the square of `2 radius + 1` pixels a side about each pixel, or the part of it that lies within
+    /// the plane.
     pub fn box_mean(&self, radius: usize) -> Self {
         let mut means = self.box_fold(radius, |a, b| a + b);
         for (index, value) in means.values.iter_mut().enumerate() {
@@ -60,9 +61,11 @@ impl Plane {
         means
     }
 
-    /// The mean over the same square without the pixel itself; that pixel's own number where the plane has no other.
+    /// The mean over the square of [`box_mean`](Self::box_mean) without the pixel itself; the pixel's own value where
+    /// the plane has no other.
     pub fn mean_of_others(&self, radius: usize) -> Self {
-        // Not the sum less the pixel: a pixel that outshines all others would leave nothing but rounding.
+        // Subtracting the pixel from the sum would leave only rounding error for a pixel much brighter than all
+        // others.
         let sums = self.punctured_sums(radius);
         self.like(
             |index| match square_size(index, self.width, self.height, radius) {
@@ -72,12 +75,12 @@ impl Plane {
         )
     }
 
-    /// The least number of the square of `2 radius + 1` pixels a side about each pixel.
+    /// The minimum over the square of `2 radius + 1` pixels a side about each pixel.
     pub fn box_min(&self, radius: usize) -> Self {
         self.box_fold(radius, f32::min)
     }
 
-    /// Combines the numbers of the square about each pixel, first down the columns, then along the rows.
+    /// Combines the values of the square about each pixel, first down the columns, then along the rows.
     fn box_fold(&self, radius: usize, combine: impl Fn(f32, f32) -> f32) -> Self {
         let columns = self.fold_columns(radius, &combine);
         let mut values = Vec::with_capacity(columns.len());
@@ -87,7 +90,7 @@ impl Plane {
         Self { values, ..*self }
     }
 
-    /// Combines the numbers up to `radius` rows above and below each pixel.
+    /// Combines the values up to `radius` rows above and below each pixel.
     fn fold_columns(&self, radius: usize, combine: &impl Fn(f32, f32) -> f32) -> Vec<f32> {
         let mut folded = Vec::with_capacity(self.values.len());
         for y in 0..self.height {
@@ -103,7 +106,8 @@ impl Plane {
         folded
     }
 
-    /// The sums over the square about each pixel, without the pixel: the columns beside its own, and what is above and below it.
+    /// The sums over the square about each pixel, without the pixel: the columns to either side, and the pixels above
+    /// and below it.
     fn punctured_sums(&self, radius: usize) -> Vec<f32> {
         let add = |a, b| a + b;
         let columns = self.fold_columns(radius, &add);
@@ -130,7 +134,7 @@ impl Plane {
     }
 }
 
-/// Combines the numbers up to `radius` places to either side of each of a row.
+/// Combines the values up to `radius` pixels to either side of each pixel of a row.
 fn fold_row(row: &[f32], radius: usize, combine: &impl Fn(f32, f32) -> f32, folded: &mut Vec<f32>) {
     let start = folded.len();
     folded.extend_from_slice(row);
@@ -146,7 +150,7 @@ fn fold_row(row: &[f32], radius: usize, combine: &impl Fn(f32, f32) -> f32, fold
     }
 }
 
-/// Pixels of the square of this radius about a pixel that lie within the plane.
+/// The number of pixels within the plane of the square of this radius about a pixel.
 fn square_size(index: usize, width: usize, height: usize, radius: usize) -> usize {
     let within =
         |at: usize, length: usize| (at + radius + 1).min(length) - at.saturating_sub(radius);

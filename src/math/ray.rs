@@ -1,4 +1,4 @@
-//! A ray: an origin, a direction and how far it may go.
+//! A ray: an origin, a direction and a parameter range.
 //!
 //! Measure: origin in normalised scene units; `t` in multiples of the direction's length, which need not be one.
 //! Range: hits are searched in (t_min, t_max]; both are at least 0.
@@ -8,12 +8,12 @@ use super::robust::reach_of_point;
 use super::vec::{ONE_MINUS_EPSILON, Vec3};
 use crate::planted::planted;
 
-/// A ray through the scene; by default, one that has no length and meets nothing.
+/// A ray through the scene; by default, one without length that hits nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Ray {
-    /// Where the ray starts.
+    /// The origin.
     pub origin: Vec3,
-    /// Where it goes. Need not have unit length: a shadow ray spans its whole segment.
+    /// The direction. Need not have unit length: a shadow ray spans its whole segment.
     pub dir: Vec3,
     /// Hits at or before this parameter do not count.
     pub t_min: f32,
@@ -22,7 +22,7 @@ pub struct Ray {
 }
 
 impl Ray {
-    /// A ray without an end.
+    /// Builds a ray of infinite length.
     #[inline]
     pub fn new(origin: Vec3, dir: Vec3) -> Self {
         Self {
@@ -33,7 +33,7 @@ impl Ray {
         }
     }
 
-    /// The open segment from `a` to `b`: what lies exactly at `b` does not count.
+    /// The open segment from `a` to `b`: hits exactly at `b` do not count.
     #[inline]
     pub fn between(a: Vec3, b: Vec3) -> Self {
         Self {
@@ -44,14 +44,14 @@ impl Ray {
         }
     }
 
-    /// The segment from `a` to a point `b` in free space. What lies at `b` does not count as far as rounding can tell: a
-    /// surface through `b` may else be met before it or not, as chance will have it.
+    /// The segment from `a` to a point `b` in free space. Hits at `b` within rounding error do not count: otherwise a
+    /// surface through `b` would be hit or missed by chance.
     #[inline]
     pub fn to_point(a: Vec3, b: Vec3) -> Self {
         let segment = Self::between(a, b);
         let reach = reach_of_point(a) + reach_of_point(b);
         let open = planted!("points-exact", 0.0, reach / segment.dir.length());
-        // Where both are one as far as rounding can tell, nothing is between them.
+        // If both points are equal within rounding error, nothing is between them.
         Self {
             t_max: (segment.t_max - open).max(0.0),
             ..segment

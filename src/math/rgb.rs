@@ -1,7 +1,7 @@
 //! A colour or a spectral quantity in three channels.
 //!
 //! Measure: linear Rec. 709; a radiance in W m^-2 sr^-1, a reflectance without unit.
-//! Range: as of `f32`; negative channels are allowed in between (filters), never in a reflectance.
+//! Range: that of `f32`; negative channels are allowed in intermediate results (filters), never in a reflectance.
 //! Source: ITU-R BT.709 for the luminance weights. Tested below.
 
 use super::vec::Vec3;
@@ -12,7 +12,7 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
 pub struct Rgb(Vec3);
 
 impl Rgb {
-    /// Nothing.
+    /// Zero in every channel.
     pub const BLACK: Self = Self(Vec3::ZERO);
     /// One in every channel.
     pub const WHITE: Self = Self(Vec3::ONE);
@@ -23,7 +23,7 @@ impl Rgb {
         Self(Vec3::new(r, g, b))
     }
 
-    /// The same value in every channel.
+    /// A colour with this value in every channel.
     #[inline]
     pub const fn grey(value: f32) -> Self {
         Self(Vec3::splat(value))
@@ -65,7 +65,7 @@ impl Rgb {
         Self::new(f(self.0.x), f(self.0.y), f(self.0.z))
     }
 
-    /// The way from `self` at `t = 0` to `other` at `t = 1`.
+    /// Interpolates linearly from `self` at `t = 0` to `other` at `t = 1`.
     #[inline]
     pub fn lerp(self, other: Self, t: f32) -> Self {
         Self(self.0 + t * (other.0 - self.0))

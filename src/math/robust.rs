@@ -1,4 +1,4 @@
-//! Bounds on rounding error, and ray origins pushed past them: no epsilon anywhere.
+//! Bounds on rounding error, and ray origins offset beyond them, without any epsilon.
 //!
 //! Measure: normalised scene units.
 //! Range: any finite point; the bounds hold while no intermediate result underflows.
@@ -18,21 +18,22 @@ pub const fn gamma(n: u32) -> f32 {
     nu / (1.0 - nu)
 }
 
-/// An error bound that is nowhere zero, for a primitive of this size. A point in an axis-aligned plane may be exact, but a
-/// ray from exactly there meets the plane at exactly 0, which a watertight kernel counts as a hit.
+/// Makes an error bound nonzero in every coordinate, for a primitive of this size. A point in an axis-aligned plane
+/// may be exact, but a ray from that point intersects the plane at exactly 0, which a watertight kernel counts as a
+/// hit.
 #[inline]
 pub fn never_zero(error: Vec3, size: f32) -> Vec3 {
     error + Vec3::splat(UNIT_ROUNDOFF * UNIT_ROUNDOFF * size)
 }
 
-/// The point `p`, known to within `error` in each coordinate, moved along the unit normal `n` until it surely lies on
+/// Moves the point `p`, known to within `error` in each coordinate, along the unit normal `n` until it surely lies on
 /// that side of the surface.
 #[inline]
 pub fn offset_point(p: Vec3, error: Vec3, n: Vec3) -> Vec3 {
     let offset = n.abs().dot(error) * n;
     let moved = planted!("origin-not-offset", p, p + offset);
-    // Adding may round back towards the surface: one more unit in the last place away from it. Not along axes that the
-    // normal has no part in, where it would be through the wall that an edge is shared with.
+    // The sum may round back towards the surface: move one more unit in the last place away from it. Not along axes
+    // in which the offset is 0: that could cross a wall that shares an edge with the surface.
     let away = Vec3::select(offset.cmpeq(Vec3::ZERO), Vec3::ZERO, offset.signum());
     planted!(
         "offset-rounds-back",
@@ -41,9 +42,9 @@ pub fn offset_point(p: Vec3, error: Vec3, n: Vec3) -> Vec3 {
     )
 }
 
-/// How far a surface through a point in free space may seem to be from it: the point and the surface are rounded, and so is
-/// what a ray query makes of both. A bound but for surfaces much larger than the point is far from the origin, and for rays
-/// that graze them.
+/// The largest apparent distance between a point in free space and a surface through it: the point, the surface and
+/// the ray query are rounded. It is not a bound for surfaces much larger than the point's distance from the origin,
+/// and for grazing rays.
 #[inline]
 pub fn reach_of_point(p: Vec3) -> f32 {
     gamma(8) * p.abs().element_sum()

@@ -1,29 +1,30 @@
-//! Mean and variance of a stream of numbers, and what they say about the mean.
+//! Mean, variance and standard error of a stream of numbers, and quantiles of the normal and Student's t
+//! distributions.
 //!
 //! Measure: the unit of the numbers, squared for the variance.
-//! Range: variance needs two numbers, before that it is `None`.
+//! Range: variance needs two numbers, with fewer it is `None`.
 //! Source: Welford 1962; merging by Chan, Golub and LeVeque 1983; quantiles by the statrs crate. Tested below.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// Beyond so many degrees of freedom Student's t is the normal distribution: to within a relative 2e-3 of the tail that
-/// lies beyond five standard errors, and nearer than its quantiles can be computed.
+/// The degrees of freedom from which on Student's t is replaced by the normal distribution. They agree to within a
+/// relative 2e-3 of the tail beyond five standard errors, and more closely than quantiles can be computed.
 const NORMAL_FREEDOM: f64 = 1e5;
 
-/// The number below which a standard normal number is with this probability.
+/// The quantile of the standard normal distribution at this probability.
 ///
 /// # Panics
-/// If it is no probability.
+/// If `probability` is no probability.
 pub fn normal_quantile(probability: f64) -> f64 {
     Normal::standard().inverse_cdf(probability)
 }
 
-/// How many standard deviations a number is at most away from 0 with this probability, if it has Student's t distribution of
-/// `freedom` degrees of freedom, scaled to variance 1: 1.96 to 2.0 for 95 % and four degrees or more.
+/// The two-sided quantile, at this probability, of Student's t with `freedom` degrees of freedom, scaled to variance
+/// 1: 1.96 to 2.0 for 95 % and four degrees or more.
 ///
 /// # Panics
-/// If `freedom` is not above 2, or it is no probability.
+/// If `freedom` is not above 2, or `probability` is no probability.
 pub fn standardised_student_quantile(freedom: f64, probability: f64) -> f64 {
     assert!(freedom > 2.0, "there is a variance");
     let scale = match freedom < NORMAL_FREEDOM {
@@ -33,19 +34,19 @@ pub fn standardised_student_quantile(freedom: f64, probability: f64) -> f64 {
     scale * student_quantile_of(freedom, 0.5 + 0.5 * probability)
 }
 
-/// How many standard errors a mean of `count` normal numbers is at most away from its expectation, with this probability:
-/// the two-sided quantile of Student's t.
+/// The two-sided quantile of Student's t for a mean of `count` normal numbers: the half-width of its confidence
+/// interval of this probability, in standard errors.
 ///
 /// # Panics
-/// If there are fewer than two numbers, or it is no probability.
+/// If there are fewer than two numbers, or `probability` is no probability.
 pub fn student_quantile(count: u64, probability: f64) -> f64 {
     student_quantile_of(count as f64 - 1.0, 0.5 + 0.5 * probability)
 }
 
-/// The number below which Student's t of so many degrees of freedom is with this probability.
+/// The one-sided quantile of Student's t with `freedom` degrees of freedom at this probability.
 ///
 /// # Panics
-/// If `freedom` is not above 0, or it is no probability.
+/// If `freedom` is not above 0, or `probability` is no probability.
 pub fn student_quantile_of(freedom: f64, probability: f64) -> f64 {
     match student(freedom) {
         Some(t) => t.inverse_cdf(probability),
@@ -53,7 +54,7 @@ pub fn student_quantile_of(freedom: f64, probability: f64) -> f64 {
     }
 }
 
-/// The probability that Student's t of so many degrees of freedom is at least this far from 0.
+/// The two-sided p-value of `t` under Student's t with `freedom` degrees of freedom.
 ///
 /// # Panics
 /// If `freedom` is not above 0.
@@ -66,8 +67,8 @@ pub fn student_p_value(t: f64, freedom: f64) -> f64 {
     2.0 * tail
 }
 
-/// The standard normal number that is exceeded as often as `t` is by Student's t of `freedom` degrees of freedom, scaled to
-/// variance 1.
+/// The standard normal number with the tail probability that `t` has under Student's t with `freedom` degrees of
+/// freedom, scaled to variance 1.
 ///
 /// # Panics
 /// If `freedom` is not above 2.
@@ -77,20 +78,20 @@ pub fn normal_score(t: f64, freedom: f64) -> f64 {
     -normal_quantile(tail).copysign(-t)
 }
 
-/// Student's t, unless it has so many degrees of freedom that it is normal.
+/// The distribution of Student's t; `None` if its degrees of freedom are so many that it is treated as normal.
 fn student(freedom: f64) -> Option<StudentsT> {
     let t = || StudentsT::new(0.0, 1.0, freedom).expect("there are degrees of freedom");
     (freedom < NORMAL_FREEDOM).then(t)
 }
 
-/// Median, least and greatest of several numbers.
+/// The median, minimum and maximum of several numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
-    /// The middle one; of an even count the upper of the two.
+    /// The median; for an even count the upper of the two middle numbers.
     pub median: f64,
-    /// The least.
+    /// The minimum.
     pub min: f64,
-    /// The greatest.
+    /// The maximum.
     pub max: f64,
 }
 
@@ -118,7 +119,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// The moments of all the numbers.
+    /// Computes the moments of all numbers.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         let mut moments = Self::default();
         for value in values {
@@ -127,7 +128,7 @@ impl Moments {
         moments
     }
 
-    /// Takes one number in.
+    /// Adds one number.
     pub fn push(&mut self, x: f64) {
         self.count += 1;
         let delta = x - self.mean;
@@ -135,7 +136,7 @@ impl Moments {
         self.m2 += delta * (x - self.mean);
     }
 
-    /// The moments of both streams together.
+    /// Merges the moments of two streams.
     pub fn merge(self, other: Self) -> Self {
         if self.count == 0 {
             return other;
@@ -153,12 +154,12 @@ impl Moments {
         }
     }
 
-    /// How many numbers.
+    /// The count of the numbers.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// Their mean, 0 for none.
+    /// The mean of the numbers, 0 for none.
     pub fn mean(&self) -> f64 {
         self.mean
     }

@@ -1,19 +1,19 @@
-//! What transforms do to space, and where cameras stand.
+//! Properties of linear transforms, and the placement of cameras.
 //!
 //! Measure: any units of length.
-//! Range: any matrices; what has numbers that are not finite neither rotates nor keeps volume.
+//! Range: any matrices; one with numbers that are not finite is neither a rotation nor invertible.
 //! Source: none needed. Tested below and in `tests/loading/scene_files.rs`.
 
 use super::vec::{DAffine3, DMat3, DVec3};
 
-/// Whether a matrix keeps volume, whatever its scale: its determinant against the product of its axes' lengths.
+/// Whether a matrix is invertible, at any scale: compares its determinant with the product of its axes' lengths.
 pub fn is_invertible(matrix: &DMat3) -> bool {
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
     let lengths: f64 = axes.iter().map(|axis| axis.length()).product();
     lengths > 0.0 && matrix.determinant().abs() > 1e-12 * lengths
 }
 
-/// Whether a matrix only rotates.
+/// Whether a matrix is a pure rotation.
 pub fn is_rotation(matrix: &DMat3) -> bool {
     let error = *matrix * matrix.transpose() - DMat3::IDENTITY;
     let largest = error
@@ -24,7 +24,7 @@ pub fn is_rotation(matrix: &DMat3) -> bool {
     largest < 1e-6 && matrix.determinant() > 0.0
 }
 
-/// A camera at `eye` that looks at `target`; `None` where that leaves a direction open.
+/// The transform of a camera at `eye` that looks at `target`; `None` where its orientation is undetermined.
 pub fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
     Some(DAffine3 {
         matrix3: orientation(eye - target, up)?,
@@ -32,11 +32,11 @@ pub fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
     })
 }
 
-/// The axes of a camera that looks against `back`; `None` where that leaves a direction open.
+/// The axes of a camera that looks along `-back`; `None` where its orientation is undetermined.
 pub fn orientation(back: DVec3, up: DVec3) -> Option<DMat3> {
     let back = back.try_normalize()?;
     let right = up.try_normalize()?.cross(back);
-    // Nearly parallel vectors leave a direction that is mostly rounding.
+    // Nearly parallel vectors leave a direction that is mostly rounding error.
     let right = (right.length() > 1e-9).then(|| right.normalize())?;
     Some(DMat3::from_cols(right, back.cross(right), back))
 }

@@ -1,31 +1,31 @@
-//! Where a line meets a triangle, in double precision.
+//! Intersection of a line with a triangle, in double precision.
 //!
 //! Measure: any unit of length; the parameter in multiples of the direction's length.
-//! Range: any triangle and line; a line in the plane, or a degenerate triangle, meets nothing.
+//! Range: any triangle and line; a line in the plane, or a degenerate triangle, has no intersection.
 //! Source: Möller and Trumbore 1997 for the plane; Woop, Benthin and Wald 2013 for the triangle. Tested below and in
 //! `lab/tests/bench/scenes.rs`.
 
 use super::vec::{DVec3, Vec3};
 use crate::planted::planted;
 
-/// A line, prepared to meet triangles so that none slips between those that share an edge or a vertex.
+/// A line, prepared for watertight intersection: it cannot pass between triangles that share an edge or a vertex.
 ///
-/// Vertices are projected along the line onto a plane across an axis, in which the line is the origin. Where a vertex comes
-/// to lie does not depend on the triangle that it is seen as part of: the projections of neighbours leave no gap. On which
-/// side of an edge the origin is tells the difference of two products; as rounding keeps the order of these, its sign is
-/// right or the difference is 0, which counts as inside on either side.
+/// Vertices are projected along the line onto a plane across an axis, in which the line is the origin. The projection
+/// of a vertex does not depend on the triangle that it belongs to, so neighbours leave no gap. The side of an edge on
+/// which the origin lies is the sign of a difference of two products. Rounding is monotone, so that sign is right or
+/// the difference is 0, which counts as inside on either side.
 #[derive(Debug, Clone, Copy)]
 pub struct Line {
-    /// The two axes of the plane, and the one across it, along which the direction is longest.
+    /// The two axes of the plane, and the axis across it, along which the direction is longest.
     axes: [usize; 3],
     origin: DVec3,
     dir: DVec3,
-    /// How far the line moves in the plane for each unit across.
+    /// The displacement of the line in the plane per unit across it.
     shear: [f64; 2],
 }
 
 impl Line {
-    /// The line through a point in a direction.
+    /// Builds the line through a point in a direction.
     #[inline]
     pub fn new(origin: DVec3, dir: DVec3) -> Self {
         let longest = dir.abs().max_position();
@@ -39,7 +39,7 @@ impl Line {
         }
     }
 
-    /// Where it meets a triangle: the parameter, and the barycentric coordinates of the second and third vertex.
+    /// Intersects a triangle: returns the parameter, and the barycentric coordinates of the second and third vertex.
     #[inline]
     pub fn meet(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f64; 2])> {
         let [a, b, c] = [0, 1, 2].map(|i| self.project(&triangle[i]));
@@ -54,9 +54,10 @@ impl Line {
         Some((t, [sides[1] / area, sides[2] / area]))
     }
 
-    /// The parameter at the plane of a triangle that is met. Where the plane is so steep that rounding would have a say, the
-    /// parameter is still between those of the vertices, which lie this far across. `None` if the triangle is degenerate: the
-    /// normal is exactly 0 then, unless single precision has its vertices at sizes far apart.
+    /// The parameter at the plane of a triangle that is hit. Where the plane is so steep that rounding matters, the
+    /// parameter is clamped to those of the vertices, whose distances across the projection plane are `across`.
+    /// `None` if the triangle is degenerate: its normal is then exactly 0, unless its vertices have very different
+    /// magnitudes in single precision.
     #[inline]
     fn meet_plane_of(&self, triangle: &[Vec3; 3], across: [f64; 3]) -> Option<f64> {
         let [a, b, c] = triangle.map(|vertex| vertex.as_dvec3());
@@ -66,11 +67,11 @@ impl Line {
         }
         let [x, y, z] = across.map(|z| z / self.dir[self.axes[2]]);
         let t = (a - self.origin).dot(normal) / self.dir.dot(normal);
-        // Not a number gives way to its bound.
+        // A NaN is replaced by its bound.
         Some(t.max(x.min(y).min(z)).min(x.max(y).max(z)))
     }
 
-    /// A vertex as seen along the line, and how far it lies across the plane.
+    /// The projection of a vertex along the line, and its distance across the plane.
     #[inline]
     fn project(&self, vertex: &Vec3) -> [f64; 3] {
         let (vertex, origin): (&[f32; 3], &[f64; 3]) = (vertex.as_ref(), self.origin.as_ref());
@@ -79,8 +80,8 @@ impl Line {
     }
 }
 
-/// Where a line meets a triangle's plane: the parameter, and the barycentric coordinates of the second and third
-/// vertex, inside the triangle or not.
+/// Intersects a line with a triangle's plane: returns the parameter, and the barycentric coordinates of the second
+/// and third vertex, inside the triangle or not.
 #[inline]
 pub fn meet_plane([a, b, c]: [DVec3; 3], origin: DVec3, dir: DVec3) -> Option<(f64, [f64; 2])> {
     let (e1, e2) = (b - a, c - a);
@@ -95,7 +96,7 @@ pub fn meet_plane([a, b, c]: [DVec3; 3], origin: DVec3, dir: DVec3) -> Option<(f
     Some((e2.dot(q) / determinant, uv))
 }
 
-/// Barycentric coordinates moved into the triangle.
+/// Clamps barycentric coordinates to the triangle.
 #[inline]
 pub fn clamp_to_triangle(uv: [f64; 2]) -> [f64; 2] {
     let [u, v] = uv.map(|x| x.clamp(0.0, 1.0));
@@ -103,8 +104,8 @@ pub fn clamp_to_triangle(uv: [f64; 2]) -> [f64; 2] {
     [u / excess, v / excess]
 }
 
-/// The barycentric coordinates of the triangle's point that is nearest to the one with these, of the same plane. In a needle
-/// that is not the point with the nearest coordinates: across it, a hair is a large share of its width.
+/// The barycentric coordinates of the triangle's point nearest to the given point of its plane. In a needle this is
+/// not the point with the nearest coordinates: a small distance across it is a large share of its width.
 pub fn nearest_in_triangle([a, b, c]: [DVec3; 3], [u, v]: [f64; 2]) -> [f64; 2] {
     if u >= 0.0 && v >= 0.0 && u + v <= 1.0 {
         return [u, v];
@@ -178,7 +179,7 @@ mod tests {
         assert_eq!(nowhere.meet(&[a, b, c]), None);
         let not_a_number = [Vec3::NAN; 3];
         assert_eq!(up.meet(&not_a_number), None);
-        // Rounding gives these an area as seen along nearly every line.
+        // Rounding gives these triangles an area in the projection along nearly every line.
         let ends = [Vec3::new(0.125, 0.25, 0.75), Vec3::new(0.5, 1.75, 3.125)];
         let middle = 0.5 * (ends[0] + ends[1]);
         for degenerate in [[ends[0], ends[0], ends[1]], [ends[0], middle, ends[1]]] {
@@ -192,8 +193,8 @@ mod tests {
         }
     }
 
-    /// Lines at a vertex in the middle of a fan of triangles, and at its edges. Of the six signs that rounding decides in
-    /// Plücker coordinates, all would be the same once in 32 lines if they were independent.
+    /// Lines aimed at the vertex in the middle of a fan of triangles, and at its edges. In Plücker coordinates
+    /// rounding would decide six signs; if these were independent, all would be the same once in 32 lines.
     #[test]
     fn no_line_slips_through_a_fan() {
         let mut numbers =
@@ -210,7 +211,8 @@ mod tests {
                 .collect();
             let origin = Vec3::new(next(0.4), next(0.4), 1.0 + next(0.2)) + hub;
             for target in [hub, hub + 0.5 * (rim[round % 6] - hub)] {
-                // As single precision has the direction, which misses by rounding, and aimed exactly.
+                // The exact direction, that of single precision, which misses by rounding, and the normalised exact
+                // one.
                 let exactly = target.as_dvec3() - origin.as_dvec3();
                 for dir in [exactly, (target - origin).as_dvec3(), exactly.normalize()] {
                     let line = Line::new(origin.as_dvec3(), dir);
@@ -238,7 +240,7 @@ mod tests {
         let at = |[u, v]: [f64; 2]| {
             needle[0] + u * (needle[1] - needle[0]) + v * (needle[2] - needle[0])
         };
-        // A millionth below the long edge, above the other one, and before the short one.
+        // A millionth below the long edge, a millionth beyond the short one, nearest to a vertex, and inside.
         for (x, y, expected) in [
             (0.5, -1e-6, DVec3::new(0.5, 0.0, 0.0)),
             (1.0 + 1e-6, 5e-4, DVec3::new(1.0, 5e-4, 0.0)),

@@ -1,17 +1,17 @@
 //! Sine, cosine and arc tangent in single precision over the ranges that sampling needs, without a branch.
 //!
 //! Measure: radians, or turns of 2 pi.
-//! Range: as each function states, with a relative error below 3e-7; outside it the polynomials drift away.
-//! Source: interpolation of sin(x)/x, cos(x) and atan(x)/x in x^2 at Chebyshev's nodes; whole turns by exact reduction to
-//! an eighth, which an angle in radians cannot have. Tested below.
+//! Range: as each function states, with a relative error below 3e-7; outside it the polynomials diverge.
+//! Source: interpolation of sin(x)/x, cos(x) and atan(x)/x in x^2 at Chebyshev's nodes; angles in turns are reduced
+//! exactly to an eighth, which is not possible in radians. Tested below.
 
 use std::f32::consts::FRAC_PI_4;
 
-/// sin(x) / x in powers of x^2.
+/// Coefficients of sin(x) / x in powers of x^2.
 const SIN: [f32; 4] = [1.0, -0.166_666_5, 0.008_332_036, -0.000_195_039_04];
-/// cos(x) in powers of x^2.
+/// Coefficients of cos(x) in powers of x^2.
 const COS: [f32; 5] = [1.0, -0.5, 0.041_666_616, -0.001_388_661_7, 0.000_024_379_83];
-/// atan(x) / x in powers of x^2.
+/// Coefficients of atan(x) / x in powers of x^2.
 const ATAN: [f32; 9] = [
     1.0,
     -0.333_330_36,
@@ -34,7 +34,7 @@ pub fn sin_cos_eighth(x: f32) -> (f32, f32) {
 /// Sine and cosine of `u` turns, 2 pi u; u in [0, 1]. The error is below 2e-7; multiples of a quarter turn are exact.
 #[inline]
 pub fn sin_cos_turns(u: f32) -> (f32, f32) {
-    // The nearest quarter, and the eighths from there, without rounding.
+    // The nearest quarter, and the eighths from it, without rounding error.
     let quarter = (4.0 * u + 0.5) as i32;
     let (s, c) = sin_cos_eighth(FRAC_PI_4 * (8.0 * u - 2.0 * quarter as f32));
     let (sin, cos) = if quarter & 1 == 0 { (s, c) } else { (c, s) };
@@ -49,7 +49,7 @@ pub fn atan_unit(x: f32) -> f32 {
     x * polynomial(&ATAN, x * x)
 }
 
-/// The even and the odd powers on their own: two short chains of operations instead of a long one.
+/// Evaluates a polynomial, even and odd powers separately: two short dependency chains instead of a long one.
 #[inline(always)]
 fn polynomial<const N: usize>(coefficients: &[f32; N], x: f32) -> f32 {
     let x2 = x * x;
@@ -67,7 +67,7 @@ mod tests {
 
     /// The largest relative error over every float from `end` down to where a function is its first term.
     fn worst(end: f32, fast: impl Fn(f32) -> f32, exact: impl Fn(f64) -> f64) -> f64 {
-        // Steps of 37 units in the last place meet all residues that matter, at a fraction of the cost.
+        // Steps of 37 units in the last place cover all residues that matter, at a fraction of the cost.
         let floats = (1e-6_f32.to_bits()..=end.to_bits()).step_by(37);
         let error = |x: f32| (f64::from(fast(x)) / exact(f64::from(x)) - 1.0).abs();
         let worst = floats.map(f32::from_bits).map(error).fold(0.0, f64::max);

@@ -1,10 +1,10 @@
-//! The vector types of the house: glam's, single precision to trace and shade, double precision to load.
+//! The vector types: glam's, in single precision for tracing and shading, in double precision for loading.
 //!
-//! `Vec3` is the one of four lanes, of which the last says nothing: it lies in one register. `LaneVec3` has three numbers, for
-//! loops over lanes, which keep as many of them in three registers.
+//! `Vec3` has four lanes in one SIMD register, the last of which is unused. `LaneVec3` has three numbers, for loops
+//! over lanes, which keep the components of as many vectors as there are lanes in three registers.
 //!
 //! Measure: positions in normalised scene units, directions of unit length unless said otherwise.
-//! Range: as of `f32` and `f64`.
+//! Range: that of `f32` and `f64`.
 //! Source: glam. Tested there and below.
 
 pub use glam::{

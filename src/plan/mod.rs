@@ -1,7 +1,8 @@
-//! The plan of a render: which effects a scene calls for, which object is the reason for each, and which kernel follows.
+//! The plan of a render: the effects that a scene requires, the object that is the reason for each, and the resulting
+//! kernel.
 //!
 //! Measure: none.
-//! Range: any scene that is ready.
+//! Range: any prepared scene.
 //! Source: docs/architecture.md, "Effects". Tested in `cli/tests/command/plan.rs`.
 
 mod objects;
@@ -14,30 +15,30 @@ use crate::scene::Scene;
 use crate::scene::description::{Place, SceneDescription};
 use objects::{Object, objects};
 
-/// Whether an effect is on, and why.
+/// The state of one effect, and the reason for it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
     /// The effect.
     pub effect: Effect,
-    /// Whether the scene calls for it.
+    /// Whether the scene requires the effect.
     pub on: bool,
-    /// The first object that calls for it, or what makes it superfluous.
+    /// The first object that requires the effect, or the reason why it is not required.
     pub why: String,
-    /// Where that object was written, if it is one.
+    /// The location of that object in the scene file, if there is one.
     pub place: Option<Place>,
 }
 
-/// What is simulated, and by which code.
+/// The simulated effects, and the kernel that simulates them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Plan {
-    /// One for each effect, in the order of [`Effect::ALL`].
+    /// One finding for each effect, in the order of [`Effect::ALL`].
     pub findings: Vec<Finding>,
-    /// The smallest kernel that has every effect that is on.
+    /// The smallest kernel with every effect that is on.
     pub kernel: Kernel,
 }
 
 impl Plan {
-    /// The plan for a scene, with reasons out of its description.
+    /// Creates the plan for a scene, with reasons from its description.
     pub fn new(description: &SceneDescription, scene: &Scene) -> Self {
         let objects = objects(description);
         let finding = |effect| {
@@ -70,14 +71,14 @@ impl Plan {
 
 type Reason = (String, Option<Place>);
 
-/// The reason why an effect is on, if the object is one.
+/// The reason why an effect is on, if the object requires it.
 fn calls(object: &Object, effect: Effect) -> Option<Reason> {
     let why = format!("{} {}", object.name, object.what(effect));
     let place = object.place.clone();
     object.calls_for.has(effect).then_some((why, Some(place)))
 }
 
-/// The reason why an effect is off although the object was written with it.
+/// The reason why an effect is off, if the description of the object contains it without any result.
 fn folded(object: &Object, effect: Effect) -> Option<Reason> {
     let why = format!("{} {}", object.name, vanishes(effect));
     let place = object.place.clone();
@@ -92,7 +93,7 @@ fn lights(count: usize) -> String {
     }
 }
 
-/// How an object that was written with an effect comes to do without it.
+/// The reason why an effect in the description of an object has no result.
 fn vanishes(effect: Effect) -> &'static str {
     match effect {
         Effect::ShadingNormals => "has just the normals of its triangles",
@@ -112,7 +113,7 @@ fn vanishes(effect: Effect) -> &'static str {
     }
 }
 
-/// Why an effect is off that no object was written with.
+/// The reason why an effect is off that no description contains.
 fn nothing(effect: Effect) -> &'static str {
     match effect {
         Effect::ShadingNormals => "no shape has normals of its own",

@@ -1,7 +1,7 @@
-//! The objects of a scene that can be the reason for an effect, in the order in which they are named as such.
+//! The objects of a scene that can be the reason for an effect, in the order in which they are considered.
 //!
 //! Measure: none.
-//! Range: any scene that `load` lets through; objects that are nowhere to be seen are left out.
+//! Range: any scene that `load` lets through; objects that are not placed in the scene are omitted.
 //! Source: none needed. Tested in `cli/tests/command/plan.rs`.
 
 use crate::effects::{Effect, EffectSet};
@@ -11,21 +11,21 @@ use crate::scene::description::{
 };
 use crate::scene::{effects, placement};
 
-/// An object with what it calls for.
+/// An object of a scene with the effects that it requires.
 #[derive(Debug)]
 pub struct Object {
-    /// What it is called in a sentence.
+    /// The name of the object in a sentence.
     pub name: String,
-    /// Where it was written.
+    /// The location of the object in the scene file.
     pub place: Place,
-    /// Its effects.
+    /// The effects that the object requires.
     pub calls_for: EffectSet,
-    /// The effects that it was written with, those among them that come to nothing.
+    /// The effects in the description of the object, including those without any result.
     pub written: EffectSet,
 }
 
 impl Object {
-    /// What it has or does that calls for an effect.
+    /// The property of the object that requires an effect.
     pub fn what(&self, effect: Effect) -> &'static str {
         match effect {
             Effect::ShadingNormals if self.calls_for.has(Effect::NormalMaps) => "has a normal map",
@@ -51,7 +51,8 @@ impl Object {
     }
 }
 
-/// All objects that are to be seen: the camera, materials as shapes use them, shapes, instances, lights.
+/// Lists all objects that are in the scene: the camera, materials in the order of their use by shapes, shapes,
+/// instances, lights.
 pub fn objects(description: &SceneDescription) -> Vec<Object> {
     let shutter = description.camera.shutter;
     let none = EffectSet::NONE;
@@ -61,7 +62,7 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
         calls_for: effects::of_camera(&description.camera),
         written: none.with_if(Effect::Motion, !description.camera.motion.is_empty()),
     }];
-    // A scene that could not be laid out is not ready, and has no plan.
+    // A scene whose layout fails is not prepared, and has no plan.
     let layout = placement::layout(description).unwrap_or_default();
     let shapes: Vec<&ShapeDescription> = layout
         .placed_shapes(description.shapes.len())

@@ -1,15 +1,16 @@
-//! A scene with one effect taken away: what that effect costs, and how much light it carries, is the difference.
+//! Removal of one effect from a scene. The difference between the two renders gives the cost of the effect and the
+//! light that it transports.
 //!
-//! | effect | is taken away by |
+//! | effect | is removed by |
 //! |---|---|
 //! | shading-normals, normal-maps | flat shading |
-//! | textures | the mean colour of each; normal maps are flat |
-//! | alpha, one-sided | surfaces that are there, on both sides |
-//! | glossy, specular, transmission | absorbing what such lobes would scatter |
-//! | lens, motion | a pinhole; everything as it is when the shutter opens |
-//! | environment, delta-lights, area-lights, many-lights | removing these lights, all but the first |
+//! | textures | the mean colour of each; flat normal maps |
+//! | alpha, one-sided | an alpha of 1; two-sided surfaces |
+//! | glossy, specular, transmission | absorbing the light that such lobes would scatter |
+//! | lens, motion | a pinhole; the state when the shutter opens |
+//! | environment, delta-lights, area-lights, many-lights | removing these lights; for many-lights, all but the first |
 //! | environment-map | its mean over all directions |
-//! | instances | removing them, and shapes that move |
+//! | instances | removing them, and moving shapes |
 //!
 //! Measure: none.
 //! Range: any scene.
@@ -28,7 +29,7 @@ use crate::scene::placement::{self, stands_alone};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// The scene without an effect.
+/// Returns the scene without an effect.
 pub fn without(description: &SceneDescription, effect: Effect) -> SceneDescription {
     let mut scene = description.clone();
     match effect {
@@ -96,7 +97,7 @@ fn each_mesh(scene: &mut SceneDescription, mut change: impl FnMut(&mut MeshDescr
     }
 }
 
-/// A texture becomes its mean colour.
+/// Replaces a texture by its mean colour.
 fn flatten(colour: &mut ColourDescription) {
     if let ColourDescription::Texture(texture) = colour {
         *colour = ColourDescription::Constant(mean(texture));
@@ -110,7 +111,7 @@ fn mean(texture: &Texture) -> Rgb {
     }
 }
 
-/// A panorama becomes its mean over all directions, of which a row near a pole has few.
+/// Replaces an environment map by its mean over all directions, with rows weighted by their solid angle.
 fn flatten_panorama(radiance: &mut ColourDescription) {
     if let ColourDescription::Texture(texture) = radiance
         && let Texture::Image { image, scale } = texture.as_ref()
@@ -121,7 +122,7 @@ fn flatten_panorama(radiance: &mut ColourDescription) {
     }
 }
 
-/// The mean of all pixels, where `weight` tells that of a row.
+/// The weighted mean of all pixels, with `weight` giving the weight of a row.
 fn weighted_mean(image: &Image, weight: impl Fn(u32) -> f64) -> Rgb {
     let mut sum = [0.0; 3];
     let mut weights = 0.0;
@@ -156,7 +157,7 @@ fn flatten_colours(material: &mut MaterialDescription) {
     }
 }
 
-/// A model whose lobes of this kind scatter nothing; what is matte in it stays.
+/// Makes the lobes of this kind scatter nothing; diffuse lobes remain.
 fn absorb(model: &mut MaterialModel, effect: Effect) {
     let black = ColourDescription::Constant(Rgb::BLACK);
     let shiny = |roughness: f32| {
@@ -213,15 +214,15 @@ fn scale(colour: &mut ColourDescription, factor: f32) {
     }
 }
 
-/// Everything as it is when the shutter opens.
+/// Freezes the scene at the time when the shutter opens.
 fn stand_still(scene: &mut SceneDescription) {
     let open = scene.camera.shutter[0];
     scene.camera.shutter = [open; 2];
 }
 
-/// Removes every light but the first that is to be seen: emitting shapes first, then others.
+/// Removes every light in the scene but the first: emitting shapes come first, then other lights.
 fn keep_one_light(scene: &mut SceneDescription) {
-    // A scene that could not be laid out is not ready, and has no lights.
+    // A scene whose layout fails is not prepared, and has no lights.
     let layout = placement::layout(scene).unwrap_or_default();
     let placed: Vec<usize> = layout.placed_shapes(scene.shapes.len()).collect();
     let mut found = false;

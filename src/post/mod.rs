@@ -1,7 +1,7 @@
-//! What is done to a finished picture.
+//! Post-processing of finished images.
 //!
 //! Measure: linear radiance.
-//! Range: pictures with the layers that `etendue render --layers` writes.
+//! Range: images with the layers that `etendue render --layers` writes.
 //! Source: docs/accuracy.md, "Noise filtering". Tested in `tests/rendering/denoise.rs`.
 
 pub mod denoise;

@@ -1,10 +1,10 @@
 //! Intel Open Image Denoise 2, loaded at run time where it is found.
 //!
-//! A trained network that cleans the picture, guided by albedo and normals, which it cleans first. Its errors have no
-//! bound and do not vanish with more samples: only the halves of the picture tell them.
+//! A trained network denoises the image, guided by albedo and normals, which it denoises first. Its errors have no
+//! bound and do not vanish with more samples: they are estimated from the halves of the image only.
 //!
-//! Who owns what: the library and all of its objects live within one call of [`filter`]; pictures are ours, and the library
-//! reads and writes them in place until a filter is executed.
+//! Ownership: the library and all of its objects live within one call of [`filter`]; pixel buffers belong to this
+//! program, and the library reads and writes them in place until a filter is executed.
 //!
 //! Measure: linear radiance; albedo in [0, 1]; unit normals in [-1, 1].
 //! Range: library versions from 2.0 on; its CPU device alone, whose results do not depend on the machine's graphics card.
@@ -25,7 +25,7 @@ const DEVICE_CPU: c_int = 1;
 /// `OIDN_FORMAT_FLOAT3`.
 const FORMAT_FLOAT3: c_int = 3;
 
-/// Names that the library has on this system.
+/// The file names of the library on this system.
 const NAMES: &[&str] = if cfg!(target_os = "windows") {
     &["OpenImageDenoise.dll"]
 } else if cfg!(target_os = "macos") {
@@ -34,23 +34,23 @@ const NAMES: &[&str] = if cfg!(target_os = "windows") {
     &["libOpenImageDenoise.so.2", "libOpenImageDenoise.so"]
 };
 
-/// The variable that names a folder with the library, or one with the library in its `lib`.
+/// The environment variable with a folder that contains the library, directly or in its `lib`.
 const FOLDER_VARIABLE: &str = "OIDN_DIR";
 
-/// What is cleaned, row by row, three channels a pixel.
+/// The images to denoise, row by row, three channels a pixel.
 #[derive(Debug)]
 pub struct Pictures<'a> {
-    /// Pixels in a row, and rows.
+    /// Width and height in pixels.
     pub size: [usize; 2],
-    /// Each is replaced by what comes out.
+    /// Colour images, each replaced by its result.
     pub colours: &'a mut [Vec<[f32; 3]>],
-    /// What first hits reflect.
+    /// Albedo at first hits.
     pub albedo: Vec<[f32; 3]>,
-    /// Where they face.
+    /// Normals at first hits.
     pub normal: Vec<[f32; 3]>,
 }
 
-/// Cleans several pictures of the same view.
+/// Denoises several images of the same view.
 ///
 /// # Errors
 /// If the library is not found, is older than version 2, or fails.
@@ -64,7 +64,7 @@ pub fn filter(pictures: Pictures<'_>) -> Result<()> {
         mut albedo,
         mut normal,
     } = pictures;
-    // Guides of few samples are noisy themselves: cleaned ones keep more detail.
+    // Guides of few samples are noisy themselves: denoised ones keep more detail.
     device.execute(size, &mut albedo, "albedo", &mut [])?;
     device.execute(size, &mut normal, "normal", &mut [])?;
     for colour in colours {
@@ -74,7 +74,7 @@ pub fn filter(pictures: Pictures<'_>) -> Result<()> {
     Ok(())
 }
 
-/// Whether the library is there.
+/// Checks that the library is available.
 ///
 /// # Errors
 /// If it is not found or is older than version 2.
@@ -82,7 +82,7 @@ pub fn check() -> Result<()> {
     Functions::of(&load()?).map(|_| ())
 }
 
-/// The library, from the folder that is named for it or from where the system looks.
+/// Loads the library from the folder of the environment variable, or from where the system looks.
 fn load() -> Result<Library> {
     let folder = std::env::var_os(FOLDER_VARIABLE).map(PathBuf::from);
     let places: Vec<PathBuf> = match &folder {
@@ -123,7 +123,7 @@ fn load() -> Result<Library> {
     )))
 }
 
-/// The functions of the library that are called.
+/// The functions of the library in use.
 struct Functions<'a> {
     new_device: Symbol<'a, unsafe extern "C" fn(c_int) -> Handle>,
     set_device_int: Symbol<'a, unsafe extern "C" fn(Handle, *const c_char, c_int)>,
@@ -138,7 +138,8 @@ struct Functions<'a> {
     release_filter: Symbol<'a, unsafe extern "C" fn(Handle)>,
 }
 
-/// Filter, name, pixels, format, width, height, offset in bytes, bytes from pixel to pixel, bytes from row to row.
+/// The arguments are filter, name, pixels, format, width, height, offset in bytes, bytes from pixel to pixel, bytes
+/// from row to row.
 type SetSharedFilterImage = unsafe extern "C" fn(
     Handle,
     *const c_char,
@@ -178,7 +179,7 @@ impl<'a> Functions<'a> {
         })
     }
 
-    /// The device's error since the last question; without a device, why there is none.
+    /// Returns the device's error since the last call; without a device, the reason why there is none.
     fn check(&self, device: Handle) -> Result<()> {
         let mut message = std::ptr::null();
         // SAFETY: the function takes any device or none, and a place for a pointer.
@@ -198,7 +199,7 @@ impl<'a> Functions<'a> {
     }
 }
 
-/// A device, released in the end.
+/// A device, released on drop.
 struct Device<'a> {
     functions: &'a Functions<'a>,
     handle: Handle,
@@ -206,7 +207,7 @@ struct Device<'a> {
 
 impl<'a> Device<'a> {
     fn new(functions: &'a Functions<'a>) -> Result<Self> {
-        // SAFETY: any number is allowed for a kind of device; an unknown one yields null.
+        // SAFETY: any number is allowed for a device type; an unknown one yields null.
         let handle = unsafe { (functions.new_device)(DEVICE_CPU) };
         if handle.is_null() {
             functions.check(handle)?;
@@ -225,7 +226,7 @@ impl<'a> Device<'a> {
         Ok(device)
     }
 
-    /// Cleans a picture in place.
+    /// Denoises an image in place.
     fn execute(
         &self,
         [width, height]: [usize; 2],

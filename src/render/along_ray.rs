@@ -1,4 +1,4 @@
-//! Radiance along rays of somebody's own, estimated as for a camera's.
+//! Radiance along the caller's own rays, estimated as along camera rays.
 //!
 //! Measure: rays in normalised units; radiance.
 //! Range: any rays and samples; samples that are not finite are counted and left out of the sums.
@@ -22,14 +22,15 @@ use rayon::prelude::*;
 pub struct AlongRay {
     /// The mean of the samples.
     pub mean: Rgb,
-    /// Its standard error in each channel, with three degrees of freedom; none of fewer than four samples.
+    /// The standard error of the mean in each channel, with three degrees of freedom; `None` for fewer than four
+    /// samples.
     pub standard_error: Option<Rgb>,
-    /// Samples that were not finite.
+    /// The number of samples that were not finite.
     pub rejected: u64,
 }
 
-/// Estimates the radiance along each ray by `spp` samples, on rayon's current threads. The random numbers of the ray with index
-/// i are those of the pixel i of a single row. There is no irradiance cache, but the path tracer in its place.
+/// Estimates the radiance along each ray by `spp` samples, on rayon's current threads. The random numbers of the ray
+/// with index i are those of the pixel i of a single row. In place of an irradiance cache, paths are traced.
 pub fn along_rays(
     scene: &Scene,
     settings: &RenderSettings,

@@ -1,6 +1,6 @@
-//! How many samples the next pass takes, so that a render ends when it should.
+//! The number of samples of the next pass, such that a render ends when its budget is used up.
 //!
-//! Measure: samples per pixel, in the mean where pixels differ; seconds.
+//! Measure: samples per pixel, the mean where pixels differ; seconds.
 //! Range: passes of 1 to `LARGEST_PASS` samples per pixel. A time is met to within half a sample per pixel: where one
 //! sample of every pixel takes long, that is the best that whole passes can do.
 //! Source: none needed. Tested below and in `cli/tests/command/render.rs`.
@@ -12,71 +12,72 @@ use super::settings::{Budget, ErrorTarget};
 use crate::film::ErrorEstimate;
 use std::time::Duration;
 
-/// Samples per pixel in one pass at most: between passes a render can report its error.
+/// The largest number of samples per pixel in one pass: between passes a render can report its error.
 const LARGEST_PASS: u64 = 64;
 
-/// Samples per pixel after which the error is estimated for the first and for the second time: what the pilot tells.
+/// The samples per pixel after which the error is estimated for the first and the second time: the pilot.
 const PILOT: [u64; 2] = [16, 64];
 
-/// A pilot is one in so many of the samples that it foresees: a shorter one would carry the power law too far.
+/// A pilot has at least one in this many of the samples that it forecasts: a shorter one would extrapolate the power
+/// law too far.
 const SHARE_OF_PILOT: u64 = 4;
 
-/// Where no error is asked for, looks tell how it falls: the first one after so many samples per pixel, the next after
+/// The samples per pixel of the first look at how the error falls, where no error is requested; the next look is after
 /// [`BETWEEN_LOOKS`] times as many.
 const FIRST_LOOK: u64 = 64;
-/// See there.
+/// The ratio of the samples of one such look to those of the look before.
 const BETWEEN_LOOKS: u64 = 4;
 
-/// The relative standard error of the squared error up to which it tells how many samples it takes.
+/// The largest relative standard error of the squared error from which the samples to come can be forecast.
 const LARGEST_UNCERTAINTY: f64 = 0.12;
 
-/// One look is followed by the next after at least one more in so many of the samples.
+/// The samples grow by at least one in this many from one look to the next.
 const SMALL_STEP: u64 = 16;
 
-/// A little less than the error that is asked for, so that it is not missed by a hair.
+/// The factor, a little below 1, of the requested error at which forecasts aim, so that it is not narrowly missed.
 const MARGIN: f64 = 0.99;
 
-/// When an error is thought to be reached.
+/// The forecast of when an error is reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expected {
-    /// Samples per pixel that it takes.
+    /// The samples per pixel that it takes.
     pub spp: u64,
     /// The error so far: its bound, or the estimate where it has none.
     pub error: f64,
-    /// Whether the samples so far are too few for a pilot of that many, or say too little.
+    /// Whether the samples so far are too few for a pilot of that many, or too uncertain.
     pub is_rough: bool,
 }
 
-/// Decides on passes as time goes by.
+/// Plans the passes of a render.
 #[derive(Debug, Clone)]
 pub struct PassPlanner {
     budget: Budget,
-    /// Passes are multiples of this.
+    /// The number of which passes are multiples.
     step: u64,
-    /// Samples per pixel that were there when the clock was started.
+    /// The samples per pixel when the clock was started.
     begun: u64,
     spp: u64,
-    /// Where the error is looked at next.
+    /// The samples per pixel at which the error is estimated next.
     next_look: u64,
-    /// All looks, by what the samples were worth.
+    /// All looks. Their samples are the evenly distributed ones that those of the render are worth.
     looks: Vec<Look>,
-    /// Of how many pixels the picture is, and whether its points gain at powers of two.
+    /// The properties of the image that a forecast needs.
     picture: Picture,
     expected: Option<Expected>,
     is_reached: bool,
 }
 
-/// What there is to know of a picture to foresee its error.
+/// The properties of an image that a forecast of its error needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Picture {
-    /// Pixels.
+    /// The number of pixels.
     pub pixels: u64,
-    /// Whether what its points gain comes at powers of two of the samples.
+    /// Whether the error falls in steps, at powers of two of the samples, as with Sobol' points.
     pub in_steps: bool,
 }
 
 impl PassPlanner {
-    /// For a render that has not begun, whose passes are multiples of `step`.
+    /// Creates the planner of a render that has not begun, whose passes are multiples of `step`.
     pub fn new(budget: Budget, step: u64, picture: Picture) -> Self {
         let next_look = match budget.error {
             Some(_) => PILOT[0],
@@ -95,7 +96,7 @@ impl PassPlanner {
         }
     }
 
-    /// The same where so many samples per pixel are there already, after these looks.
+    /// The planner of a render that has `spp` samples per pixel already, after these looks.
     pub fn going_on_from(self, spp: u64, looks: Vec<Look>) -> Self {
         let next_look = match self.budget.error {
             Some(_) => self.next_look,
@@ -115,27 +116,27 @@ impl PassPlanner {
         self.looks
     }
 
-    /// Samples per pixel that are complete.
+    /// The samples per pixel that are complete.
     pub fn spp(&self) -> u64 {
         self.spp
     }
 
-    /// When the error that is asked for is thought to be reached, by the last look.
+    /// The forecast of when the requested error is reached, by the last look.
     pub fn expected(&self) -> Option<Expected> {
         self.expected
     }
 
-    /// Whether the error that is asked for is reached.
+    /// Whether the requested error is reached.
     pub fn is_reached(&self) -> bool {
         self.is_reached
     }
 
-    /// Takes note of a complete pass.
+    /// Records a complete pass.
     pub fn pass_done(&mut self, samples: u64) {
         self.spp += samples;
     }
 
-    /// Whether it is time to look at the error.
+    /// Whether an estimate of the error is due.
     pub fn is_look_due(&self) -> bool {
         self.spp >= self.next_look
     }
@@ -145,13 +146,14 @@ impl PassPlanner {
         self.budget.error
     }
 
-    /// Takes note of an error that was due, and decides when to look again: where the error that is asked for is thought to be
-    /// reached, and before that whenever the samples have doubled, since no power law holds for ever.
+    /// Records an estimate of the error that was due, and decides when to make the next: where the requested error is
+    /// expected to be reached, and before that whenever the samples have doubled, since no power law holds for ever.
     ///
-    /// Where samples are given out by an allocation, the power is that of what they are worth, given out evenly.
+    /// Where samples are distributed by an allocation, the power law is that of what they are worth, distributed
+    /// evenly.
     pub fn looked(&mut self, error: Option<ErrorEstimate>, allocation: Option<&Allocation>) {
         let Some(error) = error else {
-            // A black picture: there may be light yet to be found.
+            // A black image: light may still be found.
             self.next_look = 2 * self.spp;
             return;
         };
@@ -182,7 +184,7 @@ impl PassPlanner {
         let needed = forecast.samples_for(MARGIN * target.rel_rmse);
         let needed = allocation.map_or(needed, |it| it.level_of(needed));
         let needed = needed.ceil().min(u64::MAX as f64) as u64;
-        // Where chance put the error above what was foreseen, a few samples more change little.
+        // Where the error is above the forecast by chance, a few more samples change little.
         let least = self.spp + (self.spp / SMALL_STEP).max(1);
         let needed = needed.max(least).next_multiple_of(self.step);
         if !is_pilot {
@@ -199,12 +201,12 @@ impl PassPlanner {
         }
     }
 
-    /// The next pass's samples per pixel, `elapsed` after the start; `None` when the budget is used up.
+    /// The samples per pixel of the next pass, `elapsed` after the start; `None` when the budget is used up.
     pub fn next_pass(&self, elapsed: Duration) -> Option<u64> {
         if self.is_reached {
             return None;
         }
-        // Passes grow with what is already there, so that their overhead stays a fixed small share.
+        // Passes grow with the samples so far, so that their overhead stays a fixed small share.
         let mut pass = self.spp.clamp(self.step, LARGEST_PASS);
         if let Some(spp) = self.budget.spp {
             pass = pass.min(spp.next_multiple_of(self.step).saturating_sub(self.spp));
@@ -219,7 +221,7 @@ impl PassPlanner {
             let left = time.as_secs_f64() - elapsed.as_secs_f64();
             // Rounded: ending half a sample late is as good as half a sample early.
             let affordable = (left / per_sample).round().max(0.0) as u64;
-            // The time of a sample is known better after half of what is left.
+            // The time of a sample is known better after half of the remaining time.
             let careful = if affordable > 2 {
                 affordable.div_ceil(2)
             } else {
@@ -237,7 +239,7 @@ impl PassPlanner {
         (pass > 0).then_some(pass)
     }
 
-    /// Samples per pixel since the clock was started.
+    /// The samples per pixel since the clock was started.
     pub fn new_spp(&self) -> f64 {
         (self.spp - self.begun) as f64
     }
@@ -259,7 +261,7 @@ impl PassPlanner {
 mod tests {
     use super::*;
 
-    /// A picture whose points gain little by little.
+    /// An image whose error falls smoothly.
     const PICTURE: Picture = Picture {
         pixels: 1 << 40,
         in_steps: false,
@@ -352,7 +354,7 @@ mod tests {
         assert_eq!(planner.new_spp(), 1000.0);
     }
 
-    /// The samples and looks that a target takes if the error is `scale` times this power of the samples.
+    /// The samples, looks and forecast for a target if the error is `scale` times this power of the samples.
     fn reach(target: f64, scale: f64, power: f64) -> (u64, Vec<u64>, Option<Expected>) {
         let error = ErrorTarget {
             rel_rmse: target,

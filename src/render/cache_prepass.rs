@@ -1,13 +1,13 @@
-//! What comes before the first sample: an irradiance cache is filled.
+//! The prepass before the first sample, which fills an irradiance cache.
 //!
-//! The first sample of some pixels is followed to the first surface where the cache may be asked, and where no record counts
-//! there, one is made. Pixels are taken from coarse to fine, in groups in which nobody knows of the others' records: these are
-//! made on all threads and taken in one by one, in the order of their pixels, so that the cache is the same on any number of
-//! threads. Between the last pixels, paths see to what no record tells.
+//! The first sample of some pixels is traced to the first surface where the cache may be used, and where no record
+//! counts there, one is made. Pixels are taken from coarse to fine, in groups within which no pixel sees the others'
+//! records: these are made on all threads and inserted one by one, in the order of their pixels, so that the cache is
+//! the same on any number of threads. Between the last pixels, paths are traced where no record counts.
 //!
 //! Measure: pixels; records.
-//! Range: `irradiance-cache` with a bound above 0; others need nothing. One record for 12 pixels at most, of which each takes
-//! about 200 bytes.
+//! Range: `irradiance-cache` with a bound above 0; others need no prepass. At most one record for 12 pixels, of about
+//! 200 bytes each.
 //! Source: the overture of Ward, Rubinstein and Clear 1988. Tested in `tests/rendering/irradiance_cache.rs`.
 
 use super::camera_rays::{CameraRays, Pixel};
@@ -27,16 +27,16 @@ use crate::sampler::{AnySampler, Batches};
 use crate::scene::Scene;
 use rayon::prelude::*;
 
-/// Sides of the squares, from pass to pass.
+/// The sides of the squares, from pass to pass.
 const STRIDES: [u32; 5] = [64, 32, 16, 8, 4];
 
-/// Pixels in a group: enough for many threads, few enough to seldom make a record twice.
+/// The number of pixels in a group: enough for many threads, few enough to rarely make a record twice.
 const GROUP: usize = 64;
 
-/// Is told how far an overture has come, from 0 to 1, and how many records there are; says whether to go on.
+/// A callback with the progress of a prepass, from 0 to 1, and the number of records; returns whether to continue.
 pub type Watch<'a> = &'a dyn Fn(f64, usize) -> bool;
 
-/// The cache for a render, if it is by one, and the rays that it took. An interrupted overture leaves what there is.
+/// Fills the cache for a render that uses one, and counts the rays. An interrupted prepass leaves the records so far.
 pub fn cache_prepass(
     scene: &Scene,
     filter: &Filter,
@@ -74,7 +74,8 @@ pub fn cache_prepass(
     (Some(cache), rays)
 }
 
-/// How many records count where the first sample of each pixel of the window asks, row by row; 0 where nothing is asked.
+/// The number of records that count where the first sample of each pixel of the window would use the cache, row by row;
+/// 0 where it would not.
 pub fn cover(
     scene: &Scene,
     filter: &Filter,
@@ -97,7 +98,7 @@ pub fn cover(
     surveyor.survey().into_iter().map(count).collect()
 }
 
-/// The pixels of all passes: the middles of ever smaller squares, none of which is another's.
+/// The pixels of all passes: the centres of ever smaller squares, without repetition.
 fn groups(settings: &RenderSettings) -> Vec<Vec<[u32; 2]>> {
     let mut groups = Vec::new();
     for stride in STRIDES {
@@ -108,7 +109,7 @@ fn groups(settings: &RenderSettings) -> Vec<Vec<[u32; 2]>> {
     groups
 }
 
-/// Some pixels of a picture, and what is to be found out at them.
+/// Some pixels of an image, and the survey at them.
 struct Surveyor<'a> {
     scene: &'a Scene,
     filter: &'a Filter,
@@ -139,7 +140,7 @@ impl Surveyor<'_> {
         let places = camera_rays.add::<E, _>(&pixel, sampler, 0..1, &mut Unobserved);
         camera_rays.trace(self.scene);
         let (sampler, sample) = camera_rays.sample(places.start);
-        // No picture is so large that these are pixels, too.
+        // No image is so large that these are pixels of it, too.
         let numbers = position.map(|i| !i);
         survey.path::<E, _>(sampler, sample, numbers)
     }

@@ -1,9 +1,9 @@
-//! The samples of a pixel on their way from the film into the scene, with what their camera rays meet.
+//! The samples of a pixel, with their camera rays and the hits on them.
 //!
-//! Camera rays of one pixel go much the same way: those of a block of samples are traced as one coherent packet. Which of two
-//! primitives at the same distance a ray meets may depend on such a packet. So that a sample stays a pure function of seed,
-//! pixel and index, a block is always traced whole, whichever of its samples are asked for. Blocks double in size up to
-//! sixteen samples, as passes do, so that those seldom ask for a part of one.
+//! Camera rays of one pixel are coherent: those of a block of samples are traced as one coherent packet. Which of two
+//! primitives at the same distance a ray hits may depend on such a packet. So that a sample stays a pure function of
+//! seed, pixel and index, a block is always traced whole, whichever of its samples are requested. Blocks double in size
+//! up to sixteen samples, as passes do, so that a pass rarely requests a part of one.
 //!
 //! Measure: pixels; sample indices.
 //! Range: any indices; those of one call lie in one block, see [`blocks`].
@@ -24,7 +24,7 @@ use crate::sampler::{AnySampler, Decision, Sampler};
 use crate::scene::Scene;
 use std::ops::Range;
 
-/// Samples in a block at most: as many as are traced side by side.
+/// The largest number of samples in a block: as many as a packet has lanes.
 pub const LARGEST_BLOCK: u64 = LANES as u64;
 
 /// The block of a sample: 0, 1, 2..4, 4..8, 8..16, 16..32, 32..48 and so on.
@@ -37,7 +37,7 @@ fn block_of(index: u64) -> Range<u64> {
     first..first + size
 }
 
-/// Cuts a range of sample indices where blocks begin.
+/// Splits a range of sample indices where blocks begin.
 pub fn blocks(range: Range<u64>) -> impl Iterator<Item = Range<u64>> {
     let mut rest = range;
     std::iter::from_fn(move || {
@@ -50,7 +50,7 @@ pub fn blocks(range: Range<u64>) -> impl Iterator<Item = Range<u64>> {
     })
 }
 
-/// A pixel that is looked through.
+/// A pixel whose camera rays are sampled.
 #[derive(Clone, Copy)]
 pub struct Pixel<'a> {
     pub scene: &'a Scene,
@@ -58,7 +58,7 @@ pub struct Pixel<'a> {
     pub position: [u32; 2],
 }
 
-/// What chance decides of a camera ray.
+/// The random numbers of a camera ray.
 #[derive(Debug, Clone, Copy, Default)]
 struct CameraNumbers {
     film: Vec2,
@@ -67,7 +67,7 @@ struct CameraNumbers {
 }
 
 impl CameraNumbers {
-    /// Those of each of at most [`LANES`] samplers.
+    /// Draws the numbers of each of at most [`LANES`] samplers.
     #[inline]
     fn draw_each<E: Effects>(samplers: &mut [AnySampler], numbers: &mut [Self]) {
         let places: [usize; LANES] = std::array::from_fn(|place| place);
@@ -99,7 +99,7 @@ impl CameraNumbers {
 }
 
 impl Pixel<'_> {
-    /// The ray to a place that the filter has sampled.
+    /// The camera ray through the offset that the filter has sampled.
     #[inline]
     fn ray<E: Effects>(&self, numbers: &CameraNumbers, filtered: FilterSample) -> CameraRay {
         let middle = planted!("half-a-pixel", 0.0, 0.5);
@@ -111,31 +111,31 @@ impl Pixel<'_> {
     }
 }
 
-/// Samples, with what their camera rays meet. They have places, in the order in which they were added.
+/// Samples, with their camera rays and the hits on them. Their places are in the order in which they were added.
 #[derive(Debug)]
 pub struct CameraRays {
     samplers: Vec<AnySampler>,
     samples: Vec<Sample>,
-    /// What the radiance of each counts in its pixel.
+    /// The filter weight of each sample in its pixel.
     weights: Vec<f32>,
-    /// The blocks whose camera rays are yet to be traced.
+    /// The blocks whose camera rays have not been traced yet.
     blocks: Vec<Block>,
-    /// The rays of these, and memory for those to come.
+    /// The rays of these blocks, and memory for later ones.
     packets: Vec<RayPacket>,
     queues: PathQueues,
 }
 
-/// A block's samples.
+/// The samples of a block.
 #[derive(Debug)]
 struct Block {
-    /// The place of the first sample that is asked for.
+    /// The place of the first requested sample.
     place: usize,
-    /// The lanes of those that are.
+    /// The lanes of the requested samples.
     lanes: Range<usize>,
 }
 
 impl CameraRays {
-    /// None so far.
+    /// Creates an empty list of samples.
     pub fn new() -> Self {
         Self {
             samplers: Vec::with_capacity(WAVEFRONT_SIZE + LANES),
@@ -147,14 +147,15 @@ impl CameraRays {
         }
     }
 
-    /// Forgets all samples and keeps the memory.
+    /// Removes all samples and keeps the memory.
     pub fn clear(&mut self) {
         self.samplers.clear();
         self.samples.clear();
         self.weights.clear();
     }
 
-    /// Adds the samples of `range`, which lies in one block, and tells their places. Their camera rays are not traced yet.
+    /// Adds the samples of `range`, which lies in one block, and returns their places. Their camera rays are not traced
+    /// yet.
     pub fn add<E: Effects, O: PathObserver + ?Sized>(
         &mut self,
         pixel: &Pixel<'_>,
@@ -166,7 +167,7 @@ impl CameraRays {
         let lane = |index: u64| (index - block.start) as usize;
         let (count, place) = (lane(block.end), self.samples.len());
         let sample_range = lane(range.start)..lane(range.end);
-        // Step by step, so that the processor works on several samples at once.
+        // Step by step, so that the processor overlaps the work on several samples.
         let mut numbers = [CameraNumbers::default(); LANES];
         sampler.start_each(pixel.position, block, &mut self.samplers);
         let samplers = &mut self.samplers[place..];
@@ -202,7 +203,7 @@ impl CameraRays {
         place..self.samples.len()
     }
 
-    /// Traces the camera rays of all samples that were added.
+    /// Traces the camera rays of all samples that were added since the last call.
     pub fn trace(&mut self, scene: &Scene) {
         let mut hits = [None; LANES];
         for (block, rays) in self.blocks.drain(..).zip(&mut self.packets) {
@@ -214,24 +215,25 @@ impl CameraRays {
         }
     }
 
-    /// A sample, with its random numbers.
+    /// The sampler and the sample at a place.
     pub fn sample(&mut self, place: usize) -> (&mut AnySampler, &mut Sample) {
         (&mut self.samplers[place], &mut self.samples[place])
     }
 
-    /// What a sample's radiance counts in its pixel.
+    /// The filter weight of a sample in its pixel.
     pub fn weight(&self, place: usize) -> f32 {
         self.weights[place]
     }
 
-    /// A sample's value, once it is estimated: radiance along the camera ray, times the filter's weight.
+    /// The value of a sample, once it is estimated: radiance along the camera ray, times the filter weight.
     #[inline]
     pub fn value(&self, place: usize) -> Rgb {
         self.weights[place] * self.samples[place].radiance
     }
 
-    /// Estimates samples whose camera rays are traced: all of these places, by an integrator that gains by estimating them side
-    /// by side, else the first one, as also where somebody wants to watch one after the other. Tells the place after them.
+    /// Estimates samples whose camera rays are traced: all of `places`, if the integrator gains by estimating a
+    /// wavefront and the observer does not need paths in sequence, otherwise the first one. Returns the place after
+    /// them.
     #[inline]
     pub fn estimate<E: Effects, I: Integrator, O: PathObserver + ?Sized>(
         &mut self,

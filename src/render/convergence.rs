@@ -1,43 +1,44 @@
-//! How the error of a render falls with its samples, by looks at it as it goes on, and what a smaller error takes.
+//! Convergence: how the error of a render falls with its samples, by looks at it during the render, and the samples
+//! that a smaller error needs.
 //!
-//! The root of relMSE falls as a power of the samples, 1/2 for independent ones and more where points are spread evenly. Two
-//! looks far enough apart tell the power. Between two powers of two of samples, Sobol' points do no better than
-//! independent ones go on from the first: what they gain comes at the second.
+//! The root of relMSE falls as a power of the samples, 1/2 for independent ones and more where points are evenly
+//! distributed. Two looks far enough apart determine the power. Between two powers of two of samples, the error of
+//! Sobol' points falls only as that of independent samples from the first: the gain comes at the second.
 //!
-//! Measure: roots of relMSE; samples per pixel, in what they are worth given out evenly where they are not.
-//! Range: powers from 1/2 to 3/2. Without two looks, or where they do not tell it from 1/2, the power is 1/2.
+//! Measure: roots of relMSE; samples per pixel, where they differ the evenly distributed ones that they are worth.
+//! Range: powers from 1/2 to 3/2. Without two looks, or where they do not distinguish it from 1/2, the power is 1/2.
 //! Source: docs/accuracy.md, "The error that is printed". Tested below and in `cli/tests/command/layers.rs`.
 
 use crate::film::{Doubt, ErrorEstimate, MODEL_ERROR};
 use crate::math::stats::normal_quantile;
 
-/// Looks whose samples differ by this factor tell the power with which the error falls: nearer ones differ by their noise.
+/// The least ratio of the samples of two looks that determine the power: nearer ones differ by their noise.
 const APART: f64 = 4.0;
 
-/// An error falls at least as the root of the samples does ...
+/// The smallest power: an error falls at least as the root of the samples does ...
 const SLOWEST: f64 = 0.5;
-/// ... and hardly faster than this power of them.
+/// ... and the largest: hardly faster than this power of them.
 const FASTEST: f64 = 1.5;
 
-/// Standard errors from which on a difference is no chance.
+/// The number of standard errors from which a difference is significant.
 const SURE: f64 = 2.0;
 
-/// The same for the alarm that an error rises, which stops the render from ending.
+/// The number of standard errors for the alarm that an error rises, which keeps the render from ending.
 const ALARMED: f64 = 3.0;
 
-/// One look at a render.
+/// A look at a render: an estimate of its error after a number of samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Look {
     /// Samples per pixel.
     pub samples: f64,
     /// The root of relMSE.
     pub rel_rmse: f64,
-    /// The relative standard error of its square.
+    /// The relative standard error of the squared error.
     pub uncertainty: f64,
 }
 
 impl Look {
-    /// A look after so many samples per pixel.
+    /// A look after `samples` samples per pixel.
     pub fn new(samples: f64, error: &ErrorEstimate) -> Self {
         Self {
             samples,
@@ -46,19 +47,20 @@ impl Look {
         }
     }
 
-    /// What one sample per pixel has of the squared error, if samples are independent.
+    /// The squared error of one sample per pixel, if samples are independent.
     fn of_sample(&self) -> f64 {
         self.samples * self.rel_rmse * self.rel_rmse
     }
 
-    /// Whether the error after more samples is as small as independent samples make it, give or take what both looks know.
+    /// Whether the error of a later look is as small as independent samples make it, within the uncertainty of both
+    /// looks.
     pub fn is_kept_by(&self, later: &Self) -> bool {
         let chance = ALARMED * self.uncertainty.hypot(later.uncertainty);
         later.of_sample() <= self.of_sample() * (1.0 + chance)
     }
 }
 
-/// An error's estimate at the end of some looks: without a bound where it has not fallen as it should.
+/// An error's estimate after some looks: without a bound where the error has not fallen as it should.
 pub fn stated(error: ErrorEstimate, samples: f64, looks: &[Look]) -> ErrorEstimate {
     let now = Look::new(samples, &error);
     let before = looks.iter().rfind(|look| 2.0 * look.samples <= samples);
@@ -79,14 +81,14 @@ pub fn stated(error: ErrorEstimate, samples: f64, looks: &[Look]) -> ErrorEstima
 /// The power of the samples with which the error falls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PowerLaw {
-    /// The likely one.
+    /// The likely power.
     pub power: f64,
-    /// The least and the greatest that the looks allow.
+    /// The least and the greatest power that the looks allow.
     pub range: [f64; 2],
 }
 
 impl PowerLaw {
-    /// By the last look and the latest that is far enough before it.
+    /// The power law from the last look and the latest that is far enough before it.
     pub fn of(looks: &[Look]) -> Self {
         let told = looks.split_last().and_then(|(last, before)| {
             let first = before
@@ -101,7 +103,7 @@ impl PowerLaw {
         let range = [power - SURE * error, power + SURE * error];
         let within = |power: f64| power.clamp(SLOWEST, FASTEST);
         Self {
-            // What the looks do not tell from the slowest is the slowest.
+            // A power that is not distinguishable from the smallest is the smallest.
             power: match range[0] <= SLOWEST {
                 true => SLOWEST,
                 false => within(power),
@@ -110,30 +112,31 @@ impl PowerLaw {
         }
     }
 
-    /// By what factor the samples grow until the error has fallen by one, at the likely power and at both ends of its range.
+    /// The factors by which the samples grow until the error has fallen by `factor`, at the likely power and at both
+    /// ends of its range.
     pub fn samples_for(&self, factor: f64) -> [f64; 3] {
         let [slow, fast] = self.range;
         [fast, self.power, slow].map(|power| factor.powf(1.0 / power))
     }
 }
 
-/// How a bound falls that holds an error with some confidence.
+/// The forecast of an upper bound that holds an error with some confidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Forecast {
     look: Look,
     power: f64,
-    /// Whether what is gained comes at powers of two of the samples.
+    /// Whether the error falls in steps, at powers of two of the samples.
     in_steps: bool,
-    /// Standard errors between the estimate and its bound.
+    /// The number of standard errors between the estimate and its bound.
     sigmas: f64,
-    /// The relative standard error that even normal samples leave.
+    /// The relative standard error that remains even with normally distributed samples.
     least_uncertainty: f64,
 }
 
 impl Forecast {
-    /// By the looks so far, for a picture of so many pixels. `None` before the first.
+    /// The forecast from the looks so far, for an image of `pixels` pixels. `None` before the first look.
     pub fn new(looks: &[Look], pixels: u64, confidence: f64, in_steps: bool) -> Option<Self> {
-        /// Of normal samples, by which pixels vary as they do in a room.
+        /// For normally distributed samples, with variances that differ between pixels as they do in a room.
         const OF_PIXELS: f64 = 8.0;
         Some(Self {
             look: *looks.last()?,
@@ -144,7 +147,7 @@ impl Forecast {
         })
     }
 
-    /// The bound after so many samples per pixel, at least as many as at the last look.
+    /// The bound after `samples` samples per pixel, at least as many as at the last look.
     fn bound(&self, samples: f64) -> f64 {
         let Look {
             samples: now,
@@ -152,12 +155,12 @@ impl Forecast {
             ..
         } = self.look;
         let grown = samples / now;
-        // What rare samples make uncertain falls as any mean does.
+        // The uncertainty due to rare samples falls as that of any mean.
         let uncertainty = (uncertainty / grown.sqrt()).max(self.least_uncertainty.min(uncertainty));
         self.error(samples) * (1.0 + MODEL_ERROR + self.sigmas * uncertainty).sqrt()
     }
 
-    /// The root of relMSE after so many samples.
+    /// The root of relMSE after `samples` samples.
     fn error(&self, samples: f64) -> f64 {
         let Look {
             samples: now,
@@ -166,7 +169,7 @@ impl Forecast {
         } = self.look;
         let floor = |samples: f64| 2.0_f64.powf(samples.log2().floor());
         if self.in_steps && floor(samples) > now {
-            // From one power of two to another, and on from there as independent samples do.
+            // By the power law from one power of two to another, and from there as independent samples.
             let step = floor(samples);
             let at_step = rel_rmse * (step / now).powf(-self.power);
             at_step * (samples / step).powf(-SLOWEST)
@@ -177,7 +180,7 @@ impl Forecast {
         }
     }
 
-    /// Samples per pixel after which the bound is at most this.
+    /// The samples per pixel after which the bound is at most `bound`.
     pub fn samples_for(&self, bound: f64) -> f64 {
         let is_reached = |samples: f64| self.bound(samples) <= bound;
         let mut high = self.look.samples;
@@ -188,7 +191,7 @@ impl Forecast {
         if low < self.look.samples {
             return high;
         }
-        /// Halvings that leave a thousandth.
+        /// The number of bisections that leave a thousandth.
         const HALVINGS: u32 = 10;
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
@@ -220,7 +223,7 @@ mod tests {
         let law = PowerLaw::of(&looks);
         assert!((law.power - 0.75).abs() < 1e-12, "{law:?}");
         assert!(law.range[0] > 0.73 && law.range[1] < 0.77, "{law:?}");
-        // Ten times better takes 10^(4/3) times as many.
+        // Ten times less error takes 10^(4/3) times as many samples.
         let [_, likely, _] = law.samples_for(10.0);
         assert!((likely / 21.544 - 1.0).abs() < 1e-3, "{likely}");
         let noisy = looks.map(|it| look(it.samples, it.rel_rmse, 0.6));
@@ -252,7 +255,7 @@ mod tests {
             panic!("{risen:?}");
         };
         assert!(samples == 256.0 && at_least < 0.05 && at_least > 0.04);
-        // What is known badly may be chance; what is near cannot tell.
+        // An uncertain difference may be chance; looks that are too near say nothing.
         assert_eq!(stated(error(0.05, 1.5), 1024.0, &looks).doubt, None);
         assert_eq!(stated(error(0.05, 0.1), 300.0, &looks[1..]).doubt, None);
     }
@@ -263,7 +266,7 @@ mod tests {
         let steps = Forecast::new(&looks, 1 << 40, 0.5, true).expect("there are looks");
         let smooth = Forecast::new(&looks, 1 << 40, 0.5, false).expect("there are looks");
         assert!((smooth.error(100.0) - 0.16).abs() < 1e-9);
-        // At powers of two the same, between them as independent samples.
+        // At powers of two the errors agree, between them one falls as with independent samples.
         for n in [128.0, 256.0, 1024.0] {
             assert!((steps.error(n) - smooth.error(n)).abs() < 1e-12);
         }
@@ -282,7 +285,7 @@ mod tests {
         let forecast = Forecast::new(&looks, 8_000_000, 0.95, false).expect("a look");
         let margin = |n: f64| forecast.bound(n) / forecast.error(n);
         assert!(margin(64.0) > 1.29 && margin(6400.0) < 1.05);
-        // At its least with few pixels.
+        // The uncertainty at its least, with few pixels.
         let few = Forecast::new(&looks, 200, 0.95, false).expect("a look");
         assert!(few.bound(1e9) / few.error(1e9) > 1.16);
     }

@@ -1,8 +1,8 @@
-//! The one place where settings become types: which integrator and which kernel run. Samplers are values: numbers are drawn for
-//! many paths at once.
+//! Dispatch, the one place where settings become types: the integrator and the kernel that run. Samplers are values, as
+//! numbers are drawn for many paths at once.
 //!
-//! `path` is compiled for every kernel. The other integrators, which are there to be compared with it, have two: the first,
-//! and the one with everything.
+//! `path` is compiled for every kernel. The other integrators, which exist to be compared with it, have two: the first,
+//! and the one with all effects.
 //!
 //! Measure: none.
 //! Range: every combination of settings.
@@ -39,11 +39,11 @@ pub fn kernel(scene: &Scene, settings: &RenderSettings) -> Kernel {
         .unwrap_or_else(|| Kernel::smallest_of(compiled, scene.effects))
 }
 
-/// Whether a scene can be rendered with these settings.
+/// Checks that a scene can be rendered with these settings.
 ///
 /// # Errors
-/// A kernel that the integrator has not, or that lacks an effect of the scene; a cache for what moves; `auto`, which has to be
-/// settled before.
+/// A kernel that the integrator lacks, or that lacks an effect of the scene; a cache for a scene with motion; `auto`,
+/// which has to be replaced before.
 pub fn check(scene: &Scene, settings: &RenderSettings) -> Result<()> {
     if settings.integrator == IntegratorKind::Auto {
         return Err(Error::usage(
@@ -79,15 +79,15 @@ pub fn check(scene: &Scene, settings: &RenderSettings) -> Result<()> {
     Ok(())
 }
 
-/// Something to do with an integrator and a kernel that are known only when running.
+/// A job for an integrator and a kernel that are known only at run time.
 pub trait Dispatched {
-    /// What it yields.
+    /// The result.
     type Output;
-    /// Does it with an integrator for the effects `E`.
+    /// Runs the job with an integrator for the effects `E`.
     fn run<E: Effects, I: Integrator>(self, integrator: I) -> Self::Output;
 }
 
-/// Does something with the integrator and the kernel of the settings. `cache` is what an overture has yielded for them.
+/// Runs a job with the integrator and the kernel of the settings. `cache` is the result of their cache prepass.
 pub fn dispatch<D: Dispatched>(
     scene: &Scene,
     settings: &RenderSettings,
@@ -103,8 +103,8 @@ pub fn dispatch<D: Dispatched>(
     }
 }
 
-/// Does something with the integrator of the settings and one of two kernels, the first and the one with everything: for what is
-/// seldom done, or whose time does not count. All kernels give the same bits.
+/// Runs a job with the integrator of the settings and one of two kernels, the first and the one with all effects: for
+/// rare jobs, or those whose time does not matter. All kernels give the same bits.
 pub fn dispatch_to_two<D: Dispatched>(
     scene: &Scene,
     settings: &RenderSettings,
@@ -134,7 +134,7 @@ pub fn dispatch_to_two<D: Dispatched>(
     }
 }
 
-/// The sampler of the settings, whose samples come in so many batches.
+/// The sampler of the settings, whose samples come in these batches.
 pub fn sampler(settings: &RenderSettings, batches: Batches) -> AnySampler {
     let seed = settings.seed;
     match settings.sampler {
@@ -147,7 +147,7 @@ pub fn sampler(settings: &RenderSettings, batches: Batches) -> AnySampler {
     }
 }
 
-/// A path tracer by these settings.
+/// The path tracer of these settings.
 pub fn path<C, K: Indirect>(
     settings: &RenderSettings,
     technique: C,
@@ -161,7 +161,7 @@ pub fn path<C, K: Indirect>(
     }
 }
 
-/// The bidirectional integrator of these settings, whose samples are spread over so much film, in pixels.
+/// The bidirectional integrator of these settings, whose samples are spread over `film_area` pixels of film.
 pub fn bidirectional(settings: &RenderSettings, film_area: f64) -> Bidirectional {
     Bidirectional {
         max_bounces: settings.most_bounces(),
@@ -170,7 +170,7 @@ pub fn bidirectional(settings: &RenderSettings, film_area: f64) -> Bidirectional
     }
 }
 
-/// Runs a job of which only two kernels are compiled.
+/// Runs a job that is compiled for two kernels only.
 pub fn first_or_last<J: KernelJob>(kernel: Kernel, job: J) -> J::Output {
     match kernel {
         Kernel::Matte => job.run::<types::Matte>(),

@@ -1,11 +1,11 @@
-//! What the camera sees first in each pixel: how much it reflects, where it faces, how far it is.
+//! The first hits of the camera rays of each pixel: albedo, normal and distance.
 //!
-//! The albedo is the share of light that the surface sends on to the camera, from all directions together: the mean of
-//! f |cos| / pdf over directions of the BSDF, one for each sample.
+//! The albedo is the share of light that the surface scatters to the camera, from all directions together: the mean of
+//! f |cos| / pdf over BSDF samples, one for each camera sample.
 //!
-//! Measure: albedo in [0, 1] but for what a model's energy allows; unit normals in world axes, towards the viewer, averaged;
-//! distances from the camera in world units.
-//! Range: a pixel in which nothing is met is black, has no normal and an infinite distance; at edges, means over what is met.
+//! Measure: albedo in [0, 1], except where a BSDF model does not conserve energy; unit normals in world axes, towards
+//! the viewer, averaged; distances from the camera in world units.
+//! Range: a pixel without a hit is black, has no normal and an infinite distance; at edges, means over the hits.
 //! Source: none needed. Tested in `cli/tests/command/layers.rs`.
 
 use super::camera_rays::{CameraRays, Pixel, blocks};
@@ -26,27 +26,29 @@ use rayon::prelude::*;
 /// The first hits of one pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FirstHit {
-    /// The share of light that is reflected or let through.
+    /// The share of light that is reflected or transmitted.
     pub albedo: Rgb,
     /// The mean of the shading normals.
     pub normal: Vec3,
     /// The mean of the distances.
     pub distance: f32,
-    /// How wrong these means are.
+    /// The standard errors of these means.
     pub standard_errors: FirstHitErrors,
 }
 
-/// Parts that the first hits of a pixel are dealt out to in turn. Their spread is the noise of means.
+/// The number of parts over which the samples of a pixel are distributed in turn. Their spread gives the noise of
+/// means.
 const PARTS: usize = 16;
 
-/// Standard errors of the means over the first hits of a pixel, from the spread of its parts; 0 where there are no two.
+/// Standard errors of the means over the first hits of a pixel, from the spread of its parts; 0 for fewer than two
+/// parts.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FirstHitErrors {
-    /// Of the albedo: the root of the mean square over its channels.
+    /// The error of the albedo: the root of the mean square over its channels.
     pub albedo: f32,
-    /// Of the normal: the length of the vector of its components' errors.
+    /// The error of the normal: the length of the vector of its components' errors.
     pub normal: f32,
-    /// Of the distance.
+    /// The error of the distance.
     pub distance: f32,
 }
 
@@ -56,9 +58,9 @@ struct Sums {
     albedo: Rgb,
     normal: Vec3,
     distance: f64,
-    /// Samples.
+    /// The number of samples.
     count: u32,
-    /// Samples that met something.
+    /// The number of samples with a hit.
     met: u32,
 }
 
@@ -71,7 +73,7 @@ impl Sums {
         self.met += other.met;
     }
 
-    /// Means, of albedo over all samples, of normal and distance over those that met something, if there are any.
+    /// The means: of albedo over all samples, of normal and distance over those with a hit, if there are any.
     fn means(&self) -> (Rgb, Option<(Vec3, f64)>) {
         let albedo = self.albedo * (1.0 / self.count.max(1) as f32);
         let met = (self.met > 0).then(|| {
@@ -113,8 +115,8 @@ fn standard_errors(parts: &[Sums]) -> FirstHitErrors {
     }
 }
 
-/// The first hits of every pixel of the settings' window, row by row, as the means over the first `spp` samples of the
-/// render.
+/// Computes the first hits of every pixel of the settings' window, row by row, as the means over the first `spp`
+/// samples of the render.
 pub fn first_hits(
     scene: &Scene,
     filter: &Filter,
@@ -208,7 +210,7 @@ impl Job<'_> {
         let [u, v, u_lobe] = sampler.draw(Decision::Bsdf(0));
         let sample = bsdf.sample::<Everything>(wo, u_lobe, Vec2::new(u, v));
         sample.map_or(Rgb::BLACK, |sample| {
-            // Radiance is thinned on the way in, the light that passes is not.
+            // Radiance is divided by eta^2 on the way in, the light that passes is not.
             let eta = if wo.z > 0.0 {
                 bsdf.ior()
             } else {

@@ -1,8 +1,8 @@
 //! Rendering: passes over tiles on all threads, until the budget is used up.
 //!
-//! Every pass takes each pixel from one sample index to the next, or as far as an adaptive render deals out to it. Since a sample is a pure function of seed, pixel and
-//! index, and each pixel's samples are added in order, the picture is the same for any number of threads, size of tiles
-//! and division into passes.
+//! Every pass takes each pixel from one sample index to the next, or as far as an adaptive render assigns samples to
+//! it. Since a sample is a pure function of seed, pixel and index, and each pixel's samples are added in order, the
+//! image is the same for any number of threads, size of tiles and division into passes.
 //!
 //! Measure: samples per pixel, seconds.
 //! Range: settings that [`RenderSettings::validate`] lets through.
@@ -55,12 +55,12 @@ pub use threads::Threads;
 pub use tile::{NonFiniteSample, Rejected};
 use tile::{SampleRange, TileJob};
 
-/// A render as far as it has come.
+/// The state of a render so far.
 #[derive(Debug, Clone)]
 pub struct Rendered {
     /// The sums of all pixels.
     pub film: Film,
-    /// Complete samples per pixel, in the mean where pixels differ; some tiles have more after an interruption.
+    /// Complete samples per pixel, the mean where pixels differ; some tiles have more after an interruption.
     pub spp: u64,
     /// Time that the rendering took.
     pub elapsed: Duration,
@@ -68,15 +68,15 @@ pub struct Rendered {
     pub rays: RayCounts,
     /// Samples that were not finite.
     pub rejected: Rejected,
-    /// Whether the observer ended it.
+    /// Whether the observer cancelled the render.
     pub cancelled: bool,
-    /// Whether it ended because the error that is asked for was reached.
+    /// Whether the render ended because the requested error was reached.
     pub reached: bool,
-    /// What the pilot told of that.
+    /// The pilot's forecast for the requested error.
     pub predicted: Option<Predicted>,
-    /// Looks at the error as the render went on.
+    /// The looks: estimates of the error during the render.
     pub looks: Vec<Look>,
-    /// What was known of indirect light.
+    /// The irradiance cache, if there is one.
     pub cache: Option<IrradianceCache>,
 }
 
@@ -106,15 +106,15 @@ impl Rendered {
 }
 
 impl Rendered {
-    /// The estimated error of the picture, with an upper bound of this confidence, judged also by how the error has fallen;
-    /// `None` before that can be told.
+    /// The estimated error of the image, with an upper bound of this confidence, judged also by how the error has
+    /// fallen; `None` before it can be estimated.
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
         let error = self.film.error(confidence)?;
         Some(stated(error, self.spp as f64, &self.looks))
     }
 
-    /// What an error as estimated here costs to be made smaller by a factor, at the pace and by the law of this render; `None`
-    /// without an error, or if it is in doubt.
+    /// The price of dividing the error, as estimated here, by a factor, at the pace and by the power law of this
+    /// render; `None` without an error, or if the error is in doubt.
     pub fn price(&self, error: &ErrorEstimate, factor: f64) -> Option<Price> {
         if error.doubt.is_some() || error.rel_rmse == 0.0 {
             return None;
@@ -134,14 +134,14 @@ impl Rendered {
     }
 }
 
-/// How long it takes to an error.
+/// The time that a render takes to reach an error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Price {
-    /// The root of relMSE.
+    /// The root of relMSE to be reached.
     pub rel_rmse: f64,
-    /// Seconds of rendering from the first sample on, as they are likely.
+    /// The likely seconds of rendering, from the first sample on.
     pub seconds: f64,
-    /// The least and the most that the looks at this render allow.
+    /// The least and the most seconds that the looks at this render allow.
     pub range: [f64; 2],
 }
 
@@ -176,24 +176,24 @@ pub fn render(
     Ok(rendered)
 }
 
-/// What is rendered.
+/// The input of a render.
 #[derive(Debug, Clone, Copy)]
 pub struct RenderInput<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The reconstruction filter.
     pub filter: &'a Filter,
-    /// The picture's width and height.
+    /// The image's width and height.
     pub size: (u32, u32),
 }
 
-/// Goes on with a render, until `until` is met in place of the settings' own budget: samples per pixel count from the first,
-/// time from now. The picture is bit for bit that of a render which got so many samples at once; but strata stay those of the
-/// settings' own budget, and Markov chains begin anew.
+/// Continues a render until `until` is met in place of the settings' own budget: samples per pixel count from the first
+/// sample, time from now. The image is bit for bit that of a render with as many samples at once; but strata stay those
+/// of the settings' own budget, and Markov chains begin anew.
 ///
 /// # Errors
-/// As [`render`]; and an adaptive render that has begun, whose pilot is forgotten. What
-/// was rendered stays.
+/// The errors of [`render`]; and an adaptive render that has begun, as its pilot has not been kept. What was rendered
+/// stays.
 pub fn resume(
     view: &RenderInput<'_>,
     threads: &Threads,
@@ -233,16 +233,16 @@ pub fn resume(
     Ok(())
 }
 
-/// The confidence of the error's upper bound where nobody asks for another.
+/// The default confidence of the error's upper bound.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// How often the error is estimated while the render goes on, only to be shown.
+/// The time between estimates of the error that are only shown.
 const TIME_BETWEEN_LOOKS: Duration = Duration::from_secs(2);
 
-/// Looks that are only shown take no more than one in so many parts of the time.
+/// The estimates that are only shown take at most one in this many parts of the time.
 const SHARE_OF_LOOKS: u32 = 100;
 
-/// What a render holds while it goes on.
+/// The state of a running render.
 struct Run<'a> {
     scene: &'a Scene,
     filter: &'a Filter,
@@ -254,7 +254,7 @@ struct Run<'a> {
     totals: Mutex<Totals>,
 }
 
-/// What is known of the error while a render goes on.
+/// The state of the error that is shown during a render.
 #[derive(Debug, Clone, Copy, Default)]
 struct Shown {
     rel_rmse: Option<f64>,
@@ -278,7 +278,7 @@ impl Run<'_> {
             let (cache, rays) =
                 cache_prepass::cache_prepass(self.scene, self.filter, settings, &go_on);
             rendered.rays += rays;
-            // One that was interrupted would make another picture.
+            // An incomplete cache would give another image.
             rendered.cache = cache.filter(|_| !self.is_cancelled());
         }
         let cache = rendered.cache.as_ref();
@@ -288,7 +288,7 @@ impl Run<'_> {
             None => settings.least_samples(),
         };
         if settings.adaptive == Adaptive::Greedy {
-            // It is for each pixel to reach.
+            // The error target is for each pixel, not for the image.
             budget.error = None;
         }
         let picture = Picture {
@@ -314,7 +314,7 @@ impl Run<'_> {
             }
             planner.pass_done(samples);
             self.observer.pass(film);
-            // It takes one thread's time, and nobody reads it more often.
+            // An estimate takes one thread's time, so it is not made more often than it is shown.
             let is_due = planner.is_look_due();
             if is_due || last_look.elapsed() > pause {
                 let begun = Instant::now();
@@ -351,7 +351,7 @@ impl Run<'_> {
         rendered.looks = planner.into_looks();
     }
 
-    /// Takes the samples of one pass: so many in every pixel, if they are dealt evenly.
+    /// Takes the samples of one pass: `samples` in every pixel, if they are distributed evenly.
     fn pass(
         &self,
         film: &mut Film,
@@ -365,7 +365,7 @@ impl Run<'_> {
             return self.chains(film, samples, planner, shown);
         }
         let end = planner.spp() + samples;
-        // A tile may have more samples than others, where a render goes on that was interrupted.
+        // A tile may have more samples than others, where an interrupted render continues.
         let same = |tile: &Tile| {
             let first: u64 = planted!("passes-repeat-samples", 0, tile.samples);
             SampleRange::Same(first.min(end)..end)
@@ -381,7 +381,7 @@ impl Run<'_> {
         let sampler = dispatch::sampler(self.settings, Batches::new(BATCHES));
         let (tiles, splats) = film.tiles_and_splats();
         let mut jobs: Vec<(&mut Tile, SampleRange)> = tiles.iter_mut().zip(sample_range).collect();
-        // The longest first, so that all threads are done at about the same time. Equal ones stay in their order.
+        // The longest first, so that all threads finish at about the same time. Equal ones stay in their order.
         jobs.sort_by_key(|(tile, sample_range)| Reverse(sample_range.sample_count(tile)));
         jobs.into_par_iter()
             .with_max_len(1)
@@ -406,7 +406,7 @@ impl Run<'_> {
             });
     }
 
-    /// The same by Markov chains, whose steps are as many as the samples would be.
+    /// Runs one pass of Markov chains, with as many steps as there would be samples.
     fn chains(&self, film: &mut Film, samples: u64, planner: &PassPlanner, shown: Shown) {
         let (tiles, Some(splats)) = film.tiles_and_splats() else {
             return;
@@ -423,7 +423,7 @@ impl Run<'_> {
             is_cancelled: &|| self.is_cancelled(),
         };
         let steps = samples * settings.window.pixel_count() / BATCHES;
-        // Numbers that no pass before has had, were it interrupted or not.
+        // A seed that no earlier pass has used, interrupted or not.
         let seed = hash::combine(settings.seed, splats.path_count());
         let walked = |steps| self.report(planner, steps, shown);
         metropolis::batches().for_each(|batch| {
@@ -444,7 +444,7 @@ impl Run<'_> {
         totals.rejected.merge(rejected);
     }
 
-    /// Asks the observer once and for all.
+    /// Whether the render is cancelled; once the observer has said so, it is not asked again.
     fn is_cancelled(&self) -> bool {
         if !self.cancelled.load(Ordering::Relaxed) && self.observer.is_cancelled() {
             self.cancelled.store(true, Ordering::Relaxed);

@@ -1,4 +1,4 @@
-//! One tile's samples of a render, with somebody watching their paths.
+//! The samples of one tile of a render, with an observer of their paths.
 //!
 //! Measure: samples.
 //! Range: any tile of a film and any sample indices; the sums are bit for bit those of the render with the same settings.
@@ -16,8 +16,8 @@ use crate::sampler::Batches;
 use crate::scene::Scene;
 use std::ops::Range;
 
-/// Adds the samples of `range` to every pixel of a tile, in the order of a render, and tells `observer` of their paths. `cache` is that of
-/// [`cache_prepass`](super::overture::overture), if there is one.
+/// Adds the samples of `range` to every pixel of a tile, in the order of a render, and reports their paths to
+/// `observer`. `cache` is that of [`cache_prepass`](super::cache_prepass::cache_prepass), if there is one.
 pub fn observe_tile(
     scene: &Scene,
     filter: &Filter,

@@ -1,7 +1,7 @@
-//! What a user may ask of a render: the wishes over the scene's own keys over the defaults.
+//! Render options of a user, which take precedence over the scene's own keys, and these over the defaults.
 //!
 //! Measure: as in `settings.rs`.
-//! Range: what is out of it is an error that names the wish, or the scene's line.
+//! Range: a value out of its range is an error that names the option, or the scene's line.
 //! Source: design of the command line. Tested below, in `cli/tests/command/render.rs` and
 //! `cli/tests/command/bad_input.rs`.
 
@@ -17,46 +17,47 @@ use crate::integrator::technique::EmissionRule;
 use crate::scene::description::SceneDescription;
 use std::time::Duration;
 
-/// What a user asks of a render; `None` leaves it to the scene, and where that says nothing to the default.
+/// The render options of a user; `None` leaves a value to the scene, or to the default where the scene has none.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct RenderOptions {
-    /// The estimator.
+    /// The integrator.
     pub integrator: Option<IntegratorKind>,
-    /// Where random numbers come from.
+    /// The sampler.
     pub sampler: Option<SamplerKind>,
-    /// Picks one of 2^64 sets of random numbers.
+    /// The seed: picks one of 2^64 sets of random numbers.
     pub seed: Option<u64>,
-    /// Samples per pixel at most, at least 1. A time or an error is not cut short by those that a scene has by default.
+    /// The largest number of samples per pixel, at least 1. The scene's default number does not limit a given time or
+    /// error.
     pub spp: Option<u64>,
-    /// Time at most.
+    /// The largest time.
     pub time: Option<Duration>,
-    /// The error that is good enough: the root of relMSE, above 0 and below 1.
+    /// The error to reach: the root of relMSE, above 0 and below 1.
     pub error: Option<f64>,
-    /// The probability with which that error is kept; 95 % where nobody says.
+    /// The probability with which the error is at most that; 95 % by default.
     pub confidence: Option<f64>,
-    /// How samples are given out to the pixels.
+    /// The distribution of samples over the pixels.
     pub adaptive: Option<Adaptive>,
-    /// Whether to write layers beside the picture: error bars, and what is seen first.
+    /// Whether to write layers beside the image: error bars, and the first hits.
     pub layers: bool,
-    /// Scattering events at most.
+    /// The largest number of scattering events.
     pub max_bounces: Option<u32>,
-    /// When paths end by chance.
+    /// The rule of Russian roulette.
     pub roulette: Option<Roulette>,
-    /// How far, in world units, something may be and still count for ambient occlusion.
+    /// The largest distance of occlusion for ambient occlusion, in world units.
     pub occlusion_distance: Option<f64>,
-    /// The share of indirect light up to which an irradiance cache may be wrong, from 0 to below 1.
+    /// The largest relative error of indirect light from an irradiance cache, from 0 to below 1.
     pub cache_error: Option<f64>,
-    /// The code that runs.
+    /// The kernel.
     pub kernel: Option<Kernel>,
-    /// Threads, at least 1; all that this process may use where nobody says.
+    /// The number of threads, at least 1; by default all that this process may use.
     pub threads: Option<usize>,
-    /// The part of the picture from (x0, y0) up to but not including (x1, y1).
+    /// The part of the image from (x0, y0) up to but not including (x1, y1).
     pub crop: Option<[u32; 4]>,
 }
 
 impl RenderOptions {
-    /// So many samples per pixel, and nothing else.
+    /// The options with `spp` samples per pixel, and nothing else.
     pub fn samples(spp: u64) -> Self {
         Self {
             spp: Some(spp),
@@ -64,10 +65,10 @@ impl RenderOptions {
         }
     }
 
-    /// The settings for a scene.
+    /// The render settings for a scene.
     ///
     /// # Errors
-    /// A wish that is out of its range or makes no sense, or a name in the scene that there is not.
+    /// An option that is out of its range or makes no sense, or an unknown name in the scene.
     pub fn settings(&self, description: &SceneDescription) -> Result<RenderSettings> {
         let of_scene = RenderSettings::of_scene(description)?;
         let settings = RenderSettings {
@@ -91,7 +92,7 @@ impl RenderOptions {
         Ok(settings)
     }
 
-    /// The limits that are wished for, over those of the scene.
+    /// The requested limits, over those of the scene.
     fn budget(&self, of_scene: Budget) -> Budget {
         let has_other_limit = self.time.is_some() || self.error.is_some();
         Budget {
@@ -104,7 +105,7 @@ impl RenderOptions {
         }
     }
 
-    /// The part of a picture of this size that is wished for.
+    /// The requested part of an image of this size.
     fn window(&self, (width, height): (u32, u32)) -> Result<Window> {
         match self.crop {
             None => Ok(Window {

@@ -1,8 +1,8 @@
-//! One sample once more, with every vertex of its path written down.
+//! The replay of one sample, with every vertex of its path recorded.
 //!
 //! Measure: positions in world units.
 //! Range: any pixel and sample; the value is bit for bit that of the render with the same settings.
-//! Source: pbrt's way of tracking a bad sample down. Tested in `cli/tests/command/render.rs`.
+//! Source: pbrt's method of debugging a bad sample. Tested in `cli/tests/command/render.rs`.
 
 use super::cache_prepass::cache_prepass;
 use super::dispatch;
@@ -17,12 +17,12 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec3, Vec3};
 use crate::scene::Scene;
 
-/// One thing that happened to a path.
+/// An event on a path.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PathEvent {
-    /// It came to a surface.
+    /// The path arrived at a surface.
     Arrived {
-        /// Where, in world units.
+        /// The position, in world units.
         position: DVec3,
         /// The shape's number, see [`Scene::described`].
         shape: u32,
@@ -33,44 +33,44 @@ pub enum PathEvent {
         /// Throughput on arrival.
         beta: Rgb,
     },
-    /// It left the scene.
+    /// The path left the scene.
     Escaped {
-        /// Along this unit vector.
+        /// The unit vector of its direction.
         direction: Vec3,
     },
     /// Emission found by scattering.
     Emission {
-        /// What it added.
+        /// The contribution.
         contribution: Rgb,
-        /// Its weight against light sampling.
+        /// The MIS weight against light sampling.
         weight: f32,
     },
-    /// Light found by sampling.
+    /// Light found by light sampling.
     Light {
-        /// What it adds if it is visible.
+        /// The contribution if the light is visible.
         contribution: Rgb,
-        /// Its weight against scattering.
+        /// The MIS weight against scattering.
         weight: f32,
-        /// The share of it that nothing is in the way of.
+        /// The visible share of the light.
         visible: f32,
     },
-    /// Indirect light that a cache knows, which ended the path.
+    /// Indirect light from a cache, which ended the path.
     Known {
-        /// What it added.
+        /// The contribution.
         contribution: Rgb,
     },
-    /// It was scattered.
+    /// The path was scattered.
     Scattered {
-        /// Along this unit vector.
+        /// The unit vector of the new direction.
         direction: Vec3,
-        /// How.
+        /// The lobe.
         lobe: Lobe,
-        /// Throughput afterwards.
+        /// The throughput afterwards.
         beta: Rgb,
     },
-    /// It ended by roulette.
+    /// The path ended by Russian roulette.
     Terminated {
-        /// The probability with which it would have gone on.
+        /// The survival probability.
         survival: f32,
     },
 }
@@ -78,9 +78,9 @@ pub enum PathEvent {
 /// A replayed sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
-    /// Its value, as the film gets it.
+    /// The value of the sample, as it is added to the film.
     pub radiance: Rgb,
-    /// What happened, in order.
+    /// The events, in order.
     pub events: Vec<PathEvent>,
 }
 

@@ -1,7 +1,7 @@
-//! What a render is asked to do.
+//! The settings of a render.
 //!
 //! Measure: pixels, samples per pixel, seconds.
-//! Range: said at each field; [`RenderSettings::validate`] names what is out of it.
+//! Range: stated at each field; [`RenderSettings::validate`] names what is out of it.
 //! Source: design of the command line. Tested below and in `cli/tests/command/bad_flags.rs`.
 
 use crate::effects::{EffectSet, Kernel};
@@ -14,30 +14,31 @@ use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
 use std::time::Duration;
 
-/// Samples per pixel where nobody says.
+/// The default number of samples per pixel.
 const DEFAULT_SPP: u64 = 64;
 
-/// Samples per pixel at most: beyond 2^47, random numbers would repeat (`sampler/mod.rs`).
+/// The largest number of samples per pixel: beyond 2^47, random numbers would repeat (`sampler/mod.rs`).
 const MOST_SPP: u64 = 1 << 46;
-/// The bound of an irradiance cache where nobody says.
+/// The default error bound of an irradiance cache.
 pub const DEFAULT_CACHE_ERROR: f64 = 0.05;
 
-/// Samples per pixel of an adaptive render's pilot, where that is not too large a share.
+/// The samples per pixel of an adaptive render's pilot, where that is not too large a share.
 pub(super) const PILOT: u64 = 64;
 
-/// It ends where this share of the budget is used up at the latest ...
+/// The pilot ends at the latest when one part in this many of the budget is used up ...
 pub(super) const LARGEST_SHARE_OF_PILOT: u64 = 4;
 
-/// ... and goes on up to this one: the longer it is, the better it tells, and no pixel gets less in the end.
+/// ... and continues up to one part in this many: a longer pilot estimates better, and no pixel gets fewer samples in
+/// the end.
 pub(super) const SHARE_OF_PILOT: u64 = 16;
 
-/// Where random numbers come from.
+/// The source of random numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum SamplerKind {
     /// Independent numbers.
     Independent,
-    /// Jittered strata, for the number of samples that is asked for.
+    /// Jittered strata, for the requested number of samples.
     Stratified,
     /// Owen-scrambled Sobol' points.
     #[default]
@@ -58,19 +59,20 @@ impl SamplerKind {
     }
 }
 
-/// When to stop: at the first of what is given.
+/// The limits of a render, which stops at the first that is reached.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Budget {
-    /// Samples per pixel at most, at least 1: in the mean over the pixels with two-phase sampling, in each with greedy.
+    /// The largest number of samples per pixel, at least 1: the mean over the pixels with two-phase sampling, the count
+    /// of each with greedy sampling.
     pub spp: Option<u64>,
-    /// Time at most, for the rendering alone. The last pass ends as near to it as passes allow.
+    /// The largest time, for the rendering alone. The last pass ends as near to it as passes allow.
     pub time: Option<Duration>,
-    /// The error that is good enough.
+    /// The error to reach.
     pub error: Option<ErrorTarget>,
 }
 
 impl Budget {
-    /// So many samples per pixel.
+    /// A budget of `spp` samples per pixel.
     pub fn samples(spp: u64) -> Self {
         Self {
             spp: Some(spp),
@@ -78,7 +80,7 @@ impl Budget {
         }
     }
 
-    /// So much time.
+    /// A budget of this time.
     pub fn time(time: Duration) -> Self {
         Self {
             time: Some(time),
@@ -86,7 +88,7 @@ impl Budget {
         }
     }
 
-    /// Samples per pixel of an adaptive render's pilot, as far as they are known before the first of them.
+    /// The samples per pixel of an adaptive render's pilot, as far as they are known before the first of them.
     pub fn pilot(self) -> u64 {
         let may_end_before = self.error.is_some() || self.time.is_some();
         let samples = self.spp.map_or(PILOT, |spp| {
@@ -101,21 +103,21 @@ impl Budget {
     }
 }
 
-/// How samples are given out to the pixels.
+/// The distribution of samples over the pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Adaptive {
-    /// The same number to each.
+    /// Equal counts for all pixels.
     #[default]
     Off,
-    /// By the errors that a pilot shows, without bias.
+    /// Two-phase sampling: counts by the errors that a pilot estimates, without bias.
     TwoPhase,
-    /// To each until it seems good enough by its own samples. Biased.
+    /// Greedy sampling: each pixel until its own samples seem good enough. Biased.
     Greedy,
 }
 
 impl Adaptive {
-    /// Every way.
+    /// Every distribution.
     pub const ALL: &'static [Self] = &[Self::TwoPhase, Self::Greedy, Self::Off];
 
     /// The name in scenes and on the command line.
@@ -127,7 +129,7 @@ impl Adaptive {
         }
     }
 
-    /// What biases the picture, in words.
+    /// The bias of the image, in words.
     pub fn bias(self) -> Option<String> {
         (self == Self::Greedy).then(|| {
             "greedy adaptive sampling: a pixel stops when its own samples are alike, also by chance"
@@ -141,45 +143,46 @@ impl Adaptive {
 pub struct ErrorTarget {
     /// The root of relMSE, above 0 and below 1.
     pub rel_rmse: f64,
-    /// The probability with which it is below that, above 0 and below 1.
+    /// The probability with which the error is below that, above 0 and below 1.
     pub confidence: f64,
 }
 
 /// The settings of a render.
 #[derive(Debug, Clone)]
 pub struct RenderSettings {
-    /// The estimator.
+    /// The integrator.
     pub integrator: IntegratorKind,
-    /// Where random numbers come from.
+    /// The source of random numbers.
     pub sampler: SamplerKind,
-    /// Picks one of 2^64 sets of random numbers.
+    /// The seed: picks one of 2^64 sets of random numbers.
     pub seed: u64,
-    /// When to stop; at least one of its limits has to be given.
+    /// The limits of the render; at least one has to be given.
     pub budget: Budget,
-    /// How samples are given out to the pixels.
+    /// The distribution of samples over the pixels.
     pub adaptive: Adaptive,
-    /// Whether layers are to be written beside the picture. They take as many samples in each batch: the count is rounded up.
+    /// Whether layers are to be written beside the image. They need equal sample counts in all batches: the count is
+    /// rounded up.
     pub layers: bool,
-    /// Scattering events at most; `None` does not limit them.
+    /// The largest number of scattering events; `None` for no limit.
     pub max_bounces: Option<u32>,
-    /// When paths end by chance; `None` for the integrator's own way.
+    /// The rule of Russian roulette; `None` for the integrator's own.
     pub roulette: Option<Roulette>,
-    /// How far, in world units, something may be and still count for ambient occlusion; `None` for any distance.
+    /// The largest distance of occlusion for ambient occlusion, in world units; `None` for any distance.
     pub occlusion_distance: Option<f64>,
-    /// The share of indirect light up to which an irradiance cache may be wrong, from 0, which is never, to below 1.
+    /// The largest relative error of indirect light from an irradiance cache, from 0, which disables it, to below 1.
     pub cache_error: f64,
-    /// The code that runs; `None` takes the smallest that has all effects of the scene. It changes nothing but the speed.
+    /// The kernel; `None` for the smallest that has all effects of the scene. It changes nothing but the speed.
     pub kernel: Option<Kernel>,
-    /// Threads, at least 1.
+    /// The number of threads, at least 1.
     pub threads: usize,
-    /// The part of the picture to render.
+    /// The part of the image to render.
     pub window: Window,
-    /// Edge of a tile in pixels, at least 1. It changes nothing but the speed.
+    /// The edge of a tile in pixels, at least 1. It changes nothing but the speed.
     pub tile_size: u32,
 }
 
 impl RenderSettings {
-    /// The default settings for a whole picture of this size and this many samples per pixel.
+    /// The default settings for a whole image of this size and this many samples per pixel.
     pub fn new(size: (u32, u32), spp: u64) -> Self {
         Self {
             integrator: IntegratorKind::default(),
@@ -204,10 +207,10 @@ impl RenderSettings {
         }
     }
 
-    /// What a scene asks for, and the defaults where it does not say.
+    /// The settings of a scene, and the defaults where it has none.
     ///
     /// # Errors
-    /// A name that there is not, with its line.
+    /// An unknown name, with its line.
     pub fn of_scene(description: &SceneDescription) -> Result<Self> {
         let render = &description.render;
         let integrators = IntegratorKind::ALL.iter().map(|&i| (i.name(), i));
@@ -232,7 +235,7 @@ impl RenderSettings {
         })
     }
 
-    /// The same by `path` where the choice is left to `auto`: for those who do not look for the best.
+    /// The settings with `path` in place of `auto`, for callers that do not need the best integrator.
     pub fn by_name(mut self) -> Self {
         if self.integrator == IntegratorKind::Auto {
             self.integrator = IntegratorKind::Path;
@@ -240,7 +243,7 @@ impl RenderSettings {
         self
     }
 
-    /// Whether the settings make sense for a picture of this size.
+    /// Checks that the settings make sense for an image of this size.
     ///
     /// # Errors
     /// A usage error that names the setting.
@@ -295,14 +298,14 @@ impl RenderSettings {
         }
     }
 
-    /// Scattering events at most, by these settings and by what the integrator is for.
+    /// The largest number of scattering events, by these settings and by the integrator.
     pub fn most_bounces(&self) -> Option<u32> {
         let limits = [self.max_bounces, self.integrator.most_bounces()];
         limits.into_iter().flatten().min()
     }
 
-    /// What counts of samples are rounded up to a multiple of: where batches are compared one by one, or are all that there is,
-    /// to that of the batches.
+    /// The number of which sample counts are rounded up to a multiple: that of the batches where these are compared one
+    /// by one or are all that there is, otherwise 1.
     pub fn least_samples(&self) -> u64 {
         let in_whole_rounds = self.layers
             || self.budget.error.is_some()
@@ -314,8 +317,8 @@ impl RenderSettings {
         }
     }
 
-    /// How many samples the strata of a pixel are for, if that is known: in adaptive renders each has its own number, and
-    /// strata are those of the pilot, again and again.
+    /// The number of samples over which a pixel's strata are spread, if it is known: in adaptive renders, where counts
+    /// differ, that of the pilot, whose strata are repeated.
     pub fn samples_of_strata(&self) -> Option<u64> {
         match self.adaptive {
             Adaptive::Off => self.budget.spp,
@@ -323,12 +326,12 @@ impl RenderSettings {
         }
     }
 
-    /// When paths end by chance.
+    /// The rule of Russian roulette.
     pub fn roulette(&self) -> Roulette {
         self.roulette.unwrap_or(self.integrator.roulette())
     }
 
-    /// What biases the picture of a scene with these effects, in words; empty for an unbiased one.
+    /// The biases of the image of a scene with these effects, in words; empty for an unbiased one.
     pub fn bias(&self, effects: EffectSet) -> Vec<String> {
         let limit = self
             .max_bounces
@@ -347,7 +350,7 @@ impl RenderSettings {
     }
 }
 
-/// A choice that the scene names, among those that there are.
+/// The choice that the scene names, among those that exist.
 fn chosen<T>(
     description: &SceneDescription,
     key: &str,
@@ -367,7 +370,7 @@ fn chosen<T>(
     }
 }
 
-/// The threads that this process may use.
+/// The number of threads that this process may use.
 pub fn available_threads() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }

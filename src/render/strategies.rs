@@ -1,8 +1,8 @@
-//! The pictures of the strategies of bidirectional path tracing: what each way of making paths contributes, before it is
-//! weighted and after.
+//! The images of the strategies of bidirectional path tracing: the contributions of each strategy, before and after
+//! they are weighted.
 //!
-//! Unweighted, each picture of the same number of edges tends to the same light wherever its strategy can find it, with a noise
-//! of its own; weighted, all pictures together are the render.
+//! Unweighted, each image of paths with equally many edges converges to the same light wherever its strategy can find
+//! it, with a noise of its own; weighted, all images sum to the render.
 //!
 //! Measure: radiance.
 //! Range: paths of a limited number of scattering events; 192 bytes a pixel for each strategy.
@@ -28,24 +28,24 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-/// Scattering events of paths whose strategies are shown, at most.
+/// The largest number of scattering events of paths whose strategies are shown.
 const MOST_BOUNCES: u32 = 8;
 
-/// What one strategy contributes.
+/// The images of one strategy.
 #[derive(Debug, Clone)]
 pub struct StrategyPictures {
-    /// Which one.
+    /// The strategy.
     pub strategy: Strategy,
-    /// As if it were the only one.
+    /// The image as if there were no other strategy.
     pub unweighted: Image,
-    /// Its share of the picture.
+    /// The share of the image, with MIS weights.
     pub weighted: Image,
 }
 
-/// Whether the strategies of these settings can be shown.
+/// Checks that the strategies of these settings can be shown, and returns the samples per pixel.
 ///
 /// # Errors
-/// A usage error that says what they have to be.
+/// A usage error that states the requirement.
 pub fn check(settings: &RenderSettings) -> Result<u64> {
     let is_limited = settings
         .most_bounces()
@@ -64,10 +64,10 @@ pub fn check(settings: &RenderSettings) -> Result<u64> {
     }
 }
 
-/// The pictures of all strategies that contribute anything, with the samples of a render.
+/// Renders the images of all strategies that contribute anything, with the samples of a render.
 ///
 /// # Errors
-/// As [`check`].
+/// The errors of [`check`].
 pub fn strategies(
     view: &RenderInput<'_>,
     threads: &Threads,
@@ -114,16 +114,16 @@ pub fn strategies(
     Ok(pictures.collect())
 }
 
-/// What is gathered.
+/// The images under construction.
 struct Pictures<'a> {
     view: RenderInput<'a>,
     window: Window,
     spp: u64,
-    /// Of each strategy, unweighted and weighted.
+    /// The splats of each strategy, unweighted and weighted.
     found: Mutex<BTreeMap<Strategy, [Splats; 2]>>,
 }
 
-/// The samples of a tile.
+/// The job of sampling a tile.
 struct Job<'a> {
     pictures: &'a Pictures<'a>,
     window: Window,
@@ -181,7 +181,7 @@ impl Pictures<'_> {
             .found
             .lock()
             .expect("no thread panics while it holds this");
-        // One of as many samples as there are pixels is in this one.
+        // The sums are divided by the samples of all pixels, of which each pixel has one in `pixel_count`.
         let share = self.window.pixel_count() as f32;
         for contribution in contributions {
             let new = || [0, 1].map(|_| Splats::new(self.window));

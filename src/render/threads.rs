@@ -1,4 +1,4 @@
-//! Threads to render on, kept from one render to the next.
+//! Rendering threads, kept from one render to the next.
 //!
 //! Measure: none.
 //! Range: at least one thread; renders that share them at the same time take turns by tiles.
@@ -6,15 +6,15 @@
 
 use crate::error::{Error, Result};
 
-/// Threads that wait for work.
+/// A pool of rendering threads.
 #[derive(Debug)]
 pub struct Threads(rayon::ThreadPool);
 
 impl Threads {
-    /// Starts so many of them.
+    /// Starts `count` threads.
     ///
     /// # Errors
-    /// If the system refuses, or none is asked for.
+    /// If the system refuses, or `count` is 0.
     pub fn new(count: usize) -> Result<Self> {
         if count == 0 {
             return Err(Error::usage("threads must be at least 1"));
@@ -24,12 +24,12 @@ impl Threads {
             .map_err(|error| Error::render("cannot start the threads").because(error))
     }
 
-    /// How many they are.
+    /// The number of threads.
     pub fn count(&self) -> usize {
         self.0.current_num_threads()
     }
 
-    /// Does something on them, and waits until it is done.
+    /// Runs `work` on the threads, and waits until it is done.
     pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.0.install(work)
     }

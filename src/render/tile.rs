@@ -1,4 +1,4 @@
-//! One tile's samples of one pass.
+//! The samples of one tile in one pass.
 //!
 //! Measure: samples; radiance.
 //! Range: samples that are not finite are counted and located, and left out of the sums.
@@ -20,49 +20,49 @@ use std::ops::Range;
 /// A sample that was not a finite number: enough to replay it with the render's seed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct NonFiniteSample {
-    /// Row of its pixel.
+    /// The row of its pixel.
     pub y: u32,
-    /// Column of its pixel.
+    /// The column of its pixel.
     pub x: u32,
-    /// Its index.
+    /// The index of the sample.
     pub sample: u64,
 }
 
-/// Samples that were not finite.
+/// The samples that were not finite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rejected {
-    /// How many.
+    /// The number of them.
     pub count: u64,
     /// The first one in reading order.
     pub first: Option<NonFiniteSample>,
 }
 
 impl Rejected {
-    /// Takes others in; in whatever order, the result is the same.
+    /// Merges other rejected samples; the result does not depend on the order.
     pub fn merge(&mut self, other: Self) {
         self.count += other.count;
         self.first = self.first.into_iter().chain(other.first).min();
     }
 }
 
-/// What a tile's pass tells beside its sums.
+/// The results of a tile's pass beside its sums.
 #[derive(Debug, Default)]
 pub struct Outcome {
     pub rays: RayCounts,
     pub rejected: Rejected,
 }
 
-/// Which samples of a tile's pixels are asked for.
+/// The indices of the samples to be taken in a tile's pixels.
 #[derive(Debug, Clone)]
 pub enum SampleRange {
-    /// The same of every pixel.
+    /// The range of every pixel.
     Same(Range<u64>),
-    /// Of each pixel those from its count so far up to this.
+    /// The end of each pixel's range, which begins at its count so far.
     Each(Vec<u64>),
 }
 
 impl SampleRange {
-    /// How many they are for all pixels of a tile together.
+    /// The number of samples for all pixels of a tile together.
     pub fn sample_count(&self, tile: &Tile) -> u64 {
         match self {
             Self::Same(range) => (range.end - range.start) * tile.window.pixel_count(),
@@ -71,12 +71,12 @@ impl SampleRange {
     }
 }
 
-/// The samples to be taken in the pixels of a tile.
+/// The job of sampling the pixels of a tile.
 pub struct TileJob<'a, O: ?Sized> {
     pub scene: &'a Scene,
     pub filter: &'a Filter,
     pub tile: &'a mut Tile,
-    /// Where light for other pixels goes.
+    /// The splats of the film, for light in other pixels.
     pub splats: Option<&'a Splats>,
     pub sample_range: SampleRange,
     pub sampler: AnySampler,
@@ -152,31 +152,31 @@ impl<O: PathObserver + ?Sized> Dispatched for TileJob<'_, O> {
     }
 }
 
-/// Which sample of which pixel.
+/// The index of a sample, and its pixel.
 struct Index {
-    /// In the tile.
+    /// The pixel's index in the tile.
     pixel: usize,
-    /// On the film.
+    /// The pixel's position on the film.
     position: [u32; 2],
     index: u64,
 }
 
-/// Samples that are under way together.
+/// A wavefront of samples.
 struct Wavefront<'a, I> {
     scene: &'a Scene,
     filter: &'a Filter,
     integrator: I,
     camera_rays: CameraRays,
-    /// As those of `camera_rays`.
+    /// The indices of the samples, in the order of `camera_rays`.
     samples: Vec<Index>,
-    /// Where light for other pixels goes, and that of the sample at hand.
+    /// The splats of the film, and those of the current sample.
     splats: Option<&'a Splats>,
     elsewhere: SplatList<'a>,
     outcome: Outcome,
 }
 
 impl<I: Integrator> Wavefront<'_, I> {
-    /// Brings all samples to the film.
+    /// Estimates all samples, and adds them to the film.
     fn advance<E: Effects, O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, observer: &mut O) {
         self.camera_rays.trace(self.scene);
         let mut places = 0..self.samples.len();
@@ -197,7 +197,7 @@ impl<I: Integrator> Wavefront<'_, I> {
         self.samples.clear();
     }
 
-    /// Brings one sample to the film.
+    /// Adds one sample to the film.
     fn film<O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, place: usize, observer: &mut O) {
         let value = self.camera_rays.value(place);
         let Index {

@@ -1,6 +1,6 @@
-//! Any of the samplers of a render, so that kernels are compiled once for all of them.
+//! The enum of all samplers, so that kernels are compiled once for all of them.
 //!
-//! Random numbers are drawn for many paths at once: which sampler it is, is asked once for all of them.
+//! Random numbers are drawn for many paths at once, so that the kind of sampler is tested once for all of them.
 //!
 //! Measure: that of the sampler.
 //! Range: that of the sampler. Samplers that are drawn from together are of one kind.
@@ -9,7 +9,7 @@
 use super::{Decision, Independent, Sampler, Sobol, Stratified, sobol};
 use std::ops::Range;
 
-/// A sampler whose kind is known only when running.
+/// A sampler whose kind is known only at run time.
 #[derive(Debug, Clone)]
 pub enum AnySampler {
     /// Independent numbers.

@@ -1,11 +1,11 @@
-//! Integer hashes that turn (seed, pixel, decision) into seeds which have nothing to do with one another.
+//! Integer hashes that turn (seed, pixel, decision) into uncorrelated seeds.
 //!
 //! Measure: bits.
 //! Range: all inputs; each function is a bijection of its first argument.
 //! Source: Stafford's "Mix13" as the finaliser of SplitMix64 (Steele, Lea and Flood 2014). Tested through
 //! `tests/sampling/sampler.rs`.
 
-/// A well mixed 64-bit value.
+/// Mixes the bits of a 64-bit value.
 #[inline(always)]
 pub fn mix(mut x: u64) -> u64 {
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -13,14 +13,14 @@ pub fn mix(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// A seed for `value` below the seed `state`.
+/// Derives a seed from the seed `state` and `value`.
 #[inline]
 pub fn combine(state: u64, value: u64) -> u64 {
     mix(state.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(value.wrapping_add(0x632b_e59b_d9b4_e019)))
 }
 
-/// The number at place `step` of the SplitMix64 sequence of a well mixed state: quicker than [`combine`], whose states may be
-/// any.
+/// The number at index `step` of the SplitMix64 sequence of a well mixed state. Quicker than [`combine`], which accepts
+/// any state.
 #[inline(always)]
 pub fn split(state: u64, step: u64) -> u64 {
     mix(state.wrapping_add(step.wrapping_mul(0x9e37_79b9_7f4a_7c15)))

@@ -1,8 +1,8 @@
 //! Independent uniform numbers: plain Monte Carlo.
 //!
-//! Every pixel has a PCG stream of its own. Each sample owns 2^10 numbers of it, found by jumping; paths of more than
-//! 126 bounces continue in further streams. Samples begin an odd number of steps apart: numbers a high power of two
-//! apart in one stream are correlated.
+//! Every pixel has a PCG stream of its own. Each sample owns 2^10 numbers of it, reached by jumping ahead; paths of more
+//! than 126 bounces continue in further streams. Samples begin an odd number of steps apart, because numbers a high power
+//! of two apart in one stream are correlated.
 //!
 //! Measure: uniform in [0, 1 - 2^-24].
 //! Range: sample indices below 2^47 do not repeat numbers.
@@ -15,7 +15,7 @@ use rand_pcg::Pcg32;
 /// log2 of the numbers that a sample owns in one stream.
 const NUMBERS_PER_SAMPLE_BITS: u32 = 10;
 
-/// From one sample's first number to the next one's.
+/// The distance from one sample's first number to that of the next sample.
 const SAMPLE_STRIDE: u64 = (1 << NUMBERS_PER_SAMPLE_BITS) + 1;
 
 /// The independent sampler.
@@ -25,12 +25,12 @@ pub struct Independent {
     pixel_seed: u64,
     sample: u64,
     generator: Pcg32,
-    /// The slot of the number that `generator` gives next.
+    /// The slot of the number that `generator` returns next.
     next_slot: u64,
 }
 
 impl Independent {
-    /// A sampler for the given seed.
+    /// Creates a sampler for the given seed.
     pub fn new(seed: u64) -> Self {
         Self {
             seed,
@@ -41,7 +41,7 @@ impl Independent {
         }
     }
 
-    /// Makes `slot` the next number.
+    /// Advances or jumps, so that `slot` is the next number.
     #[inline]
     fn seek(&mut self, slot: u64) {
         let same_stream = (slot ^ self.next_slot) >> NUMBERS_PER_SAMPLE_BITS == 0;

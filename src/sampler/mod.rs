@@ -1,12 +1,12 @@
-//! Where the random numbers of a sample come from.
+//! Samplers: the sources of the random numbers of a sample.
 //!
-//! A sample is a pure function of (seed, pixel, sample index), and each of its numbers is addressed by what it is for,
-//! its [`Decision`], never by how many were drawn before. So no image depends on threads or tile order, and a decision
-//! that is not taken shifts no other. Strata alone depend on one thing more: how many samples share them out.
+//! A sample is a pure function of (seed, pixel, sample index), and each of its numbers is addressed by its [`Decision`],
+//! never by the count of numbers drawn before. So no image depends on threads or tile order, and a decision that is not
+//! taken shifts no other. The stratified sampler alone also depends on the sample count.
 //!
 //! Measure: uniform in [0, 1 - 2^-24], a multiple of 2^-24.
 //! Range: any seed and pixel, any sample index below 2^47, any bounce; no number repeats within these.
-//! Source: pbrt, "Sampling Interface", for the division of labour. Tested in `tests/sampling/sampler.rs`.
+//! Source: pbrt, "Sampling Interface", for the structure of the interface. Tested in `tests/sampling/sampler.rs`.
 
 use crate::planted::planted;
 use std::ops::Range;
@@ -24,53 +24,53 @@ pub use primary::Primary;
 pub use sobol::Sobol;
 pub use stratified::Stratified;
 
-/// What random numbers are for.
+/// The purpose of random numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Decision {
     /// The camera ray: two numbers for the film, two for the lens.
     Camera,
-    /// When the ray is traced: one number.
+    /// The time of the ray: one number.
     Time,
-    /// In which way a path is made, where a sample makes one in one way: one number.
+    /// The strategy of a path, where a sample builds one path by one strategy: one number.
     Strategy,
-    /// Whether a surface that is only partly there is met, after so many scattering events: one number.
+    /// The alpha test of a hit, after the given number of scattering events: one number.
     Alpha(u32),
-    /// Whether a path ends with what a surface emits, after so many scattering events: one number.
+    /// Whether a path ends with the emission of a hit, after the given number of scattering events: one number.
     Emission(u32),
-    /// Next event estimation at a scattering event: two for the point on a light, two for which light.
+    /// Next event estimation at a scattering event: two numbers for the point on a light, two for the selection of the light.
     Light(u32),
     /// The direction after a scattering event: two numbers for the direction, one for the lobe.
     Bsdf(u32),
-    /// Whether the path goes on after a scattering event: one number.
+    /// Russian roulette after a scattering event: one number.
     Roulette(u32),
-    /// The beginning of a path from a light: two numbers for the point, two for which light.
+    /// The start of a light subpath: two numbers for the point, two for the selection of the light.
     Source,
-    /// Where it goes from there: two numbers.
+    /// The initial direction of a light subpath: two numbers.
     SourceDirection,
-    /// As [`Bsdf`](Self::Bsdf), on a path from a light.
+    /// [`Bsdf`](Self::Bsdf) on a light subpath.
     LightPathBsdf(u32),
-    /// As [`Alpha`](Self::Alpha), on a path from a light.
+    /// [`Alpha`](Self::Alpha) on a light subpath.
     LightPathAlpha(u32),
-    /// As [`Roulette`](Self::Roulette), on a path from a light.
+    /// [`Roulette`](Self::Roulette) on a light subpath.
     LightPathRoulette(u32),
-    /// The point of the lens that a scattering event on a path from a light is connected to: two numbers.
+    /// The point on the lens for the connection of a scattering event on a light subpath: two numbers.
     Lens(u32),
 }
 
 /// Numbers reserved for the camera, and for each bounce.
 const BLOCK: u64 = 8;
 
-/// The first of the numbers for partly transparent surfaces, beyond those of any bounce: few scenes need them.
+/// The first of the numbers for alpha tests, beyond those of any bounce: few scenes need them.
 const ALPHA: u64 = 1 << 40;
 
-/// The first of the numbers for coins, which few integrators toss.
+/// The first of the numbers for [`Decision::Emission`], which few integrators need.
 const EMISSION: u64 = 1 << 41;
 
-/// The first of the numbers for paths from the lights, which have blocks as those from the camera have.
+/// The first of the numbers for light subpaths, which have the same blocks as camera subpaths.
 const LIGHT_PATH: u64 = 1 << 42;
 
 impl Decision {
-    /// The decision's first number in the sample's own sequence of numbers.
+    /// The index of the decision's first number in the sample's own sequence of numbers.
     #[inline]
     fn slot(self) -> u64 {
         let bounce = |bounce: u32, offset: u64| BLOCK * (1 + u64::from(bounce)) + offset;
@@ -93,18 +93,18 @@ impl Decision {
     }
 }
 
-/// A division of the samples of a pixel into batches that know nothing of each other: sample i is in batch i mod n.
+/// A division of the samples of a pixel into independent batches: sample i is in batch i mod n.
 ///
-/// The points of a set that fills its domain evenly are not independent, so that their spread does not tell their error.
-/// Several sets of which each has scrambles of its own are.
+/// The points of a low-discrepancy set are not independent, so that their variance does not estimate the error. Several
+/// sets with scrambles of their own are independent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Batches(u64);
 
 impl Batches {
-    /// All samples together.
+    /// One batch of all samples.
     pub const ONE: Self = Self(1);
 
-    /// So many batches, at least one.
+    /// Creates a division into `count` batches, at least one.
     pub fn new(count: u64) -> Self {
         Self(count.max(1))
     }
@@ -120,18 +120,18 @@ impl Batches {
     }
 }
 
-/// What batches are combined with to seeds: above all that pixels are.
+/// The first of the values that select a batch's seed, above all others that a pixel's seed is combined with.
 const BATCH: u64 = 1 << 48;
 
 /// A source of random numbers.
 pub trait Sampler: Clone + Send + Sync {
-    /// Turns to the given sample of the given pixel.
+    /// Starts the given sample of the given pixel.
     fn start(&mut self, pixel: [u32; 2], sample: u64);
 
-    /// The first `N` numbers, at most four, of a decision of the current sample.
+    /// Draws the first `N` numbers, at most four, of a decision of the current sample.
     fn draw<const N: usize>(&mut self, decision: Decision) -> [f32; N];
 
-    /// Samplers that are turned to each sample of a range of a pixel.
+    /// Returns a sampler for each sample of a range of a pixel, started at it.
     fn started(&self, pixel: [u32; 2], samples: Range<u64>) -> impl Iterator<Item = Self> {
         samples.map(move |sample| {
             let mut sampler = self.clone();
@@ -140,12 +140,12 @@ pub trait Sampler: Clone + Send + Sync {
         })
     }
 
-    /// Adds them to others.
+    /// Appends the samplers of [`started`](Self::started) to others.
     fn start_each(&self, pixel: [u32; 2], samples: Range<u64>, started: &mut Vec<Self>) {
         started.extend(self.started(pixel, samples));
     }
 
-    /// The numbers of a decision of each of some samplers, by their places: tells them one after the other.
+    /// Draws the numbers of a decision from each sampler in `places`, and passes them to `tell` in order.
     #[inline]
     fn draw_each<const N: usize>(
         samplers: &mut [Self],
@@ -159,7 +159,7 @@ pub trait Sampler: Clone + Send + Sync {
     }
 }
 
-/// The 24 high bits as a number in [0, 1).
+/// Converts the 24 high bits to a number in [0, 1).
 #[inline(always)]
 fn to_unit(bits: u32) -> f32 {
     let bits = planted!("one-is-drawn", bits as f32 / 256.0, (bits >> 8) as f32);

@@ -1,13 +1,12 @@
-//! Numbers that are proposed as changes of those before: the random numbers of a sample as a point in a space of its own, in
-//! which a Markov chain walks.
+//! The primary sample space sampler: the random numbers of a sample as a point that a Markov chain mutates.
 //!
-//! A large step draws every number anew. A small step moves each of them, around the end of the interval and in again at its
-//! beginning, by a nearly normal number whose deviation is the same for all of them: that is drawn for each step, as likely
-//! small as large within [`STEPS`]. What is not asked for is not drawn: a number that has slept through small steps is then
-//! moved once, by the sum of their variances. What a number becomes is a function of the seed, the step and what the number
-//! is for, so that leaving a decision out moves no other.
+//! A large step draws every number anew. A small step adds a nearly normal number to each, modulo 1. Its standard
+//! deviation is the same for all numbers; it is drawn for each step, uniform in its logarithm over [`STEPS`]. Numbers are
+//! updated lazily: one that was not drawn during several small steps is then moved once, by the sum of their variances.
+//! The new value of a number is a function of the seed, the step and the decision, so that leaving a decision out changes
+//! no other.
 //!
-//! Measure: uniform in [0, 1 - 2^-24], a multiple of 2^-24, if steps were all accepted.
+//! Measure: uniform in [0, 1 - 2^-24], a multiple of 2^-24, if all steps are accepted.
 //! Range: any decisions. A chain has neither pixels nor samples: [`Sampler::start`] changes nothing.
 //! Source: Kelemen, Szirmay-Kalos, Antal and Csonka 2002, "A Simple and Robust Mutation Strategy for the Metropolis Light
 //! Transport Algorithm". Tested below.
@@ -19,40 +18,40 @@ use std::ops::Range;
 /// The standard deviations of small steps.
 pub const STEPS: Range<f64> = 0.003..0.03;
 
-/// How often a step is large.
+/// The probability of a large step.
 pub const LARGE_STEPS: f64 = 0.3;
 
-/// What is drawn for the chain itself: beyond the numbers of any decision.
+/// The slot of the chain's own random numbers, beyond those of any decision.
 const CHAIN: u64 = 1 << 50;
 
-/// Numbers that one slot may have in one attempt.
+/// The numbers reserved for one slot in one proposal.
 const PER_SLOT: u64 = 1 << 8;
 
-/// What tells the numbers that are drawn until one is wanted from others for the same decision.
+/// The index of the first number of [`Primary::draw_until`], after the others of the same slot.
 const FIRST: u64 = 4;
 
-/// Slots of the same kind of decisions stand side by side.
+/// log2 of the number of slots of one kind of decisions.
 const KIND: u32 = 40;
 
-/// Kinds of decisions: slots are below so many times 2^[`KIND`].
+/// The number of kinds of decisions: slots are below this times 2^[`KIND`].
 const KINDS: usize = 5;
 
-/// A point in the space of a sample's random numbers, and how it moves.
+/// The state of a Markov chain in primary sample space.
 #[derive(Debug, Clone)]
 pub struct Primary {
     seed: u64,
-    /// The seed of the present attempt, whatever became of those before.
+    /// The seed of the current proposal, whether or not those before were accepted.
     attempt_seed: u64,
     attempts: u64,
-    /// By kind, as many as have been asked for.
+    /// Coordinates by kind, as many as have been drawn.
     coordinates: [Vec<Coordinate>; KINDS],
-    /// What the coordinates were that the present step has changed.
+    /// Slots and previous values of the coordinates that the current step has changed.
     before: Vec<(u64, Coordinate)>,
-    /// The present step, which [`Coordinate`]s are compared with.
+    /// The current step, which [`Coordinate`]s are compared with.
     now: Step,
-    /// The last one that was accepted.
+    /// The last accepted step.
     accepted: Step,
-    /// The last large one that was accepted.
+    /// The last accepted large step.
     large: Step,
     is_large: bool,
 }
@@ -62,11 +61,11 @@ pub struct Primary {
 struct Step {
     /// Counted from 1.
     number: u64,
-    /// The variances of all small steps up to this one.
+    /// The sum of the variances of all small steps up to this one.
     variance: f64,
 }
 
-/// One number, after the step in which it was last asked for.
+/// One number, as of the step in which it was last drawn.
 #[derive(Debug, Clone, Copy, Default)]
 struct Coordinate {
     value: f64,
@@ -74,7 +73,7 @@ struct Coordinate {
 }
 
 impl Primary {
-    /// A point that is uniform: where a chain may begin.
+    /// Creates a chain at a uniformly distributed point.
     pub fn new(seed: u64) -> Self {
         let first = Step {
             number: 1,
@@ -93,13 +92,14 @@ impl Primary {
         }
     }
 
-    /// The same point, to go on by random numbers of another seed.
+    /// Returns the chain at the current point, with another seed for the steps that follow.
     pub fn reseeded(mut self, seed: u64) -> Self {
         self.seed = seed;
         self
     }
 
-    /// Draws the number of a decision, which nobody has asked for, until it is a wanted one: as if chance had made it so.
+    /// Draws the number of a decision until it satisfies `is_wanted` (rejection sampling). The number must not have been
+    /// drawn before.
     pub fn draw_until(&mut self, decision: Decision, is_wanted: impl Fn(f32) -> bool) {
         let slot = decision.slot();
         let mut drawn = (0..).map(|i| self.number(slot, FIRST + i));
@@ -109,7 +109,7 @@ impl Primary {
         }
     }
 
-    /// Proposes another point, which the numbers drawn from now on are of.
+    /// Proposes another point, to which the numbers drawn from now on belong.
     pub fn propose(&mut self) {
         self.before.clear();
         self.attempts += 1;
@@ -123,7 +123,7 @@ impl Primary {
         }
     }
 
-    /// Stays at the point that was proposed.
+    /// Accepts the proposed point.
     pub fn accept(&mut self) {
         self.accepted = self.now;
         if self.is_large {
@@ -132,7 +132,7 @@ impl Primary {
         self.before.clear();
     }
 
-    /// Goes back to the point before.
+    /// Rejects the proposed point and restores the one before.
     pub fn reject(&mut self) {
         let forgotten = planted!("rejected-steps-stay", 1, 0);
         while self.before.len() > forgotten
@@ -144,7 +144,7 @@ impl Primary {
         self.now = self.accepted;
     }
 
-    /// The number that decides whether a step is accepted.
+    /// The random number for the acceptance of the current step.
     pub fn verdict(&self) -> f64 {
         self.number(CHAIN, 1)
     }
@@ -153,17 +153,17 @@ impl Primary {
         hash::combine(self.attempt_seed, slot * PER_SLOT + which)
     }
 
-    /// A number of this attempt.
+    /// A uniform random number of the current proposal.
     fn number(&self, slot: u64, which: u64) -> f64 {
         (self.bits(slot, which) >> 11) as f64 * f64::EPSILON / 2.0
     }
 
-    /// A number of mean 0 and variance 1: the sum of four uniform ones, which is nearly normal. That it is symmetric is what
-    /// matters.
+    /// A number of mean 0 and variance 1: the sum of four uniform ones, which is nearly normal. Only its symmetry is
+    /// required.
     fn normal(&self, slot: u64) -> f64 {
         let bits = self.bits(slot, 2);
         let sum: u64 = (0..4).map(|i| bits >> (16 * i) & 0xffff).sum();
-        // Each of the four is a whole number below 2^16 of which the mean is 32767.5 and the variance (2^32 - 1) / 12.
+        // Each of the four is an integer below 2^16, of mean 32767.5 and variance (2^32 - 1) / 12.
         (sum as f64 - 131_070.0) * (3.0_f64 / 4_294_967_295.0).sqrt()
     }
 
@@ -209,7 +209,7 @@ impl Sampler for Primary {
     }
 }
 
-/// A coordinate as a random number.
+/// Converts a coordinate to a random number.
 fn unit(value: f64) -> f32 {
     to_unit((value * 4_294_967_296.0) as u32)
 }
@@ -243,7 +243,7 @@ mod tests {
         }
     }
 
-    /// Whatever is accepted without looking stays uniform, also what is seldom asked for.
+    /// Numbers stay uniform if every step is accepted, also those that are seldom drawn.
     #[test]
     fn steps_leave_numbers_uniform() {
         let mut often = [0_u32; 16];
@@ -273,7 +273,7 @@ mod tests {
         };
         // The 1e-5 quantile of chi-square with 15 degrees of freedom is 50.5.
         assert!(chi_square(often) < 50.5 && chi_square(seldom) < 50.5);
-        // 20 steps of which 30 % are large leave nothing of where a chain was: a correlation of 0.7^20 / 12.
+        // 20 steps of which 30 % are large leave almost no correlation with the first point: 0.7^20 / 12.
         let deviation = (chains as f64).sqrt() / 12.0;
         assert!(beside.abs() < 5.0 * deviation, "{beside} {deviation}");
     }
@@ -298,7 +298,7 @@ mod tests {
                 }
                 let [after]: [f32; 1] = chain.draw(Decision::Time);
                 let moved = f64::from(after - before);
-                // Around the end.
+                // Numbers wrap around at 1.
                 let moved = moved - moved.round();
                 sum += moved;
                 sum_of_squares += moved * moved;

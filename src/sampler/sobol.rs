@@ -2,7 +2,7 @@
 //! smooth.
 //!
 //! Every decision uses the first four Sobol' dimensions, with the order of the points and their digits scrambled by
-//! seeds of its own (padding). So there is no table to run out of: any bounce is as good as the first.
+//! seeds of its own (padding). So the number of dimensions is unlimited: any bounce is sampled as well as the first.
 //!
 //! Measure: uniform in [0, 1 - 2^-24].
 //! Range: any sample index; every 2^32 samples the scrambles change and a new sequence begins.
@@ -26,7 +26,7 @@ pub struct Sobol {
 }
 
 impl Sobol {
-    /// A sampler for the given seed.
+    /// Creates a sampler for the given seed.
     pub fn new(seed: u64) -> Self {
         Self {
             seed,
@@ -43,7 +43,7 @@ impl Sobol {
         self.reversed_index = (sample as u32).reverse_bits();
     }
 
-    /// The numbers of a decision: nothing is spent.
+    /// Computes the numbers of a decision, without changing the state of the sampler.
     #[inline]
     fn numbers<const N: usize>(&self, decision: Decision) -> [f32; N] {
         const { assert!(N <= DIMENSIONS) };
@@ -52,7 +52,7 @@ impl Sobol {
         std::array::from_fn(|d| number(points[d], seeds.of_dimension[d]))
     }
 
-    /// The same with a sequence for each batch.
+    /// Returns the sampler with a separate sequence for each batch.
     pub fn in_batches(self, batches: Batches) -> Self {
         Self { batches, ..self }
     }
@@ -96,7 +96,7 @@ impl AsRef<Self> for Sobol {
     }
 }
 
-/// [`Sampler::draw_each`] of samplers all of which are Sobol' samplers.
+/// [`Sampler::draw_each`] for samplers that are all Sobol' samplers.
 #[inline]
 pub(super) fn draw_each<const N: usize, S: AsRef<Sobol>>(
     samplers: &[S],
@@ -126,7 +126,7 @@ pub(super) fn draw_each<const N: usize, S: AsRef<Sobol>>(
 }
 
 vectorised! {
-    /// [`Sampler::draw`] of samplers side by side.
+    /// [`Sampler::draw`] for each lane.
     fn draw_lanes<const N: usize>(
         sequence_seeds: &Lanes<u64>,
         reversed_indices: &Lanes<u32>,
@@ -157,13 +157,13 @@ vectorised! {
 
 /// The seeds of a decision of a sample.
 struct Seeds<const N: usize> {
-    /// Scrambling the order of the points decorrelates the decision from all others.
+    /// The seed of the order of the points, whose scrambling decorrelates the decision from all others.
     order: u32,
     of_dimension: [u32; N],
 }
 
 impl<const N: usize> Seeds<N> {
-    /// Two from each word of the decision's own sequence.
+    /// Derives the seeds, two from each word of the decision's own sequence.
     #[inline(always)]
     fn of(sequence_seed: u64, slot: u64) -> Self {
         let first = hash::split(sequence_seed, slot);
@@ -181,13 +181,13 @@ impl<const N: usize> Seeds<N> {
     }
 }
 
-/// The number that a coordinate with its bits reversed stands for, scrambled.
+/// Scrambles a coordinate with its bits reversed and converts it to a random number.
 #[inline(always)]
 fn number(reversed: u32, seed: u32) -> f32 {
     to_unit(scramble_reversed(reversed, seed).reverse_bits())
 }
 
-/// Dimensions that there are.
+/// The number of Sobol' dimensions.
 const DIMENSIONS: usize = 4;
 
 /// Owen scrambling of a number whose bits are reversed: every bit is flipped depending on the bits below it, which are
@@ -228,7 +228,7 @@ fn pascal(index: u32) -> u32 {
     x ^ (x >> 16)
 }
 
-/// Dimensions that are computed. The others are looked up, which takes room in the processor's first cache.
+/// The number of dimensions that are computed. The others are looked up in tables, which take space in the L1 cache.
 const COMPUTED: usize = 2;
 
 /// The third and the fourth dimension at a bit-reversed index, as bit-reversed fractions.
@@ -244,7 +244,8 @@ fn look_up(reversed_index: u32) -> [u32; DIMENSIONS - COMPUTED] {
     x
 }
 
-/// `TABLES[b][v]`: what byte `v` at bits 8b.. of the index, its bits reversed, contributes to each dimension that is looked up.
+/// `TABLES[b][v]`: the contribution of byte `v` at bits 8b.. of the index, its bits reversed, to each dimension that is
+/// looked up.
 static TABLES: Tables = byte_tables();
 
 type Tables = [[[u32; DIMENSIONS - COMPUTED]; 256]; 4];

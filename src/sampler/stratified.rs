@@ -1,11 +1,11 @@
-//! Stratified points: correlated multi-jittered sampling, for a number of samples that is known beforehand.
+//! Stratified points: correlated multi-jittered sampling, for a sample count that is known in advance.
 //!
-//! The N samples of a pixel share out N equal strata of every number, one each, in an order that is hashed from pixel and
-//! decision. The first two numbers of a decision, and the last two, are a pair: its samples also share out a grid of
-//! about sqrt(N) x sqrt(N) cells. Samples beyond the Nth begin a new set.
+//! Every number has N equal strata, which are assigned to the N samples of a pixel, one each, in an order that is hashed
+//! from pixel and decision. The first two numbers of a decision, and the last two, are a pair: its samples are also
+//! distributed over a grid of about sqrt(N) x sqrt(N) cells, one each. Samples beyond the Nth begin a new set.
 //!
 //! Measure: uniform in [0, 1 - 2^-24], a multiple of 2^-24.
-//! Range: any N from 1 to 65536; more, or an unknown number, is cut into sets of 64. Where N = columns * rows has no
+//! Range: any N from 1 to 65536; a larger or unknown N is divided into sets of 64. Where N = columns * rows has no
 //! solution near sqrt(N), a few cells stay empty, and the second number of a pair has a few empty strata, too.
 //! Source: Kensler 2013, "Correlated Multi-Jittered Sampling" (Pixar TM 13-01), with permutations of our own. Strata,
 //! cells, uniformity and variance in `tests/sampling/sampler.rs`.
@@ -13,10 +13,10 @@
 use super::{Batches, Decision, Sampler, hash, to_unit};
 use crate::planted::planted;
 
-/// Samples in a set where their number is unknown or large.
+/// Samples in a set where the sample count is unknown or above [`LARGEST_SET`].
 const USUAL_SET: u32 = 64;
 
-/// Samples in a set at most.
+/// The largest number of samples in a set.
 const LARGEST_SET: u32 = 1 << 16;
 
 /// The stratified sampler.
@@ -32,12 +32,12 @@ pub struct Stratified {
 }
 
 impl Stratified {
-    /// A sampler for the given seed and samples per pixel, if these are known.
+    /// Creates a sampler for the given seed and samples per pixel, if these are known.
     pub fn new(seed: u64, samples: Option<u64>) -> Self {
         Self::in_batches(seed, samples, Batches::ONE)
     }
 
-    /// The same with sets for each batch, which has its part of the samples.
+    /// Creates a sampler with separate sets for each batch, which has its part of the samples.
     pub fn in_batches(seed: u64, samples: Option<u64>, batches: Batches) -> Self {
         let known = samples.and_then(|n| u32::try_from(n.div_ceil(batches.0)).ok());
         let usable = known.filter(|n| (1..=LARGEST_SET).contains(n));
@@ -84,7 +84,7 @@ impl Sampler for Stratified {
     }
 }
 
-/// The cells of a pair.
+/// The grid of cells of a pair.
 #[derive(Debug, Clone, Copy)]
 struct Grid {
     samples: u32,
@@ -98,7 +98,7 @@ impl Grid {
     fn new(samples: u32) -> Self {
         let root = samples.isqrt();
         let divisor = (1..=root).rev().find(|d| samples.is_multiple_of(*d));
-        // Long cells stratify one number at the cost of the other: rather leave a few cells empty.
+        // Long cells stratify one number at the cost of the other; a few empty cells are better.
         let square = divisor.filter(|d| samples / d <= 2 * d);
         let columns = square.unwrap_or(root);
         let rows = samples.div_ceil(columns);
@@ -109,10 +109,10 @@ impl Grid {
         }
     }
 
-    /// The stratum of a pair's second number, one of `columns * rows`, by that of its first.
+    /// The stratum of a pair's second number, one of `columns * rows`, given that of its first.
     ///
-    /// Along the first number, `columns` strata in turn form a row of cells. They go to one column each, and within a
-    /// column to the stratum that is kept for their row.
+    /// Along the first number, `columns` successive strata form a row of cells. Each is assigned to a column of its own and,
+    /// within the column, to the stratum reserved for the row.
     #[inline]
     fn partner(&self, stratum: u32, seed: u64) -> u32 {
         let column = permute(
@@ -129,20 +129,20 @@ impl Grid {
     }
 }
 
-/// A number in one of several equal strata.
+/// A jittered number in one of several equal strata.
 #[inline]
 fn place(stratum: u32, strata: u32, jitter: u32) -> f32 {
     let [stratum, strata, jitter] = [stratum, strata, jitter].map(u64::from);
     let rounded = ((stratum << 32 | jitter) / strata) >> 8;
-    // What was rounded out of the stratum's lower end goes back in.
+    // A number rounded below the stratum's lower end is moved back in.
     let outside = rounded * strata < stratum << 24;
     to_unit((rounded + u64::from(outside)) as u32 * 256)
 }
 
-/// Where `index` goes in a permutation of `0..count` that `seed` picks.
+/// The image of `index` in a permutation of `0..count` that `seed` selects.
 ///
-/// Bijections of the next power of two, applied until they lead below `count`: that is a bijection again, for what it
-/// leaves out are detours of a cycle. The rotation at the end makes every place equally likely, whatever their quality.
+/// A bijection of the next power of two is applied until the result is below `count` (cycle walking), which is again a
+/// bijection. The rotation at the end makes every place equally likely, whatever the quality of the bijection.
 #[inline]
 fn permute(index: u32, count: u32, seed: u64) -> u32 {
     let mask = count.next_power_of_two() - 1;
@@ -156,7 +156,7 @@ fn permute(index: u32, count: u32, seed: u64) -> u32 {
             keys[0].rotate_left(16),
             keys[1].rotate_left(16),
         ] {
-            // A step of a generator mod 2^k mixes upwards, the shift downwards.
+            // A linear congruential step mod 2^k mixes into higher bits, the shift into lower bits.
             x = x.wrapping_add(key >> 8).wrapping_mul(key | 1) & mask;
             x ^= x >> shift;
         }

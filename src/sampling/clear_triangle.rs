@@ -1,19 +1,20 @@
-//! Uniform directions towards a triangle that is clearly seen: as [`spherical_triangle`], at a third of its cost.
+//! Uniform sampling of the solid angle of a well-conditioned ("clear") triangle: as [`spherical_triangle`], at a third of
+//! its cost.
 //!
 //! Measure: densities per steradian; lengths in any unit. In single precision, in forms that do not cancel: edges instead of
 //! differences of unit vectors, tangents of half angles instead of cosines.
-//! Range: triangles of at most pi / 2 sr, seen at more than some four degrees from their plane, which
-//! [`ClearTriangle::new`] tells; for others it is `None`. The relative error of the solid angle is below 1e-6,
-//! that of the shares which a point cuts off below 2e-5.
-//! Source: Van Oosterom and Strackee 1983, which is linear in each unit vector, solved for the one that cuts off a part; the
-//! points are those of Arvo 1995. Tested in `tests/sampling/warps.rs`.
+//! Range: clear triangles, which have at most pi / 2 sr and are seen at more than some four degrees from their plane; for
+//! others [`ClearTriangle::new`] is `None`. The relative error of the solid angle is below 1e-6, that of the fractions
+//! which a point cuts off below 2e-5.
+//! Source: Van Oosterom and Strackee 1983, whose formula is linear in each unit vector, solved for the one that cuts off
+//! a part; the points are those of Arvo 1995. Tested in `tests/sampling/warps.rs`.
 //!
 //! [`spherical_triangle`]: super::spherical_triangle
 
 use crate::math::trig::{atan_unit, sin_cos_eighth};
 use crate::math::vec::{LaneVec3, Vec2};
 
-/// The sine of the least angle under which each vertex is seen from the triangle's plane.
+/// The least sine of the angle between the triangle's plane and the direction to each vertex.
 const LEAST_SINE: f32 = 1.0 / 16.0;
 
 /// A triangle as seen from the origin.
@@ -31,14 +32,14 @@ pub struct ClearTriangle {
 }
 
 impl ClearTriangle {
-    /// The triangle of the given vertices, if it is clearly seen. `triple` is |a . (ab x ac)| and `double_area` |ab x ac|.
+    /// Creates the triangle of the given vertices, if it is clear. `triple` is |a . (ab x ac)| and `double_area` |ab x ac|.
     #[inline]
     pub fn new(vertices: [LaneVec3; 3], triple: f32, double_area: f32) -> Option<Self> {
         let (triangle, is_clear) = Self::and_whether_clear(vertices, triple, double_area);
         is_clear.then_some(triangle)
     }
 
-    /// The same without a branch: what is not clearly seen says nothing.
+    /// Creates the triangle and tests if it is clear, without a branch. Results of a triangle that is not are meaningless.
     #[inline(always)]
     pub fn and_whether_clear(
         [a, b, c]: [LaneVec3; 3],
@@ -73,7 +74,7 @@ impl ClearTriangle {
         2.0 * self.half_angle
     }
 
-    /// The barycentric coordinates (b1, b2) of a point on the triangle, uniform in its solid angle.
+    /// Samples a point uniformly by solid angle; returns its barycentric coordinates (b1, b2).
     #[inline(always)]
     pub fn sample(&self, u: Vec2) -> [f32; 2] {
         let s = self.cut_edge(u.x);
@@ -82,8 +83,8 @@ impl ClearTriangle {
         [1.0 - r, r * s]
     }
 
-    /// Where on the edge AC the point C' lies for which A B C' has the share `u` of the solid angle, as a share of the
-    /// edge: with the unit vector N in the plane A C at right angles to A, C' = cos(phi) A + sin(phi) N, and
+    /// The point C' on the edge AC, as a fraction of the edge, for which A B C' has the fraction `u` of the solid angle:
+    /// with the unit vector N in the plane A C perpendicular to A, C' = cos(phi) A + sin(phi) N, and
     ///
     ///   tan(phi / 2) = t (1 + A.B) / ([A, B, N] - t N.B),   t = tan(u Omega / 2).
     #[inline(always)]
@@ -97,14 +98,14 @@ impl ClearTriangle {
         let over_across = 1.0 / length_across;
         let y = sin * (self.length_b + axis.dot(self.b));
         let x = over_across * (cos * self.triple * over_a - sin * self.ab.dot(across));
-        // Of an edge that begins at A, the ray at the angle phi from A cuts off
+        // Of an edge that begins at A, the ray at the angle phi from A cuts off the fraction
         // |a| sin(phi) / (across cos(phi) - along sin(phi)).
         let (sin_phi, cos_phi) = (2.0 * x * y, (x - y) * (x + y));
         to_unit(self.length_a * sin_phi / (length_across * cos_phi - along * sin_phi))
     }
 
-    /// How far from B towards C' = B + `to_cut`, as a share, the point lies up to which the arc has the share `v` of
-    /// 1 - cos of the whole.
+    /// The point on the segment from B to C' = B + `to_cut`, as a fraction of it, whose arc from B has the fraction `v` of
+    /// 1 - cos of the whole arc.
     #[inline(always)]
     fn along_arc(&self, to_cut: LaneVec3, v: f32) -> f32 {
         let over_b = 1.0 / self.length_b;
@@ -122,7 +123,7 @@ impl ClearTriangle {
     }
 }
 
-/// Rounding, and 0 / 0, end in [0, 1].
+/// Clamps results of rounding, and of 0 / 0, to [0, 1].
 #[inline(always)]
 fn to_unit(x: f32) -> f32 {
     if x > 0.0 { x.min(1.0) } else { 0.0 }

@@ -1,6 +1,6 @@
-//! Phong's lobe: directions about z with a density in proportion to a power of the cosine.
+//! Sampling of the Phong lobe: directions about z with a density in proportion to a power of the cosine.
 //!
-//! Measure: densities per steradian. Angles come as 1 - cos, for the cosine itself keeps no digits of small angles.
+//! Measure: densities per steradian. Angles are given as 1 - cos, because the cosine itself has no digits of small angles.
 //! Range: exponents n from 0 (the uniform hemisphere) to 1e6; u in [0, 1 - 2^-24] in each dimension. The density is 0
 //! from 90 degrees on.
 //! Source: Lafortune and Willems 1994, "Using the Modified Phong Reflectance Model for Physically Based Rendering", eq.
@@ -11,8 +11,7 @@ use crate::math::trig::sin_cos_turns;
 use crate::math::vec::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// 1 - cos of the angle between two unit vectors, as half of their squared chord: the cosine itself would keep no
-/// digits of small angles.
+/// 1 - cos of the angle between two unit vectors, as half of their squared chord, which is precise for small angles.
 #[inline]
 pub fn one_minus_cos(a: Vec3, b: Vec3) -> f32 {
     0.5 * (a - b).length_squared()
@@ -28,7 +27,7 @@ pub fn cosine_power(one_minus_cos: f32, n: f32) -> f32 {
     }
 }
 
-/// A direction about z with density (n + 1) / (2 pi) cos^n: cos = (1 - u)^(1 / (n + 1)).
+/// Samples a direction about z with density (n + 1) / (2 pi) cos^n: cos = (1 - u)^(1 / (n + 1)).
 #[inline]
 pub fn sample_cosine_power(u: Vec2, n: f32) -> Vec3 {
     let one_minus_cos = -((-u.x).ln_1p() / (n + 1.0)).exp_m1();

@@ -1,15 +1,15 @@
-//! A choice among finitely many, each with its probability, in constant time.
+//! Sampling of a discrete distribution in constant time, by an alias table.
 //!
 //! Measure: probabilities.
 //! Range: weights at least 0 and finite, with a positive sum; an item of weight 0, or of a probability below the normal
-//! numbers of single precision, is never chosen.
+//! numbers of single precision, is never sampled.
 //! Source: Walker 1977; Vose 1991, "A Linear Algorithm for Generating Random Numbers with a Given Distribution".
 //! Tested below.
 
 use crate::math::measure::Pmf;
 use crate::planted::planted;
 
-/// The distance between uniform numbers.
+/// The spacing of uniform random numbers.
 const STEP: f64 = 1.0 / 16_777_216.0;
 
 /// An alias table.
@@ -27,7 +27,7 @@ struct Slot {
 }
 
 impl AliasTable {
-    /// A table for these weights; `None` if there are none, if their sum is not positive and finite, or if one of
+    /// Builds the table of the weights; `None` if there are none, if their sum is not positive and finite, or if one of
     /// them is negative.
     pub fn new(weights: &[f64]) -> Option<Self> {
         let sum: f64 = weights.iter().sum();
@@ -45,7 +45,7 @@ impl AliasTable {
                 pmf: (w / sum) as f32,
             })
             .collect();
-        // One over a denormal probability need not be finite.
+        // The reciprocal of a denormal probability may not be finite.
         for slot in &mut slots {
             if slot.pmf < f32::MIN_POSITIVE {
                 (slot.threshold, slot.pmf) = (0.0, 0.0);
@@ -62,7 +62,7 @@ impl AliasTable {
                 small.push(rich);
             }
         }
-        // What is left over is 1 up to rounding; an item of weight 0 is not, and gives its slot to the heaviest.
+        // Remaining thresholds are 1 up to rounding, except those of probability 0, whose slots go to the heaviest item.
         let heaviest = (0..slots.len()).max_by(|&a, &b| weights[a].total_cmp(&weights[b]))?;
         for i in small.into_iter().chain(large) {
             if slots[i].pmf > 0.0 {
@@ -74,13 +74,13 @@ impl AliasTable {
         Some(Self { slots })
     }
 
-    /// The item for two uniform numbers, and its probability. Two, so that a million items still have their digits.
+    /// Samples an item; returns it with its probability. Two uniform numbers give enough digits for a million items.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> (usize, Pmf) {
         if self.slots.len() == 1 {
             return (0, Pmf(1.0));
         }
-        // The middle of what both numbers stand for: their zero is no chance for what is next to impossible.
+        // The midpoint of the interval that both numbers stand for: two zeros must not select an item of tiny probability.
         let x = f64::from(u[0]) + (f64::from(u[1]) + 0.5 * STEP) * STEP;
         let scaled = x * self.slots.len() as f64;
         let index = (scaled as usize).min(self.slots.len() - 1);

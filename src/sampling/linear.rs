@@ -1,7 +1,7 @@
-//! The density on the unit square that is a product of two linear ones, one of each coordinate.
+//! A density on the unit square that is the product of a linear density of each coordinate.
 //!
 //! Measure: densities per unit of area of the unit square.
-//! Range: positive weights between 1e-9 and 1e9. Points outside the square are taken as lying at its rim.
+//! Range: positive weights between 1e-9 and 1e9. Points outside the square are clamped to it.
 //! Source: inversion of the cumulative distribution. Tested in `tests/sampling/warps.rs`.
 
 use crate::math::vec::Vec2;
@@ -16,16 +16,16 @@ pub struct LinearSquare {
 }
 
 impl LinearSquare {
-    /// The density 1.
+    /// The uniform density, 1.
     pub const UNIFORM: Self = Self::new(Vec2::ONE, Vec2::ONE);
 
-    /// The density whose factors run from one weight to the other.
+    /// Creates the density whose factors run linearly from `start` to `end`.
     #[inline(always)]
     pub const fn new(start: Vec2, end: Vec2) -> Self {
         Self { start, end }
     }
 
-    /// The point for two uniform numbers.
+    /// Samples a point from two uniform numbers.
     ///
     /// Each coordinate solves a x + (b - a) x^2 / 2 = u (a + b) / 2, by the root that does not cancel where a and b are
     /// close.

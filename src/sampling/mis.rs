@@ -1,14 +1,14 @@
-//! Weights that combine two sampling techniques.
+//! Multiple importance sampling weights for two strategies.
 //!
 //! Measure: both densities in the same measure; the weight has none.
-//! Range: any densities from 0 to the largest `f32` of which the first is not 0; they are never squared apart, so that 0/0
-//! cannot arise. A ratio that overflows makes a weight of 0, one that underflows a weight of 1, as they should.
+//! Range: any densities from 0 to the largest `f32` of which the first is not 0. Only their ratio is squared, so that 0/0
+//! cannot arise. A ratio that overflows gives the correct weight 0, one that underflows the correct weight 1.
 //! Source: Veach and Guibas 1995, the power heuristic with exponent 2. Tested below.
 
 use crate::math::measure::PdfSolidAngle;
 use crate::planted::planted;
 
-/// The power heuristic's weight of a sample drawn with density `p`, where `other` could have drawn it too:
+/// The power heuristic's weight of a sample drawn with density `p`, which another strategy draws with density `other`:
 /// p^2 / (p^2 + q^2) = 1 / (1 + (q / p)^2).
 #[inline]
 pub fn power_heuristic(p: PdfSolidAngle, other: PdfSolidAngle) -> f32 {
@@ -34,7 +34,7 @@ mod tests {
         assert_eq!(power_heuristic(PdfSolidAngle(1.0), PdfSolidAngle(0.0)), 1.0);
     }
 
-    /// Weights of any power sum to one; this is the second.
+    /// Weights of any exponent sum to one; this test is specific to exponent 2.
     #[test]
     fn twice_the_density_counts_four_times() {
         let (once, twice) = (PdfSolidAngle(0.3), PdfSolidAngle(0.6));

@@ -1,25 +1,25 @@
-//! Distributions that are constant piece by piece, over an interval and over a rectangle.
+//! Piecewise-constant distributions, over an interval and over a rectangle.
 //!
-//! Measure: densities over [0, 1) or [0, 1)^2, of which every piece is an equal part.
-//! Range: weights at least 0 and finite, with a positive finite sum; u in [0, 1). A piece of weight 0 is never found,
-//! nor is one that is lost beside the sum in double precision: its density is 0 as well.
+//! Measure: densities over [0, 1) or [0, 1)^2, divided into pieces of equal size.
+//! Range: weights at least 0 and finite, with a positive finite sum; u in [0, 1). A piece of weight 0 is never sampled,
+//! nor is one whose weight is rounded away beside the sum in double precision: its density is 0 as well.
 //! Source: inversion of the distribution function; neighbours in u stay neighbours, so that strata are kept. Tested below.
 
-/// A distribution over [0, 1).
+/// A piecewise-constant distribution over [0, 1).
 #[derive(Debug, Clone)]
 pub struct Piecewise1d {
-    /// The sum of all weights before each piece, and of all weights.
+    /// Prefix sums: the sum of all weights before each piece, and of all weights.
     sums: Vec<f64>,
 }
 
 impl Piecewise1d {
-    /// The distribution of these weights; `None` if one is negative, or their sum is not positive and finite.
+    /// Creates the distribution of the weights; `None` if one is negative, or their sum is not positive and finite.
     pub fn new(weights: &[f64]) -> Option<Self> {
         let sums = prefix_sums(weights.iter().copied())?;
         is_positive(&sums).then_some(Self { sums })
     }
 
-    /// The place for a uniform number.
+    /// Samples a place from a uniform number.
     #[inline]
     pub fn sample(&self, u: f64) -> Place {
         Place::find(&self.sums, u)
@@ -44,17 +44,17 @@ impl Piecewise1d {
     }
 }
 
-/// A distribution over [0, 1)^2: first the row, then the column in it.
+/// A piecewise-constant distribution over [0, 1)^2, sampled by row and then by column in the row.
 #[derive(Debug, Clone)]
 pub struct Piecewise2d {
     rows: Piecewise1d,
-    /// The sums of each row, one after the other.
+    /// The prefix sums of each row, one row after the other.
     sums: Vec<f64>,
     width: usize,
 }
 
 impl Piecewise2d {
-    /// The distribution of these weights, row by row, `width` of them each; `None` as for [`Piecewise1d::new`].
+    /// Creates the distribution of weights in rows of `width`; `None` as for [`Piecewise1d::new`].
     ///
     /// # Panics
     /// If the last row is not complete, or `width` is 0.
@@ -76,7 +76,7 @@ impl Piecewise2d {
         })
     }
 
-    /// The column and the row for two uniform numbers, one for each.
+    /// Samples the column and the row, from one uniform number each.
     #[inline]
     pub fn sample(&self, u: [f64; 2]) -> [Place; 2] {
         let row = self.rows.sample(u[1]);
@@ -91,11 +91,11 @@ impl Piecewise2d {
         pmf * (self.width * height) as f64
     }
 
-    /// The probability of the piece in a column of a row.
+    /// The probability of the piece at a column and a row.
     #[inline]
     pub fn pmf(&self, column: usize, row: usize) -> f64 {
         let in_rows = self.rows.pmf(row);
-        // A row of no weight has no distribution of its own.
+        // A row of weight 0 has no distribution of its own.
         if in_rows > 0.0 {
             in_rows * share(self.row(row), column)
         } else {
@@ -121,12 +121,12 @@ impl Piecewise2d {
     }
 }
 
-/// A place in a distribution.
+/// A sampled place in a distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// The piece.
+    /// Index of the piece.
     pub piece: usize,
-    /// How far into it, in [0, 1): uniform.
+    /// Offset in the piece, uniform in [0, 1).
     pub offset: f64,
 }
 
@@ -146,7 +146,7 @@ impl Place {
     }
 }
 
-/// The sums before each weight, and of all; `None` if a weight is negative or no number.
+/// Computes the sums before each weight, and of all; `None` if a weight is negative or NaN.
 fn prefix_sums(weights: impl Iterator<Item = f64>) -> Option<Vec<f64>> {
     let mut sums = Vec::with_capacity(weights.size_hint().0 + 1);
     let mut sum = 0.0;
@@ -165,7 +165,7 @@ fn is_positive(sums: &[f64]) -> bool {
     sums.last().is_some_and(|&sum| sum > 0.0 && sum.is_finite())
 }
 
-/// The share of a piece: by the sums, as it is found.
+/// The probability of a piece, from the same sums as sampling uses.
 #[inline]
 fn share(sums: &[f64], piece: usize) -> f64 {
     (sums[piece + 1] - sums[piece]) / sums[sums.len() - 1]

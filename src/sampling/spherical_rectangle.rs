@@ -1,19 +1,19 @@
-//! Uniform directions towards a rectangle: its solid angle, and points on it with density 1 / solid angle.
+//! Uniform sampling of a rectangle's solid angle: the solid angle, and points with density 1 / solid angle.
 //!
 //! Measure: densities per steradian; lengths in any unit. All in double precision: the angles' sum minus 2 pi cancels.
-//! Range: any rectangle and any point off its plane; a point in the plane sees nothing. The relative error of the solid
-//! angle is below 1e-7 down to 1e-9 sr; users fall back to area sampling below [`SMALLEST`].
+//! Range: any rectangle and any viewpoint off its plane; in the plane the result is `None`. The relative error of the
+//! solid angle is below 1e-7 down to 1e-9 sr; callers fall back to area sampling below [`SMALLEST`].
 //! Source: Ureña, Fajardo and King 2013, "An Area-Preserving Parametrization for Spherical Rectangles"; the angles are
 //! summed as a product of complex numbers, formed without cancellation. Tested in `tests/sampling/warps.rs`.
 
 use crate::math::vec::{DVec3, Vec2};
 use std::f64::consts::TAU;
 
-/// Solid angles below this, in steradians, are better sampled by area: the difference between the two is smaller than
+/// The solid angle, in steradians, below which area sampling is better: the difference between the two is smaller than
 /// rounding.
 pub const SMALLEST: f64 = 1e-8;
 
-/// A rectangle seen from a point, in the frame where the point is the origin and z is at right angles to the rectangle.
+/// A rectangle seen from a viewpoint, in the frame where the viewpoint is the origin and z is the rectangle's normal.
 #[derive(Debug, Clone, Copy)]
 pub struct SphericalRectangle {
     /// Extent along the first edge.
@@ -28,7 +28,7 @@ pub struct SphericalRectangle {
 }
 
 impl SphericalRectangle {
-    /// The rectangle at `corner` (relative to the viewpoint) along the orthogonal unit vectors `axes`.
+    /// Creates the rectangle at `corner` (relative to the viewpoint) along the orthogonal unit vectors `axes`.
     #[inline]
     pub fn new(corner: DVec3, axes: [DVec3; 2], lengths: [f64; 2]) -> Option<Self> {
         let z = corner.dot(axes[0].cross(axes[1])).abs();
@@ -62,7 +62,7 @@ impl SphericalRectangle {
         self.solid_angle
     }
 
-    /// The point of the rectangle for `u`, as fractions of its two edges: uniform in solid angle.
+    /// Samples a point of the rectangle uniformly by solid angle, as fractions of its two edges.
     #[inline]
     pub fn sample(&self, u: Vec2) -> [f64; 2] {
         // The paper's b_0 and b_1: cosines of the normals of the planes through the edges at y0 and y1.
@@ -78,7 +78,7 @@ impl SphericalRectangle {
         let x = (self.z2 / (f * f + b[0] * b[0] - 1.0).max(0.0))
             .sqrt()
             .copysign(f);
-        // Rounding, and 0/0 at u = 0, end in the range.
+        // Results of rounding, and of 0/0 at u = 0, are clamped to the range.
         let x = if x.is_nan() {
             self.x[0]
         } else {

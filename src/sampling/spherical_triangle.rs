@@ -1,17 +1,17 @@
-//! Uniform directions towards a triangle: its solid angle, and points on it with density 1 / solid angle.
+//! Uniform sampling of a triangle's solid angle: the solid angle, and points with density 1 / solid angle.
 //!
 //! Measure: densities per steradian; lengths in any unit. In double precision, because a small triangle's sides differ
 //! from their sines in the last digits only.
-//! Range: any triangle and any viewpoint off its plane; one in the plane sees nothing. The solid angle keeps a relative
-//! error below 1e-6 for every size that single precision can place; users fall back to area sampling below
-//! [`SMALLEST`].
+//! Range: any triangle and any viewpoint off its plane; from a viewpoint in the plane nothing is visible. The relative
+//! error of the solid angle is below 1e-6 for every size that vertices in single precision can have; callers fall back to
+//! area sampling below [`SMALLEST`].
 //! Source: Van Oosterom and Strackee 1983 with the triple product taken over edges; Arvo 1995, "Stratified Sampling of
 //! Spherical Triangles". Tested in `tests/sampling/warps.rs`.
 
 use crate::math::triangle::{clamp_to_triangle, meet_plane};
 use crate::math::vec::{DVec3, Vec2};
 
-/// Solid angles below this, in steradians, are better sampled by area: the difference between the two is smaller than
+/// The solid angle, in steradians, below which area sampling is better: the difference between the two is smaller than
 /// rounding.
 pub const SMALLEST: f64 = 1e-8;
 
@@ -26,7 +26,7 @@ pub fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
     2.0 * triple.atan2(denominator)
 }
 
-/// The barycentric coordinates (b1, b2) of a point on the triangle, uniform in its solid angle `omega`.
+/// Samples a point uniformly by the solid angle `omega`; returns its barycentric coordinates (b1, b2).
 ///
 /// `None` where rounding leaves no triangle to sample.
 #[inline]
@@ -38,7 +38,7 @@ pub fn sample(vertices: [DVec3; 3], omega: f64, u: Vec2) -> Option<[f64; 2]> {
         .then(|| clamp_to_triangle(uv))
 }
 
-/// Arvo's construction on the unit sphere: a point C' on the arc AC cuts off the area u_x omega; the result lies on BC'.
+/// Samples a direction by Arvo's construction: a point C' on the arc AC cuts off the area u_x omega; the result is on BC'.
 fn sample_direction([a, b, c]: [DVec3; 3], omega: f64, u: Vec2) -> DVec3 {
     let (ab, ac) = (a.cross(b), a.cross(c));
     let scale = 1.0 / (ab.length() * ac.length());
@@ -47,7 +47,7 @@ fn sample_direction([a, b, c]: [DVec3; 3], omega: f64, u: Vec2) -> DVec3 {
     let sin_alpha = a.dot((b - a).cross(c - a)).abs() * scale;
     let cos_c = a.dot(b);
     let (sin_area, cos_area) = (f64::from(u.x) * omega).sin_cos();
-    // s, t: sine and cosine of the cut-off area less alpha.
+    // s, t: sine and cosine of the cut-off area minus alpha.
     let s = sin_area * cos_alpha - cos_area * sin_alpha;
     let t = cos_area * cos_alpha + sin_area * sin_alpha;
     let p = t - cos_alpha;

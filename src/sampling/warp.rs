@@ -1,8 +1,8 @@
 //! Maps from uniform numbers in [0, 1) to directions and points, each with its density.
 //!
-//! Measure: densities per steradian or per unit of area, as said at each.
+//! Measure: densities per steradian or per unit of area, as stated at each function.
 //! Range: u in [0, 1 - 2^-24] in each dimension; every result is finite and inside its domain.
-//! Source: named at each function. Round trips and chi-square in `tests/sampling/warps.rs`.
+//! Source: named at each function. Round trips and chi-square tests in `tests/sampling/warps.rs`.
 
 use crate::math::lanes::{Lanes, each_lane, vectorised};
 use crate::math::trig::{sin_cos_eighth, sin_cos_turns};
@@ -10,17 +10,17 @@ use crate::math::vec::{LaneVec3, Vec2, Vec3};
 use crate::planted::planted;
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
 
-/// A uniform point on the unit disk, keeping neighbours together.
+/// Samples a uniform point on the unit disk by the concentric map, which keeps neighbours together.
 ///
 /// Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
 #[inline(always)]
 pub fn sample_disk_concentric(u: Vec2) -> Vec2 {
     let Vec2 { x, y } = 2.0 * u - Vec2::ONE;
-    // Four quadrants of the square, each around one axis: the angle is counted from there.
+    // Four quadrants of the square, each around one axis, from which the angle is measured.
     let along_x = x.abs() > y.abs();
     let radius = if along_x { x } else { y };
     let across = if along_x { y } else { x };
-    // In the middle both are 0, and so is their share.
+    // At the centre both are 0, and their ratio is taken as 0.
     let share = across / if radius == 0.0 { 1.0 } else { radius };
     let (sin, cos) = sin_cos_eighth(FRAC_PI_4 * share);
     radius
@@ -61,7 +61,7 @@ pub fn invert_disk_concentric(p: Vec2) -> Vec2 {
     0.5 * (offset + Vec2::ONE)
 }
 
-/// A direction on the upper hemisphere with density cos / pi: the disk lifted up (Malley's method).
+/// Samples a direction on the upper hemisphere with density cos / pi, by projecting the disk up (Malley's method).
 #[inline(always)]
 pub fn sample_hemisphere_cosine(u: Vec2) -> Vec3 {
     lift(u).into()
@@ -74,7 +74,7 @@ vectorised! {
     }
 }
 
-/// The point of the disk, lifted up to the hemisphere.
+/// Samples a point of the disk and projects it up to the hemisphere.
 #[inline(always)]
 fn lift(u: Vec2) -> LaneVec3 {
     let d = sample_disk_concentric(u);
@@ -96,7 +96,7 @@ pub fn invert_hemisphere_cosine(w: Vec3) -> Vec2 {
     invert_disk_concentric(Vec2::new(w.x, w.y))
 }
 
-/// A uniform direction on the sphere, by inversion: z is uniform in [-1, 1] (Archimedes).
+/// Samples a uniform direction on the sphere, by inversion: z is uniform in [-1, 1] (Archimedes).
 #[inline]
 pub fn sample_sphere_uniform(u: Vec2) -> Vec3 {
     let z = 1.0 - 2.0 * u.x;
@@ -116,7 +116,8 @@ pub fn invert_sphere_uniform(w: Vec3) -> Vec2 {
     Vec2::new(0.5 * (1.0 - w.z), phi / (2.0 * PI))
 }
 
-/// A uniform direction in the cone around z whose half angle has `1 - cos = one_minus_cos`, which small cones keep exact.
+/// Samples a uniform direction in the cone around z whose half angle has `1 - cos = one_minus_cos`. This parameter is
+/// exact also for small cones.
 ///
 /// Pharr, Jakob and Humphreys, "Physically Based Rendering", uniform cone.
 #[inline]
@@ -140,10 +141,10 @@ pub fn invert_cone_uniform(w: Vec3, one_minus_cos: f32) -> Vec2 {
     Vec2::new(h / one_minus_cos, invert_sphere_uniform(w).y)
 }
 
-/// Barycentric coordinates (b1, b2) of a uniform point in a triangle.
+/// Samples a uniform point in a triangle; returns its barycentric coordinates (b1, b2).
 ///
-/// Basu and Owen 2015 would keep strata better; this is the folded square of Heitz 2019, "A Low-Distortion Map Between
-/// Triangle and Square", which keeps neighbours together and has no square root.
+/// Basu and Owen 2015 would preserve strata better; this is the folded square of Heitz 2019, "A Low-Distortion Map
+/// Between Triangle and Square", which keeps neighbours together and has no square root.
 #[inline]
 pub fn sample_triangle_uniform(u: Vec2) -> Vec2 {
     if u.y > u.x {

@@ -1,8 +1,8 @@
-//! Shapes and instances as rays meet them: placed in double precision, in normalised units, rounded last.
+//! Builds the geometries and instances that rays intersect: transformed in double precision, normalised, rounded last.
 //!
 //! Measure: world units in, normalised units out.
-//! Range: what is farther away than 2^48 times the scene's unit is an error, and so is an instance that cannot be inverted in
-//! single precision.
+//! Range: a shape farther away than 2^48 times the scene's unit is an error, and so is an instance whose transform
+//! cannot be inverted in single precision.
 //! Source: docs/architecture.md. Tested through `prepare.rs` and in `tests/loading/built_scenes.rs`.
 
 use super::description::SceneDescription;
@@ -15,8 +15,8 @@ use crate::geometry::world::Instance;
 use crate::math::bounds::Bounds;
 use crate::math::vec::DAffine3;
 
-/// In normalised units. Farther away, areas times numbers of primitives leave single precision, and obvhs builds its trees by
-/// these; beyond 2^60, Embree leaves shapes out without a word.
+/// In normalised units. Farther away, areas times numbers of primitives overflow single precision, and obvhs builds its
+/// trees by these; beyond 2^60, Embree silently omits shapes.
 const REACH: f64 = (1_u64 << 48) as f64;
 
 fn too_far(name: &str) -> String {
@@ -25,10 +25,10 @@ fn too_far(name: &str) -> String {
     )
 }
 
-/// Shapes in normalised units, with what their lights need to know of their forms.
+/// Builds shapes in normalised units, and the forms that their lights need.
 ///
 /// # Errors
-/// The first of the shapes that is out of reach.
+/// The first shape that is too far away.
 pub fn build_geometry(
     shapes: &[usize],
     placed: &[Placed],
@@ -46,10 +46,10 @@ pub fn build_geometry(
     shapes.iter().zip(placed).map(trace).collect()
 }
 
-/// All placements in normalised units.
+/// Builds all placements in normalised units.
 ///
 /// # Errors
-/// The first with which nothing can be traced.
+/// The first placement that cannot be traced.
 pub fn instances(
     layout: &Layout,
     normalisation: &Normalisation,
@@ -72,7 +72,7 @@ pub fn instances(
     layout.placements.iter().map(place).collect()
 }
 
-/// A placement in normalised units on both sides, rounded last.
+/// Builds a placement from the group's normalised units to those of the world, rounded last.
 fn instance(
     placement: &Placement,
     world: &Normalisation,

@@ -1,7 +1,7 @@
-//! Putting a scene together in code, each part checked as it is added.
+//! Building a scene description in code; each part is checked as it is added.
 //!
 //! Measure: as in the description.
-//! Range: a part that `load` would not let through is an error, and is not added.
+//! Range: a part that `load` would reject is an error, and is not added.
 //! Source: none needed. Tested in `tests/loading/built_scenes.rs`.
 
 use super::check;
@@ -11,47 +11,47 @@ use super::description::{
 use crate::error::Result;
 
 impl SceneDescription {
-    /// Adds a material, and tells its index.
+    /// Adds a material and returns its index.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// If the material is invalid.
     pub fn add_material(&mut self, material: MaterialDescription) -> Result<usize> {
         check::material(&material)?;
         self.materials.push(material);
         Ok(self.materials.len() - 1)
     }
 
-    /// Adds a shape, whose material and group have to be there, and tells its index.
+    /// Adds a shape, whose material and group must exist, and returns its index.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// If the shape is invalid.
     pub fn add_shape(&mut self, shape: ShapeDescription) -> Result<usize> {
         check::shape(&shape, self)?;
         self.shapes.push(shape);
         Ok(self.shapes.len() - 1)
     }
 
-    /// Adds a group without members yet, and tells its index.
+    /// Adds an empty group and returns its index.
     pub fn add_group(&mut self, name: impl Into<String>) -> usize {
         self.groups.push(name.into());
         self.groups.len() - 1
     }
 
-    /// Adds an instance of a group, which has to be there, and tells its index. A group that is placed within itself is found
-    /// when the scene is made ready.
+    /// Adds an instance of an existing group and returns its index. A group that is placed within itself is only
+    /// detected when the scene is prepared.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// If the instance is invalid.
     pub fn add_instance(&mut self, instance: InstanceDescription) -> Result<usize> {
         check::instance(&instance, self)?;
         self.instances.push(instance);
         Ok(self.instances.len() - 1)
     }
 
-    /// Adds a light that is no shape, and tells its index.
+    /// Adds a light that is not a shape and returns its index.
     ///
     /// # Errors
-    /// What is wrong with it; a second picture as environment.
+    /// If the light is invalid, or a second image as environment.
     pub fn add_light(&mut self, light: LightDescription) -> Result<usize> {
         check::light(&light)?;
         self.lights.push(light);

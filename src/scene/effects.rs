@@ -1,8 +1,8 @@
-//! What each object of a scene calls for, after all that says nothing has been folded away: a lens of radius 0, keys that
-//! are equal, a picture of one colour.
+//! The effects that each object of a scene requires, ignoring settings without effect: a lens of radius 0, equal
+//! keyframes, an image of one colour.
 //!
 //! Measure: none.
-//! Range: any scene that `load` lets through.
+//! Range: any scene that `load` accepts.
 //! Source: docs/architecture.md, "Effects". Tested in `tests/rendering/effects.rs`.
 
 use super::description::{
@@ -15,24 +15,24 @@ use super::placed::has_shading_normals;
 use super::placement::{Layout, stands_alone};
 use crate::effects::{Effect, EffectSet};
 
-/// Whether keys move anything while the shutter is open.
+/// Whether keyframes move anything while the shutter is open.
 fn moves(keys: &[Key], shutter: [f64; 2]) -> bool {
     keyframes::steps(keys, shutter).len() > 1
 }
 
-/// What a camera calls for.
+/// Returns the effects of a camera.
 pub fn of_camera(camera: &CameraDescription) -> EffectSet {
     EffectSet::NONE
         .with_if(Effect::Lens, camera.lens_radius > 0.0)
         .with_if(Effect::Motion, moves(&camera.motion, camera.shutter))
 }
 
-/// What a material calls for.
+/// Returns the effects of a material.
 pub fn of_material(material: &MaterialDescription) -> EffectSet {
     Material::new(material).effects()
 }
 
-/// What a shape calls for, beyond its material.
+/// Returns the effects of a shape, excluding its material.
 pub fn of_shape(shape: &ShapeDescription, shutter: [f64; 2]) -> EffectSet {
     let emission = shape.emission.as_ref().filter(|e| !e.is_black());
     let shading_normals = match &shape.geometry {
@@ -51,14 +51,14 @@ pub fn of_shape(shape: &ShapeDescription, shutter: [f64; 2]) -> EffectSet {
         .with_if(Effect::Instances, stands_alone(shape, shutter))
 }
 
-/// What an instance calls for, beyond what its group does.
+/// Returns the effects of an instance, excluding its group.
 pub fn of_instance(instance: &InstanceDescription, shutter: [f64; 2]) -> EffectSet {
     EffectSet::NONE
         .with(Effect::Instances)
         .with_if(Effect::Motion, moves(&instance.motion, shutter))
 }
 
-/// What a light that is no shape calls for.
+/// Returns the effects of a light that is not a shape.
 pub fn of_light(light: &LightDescription) -> EffectSet {
     let none = EffectSet::NONE;
     match &light.model {
@@ -75,8 +75,8 @@ pub fn of_light(light: &LightDescription) -> EffectSet {
     }
 }
 
-/// What the objects of a scene call for with this layout, but for its camera and a choice among lights. Shapes of groups that
-/// nothing places, and materials of no shape, do not count.
+/// Returns the effects of a scene's objects with this layout, except its camera and the choice among several lights.
+/// Shapes of groups that are not placed, and unused materials, do not count.
 pub fn of_objects(description: &SceneDescription, layout: &Layout) -> EffectSet {
     let shutter = description.camera.shutter;
     let mut effects = EffectSet::NONE;

@@ -1,10 +1,11 @@
-//! The lights of a scene: what its shapes emit, and how light sampling finds it.
+//! The emitters of a scene, and the lights by which they are sampled.
 //!
-//! Spheres and disks that move, or that an instance stretches unevenly, are found by scattered rays alone: no light sampling
-//! knows them, and their emission counts in full. So are mirrored meshes of an instance whose emission varies.
+//! Spheres and disks that move, or that an instance scales non-uniformly, are not covered by light sampling: only BSDF
+//! sampling hits them, and their emission is added without MIS. The same holds for mirrored meshes of an instance whose
+//! emission varies.
 //!
 //! Measure: normalised units.
-//! Range: any shape; one that emits nothing anywhere is no emitter.
+//! Range: any shape; a shape with black emission is not an emitter.
 //! Source: none needed. Tested in `scene/prepare.rs` and `tests/lights/light.rs`.
 
 use super::Emitter;
@@ -22,57 +23,57 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec3, Vec2, Vec3};
 use std::sync::Arc;
 
-/// Where a shape that may emit stands.
+/// Transform of a shape that may emit.
 #[derive(Debug, Clone, Copy)]
 pub enum InstanceTransform<'a> {
-    /// In the world itself.
+    /// None: the shape belongs to the world itself.
     World,
-    /// In a group that stands still: group to world, both in normalised units.
+    /// That of a static group: group to world, both in normalised units.
     Still(&'a DAffine3),
-    /// In a group that moves: the same at equally spaced times.
+    /// That of a moving group: group to world at equally spaced times.
     Moving(&'a [DAffine3]),
 }
 
 /// A shape that may emit.
 #[derive(Debug, Clone, Copy)]
 pub struct Added<'a> {
-    /// Its number, as rays see it.
+    /// The shape number that rays return.
     pub number: u32,
-    /// How it was written.
+    /// The description.
     pub description: &'a ShapeDescription,
-    /// Whether the alpha of its material leaves parts of it out.
+    /// Whether the alpha of its material is below 1 somewhere.
     pub masked: bool,
-    /// Its form, in normalised units.
+    /// The geometry, in normalised units.
     pub geometry: &'a Geometry,
     /// Corner and edges of a rectangle with right angles.
     pub rectangle: Option<[Vec3; 3]>,
 }
 
-/// Emitters and lights that have been gathered.
+/// The emitters and lights collected so far.
 #[derive(Debug, Default)]
 pub struct Emitters {
-    /// What shapes emit.
+    /// Emission of the shapes that emit.
     pub emitters: Vec<Emitter>,
-    /// All lights, with the weight of each in the choice of one.
+    /// All lights.
     pub lights: Vec<Light>,
-    /// The weights: radiant powers in normalised units.
+    /// Weight of each light in light selection: its radiant power in normalised units.
     pub powers: Vec<f64>,
-    /// For each light of which its place is not all, the primitive that it is: those that vary over their surface, by a
-    /// texture or by being partly there, and those of instances.
+    /// For each light the primitive that it lies on, where more than its position is needed: for lights with an emission
+    /// texture or alpha, and lights of instances.
     pub primitives: Vec<Option<PrimitiveId>>,
-    /// Emitting shapes that light sampling does not know.
+    /// Number of emitting shapes that light sampling does not cover.
     pub unsampled: usize,
 }
 
 impl Emitters {
-    /// Adds a light that is no shape.
+    /// Adds a light that is not a shape.
     pub fn add_light(&mut self, light: Light, power: f64) {
         self.lights.push(light);
         self.powers.push(power);
         self.primitives.push(None);
     }
 
-    /// Adds what a shape emits, and returns its index among the emitters.
+    /// Adds the emission of a shape and returns its index among the emitters.
     pub fn add_shape(&mut self, added: &Added<'_>, standing: InstanceTransform<'_>) -> Option<u32> {
         let Added {
             number,
@@ -91,7 +92,7 @@ impl Emitters {
             radiance,
             two_sided: description.two_sided_emission,
         };
-        // A rectangle's light knows no texture coordinates; those of its triangles do.
+        // The light of a rectangle has no texture coordinates; those of its triangles do.
         let varies = texture.is_some() || masked;
         let rectangle = rectangle.filter(|_| !varies);
         let whole = whole_light(geometry, rectangle, emission, standing);
@@ -129,7 +130,7 @@ impl Emitters {
         Some(self.emitters.len() as u32 - 1)
     }
 
-    /// A light for each triangle; `false` if they cannot be sampled.
+    /// Adds a light for each triangle; returns `false` if they cannot be sampled.
     fn add_triangles(
         &mut self,
         mesh: &Mesh,
@@ -143,7 +144,7 @@ impl Emitters {
             InstanceTransform::Still(still) => std::slice::from_ref(*still),
             InstanceTransform::Moving(steps) => steps,
         };
-        // A mirrored triangle keeps its outside: its corners change their order, and so would texture coordinates.
+        // A mirrored triangle keeps its outside by swapping two corners, which would swap its texture coordinates, too.
         let mirrored = steps[0].matrix3.determinant() < 0.0;
         if mirrored && varies {
             return false;
@@ -166,10 +167,10 @@ impl Emitters {
     }
 }
 
-/// By how much rounding to single precision makes an instance's even transform uneven at most, twice over.
+/// Twice the maximum deviation of an instance's uniform scale from rounding to single precision.
 const ROUNDED: f64 = 2.0 * f32::EPSILON as f64;
 
-/// The light that a shape is as a whole, if there is a kind for that.
+/// Returns a single light for the whole shape, if there is a type for it.
 fn whole_light(
     geometry: &Geometry,
     rectangle: Option<[Vec3; 3]>,
@@ -204,11 +205,11 @@ fn whole_light(
     }
 }
 
-/// Points of a triangle at which a texture is looked up for its weight. An estimate will do: what is missed is found by
-/// scattering.
+/// Lookups along an edge to estimate a texture's mean over a triangle. An estimate suffices: undersampled parts are
+/// covered by BSDF sampling.
 const POINTS: u32 = 6;
 
-/// The mean luminance of a texture over a triangle.
+/// Estimates the mean luminance of a texture over a triangle.
 fn triangle_luminance(texture: &Texture, mesh: &Mesh, primitive: u32) -> f64 {
     let mut sum = 0.0;
     let mut count = 0.0;
@@ -223,7 +224,7 @@ fn triangle_luminance(texture: &Texture, mesh: &Mesh, primitive: u32) -> f64 {
     sum / count
 }
 
-/// The mean luminance of a texture over all of [0, 1]^2; 1 without a texture.
+/// Estimates the mean luminance of a texture over [0, 1]^2; 1 without a texture.
 fn mean_luminance(texture: Option<&Texture>) -> f64 {
     let Some(texture) = texture else { return 1.0 };
     let n = 4 * POINTS;

@@ -1,7 +1,7 @@
-//! How far things reach: the boxes that a scene's frame is chosen by, and what holds all of it.
+//! Extents: the boxes that determine a scene's normalisation, and its bounding sphere.
 //!
-//! Measure: world units in double precision, or normalised units as said at each.
-//! Range: any shapes; where there is none, a radius of 1.
+//! Measure: world units in double precision, or normalised units as stated at each item.
+//! Range: any shapes; without shapes, the radius is 1.
 //! Source: none needed. Tested through `prepare.rs` and `normalisation.rs`.
 
 use super::normalisation::Normalisation;
@@ -13,7 +13,7 @@ use crate::light::types::BoundingSphere;
 use crate::math::bounds::Bounds;
 use crate::math::vec::{DAffine3, DVec3, Vec3};
 
-/// The boxes of all primitives; of an instance one for each shape.
+/// Returns the boxes of all primitives; for an instance, one box per shape.
 pub fn boxes(roots: &[Placed], groups: &[Vec<Placed>], layout: &Layout) -> Vec<Bounds> {
     let whole = |placed: &Placed| {
         let boxes = placed.boxes().into_iter();
@@ -37,7 +37,7 @@ pub fn boxes(roots: &[Placed], groups: &[Vec<Placed>], layout: &Layout) -> Vec<B
         .collect()
 }
 
-/// The box around a transformed box.
+/// Returns the bounding box of a transformed box.
 fn moved(bounds: &Bounds, transform: &DAffine3) -> Bounds {
     Bounds::around((0..8).map(|corner| {
         let pick = |axis: usize| {
@@ -51,7 +51,7 @@ fn moved(bounds: &Bounds, transform: &DAffine3) -> Bounds {
     }))
 }
 
-/// Half the diagonal of the box around everything, in normalised units.
+/// Returns half the diagonal of the bounding box of everything, in normalised units.
 pub fn scene_radius(boxes: &[Bounds], normalisation: &Normalisation) -> f64 {
     let whole = boxes.iter().fold(Bounds::default(), |all, b| all.union(*b));
     if whole.is_empty() {
@@ -60,7 +60,7 @@ pub fn scene_radius(boxes: &[Bounds], normalisation: &Normalisation) -> f64 {
     f64::from(normalisation.length(0.5 * whole.extent().length()))
 }
 
-/// The sphere through the corners of the box around everything that can be met.
+/// Returns the sphere through the corners of the bounding box of everything that rays can hit.
 pub fn sphere_around(world: &World) -> BoundingSphere {
     let bounds_of = |shapes: &[Geometry]| -> Vec<Bounds> {
         let not_empty = shapes.iter().filter(|shape| shape.primitive_count() > 0);
@@ -84,7 +84,7 @@ pub fn sphere_around(world: &World) -> BoundingSphere {
     }
 }
 
-/// A group's own frame.
+/// Returns the normalisation of a group.
 pub fn frame_of(group: &[Placed]) -> Normalisation {
     let boxes: Vec<Bounds> = group.iter().flat_map(Placed::boxes).collect();
     Normalisation::of(&boxes)

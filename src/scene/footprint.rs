@@ -1,9 +1,9 @@
-//! What memory a scene takes at most while it is made ready, told from counts before anything is made.
+//! Upper estimate of the memory needed to prepare a scene, from counts before anything is built.
 //!
-//! Measure: bytes, at the peak, beside what the description holds already.
-//! Range: any scene. What is told is from once to four times what is taken; a small scene is never refused.
-//! Source: measured over all backends, precisions and qualities: a triangle takes up to 372 bytes, 484 with vertices of its own,
-//! of obvhs with eight children a node, and 187 and 200 of Embree. Tested in `tests/scene_memory.rs`.
+//! Measure: bytes, at the peak, in addition to the description.
+//! Range: any scene. The estimate is from one to four times the actual peak; a small scene is never refused.
+//! Source: measured over all backends, precisions and qualities: a triangle takes up to 372 bytes, or 484 if it shares
+//! no vertices, with obvhs and eight children per node, and 187 and 200 with Embree. Tested in `tests/scene_memory.rs`.
 
 use super::description::{
     ColourDescription, GeometryDescription, LightModel, SceneDescription, ShapeDescription,
@@ -13,28 +13,28 @@ use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::memory;
 
-/// A triangle: its box, its copy in single precision, and its share of the structure while that is built.
+/// A triangle: its box, its copy in single precision, and its part of the acceleration structure during the build.
 const TRIANGLE: u64 = 480;
 
 /// A vertex: its copy in single precision.
 const VERTEX: u64 = 48;
 
-/// A light: a triangle of a shape that emits, or the whole shape; and where it is at each step of its motion.
+/// A light: an emitting triangle or a whole emitting shape; and its position at each motion step.
 const LIGHT: u64 = 600;
 const MOVING_LIGHT: u64 = 64;
 
 /// A shape, in the world or in a group.
 const SHAPE: u64 = 2048;
 
-/// A placement of a group, each of its steps, and each shape of the group once more.
+/// A placement of a group, each of its motion steps, and each shape of the group in it.
 const PLACEMENT: u64 = 1536;
 const STEP: u64 = 320;
 const PLACED_SHAPE: u64 = 128;
 
-/// A texel of a panorama: how likely light comes from there.
+/// A texel of an environment map: its entry in the sampling distribution.
 const TEXEL: u64 = 12;
 
-/// Makes sure that there is memory to make a scene ready.
+/// Checks that there is enough memory to prepare a scene.
 ///
 /// # Errors
 /// If there is not.
@@ -42,14 +42,14 @@ pub fn check(description: &SceneDescription, layout: &Layout) -> Result<()> {
     memory::check(of_scene(description, layout), || "the scene".to_owned())
 }
 
-/// A mesh that does not emit.
+/// Returns the estimate for a mesh that does not emit.
 pub fn of_mesh(vertices: usize, triangles: usize) -> u64 {
     let [vertices, triangles] = [(vertices, VERTEX), (triangles, TRIANGLE)]
         .map(|(count, each)| (count as u64).saturating_mul(each));
     SHAPE.saturating_add(vertices).saturating_add(triangles)
 }
 
-/// A whole scene.
+/// Returns the estimate for a whole scene.
 pub fn of_scene(description: &SceneDescription, layout: &Layout) -> u64 {
     let shapes_of = |indices: &[usize]| {
         let shapes = indices.iter().map(|&index| &description.shapes[index]);
@@ -74,13 +74,13 @@ pub fn of_scene(description: &SceneDescription, layout: &Layout) -> u64 {
     parts.fold(0, u64::saturating_add)
 }
 
-/// Shapes that stand together.
+/// Totals over the shapes of the world or of a group.
 #[derive(Default)]
 struct Sum {
     shapes: u64,
-    /// What they take once, however often they are placed.
+    /// Memory of the shapes, independent of the number of placements.
     made: u64,
-    /// The lights that they are wherever they are placed.
+    /// Number of lights per placement.
     lights: u64,
 }
 

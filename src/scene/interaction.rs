@@ -1,7 +1,7 @@
-//! A point on a surface that a path has come to, with the way back and the ways onward.
+//! Surface interaction: a point of a path on a surface, with its frame and the rays that leave it.
 //!
 //! Measure: normalised scene units; `wo` in world axes, BSDF directions in the shading frame.
-//! Range: any hit of the scene's own acceleration structure.
+//! Range: any hit returned by the scene's acceleration structure.
 //! Source: shading normals after Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System",
 //! appendix A.3. Tested below and in `tests/tracing/rays.rs`.
 
@@ -15,22 +15,22 @@ use crate::math::robust::{gamma, offset_point};
 use crate::math::vec::{Vec2, Vec3, reflect};
 use crate::planted::planted;
 
-/// A point of a path, with what a kernel for the effects `E` needs of it.
+/// A surface interaction, with the fields that a kernel for the effects `E` needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Interaction<E: Effects> {
     /// The primitive.
     pub id: PrimitiveId,
-    /// Where it is.
+    /// Position.
     pub p: Vec3,
-    /// Bound of the rounding error of `p`.
+    /// Bound on the rounding error of `p`.
     pub error: Vec3,
-    /// Geometric normal, as the shape has it.
+    /// Geometric normal, as defined by the shape.
     pub ng: Vec3,
-    /// +1 where the viewer is on the side of `ng`, -1 behind.
+    /// +1 if `wo` is on the side of `ng`, -1 otherwise.
     side: f32,
-    /// Whether the shading normal is the geometric one, so that the two cannot disagree on sides.
+    /// Whether the shading normal equals the geometric one, so that the two always agree on sides.
     is_flat: State<E::ShadingNormals, bool>,
-    /// Shading normal, as the shape has it, on the side of `ng`.
+    /// Shading normal, as defined by the shape, on the side of `ng`.
     ns: State<E::ShadingNormals, Vec3>,
     /// Shading frame.
     pub frame: Frame,
@@ -41,9 +41,8 @@ pub struct Interaction<E: Effects> {
 }
 
 impl<E: Effects> Interaction<E> {
-    /// The interaction of a ray at a hit.
-    /// On a surface that light passes through, the frame's normal points outwards;
-    /// on others to the side that the ray came from.
+    /// Returns the interaction of a ray at a hit. On a transmissive surface the frame's normal points outwards, on
+    /// others to the side that the ray came from.
     #[inline]
     pub fn new(
         ray: &Ray,
@@ -69,7 +68,7 @@ impl<E: Effects> Interaction<E> {
         }
     }
 
-    /// The same point as it is seen along the unit vector `wo` away from it.
+    /// Returns the interaction at the same point for another unit vector `wo`.
     #[inline]
     pub fn facing(&self, wo: Vec3, transmits: bool) -> Self {
         let (is_flat, ns) = (self.is_flat.or(true), self.ns.or(self.ng));
@@ -82,34 +81,34 @@ impl<E: Effects> Interaction<E> {
         }
     }
 
-    /// Whether the shading normal is the geometric one.
+    /// Whether the shading normal equals the geometric one.
     #[inline]
     pub fn is_flat(&self) -> bool {
         self.is_flat.or(true)
     }
 
-    /// Whether the shading normal had to be tilted for this viewer: then reflection is not the same both ways.
+    /// Whether the shading normal had to be tilted for this `wo`: the BSDF is then not reciprocal.
     #[inline]
     pub fn is_mended(&self) -> bool {
         let ns = self.ns.or(self.ng);
         !self.is_flat.or(true) && self.frame.n != ns && self.frame.n != -ns
     }
 
-    /// Whether the back of the surface is seen.
+    /// Whether `wo` is on the back of the surface.
     #[inline]
     pub fn is_behind(&self) -> bool {
         self.side < 0.0
     }
 
-    /// Whether `w`, which the shading frame has reflected or let through, does the same at the true surface. Where both
-    /// are one, a grazing direction may differ in its last digit, which means nothing.
+    /// Whether `w`, reflected or transmitted in the shading frame, is on the corresponding side of the geometric
+    /// surface. If both normals are equal, a grazing direction may only differ by rounding, which is ignored.
     #[inline]
     pub fn agrees(&self, w: Vec3, goes_through: bool) -> bool {
         let is_flat = planted!("sides-unchecked", true, self.is_flat.or(true));
         is_flat || (w.dot(self.ng) * self.side < 0.0) == goes_through
     }
 
-    /// The normal on the side to which a direction leaves that is reflected, or goes through.
+    /// Returns the geometric normal on the side on which a reflected or transmitted direction leaves.
     #[inline]
     pub fn exit_normal(&self, goes_through: bool) -> Vec3 {
         if goes_through {
@@ -119,13 +118,13 @@ impl<E: Effects> Interaction<E> {
         }
     }
 
-    /// The ray in direction `w` up to the end of a light sample, open at both ends.
+    /// Returns the shadow ray in direction `w` to the end of a light sample, open at both ends.
     #[inline]
     pub fn ray_to(&self, end: &ShadowRayEnd, w: Vec3, goes_through: bool) -> Ray {
         let from = offset_point(self.p, self.error, self.exit_normal(goes_through));
         match end {
             ShadowRayEnd::Surface(other, _) => {
-                // A ray's rounding grows with its length: at its end it adds to that of the surface.
+                // A ray's rounding error grows with its length: at its end it adds to that of the surface.
                 let length = planted!("long-rays-exact", Vec3::ZERO, (other.p - self.p).abs());
                 let error = other.error + gamma(8) * length;
                 let facing = if other.ng.dot(w) < 0.0 {
@@ -141,7 +140,7 @@ impl<E: Effects> Interaction<E> {
     }
 }
 
-/// The side of a surface that is seen along `wo`, and the shading frame from there.
+/// Returns the side of a surface on which `wo` is, and the shading frame for it.
 #[inline]
 fn seen_from<E: Effects>(
     wo: Vec3,
@@ -150,7 +149,7 @@ fn seen_from<E: Effects>(
     is_flat: bool,
     transmits: bool,
 ) -> (f32, Frame) {
-    // Seen from behind, both normals are turned to the viewer while the shading normal is mended.
+    // On the back, both normals are flipped to the side of `wo` while the shading normal is corrected.
     let side = if wo.dot(ng) < 0.0 { -1.0 } else { 1.0 };
     let ns = if is_flat {
         side * ng
@@ -165,9 +164,9 @@ fn seen_from<E: Effects>(
     (side, Frame::from_normal(ns))
 }
 
-/// The shading normal, tilted just so far towards `ng` that the mirror image of `wo` does not go below the surface: a
-/// reflection seen in an interpolated normal stays a reflection, and no viewer sees a surface from behind. `wo` is on
-/// the side of `ng`.
+/// Returns the shading normal, tilted towards `ng` by as little as needed for the mirror direction of `wo` not to be
+/// below the surface: reflections at interpolated normals stay above it, and `wo` is never on the back of the normal.
+/// `wo` is on the side of `ng`.
 #[inline]
 fn mend_shading_normal(wo: Vec3, ng: Vec3, ns: Vec3) -> Vec3 {
     let mirrored = reflect(wo, ns);

@@ -1,11 +1,11 @@
-//! Where something that moves is between its keys.
+//! Interpolation between keyframes.
 //!
-//! Each key's matrix is taken apart into a rotation and a stretch, M = R S. Between two keys R turns about one axis at an
-//! even speed, the shorter way, while S and the translation change evenly. Before the first key and after the last one
-//! nothing moves.
+//! Each keyframe's matrix is decomposed into a rotation and a stretch, M = R S. Between two keyframes R rotates about
+//! one axis at constant speed, the shorter way, while S and the translation are interpolated linearly. The transform is
+//! constant before the first keyframe and after the last one.
 //!
 //! Measure: world units; time in any unit.
-//! Range: invertible matrices, finite times in order. A turn between two keys is at most 180 degrees.
+//! Range: invertible matrices, finite times in order. A rotation between two keyframes is at most 180 degrees.
 //! Source: Shoemake and Duff 1992, "Matrix Animation and Polar Decomposition"; Higham 1986 for the iteration. Tested
 //! below.
 
@@ -13,14 +13,15 @@ use super::description::Key;
 use crate::math::vec::{DAffine3, DMat3, DQuat};
 use crate::planted::planted;
 
-/// The intervals that a shutter time is cut into at most.
+/// Maximum number of intervals between shutter opening and closing.
 const MOST_INTERVALS: u32 = 64;
 
-/// How far the middle of a chord may be from that of its arc, relative to the length of each axis: reached by a rotation
-/// of 5.06 degrees, for 1 - cos(2.53 degrees) = 2^-10.
+/// Maximum distance of the middle of a chord from that of its arc, relative to the length of each axis: reached by a
+/// rotation of 5.06 degrees, for 1 - cos(2.53 degrees) = 2^-10.
 const CHORD: f64 = 1.0 / 1024.0;
 
-/// The transform at a time; without keys, none. At a key's time, and where two keys are equal, it is theirs bit for bit.
+/// Returns the transform at a time; the identity without keyframes. At a keyframe's time, and between two equal
+/// keyframes, it is exactly theirs.
 pub fn at(keys: &[Key], time: f64) -> DAffine3 {
     let after = keys.partition_point(|key| key.time <= time);
     match (
@@ -36,11 +37,11 @@ pub fn at(keys: &[Key], time: f64) -> DAffine3 {
     }
 }
 
-/// The transforms at equally spaced times from the shutter's opening to its closing, between which matrices may be
-/// interpolated linearly. A single one if nothing moves while the shutter is open.
+/// Returns the transforms at equally spaced times from the shutter's opening to its closing, between which matrices may
+/// be interpolated linearly. A single one if nothing moves while the shutter is open.
 ///
-/// The times of keys are among them if that takes no more than 64 intervals. More intervals than 64 there are never: a
-/// turn of more than 324 degrees within the shutter's time is that much coarser.
+/// The times of keyframes are among them if that takes no more than 64 intervals. There are never more than 64
+/// intervals: a rotation of more than 324 degrees during the exposure is approximated more coarsely.
 pub fn steps(keys: &[Key], shutter: [f64; 2]) -> Vec<DAffine3> {
     let [open, close] = shutter;
     let inside: Vec<&Key> = keys
@@ -81,26 +82,26 @@ pub fn steps(keys: &[Key], shutter: [f64; 2]) -> Vec<DAffine3> {
     steps
 }
 
-/// How much of the time from `a` to `b` has passed, from 0 to 1.
+/// Returns the fraction of the time from `a` to `b` that has passed, from 0 to 1.
 fn share(a: f64, b: f64, time: f64) -> f64 {
-    // Halved, no difference of finite numbers overflows.
+    // Halved, so that no difference of finite numbers overflows.
     let share = (0.5 * time - 0.5 * a) / (0.5 * b - 0.5 * a);
-    // Times next to 0 may become equal when halved.
+    // Times close to 0 may become equal when halved.
     if share.is_nan() { 0.0 } else { share }
 }
 
-/// `a` at 0, `b` at 1, exactly.
+/// Interpolates linearly; exactly `a` at 0 and `b` at 1.
 fn mix(a: f64, b: f64, share: f64) -> f64 {
     (1.0 - share) * a + share * b
 }
 
-/// Whether a time is one of the steps, but for its rounding: a few units in the last place of 1.
+/// Whether a time is one of the steps, up to rounding: a few units in the last place of 1.
 fn falls_on_step(share: f64, intervals: u32) -> bool {
     let step = share * f64::from(intervals);
     (step - step.round()).abs() <= 4.0 * f64::EPSILON * f64::from(intervals)
 }
 
-/// Of three transforms in turn: whether the middle one is close to the mean of the others.
+/// Whether the middle of three successive transforms is close to the mean of the others.
 fn chord_is_good(arc: &[DAffine3]) -> bool {
     let [a, middle, b] = [arc[0], arc[1], arc[2]].map(|it| it.matrix3);
     (0..3).all(|axis| {
@@ -109,7 +110,7 @@ fn chord_is_good(arc: &[DAffine3]) -> bool {
     })
 }
 
-/// A share of the way from one transform to another.
+/// Interpolates between two transforms.
 fn between(a: &DAffine3, b: &DAffine3, share: f64) -> DAffine3 {
     let even = |a, b| (1.0 - share) * a + share * b;
     let matrix3 = if a.matrix3 == b.matrix3 {
@@ -129,10 +130,10 @@ fn between(a: &DAffine3, b: &DAffine3, share: f64) -> DAffine3 {
     }
 }
 
-/// A share of the way from one rotation to another, about the one axis that leads there.
+/// Interpolates between two rotations about the axis of their quotient.
 fn turned(a: &DMat3, b: &DMat3, share: f64) -> DMat3 {
     let turn = DQuat::from_mat3(&(*b * a.transpose()));
-    // A quaternion and its negative are the same rotation: one of them goes the shorter way.
+    // A quaternion and its negative are the same rotation: one of them takes the shorter way.
     let is_longer = planted!("the-longer-way-round", turn.w > 0.0, turn.w < 0.0);
     let turn = if is_longer { -turn } else { turn };
     let Some(axis) = turn.xyz().try_normalize() else {
@@ -142,16 +143,16 @@ fn turned(a: &DMat3, b: &DMat3, share: f64) -> DMat3 {
     DMat3::from_axis_angle(axis, share * angle) * *a
 }
 
-/// The rotation R and the symmetric stretch S of M = R S; where M mirrors, S does. `None` where M's axes are so uneven
-/// that its volume leaves the range of numbers.
+/// Decomposes M = R S into the rotation R and the symmetric stretch S; if M mirrors, S does. `None` if M's axes are so
+/// uneven that its volume overflows or underflows.
 fn polar(matrix: &DMat3) -> Option<(DMat3, DMat3)> {
-    // Scaled to volume 1, which is where the iteration is fast.
+    // Scaled to volume 1, where the iteration converges fast.
     let unit = *matrix * (1.0 / largest(matrix));
     let mut rotation = unit * (1.0 / unit.determinant().cbrt());
     let mut change = f64::INFINITY;
     while rotation.is_finite() {
         let next = (rotation + rotation.inverse().transpose()) * 0.5;
-        // The norm of these differences falls until rounding is all that is left of them.
+        // The norm of these differences decreases until only rounding is left.
         let difference = norm(&(next - rotation));
         if difference >= change {
             let stretch = rotation.transpose() * *matrix;
@@ -162,13 +163,13 @@ fn polar(matrix: &DMat3) -> Option<(DMat3, DMat3)> {
     None
 }
 
-/// The largest entry, without its sign.
+/// Returns the largest absolute entry.
 fn largest(matrix: &DMat3) -> f64 {
     let entries = matrix.to_cols_array().into_iter();
     entries.fold(0.0, |most: f64, entry| most.max(entry.abs()))
 }
 
-/// Frobenius' norm.
+/// Returns the Frobenius norm.
 fn norm(matrix: &DMat3) -> f64 {
     let entries = matrix.to_cols_array().into_iter();
     entries.map(|entry| entry * entry).sum::<f64>().sqrt()
@@ -191,7 +192,7 @@ mod tests {
         keys.map(key).to_vec()
     }
 
-    /// Entries agree to `2^-44` of the largest.
+    /// Asserts that entries agree to `2^-44` of the largest.
     #[track_caller]
     fn assert_near(got: DAffine3, want: DAffine3) {
         let off = largest(&(got.matrix3 - want.matrix3));
@@ -274,7 +275,7 @@ mod tests {
         }
         assert_eq!(at(&[], 1.0), DAffine3::IDENTITY);
         assert_eq!(at(&path[..1], 5.0), odd);
-        // Times as far apart as numbers are.
+        // The largest possible difference of times.
         let far = keys([(f64::MIN, turn(0.0)), (f64::MAX, turn(90.0))]);
         assert_near(at(&far, 0.0), turn(45.0));
     }
@@ -298,11 +299,11 @@ mod tests {
                 "{matrix}"
             );
             assert_eq!(stretch, stretch.transpose());
-            // All its axes stretch, or all of them mirror.
+            // S stretches all axes, or mirrors all of them.
             let trace = stretch.x_axis.x + stretch.y_axis.y + stretch.z_axis.z;
             assert!(trace * sign > 0.0, "{stretch}");
         }
-        // No rotation can be told: the entries change evenly.
+        // No rotation can be determined: the entries are interpolated linearly.
         let flat = DAffine3::from_scale(DVec3::new(1.0, 1e-200, 1e-200));
         let squeezed = keys([(0.0, flat), (1.0, DAffine3::IDENTITY)]);
         assert_eq!(at(&squeezed, 0.5).matrix3.y_axis.y, 0.5);
@@ -332,14 +333,14 @@ mod tests {
         let moved = keys([(0.0, away(0.0)), (1.0, away(8.0))]);
         assert_eq!(steps(&moved, [0.0, 1.0]), [away(0.0), away(8.0)]);
         assert_eq!(steps(&moved, [0.25, 0.5]), [away(2.0), away(4.0)]);
-        // It arrives in the middle, or after a third.
+        // The motion ends in the middle, or after a third.
         assert_eq!(steps(&moved, [0.0, 2.0]), [0.0, 8.0, 8.0].map(away));
         assert_eq!(steps(&moved, [0.0, 3.0]), [0.0, 8.0, 8.0, 8.0].map(away));
         let third = keys([(0.1, away(0.0)), (0.2, away(1.0)), (0.4, away(0.0))]);
         assert_eq!(steps(&third, [0.1, 0.4]).len(), 4);
         let odd = keys([(0.0, away(0.0)), (1.0 / 129.0, away(1.0)), (1.0, away(0.0))]);
         assert_eq!(steps(&odd, [0.0, 1.0]).len(), 65);
-        // 5.06 degrees a step at most.
+        // At most 5.06 degrees per step.
         for (degrees, intervals) in [
             (5.0, 1),
             (10.0, 2),

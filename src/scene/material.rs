@@ -1,7 +1,7 @@
-//! A material: its textures looked up at a hit, it becomes a BSDF.
+//! Materials: evaluate their textures at a hit to yield a BSDF.
 //!
 //! Measure: as in `bsdf/types.rs`.
-//! Range: what `load` lets through.
+//! Range: materials that `load` accepts.
 //! Source: none needed. Tested in `tests/loading/scene_files.rs` and `tests/scattering/materials.rs`.
 
 use super::description::{ColourDescription, MaterialDescription, MaterialModel};
@@ -16,12 +16,12 @@ use crate::math::vec::Vec2;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// A colour that may vary over a surface; textures of one colour have become that colour.
+/// A colour that may vary over a surface; constant textures are stored as constants.
 #[derive(Debug, Clone)]
 enum Colour {
     Constant(Rgb),
     Texture(Arc<Texture>),
-    /// A picture, packed, and what multiplies it.
+    /// A packed image and its scale.
     Packed(Arc<PackedImage>, f32),
 }
 
@@ -34,7 +34,7 @@ impl Colour {
         }
     }
 
-    /// The same, to be looked up faster.
+    /// Replaces an image texture by a packed one, for faster lookups.
     fn pack(&mut self, images: &mut PackedImages) {
         if let Self::Texture(texture) = self
             && let Texture::Image { image, scale } = texture.as_ref()
@@ -57,36 +57,36 @@ impl Colour {
     }
 }
 
-/// A material, ready to be looked up. What does not depend on textures is computed once.
+/// A material prepared for lookups. Everything that does not depend on textures is precomputed.
 #[derive(Debug, Clone)]
 pub struct Material {
     kind: Kind,
     transmits: bool,
     one_sided: bool,
-    /// `None` where all of the surface is there.
+    /// Opacity; `None` if the surface is opaque.
     alpha: Option<Colour>,
     normal_map: Option<NormalMap>,
 }
 
 #[derive(Debug, Clone)]
 enum Kind {
-    /// The same BSDF everywhere.
+    /// A BSDF that is the same everywhere.
     Uniform(Bsdf),
     Diffuse(Colour),
     Mirror(Colour),
-    /// The glass, but for its tint.
+    /// The dielectric without its tint, and the tint.
     Dielectric(Dielectric, Colour),
     Phong {
         diffuse: Colour,
         specular: Colour,
         exponent: f32,
     },
-    /// The surface, but for its base colour.
+    /// The BSDF without its base colour, and the base colour.
     Principled(Principled, Colour),
 }
 
 impl Material {
-    /// The material of a description.
+    /// Returns the material of a description.
     pub fn new(description: &MaterialDescription) -> Self {
         let alpha = Colour::new(&description.alpha);
         let all_there = matches!(&alpha, Colour::Constant(alpha) if alpha.luminance() >= 1.0);
@@ -100,7 +100,7 @@ impl Material {
         }
     }
 
-    /// The same with its pictures packed, so that lookups are faster.
+    /// Returns the material with packed images, for faster lookups.
     pub fn packed(mut self, images: &mut PackedImages) -> Self {
         let colours = self.kind.colours_mut().into_iter().flatten();
         for colour in colours.chain(&mut self.alpha) {
@@ -109,7 +109,7 @@ impl Material {
         self
     }
 
-    /// What a kernel needs for it.
+    /// Returns the effects that the material requires of a kernel.
     pub fn effects(&self) -> EffectSet {
         self.kind
             .effects()
@@ -120,13 +120,13 @@ impl Material {
             .with_if(Effect::ShadingNormals, self.normal_map.is_some())
     }
 
-    /// Whether it needs texture coordinates.
+    /// Whether the material needs texture coordinates.
     pub fn is_textured(&self) -> bool {
         let alpha_varies = self.alpha.as_ref().is_some_and(Colour::is_textured);
         self.kind.is_textured() || alpha_varies || self.normal_map.is_some()
     }
 
-    /// How it scatters at a texture coordinate.
+    /// Returns the BSDF at a texture coordinate.
     #[inline]
     pub fn bsdf<E: Effects>(&self, uv: Vec2) -> Cow<'_, Bsdf> {
         match &self.kind {
@@ -136,19 +136,19 @@ impl Material {
         }
     }
 
-    /// Whether light passes through its surface, so that its two sides differ.
+    /// Whether the material transmits light, so that its two sides differ.
     #[inline]
     pub fn transmits(&self) -> bool {
         self.transmits
     }
 
-    /// Whether its back absorbs everything.
+    /// Whether the back absorbs everything.
     #[inline]
     pub fn is_one_sided(&self) -> bool {
         self.one_sided
     }
 
-    /// The share of the surface that is there at a texture coordinate, in [0, 1]; `None` where all of it is.
+    /// Returns alpha (opacity) at a texture coordinate, in [0, 1]; `None` if the surface is opaque.
     #[inline]
     pub fn alpha(&self, uv: impl FnOnce() -> Vec2) -> Option<f32> {
         let alpha = match self.alpha.as_ref()? {
@@ -158,12 +158,12 @@ impl Material {
         Some(alpha.luminance().clamp(0.0, 1.0))
     }
 
-    /// Whether its surface is only partly there.
+    /// Whether the surface has alpha below 1.
     pub fn is_masked(&self) -> bool {
         self.alpha.is_some()
     }
 
-    /// What tilts its shading normal.
+    /// Returns the normal map, if any.
     #[inline]
     pub fn normal_map(&self) -> Option<&NormalMap> {
         self.normal_map.as_ref()
@@ -186,7 +186,7 @@ impl Kind {
                 Dielectric::new(*ior, *roughness, Rgb::WHITE),
                 Colour::new(tint),
             ),
-            // Without a highlight it is a simpler model.
+            // Without a specular lobe, the material is diffuse.
             MaterialModel::Phong {
                 diffuse, specular, ..
             } if specular.is_black() => Self::Diffuse(Colour::new(diffuse)),
@@ -231,7 +231,7 @@ impl Kind {
         Self::Principled(Principled::new(&parameters), Colour::new(base_color))
     }
 
-    /// The same with all that does not vary computed once.
+    /// Precomputes the BSDF if it does not vary.
     fn folded(self) -> Self {
         if self.is_textured() {
             self
@@ -244,7 +244,7 @@ impl Kind {
         self.bsdf(Vec2::ZERO).effects()
     }
 
-    /// The colours that may vary.
+    /// Returns the colours that may be textured.
     fn colours_mut(&mut self) -> [Option<&mut Colour>; 2] {
         match self {
             Self::Uniform(_) => [None, None],

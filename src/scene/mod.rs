@@ -1,4 +1,4 @@
-//! Scenes: as written ([`description::SceneDescription`]), and ready to be rendered ([`Scene`]).
+//! Scenes: the description ([`description::SceneDescription`]) and the scene prepared for rendering ([`Scene`]).
 
 mod build_geometry;
 pub mod check;
@@ -45,79 +45,79 @@ use placed::Form;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// A scene, ready to be rendered: normalised, in single precision, its acceleration structure built.
+/// A scene prepared for rendering: normalised, in single precision, with its acceleration structure.
 ///
-/// Its questions are asked by a kernel for effects `E`, which have to include all that the scene calls for. Times go from
-/// 0, when the shutter opens, to 1.
+/// Its queries are called by a kernel for effects `E`, which must include all effects of the scene. Times run from 0,
+/// when the shutter opens, to 1.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// Where it is seen from.
+    /// The camera.
     pub camera: Camera,
-    /// What surfaces are lit by.
+    /// The lights that can be sampled.
     pub lights: Lights,
-    /// Holds all shapes.
+    /// Bounding sphere of all shapes.
     pub around: BoundingSphere,
-    /// Radiance from everywhere beyond the scene, but for what [`Lights::beyond`] tells.
+    /// Radiance of the constant environment; that of an environment map is returned by [`Lights::environment`].
     pub environment: Rgb,
-    /// From world units to those of the scene.
+    /// Map from world units to normalised units.
     pub normalisation: Normalisation,
-    /// All shapes.
+    /// The geometry of all shapes and instances.
     pub world: Arc<World>,
-    /// Ray queries; copies of a scene share it.
+    /// The acceleration structure; copies of a scene share it.
     pub accel: Arc<Accel>,
-    /// What it calls for.
+    /// The effects that the scene requires of a kernel.
     pub effects: EffectSet,
     shapes: Vec<Shape>,
     materials: Vec<Material>,
-    /// Shapes that emit.
+    /// Emission of the shapes that emit.
     emitters: Vec<Emitter>,
-    /// For each light of which its place is not all, the primitive that it is: those that vary over their surface, by a
-    /// texture or by being partly there, and those of instances. Empty if there are none.
+    /// For each light the primitive that it lies on, where more than its position is needed: for lights with an emission
+    /// texture or alpha, and lights of instances. Empty if there are none.
     light_primitives: Vec<Option<PrimitiveId>>,
     kept: PreparedCache,
 }
 
-/// What a scene keeps of its making, for changes that leave its shapes as they are.
+/// Intermediate results of [`prepare`](prepare::prepare) that are kept for changes of the camera or of instances.
 #[derive(Debug, Clone)]
 struct PreparedCache {
-    /// Half the diagonal of the box around everything, in normalised units.
+    /// Half the diagonal of the bounding box of everything, in normalised units.
     radius: f64,
-    /// What all objects but the camera call for.
+    /// The effects that all objects but the camera require.
     objects: EffectSet,
-    /// Of the shapes that stand in the world themselves.
+    /// The forms of the shapes that belong to no group.
     still: Vec<Form>,
-    /// The frame of each group.
+    /// The normalisation of each group.
     frames: Vec<Normalisation>,
-    /// Of the shapes of each group.
+    /// The forms of the shapes of each group.
     groups: Vec<Vec<Form>>,
 }
 
-/// What the scene knows of a shape beyond its geometry.
+/// Attributes of a shape besides its geometry.
 #[derive(Debug, Clone, Copy)]
 struct Shape {
-    /// Its index in the description: shapes of groups are there once, whatever places them.
+    /// Index in the description; a shape of a group has the same in all instances.
     described: u32,
     material: u32,
-    /// Index of what it emits.
+    /// Index of its emitter.
     emitter: Option<u32>,
-    /// Whether its material or its emission needs texture coordinates.
+    /// Whether the material or the emission needs texture coordinates.
     textured: bool,
 }
 
-/// What a shape emits.
+/// The emission of a shape.
 #[derive(Debug, Clone)]
 struct Emitter {
     emission: Emission,
-    /// Multiplies the emission.
+    /// Factor for the emission.
     texture: Option<Arc<Texture>>,
-    /// Its first light in [`Lights`]; `None` if only scattered rays find it.
+    /// Index of its first light in [`Lights`]; `None` if only BSDF sampling can hit it.
     first_light: Option<u32>,
-    /// Whether each primitive is a light of its own, or all of them one.
+    /// Whether each primitive is a light of its own, instead of one light for all.
     per_primitive: bool,
 }
 
 impl Scene {
-    /// The same scene on a film of `to` instead of `from` pixels. Shapes and structures are shared.
+    /// Returns the scene on a film of `to` instead of `from` pixels. Shapes and acceleration structures are shared.
     pub fn on_film(&self, from: (u32, u32), to: (u32, u32)) -> Self {
         Self {
             camera: self.camera.on_film(from, to),
@@ -125,8 +125,8 @@ impl Scene {
         }
     }
 
-    /// The same scene on a film of the same shape with about so many pixels, or with those that it has if they are fewer; and
-    /// the size of that film.
+    /// Returns the scene on a film of the same aspect ratio with about `pixels` pixels, or with its own number if that
+    /// is smaller; and the size of that film.
     pub fn reduced(&self, size: (u32, u32), pixels: f64) -> (Self, (u32, u32)) {
         let scale = (pixels / (f64::from(size.0) * f64::from(size.1))).sqrt();
         let side = |side: u32| ((f64::from(side) * scale.min(1.0)).round() as u32).max(1);
@@ -134,7 +134,7 @@ impl Scene {
         (self.on_film(size, to), to)
     }
 
-    /// What a ray meets first. `u_alpha`, a uniform number, decides where a surface is only partly there.
+    /// Returns the closest interaction along a ray. The uniform number `u_alpha` decides hits on surfaces with alpha.
     #[inline]
     pub fn intersect<E: Effects>(
         &self,
@@ -147,7 +147,7 @@ impl Scene {
         self.surface_interaction(ray, time, departure, u_alpha, found)
     }
 
-    /// The same, given the closest hit on the ray.
+    /// Returns the closest interaction along a ray, given its closest hit.
     #[inline]
     pub fn surface_interaction<E: Effects>(
         &self,
@@ -176,8 +176,8 @@ impl Scene {
                 && let Some(alpha) = material.alpha(|| uv.or(Vec2::ZERO))
                 && u_alpha >= alpha
             {
-                // Uniform again: what is behind is decided with the rest of the number. Rounding may make it 1, which
-                // would pass through what is all there.
+                // Rescaled to a uniform number, which decides at the surfaces behind. Rounding may make it 1, which
+                // would pass through opaque surfaces.
                 let rest = (u_alpha - alpha) / (1.0 - alpha);
                 u_alpha = planted!("alpha-number-reused", u_alpha, rest.min(ONE_MINUS_EPSILON));
                 ray.t_min = hit.t.next_up();
@@ -200,7 +200,7 @@ impl Scene {
         }
     }
 
-    /// The share of light that comes along a ray to its end.
+    /// Returns the transmittance along a shadow ray: the product of 1 - alpha over the surfaces that it intersects.
     #[inline]
     pub fn visibility<E: Effects>(&self, ray: &Ray, time: f32) -> f32 {
         if !E::Alpha::ON {
@@ -227,7 +227,7 @@ impl Scene {
         visible
     }
 
-    /// The same for each ray of a packet.
+    /// Returns the transmittance along each shadow ray of a packet.
     #[inline]
     pub fn visibilities<E: Effects>(&self, rays: &mut RayPacket) -> [f32; LANES] {
         let mut visible = [0.0; LANES];
@@ -246,36 +246,36 @@ impl Scene {
         visible
     }
 
-    /// The index in the scene's description of the shape with this number.
+    /// Returns the index in the scene's description of the shape with this number.
     pub fn described(&self, shape: u32) -> usize {
         self.shapes[shape as usize].described as usize
     }
 
-    /// The material of a primitive.
+    /// Returns the material of a primitive.
     #[inline]
     pub fn material(&self, id: PrimitiveId) -> &Material {
         &self.materials[self.shapes[id.shape as usize].material as usize]
     }
 
-    /// How an interaction's surface scatters; `None` if it absorbs everything.
+    /// Returns the BSDF at an interaction; `None` if the surface absorbs everything.
     #[inline]
     pub fn bsdf<E: Effects>(&self, at: &Interaction<E>) -> Option<Cow<'_, Bsdf>> {
         (!self.is_dark::<E>(at)).then(|| self.surface::<E>(at))
     }
 
-    /// Whether an interaction sees the back of a surface that has but one side.
+    /// Whether an interaction is on the back of a one-sided surface.
     #[inline]
     pub fn is_dark<E: Effects>(&self, at: &Interaction<E>) -> bool {
         E::OneSided::ON && at.is_behind() && self.material(at.id).is_one_sided()
     }
 
-    /// How an interaction's surface scatters, whichever side is seen.
+    /// Returns the BSDF at an interaction, whichever side is seen.
     #[inline]
     pub fn surface<E: Effects>(&self, at: &Interaction<E>) -> Cow<'_, Bsdf> {
         self.material(at.id).bsdf::<E>(at.uv.or(Vec2::ZERO))
     }
 
-    /// Radiance that an interaction's surface emits back along the path; `None` if it is no emitter.
+    /// Returns the radiance emitted along `wo`; `None` if the surface is not an emitter.
     #[inline]
     pub fn emitted<E: Effects>(&self, at: &Interaction<E>) -> Option<Rgb> {
         if !E::AreaLights::ON {
@@ -291,7 +291,7 @@ impl Scene {
         }
     }
 
-    /// The light that an emitting interaction is on; `None` for one that only scattered rays find.
+    /// Returns the light on which an emitting interaction lies; `None` if light sampling does not cover it.
     #[inline]
     pub fn light_of<E: Effects>(&self, at: &Interaction<E>) -> Option<u32> {
         let emitter = self.emitter(at.id)?;
@@ -303,7 +303,7 @@ impl Scene {
         emitter.first_light.map(|first| first + offset)
     }
 
-    /// The density with which light sampling at `from` would have found the emitting interaction `at`.
+    /// Returns the pdf with which light sampling at `from` would have sampled the emitting interaction `at`.
     #[inline]
     pub fn light_pdf<E: Effects>(
         &self,
@@ -316,7 +316,7 @@ impl Scene {
         })
     }
 
-    /// A direction from which a light shines on `p`, as [`Lights::sample`].
+    /// Samples the incident direction at `p` from a given light; see [`Lights::sample`].
     #[inline]
     pub fn sample_light<E: Effects>(
         &self,
@@ -331,7 +331,7 @@ impl Scene {
         Some(sample)
     }
 
-    /// The same for each of some places, in their order.
+    /// Samples the given lights for a batch of points, in their order.
     #[inline]
     pub fn sample_lights<E: Effects>(
         &self,
@@ -351,8 +351,8 @@ impl Scene {
         }
     }
 
-    /// A ray of light as it leaves a light, as [`Light::sample_emission`](crate::light::Light::sample_emission), by two
-    /// numbers for where it passes and two for where it goes.
+    /// Samples a ray that leaves a light, as [`Light::sample_emission`](crate::light::Light::sample_emission), by two
+    /// numbers for its position and two for its direction.
     pub fn sample_emission<E: Effects>(
         &self,
         light: u32,
@@ -367,8 +367,8 @@ impl Scene {
         (!sample.radiance.is_black()).then_some(sample)
     }
 
-    /// What the light itself does not know of a point on it: its texture, whether it is there, and the error bound of an
-    /// instance.
+    /// Applies to a sampled point of a light what the light itself does not store: its texture, its alpha, and the error
+    /// bound of an instance.
     #[inline]
     fn adapt_to_primitive<E: Effects>(
         &self,
@@ -389,7 +389,7 @@ impl Scene {
             if let Some(texture) = self.emitter(id).and_then(|e| e.texture.as_ref()) {
                 *radiance *= texture.lookup(uv());
             }
-            // A ray meets the lamp where it is there; what shines through the rest is another matter.
+            // The rest of the light passes through and belongs to the surfaces behind.
             if let Some(alpha) = self.material(id).alpha(uv) {
                 *radiance *= alpha;
             }
@@ -402,8 +402,8 @@ impl Scene {
         Some(&self.emitters[emitter as usize])
     }
 
-    /// The ray that leaves an interaction along the unit vector `w`, reflected or through the surface, and what it
-    /// leaves.
+    /// Returns the ray that leaves an interaction along the unit vector `w`, reflected or transmitted, and the
+    /// [`ExcludedPrimitive`] that prevents self-intersection.
     #[inline]
     pub fn spawn<E: Effects>(
         &self,

@@ -1,8 +1,8 @@
-//! Normals out of a picture: fine relief that the mesh does not have.
+//! Normal maps: shading detail that the mesh does not have.
 //!
-//! Measure: directions in world axes; the picture holds x along u, y along v, z away from the surface, each from [-1, 1] in
-//! [0, 1], as Blender and glTF have it.
-//! Range: a normal that would point below the surface is left as it was.
+//! Measure: directions in world axes; the image stores x along u, y along v, z away from the surface, each mapped from
+//! [-1, 1] to [0, 1], as in Blender and glTF.
+//! Range: a normal that would point below the surface is left unchanged.
 //! Source: Mikkelsen 2008, "Simulation of Wrinkled Surfaces Revisited", for tangent space. Tested below and in
 //! `tests/scattering/materials.rs`.
 
@@ -12,7 +12,7 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
 use std::sync::Arc;
 
-/// A picture of normals.
+/// A tangent-space normal map.
 #[derive(Debug, Clone)]
 pub struct NormalMap {
     texture: Arc<Texture>,
@@ -20,7 +20,7 @@ pub struct NormalMap {
 }
 
 impl NormalMap {
-    /// The map of a description; `None` if it tilts nothing.
+    /// Returns the map of a description; `None` if it has no effect.
     pub fn new(description: &NormalMapDescription) -> Option<Self> {
         let NormalMapDescription { texture, strength } = description;
         let flat = texture
@@ -32,7 +32,7 @@ impl NormalMap {
         })
     }
 
-    /// The shading normal `ns`, tilted as the picture says at `uv`. `tangents` are the directions in which u and v grow;
+    /// Returns the shading normal `ns` tilted by the map at `uv`. `tangents` are the directions in which u and v grow;
     /// `ns` is on the side of `ng`, and so is the result.
     #[inline]
     pub fn tilt(&self, uv: Vec2, ns: Vec3, ng: Vec3, [along_u, along_v]: [Vec3; 2]) -> Vec3 {
@@ -47,7 +47,7 @@ impl NormalMap {
     }
 }
 
-/// The normal that a texel stands for. Codes of 8 bits have no exact middle: 127 and 128 are both level.
+/// Decodes the normal of a texel. Codes of 8 bits have no exact middle: 127 and 128 both mean 0.
 fn tangent_normal(texel: Rgb, strength: f32) -> Vec3 {
     let [x, y, z] = texel.to_array().map(|c| {
         let level = (c - 0.5).abs() < 0.6 / 255.0;

@@ -1,11 +1,11 @@
-//! From world units to normalised ones: recentred, and scaled by a power of two.
+//! Normalisation from world units: recentring, and scaling by a power of two.
 //!
-//! Centre and unit follow the median of the primitives, where the detail is, not the scene's box, which one far lamp
-//! would pull away. Single precision then keeps its digits for what is near the detail, and a scene moved far from the
-//! origin, or scaled by a power of two, is rendered with the very same numbers.
+//! Centre and unit are medians over the primitives, where the detail is, and not those of the scene's bounding box,
+//! which a single distant lamp would shift. Single precision thus keeps its accuracy near the detail, and a scene that
+//! is moved far from the origin, or scaled by a power of two, is rendered with the same numbers.
 //!
 //! Measure: world units in, normalised units out.
-//! Range: any finite scene; without primitives the identity.
+//! Range: any finite scene; the identity without primitives.
 //! Source: docs/accuracy.md, "Precision by construction". Tested below and in `tests/rendering/determinism.rs`.
 
 use crate::math::bounds::Bounds;
@@ -21,7 +21,7 @@ pub struct Normalisation {
 }
 
 impl Normalisation {
-    /// The map for primitives with these boxes, in world units.
+    /// Computes the map for primitives with these boxes, in world units.
     pub fn of(boxes: &[Bounds]) -> Self {
         if boxes.is_empty() {
             return Self {
@@ -45,47 +45,47 @@ impl Normalisation {
         }
     }
 
-    /// A point, rounded to single precision last.
+    /// Maps a point, rounding to single precision last.
     pub fn point(&self, p: DVec3) -> Vec3 {
         let exact = planted!("rounded-before-centred", p.as_vec3a().as_dvec3(), p);
         ((exact - self.centre) * self.scale).as_vec3a()
     }
 
-    /// A length.
+    /// Maps a length.
     pub fn length(&self, length: f64) -> f32 {
         (length * self.scale) as f32
     }
 
-    /// An area, or what grows like one.
+    /// Maps an area, or a quantity proportional to area.
     pub fn area(&self, area: f64) -> f64 {
         area * self.scale * self.scale
     }
 
-    /// The map as a transform.
+    /// Returns the map as an affine transform.
     pub fn to_affine(&self) -> DAffine3 {
         DAffine3::from_scale(DVec3::splat(self.scale)) * DAffine3::from_translation(-self.centre)
     }
 
-    /// A point in world units.
+    /// Maps a normalised point back to world units.
     pub fn world_point(&self, p: Vec3) -> DVec3 {
         p.as_dvec3() / self.scale + self.centre
     }
 
-    /// A length in world units.
+    /// Maps a normalised length back to world units.
     pub fn world_length(&self, length: f32) -> f64 {
         f64::from(length) / self.scale
     }
 }
 
-/// The lower median of at least one number.
+/// Returns the lower median of at least one number.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     let middle = (values.len() - 1) / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// The smallest normal power of two above `x`; 1 for what has no size. Exact, so that scaling the scene by a power of
-/// two scales the unit by the same.
+/// Returns the smallest normal power of two above `x`; 1 if `x` is not positive, finite and normal. Exact, so that
+/// scaling the scene by a power of two scales the unit by the same factor.
 fn power_of_two_above(x: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff << 52;
     let exponent = x.to_bits() & EXPONENT;

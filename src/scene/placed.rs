@@ -1,8 +1,8 @@
-//! A shape where it stands, in double precision, and from there to what is traced.
+//! A shape transformed to the world or its group in double precision, and its conversion to normalised geometry.
 //!
 //! Measure: units of the world or of a group in, normalised units out.
-//! Range: what `load` lets through; a transform that stretches a sphere or disk unevenly is an error. Triangles without
-//! an area are dropped and counted.
+//! Range: shapes that `load` accepts; a transform that scales a sphere or disk non-uniformly is an error. Triangles
+//! without area are dropped and counted.
 //! Source: docs/architecture.md. Tested in `scene/prepare.rs`.
 
 use super::description::{GeometryDescription, MeshDescription, ShapeDescription};
@@ -14,11 +14,11 @@ use crate::math::frame::Frame;
 use crate::math::vec::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use std::sync::Arc;
 
-/// A shape where it stands.
+/// A transformed shape.
 pub enum Placed {
-    /// Triangles.
+    /// A mesh.
     Mesh(PlacedMesh),
-    /// A rectangle with right angles: its two triangles; its corner and edges.
+    /// A rectangle with right angles: its mesh; its corner and edges.
     Rectangle(PlacedMesh, [DVec3; 3]),
     /// A sphere.
     Sphere {
@@ -26,7 +26,7 @@ pub enum Placed {
         center: DVec3,
         /// Radius.
         radius: f64,
-        /// From its own axes to those of the world, or of its group.
+        /// Rotation from its own axes to those of the world, or of its group.
         turn: DMat3,
     },
     /// A disk.
@@ -42,7 +42,7 @@ pub enum Placed {
     },
 }
 
-/// Triangles and where they stand.
+/// A mesh and its transform.
 pub struct PlacedMesh {
     mesh: Arc<MeshDescription>,
     transform: DAffine3,
@@ -54,7 +54,7 @@ impl PlacedMesh {
             .transform_point3(self.mesh.positions[index as usize])
     }
 
-    /// The mesh in normalised units, without the triangles that have no area there, and how many these were.
+    /// Returns the mesh in normalised units, without the triangles that have no area there, and the number of those.
     fn normalised(&self, normalisation: &Normalisation) -> (Mesh, usize) {
         let description = &self.mesh;
         let to_normalised = |p: &DVec3| normalisation.point(self.transform.transform_point3(*p));
@@ -75,7 +75,7 @@ impl PlacedMesh {
             .indices
             .iter()
             .filter(|t| has_area(t))
-            // A mirroring transform turns triangles over: the outside stays outside.
+            // A mirroring transform reverses the winding: the outside stays outside.
             .map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] })
             .collect();
         let dropped = description.indices.len() - indices.len();
@@ -85,10 +85,10 @@ impl PlacedMesh {
 }
 
 impl Placed {
-    /// Moves a shape to where it stands in its group or in the world: its own transform, and then another.
+    /// Applies a shape's own transform to it, and then another.
     ///
     /// # Errors
-    /// A sphere or disk that its transform stretches unevenly.
+    /// If the transform scales a sphere or disk non-uniformly.
     pub fn new(shape: &ShapeDescription, then: &DAffine3) -> Result<Self> {
         let transform = *then * shape.transform;
         let mesh = |mesh| PlacedMesh { mesh, transform };
@@ -136,7 +136,7 @@ impl Placed {
         })
     }
 
-    /// The boxes of all primitives, but for triangles that are none: they say nothing about where the detail is.
+    /// Returns the boxes of all primitives, without degenerate triangles, which do not indicate where the detail is.
     pub fn boxes(&self) -> Vec<Bounds> {
         match self {
             Self::Mesh(placed) | Self::Rectangle(placed, _) => {
@@ -157,7 +157,7 @@ impl Placed {
         }
     }
 
-    /// The shape in normalised units.
+    /// Converts the shape to normalised units.
     pub fn build_geometry(&self, normalisation: &Normalisation) -> Traced {
         let (mut dropped, mut rectangle) = (0, None);
         let geometry = match self {
@@ -199,25 +199,26 @@ impl Placed {
     }
 }
 
-/// A shape as it is traced, in normalised units.
+/// A shape in normalised units.
 #[derive(Debug)]
 pub struct Traced {
-    /// What rays meet.
+    /// The geometry that rays intersect.
     pub geometry: Geometry,
-    /// What else is known of it.
+    /// Further attributes.
     pub form: Form,
 }
 
-/// What is known of a traced shape beside its geometry.
+/// Attributes of a normalised shape besides its geometry.
 #[derive(Debug, Clone, Copy)]
 pub struct Form {
     /// Corner and edges of a rectangle with right angles.
     pub rectangle: Option<[Vec3; 3]>,
-    /// Triangles that were left out.
+    /// Number of triangles that were left out.
     pub dropped: usize,
 }
 
-/// Whether a mesh has shading normals that differ from its geometric ones: many programs write both for flat faces, too.
+/// Whether a mesh has shading normals that differ from its geometric ones: many exporters write normals for flat faces,
+/// too.
 pub fn has_shading_normals(mesh: &MeshDescription) -> bool {
     !mesh.normals.is_empty()
         && mesh.indices.iter().any(|t| {
@@ -225,7 +226,7 @@ pub fn has_shading_normals(mesh: &MeshDescription) -> bool {
             let Some(ng) = (b - a).cross(c - a).try_normalize() else {
                 return false;
             };
-            // Files round normals to four digits or so.
+            // Files round normals to about four digits.
             t.iter().any(|&i| {
                 let ns = mesh.normals[i as usize].normalize_or(ng);
                 ns.cross(ng).length() > 2e-4
@@ -233,8 +234,8 @@ pub fn has_shading_normals(mesh: &MeshDescription) -> bool {
         })
 }
 
-/// The factor by which a transform scales, if it is the same in all directions, up to a relative `tolerance`: that of the
-/// precision to which the transform has been rounded.
+/// Returns the uniform scale of a transform, if it is uniform up to a relative `tolerance`: that of the precision to
+/// which the transform was rounded.
 pub fn even_scale(transform: &DAffine3, tolerance: f64) -> Option<f64> {
     let matrix = transform.matrix3;
     let axes = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
@@ -246,10 +247,10 @@ pub fn even_scale(transform: &DAffine3, tolerance: f64) -> Option<f64> {
     even.then_some(scale)
 }
 
-/// By how much rounding to double precision makes an even transform uneven at most.
+/// Maximum deviation of a uniform scale from rounding to double precision.
 pub const EVEN: f64 = 1e-9;
 
-/// The factor by which a shape's transform scales, which has to be the same in all directions.
+/// Returns the scale of a shape's transform, which must be uniform.
 fn scale_of(transform: &DAffine3, shape: &ShapeDescription) -> Result<f64> {
     even_scale(transform, EVEN).ok_or_else(|| {
         let message = format!(
@@ -260,16 +261,16 @@ fn scale_of(transform: &DAffine3, shape: &ShapeDescription) -> Result<f64> {
     })
 }
 
-/// The axes of a disk that nothing turns.
+/// Returns the texture axes of a disk without rotation.
 fn disk_axes(normal: DVec3) -> [DVec3; 2] {
     let frame = Frame::from_normal(normal.as_vec3a());
     [frame.s.as_dvec3(), frame.t.as_dvec3()]
 }
 
-/// What normals are multiplied by: the inverse transpose, up to a positive factor.
+/// Returns the matrix for normals: the inverse transpose, up to a positive factor.
 fn normal_matrix(transform: &DAffine3) -> DMat3 {
     let matrix = transform.matrix3;
-    // The cofactor matrix does not divide by the determinant; its sign keeps normals outside when mirroring.
+    // The cofactor matrix avoids dividing by the determinant; its sign keeps normals outside when mirroring.
     let cofactor = DMat3::from_cols(
         matrix.y_axis.cross(matrix.z_axis),
         matrix.z_axis.cross(matrix.x_axis),
@@ -288,7 +289,7 @@ fn rectangle_mesh(corner: DVec3, u: DVec3, v: DVec3) -> MeshDescription {
     }
 }
 
-/// Six faces with normals outwards and texture coordinates of their own.
+/// Returns six faces with outward normals, each with its own vertices and texture coordinates.
 fn box_mesh(min: DVec3, max: DVec3) -> MeshDescription {
     let mut mesh = MeshDescription::default();
     let size = max - min;

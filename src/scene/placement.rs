@@ -1,11 +1,12 @@
-//! Where every shape stands: in the world itself, or in groups that are placed there, still or moving.
+//! Placement of every shape: in the world itself, or in groups that are placed there, static or moving.
 //!
-//! Instances within groups are multiplied out, and a shape that moves becomes a group of its own, as does a sphere or disk
-//! that its keys leave stretched unevenly, so that what is left is one level: groups of shapes that stand still, and their placements in the world.
+//! Nested instances are flattened. A moving shape becomes a group of its own, as does a sphere or disk that its
+//! keyframes scale non-uniformly. The result is a single level: groups of static shapes, and their placements in the
+//! world.
 //!
 //! Measure: world units; times of the shutter.
-//! Range: groups without a circle, which `load` makes sure of, nested at most 64 deep; at most 2^22 placements. Groups that
-//! nothing places are left out.
+//! Range: groups without cycles, which `load` guarantees, nested at most 64 deep; at most 2^22 placements. Groups that
+//! are not placed are left out.
 //! Source: none needed. Tested below and in `tests/rendering/motion.rs`.
 
 use super::description::{GeometryDescription, Key, Place, SceneDescription, ShapeDescription};
@@ -15,21 +16,21 @@ use crate::error::Result;
 use crate::math::vec::DAffine3;
 use std::collections::{BTreeSet, HashMap};
 
-/// All shapes of a scene by where they stand; shapes are indices into the description.
+/// All shapes of a scene by placement; shapes are indices into the description.
 #[derive(Debug, Default)]
 pub struct Layout {
-    /// Shapes that stand in the world themselves.
+    /// Static shapes of the world itself.
     pub shapes: Vec<usize>,
-    /// The shapes of each group that is placed.
+    /// The shapes of each placed group.
     pub groups: Vec<Vec<usize>>,
     /// All placements of groups.
     pub placements: Vec<Placement>,
-    /// The instances that place something to be seen, in order.
+    /// The instances that place at least one shape, in order.
     pub instances: BTreeSet<usize>,
 }
 
 impl Layout {
-    /// The shapes that are to be seen somewhere, in order, of `count` in the description.
+    /// Returns the shapes that are placed at least once, in order; `count` is the number of shapes in the description.
     pub fn placed_shapes(&self, count: usize) -> impl Iterator<Item = usize> {
         let mut placed = vec![false; count];
         for &shape in self.shapes.iter().chain(self.groups.iter().flatten()) {
@@ -46,29 +47,29 @@ pub struct Placement {
     pub group: usize,
     /// Group to world, at equally spaced times from the opening of the shutter to its closing.
     pub steps: Vec<DAffine3>,
-    /// The innermost object that places it, for messages: its name and where it was written.
+    /// The innermost object that places it, for messages: its name and its place in the file.
     pub object: (String, Place),
 }
 
-/// What is applied on the way from a group to the world, innermost last.
+/// Transforms and keyframes between a group and the world, innermost last.
 type Chain<'a> = Vec<(DAffine3, &'a [Key])>;
 
-/// What a placed group is made of.
+/// The content of a placed group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Member {
-    /// The shapes of a named group that stand still in it.
+    /// The static shapes of a named group.
     Group(usize),
-    /// A shape that stands alone.
+    /// A shape that forms its own group.
     Shape(usize),
 }
 
-/// Groups within groups within groups, at most.
+/// Maximum nesting depth of groups.
 const DEEPEST: usize = 64;
 
-/// Placements of groups in the world, at most: groups that hold others twice grow fast.
+/// Maximum number of placements in the world: it grows exponentially if groups contain others twice.
 const MOST_PLACEMENTS: u64 = 1 << 22;
 
-/// What a group, or the world itself, holds; indices into the description.
+/// Members of a group, or of the world itself; indices into the description.
 #[derive(Debug, Clone, Default)]
 struct Contents {
     still: Vec<usize>,
@@ -76,11 +77,11 @@ struct Contents {
     instances: Vec<usize>,
 }
 
-/// What a group, or the world itself, leads to.
+/// Totals over the members of a group, or of the world itself, and everything nested in it.
 #[derive(Debug, Clone, Copy)]
 struct Count {
     placements: u64,
-    /// How deep groups are nested in it.
+    /// Depth of the groups nested in it.
     levels: usize,
 }
 
@@ -89,14 +90,14 @@ struct Walk<'a> {
     world: Contents,
     groups: Vec<Contents>,
     layout: Layout,
-    /// The index in the layout of what is placed already.
+    /// Index in the layout of each member that is placed already.
     known: HashMap<Member, usize>,
 }
 
-/// Finds out where everything stands.
+/// Computes the layout of a scene.
 ///
 /// # Errors
-/// Groups that are nested deeper than 64 times, or more than 2^22 placements.
+/// If groups are nested deeper than 64 levels, or there are more than 2^22 placements.
 pub fn layout(description: &SceneDescription) -> Result<Layout> {
     let mut walk = Walk::new(description);
     walk.count(None, 0, &mut vec![None; walk.groups.len()])?;
@@ -105,8 +106,8 @@ pub fn layout(description: &SceneDescription) -> Result<Layout> {
     Ok(walk.layout)
 }
 
-/// Whether a shape is a group of its own: if it moves, or if it is a sphere or disk that its keys stretch unevenly, even
-/// where it stands still. It is round in its own frame then, as it is while it moves.
+/// Whether a shape forms its own group: if it moves, or if it is a sphere or disk that its keyframes scale
+/// non-uniformly, even if it is static. It is then round in its own frame.
 pub fn stands_alone(shape: &ShapeDescription, shutter: [f64; 2]) -> bool {
     let is_round = matches!(
         shape.geometry,
@@ -153,7 +154,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// What a group, or the world itself, leads to. `counts` holds what is known.
+    /// Counts the placements and levels below a group, or below the world itself. `counts` caches the results.
     fn count(
         &self,
         parent: Option<usize>,
@@ -173,7 +174,8 @@ impl<'a> Walk<'a> {
             let refuse =
                 |why: String| Err(instance.place.error(format!("{}: {why}", instance.name)));
             let too_deep = || refuse(format!("groups are nested deeper than {DEEPEST} times"));
-            // Asked before going down, for the sake of the stack, and after: a group may be known from higher up.
+            // Checked before the recursion, to limit the stack, and after it: the count of a group may come from the
+            // cache.
             if depth >= DEEPEST {
                 return too_deep();
             }
@@ -195,7 +197,7 @@ impl<'a> Walk<'a> {
         Ok(count)
     }
 
-    /// Places what a group, or the world itself, holds beyond its still shapes.
+    /// Adds the placements of a group's members, or of the world's, except the static shapes.
     fn place_contents(&mut self, parent: Option<usize>, chain: &mut Chain<'a>) {
         let description = self.description;
         let contents = self.contents(parent).clone();
@@ -248,7 +250,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// The product of a chain, at as many times as the finest of its motions needs.
+/// Multiplies a chain, at as many times as its finest motion needs.
 fn compose(chain: &Chain<'_>, shutter: [f64; 2]) -> Vec<DAffine3> {
     let intervals = chain
         .iter()
@@ -268,7 +270,7 @@ fn compose(chain: &Chain<'_>, shutter: [f64; 2]) -> Vec<DAffine3> {
         .collect()
 }
 
-/// Intervals that both numbers of intervals divide, if they are few enough; else the larger.
+/// Returns the smallest common multiple of two numbers of intervals if it is small enough; otherwise the larger number.
 fn common_multiple(a: usize, b: usize) -> usize {
     const MOST: usize = 128;
     let larger = a.max(b);

@@ -1,11 +1,11 @@
-//! From a scene as written to a scene that can be rendered.
+//! Prepares a scene description for rendering.
 //!
-//! Everything is placed in double precision, normalised, and only then rounded. A group is normalised by itself: its shapes
-//! keep their digits wherever its instances stand.
+//! Everything is transformed in double precision, normalised, and only then rounded. A group is normalised by itself, so
+//! that its shapes keep their precision wherever its instances are placed.
 //!
 //! Measure: world units in, normalised units out.
-//! Range: what `load` lets through; a transform that stretches a sphere or disk unevenly is an error, and so is what is
-//! farther away than 2^48 times the scene's unit.
+//! Range: descriptions that `load` accepts; a transform that scales a sphere or disk non-uniformly is an error, and so
+//! is a shape farther away than 2^48 times the scene's unit.
 //! Source: docs/architecture.md. Tested below.
 
 use super::build_geometry::{build_geometry, instances};
@@ -31,22 +31,22 @@ use crate::planted::planted;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A scene ready to be rendered, and what had to be left out of it.
+/// A scene prepared for rendering, and notes about what was left out of it.
 #[derive(Debug)]
 pub struct Prepared {
     /// The scene.
     pub scene: Scene,
-    /// Sentences for the user, such as how many triangles were dropped.
+    /// Notes for the user, such as how many triangles were dropped.
     pub notes: Vec<String>,
-    /// What building the acceleration structure took of the time.
+    /// Time spent building the acceleration structure.
     pub build_time: Duration,
 }
 
-/// Makes a scene ready.
+/// Prepares a scene.
 ///
 /// # Errors
-/// A shape that cannot be transformed as written, a scene that there is no memory for, or what the acceleration structure's
-/// backend says.
+/// A shape that cannot be transformed as described, insufficient memory, or an error of the acceleration structure's
+/// backend.
 pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<Prepared> {
     let layout = layout(description)?;
     footprint::check(description, &layout)?;
@@ -56,7 +56,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         .map(|shapes| place(shapes, description))
         .collect::<Result<Vec<_>>>()?;
     let (normalisation, radius) = {
-        // Large, and gone before anything is built.
+        // Large; dropped before anything is built.
         let boxes = boxes(&roots, &groups, &layout);
         let normalisation = Normalisation::of(&boxes);
         let radius = scene_radius(&boxes, &normalisation);
@@ -119,7 +119,8 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
 }
 
 impl Scene {
-    /// Takes the description's camera and film. Everything else has to be as it was; so has the shutter, if anything moves.
+    /// Replaces the camera and film by those of the description. Everything else must be unchanged; so must the shutter,
+    /// if anything moves.
     pub fn look_from(&mut self, description: &SceneDescription) {
         let size = description.film.size;
         self.camera = camera(&description.camera, size, &self.normalisation);
@@ -132,12 +133,12 @@ impl Scene {
         self.effects = (of_camera | self.kept.objects).with_if(Effect::ManyLights, many_lights);
     }
 
-    /// Places the description's instances where they stand now, and tells notes as [`prepare`] does. Everything else has to be
-    /// as it was. Shapes and the structures over groups are kept, and so is the scene's frame: pictures are those of the scene
-    /// made anew but for rounding.
+    /// Moves the instances to their transforms in the description, and returns notes like [`prepare`]. Everything else
+    /// must be unchanged. The shapes, the acceleration structures of groups and the normalisation are kept: images
+    /// differ from those of a newly prepared scene only by rounding.
     ///
     /// # Errors
-    /// A transform with which nothing can be traced, or what the backend says; the scene is as it was then.
+    /// A transform that cannot be traced, or an error of the backend; the scene is then unchanged.
     pub fn place_again(&mut self, description: &SceneDescription) -> Result<Vec<String>> {
         let layout = layout(description)?;
         let kept = &self.kept;
@@ -163,7 +164,7 @@ fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<Placed>
     let shapes = shapes.iter().map(|&shape| &description.shapes[shape]);
     shapes
         .map(|shape| {
-            // What stands alone is placed with its group; keys that are all equal still say where.
+            // The keyframes of a shape that forms its own group are applied to the group; those of others are constant.
             let then = if stands_alone(shape, shutter) {
                 DAffine3::IDENTITY
             } else {
@@ -275,7 +276,7 @@ mod tests {
                         .intersect::<Everything>(&Ray::new(inside, w), 0.0, None, 0.0)
                         .expect("a closed box");
                     assert!(at.ng.dot(w) > 0.0, "{transform:?} {w}");
-                    // So the outside emits, and what is seen from within does not.
+                    // The outside emits, and the inside does not.
                     assert_eq!(scene.emitted(&at), Some(Rgb::BLACK));
                 }
             }

@@ -1,7 +1,7 @@
-//! Who emits: the lights of a scene and its shapes, numbered as rays number them.
+//! Collects the lights and emitters of a scene, with the shape numbers that rays return.
 //!
 //! Measure: normalised units.
-//! Range: the shapes of a world, in its order.
+//! Range: the shapes of a world, in order.
 //! Source: docs/architecture.md. Tested through `prepare.rs` and in `tests/loading/lights.rs`.
 
 use super::description::{CameraDescription, ColourDescription, LightModel, SceneDescription};
@@ -25,21 +25,21 @@ use crate::math::rgb::Rgb;
 use crate::planted::planted;
 use std::sync::Arc;
 
-/// What is gathered shape by shape.
+/// The lights, emitters and shape attributes of a scene.
 pub struct SceneLights {
-    /// As [`Scene::shapes`](super::Scene).
+    /// See [`Scene::shapes`](super::Scene).
     pub(super) shapes: Vec<Shape>,
-    /// Shapes that emit.
+    /// Emission of the shapes that emit.
     pub(super) emitters: Vec<Emitter>,
-    /// All that light sampling chooses from.
+    /// All lights that can be sampled.
     pub(super) lights: Lights,
-    /// As [`Scene::light_primitives`](super::Scene).
+    /// See [`Scene::light_primitives`](super::Scene).
     pub(super) light_primitives: Vec<Option<PrimitiveId>>,
     unsampled: usize,
 }
 
 impl SceneLights {
-    /// What the shapes and lights of a description are in a world with this layout.
+    /// Collects the shapes and lights of a description in a world with this layout.
     pub(super) fn new(
         description: &SceneDescription,
         layout: &Layout,
@@ -80,13 +80,13 @@ impl SceneLights {
         }
     }
 
-    /// What the scene calls for.
+    /// Returns the effects that the scene requires of a kernel.
     pub(super) fn effects(&self, camera: &CameraDescription, kept: &PreparedCache) -> EffectSet {
         (effects::of_camera(camera) | kept.objects)
             .with_if(Effect::ManyLights, self.lights.len() > 1)
     }
 
-    /// What is worth telling: one sentence each.
+    /// Returns notes for the user: one sentence each.
     pub(super) fn notes(&self, kept: &PreparedCache) -> Vec<String> {
         let forms = kept.still.iter().chain(kept.groups.iter().flatten());
         let dropped: usize = forms.map(|form| form.dropped).sum();
@@ -102,7 +102,7 @@ impl SceneLights {
     }
 }
 
-/// What is being gathered.
+/// The state while collecting.
 struct Gathered<'a> {
     description: &'a SceneDescription,
     materials: &'a [Material],
@@ -111,7 +111,7 @@ struct Gathered<'a> {
 }
 
 impl Gathered<'_> {
-    /// Adds shapes in the order in which rays number them.
+    /// Adds shapes in the order of the shape numbers.
     fn add_shapes(
         &mut self,
         shapes: &[usize],
@@ -142,7 +142,7 @@ impl Gathered<'_> {
         }
     }
 
-    /// Adds the lights that are no shapes and are sampled, for a scene of this radius in normalised units.
+    /// Adds the lights that are not shapes and can be sampled, for a scene of this radius in normalised units.
     fn add_lights(&mut self, normalisation: &Normalisation, radius: f64) {
         for light in &self.description.lights {
             if let Some(light) = light_of(&light.model, normalisation) {
@@ -153,9 +153,9 @@ impl Gathered<'_> {
     }
 }
 
-/// A light that is no shape, in normalised units; `None` if it is black, or the same in all directions.
+/// Returns a light that is not a shape in normalised units; `None` if it is black or a constant environment.
 fn light_of(model: &LightModel, normalisation: &Normalisation) -> Option<Light> {
-    // Irradiance, I / d^2, is not to change with the unit of length. The square of a unit may leave single precision
+    // Irradiance, I / d^2, must not depend on the unit of length. The square of the scale may overflow single precision
     // where its product with an intensity does not.
     let intensity = |intensity: Rgb| {
         let normalised = |x: f32| normalisation.area(f64::from(x)) as f32;

@@ -1,9 +1,10 @@
-//! The layers of a picture: how wrong each pixel is, and what is seen first in it.
+//! The layers of an image: the error estimates of each pixel, and the properties of its first hit.
 //!
-//! Measure: `se` is the standard error of R, G and B, and of the layers that follow; `freedom` the degrees of freedom of the
-//! first three; `spp` the samples; `flag` 1 where the standard error is not to be trusted; `half` the picture from one half of the samples, which `etendue denoise` holds
-//! against the other; `cache` how many records of an irradiance cache tell the indirect light; `albedo`, `normal` and `depth` as in `render/first_hit.rs`.
-//! Range: renders that were asked for layers.
+//! Measure: `se` is the standard error of R, G and B, and of the layers that follow; `freedom` the degrees of freedom
+//! of the first three; `spp` the sample count; `flag` is 1 where the standard error is not reliable; `half` the image
+//! from one half of the samples, which `etendue denoise` compares with the other half; `cache` the number of records of
+//! an irradiance cache that estimate the indirect light; `albedo`, `normal` and `depth` as in `render/first_hit.rs`.
+//! Range: renders with layers requested.
 //! Source: the channels of docs/accuracy.md. Tested in `cli/tests/command/layers.rs` and `tests/rendering/session.rs`.
 
 use crate::error::{Error, Result};
@@ -13,16 +14,17 @@ use crate::render::first_hit::{FirstHit, first_hits};
 use crate::render::settings::RenderSettings;
 use crate::render::{RenderInput, Rendered};
 
-/// Samples that the first hits are averaged over: they have little noise, and are traced beside the picture. Of a long
-/// render they take a few hundredths of the time, and of a short one enough to guide the noise filter.
+/// The number of samples that the first hits are averaged over. They have little noise, and are traced in addition to
+/// the samples of the image: a few hundredths of the time of a long render, and in a short one enough samples to guide
+/// the noise filter.
 fn samples_of_first_hits(spp: u64) -> u64 {
     (spp / 16).clamp(16, 64).min(spp).max(1)
 }
 
-/// All layers of a render, by rayon's current threads.
+/// Computes all layers of a render on rayon's current threads.
 ///
 /// # Errors
-/// A usage error for a render that was not asked for layers.
+/// A usage error for a render without layers requested.
 pub fn layers(
     view: &RenderInput<'_>,
     settings: &RenderSettings,
@@ -81,7 +83,7 @@ pub fn layers(
     Ok(layers)
 }
 
-/// The channels of a picture, as layers of this name.
+/// The channels of an image, as layers with this name.
 pub fn channels(name: &str, image: &Image) -> impl Iterator<Item = Layer> {
     ["R", "G", "B"]
         .into_iter()

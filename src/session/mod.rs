@@ -1,43 +1,11 @@
-//! A scene to ask things of, over and over: pictures, further samples of them, what rays meet; after a change of the camera
-//! or of where things stand, too, without building anew what has not changed. What the command does, others do by it.
+//! Sessions: a prepared scene for repeated renders, additional samples and ray queries, also after changes of the
+//! camera or of instance transforms, without rebuilding what has not changed. Other programs do by a session what the
+//! command does.
 //!
-//! ```
-//! use etendue::math::rgb::Rgb;
-//! use etendue::math::vec::DVec3;
-//! use etendue::render::Unwatched;
-//! use etendue::render::wishes::Wishes;
-//! use etendue::scene::description::{
-//!     CameraDescription, GeometryDescription, LightDescription, MaterialDescription,
-//!     MaterialModel, Place, SceneDescription, ShapeDescription,
-//! };
-//! use etendue::session::{Session, tracing};
-//!
-//! # fn main() -> etendue::Result<()> {
-//! let eye = DVec3::new(0.0, 1.0, 4.0);
-//! let camera = CameraDescription::look_at(eye, DVec3::ZERO, DVec3::Y, 40.0_f64.to_radians())?;
-//! let mut scene = SceneDescription::new("ball", camera);
-//! scene.film.size = (32, 24);
-//! let reflectance = Rgb::grey(0.7).into();
-//! let white = MaterialModel::Diffuse { reflectance };
-//! scene.add_material(MaterialDescription::new("white", Place::default(), white))?;
-//! let ball = GeometryDescription::Sphere { center: DVec3::ZERO, radius: 1.0 };
-//! scene.add_shape(ShapeDescription::new("ball", Place::default(), ball))?;
-//! scene.add_light(LightDescription::sky(Place::default(), Rgb::WHITE))?;
-//!
-//! let session = Session::new(scene, tracing())?;
-//! let mut rendering = session.render(&Wishes::samples(128), &Unwatched)?;
-//! rendering.add_samples(&session, 128, &Unwatched)?;
-//! assert_eq!(rendering.spp(), 256);
-//! // A white sky lights the ball evenly, and is seen beside it.
-//! let middle = rendering.image().get(16, 12).to_array()[1];
-//! assert!((middle - 0.7).abs() < 0.1);
-//! # Ok(())
-//! # }
-//! ```
+//! The crate's first page has an example.
 //!
 //! Measure: world units, samples per pixel, seconds.
-//! Range: valid scenes, which `Session::new` makes sure of. A session may be used from any number of threads at once, except
-//! to change it.
+//! Range: valid scenes, as `Session::new` checks. Any number of threads may use a session at once, except to change it.
 //! Source: none needed. Tested in `tests/rendering/session.rs`.
 
 pub mod layers;
@@ -63,7 +31,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// How rays are traced where nobody says: by the preferred backend of this build, robustly, on all threads.
+/// The default options for tracing rays: the preferred backend of this build, in robust precision, on all threads.
 pub fn tracing() -> AccelOptions {
     AccelOptions {
         backend: Backend::ALL[0],
@@ -73,7 +41,7 @@ pub fn tracing() -> AccelOptions {
     }
 }
 
-/// A scene that is ready, with threads that wait for work.
+/// A prepared scene, with a pool of threads.
 #[derive(Debug)]
 pub struct Session {
     description: SceneDescription,
@@ -83,52 +51,53 @@ pub struct Session {
     filter: Filter,
     threads: Threads,
     work: Work,
-    /// Another one after each change: a rendering knows by it whether it can go on.
+    /// The identity of the current state, replaced after each change: a rendering compares it to decide whether it can
+    /// continue.
     state: State,
 }
 
-/// What tells one state of a session from all others, of other sessions too: they are numbered through.
+/// The identity of a state, unique among the states of all sessions: a running number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct State(u64);
 
 impl State {
-    /// One that nobody has.
+    /// Returns a new, unused identity.
     fn next() -> Self {
         static GIVEN: AtomicU64 = AtomicU64::new(0);
         Self(GIVEN.fetch_add(1, Ordering::Relaxed))
     }
 }
 
-/// What a session has done to be ready.
+/// The preparation work that a session has done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct Work {
-    /// How often everything was made ready, and all acceleration structures were built.
+    /// The number of times the whole scene was prepared, and all acceleration structures were built.
     pub builds: u64,
-    /// How often groups were placed anew, and nothing was built but the structure above them.
+    /// The number of times groups were placed again, and only the top-level structure was built.
     pub placements: u64,
-    /// How often the camera was replaced, and nothing was built.
+    /// The number of times the camera or film was replaced, and nothing was built.
     pub cameras: u64,
-    /// What the last of them took.
+    /// The duration of the last of these.
     pub last: Duration,
-    /// What building acceleration structures took of the time when everything was made ready last.
+    /// The time spent building acceleration structures when the whole scene was last prepared.
     pub structures: Duration,
 }
 
 impl Session {
-    /// Makes a scene ready.
+    /// Prepares a scene.
     ///
     /// # Errors
-    /// What is wrong with the scene, and what the backend says.
+    /// An invalid scene, or an error of the backend.
     pub fn new(description: SceneDescription, options: AccelOptions) -> Result<Self> {
         check::scene(&description)?;
         Self::of_valid(description, options)
     }
 
-    /// Loads a scene, a `.toml` file or a bare `.obj` model, and makes it ready.
+    /// Loads a scene, a `.toml` file or a bare `.obj` model, and prepares it.
     ///
     /// # Errors
-    /// What is wrong with the file, with one that it names or with the scene, and what the backend says.
+    /// An invalid file, an invalid file that it names, an invalid scene, or an error of the backend.
     pub fn load(file: &Path, options: AccelOptions) -> Result<Self> {
         Self::of_valid(load::load(file)?, options)
     }
@@ -158,7 +127,7 @@ impl Session {
         })
     }
 
-    /// The scene as it was written, with the changes since.
+    /// The scene as it was written, with later changes.
     pub fn description(&self) -> &SceneDescription {
         &self.description
     }
@@ -168,34 +137,35 @@ impl Session {
         &self.filter
     }
 
-    /// The scene as it is rendered.
+    /// The prepared scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// What was decided or repaired, for the user to know: one sentence each.
+    /// Notes for the user on decisions and repairs, one sentence each.
     pub fn notes(&self) -> impl Iterator<Item = &str> {
         let all = self.description.notes.iter().chain(&self.notes);
         all.map(String::as_str)
     }
 
-    /// What was done so far to be ready.
+    /// The preparation work done so far.
     pub fn work(&self) -> Work {
         self.work
     }
 
-    /// Begins a render, without a sample yet. Its threads are the session's.
+    /// Begins a render, without samples yet, on the session's threads.
     ///
     /// # Errors
-    /// Wishes that are out of their range, and a picture that there is no memory for.
+    /// Options out of their range, and too little memory for the image.
     pub fn start(&self, options: &RenderOptions) -> Result<Rendering> {
         self.start_watched(options, &Unwatched)
     }
 
-    /// The same, where `observer` may end the pilot by which `auto` is settled; then it stands for `path`.
+    /// Begins a render like [`Self::start`]. `observer` may stop the pilot that resolves the integrator `auto`; `auto`
+    /// then stands for `path`.
     ///
     /// # Errors
-    /// As [`Self::start`].
+    /// The errors of [`Self::start`].
     pub fn start_watched(
         &self,
         options: &RenderOptions,
@@ -204,10 +174,11 @@ impl Session {
         Rendering::new(self, options, observer)
     }
 
-    /// The integrator that suits the scene, whichever is wished for: what `auto` stands for.
+    /// Recommends the integrator that suits the scene, which is the one that `auto` stands for, whichever the options
+    /// name.
     ///
     /// # Errors
-    /// As [`Self::start`].
+    /// The errors of [`Self::start`].
     pub fn recommend(
         &self,
         options: &RenderOptions,
@@ -218,10 +189,10 @@ impl Session {
         recommend(&self.view(), &self.threads, &settings, observer)
     }
 
-    /// Renders as wished.
+    /// Renders with the given options.
     ///
     /// # Errors
-    /// As [`Self::start`], and a kernel that lacks an effect of the scene.
+    /// The errors of [`Self::start`], and a kernel that lacks an effect of the scene.
     pub fn render(
         &self,
         options: &RenderOptions,
@@ -233,10 +204,11 @@ impl Session {
         Ok(rendering)
     }
 
-    /// Looks from somewhere else. Nothing is built, unless another shutter makes something move, or move otherwise.
+    /// Replaces the camera. Nothing is rebuilt, unless a different shutter changes which objects move, or how they
+    /// move.
     ///
     /// # Errors
-    /// A camera that is not valid: then nothing changes.
+    /// An invalid camera; the session is then unchanged.
     pub fn set_camera(&mut self, camera: CameraDescription) -> Result<()> {
         check::camera(&camera)?;
         let start = Instant::now();
@@ -251,10 +223,10 @@ impl Session {
         Ok(())
     }
 
-    /// Makes pictures of another size, or by another filter. Nothing is built.
+    /// Replaces the film, that is, the image size and the reconstruction filter. Nothing is rebuilt.
     ///
     /// # Errors
-    /// A film that is not valid: then nothing changes.
+    /// An invalid film; the session is then unchanged.
     pub fn set_film(&mut self, film: FilmDescription) -> Result<()> {
         check::film(&film)?;
         let start = Instant::now();
@@ -264,11 +236,11 @@ impl Session {
         Ok(())
     }
 
-    /// Places instances anew, given by their indices in the description. What groups consist of is not built again, only the
-    /// structure above them: instances, and shapes that stand in the world itself.
+    /// Replaces the transforms of instances, given by their indices in the description. The structures of groups are
+    /// not rebuilt, only the top-level structure over instances and top-level shapes.
     ///
     /// # Errors
-    /// An index that there is not, or a transform that flattens space: then nothing changes.
+    /// An index out of range, or a singular transform; the session is then unchanged.
     pub fn set_transforms(&mut self, transforms: &[(usize, DAffine3)]) -> Result<()> {
         let start = Instant::now();
         let before = self.description.instances.clone();
@@ -331,7 +303,7 @@ impl Session {
     }
 }
 
-/// Whether anything but the camera moves.
+/// Whether any object other than the camera moves.
 fn moves(description: &SceneDescription) -> bool {
     let of_shapes = description.shapes.iter().map(|shape| &shape.motion);
     let of_instances = description.instances.iter().map(|it| &it.motion);

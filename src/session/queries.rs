@@ -1,8 +1,9 @@
-//! Questions about single rays: what they meet, whether they are free, what radiance comes along them.
+//! Queries for single rays: closest hits, occlusion, and the radiance along them.
 //!
 //! Measure: world units; times from 0, when the shutter opens, to 1; radiance.
-//! Range: finite rays with a direction; others are errors. A surface that is only partly there counts where more than half of
-//! it is, and a ray is free that more than half of the light passes along; radiance knows all shades.
+//! Range: finite rays with a direction; others are errors. A surface with partial alpha is hit where its alpha exceeds
+//! one half, and a ray is unoccluded if more than half of the light passes along it; radiance takes partial alpha into
+//! account.
 //! Source: none needed. Tested in `tests/rendering/session.rs`.
 
 use super::Session;
@@ -17,26 +18,26 @@ use crate::render::along_ray::{AlongRay, along_rays};
 use crate::render::check;
 use crate::render::options::RenderOptions;
 
-/// What a surface has to have left to count, and light to pass.
+/// The alpha above which a surface is hit, and the visibility above which a ray is unoccluded.
 const HALF: f32 = 0.5;
 
-/// A ray through the world.
+/// A ray in world space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QueryRay {
-    /// Where it starts.
+    /// The point where the ray starts.
     pub origin: DVec3,
-    /// Where it goes, of any length but 0.
+    /// The direction, of any length but 0.
     pub direction: DVec3,
-    /// What is at this distance or nearer does not count; at least 0.
+    /// Hits at this distance or nearer are ignored; at least 0.
     pub min_distance: f64,
-    /// What is farther does not count; may be infinite.
+    /// Hits beyond this distance are ignored; may be infinite.
     pub max_distance: f64,
-    /// When it is traced, from 0 to 1 while the shutter is open.
+    /// The time within the shutter interval, from 0 to 1.
     pub time: f64,
 }
 
 impl QueryRay {
-    /// A ray without an end, as the shutter opens.
+    /// Creates an infinite ray at the time when the shutter opens.
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
         Self {
             origin,
@@ -48,28 +49,28 @@ impl QueryRay {
     }
 }
 
-/// What a ray meets.
+/// The surface interaction where a ray hits the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Met {
-    /// How far it is.
+    /// The distance from the origin of the ray.
     pub distance: f64,
-    /// Where it is.
+    /// The position of the hit.
     pub position: DVec3,
-    /// The geometric normal, of unit length, on the side that the shape says is its front.
+    /// The geometric normal, of unit length, on the front side of the shape.
     pub geometric_normal: DVec3,
-    /// The normal that is shaded with, of unit length: towards the ray, or outwards on what light passes through.
+    /// The shading normal, of unit length: towards the ray, or outwards on transmissive surfaces.
     pub shading_normal: DVec3,
-    /// Texture coordinates; 0 where nothing on the shape asks for them.
+    /// The texture coordinates; 0 if nothing on the shape needs them.
     pub uv: DVec2,
-    /// The shape's index in the description.
+    /// The index of the shape in the description.
     pub shape: usize,
-    /// The primitive's index in the shape, among those that have an area.
+    /// The index of the primitive in the shape, among those with nonzero area.
     pub primitive: u32,
 }
 
 impl Session {
-    /// What a ray meets first.
+    /// Finds the closest hit of a ray.
     ///
     /// # Errors
     /// A ray out of its range.
@@ -91,7 +92,7 @@ impl Session {
         }))
     }
 
-    /// Whether anything lies on a ray.
+    /// Whether a ray is occluded.
     ///
     /// # Errors
     /// A ray out of its range.
@@ -100,11 +101,12 @@ impl Session {
         Ok(self.scene.visibility::<Everything>(&ray, time) <= HALF)
     }
 
-    /// Estimates the radiance that comes along each ray to its origin, by `spp` samples each, with standard
-    /// errors from four samples on; with layers wished for, `spp` is rounded up to a multiple of four. Each ray has random numbers of its own, by its index.
+    /// Estimates the radiance that arrives along each ray at its origin, with `spp` samples each, and with standard
+    /// errors if there are at least four samples. If layers are requested, `spp` is rounded up to a multiple of four.
+    /// Each ray has its own random numbers, by its index.
     ///
     /// # Errors
-    /// A ray, wishes or samples out of their range.
+    /// Rays, options or sample counts out of their range.
     pub fn radiance(
         &self,
         options: &RenderOptions,
@@ -135,7 +137,7 @@ impl Session {
         Ok(self.threads.run(estimate))
     }
 
-    /// A ray in the scene's own units.
+    /// Converts a ray to the scene's normalised units.
     fn to_scene(&self, ray: &QueryRay) -> Result<CameraRay> {
         let direction = ray.direction.try_normalize();
         let Some(direction) = direction.filter(|_| ray.origin.is_finite()) else {

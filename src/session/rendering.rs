@@ -1,7 +1,7 @@
-//! A render of a session's scene as far as it has come, and what can be read off it.
+//! Renderings: the state of a render of a session's scene, and its results so far.
 //!
 //! Measure: radiance, samples per pixel.
-//! Range: a rendering goes on as long as its session has not changed; what is there can be read at any time.
+//! Range: a rendering can be continued until its session changes; its results can be read at any time.
 //! Source: none needed. Tested in `tests/rendering/session.rs`.
 
 use super::{Session, State, layers};
@@ -18,7 +18,7 @@ use crate::render::settings::Adaptive;
 use crate::render::settings::{Budget, RenderSettings};
 use crate::render::{RenderObserver, Rendered, check, resume};
 
-/// A render as far as it has come.
+/// A render in progress.
 #[derive(Debug, Clone)]
 pub struct Rendering {
     settings: RenderSettings,
@@ -47,11 +47,12 @@ impl Rendering {
         })
     }
 
-    /// Goes on until `until` is met; samples per pixel count from the first, time from now.
+    /// Continues until the budget `until` is reached; samples per pixel count from the first sample, time from this
+    /// call.
     ///
     /// # Errors
-    /// A session that has changed since this began, or is another one; an adaptive render that has begun. What was rendered
-    /// stays.
+    /// A session that has changed since the rendering began, or is another one; an adaptive render that has begun. The
+    /// samples so far are kept.
     pub fn go_on(
         &mut self,
         session: &Session,
@@ -69,10 +70,10 @@ impl Rendering {
         )
     }
 
-    /// Takes so many more samples in each pixel.
+    /// Takes this many additional samples per pixel.
     ///
     /// # Errors
-    /// As [`Self::go_on`].
+    /// The errors of [`Self::go_on`].
     pub fn add_samples(
         &mut self,
         session: &Session,
@@ -83,52 +84,52 @@ impl Rendering {
         self.go_on(session, until, observer)
     }
 
-    /// The settings that the wishes have become.
+    /// The settings that the options resolve to.
     pub fn settings(&self) -> &RenderSettings {
         &self.settings
     }
 
-    /// What `auto` has come to; `None` where an integrator was named.
+    /// The recommendation that `auto` resolved to; `None` if an integrator was named.
     pub fn recommendation(&self) -> Option<&Recommendation> {
         self.recommendation.as_ref()
     }
 
-    /// All that was counted.
+    /// The complete results so far.
     pub fn rendered(&self) -> &Rendered {
         &self.rendered
     }
 
-    /// The sums that the picture is made of.
+    /// The film with the sums of all pixels.
     pub fn film(&self) -> &Film {
         &self.rendered.film
     }
 
-    /// Complete samples per pixel, in the mean where pixels differ.
+    /// The number of complete samples per pixel, averaged where pixels differ.
     pub fn spp(&self) -> u64 {
         self.rendered.spp
     }
 
-    /// The picture: linear Rec. 709, row by row from the top. Pixels without a sample are black.
+    /// The image: linear Rec. 709, row by row from the top. Pixels without a sample are black.
     pub fn image(&self) -> Image {
         self.rendered.film.develop()
     }
 
-    /// The error bars of all pixels; `None` before every pixel has four samples.
+    /// The error bars of all pixels; `None` until every pixel has four samples.
     pub fn error_bars(&self) -> Option<ErrorBars> {
         let film = &self.rendered.film;
         film.has_all_batches().then(|| film.error_bars())
     }
 
-    /// How far the picture is likely to be from the truth, with an upper bound of this confidence, in (0, 1); `None` before
-    /// that can be told.
+    /// The estimated error of the image, with an upper bound at this confidence, in (0, 1); `None` while it cannot be
+    /// estimated.
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
         self.rendered.error(confidence)
     }
 
-    /// The picture with all its layers.
+    /// The image with all its layers.
     ///
     /// # Errors
-    /// A session that has changed since or is another one, or a render that was not asked for layers.
+    /// A session that has changed since the rendering began or is another one, or a render without layers requested.
     pub fn layered(&self, session: &Session) -> Result<LayeredImage> {
         self.check_session(session)?;
         let view = session.view();
@@ -150,7 +151,7 @@ impl Rendering {
     }
 }
 
-/// Makes sure that there is memory for the sums of all pixels.
+/// Checks that there is memory for the sums of all pixels.
 fn check_room(settings: &RenderSettings) -> Result<()> {
     let has_counts = settings.adaptive != Adaptive::Off;
     let of_pixel = size_of::<PixelSums>()

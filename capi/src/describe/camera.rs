@@ -1,7 +1,7 @@
-//! Where a scene is seen from, and the picture.
+//! The camera and the film.
 //!
 //! Measure: world units, degrees, pixels.
-//! Range: as docs/scene-format.md says of `[camera]` and `[film]`.
+//! Range: as in docs/scene-format.md for `[camera]` and `[film]`.
 //! Source: docs/scene-format.md.
 
 use super::{choice, or_default};
@@ -19,40 +19,41 @@ use std::mem::offset_of;
 pub struct EtdCamera {
     /// sizeof(EtdCamera)
     pub struct_size: usize,
-    /// Where it is.
+    /// Position of the camera.
     pub eye: [f64; 3],
-    /// What it looks at.
+    /// The point that the camera looks at.
     pub target: [f64; 3],
-    /// What is up; all zeros stand for y.
+    /// The up direction; all zeros stand for y.
     pub up: [f64; 3],
     /// Vertical field of view in degrees, below 180; 0 stands for 40.
     pub fov: f64,
     /// Radius of the lens; 0 is a pinhole.
     pub lens_radius: f64,
-    /// Distance of the plane in focus; 0 stands for that of the target, of the first key if the camera moves.
+    /// Distance of the plane of focus; 0 stands for that of the target, which is that of the first keyframe if the
+    /// camera moves.
     pub focus_distance: f64,
-    /// Two times: when the shutter opens and when it closes, in the unit of all keys. If they are equal, everything stands still
-    /// as it is then. Null leaves the shutter as it is; that of a new scene is { 0, 0 }.
+    /// Two times: when the shutter opens and when it closes, in the unit of all keyframes. If they are equal, everything
+    /// is static at that time. Null leaves the shutter unchanged; that of a new scene is { 0, 0 }.
     pub shutter: *const f64,
-    /// Where the camera is at which time, in place of `eye`, `target` and `up`; null for a camera that stands still.
+    /// Keyframes, which replace `eye`, `target` and `up`; null for a static camera.
     pub motion: *const EtdCameraKey,
-    /// Keys, in order of time.
+    /// Number of keyframes, which are in order of time.
     pub motion_count: usize,
-    /// Bytes from one key to the next; 0 stands for keys without a gap.
+    /// Bytes from one keyframe to the next; 0 stands for no gap.
     pub motion_stride: usize,
 }
 
-/// The place of a camera at a time.
+/// A keyframe of a camera.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdCameraKey {
-    /// When; above that of the key before.
+    /// The time; later than that of the previous keyframe.
     pub time: f64,
-    /// Where it is.
+    /// Position of the camera.
     pub eye: [f64; 3],
-    /// What it looks at.
+    /// The point that the camera looks at.
     pub target: [f64; 3],
-    /// What is up; all zeros stand for y.
+    /// The up direction; all zeros stand for y.
     pub up: [f64; 3],
 }
 
@@ -60,31 +61,31 @@ pub struct EtdCameraKey {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EtdFilter {
-    /// A bell.
+    /// Gaussian filter.
     Gaussian = 0,
-    /// The same weight everywhere.
+    /// Box filter: constant weight.
     Box = 1,
-    /// A triangle.
+    /// Tent (triangle) filter.
     Tent = 2,
-    /// Mitchell and Netravali's, with lobes below 0.
+    /// Mitchell-Netravali filter, with negative lobes.
     Mitchell = 3,
-    /// Blackman and Harris's.
+    /// Blackman-Harris filter.
     BlackmanHarris = 4,
 }
 
-/// The picture.
+/// The film.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdFilm {
     /// sizeof(EtdFilm)
     pub struct_size: usize,
-    /// Pixels in a row, from 1 to 65536.
+    /// Width in pixels, from 1 to 65536.
     pub width: u32,
-    /// Rows, from 1 to 65536.
+    /// Height in pixels, from 1 to 65536.
     pub height: u32,
     /// The reconstruction filter, an `EtdFilter`.
     pub filter: i32,
-    /// Its radius in pixels, up to 32; 0 stands for the filter's own.
+    /// The filter radius in pixels, up to 32; 0 stands for the filter's default.
     pub filter_radius: f64,
 }
 
@@ -102,7 +103,7 @@ unsafe impl Versioned for EtdFilm {
     const NAME: &'static str = "EtdFilm";
 }
 
-/// A camera that looks from `eye` at `target`; no direction at all stands for y up.
+/// Returns a camera at `eye` that looks at `target`; an `up` of zeros stands for y.
 fn look_at([eye, target, up]: [[f64; 3]; 3], fov: f64) -> renderer::Result<CameraDescription> {
     let [eye, target, up] = [eye, target, up].map(DVec3::from_array);
     let up = or_default(up, DVec3::Y);
@@ -110,10 +111,10 @@ fn look_at([eye, target, up]: [[f64; 3]; 3], fov: f64) -> renderer::Result<Camer
 }
 
 impl EtdCamera {
-    /// The camera, whose shutter was as `shutter` says so far.
+    /// Returns the description of the camera; `shutter` is the shutter so far, used if none is given.
     ///
     /// # Safety
-    /// Its pointers are null, or what they point to is there.
+    /// Its pointers are null, or valid.
     pub unsafe fn describe(&self, shutter: [f64; 2]) -> Result<CameraDescription, Failure> {
         let fov = or_default(self.fov, 40.0).to_radians();
         // SAFETY: the caller's promise.
@@ -140,7 +141,7 @@ impl EtdCamera {
 }
 
 fn place_at(key: &EtdCameraKey) -> Result<Key, Failure> {
-    // Any field of view will do: only the place is asked for.
+    // The field of view does not matter: only the transform is used.
     let placed = look_at([key.eye, key.target, key.up], 1.0)?;
     Ok(Key {
         time: key.time,

@@ -1,7 +1,7 @@
-//! Pictures as textures.
+//! Images as textures.
 //!
-//! Measure: linear Rec. 709, or whatever the texture is of.
-//! Range: from 1 to 65536 pixels a side.
+//! Measure: linear Rec. 709 for colours; otherwise the unit of the textured quantity.
+//! Range: from 1 to 65536 pixels per side.
 //! Source: docs/scene-format.md.
 
 use super::or_default;
@@ -13,21 +13,21 @@ use renderer::Texture;
 use renderer::description::ColourDescription;
 use std::sync::Arc;
 
-/// A picture in the caller's memory, which is copied.
+/// An image in the caller's memory, which is copied.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdImage {
     /// sizeof(EtdImage)
     pub struct_size: usize,
-    /// Pixels in a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// Red, green and blue of each pixel, linear Rec. 709, row by row from the top.
     pub rgb: *const f32,
     /// Bytes from one pixel to the next; 0 stands for three floats without a gap.
     pub pixel_stride: usize,
-    /// Multiplies every value; 0 stands for 1.
+    /// Factor for every value; 0 stands for 1.
     pub scale: f32,
 }
 
@@ -36,10 +36,10 @@ unsafe impl Versioned for EtdImage {
     const NAME: &'static str = "EtdImage";
 }
 
-/// A copy of a picture.
+/// Copies an image of the caller.
 ///
 /// # Safety
-/// The pointer is null, or the structure and what it points to are there.
+/// The pointer is null, or the structure and its pointers are valid.
 pub unsafe fn texture(pointer: *const EtdImage) -> Result<Arc<Texture>, Failure> {
     // SAFETY: the caller's promise.
     let image = unsafe { read_struct(pointer) }?;
@@ -63,7 +63,7 @@ pub unsafe fn texture(pointer: *const EtdImage) -> Result<Arc<Texture>, Failure>
     }))
 }
 
-/// A picture, or the colour where there is none.
+/// Copies an image of the caller; null stands for the colour.
 ///
 /// # Safety
 /// As [`texture`].

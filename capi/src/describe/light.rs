@@ -1,7 +1,7 @@
-//! Lights that are no shapes.
+//! Lights that are not shapes.
 //!
-//! Measure: world units, degrees; W/sr, W/m^2 or W m^-2 sr^-1 as said at each.
-//! Range: as docs/scene-format.md says of `[[light]]`.
+//! Measure: world units, degrees; W/sr, W/m^2 or W m^-2 sr^-1 as stated at each field.
+//! Range: as in docs/scene-format.md for `[[light]]`.
 //! Source: docs/scene-format.md.
 
 use super::choice;
@@ -14,21 +14,21 @@ use renderer::description::{LightDescription, LightModel, Place};
 use renderer::vec::{DMat3, DVec3};
 use std::mem::offset_of;
 
-/// Lights that are no shapes.
+/// Kinds of lights that are not shapes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EtdLightKind {
-    /// Light from everywhere beyond the scene: `value` is radiance, or `panorama`; `transform`.
+    /// Environment light from infinity in all directions: `value` as radiance, or `panorama`; `transform`.
     Environment = 0,
-    /// A point: `value` is intensity, `position`.
+    /// Point light: `value` as intensity, `position`.
     Point = 1,
-    /// A point that shines into a cone: as a point, with `target`, `cone`, `penumbra`.
+    /// Spot light, which emits into a cone: as a point light, with `target`, `cone`, `penumbra`.
     Spot = 2,
-    /// Parallel light: `value` is irradiance, `direction`.
+    /// Distant light, parallel: `value` as irradiance, `direction`.
     Distant = 3,
 }
 
-/// A light that is no shape. Fields that its kind does not name are not looked at.
+/// A light that is not a shape. Fields that are not listed at its kind are ignored.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdLight {
@@ -38,20 +38,20 @@ pub struct EtdLight {
     pub kind: i32,
     /// Radiance, intensity or irradiance, at least 0.
     pub value: [f32; 3],
-    /// In place of `value`, all around: its middle is seen along -z, its right half towards +x, its top along +y; null for
-    /// none.
+    /// Environment map, replaces `value`: its middle is seen along -z, its right half towards +x, its top along +y; null
+    /// for none.
     pub panorama: *const EtdImage,
-    /// Where the light is.
+    /// Position of a point or spot light.
     pub position: [f64; 3],
-    /// Where a spot points.
+    /// The point at which a spot light is aimed.
     pub target: [f64; 3],
-    /// Where distant light goes.
+    /// Direction in which the light of a distant light travels.
     pub direction: [f64; 3],
-    /// Angle from a spot's axis to its edge in degrees, up to 180.
+    /// Angle from the axis of a spot light to its edge in degrees, up to 180.
     pub cone: f64,
-    /// The outer part of that angle over which a spot falls off, in degrees.
+    /// The outer part of the cone angle over which the intensity falls off, in degrees.
     pub penumbra: f64,
-    /// From the axes of the panorama to those of the world: 12 numbers, row by row, a rotation only; null leaves it as it is.
+    /// Rotation from the axes of the panorama to world axes: 12 numbers, row by row; null for the identity.
     pub transform: *const f64,
 }
 
@@ -63,7 +63,7 @@ unsafe impl Versioned for EtdLight {
 
 impl EtdLight {
     /// # Safety
-    /// Its pointers are null, or what they point to is there.
+    /// Its pointers are null, or valid.
     pub unsafe fn describe(&self) -> Result<LightDescription, Failure> {
         const KINDS: &[(i32, EtdLightKind)] = &[
             (EtdLightKind::Environment as i32, EtdLightKind::Environment),

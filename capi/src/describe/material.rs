@@ -1,7 +1,7 @@
 //! Materials.
 //!
-//! Measure: shares without unit; roughness is perceptual.
-//! Range: as docs/scene-format.md says of `[[material]]`.
+//! Measure: fractions without unit; roughness is perceptual.
+//! Range: as in docs/scene-format.md for `[[material]]`.
 //! Source: docs/scene-format.md.
 
 use super::image::{EtdImage, texture, texture_or};
@@ -13,69 +13,69 @@ use renderer::description::{MaterialDescription, MaterialModel, NormalMapDescrip
 use std::ffi::c_char;
 use std::mem::offset_of;
 
-/// How a material scatters.
+/// Scattering models.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EtdModel {
-    /// Lambert: `color`.
+    /// Lambertian reflection: `color`.
     Diffuse = 0,
     /// A perfect mirror: `color`.
     Mirror = 1,
-    /// Metal: `eta`, `k`, `roughness`.
+    /// Metal with a complex refractive index: `eta`, `k`, `roughness`.
     Conductor = 2,
-    /// Glass and water: `ior`, `roughness`, and `color` as the tint of what is refracted.
+    /// A dielectric such as glass or water: `ior`, `roughness`, and `color` as the tint of refracted light.
     Dielectric = 3,
-    /// A highlight over a matte part: `color`, `specular`, `exponent`.
+    /// A specular lobe over a diffuse one: `color`, `specular`, `exponent`.
     Phong = 4,
-    /// A matte base under a clear coat: `color`, `ior`, `roughness`.
+    /// A diffuse base under a dielectric coat: `color`, `ior`, `roughness`.
     Plastic = 5,
     /// The metallic-roughness model: `color`, `metallic`, `roughness`, `ior`, `transmission`.
     Principled = 6,
 }
 
-/// A material. Fields that its model does not name are not looked at; sides, alpha and normals suit every model.
+/// A material. Fields that are not listed at its model are ignored; sides, alpha and normals apply to every model.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdMaterial {
     /// sizeof(EtdMaterial)
     pub struct_size: usize,
-    /// For messages; may be null.
+    /// Name for messages; may be null.
     pub name: *const c_char,
     /// An `EtdModel`.
     pub model: i32,
-    /// The share of light that is sent on, from 0 to 1 in each channel.
+    /// Reflectance or tint, from 0 to 1 in each channel.
     pub color: [f32; 3],
-    /// In place of `color`, by the texture coordinates of the shape; null for none.
+    /// Replaces `color`, indexed by the texture coordinates of the shape; null for none.
     pub texture: *const EtdImage,
-    /// The highlight's share; with `color` at most 1.
+    /// Albedo of the specular lobe; at most 1 when added to `color`.
     pub specular: [f32; 3],
-    /// The highlight's power of the cosine, up to 1e6.
+    /// Exponent of the cosine of the specular lobe, up to 1e6.
     pub exponent: f32,
-    /// From 0, smooth, to 1.
+    /// Roughness, from 0 (smooth) to 1.
     pub roughness: f32,
     /// Refractive index, inside over outside; 0 stands for 1.5.
     pub ior: f32,
-    /// From 0 to 1.
+    /// Metalness, from 0 to 1.
     pub metallic: f32,
-    /// From 0 to 1.
+    /// Transmission, from 0 to 1.
     pub transmission: f32,
     /// Real part of a metal's refractive index, above 0.
     pub eta: [f32; 3],
-    /// Imaginary part of it.
+    /// Imaginary part of a metal's refractive index.
     pub k: [f32; 3],
     /// Other than 0: the back absorbs everything.
     pub one_sided: u32,
-    /// In place of `alpha`, by the texture coordinates of the shape: the luminance of each pixel counts, from 0 to 1; null for
-    /// none.
+    /// Replaces `alpha`, indexed by the texture coordinates of the shape: the luminance of each pixel, from 0 to 1, is
+    /// used; null for none.
     pub alpha_texture: *const EtdImage,
-    /// In place of `specular`, by the texture coordinates of the shape; null for none.
+    /// Replaces `specular`, indexed by the texture coordinates of the shape; null for none.
     pub specular_texture: *const EtdImage,
-    /// A picture of normals, by the texture coordinates of the shape: red is along u, green along v, blue away from the surface,
-    /// each from -1 to 1 written as 0 to 1; null for none.
+    /// A normal map, indexed by the texture coordinates of the shape: red is along u, green along v, blue away from the
+    /// surface, each mapped from [-1, 1] to [0, 1]; null for none.
     pub normal_map: *const EtdImage,
-    /// Multiplies red and green of the normals; 0 stands for 1.
+    /// Factor for red and green of the normals; 0 stands for 1.
     pub normal_strength: f32,
-    /// The share of the surface that is there, up to 1; where it is not, light passes straight on. 0 stands for 1.
+    /// Coverage of the surface (opacity), up to 1; light passes straight through the rest. 0 stands for 1.
     pub alpha: f32,
 }
 
@@ -87,7 +87,7 @@ unsafe impl Versioned for EtdMaterial {
 
 impl EtdMaterial {
     /// # Safety
-    /// Its pointers are null, or what they point to is there.
+    /// Its pointers are null, or valid.
     pub unsafe fn describe(&self) -> Result<MaterialDescription, Failure> {
         // SAFETY: the caller's promise.
         let name = unsafe { text(self.name, "name") }?.unwrap_or("material");

@@ -1,4 +1,4 @@
-//! Triangles.
+//! Triangle meshes.
 //!
 //! Measure: units of the shape.
 //! Range: fewer than 2^32 vertices and triangles.
@@ -12,7 +12,7 @@ use renderer::of_mesh;
 use renderer::vec::{DVec2, DVec3};
 use std::ffi::c_void;
 
-/// Kinds of numbers.
+/// Number formats.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EtdFormat {
@@ -22,8 +22,8 @@ pub enum EtdFormat {
     Float64 = 1,
 }
 
-/// Triangles with shared vertices, in the caller's memory, which is copied. Strides are bytes from one item to the next; 0 stands
-/// for items without a gap. Addresses need no alignment.
+/// A triangle mesh in the caller's memory, which is copied. Strides are bytes from one item to the next; 0 stands for
+/// items without a gap. Addresses need no alignment.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdMesh {
@@ -31,23 +31,23 @@ pub struct EtdMesh {
     pub struct_size: usize,
     /// x, y and z of each vertex.
     pub positions: *const c_void,
-    /// Vertices, below 2^32.
+    /// Number of vertices, below 2^32.
     pub vertex_count: usize,
     /// Bytes from one position to the next.
     pub position_stride: usize,
-    /// An `EtdFormat`, of positions alone: other numbers are 32-bit floats.
+    /// An `EtdFormat`, of positions only: all other attributes are 32-bit floats.
     pub position_format: i32,
-    /// A shading normal for each vertex, of any length; null for none.
+    /// Shading normals, one per vertex, of any length; null for none.
     pub normals: *const f32,
     /// Bytes from one normal to the next.
     pub normal_stride: usize,
-    /// u and v of each vertex, v up; null for none.
+    /// Texture coordinates u and v, one pair per vertex, v up; null for none.
     pub uvs: *const f32,
     /// Bytes from one texture coordinate to the next.
     pub uv_stride: usize,
-    /// Three vertices of each triangle; the geometric normal is (b - a) x (c - a).
+    /// Three vertex indices per triangle; the geometric normal is (b - a) x (c - a).
     pub indices: *const u32,
-    /// Triangles, below 2^32.
+    /// Number of triangles, below 2^32.
     pub triangle_count: usize,
     /// Bytes from one triangle to the next.
     pub index_stride: usize,
@@ -60,7 +60,7 @@ unsafe impl Versioned for EtdMesh {
 
 impl EtdMesh {
     /// # Safety
-    /// Its pointers are null, or what they point to is there.
+    /// Its pointers are null, or valid.
     pub unsafe fn describe(&self) -> Result<MeshDescription, Failure> {
         let count = self.vertex_count;
         if u32::try_from(count).is_err() || u32::try_from(self.triangle_count).is_err() {
@@ -68,7 +68,7 @@ impl EtdMesh {
                 "a mesh has fewer than 2^32 vertices and triangles",
             ));
         }
-        // Whoever reads so much wants to build it.
+        // Includes the memory to build the mesh later.
         renderer::memory::check(of_mesh(count, self.triangle_count), || {
             format!(
                 "a mesh of {count} vertices and {} triangles",
@@ -107,7 +107,7 @@ impl EtdMesh {
 }
 
 /// # Safety
-/// The pointer is null, or all items are there.
+/// The pointer is null, or all items may be read.
 unsafe fn list<T: Plain, U>(
     pointer: *const c_void,
     count: usize,
@@ -122,7 +122,7 @@ unsafe fn list<T: Plain, U>(
     Ok(items)
 }
 
-/// The same, where null stands for none.
+/// Reads a list like [`list`]; null stands for an empty one.
 ///
 /// # Safety
 /// As [`list`].

@@ -1,4 +1,4 @@
-//! Where shapes and groups stand, still or moving, and what a shape has beside its form.
+//! Attributes of shapes besides their geometry, instances of groups, and keyframes.
 //!
 //! Measure: world units; times in the unit of the camera's shutter.
 //! Range: as docs/scene-format.md says of `[[shape]]`, `[[instance]]` and motion.
@@ -14,64 +14,64 @@ use renderer::vec::{DAffine3, DMat3, DVec3};
 use std::ffi::c_char;
 use std::mem::offset_of;
 
-/// The place of a shape or an instance at a time. Between two keys, translation and scale change evenly, and what is turned
-/// turns evenly, the shorter way; before the first and after the last one, things stand still.
+/// A keyframe of a shape or an instance. Between two keyframes, translation and scale are interpolated linearly, and
+/// rotations at constant speed, the shorter way; before the first and after the last one, the transform is constant.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdKey {
-    /// When, in the unit of the camera's shutter; above that of the key before.
+    /// The time, in the unit of the camera's shutter; later than that of the previous keyframe.
     pub time: f64,
-    /// Where: what is applied after the object's own `transform`, 12 numbers, row by row.
+    /// The transform that is applied after the object's own `transform`: 12 numbers, row by row.
     pub transform: [f64; 12],
 }
 
-/// What a shape has beside its form.
+/// Attributes of a shape besides its geometry.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdSurface {
     /// sizeof(EtdSurface)
     pub struct_size: usize,
-    /// For messages; may be null.
+    /// Name for messages; may be null.
     pub name: *const c_char,
-    /// The material, as `etd_scene_add_material` numbers them.
+    /// The material, as numbered by `etd_scene_add_material`.
     pub material: u32,
-    /// The group that the shape belongs to, as `etd_scene_add_group` numbers them; 0 stands in the world itself.
+    /// The group that contains the shape, as numbered by `etd_scene_add_group`; 0 for the world itself.
     pub group: u32,
-    /// Emitted radiance; all zeros do not emit.
+    /// Emitted radiance; the shape does not emit if all are zero.
     pub emission: [f32; 3],
-    /// Other than 0: both sides emit, else the side that the geometric normal points to.
+    /// Other than 0: both sides emit; 0: only the side of the geometric normal.
     pub two_sided_emission: u32,
-    /// Shape to world, or to its group: the three upper rows of a matrix, row by row, 12 numbers; null leaves the shape as it is.
+    /// Shape to world, or to its group: the three upper rows of a matrix, row by row, 12 numbers; null for the identity.
     pub transform: *const f64,
-    /// In place of `emission`, by the texture coordinates of the shape; null for none.
+    /// Replaces `emission`, indexed by the texture coordinates of the shape; null for none.
     pub emission_texture: *const EtdImage,
-    /// Where the shape is at which time; null for a shape that stands still. It moves while the camera's shutter is open.
+    /// Keyframes; null for a static shape. The shape moves while the camera's shutter is open.
     pub motion: *const EtdKey,
-    /// Keys, in order of time.
+    /// Number of keyframes, which are in order of time.
     pub motion_count: usize,
-    /// Bytes from one key to the next; 0 stands for keys without a gap.
+    /// Bytes from one keyframe to the next; 0 stands for no gap.
     pub motion_stride: usize,
 }
 
-/// A group of shapes, placed once more.
+/// An instance of a group.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct EtdInstance {
     /// sizeof(EtdInstance)
     pub struct_size: usize,
-    /// For messages; may be null.
+    /// Name for messages; may be null.
     pub name: *const c_char,
-    /// The group that is placed, as `etd_scene_add_group` numbers them.
+    /// The instanced group, as numbered by `etd_scene_add_group`.
     pub of: u32,
-    /// The group that the instance belongs to; 0 stands in the world itself.
+    /// The group that contains the instance; 0 for the world itself.
     pub group: u32,
-    /// Group to world, or to the group that the instance belongs to: 12 numbers, row by row; null leaves it where it is.
+    /// Group to world, or to the group that contains the instance: 12 numbers, row by row; null for the identity.
     pub transform: *const f64,
-    /// Where the instance is at which time; null for one that stands still. It moves while the camera's shutter is open.
+    /// Keyframes; null for a static instance. The instance moves while the camera's shutter is open.
     pub motion: *const EtdKey,
-    /// Keys, in order of time.
+    /// Number of keyframes, which are in order of time.
     pub motion_count: usize,
-    /// Bytes from one key to the next; 0 stands for keys without a gap.
+    /// Bytes from one keyframe to the next; 0 stands for no gap.
     pub motion_stride: usize,
 }
 
@@ -91,10 +91,10 @@ unsafe impl Versioned for EtdInstance {
 }
 
 impl EtdSurface {
-    /// A shape of this form.
+    /// Returns the description of a shape with this geometry.
     ///
     /// # Safety
-    /// Its pointers are null, or what they point to is there.
+    /// Its pointers are null, or valid.
     pub unsafe fn describe(
         &self,
         geometry: GeometryDescription,
@@ -119,7 +119,7 @@ impl EtdSurface {
 
 impl EtdInstance {
     /// # Safety
-    /// Its pointers are null, or what they point to is there.
+    /// Its pointers are null, or valid.
     pub unsafe fn describe(&self) -> Result<InstanceDescription, Failure> {
         let Some(of) = group(self.of) else {
             return Err(Failure::argument(
@@ -141,12 +141,12 @@ impl EtdInstance {
     }
 }
 
-/// The index of a group: they are numbered from 1.
+/// Converts the number of a group, counted from 1, to its index; `None` for the world.
 fn group(number: u32) -> Option<usize> {
     number.checked_sub(1).map(|index| index as usize)
 }
 
-/// The transform of three rows of four numbers.
+/// Converts three rows of four numbers to a transform.
 pub fn affine(rows: &[f64; 12]) -> DAffine3 {
     let column = |c: usize| DVec3::new(rows[c], rows[4 + c], rows[8 + c]);
     DAffine3 {
@@ -155,10 +155,10 @@ pub fn affine(rows: &[f64; 12]) -> DAffine3 {
     }
 }
 
-/// The same of a caller's numbers; null changes nothing.
+/// Reads a transform of the caller; null stands for the identity.
 ///
 /// # Safety
-/// The pointer is null, or the numbers are there.
+/// The pointer is null, or 12 numbers may be read.
 pub unsafe fn transform(rows: *const f64) -> Result<DAffine3, Failure> {
     if rows.is_null() {
         return Ok(DAffine3::IDENTITY);
@@ -169,7 +169,7 @@ pub unsafe fn transform(rows: *const f64) -> Result<DAffine3, Failure> {
 }
 
 /// # Safety
-/// The pointer is null, or all keys are there.
+/// The pointer is null, or all keyframes may be read.
 unsafe fn motion(keys: *const EtdKey, count: usize, stride: usize) -> Result<Vec<Key>, Failure> {
     // SAFETY: the caller's promise.
     let keys: Vec<EtdKey> = unsafe { read_list(keys.cast(), count, stride, "motion") }?;

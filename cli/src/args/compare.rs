@@ -1,7 +1,7 @@
 //! The arguments of `compare`.
 //!
-//! Measure: said at each flag.
-//! Range: said at each flag; what is out of it is a usage error that names the flag.
+//! Measure: stated at each flag.
+//! Range: stated at each flag; a value outside it is a usage error that names the flag.
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/compare.rs`.
 
 use super::values::{named, parse_distance, parse_exposure, parse_limit};
@@ -9,12 +9,12 @@ use clap::Args;
 use etendue::internals::image::tiles;
 use std::path::PathBuf;
 
-/// The number that a comparison is judged by.
+/// The error metric that a comparison is judged by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Metric {
     /// The root of relMSE.
     RelRmse,
-    /// The same without its worst 0.1 % of pixels.
+    /// The root of relMSE without its worst 0.1 % of pixels.
     TrimmedRelRmse,
     /// The root of the mean squared difference.
     Rmse,
@@ -23,10 +23,10 @@ pub enum Metric {
 }
 
 impl Metric {
-    /// All of them.
+    /// All metrics.
     pub const ALL: &'static [Self] = &[Self::RelRmse, Self::TrimmedRelRmse, Self::Rmse, Self::Flip];
 
-    /// As it is written on the command line.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::RelRmse => "rel-rmse",
@@ -44,34 +44,38 @@ impl Metric {
     0 if the error is at most 1 %, 1 if it is more, 2 if the pictures cannot be compared, 4 if one cannot be read."
 )]
 pub struct CompareArguments {
-    /// The picture: .exr, .png, .jpg, .hdr or .pfm. With the layers of `render --layers` it is tested for bias, too.
+    /// Image to compare: .exr, .png, .jpg, .hdr or .pfm. With the layers of `render --layers` it is also tested for
+    /// bias.
     pub image: PathBuf,
-    /// The reference, of the same size: what the error is relative to.
+    /// Reference image, of the same size; errors are relative to it.
     pub reference: PathBuf,
-    /// Exit with code 1 if the error is above this, such as 1% or 0.01. Default: no limit.
+    /// Exit with code 1 if the error exceeds this, such as 1% or 0.01. Default: no limit.
     #[arg(long, value_name = "NUMBER", value_parser = parse_limit, allow_negative_numbers = true)]
     pub tolerance: Option<f64>,
-    /// The error that --tolerance limits: the root of relMSE, which `render --error` speaks of; the same without its worst 0.1 %
-    /// of pixels; the root of the mean squared difference, in units of the pixels; or FLIP, what is seen of it.
+    /// Error metric that --tolerance limits.
+    ///
+    /// rel-rmse: the root of relMSE, as in `render --error`. trimmed-rel-rmse: the same without the worst 0.1 % of the
+    /// pixels. rmse: the root of the mean squared difference, in pixel units. flip: the mean of FLIP, the perceived
+    /// difference.
     #[arg(long, value_parser = named(Metric::ALL, Metric::name), default_value = Metric::RelRmse.name())]
     pub metric: Metric,
-    /// Write where the picture is too dark (blue) or too bright (red), relative to the reference, as PNG.
+    /// Write a PNG map of the relative error: blue where the image is too dark, red where it is too bright.
     #[arg(long, value_name = "FILE.png")]
     pub map: Option<PathBuf>,
-    /// The relative error that has the map's full colours. Default: the one that 99 % of the pixels keep to.
+    /// Relative error shown in the full colours of the map. Default: the 99 % quantile of the pixels.
     #[arg(long, value_name = "NUMBER", value_parser = parse_distance, requires = "map", allow_negative_numbers = true)]
     pub scale: Option<f64>,
-    /// Stops by which both pictures are made brighter for FLIP, which sees them as PNG shows them.
+    /// Exposure of both images for FLIP, in stops; FLIP compares them as PNG shows them.
     #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = parse_exposure,
           allow_negative_numbers = true)]
     pub exposure: f32,
-    /// The side of the tiles in which errors are looked for.
+    /// Side length in pixels of the tiles for which errors are reported.
     #[arg(long, value_name = "PIXELS", default_value_t = tiles::SIDE, value_parser = clap::value_parser!(u32).range(1..))]
     pub tile: u32,
-    /// Print one JSON object.
+    /// Print the result as one JSON object.
     #[arg(long)]
     pub json: bool,
-    /// Print nothing but errors: the exit code says it.
+    /// Print only errors; the exit code gives the result.
     #[arg(short, long, conflicts_with = "json")]
     pub quiet: bool,
 }

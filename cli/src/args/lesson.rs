@@ -1,7 +1,7 @@
 //! The arguments of `lesson`.
 //!
-//! Measure: said at each flag.
-//! Range: said at each flag; what is out of it is a usage error that names the flag.
+//! Measure: stated at each flag.
+//! Range: stated at each flag; a value outside it is a usage error that names the flag.
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/lesson.rs` and `cli/tests/command/bad_flags.rs`.
 
 use super::ProgressMode;
@@ -14,28 +14,28 @@ use std::path::PathBuf;
 /// Arguments of `lesson`.
 #[derive(Debug, Args)]
 pub struct LessonArguments {
-    /// Topics, each of which becomes a page. Default: only the table of contents is printed.
+    /// Topics to run; each is written as a page. Default: only print the table of contents.
     #[arg(value_name = "TOPIC", value_parser = named(TOPICS, |topic| topic.name))]
     pub topics: Vec<Topic>,
-    /// All topics, and an index of them.
+    /// Run all topics, and write an index page.
     #[arg(long, conflicts_with = "topics")]
     pub all: bool,
-    /// Picks one of 2^64 sets of random numbers.
+    /// Seed of the random numbers, from 0 to 2^64 - 1.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Threads. Default: all that this process may use.
+    /// Number of threads. Default: all that are available to this process.
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
-    /// Folder for the pages; made where it is missing.
+    /// Output folder for the pages; created if missing.
     #[arg(short, long = "out", value_name = "DIR", default_value = "out/lesson")]
     pub out: PathBuf,
-    /// Print one JSON object.
+    /// Print the results as one JSON object.
     #[arg(long)]
     pub json: bool,
-    /// When to show progress.
+    /// Progress display on standard error.
     #[arg(long, value_enum, default_value = "auto")]
     pub progress: ProgressMode,
-    /// Show no progress and print no notes.
+    /// Suppress progress and the final summary line.
     #[arg(short, long)]
     pub quiet: bool,
 }

@@ -1,7 +1,7 @@
-//! The arguments of the command, typed: one file a verb, and here what verbs share.
+//! The typed arguments of the command: one file per verb; this file has what several verbs share.
 //!
-//! Measure: said at each flag.
-//! Range: said at each flag; what is out of it is a usage error that names the flag.
+//! Measure: stated at each flag.
+//! Range: stated at each flag; a value outside it is a usage error that names the flag.
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/render.rs`.
 
 mod battery;
@@ -28,11 +28,11 @@ use etendue::internals::accel::{AccelOptions, Backend, Precision, Quality};
 use etendue::internals::render::settings::available_threads;
 use values::{backend, precision, quality};
 
-/// A Monte Carlo renderer that states how wrong its picture is.
+/// A Monte Carlo renderer that estimates the error of its images.
 #[derive(Debug, Parser)]
 #[command(name = "etendue", version, propagate_version = true)]
 pub struct Arguments {
-    /// What to do.
+    /// The verb to run.
     #[command(subcommand)]
     pub verb: Verb,
 }
@@ -42,32 +42,31 @@ pub struct Arguments {
 pub enum Verb {
     /// Render a scene to one or more image files.
     Render(Box<RenderArguments>),
-    /// Print which effects a scene calls for, why, and which kernel renders it.
+    /// Print which effects a scene needs, why, and which kernel and integrator suit it.
     Plan(PlanArguments),
-    /// Plot error against time for ways to render a scene: which is quickest to an error, whether it is right, and what
-    /// better costs.
+    /// Measure error against time for several ways to render a scene: time to an error, bias, and the cost of a smaller
+    /// error.
     Study(StudyArguments),
-    /// Say how far one picture is from another, where, and whether they tend to the same: for people, and for scripts as
-    /// `idiff` is used.
+    /// Compare an image with a reference: error, where it differs, and a test for bias; for scripts, like `idiff`.
     Compare(CompareArguments),
-    /// Filter the noise of a picture that `render --layers` wrote, and say how wrong it is then.
+    /// Filter the noise of an image that `render --layers` wrote, and estimate the remaining error.
     Denoise(DenoiseArguments),
-    /// Trace the rays of real renders by each backend, and say which is faster, by how much, and whether they agree.
+    /// Trace the rays of real renders with each backend: which is faster, by how much, and whether the hits agree.
     Bench(BenchArguments),
-    /// Show the classic course on Monte Carlo integration, topic by topic: numbers beside their exact values, and a page.
+    /// Run the course on Monte Carlo integration, topic by topic: numbers beside their exact values, and a page.
     Lesson(LessonArguments),
-    /// Check this build on this machine against hard cases with exact answers. Exit code 0 only if all pass.
+    /// Check this build on this machine against hard cases with exact answers; exit code 0 only if all pass.
     Battery(BatteryArguments),
-    /// Print versions, features and what this machine and its Embree can do.
+    /// Print the version, the features, and the capabilities of this machine and its Embree.
     Info(InfoArguments),
     /// Print a completion script for a shell.
     Completions {
-        /// The shell.
+        /// Shell to complete for.
         shell: clap_complete::Shell,
     },
     /// Print the manual page, as roff: `etendue man | man -l -`.
     Man {
-        /// Of this verb only.
+        /// Verb to describe. Default: the whole command.
         verb: Option<String>,
     },
 }
@@ -80,26 +79,29 @@ pub struct InfoArguments {
     pub json: bool,
 }
 
-/// How rays are traced.
+/// Ray tracing options.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct TracingArguments {
-    /// The library that traces rays.
+    /// Library that traces the rays.
     #[arg(long, value_parser = backend(), default_value = Backend::ALL[0].name())]
     pub backend: Backend,
-    /// robust is watertight along edges; fast saves about a third of the tracing and may miss an edge.
+    /// Ray tracing precision: robust is watertight along edges; fast saves about a third of the tracing time and may
+    /// miss an edge.
     #[arg(long, value_parser = precision(), default_value = Precision::Robust.name())]
     pub precision: Precision,
-    /// How well the structure is built that rays are traced through: `etendue bench` says which is quicker for a scene.
-    /// Embree's high makes no difference in robust precision. Default: medium for embree, high for the others.
+    /// Build quality of the acceleration structure. Default: medium for embree, high for the others.
+    ///
+    /// `etendue bench` measures which is faster for a scene. With embree in robust precision, high is the same as
+    /// medium.
     #[arg(long, value_parser = quality())]
     pub quality: Option<Quality>,
-    /// Threads. Default: all that this process may use.
+    /// Number of threads. Default: all that are available to this process.
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
 }
 
 impl TracingArguments {
-    /// How the acceleration structure is built.
+    /// The options for building the acceleration structure.
     pub fn options(&self) -> AccelOptions {
         AccelOptions {
             backend: self.backend,
@@ -110,14 +112,14 @@ impl TracingArguments {
     }
 }
 
-/// When to show progress.
+/// The progress display.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum ProgressMode {
-    /// A bar on a terminal, else a line every 30 seconds.
+    /// A bar on a terminal; otherwise a line every 30 seconds.
     Auto,
     /// A line every 30 seconds.
     Plain,
-    /// Nothing.
+    /// No progress.
     None,
 }
 

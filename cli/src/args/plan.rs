@@ -1,7 +1,7 @@
 //! The arguments of `plan`.
 //!
-//! Measure: said at each flag.
-//! Range: said at each flag; what is out of it is a usage error that names the flag.
+//! Measure: stated at each flag.
+//! Range: stated at each flag; a value outside it is a usage error that names the flag.
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/plan.rs` and `cli/tests/command/bad_flags.rs`.
 
 use super::TracingArguments;
@@ -12,26 +12,26 @@ use std::path::PathBuf;
 /// Arguments of `plan`.
 #[derive(Debug, Args)]
 pub struct PlanArguments {
-    /// The scene: a .toml file, or a bare .obj model.
+    /// Scene: a .toml file, or a bare .obj model.
     pub scene: PathBuf,
-    /// Print one JSON object.
+    /// Print the plan as one JSON object.
     #[arg(long)]
     pub json: bool,
-    /// Render with and without each effect that is on, and print its share of the time and of the light.
+    /// Render with and without each active effect, and print its share of the time and of the light.
     #[arg(long)]
     pub cost: bool,
-    /// Samples per pixel of each of these renders.
+    /// Samples per pixel of each render for --cost.
     #[arg(long, value_name = "N", default_value_t = 16, requires = "cost",
           value_parser = clap::value_parser!(u64).range(1..))]
     pub spp: u64,
-    /// Pairs of these renders for each number.
+    /// Pairs of renders for each number of --cost.
     #[arg(long, value_name = "N", default_value_t = 5, requires = "cost",
           value_parser = clap::value_parser!(u64).range(2..=1000))]
     pub rounds: u64,
-    /// Size of these renders in pixels. Default: the scene's shape, about 20 000 pixels.
+    /// Image size of the renders for --cost, in pixels. Default: the scene's aspect ratio, at most about 20 000 pixels.
     #[arg(long, value_name = "WxH", value_parser = parse_size, requires = "cost")]
     pub size: Option<(u32, u32)>,
-    /// How rays are traced.
+    /// Ray tracing options.
     #[command(flatten)]
     pub tracing: TracingArguments,
 }

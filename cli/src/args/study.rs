@@ -1,7 +1,7 @@
 //! The arguments of `study`.
 //!
-//! Measure: said at each flag.
-//! Range: said at each flag; what is out of it is a usage error that names the flag.
+//! Measure: stated at each flag.
+//! Range: stated at each flag; a value outside it is a usage error that names the flag.
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/study.rs` and below.
 
 use super::values::parse_size;
@@ -20,41 +20,42 @@ use std::time::Duration;
 /// Arguments of `study`.
 #[derive(Debug, Args)]
 pub struct StudyArguments {
-    /// The scene: a .toml file, or a bare .obj model.
+    /// Scene: a .toml file, or a bare .obj model.
     pub scene: PathBuf,
-    /// What is compared: every combination of the values of integrator, sampler, precision, backend, kernel and
-    /// max-bounces (a number, or none), such as integrator=path,nee sampler=sobol,independent. Ratios are to the first
-    /// combination. Default: sampler=independent,sobol.
+    /// Settings to compare, such as integrator=path,nee sampler=sobol,independent. Default: sampler=independent,sobol.
+    ///
+    /// Every combination of the values is rendered. The settings are integrator, sampler, precision, backend, kernel
+    /// and max-bounces (a number, or none). Ratios are relative to the first combination.
     #[arg(long, value_name = "SETTING=A,B", num_args = 1.., value_parser = parse_varied)]
     pub vary: Vec<Varied>,
-    /// Time for all of it.
+    /// Total time of the study.
     #[arg(long, value_name = "DURATION", value_parser = parse_duration, default_value = "5m")]
     pub budget: Duration,
-    /// What renders the references that all renders are held against: path, bdpt or mlt, whichever converges best here.
+    /// Integrator of the reference renders: path, bdpt or mlt, whichever converges best for the scene.
     #[arg(long, value_name = "INTEGRATOR", value_parser = parse_reference, default_value = "path")]
     pub reference: IntegratorKind,
-    /// Size of the renders in pixels. Default: the scene's shape, about 20 000 pixels.
+    /// Image size of the renders in pixels. Default: the scene's aspect ratio, at most about 20 000 pixels.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
-    /// Render in the scene's own size.
+    /// Render at the scene's own size.
     #[arg(long, conflicts_with = "size")]
     pub full_size: bool,
-    /// Picks one of 2^64 sets of random numbers, and the order of the renders.
+    /// Seed of the random numbers and of the order of the renders, from 0 to 2^64 - 1.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Folder for study.html, study.json and study.csv; made where it is missing.
+    /// Output folder for study.html, study.json and study.csv; created if missing.
     #[arg(short, long = "out", value_name = "DIR", default_value = "out/study")]
     pub out: PathBuf,
     /// Print study.json instead of the tables.
     #[arg(long)]
     pub json: bool,
-    /// When to show progress.
+    /// Progress display on standard error.
     #[arg(long, value_enum, default_value = "auto")]
     pub progress: ProgressMode,
-    /// Show no progress and print no notes.
+    /// Suppress progress and the final summary line.
     #[arg(short, long)]
     pub quiet: bool,
-    /// How rays are traced, where that is not varied.
+    /// Ray tracing options, for settings that are not varied.
     #[command(flatten)]
     pub tracing: TracingArguments,
 }
@@ -73,7 +74,7 @@ const SETTINGS: [&str; 6] = [
     "max-bounces",
 ];
 
-/// What may render references: nothing of what there is to see is beyond these.
+/// The integrators that may render references: those of full light transport.
 const REFERENCES: [IntegratorKind; 3] = [
     IntegratorKind::Path,
     IntegratorKind::Bidirectional,

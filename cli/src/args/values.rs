@@ -1,13 +1,13 @@
-//! The values of flags: from text to type, or what was expected instead.
+//! Parsers of flag values: from text to a type, or to a message that states the expected format.
 //!
-//! Measure: said at each.
-//! Range: said at each; what is out of it is a usage error that names the flag.
+//! Measure: stated at each parser.
+//! Range: stated at each parser; a value outside it is a usage error that names the flag.
 //! Source: none needed. Tested below and in `cli/tests/command/bad_flags.rs`.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use etendue::internals::accel::{Backend, Precision, Quality};
 
-/// Parses a backend of this build. Of Embree, which others have, a build without says so.
+/// Parses the name of a backend of this build. For `embree` in a build without it, the error names the missing feature.
 pub fn backend() -> impl TypedValueParser<Value = Backend> {
     let known = Backend::ALL
         .iter()
@@ -20,12 +20,12 @@ pub fn backend() -> impl TypedValueParser<Value = Backend> {
     })
 }
 
-/// Parses how rays are traced.
+/// Parses the precision of ray intersections.
 pub fn precision() -> impl TypedValueParser<Value = Precision> {
     named(&[Precision::Robust, Precision::Fast], Precision::name)
 }
 
-/// Parses how well acceleration structures are built.
+/// Parses the build quality of acceleration structures.
 pub fn quality() -> impl TypedValueParser<Value = Quality> {
     named(&[Quality::Medium, Quality::High], Quality::name)
 }
@@ -41,7 +41,7 @@ pub fn named<T: Copy + Send + Sync + 'static>(
     })
 }
 
-/// Width and height in pixels.
+/// Parses a width and a height in pixels.
 pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let expected =
         || "expected WIDTHxHEIGHT in pixels, each from 1 to 65536, such as 768x512".to_owned();
@@ -55,7 +55,7 @@ pub fn parse_size(text: &str) -> Result<(u32, u32), String> {
     Ok((side(width)?, side(height)?))
 }
 
-/// So many whole numbers with commas between them.
+/// Parses `N` whole numbers separated by commas.
 pub fn parse_numbers<const N: usize>(text: &str) -> Result<[u32; N], String> {
     let numbers: Result<Vec<u32>, _> = text
         .split(',')
@@ -67,7 +67,7 @@ pub fn parse_numbers<const N: usize>(text: &str) -> Result<[u32; N], String> {
         .ok_or_else(|| format!("expected {N} whole numbers of pixels, separated by commas"))
 }
 
-/// A number, also in percent.
+/// Parses a number or a percentage.
 fn parse_ratio(text: &str) -> Option<f64> {
     let (number, unit) = match text.trim().strip_suffix('%') {
         Some(number) => (number, 0.01),
@@ -76,28 +76,28 @@ fn parse_ratio(text: &str) -> Option<f64> {
     number.trim().parse().ok().map(|number: f64| unit * number)
 }
 
-/// A share above 0 and below 1, also in percent.
+/// Parses a share above 0 and below 1, or a percentage.
 pub fn parse_share(text: &str) -> Result<f64, String> {
     parse_ratio(text)
         .filter(|share| *share > 0.0 && *share < 1.0)
         .ok_or_else(|| "expected a share above 0 and below 1, such as 1% or 0.01".to_owned())
 }
 
-/// A share from 0 to below 1, also in percent.
+/// Parses a share from 0 to below 1, or a percentage.
 pub fn parse_small(text: &str) -> Result<f64, String> {
     parse_ratio(text)
         .filter(|share| (0.0..1.0).contains(share))
         .ok_or_else(|| "expected a share from 0 to below 1, such as 5% or 0.05".to_owned())
 }
 
-/// A finite number from 0 on, also in percent.
+/// Parses a finite number from 0 up, or a percentage.
 pub fn parse_limit(text: &str) -> Result<f64, String> {
     parse_ratio(text)
         .filter(|limit| limit.is_finite() && *limit >= 0.0)
         .ok_or_else(|| "expected a number from 0 on, such as 1% or 0.01".to_owned())
 }
 
-/// A finite number above 0.
+/// Parses a finite number above 0.
 pub fn parse_distance(text: &str) -> Result<f64, String> {
     text.parse()
         .ok()
@@ -105,7 +105,7 @@ pub fn parse_distance(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a number above 0".to_owned())
 }
 
-/// Stops.
+/// Parses a number of stops, from -100 to 100.
 pub fn parse_exposure(text: &str) -> Result<f32, String> {
     text.parse()
         .ok()

@@ -1,8 +1,8 @@
-//! `etendue bench`: backends side by side, as tables, as JSON and as a page.
+//! `etendue bench`: a comparison of the backends, as tables, JSON and a page.
 //!
 //! Measure: that of `bench/report.rs`.
-//! Range: scenes that load, and those of the bench's own. What is measured is written part by part, so that an end by
-//! Ctrl-C keeps it.
+//! Range: scenes that load, and the benchmark's own scenes. Results are written part by part, so that they survive
+//! Ctrl-C.
 //! Source: docs/bench.md. Tested in `cli/tests/command/bench.rs`.
 
 mod scenes;
@@ -93,7 +93,7 @@ fn settings(arguments: &BenchArguments) -> BenchSettings {
     }
 }
 
-/// Where a bench is written to, and the command that measured it.
+/// The output files of a benchmark, and the command that measured it.
 struct Files {
     json: PathBuf,
     html: PathBuf,
@@ -101,7 +101,7 @@ struct Files {
 }
 
 impl Files {
-    /// Makes the folder, and sees to it that both files can be written before anything is measured.
+    /// Creates the folder, and checks that both files can be written before anything is measured.
     fn new(arguments: &BenchArguments) -> Result<Self> {
         let folder = &arguments.out;
         make_folder(folder)?;
@@ -116,7 +116,7 @@ impl Files {
     }
 }
 
-/// Keeps what is measured in the report's file.
+/// Writes the results so far to the report's JSON file.
 struct KeptBench<'a> {
     keeper: Keeper<'a>,
     files: &'a Files,

@@ -1,7 +1,8 @@
-//! The scenes of a bench: files, and those that the bench makes itself.
+//! The scenes of a benchmark: files, and scenes that it generates.
 //!
-//! Measure: seconds of loading.
-//! Range: a name of the bench's own goes before a file of that name; what is neither is an error that lists the names.
+//! Measure: load time in seconds.
+//! Range: a name of the benchmark's own scenes takes precedence over a file of that name; any other unknown name is an
+//! error that lists the names.
 //! Source: none needed. Tested in `cli/tests/command/bench.rs`.
 
 use etendue::internals::scene::load;
@@ -11,10 +12,10 @@ use etendue_lab::bench::settings::GivenScene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// The scene that is not made, but loaded.
+/// The only one of the benchmark's own scenes that is loaded from files instead of generated.
 const SUZANNE_ROOM: &str = "suzanne-room";
 
-/// The scenes that were asked for; all of the bench's own if none was.
+/// Returns the requested scenes, or all of the benchmark's own scenes if none was requested.
 pub fn given(arguments: &[PathBuf], note: &dyn Fn(&str)) -> Result<Vec<GivenScene>> {
     if !arguments.is_empty() {
         return arguments.iter().map(|argument| scene(argument)).collect();
@@ -32,7 +33,7 @@ pub fn given(arguments: &[PathBuf], note: &dyn Fn(&str)) -> Result<Vec<GivenScen
         .collect()
 }
 
-/// The bench's own names.
+/// Returns the names of the benchmark's own scenes.
 fn names() -> impl Iterator<Item = &'static str> {
     let made = SCENES.iter().map(|scene| scene.name);
     made.chain([SUZANNE_ROOM])

@@ -1,7 +1,7 @@
-//! A render with all that is known before it begins.
+//! A render with everything that is known before it starts.
 //!
 //! Measure: as in its parts.
-//! Range: any scene that is ready.
+//! Range: any scene that is ready to render.
 //! Source: none needed. Tested in `cli/tests/command/render.rs`.
 
 use crate::args::RenderArguments;
@@ -12,18 +12,18 @@ use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 
-/// A render with all that is known before it begins.
+/// A render with everything that is known before it starts.
 pub struct Job<'a> {
     pub arguments: &'a RenderArguments,
     pub description: &'a SceneDescription,
     pub scene: &'a Scene,
     pub settings: &'a RenderSettings,
-    /// What `auto` has come to, where that was asked for.
+    /// The recommendation of `auto`, if it was requested.
     pub auto: Option<&'a Recommendation>,
 }
 
 impl Job<'_> {
-    /// What biases the picture, in words.
+    /// Returns descriptions of everything that biases the image.
     pub fn bias(&self) -> Vec<String> {
         let mut bias = self.settings.bias(self.scene.effects);
         bias.extend(
@@ -34,7 +34,7 @@ impl Job<'_> {
         bias
     }
 
-    /// What the scene consists of.
+    /// Summarises the scene, the tracing options and the kernel.
     pub fn summary(&self) -> String {
         let world = &self.scene.world;
         let shapes = world

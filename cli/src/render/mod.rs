@@ -31,7 +31,7 @@ use stats::Times;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Renders as the arguments say.
+/// Renders according to the arguments.
 pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     let start = Instant::now();
     let mode = if arguments.quiet {
@@ -49,7 +49,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         description.film.size = size;
     }
     let options = options(arguments);
-    // What makes no sense is said before anything takes long.
+    // Invalid combinations of options are reported before anything slow starts.
     options.settings(&description)?;
     let session = Session::new(description, arguments.tracing.options())?;
     let build_time = session.work().structures;
@@ -91,7 +91,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     finish(&job, &session, &rendering, &outputs, times, start)
 }
 
-/// Says what is to be known before the first sample.
+/// Prints the notes that precede the first sample.
 fn announce(job: &Job<'_>, session: &Session) {
     let arguments = job.arguments;
     if !arguments.quiet {
@@ -111,7 +111,8 @@ fn announce(job: &Job<'_>, session: &Session) {
     }
 }
 
-/// Filters, writes and reports what was rendered. `times` has what it took before, from `start` on.
+/// Filters, writes and reports the rendered image. `times` has the durations of the earlier phases; `start` is the
+/// start of the command.
 fn finish(
     job: &Job<'_>,
     session: &Session,
@@ -147,7 +148,7 @@ fn finish(
     job.report(outputs, rendered, error, denoised.as_ref(), times)
 }
 
-/// Whether all that comes after the last sample can be done.
+/// Checks that every step after the last sample can be done.
 fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
     for output in outputs {
         image::check_writable(output)?;
@@ -167,7 +168,7 @@ fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
     arguments.stats.as_deref().map_or(Ok(()), check_creatable)
 }
 
-/// The image files to write.
+/// Returns the image files to write.
 fn outputs(arguments: &RenderArguments) -> Vec<PathBuf> {
     if arguments.out.is_empty() {
         let name = arguments.scene.file_stem().unwrap_or("image".as_ref());
@@ -200,7 +201,7 @@ impl Job<'_> {
             .try_for_each(|output| image::write(output, image, &options))
     }
 
-    /// What each strategy contributes, as two pictures.
+    /// Writes the contribution of each strategy as two images.
     fn write_strategies(&self, folder: &Path, filter: &Filter) -> Result<()> {
         make_folder(folder)?;
         let view = RenderInput {
@@ -220,7 +221,7 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// What an EXR says of itself.
+    /// Returns the metadata of an EXR file.
     fn metadata(
         &self,
         rendered: &Rendered,

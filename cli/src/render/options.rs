@@ -1,13 +1,13 @@
-//! What the command line asks of a render.
+//! The render options that the command line sets.
 //!
-//! Measure: as in `render/options.rs`.
-//! Range: what flags say; what makes no sense together is found there.
+//! Measure: as in `src/render/options.rs`.
+//! Range: the values of the flags; `src/render/options.rs` rejects invalid combinations.
 //! Source: none needed. Tested in `cli/tests/command/render.rs` and `cli/tests/command/bad_input.rs`.
 
 use crate::args::RenderArguments;
 use etendue::internals::render::options::RenderOptions;
 
-/// The wishes that these flags are.
+/// Converts the flags to render options.
 pub fn options(arguments: &RenderArguments) -> RenderOptions {
     let mut options = RenderOptions::default();
     options.integrator = arguments.integrator;

@@ -1,7 +1,7 @@
-//! `etendue render --pixel x,y --sample n`: one path, vertex by vertex.
+//! `etendue render --pixel x,y --sample n`: a single path, vertex by vertex.
 //!
 //! Measure: world units; radiance.
-//! Range: pixels of the picture.
+//! Range: pixels of the image.
 //! Source: none needed. Tested in `cli/tests/command/render.rs`.
 
 use super::job::Job;

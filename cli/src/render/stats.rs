@@ -1,7 +1,7 @@
-//! The statistics of a render, with names that stay.
+//! The statistics of a render, under stable names.
 //!
-//! Measure: seconds, bytes, counts; said by each name.
-//! Range: what is not known is null.
+//! Measure: seconds, bytes, counts; stated at each name.
+//! Range: an unknown value is null.
 //! Source: docs/accuracy.md for the error. Tested in `cli/tests/command/render.rs`.
 
 use crate::denoise::DenoiseStats;
@@ -11,7 +11,7 @@ use etendue::internals::integrator::RayCounts;
 use etendue::internals::render::{Predicted, Price, Rejected};
 use serde::Serialize;
 
-/// All of it.
+/// The statistics of a render.
 #[derive(Debug, Clone, Serialize)]
 pub struct Stats {
     pub version: &'static str,
@@ -20,14 +20,14 @@ pub struct Stats {
     pub height: u32,
     pub spp: u64,
     pub integrator: &'static str,
-    /// Why it is that one, where the choice was left to `auto`.
+    /// The reason for the integrator, if `auto` chose it.
     pub auto: Option<String>,
     pub sampler: &'static str,
-    /// How samples are given out to the pixels.
+    /// The distribution of samples over the pixels.
     pub adaptive: &'static str,
     pub backend: &'static str,
     pub precision: &'static str,
-    /// Of the acceleration structure.
+    /// The build quality of the acceleration structure.
     pub quality: &'static str,
     pub seed: u64,
     pub threads: usize,
@@ -35,18 +35,18 @@ pub struct Stats {
     pub effects: Vec<&'static str>,
     pub time: Times,
     pub samples: u64,
-    /// The least and the most samples of a pixel.
+    /// The smallest and the largest sample count of a pixel.
     pub spp_range: [u64; 2],
     pub rays: Rays,
     pub samples_per_second: f64,
     pub rays_per_second: f64,
     pub memory: Memory,
     pub error: Option<ErrorStats>,
-    /// What ten times less error would cost.
+    /// The cost of an error ten times smaller.
     pub price: Option<PriceStats>,
-    /// The error asked for.
+    /// The requested error.
     pub target: Option<TargetStats>,
-    /// What the noise filter did.
+    /// The statistics of the noise filter.
     pub denoise: Option<DenoiseStats>,
     pub rejected: RejectedStats,
     pub image: ImageStats,
@@ -54,7 +54,7 @@ pub struct Stats {
     pub interrupted: bool,
 }
 
-/// Seconds.
+/// The durations of the phases in seconds.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Times {
     pub load: f64,
@@ -72,30 +72,30 @@ pub struct Rays {
     pub shadow: u64,
 }
 
-/// Bytes.
+/// The memory use in bytes.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Memory {
     pub peak_rss: Option<u64>,
     pub accel: u64,
-    /// What light paths bring to the film, where there are any.
+    /// The splat buffer of light subpaths, 0 if there is none.
     pub splats: u64,
-    /// Of the irradiance cache, where there is one.
+    /// The irradiance cache, if there is one.
     pub cache: Option<u64>,
 }
 
 #[derive(Debug, Clone, Serialize)]
 pub struct ErrorStats {
     pub rel_rmse: f64,
-    /// `None` where the samples cannot tell one.
+    /// The upper bound; `None` if the samples do not yield one.
     pub rel_rmse_upper: Option<f64>,
     pub confidence: f64,
-    /// Why there is no bound, and what is told in its place.
+    /// The reason for a missing bound, with a lower bound in its place.
     pub doubt: Option<DoubtStats>,
-    /// The share of pixels whose error bars are not to be trusted.
+    /// The share of pixels whose error bars are flagged as not reliable.
     pub uncalibrated_fraction: f64,
 }
 
-/// Seconds of rendering to an error.
+/// The predicted render time in seconds to reach an error.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct PriceStats {
     pub rel_rmse: f64,
@@ -113,7 +113,7 @@ impl From<Price> for PriceStats {
     }
 }
 
-/// Why there is no bound.
+/// The reason why there is no upper bound.
 #[derive(Debug, Clone, Serialize)]
 pub struct DoubtStats {
     pub rel_rmse_at_least: f64,
@@ -125,11 +125,11 @@ pub struct TargetStats {
     pub rel_rmse: f64,
     pub confidence: f64,
     pub reached: bool,
-    /// What the pilot told.
+    /// The pilot's prediction.
     pub predicted: Option<PredictedStats>,
 }
 
-/// Samples per pixel and seconds in all.
+/// The predicted total of samples per pixel and seconds.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct PredictedStats {
     pub pilot: u64,
@@ -212,13 +212,13 @@ impl ImageStats {
 }
 
 impl Stats {
-    /// One JSON object, over several lines.
+    /// Returns one JSON object over several lines.
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("plain data always serialises") + "\n"
     }
 }
 
-/// The largest amount of memory that the process has had so far, in bytes, where the system tells (Linux, proc(5)).
+/// Returns the peak resident memory of the process in bytes, where the system reports it (Linux, proc(5)).
 pub fn peak_rss() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status

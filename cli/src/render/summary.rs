@@ -1,7 +1,7 @@
-//! What is said after a render: statistics, samples that were not finite, the last line.
+//! The output after a render: statistics, non-finite samples, the summary line.
 //!
 //! Measure: seconds, samples, shares of one.
-//! Range: any render, also one that was interrupted.
+//! Range: any render, also an interrupted one.
 //! Source: none needed. Tested in `cli/tests/command/render.rs`.
 
 use super::job::Job;
@@ -22,14 +22,14 @@ use etendue::internals::render::{Rejected, Rendered, kernel};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// How many times smaller the error is whose price is told.
+/// The factor by which the error is reduced in the printed price.
 const TEN: f64 = 10.0;
 
-/// More non-finite samples than this share make the render fail with exit code 6.
+/// The share of non-finite samples above which the render fails with exit code 6.
 const NON_FINITE_LIMIT: f64 = 1e-6;
 
 impl Job<'_> {
-    /// Says all of it, and how the command ends.
+    /// Writes and prints the statistics and the summary, and returns the outcome of the command.
     pub fn report(
         &self,
         outputs: &[PathBuf],
@@ -127,7 +127,7 @@ impl Job<'_> {
         }
     }
 
-    /// The flags of this render without which its samples would be others.
+    /// Returns the flags of this render that affect its samples.
     fn flags_of_samples(&self) -> String {
         let (flags, tracing) = (self.arguments, &self.arguments.tracing);
         let size = flags
@@ -135,7 +135,7 @@ impl Job<'_> {
             .map(|(width, height)| format!("{width}x{height}"));
         let backend =
             (tracing.backend != Backend::ALL[0]).then(|| tracing.backend.name().to_owned());
-        // Its value is one that may be left out.
+        // `=` is needed, since the value of `--adaptive` is optional.
         let adaptive = flags.adaptive;
         let adaptive = adaptive.map(|how| format!(" --adaptive={}", how.name()));
         let precision = tracing.precision;
@@ -168,7 +168,7 @@ impl Job<'_> {
         .collect()
     }
 
-    /// How many samples were not finite, and the command that replays the first.
+    /// Describes the number of non-finite samples, and the command that replays the first of them.
     fn describe_rejected(&self, rejected: &Rejected) -> String {
         let replay = rejected.first.map_or(String::new(), |first| {
             format!(
@@ -188,7 +188,7 @@ impl Job<'_> {
     }
 }
 
-/// A text as one word of a shell's command.
+/// Quotes a text as one word of a shell command.
 fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./+,:@=".contains(c);
     if text.chars().all(plain) {
@@ -198,7 +198,7 @@ fn quoted(text: &str) -> String {
     }
 }
 
-/// Where the image is, how long it took, how many samples, how wrong it is.
+/// Formats the summary line: output files, time, samples per pixel, error.
 fn last_line(
     outputs: &[PathBuf],
     rendered: &Rendered,
@@ -251,9 +251,9 @@ fn last_line(
     )
 }
 
-/// What a smaller error would cost.
+/// Describes the cost of a smaller error.
 fn describe_price(price: &PriceStats) -> String {
-    /// Times that differ by less are one.
+    /// The ratio up to which two times are printed as one.
     const ALIKE: f64 = 1.3;
     let time = |seconds: f64| format_duration(Duration::from_secs_f64(seconds.min(1e15)));
     let [least, most] = price.seconds_range;
@@ -264,7 +264,7 @@ fn describe_price(price: &PriceStats) -> String {
     format!("; {} would take {how_long}", format_percent(price.rel_rmse))
 }
 
-/// The error with its bound, or why there is none.
+/// Describes the error with its bound, or the reason for a missing bound.
 fn describe_error(error: &ErrorStats) -> String {
     match (error.rel_rmse_upper, &error.doubt) {
         (Some(bound), _) => format!(
@@ -282,9 +282,9 @@ fn describe_error(error: &ErrorStats) -> String {
     }
 }
 
-/// Says so where chains have not found the same.
+/// Warns if the Markov chains disagree.
 fn warn_of_disagreement(rendered: &Rendered) {
-    /// Of the tiles.
+    /// The share of disagreeing tiles above which the warning is printed.
     const MANY: f64 = 0.05;
     let share = rendered.film.disagreement();
     if share > MANY {

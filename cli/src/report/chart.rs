@@ -1,34 +1,34 @@
-//! Charts of bars for pages of HTML: bars in groups on one scale, and one bar of parts. Plain HTML and CSS, no script.
+//! Bar charts for HTML pages: groups of bars on one scale, and a stacked bar. Plain HTML and CSS, no script.
 //!
-//! Measure: the unit of the values, which is said in the texts beside the bars; lengths are shares of the longest.
-//! Range: values from 0 up, and what is not finite or below 0 has no length; `HUES` colours, then from the first again.
-//! Source: colours by Okabe and Ito 2008, told apart by colour-blind people too, and lighter on dark ground; no chart
-//! needs them, as every bar bears its name. Tested below.
+//! Measure: the unit of the values, stated in the texts beside the bars; lengths are fractions of the longest bar.
+//! Range: values from 0 up; a non-finite or negative value has length 0. `HUES` colours, which repeat.
+//! Source: colours by Okabe and Ito 2008, distinguishable for colour-blind people, and lighter on a dark background;
+//! every bar has a label, so that colour is never needed. Tested below.
 
 use maud::{Markup, html};
 
-/// Colours that can be told apart.
+/// The number of distinct colours.
 pub const HUES: usize = 7;
 
-/// A whisker may make a chart so many times as wide as its longest bar; what goes further is cut.
+/// The maximum width of a chart relative to its longest bar; whiskers beyond it are cut.
 const WIDEST: f64 = 2.0;
 
-/// One bar.
+/// A bar.
 #[derive(Debug, Clone)]
 pub struct Bar {
-    /// What stands before it.
+    /// The label before the bar.
     pub label: String,
-    /// Its length.
+    /// The value, which is its length.
     pub value: f64,
     /// The ends of its whisker.
     pub range: Option<[f64; 2]>,
-    /// What stands behind it: the number, with its unit.
+    /// The text after the bar: the number with its unit.
     pub text: String,
-    /// Its colour.
+    /// The colour.
     pub hue: usize,
 }
 
-/// Bars below a heading.
+/// A group of bars below a heading.
 #[derive(Debug, Clone)]
 pub struct Group {
     /// The heading; none if empty.
@@ -37,7 +37,7 @@ pub struct Group {
     pub bars: Vec<Bar>,
 }
 
-/// Groups of bars on one scale, which begins at 0.
+/// Builds groups of bars on one scale, which starts at 0.
 pub fn bars(groups: &[Group]) -> Markup {
     let all = || groups.iter().flat_map(|group| &group.bars);
     let finite = |longest: f64, value: f64| {
@@ -78,20 +78,20 @@ fn whisker(start: f64, end: f64) -> Markup {
     }
 }
 
-/// A part of a whole.
+/// A part of a stacked bar.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// What it is.
+    /// The label.
     pub label: String,
-    /// Its length.
+    /// The value, which is its length.
     pub value: f64,
-    /// The number, with its unit.
+    /// The number with its unit.
     pub text: String,
-    /// Its colour.
+    /// The colour.
     pub hue: usize,
 }
 
-/// A bar that is divided into parts, and which is which.
+/// Builds a stacked bar with its legend.
 pub fn stack(parts: &[Part]) -> Markup {
     let whole: f64 = parts.iter().map(|part| part.value.max(0.0)).sum();
     html! {
@@ -115,7 +115,7 @@ fn hue(class: &str, hue: usize) -> String {
     format!("{class} hue-{}", hue % HUES)
 }
 
-/// From 0 to 1.
+/// Returns `value / whole` clamped to `[0, 1]`; 0 if it is not finite.
 fn share(value: f64, whole: f64) -> f64 {
     let share = value / whole;
     if share.is_finite() {
@@ -133,7 +133,7 @@ fn width(share: f64) -> String {
     format!("width:{}", percent(share))
 }
 
-/// What charts look like; it goes with [`super::page::STYLE`], which has the colours.
+/// The style sheet of charts; it needs [`super::page::STYLE`], which defines the colours.
 pub const STYLE: &str = "
 .chart { margin: .75rem 0; }
 .group { font-weight: 600; margin-top: .6rem; break-after: avoid; }

@@ -1,22 +1,23 @@
-//! Numbers as colours: signed ones about zero, and ones from nothing to much.
+//! False colours: a diverging palette for signed numbers and a sequential palette for numbers from 0 up.
 //!
-//! Measure: numbers as shares of a scale that the caller states; linear Rec. 709, of which a PNG has the palette's very codes.
-//! Range: what is beyond the scale has the colour of its end. A number that is none is black, which no palette has.
-//! Source: the palettes RdBu of ColorBrewer and viridis of Matplotlib, which the colour-blind can read, in the crate colorous.
-//! Tested below.
+//! Measure: numbers relative to a scale that the caller chooses; linear Rec. 709, which a PNG stores as exactly the
+//! palette's codes.
+//! Range: a number beyond the scale has the colour of its end. NaN is black, which is not in any palette.
+//! Source: the palettes RdBu of ColorBrewer and viridis of Matplotlib, both suitable for colour-blind people, in the
+//! crate colorous. Tested below.
 
 use colorous::{Color, Gradient, RED_BLUE, VIRIDIS};
 use etendue::internals::image::Image;
 use etendue::internals::image::srgb::to_linear;
 use etendue::internals::math::rgb::Rgb;
 
-/// The colour of a number from -1 (blue) over 0 (nearly white) to 1 (red).
+/// Returns the colour of a number from -1 (blue) over 0 (nearly white) to 1 (red).
 pub fn signed(value: f64) -> Rgb {
     // The palette has red at 0.
     colour(RED_BLUE, 0.5 - 0.5 * value)
 }
 
-/// The colour of a number from 0 (dark violet) to 1 (yellow).
+/// Returns the colour of a number from 0 (dark violet) to 1 (yellow).
 pub fn sequential(value: f64) -> Rgb {
     colour(VIRIDIS, value)
 }
@@ -29,10 +30,10 @@ fn colour(palette: Gradient, place: f64) -> Rgb {
     Rgb::from([r, g, b].map(|code| to_linear(f64::from(code) / 255.0) as f32))
 }
 
-/// A picture of numbers, one a pixel, each divided by `scale` and coloured by one of the palettes.
+/// Builds an image of numbers, one per pixel, each divided by `scale` and coloured by a palette.
 ///
 /// # Panics
-/// If there are not `width * height` of them, or none.
+/// If the number of values is not `width * height`, or 0.
 pub fn map(
     numbers: &[f64],
     (width, height): (u32, u32),
@@ -43,8 +44,8 @@ pub fn map(
     Image::new(width, height, pixels.collect())
 }
 
-/// A scale that all but a few numbers keep to: the size that 99 % of them have at most. Where that is 0, that of the
-/// greatest, and of nothing but zeros 1.
+/// Returns a robust scale: the 99 % quantile of the absolute values. If that is 0, returns the largest absolute value,
+/// and if all are 0, returns 1.
 pub fn robust_scale(numbers: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = numbers.iter().map(|number| number.abs()).collect();
     sizes.retain(|size| size.is_finite());

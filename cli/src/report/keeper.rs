@@ -1,7 +1,7 @@
-//! What long measurements have in common: progress with the time left, Ctrl-C, and what is done so far in a file.
+//! The common parts of long measurements: progress with the time left, Ctrl-C, and a file with the results so far.
 //!
 //! Measure: seconds.
-//! Range: a file that cannot be written ends the work, as Ctrl-C does, and is the result.
+//! Range: a file that cannot be written ends the measurement as Ctrl-C does; the error is returned at the end.
 //! Source: none needed. Tested in `cli/tests/command/bench.rs` and `cli/tests/command/study.rs`.
 
 use crate::output::{Watcher, time_left};
@@ -12,16 +12,16 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-/// Shows progress, passes Ctrl-C on, and writes what is measured while it goes on.
+/// Shows progress, forwards Ctrl-C, and writes results during the measurement.
 pub struct Keeper<'a> {
     watcher: &'a Watcher,
     start: Instant,
-    /// Why writing failed.
+    /// The first error of writing.
     failure: Mutex<Option<Error>>,
 }
 
 impl<'a> Keeper<'a> {
-    /// For work that begins now.
+    /// Creates a keeper for a measurement that starts now.
     pub fn new(watcher: &'a Watcher) -> Self {
         Self {
             watcher,
@@ -30,7 +30,7 @@ impl<'a> Keeper<'a> {
         }
     }
 
-    /// Shows what is being done, with this share of all behind it.
+    /// Shows the current step and the completed fraction of the whole.
     pub fn show(&self, fraction: f64, what: &str) {
         self.watcher.show(fraction, || {
             let left = time_left(fraction, self.start.elapsed());
@@ -38,19 +38,19 @@ impl<'a> Keeper<'a> {
         });
     }
 
-    /// Whether to stop.
+    /// Whether the measurement is to stop.
     pub fn is_cancelled(&self) -> bool {
         self.failure().is_some() || self.watcher.is_cancelled()
     }
 
-    /// Writes what is done so far.
+    /// Writes the results so far.
     pub fn keep(&self, path: &Path, text: &str) {
         if let Err(error) = write_text(path, text) {
             self.failure().get_or_insert(error);
         }
     }
 
-    /// Whether everything could be written.
+    /// Returns the first error of writing, if there was one.
     pub fn result(&self) -> Result<()> {
         self.failure().take().map_or(Ok(()), Err)
     }

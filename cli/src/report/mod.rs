@@ -1,5 +1,5 @@
-//! Reports: measurements as pages of HTML, as Markdown for the terminal, as JSON and as CSV. [`page`], [`chart`], [`plot`] and
-//! [`table`] know nothing of what is reported.
+//! Reports: measurements as HTML pages, as Markdown for the terminal, as JSON and as CSV. [`page`], [`chart`], [`plot`]
+//! and [`table`] do not depend on the reported data.
 
 pub mod battery;
 pub mod bench;

@@ -1,7 +1,7 @@
-//! A report as one page of HTML that needs nothing else: no script, no font, no style from outside.
+//! A report as a self-contained HTML page, without external scripts, fonts or styles.
 //!
 //! Measure: none.
-//! Range: any browser with CSS grid; light and dark, on a phone and in print.
+//! Range: any browser with CSS grid; light and dark colour schemes, phones and print.
 //! Source: HTML Living Standard. Tested in `cli/tests/command/bench.rs`.
 
 use super::prose::prose;
@@ -11,12 +11,12 @@ use base64::engine::general_purpose::STANDARD;
 use etendue::internals::image::{Image, png_bytes};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-/// The page, with its title.
+/// Builds a page with its title.
 pub fn page(title: &str, body: &Markup) -> String {
     styled_page(title, "", body)
 }
 
-/// The page, with its title and with styles of its own.
+/// Builds a page with its title and additional styles.
 pub fn styled_page(title: &str, style: &str, body: &Markup) -> String {
     let markup = html! {
         (DOCTYPE)
@@ -34,7 +34,7 @@ pub fn styled_page(title: &str, style: &str, body: &Markup) -> String {
     markup.into_string()
 }
 
-/// A picture within the page, with its name and what it says; it stands in a `div.pictures`.
+/// Embeds an image with its name and its caption; it belongs in a `div.pictures`.
 pub fn picture(name: &str, says: &str, image: &Image) -> Markup {
     let png = STANDARD.encode(png_bytes(image, 0.0));
     html! {
@@ -45,7 +45,7 @@ pub fn picture(name: &str, says: &str, image: &Image) -> Markup {
     }
 }
 
-/// What pages look like.
+/// The style sheet of all pages.
 pub const STYLE: &str = "
 :root { color-scheme: light dark; --ground: #fff; --text: #1c2026; --faint: #59616b; --line: #d4d8dd; --track: #eef0f2;
   --hue-0: #0072b2; --hue-1: #d55e00; --hue-2: #009e73; --hue-3: #cc79a7; --hue-4: #e69f00; --hue-5: #56b4e9;

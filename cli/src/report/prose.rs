@@ -1,4 +1,4 @@
-//! Texts within pages.
+//! Texts within HTML pages.
 //!
 //! Measure: none.
 //! Range: any text; it is escaped.
@@ -6,7 +6,7 @@
 
 use maud::{Markup, html};
 
-/// A text in which `backticks` stand around code.
+/// Converts a text to HTML; `backticks` mark code.
 pub fn prose(text: &str) -> Markup {
     html! {
         @for (index, piece) in text.split('`').enumerate() {

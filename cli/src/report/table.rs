@@ -1,34 +1,35 @@
-//! Tables for people: as aligned Markdown, which reads well in a terminal too, and as HTML.
+//! Tables as aligned Markdown, which is also readable in a terminal, and as HTML.
 //!
 //! Measure: none; cells are text.
-//! Range: rows have as many cells as the head; a bar or a line break within a cell does not break the table.
+//! Range: rows have as many cells as the header; a vertical bar within a cell is escaped, and a line break becomes a
+//! space.
 //! Source: GitHub Flavored Markdown, "Tables". Tested below.
 
 use maud::{Markup, html};
 use std::fmt::Write;
 
-/// On which side of its column a cell stands.
+/// The alignment of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// Words.
+    /// Left-aligned words.
     Left,
-    /// Numbers.
+    /// Right-aligned numbers.
     Right,
 }
 
 impl Side {
-    /// What cells are marked with on a page.
+    /// Returns the CSS class of the cells.
     fn class(self) -> Option<&'static str> {
         (self == Self::Right).then_some("number")
     }
 }
 
-/// A table, with what has to be said before it.
+/// A table with its title and caption.
 #[derive(Debug, Clone)]
 pub struct Table {
-    /// Its title.
+    /// The title.
     pub title: String,
-    /// What is shown, which way is better, in which unit.
+    /// The caption: what is shown, whether lower or higher is better, and the unit.
     pub says: String,
     /// The names of the columns.
     pub head: Vec<(String, Side)>,
@@ -36,18 +37,18 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-/// A column of words.
+/// Returns the header of a column of words.
 pub fn words(name: impl Into<String>) -> (String, Side) {
     (name.into(), Side::Left)
 }
 
-/// A column of numbers.
+/// Returns the header of a column of numbers.
 pub fn numbers(name: impl Into<String>) -> (String, Side) {
     (name.into(), Side::Right)
 }
 
 impl Table {
-    /// As Markdown below a heading of a level, such as 2 for `##`.
+    /// Returns the table as Markdown below a heading of a given level, such as 2 for `##`.
     pub fn markdown(&self, level: usize) -> String {
         let mut text = format!("{} {}\n\n{}\n\n", "#".repeat(level), self.title, self.says);
         if self.rows.is_empty() {
@@ -67,7 +68,7 @@ impl Table {
             .collect();
         self.push_row(&mut text, &head, &widths);
         for ((_, side), width) in self.head.iter().zip(&widths) {
-            // As wide as a cell with its two spaces.
+            // The width of a cell with its two spaces.
             match side {
                 Side::Left => text += &format!("|{}", "-".repeat(width + 2)),
                 Side::Right => text += &format!("|{}:", "-".repeat(width + 1)),
@@ -92,7 +93,7 @@ impl Table {
         text.push_str("|\n");
     }
 
-    /// As HTML, without its title and what it says.
+    /// Returns the table as HTML, without its title and caption.
     pub fn html(&self) -> Markup {
         html! {
             div.table {

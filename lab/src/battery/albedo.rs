@@ -1,7 +1,7 @@
-//! How much light a scattering model gives back of what comes from everywhere.
+//! The albedo of a scattering model under uniform illumination.
 //!
-//! Measure: a share; refraction is counted in basic radiance, L / n^2, which a furnace has the same of in both media.
-//! Range: any direction of view off the surface's plane.
+//! Measure: a fraction; refraction is counted in basic radiance, L / n^2, which is the same in both media of a furnace.
+//! Range: any direction of view that is not in the surface's plane.
 //! Source: the mean of f cos / pdf over a model's own samples. Tested in `lab/tests/reports/battery.rs` and `tests/scattering/furnace.rs`.
 
 use crate::bench::random::Random;
@@ -9,13 +9,13 @@ use etendue::internals::bsdf::Bsdf;
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::math::vec::{ONE_MINUS_EPSILON, Vec2, Vec3};
 
-/// A direction of view with this cosine to the normal.
+/// A direction of view with the given cosine to the normal.
 pub fn view(cos: f32) -> Vec3 {
     Vec3::new(((1.0 - cos) * (1.0 + cos)).sqrt(), 0.0, cos)
 }
 
-/// The green albedo towards `wo` of a surface of a refractive index, as the means of `replicates` jittered grids of
-/// `grid` x `grid` samples.
+/// The green albedo towards `wo` of a surface with refractive index `ior`, as the means of `replicates` jittered grids
+/// of `grid` x `grid` samples.
 pub fn albedo(
     bsdf: &Bsdf,
     ior: f32,
@@ -31,7 +31,7 @@ pub fn albedo(
             let jitter = Vec2::new(random.uniform(), random.uniform());
             let corner = Vec2::new((cell % grid) as f32, (cell / grid) as f32);
             let u = ((corner + jitter) / grid as f32).min(Vec2::splat(ONE_MINUS_EPSILON));
-            // A golden-ratio walk spreads the choice of lobe over the grid.
+            // A golden-ratio sequence distributes the lobe samples over the grid.
             let u_lobe = f64::from(cell) * 0.618_033_988_749_895 + replicate as f64 / 17.3;
             let u_lobe = (u_lobe.fract() as f32).min(ONE_MINUS_EPSILON);
             bsdf.sample::<Everything>(wo, u_lobe, u).map_or(0.0, |s| {

@@ -1,9 +1,11 @@
-//! Paths from both ends, and chains of them: the rows about transport once more by bidirectional path tracing and by
-//! Metropolis light transport, and light that no walk from the eye can find.
+//! Bidirectional path tracing and Metropolis light transport: the rows about transport repeated with both, and light
+//! that no camera subpath can find.
 //!
-//! Measure: radiance; where a picture is not the same everywhere, radiance over the exact.
-//! Range: what both can do in seconds. Joining walks of n vertices takes n^2 rays, so that rooms end at 20 bounces.
-//! Source: formulas at each; Veach 1997, chapter 11, for chains that begin without bias. Tested in `lab/tests/reports/battery.rs`.
+//! Measure: radiance; where an image is not uniform, radiance over the exact radiance.
+//! Range: scenes that both can render in seconds. Connecting subpaths of n vertices takes n^2 rays, so that rooms are
+//! limited to 20 bounces.
+//! Source: formulas at each; Veach 1997, chapter 11, for Markov chains without start-up bias. Tested in
+//! `lab/tests/reports/battery.rs`.
 
 use super::case::{Case, Effort};
 use super::claim::Claim;
@@ -42,7 +44,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
     .collect()
 }
 
-/// A case about the mean over a picture that is the same everywhere.
+/// A case about the mean over an image of uniform radiance.
 fn plain(
     (row, what): (u32, &str),
     kind: IntegratorKind,
@@ -57,7 +59,7 @@ fn plain(
     })
 }
 
-/// Every path finds the light of every bounce, by ways that differ in all but their mean.
+/// Integrating spheres: all path lengths contribute, with different strategies but the same mean.
 fn integrating_spheres() -> Vec<Case> {
     let look = Look {
         spp: 1 << 9,
@@ -76,7 +78,7 @@ fn integrating_spheres() -> Vec<Case> {
     limits.map(case).into()
 }
 
-/// Long walks, without roulette.
+/// Rooms with long subpaths, without roulette.
 fn white_rooms() -> Vec<Case> {
     let case = |kind| {
         let exact = series(f64::from(0.999_f32), Some(20));
@@ -87,7 +89,7 @@ fn white_rooms() -> Vec<Case> {
     BOTH.map(case).into()
 }
 
-/// The same light with roulette and without, as a ratio.
+/// The ratio of a render with roulette to one without.
 fn roulette() -> Vec<Case> {
     let ways = [
         (Roulette::Throughput, IntegratorKind::Bidirectional, 1 << 6),
@@ -112,7 +114,7 @@ fn roulette() -> Vec<Case> {
     ways.map(case).into()
 }
 
-/// Light after every number of bounces.
+/// Scenes rendered up to each number of bounces.
 fn lengths() -> Vec<Case> {
     let mut cases = Vec::new();
     for kind in BOTH {
@@ -130,8 +132,7 @@ fn lengths() -> Vec<Case> {
     cases
 }
 
-/// A floor of albedo 1/2 under one light of each kind, its radiance, and how far the size of the patch that is seen may
-/// change it.
+/// Floors of albedo 1/2 under one light of each kind: its name, the scene and the exact radiance.
 fn lit_floors() -> Vec<(&'static str, SceneDescription, f64)> {
     let position = DVec3::new(0.8, 1.5, -0.2);
     let (d2, cos) = (position.length_squared(), position.y / position.length());
@@ -183,7 +184,7 @@ fn lit_floors() -> Vec<(&'static str, SceneDescription, f64)> {
         ),
         ("a plain sky", under_the_sky, 0.5 * 0.75),
         ("a panorama", floor(3.0, [panorama]), 0.5 * 1.5),
-        // Half the distance of its centre, and as far away as wide.
+        // The sphere's radius is half its distance, the disk's equals it.
         ("a sphere", lamp(ball), 0.5 * 0.25),
         ("a disk", lamp(disk), 0.5 * 0.5),
     ]
@@ -193,7 +194,7 @@ fn kinds_of_light() -> Vec<Case> {
     let mut cases = Vec::new();
     for kind in BOTH {
         for (what, scene, exact) in lit_floors() {
-            // The patch that is seen has a size.
+            // The tolerance accounts for the size of the patch that is seen.
             let claim = Claim::mean(exact, 2e-3).within(3e-4 * exact);
             let what = format!("floor under {what}");
             cases.push(plain((52, &what), kind, claim, scene, bounces(1, 1 << 6)));
@@ -202,10 +203,10 @@ fn kinds_of_light() -> Vec<Case> {
     cases
 }
 
-/// Half the width of the floor that [`from_above`] sees.
+/// Half the width of the floor seen by [`from_above`].
 const HALF: f64 = 2.0;
 
-/// A floor of albedo 1/2 seen from right above the origin, where x goes from minus [`HALF`] to that and y half as far.
+/// A floor of albedo 1/2 seen from above the origin: x runs from minus [`HALF`] to [`HALF`], y half as far.
 fn from_above() -> SceneDescription {
     const HEIGHT: f64 = 3.0;
     let mut scene = looking(HEIGHT * DVec3::Z, DVec3::ZERO, diffuse(0.5));
@@ -222,8 +223,8 @@ fn from_above() -> SceneDescription {
     scene
 }
 
-/// The radiance of each of its pixels under a point of this intensity: what the pixel sees takes in of the light is the
-/// intensity times its solid angle from there.
+/// The exact radiance of each of its pixels under a point light: the flux onto the area seen by a pixel is the
+/// intensity times the solid angle of that area from the light.
 fn lit(at: DVec3, intensity: f64) -> Vec<f64> {
     let (columns, rows) = SIZE;
     let side = 2.0 * HALF / f64::from(columns);
@@ -237,7 +238,7 @@ fn lit(at: DVec3, intensity: f64) -> Vec<f64> {
     (0..columns * rows).map(pixel).collect()
 }
 
-/// What is seen over the exact, in the mean over those pixels of a picture that `counts` says.
+/// The ratio of the measured to the exact radiance, in the mean over the pixels for which `counts` is true.
 fn over_exact(seen: &[f64], exact: &[f64], counts: impl Fn(usize) -> bool) -> f64 {
     let sum = |of: &[f64]| -> f64 {
         let pixels = of.iter().enumerate();
@@ -246,8 +247,8 @@ fn over_exact(seen: &[f64], exact: &[f64], counts: impl Fn(usize) -> bool) -> f6
     sum(seen) / sum(exact)
 }
 
-/// Chains of some steps, a thousand of them in each render: if they began where they should not, the dim half of a floor beside
-/// a point, which sends back a tenth as much as the other, would be too bright.
+/// Markov chains of few steps, a thousand of them in each render: with start-up bias, the dim half of a floor beside a
+/// point light, which reflects a tenth as much as the other half, would be too bright.
 fn short_chains() -> Vec<Case> {
     let at = DVec3::new(-0.5 * HALF, 0.0, 0.5);
     let case = |(half, is_left, power): (&str, bool, f64)| {
@@ -268,8 +269,8 @@ fn short_chains() -> Vec<Case> {
         .into()
 }
 
-/// A spot that shines on nothing but a mirror, which throws its light on the floor: that of its image behind the mirror. No
-/// walk from the eye finds it, as nothing scatters there that could look for the spot.
+/// A spot that illuminates only a mirror, which reflects its light onto the floor: the light of its image behind the
+/// mirror. No camera subpath finds it, as the mirror is specular and the spot cannot be sampled there.
 fn by_a_mirror() -> Vec<Case> {
     const WALL: f64 = -3.0;
     let at = DVec3::new(1.0, 0.0, 2.0);
@@ -281,7 +282,7 @@ fn by_a_mirror() -> Vec<Case> {
     let mut wall = surface(wall, 0.0);
     wall.material = 1;
     scene.shapes.push(wall);
-    // All of what is seen is in the full light of the image.
+    // The whole visible floor is inside the full intensity of the image's cone.
     scene.lights = vec![light(LightModel::Spot {
         position: at,
         target: image.lerp(DVec3::ZERO, (WALL - image.x) / -image.x),

@@ -1,7 +1,7 @@
-//! A case of the battery: a claim, and how it is measured.
+//! A case of the battery: a claim, and its measurement.
 //!
-//! Measure: said by each case.
-//! Range: any backend and seed; what a case needs of them it says in its name.
+//! Measure: stated by each case.
+//! Range: any backend and seed; special requirements are stated in the name of a case.
 //! Source: docs/hard-cases.md. Tested in `lab/tests/reports/battery.rs`.
 
 use super::claim::Claim;
@@ -12,7 +12,7 @@ use etendue::internals::accel::Backend;
 use etendue::internals::scene::description::SceneDescription;
 use serde::Serialize;
 
-/// What other renderers gave for the same case, as published in docs/hard-cases.md; "-" where it was not run.
+/// Results of other renderers for the same case, as published in docs/hard-cases.md; "-" where it was not run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Peers {
     /// Mitsuba 3.9.1, scalar_rgb.
@@ -31,20 +31,20 @@ pub struct Case {
     pub row: u32,
     /// The subject that it belongs to.
     pub subject: &'static str,
-    /// What it is, in a few words.
+    /// A short name.
     pub name: String,
-    /// What is claimed.
+    /// The claim.
     pub claim: Claim,
-    /// What others gave, where that is known.
+    /// Results of other renderers, where known.
     pub peers: Option<Peers>,
-    /// About how long it takes with full effort, in units of the usual case.
+    /// Approximate duration with full effort, in units of a usual case.
     pub cost: f64,
     known: Option<(&'static str, &'static str)>,
     measure: Measure,
 }
 
 impl Case {
-    /// A case that `measure` yields independent numbers of.
+    /// A case for which `measure` returns independent numbers.
     pub fn new(
         row: u32,
         name: impl Into<String>,
@@ -63,7 +63,7 @@ impl Case {
         }
     }
 
-    /// A case about what each pixel sees of a scene.
+    /// A case about the radiance in each pixel of a scene.
     pub fn seen(
         row: u32,
         name: impl Into<String>,
@@ -74,28 +74,28 @@ impl Case {
         Self::new(row, name, claim, move |trial| see(trial, &scene, look))
     }
 
-    /// The same case of a subject.
+    /// This case, assigned to a subject.
     pub fn about(self, subject: &'static str) -> Self {
         Self { subject, ..self }
     }
 
-    /// The same case, known to take that many times as long as others with full effort.
+    /// This case, with its duration relative to others with full effort.
     pub fn costing(self, cost: f64) -> Self {
         Self { cost, ..self }
     }
 
-    /// The same case, of which it is known that a backend fails it, and why: its name, and a sentence.
+    /// This case, known to fail with a backend: the backend's name, and a sentence with the reason.
     pub fn known_to_fail(self, known: Option<(&'static str, &'static str)>) -> Self {
         Self { known, ..self }
     }
 
-    /// Why a backend is known to fail it, if it is.
+    /// The reason of a known failure with `backend`, if there is one.
     pub fn known_failure(&self, backend: Backend) -> Option<&'static str> {
         let (name, why) = self.known?;
         (name == backend.name()).then_some(why)
     }
 
-    /// The same case with what others gave.
+    /// This case with the results of other renderers.
     pub fn beside(self, peers: Peers) -> Self {
         Self {
             peers: Some(peers),
@@ -103,10 +103,10 @@ impl Case {
         }
     }
 
-    /// Independent numbers of what the case is about.
+    /// Returns independent measurements of the number that the case is about.
     ///
     /// # Errors
-    /// What the scene or the backend says.
+    /// An error of the scene or the backend.
     pub fn measure(&self, trial: &Trial<'_>) -> Result<Vec<f64>> {
         (self.measure)(trial)
     }

@@ -1,54 +1,54 @@
-//! What a case claims of a number, and when a measurement bears it out.
+//! The claim of a case about a number, and the test of a measurement against it.
 //!
 //! Measure: the unit of the number. A case is measured as independent numbers of the same expectation, one a replicate.
 //! Range: a claim about a mean needs at least [`REPLICATES`] numbers; with fewer, or with a standard error above the
-//! claim's limit, a measurement says nothing, which counts as a failure.
+//! claim's limit, a measurement is inconclusive, which counts as a failure.
 //! Source: the acceptance rule of `lab/src/verdict.rs`. Tested below.
 
 use crate::verdict::{ROUNDING, Verdict};
 use etendue::internals::math::stats::Moments;
 use serde::Serialize;
 
-/// Numbers that a standard error can be told from.
+/// The minimum number of replicates for a standard error.
 pub const REPLICATES: u64 = 16;
 
-/// On which sides of the exact number a measurement may lie.
+/// The side of the exact number on which a measurement may lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Relation {
-    /// It is that number.
+    /// Equal to the exact number.
     Equal,
-    /// It is that number or less.
+    /// Equal to the exact number or less.
     AtMost,
 }
 
-/// What is claimed, and how well it has to be known.
+/// A claim, and the precision with which it has to be tested.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Claim {
-    /// Equal, or no more.
+    /// Equal, or at most.
     pub relation: Relation,
     /// The exact number.
     pub exact: f64,
-    /// How far off a measurement may be beside its noise.
+    /// The allowed deviation besides noise.
     pub tolerance: f64,
-    /// The greatest standard error that tells anything; `None` where there is no noise, and every single number has to
-    /// be within the tolerance.
+    /// The greatest standard error for a conclusive test; `None` where there is no noise, and every single number has
+    /// to be within the tolerance.
     pub power_limit: Option<f64>,
 }
 
-/// A measurement held against a claim.
+/// A measurement tested against a claim.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judged {
-    /// The mean; without noise, the number that is farthest off.
+    /// The mean; without noise, the number with the largest deviation.
     pub ours: f64,
-    /// Of the mean; `None` for fewer than two numbers.
+    /// Standard error of the mean; `None` for fewer than two numbers.
     pub standard_error: Option<f64>,
-    /// Whether it bears the claim out.
+    /// The result of the test.
     pub verdict: Verdict,
 }
 
 impl Claim {
-    /// A mean is `exact`, and has to be known to a standard error of `power`, relative.
+    /// Claims that a mean is `exact`, to be known to a relative standard error of `power`.
     pub fn mean(exact: f64, power: f64) -> Self {
         Self {
             relation: Relation::Equal,
@@ -58,7 +58,7 @@ impl Claim {
         }
     }
 
-    /// A mean is no more than `exact`.
+    /// Claims that a mean is at most `exact`.
     pub fn at_most(exact: f64, power: f64) -> Self {
         Self {
             relation: Relation::AtMost,
@@ -66,7 +66,7 @@ impl Claim {
         }
     }
 
-    /// Every number is `exact` but for a relative `tolerance`, without noise.
+    /// Claims that every number is `exact` within a relative `tolerance`, without noise.
     pub fn without_noise(exact: f64, tolerance: f64) -> Self {
         Self {
             relation: Relation::Equal,
@@ -76,12 +76,12 @@ impl Claim {
         }
     }
 
-    /// Every number is `exact` to the last bit: a count, or black.
+    /// Claims that every number is `exact` to the last bit: a count, or black.
     pub fn exactly(exact: f64) -> Self {
         Self::without_noise(exact, 0.0)
     }
 
-    /// The same with a stated error of the model itself, absolute.
+    /// This claim with an additional absolute error of the model itself.
     pub fn within(self, error: f64) -> Self {
         Self {
             tolerance: self.tolerance + error,
@@ -89,7 +89,7 @@ impl Claim {
         }
     }
 
-    /// How far a number is on the wrong side.
+    /// The deviation of a number on the wrong side.
     fn excess(&self, number: f64) -> f64 {
         match self.relation {
             Relation::Equal => (number - self.exact).abs(),
@@ -97,7 +97,7 @@ impl Claim {
         }
     }
 
-    /// Holds numbers against the claim.
+    /// Tests numbers against the claim.
     pub fn judge(&self, numbers: &[f64]) -> Judged {
         let moments = Moments::of(numbers.iter().copied());
         if self.power_limit.is_some() {
@@ -116,7 +116,7 @@ impl Claim {
         }
     }
 
-    /// Holds the mean of numbers against a claim about one.
+    /// Tests the mean of numbers against a claim about a mean.
     pub fn judge_mean(&self, moments: &Moments) -> Judged {
         let standard_error = moments.standard_error();
         let known = standard_error.filter(|_| moments.count() >= REPLICATES);
@@ -132,7 +132,7 @@ impl Claim {
         }
     }
 
-    /// The number that is farthest off; NaN if one is.
+    /// The number with the largest deviation; NaN if any is.
     fn farthest(&self, numbers: &[f64]) -> f64 {
         let farther = |a: f64, b: &f64| {
             let keeps = a.is_nan() || self.excess(a) >= self.excess(*b);
@@ -179,7 +179,7 @@ mod tests {
         let claim = Claim::mean(1.0, 1.0);
         assert_eq!(claim.judge(few).verdict, Verdict::Inconclusive);
         assert_eq!(claim.judge(&[]).verdict, Verdict::Inconclusive);
-        // But what is off beyond all noise has failed, however noisy.
+        // A deviation beyond all noise fails, even if the standard error is above the limit.
         assert_eq!(verdict(Claim::mean(2.0, 1e-4)), Verdict::Failed);
     }
 

@@ -1,7 +1,7 @@
-//! Exact answers.
+//! Closed forms: the exact answers of the cases.
 //!
-//! Measure: as said at each.
-//! Range: as said at each.
+//! Measure: as stated at each.
+//! Range: as stated at each.
 //! Source: named at each. Tested through the cases, and the numbers of the catalogue below.
 
 use etendue::internals::math::vec::DVec3;
@@ -20,7 +20,7 @@ pub const GGX_NORMAL_ALBEDO: [(f32, f64); 4] = [
 /// The cosine-weighted mean of Fresnel's reflectance at a dielectric of index 1.5, from outside.
 pub const FRESNEL_MEAN_OUTSIDE: f64 = 0.091_777_959_34;
 
-/// The same from inside; 1 - F_inside = (1 - F_outside) / n^2.
+/// The cosine-weighted mean of the reflectance from inside; 1 - F_inside = (1 - F_outside) / n^2.
 pub const FRESNEL_MEAN_INSIDE: f64 = 0.596_345_759_71;
 
 /// The normal reflectance of a dielectric: ((n - 1) / (n + 1))^2.
@@ -35,8 +35,8 @@ pub fn parallel_rectangle(a: f64, b: f64, c: f64) -> f64 {
     (part(a / c, b / c) + part(b / c, a / c)) / TAU
 }
 
-/// That of a rectangle of height a and width b at right angles to an element at distance c from its lower corner
-/// (C-12).
+/// The configuration factor of a rectangle of height a and width b at right angles to an element at distance c from its
+/// lower corner (C-12).
 pub fn perpendicular_rectangle(a: f64, b: f64, c: f64) -> f64 {
     let (x, y) = (a / b, c / b);
     ((1.0 / y).atan() - y / x.hypot(y) * (1.0 / x.hypot(y)).atan()) / TAU
@@ -55,7 +55,7 @@ pub fn perpendicular_sphere(x: f64) -> f64 {
 }
 
 /// Lambert's formula: the configuration factor of a polygon whose vertices are given relative to an element with normal
-/// z; what is below the horizon is cut off.
+/// z; the polygon is clipped at the horizon.
 pub fn lambert_polygon(vertices: &[DVec3]) -> f64 {
     let next = |v: &[DVec3], i: usize| v[(i + 1) % v.len()];
     let mut above = Vec::new();
@@ -78,27 +78,27 @@ pub fn lambert_polygon(vertices: &[DVec3]) -> f64 {
     sum.abs() / TAU
 }
 
-/// The solid angle of the rectangle [x0, x1] x [y0, y1] at z = 0, seen from height h above the origin: a signed sum over its
-/// corners of that of a rectangle with one corner right below.
+/// The solid angle of the rectangle [x0, x1] x [y0, y1] at z = 0, seen from height h above the origin: a signed sum
+/// over its corners of the solid angle of a rectangle with one corner right below.
 pub fn rectangle_below([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], h: f64) -> f64 {
     let corner = |x: f64, y: f64| (x * y).atan2(h * (x * x + y * y + h * h).sqrt());
     corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)
 }
 
-/// The share of a disc of radius 1 beyond the line at `x`, in [-1, 1].
+/// The fraction of a disc of radius 1 beyond the line at `x`, in [-1, 1].
 pub fn disc_segment(x: f64) -> f64 {
     (x.acos() - x * (1.0 - x * x).sqrt()) / PI
 }
 
-/// The integral over the sphere of a panorama whose texel in this row of `height` is 1, the others 0, and which is
-/// interpolated between the centres of texels: a tent, which goes on flat beyond the centre of a row at a pole.
+/// The integral over the sphere of a panorama in which one texel in row `row` of `height` is 1, the others 0,
+/// interpolated between texel centres: a tent function that is constant beyond the centre of a row at a pole.
 pub fn bright_texel(row: u32, width: u32, height: u32) -> f64 {
     let step = PI / f64::from(height);
     let centre = (f64::from(row) + 0.5) * step;
     let at_pole = row == 0 || row + 1 == height;
     let over_theta = if at_pole {
-        // From the pole: flat up to half a step, then down to 0 within one: cos c - (sin (c + h) - sin c) / h, and the
-        // flat part 1 - cos c before it.
+        // Constant from the pole to half a step c, then linear down to 0 within one step h: cos c - (sin (c + h) - sin
+        // c) / h, plus the constant part 1 - cos c.
         let c = 0.5 * step;
         1.0 - ((c + step).sin() - c.sin()) / step
     } else {
@@ -144,7 +144,7 @@ mod tests {
             (all.iter().sum::<f64>() / TAU - 1.0).abs() < 1e-5,
             "{all:?}"
         );
-        // A side of the cube about the point.
+        // One face of a cube around the point.
         let side = rectangle_below([-0.5, 0.5], [-0.5, 0.5], 0.5);
         assert!((side / (4.0 * PI / 6.0) - 1.0).abs() < 1e-12, "{side}");
     }

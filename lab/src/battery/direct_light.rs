@@ -1,7 +1,7 @@
-//! Direct light of shapes that emit, against configuration factors.
+//! Direct light of area lights, compared with configuration factors.
 //!
 //! Measure: radiance of a floor of albedo 1/2 under light of radiance 1; form factors.
-//! Range: lights from a millionth of their size away to a hundred million times.
+//! Range: lights at distances from a millionth of their size to 1e12 times their size.
 //! Source: Howell's catalogue; Lambert 1760. Tested in `lab/tests/reports/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
@@ -35,7 +35,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
     .collect()
 }
 
-/// A floor at z = 0 whose middle, the origin, is seen from nearer than `reach`, under a light of the given radiance.
+/// A floor at z = 0 whose centre, the origin, is seen from nearer than `reach`, under a light of the given radiance.
 fn floor_under(light: GeometryDescription, radiance: f32, reach: f64) -> SceneDescription {
     let eye = reach * DVec3::new(0.3, 0.2, 0.4);
     let mut scene = looking(eye, DVec3::ZERO, diffuse(ALBEDO));
@@ -53,7 +53,7 @@ fn form_factors() -> Vec<Case> {
     let between = |row, name: &str, [receiver, light]: [GeometryDescription; 2], claim, point| {
         let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(ALBEDO));
         scene.shapes = vec![surface(receiver, 0.0), surface(light, 1.0)];
-        // Discs are sampled by area, which is noisy where they are near.
+        // Discs are sampled by area, which is noisy at short distances.
         let points = match row {
             18 => 1 << 18,
             19 => 1 << 16,
@@ -168,7 +168,7 @@ fn polygons() -> Vec<Case> {
         let to_world = DAffine3::from_translation(DVec3::new(0.1, -0.2, 1.0))
             * DAffine3::from_rotation_y(tilt)
             * DAffine3::from_scale(DVec3::splat(size));
-        // Clockwise from above: the normal looks down.
+        // Clockwise from above: the normal points down.
         let corner = |i: u32| {
             let (sin, cos) = (-f64::from(i) * TAU / f64::from(corners)).sin_cos();
             to_world.transform_point3(DVec3::new(cos, sin, 0.0))
@@ -176,10 +176,10 @@ fn polygons() -> Vec<Case> {
         let vertices: Vec<DVec3> = (0..corners).map(corner).collect();
         let claim = Claim::mean(lit(lambert_polygon(&vertices)), 5e-4);
         let mut scene = floor_under(polygon(vertices), 1.0, 0.5);
-        // What is under the horizon meets no floor.
+        // The floor is small, so that polygons that extend below the horizon do not intersect it.
         scene.shapes[0].transform = DAffine3::from_scale(DVec3::splat(0.25));
         let name = format!("polygon of {corners} corners, radius {size}, tilted by {tilt}");
-        // Those that reach below the horizon are noisier.
+        // Polygons that extend below the horizon are noisier.
         let spp = if tilt > 1.0 { 1 << 12 } else { 1 << 9 };
         Case::seen(24, name, claim, scene, direct(spp))
     };
@@ -201,7 +201,7 @@ fn rectangles_nearby() -> Vec<Case> {
     let corner = [1.0, 1e-2, 1e-4].map(|h| {
         let name = format!("2 x 2 light {h:e} over its corner");
         let light = ceiling([0.0, 2.0], [0.0, 2.0], h);
-        // Right under a corner the factor changes by 1 / (4 h) a unit of length, along either axis; where a ray meets
+        // Right under a corner the factor changes by 1 / (4 h) a unit of length, along either axis; the hit point on
         // the floor is known to one rounding of the scene's size.
         let rounding = 2.5 * f64::from(f32::EPSILON) / 2.0 / (2.0 * h);
         let claim = lit_by(parallel_rectangle(2.0, 2.0, h)).within(lit(rounding));
@@ -221,7 +221,7 @@ fn walls() -> Vec<Case> {
     let case = |c: f64| {
         let wall = rectangle([c, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 2.0, 0.0]);
         let mut scene = floor_under(wall, 1.0, c.min(0.5));
-        // The floor ends at the wall, and the view comes from the other side.
+        // The floor ends at the wall, and the camera looks from the other side.
         let floor = rectangle([c - 2.0, -0.5, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         scene.shapes[0] = surface(floor, 0.0);
         let eye = c.min(0.5) * DVec3::new(-0.3, 0.2, 0.4);
@@ -243,7 +243,8 @@ fn distant_spheres() -> Vec<Case> {
     [1e6, 1e8, 1e10, 1e12].map(case).into()
 }
 
-/// Surfaces scatter on both sides, whichever way their triangles are wound; lamps shine on the side of their normal.
+/// Surfaces scatter on both sides, independent of the winding of their triangles; area lights emit on the side of their
+/// normal.
 fn winding() -> Vec<Case> {
     let square = |z: f64, reversed: bool| {
         let mut corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];

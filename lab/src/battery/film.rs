@@ -1,5 +1,5 @@
-//! Film and camera: filters of a constant, scenes with nothing in them, fields of view next to nothing and next to a
-//! plane.
+//! Film and camera: reconstruction filters over a constant, empty scenes, and fields of view close to 0 and to 180
+//! degrees.
 //!
 //! Measure: radiance; pixels.
 //! Range: all filters; fields of view from 1e-6 to 179.9 degrees.
@@ -38,7 +38,8 @@ fn filters() -> Vec<Case> {
             kind,
             radius: kind.default_radius(),
         };
-        // Where a filter is negative, samples count as negative, and their share is known from samples alone.
+        // A filter with negative parts gives samples negative weights, and the sum of weights is only known by
+        // sampling.
         let claim = match kind {
             FilterKind::Mitchell => Claim::mean(exact, 1e-3),
             _ => Claim::without_noise(exact, 1e-6),

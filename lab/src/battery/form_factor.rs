@@ -1,7 +1,7 @@
-//! The form factor from a flat shape to a light, estimated as a kernel would light it.
+//! The form factor from a flat shape to a light, estimated with the renderer's own light sampling.
 //!
-//! Measure: the share of the radiosity that leaves the first shape of a scene and meets the second, the light.
-//! Range: sixteen replicates of as many points as the effort says.
+//! Measure: the fraction of the radiosity that leaves the first shape of a scene and reaches the second, the light.
+//! Range: sixteen replicates, with the number of points given by the effort.
 //! Source: F = 1/A integral over points and directions of cos V L / pi. Tested in `lab/tests/reports/battery.rs`.
 
 use super::case::Trial;
@@ -21,8 +21,8 @@ use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::scene::interaction::Interaction;
 use std::f64::consts::PI;
 
-/// The form factor, replicate by replicate; `point` maps the unit square onto the first shape, evenly.
-/// Each replicate takes at least so many points.
+/// Estimates the form factor, one number per replicate; `point` maps the unit square uniformly onto the first shape.
+/// Each replicate uses at least `points` points.
 pub fn form_factor(
     trial: &Trial<'_>,
     description: &SceneDescription,
@@ -49,7 +49,7 @@ pub fn form_factor(
     Ok((0..16).map(replicate).collect())
 }
 
-/// What one point of the first shape gets from a point of the light.
+/// The contribution of one point of the first shape and one sampled point of the light.
 fn share(scene: &Scene, p: Vec3, normal: Vec3, u: [f32; 4]) -> f64 {
     let id = PrimitiveId {
         shape: 0,

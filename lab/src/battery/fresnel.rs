@@ -1,4 +1,4 @@
-//! Fresnel's law where it cancels: indices next to 1, the critical angle, means over the hemisphere.
+//! Fresnel's law where its formulas cancel: indices close to 1, the critical angle, means over the hemisphere.
 //!
 //! Measure: reflectances.
 //! Range: indices from 1 to 1.5 from either side.
@@ -57,8 +57,8 @@ pub fn cases(_: Effort) -> Vec<Case> {
     normal.into_iter().chain(means).chain([critical]).collect()
 }
 
-/// 2 times the integral of R mu over mu. The kink at the critical angle ends a part, and mu = critical + t^2 takes the
-/// square root out of it.
+/// The cosine-weighted mean: 2 times the integral of R mu over mu. The integral is split at the kink at the critical
+/// angle, and mu = critical + t^2 removes the square root there.
 fn mean(n_i: f32, n_t: f32) -> f64 {
     let critical = (1.0 - f64::from(n_t / n_i).powi(2)).max(0.0).sqrt();
     let f = |mu: f64| 2.0 * mu * f64::from(fresnel::dielectric(mu as f32, n_i, n_t).reflectance);
@@ -73,8 +73,8 @@ fn midpoints(end: f64, f: impl Fn(f64) -> f64) -> f64 {
     (0..panels).map(at).sum::<f64>() * width
 }
 
-/// How many of the cosines within 1000 ulp of the critical one give no share, or a smaller one than the next larger
-/// cosine.
+/// Counts the cosines within 1000 ulp of the critical one with a reflectance outside of [0, 1], or with a smaller one
+/// than the next larger cosine.
 fn wrong_at_the_critical_angle() -> f64 {
     let mut wrong = 0;
     for n in [1.01_f32, 1.33, 1.5, 2.4] {
@@ -88,7 +88,7 @@ fn wrong_at_the_critical_angle() -> f64 {
             wrong += i32::from(!fine);
             before = reflectance;
         }
-        // Half of them are beyond.
+        // Half of the cosines are beyond the critical angle, and so is this one.
         let beyond = fresnel::dielectric(0.999 * critical, n, 1.0).reflectance;
         wrong += i32::from(beyond != 1.0);
     }

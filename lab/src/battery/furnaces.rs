@@ -1,9 +1,9 @@
-//! White things under the same light from everywhere, which they cannot be told from, and shading normals in it.
+//! White objects under uniform illumination, in which they are invisible, and shading normals under it.
 //!
-//! Measure: radiance, of a sky of radiance 1.
-//! Range: from the middle of a sphere to a hundred-thousandth before its limb, from outside, from its surface and from
-//! within.
-//! Source: conservation of energy; the share of a hemisphere above a plane, (1 + cos t) / 2. Tested in
+//! Measure: radiance, under a sky of radiance 1.
+//! Range: from the centre of a sphere to a hundred-thousandth before its limb; cameras outside of it, on a surface and
+//! inside.
+//! Source: conservation of energy; the fraction of a hemisphere above a plane, (1 + cos t) / 2. Tested in
 //! `lab/tests/reports/battery.rs`.
 
 use super::case::{Case, Effort};
@@ -20,7 +20,7 @@ use etendue::internals::scene::description::{
 use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
-/// Without roulette, and with a limit that a path within what is white and closed ends at.
+/// Without roulette, and with a limit that ends paths inside of closed white objects.
 const PATIENT: Look = Look {
     spp: 64,
     max_bounces: Some(1000),
@@ -40,7 +40,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
     .collect()
 }
 
-/// Things of one material under the sky.
+/// Shapes of one material under a white sky.
 fn under_the_sky(
     eye: DVec3,
     target: DVec3,
@@ -59,7 +59,7 @@ fn ball() -> GeometryDescription {
 
 fn white_spheres() -> Vec<Case> {
     let models = [(1, "white", diffuse(1.0)), (3, "glass", glass(1.5, 0.0))];
-    // The middle, halfway, and towards the limb.
+    // The centre, halfway, and towards the limb.
     let all = models
         .into_iter()
         .flat_map(|model| [0.0, 0.5, 0.99, 0.9999, 0.99999].map(move |x: f64| (model.clone(), x)));
@@ -72,10 +72,10 @@ fn white_spheres() -> Vec<Case> {
     all.map(case).collect()
 }
 
-/// A second surface so close that an offset could jump to it.
+/// A second surface so close that an offset ray origin could lie behind it.
 fn gaps() -> Vec<Case> {
     let spheres = [4e-5, 1e-6].map(|gap: f64| {
-        // Glass, and air within it: a shell as thin as the gap.
+        // Glass with air inside: a shell as thick as the gap.
         let eye = DVec3::new(0.3, 0.0, 5.0);
         let target = DVec3::new(0.3, 0.0, f64::sqrt(1.0 - 0.09));
         let shells = [sphere(DVec3::ZERO, 1.0 + gap), ball()];
@@ -132,9 +132,9 @@ fn tilted(angle: f64) -> DVec3 {
     DVec3::new(angle.sin(), 0.0, angle.cos())
 }
 
-/// Of a matte surface, light below the true surface is lost: (1 + cos t) / 2 is left for a normal at an angle t. Seen
-/// along the shading normal t is its tilt; seen from straight above, the normal is mended to 45 degrees. A normal on
-/// the other side counts as its opposite, and one without length as none.
+/// Triangles with tilted shading normals. On a matte surface, light below the geometric surface is lost: (1 + cos t) /
+/// 2 remains for a normal at an angle t. Seen along the shading normal, t is its tilt; seen from straight above, the
+/// normal is corrected to 45 degrees. A normal on the other side is flipped, and one of zero length is ignored.
 fn tilted_normals() -> Vec<Case> {
     let kept = |t: f64| 0.5 * (1.0 + t.cos());
     let tilt = 60.0_f64.to_radians();

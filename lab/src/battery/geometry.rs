@@ -1,9 +1,10 @@
-//! Rays and surfaces: closed meshes that let nothing out, surfaces that do not meet their own rays, and what moves or
-//! is out of focus.
+//! Rays and surfaces: closed meshes without leaks, rays that leave surfaces without self-intersection, motion blur and
+//! depth of field.
 //!
-//! Measure: rays that go wrong; radiance.
+//! Measure: number of wrong rays; radiance.
 //! Range: triangles from 1e-8 to 1e8, meshes far from the origin.
-//! Source: none needed for counts; shares of time and of a disc. Tested in `lab/tests/reports/battery.rs`.
+//! Source: none needed for counts; fractions of the shutter time and of a disc. Tested in
+//! `lab/tests/reports/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
@@ -30,7 +31,7 @@ use std::sync::Arc;
 /// Squares along an edge of the cube that closed meshes are made from.
 const SQUARES: u32 = 16;
 
-/// The backend that lets some segments pass.
+/// The backend that misses the mesh with some segments.
 const EMBREE: &str = "embree";
 
 const AT_VERTICES: &str = "Embree's robust mode is not watertight at vertices (its issue 181): of segments aimed at the \
@@ -53,7 +54,7 @@ pub fn cases(effort: Effort) -> Vec<Case> {
     .collect()
 }
 
-/// Rows 36 and 37: segments from within to without, anywhere, and exactly at edges and vertices.
+/// Rows 36 and 37: segments from inside to outside, in random directions, and exactly at edges and vertices.
 fn closed_meshes(effort: Effort) -> Vec<Case> {
     let mut cases = Vec::new();
     for (what, form) in [
@@ -67,7 +68,7 @@ fn closed_meshes(effort: Effort) -> Vec<Case> {
                     Aim::Edge => (37, "at edges", (offset > 0.0).then_some(AT_EDGES)),
                     Aim::Vertex => (37, "at vertices", Some(AT_VERTICES)),
                 };
-                // Six meshes share out 1e8 segments.
+                // The six meshes together get 1e8 segments.
                 let (segments, cost) = match (effort, aim) {
                     (Effort::Quick, _) => (100_000, 1.0),
                     (Effort::Full, Aim::Anywhere) => (17_000_000, 20.0),
@@ -107,8 +108,8 @@ fn escaped(trial: &Trial<'_>, mesh: &ClosedMesh, aim: Aim, segments: u64) -> Res
     Ok(vec![report.leaks as f64])
 }
 
-/// Light from outside in closed white boxes whose walls are along no axis: whether paths get out that meet a wall right at an
-/// edge.
+/// Light from outside in closed white boxes whose walls are not aligned with any axis: tests whether paths escape that
+/// hit a wall exactly at an edge.
 fn turned_boxes() -> Vec<Case> {
     let turn = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
     let case = |(what, height): (&str, f64)| {
@@ -131,7 +132,7 @@ fn turned_boxes() -> Vec<Case> {
     boxes.map(case).into()
 }
 
-/// Rays that leave a triangle alone in the world, towards either side.
+/// Rays that leave the only triangle of a world, towards either side.
 fn self_hits() -> Vec<Case> {
     let name = "rays that meet the triangle they leave, of extents 1e-8 to 1e8";
     let case = Case::new(38, name, Claim::exactly(0.0), |trial| {
@@ -171,7 +172,7 @@ fn self_hits_of_one(trial: &Trial<'_>, random: &mut Random, rays: u32) -> Result
     Ok(met)
 }
 
-/// A wall of radiance 1 at z = 0, of which the half x >= `edge` is there, seen around the origin from a height.
+/// A wall of radiance 1 at z = 0 that covers x >= `edge`, seen around the origin from a height.
 fn half_plane(edge: f64, height: f64, reach: f64) -> SceneDescription {
     let mut scene = looking(height * DVec3::Z, DVec3::ZERO, diffuse(0.0));
     let half = rectangle(
@@ -183,7 +184,7 @@ fn half_plane(edge: f64, height: f64, reach: f64) -> SceneDescription {
     scene
 }
 
-/// The edge of the wall passes the line of sight at a time of the shutter.
+/// A moving wall whose edge passes the line of sight at a known shutter time.
 fn moving_edges() -> Vec<Case> {
     let case = |share: f64| {
         let mut scene = half_plane(0.0, 1.0, 3.0);
@@ -203,8 +204,8 @@ fn moving_edges() -> Vec<Case> {
     [0.03, 0.5, 0.9].map(case).into()
 }
 
-/// Through a lens of radius r, focused at f, the origin is seen as a disc of radius r |d / f - 1| on a plane at
-/// distance d.
+/// Edges out of focus: with a lens of radius r focused at f, the image of the origin covers a disc of radius r |d / f -
+/// 1| on a plane at distance d.
 fn blurred_edges() -> Vec<Case> {
     let lenses = [(2.0, 0.1, 1.0), (1.0, 0.05, 1e30), (100.0, 3.0, 80.0)];
     let all = lenses
@@ -212,7 +213,8 @@ fn blurred_edges() -> Vec<Case> {
         .flat_map(|lens| [-1.02, -0.9, 0.0, 0.7, 1.02].map(|x: f64| (lens, x)));
     let case = |((height, lens_radius, focus), x): ((f64, f64, f64), f64)| {
         let radius = lens_radius * f64::abs(height / focus - 1.0);
-        // As far as any ray goes, and no farther: single precision is shared by the whole scene.
+        // The wall extends as far as any ray goes, and no farther: the whole scene shares the resolution of single
+        // precision.
         let mut scene = half_plane(x * radius, height, 1.0 + 4.0 * radius);
         scene.camera.lens_radius = lens_radius;
         scene.camera.focus_distance = focus;

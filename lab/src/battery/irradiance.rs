@@ -1,7 +1,7 @@
-//! The irradiance cache held against closed forms at every point, not in the mean.
+//! The irradiance cache compared with closed forms at every point, not in the mean.
 //!
-//! Measure: points; irradiance over the exact.
-//! Range: bounds of 20 and of 5 %; points that the cache leaves to paths are not told by it.
+//! Measure: points; irradiance over the exact irradiance.
+//! Range: error bounds of 20 and of 5 %; points that the cache leaves to path tracing are not evaluated.
 //! Source: the form factor of a rectangle, as in `closed_forms.rs`; the integrating sphere. Tested in
 //! `tests/rendering/irradiance_cache.rs` and `lab/tests/reports/battery.rs`.
 
@@ -34,7 +34,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
         );
         Case::new(54, name, Claim::exactly(0.0), move |trial| {
             let told = told(trial, bound)?;
-            // A cache that knows little is wrong about little.
+            // A cache that covers few points can be wrong at few points only.
             let is_telling = told.known > 0.9;
             Ok(vec![if is_telling {
                 told.beyond as f64
@@ -51,8 +51,8 @@ pub fn cases(_: Effort) -> Vec<Case> {
     ]
 }
 
-/// The cache of an integrating sphere, told all over the part that is seen. Records have no noise there, and their gradients
-/// are 0; but the sphere bends away from where they know it.
+/// The cache of an integrating sphere, evaluated all over the visible part. Records are free of noise there, and their
+/// gradients are 0; but the sphere curves away from the tangent planes of the records.
 fn in_a_sphere(albedo: f32, depth: u32) -> Case {
     const BOUND: f64 = 0.05;
     let name = format!(
@@ -65,7 +65,7 @@ fn in_a_sphere(albedo: f32, depth: u32) -> Case {
         description.camera.fov = 1.2;
         description.film.size = (64, 64);
         let filled = filled(trial, &description, BOUND, Some(depth))?;
-        // What is looked for is the first bounce of the series.
+        // Direct light, the first term of the series, is sampled and not cached.
         let exact = PI * (series(f64::from(albedo), Some(depth - 1)) - 1.0);
         let told = seen_within(&description).map(|p| {
             let told = filled.irradiance(p, -p)?;
@@ -73,13 +73,13 @@ fn in_a_sphere(albedo: f32, depth: u32) -> Case {
         });
         let told: Vec<Option<f64>> = told.collect();
         let known: Vec<f64> = told.iter().copied().flatten().collect();
-        // A cache that knows little is wrong about little.
+        // A cache that covers few points can be wrong at few points only.
         let is_telling = 2 * known.len() > told.len();
         Ok(if is_telling { known } else { vec![f64::NAN] })
     })
 }
 
-/// Points of the unit sphere that a camera within it sees.
+/// Points of the unit sphere that are visible to a camera inside of it.
 fn seen_within(description: &SceneDescription) -> impl Iterator<Item = DVec3> {
     const SIDE: usize = 100;
     let camera = &description.camera;
@@ -93,21 +93,22 @@ fn seen_within(description: &SceneDescription) -> impl Iterator<Item = DVec3> {
     })
 }
 
-/// A scene with its irradiance cache.
+/// A prepared scene with its irradiance cache.
 struct Filled {
     scene: Scene,
     cache: IrradianceCache,
 }
 
 impl Filled {
-    /// The irradiance at a point of the scene as written, with this normal, where the cache knows it.
+    /// The cached irradiance at a point in the coordinates of the scene description, with normal `n`; `None` where the
+    /// cache has none.
     fn irradiance(&self, p: DVec3, n: DVec3) -> Option<Rgb> {
         let p = self.scene.normalisation.point(p);
         self.cache.irradiance(p, n.as_vec3a())
     }
 }
 
-/// Fills a cache for what a scene's camera sees, within this bound.
+/// Fills a cache for the visible points of a scene, with error bound `bound`.
 fn filled(
     trial: &Trial<'_>,
     description: &SceneDescription,
@@ -134,13 +135,13 @@ fn filled(
 /// The height of the ceiling.
 const HEIGHT: f64 = 1.5;
 
-/// Where it ends.
+/// Half the width of floor and ceiling.
 const FAR: f64 = 40.0;
 
-/// Half of the part of the floor that is seen.
+/// Half the width of the visible part of the floor.
 const HALF: f64 = 2.0;
 
-/// A floor below a black ceiling with a hole of 2 x 2, under a white sky, which is no light that one samples.
+/// A floor below a black ceiling with a hole of 2 x 2, under a constant white sky, which is not sampled as a light.
 fn below_a_hole() -> SceneDescription {
     let eye = DVec3::new(0.0, 0.0, 1.2);
     let mut scene = looking(eye, DVec3::ZERO, diffuse(0.5));
@@ -169,7 +170,7 @@ fn below_a_hole() -> SceneDescription {
     scene
 }
 
-/// The irradiance of its floor: the shares of the sky that are seen through the hole, and beyond the ceiling.
+/// The exact irradiance of its floor: pi times the fractions of the sky seen through the hole and beyond the ceiling.
 fn irradiance(x: f64, y: f64) -> f64 {
     let corner = |a: f64, b: f64| parallel_rectangle(a, b, HEIGHT);
     let share = |half: f64| {
@@ -181,23 +182,23 @@ fn irradiance(x: f64, y: f64) -> f64 {
     PI * (share(1.0) + 1.0 - share(FAR))
 }
 
-/// What a cache tells of the floor.
+/// The errors of a cache over the floor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Told {
-    /// Its records.
+    /// Number of records.
     pub records: usize,
-    /// The share of the points that it knows.
+    /// The fraction of the points that the cache covers.
     pub known: f64,
-    /// The largest relative error at one of these; NaN if it knows none.
+    /// The largest relative error at a covered point; NaN if there is none.
     pub worst: f64,
-    /// Points where it is beyond the bound.
+    /// Number of points with an error beyond the bound.
     pub beyond: usize,
 }
 
-/// Fills a cache for this bound and asks it at about 100,000 points of what is seen.
+/// Fills a cache for this bound and evaluates it at about 100,000 visible points.
 ///
 /// # Errors
-/// What the scene or the backend says.
+/// An error of the scene or the backend.
 pub fn told(trial: &Trial<'_>, bound: f64) -> Result<Told> {
     const SIDE: usize = 316;
     let filled = filled(trial, &below_a_hole(), bound, None)?;

@@ -1,8 +1,8 @@
-//! Lamps beside shapes, and what a lamp knows of itself: solid angles, points, spots, parallel light, panoramas, and
-//! occluders that almost touch.
+//! Lights: the solid angles of sampled area lights, point lights, spots, distant lights, environment maps, and
+//! occluders that almost touch a light.
 //!
 //! Measure: radiance of a floor of albedo 1/2; steradians.
-//! Range: lamps as small as a millionth of their distance, light as grazing as a millionth.
+//! Range: lights as small as a millionth of their distance, incident cosines down to a millionth.
 //! Source: formulas at each. Tested in `lab/tests/reports/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
@@ -49,7 +49,7 @@ const EMISSION: Emission = Emission {
     two_sided: false,
 };
 
-/// The mean of 1 / pdf over a grid of points on a lamp, seen from the origin: its solid angle.
+/// The mean of 1 / pdf over a grid of samples of a light, seen from the origin: its solid angle.
 fn solid_angle(lamp: &Light) -> f64 {
     const GRID: u32 = 64;
     let middle = |i: u32| (i as f32 + 0.5) / GRID as f32;
@@ -62,7 +62,7 @@ fn solid_angle(lamp: &Light) -> f64 {
     points.map(one).sum::<f64>() / f64::from(GRID * GRID)
 }
 
-/// Of a sphere 2 pi s^2 / (1 + sqrt(1 - s^2)), with s the ratio of radius and distance.
+/// The solid angle of a sphere: 2 pi s^2 / (1 + sqrt(1 - s^2)), with s the ratio of radius and distance.
 fn small_spheres() -> Vec<Case> {
     let case = |ratio: f32| {
         let sphere = Sphere::new(Vec3::Y, ratio);
@@ -78,7 +78,7 @@ fn small_spheres() -> Vec<Case> {
     [0.5, 1e-2, 1e-3, 2.4e-4, 1e-4, 1e-6].map(case).into()
 }
 
-/// Of a right triangle: the excess of its angles over pi, in double precision.
+/// The solid angle of a right triangle: the excess of its angles over pi, in double precision.
 fn small_triangles() -> Vec<Case> {
     let case = |edge: f32| {
         let vertices = [
@@ -105,7 +105,7 @@ fn excess([a, b, c]: [DVec3; 3]) -> f64 {
     angle(a, b, c) + angle(b, c, a) + angle(c, a, b) - PI
 }
 
-/// A floor in the plane y = 0 around the origin, seen from above, and lights.
+/// A floor in the plane y = 0 around the origin, seen from above, under the given lights.
 pub fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDescription {
     let mut scene = looking(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
     let side = 2.0 * half;
@@ -115,7 +115,8 @@ pub fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDe
     scene
 }
 
-/// A small square that a light at `position` is in, as one in a ceiling is: on which side rounding puts it says nothing.
+/// A small square that contains the light's `position`, as a ceiling contains a lamp: the side on which rounding places
+/// the light must not matter.
 pub fn square_through(position: DVec3, tilt: f64) -> GeometryDescription {
     let (u, v) = (
         DVec3::new(0.4, tilt, 0.02),
@@ -130,7 +131,7 @@ pub fn reflected(irradiance: f64) -> f64 {
     0.5 / PI * irradiance
 }
 
-/// A point that shines alike in all directions.
+/// A point light with equal intensity in all directions.
 pub fn point(position: DVec3, intensity: f32) -> LightModel {
     LightModel::Point {
         position,
@@ -138,7 +139,7 @@ pub fn point(position: DVec3, intensity: f32) -> LightModel {
     }
 }
 
-/// Parallel light.
+/// A distant light.
 pub fn distant(direction: DVec3, irradiance: f32) -> LightModel {
     LightModel::Distant {
         direction,
@@ -163,7 +164,7 @@ fn grazing() -> Vec<Case> {
     [1e-2, 1e-3, 1e-4, 1e-5, 1e-6].map(case).into()
 }
 
-/// A roof between a floor and its light, from half the way on; the last one is behind the light.
+/// A roof between a floor and its light, at half the distance or closer to the light, or just behind the light.
 fn occluders() -> Vec<Case> {
     let roof = |height: f64| {
         let roof = rectangle([-0.2, height, 0.2], [0.4, 0.0, 0.0], [0.0, 0.0, -0.4]);
@@ -171,7 +172,7 @@ fn occluders() -> Vec<Case> {
     };
     let under = |lamp: LightModel, height: f64| {
         let mut scene = floor(3.0, [lamp]);
-        // From below the roof.
+        // The camera is below the roof.
         scene.camera = looking(DVec3::new(1.0, 0.3, 0.0), DVec3::ZERO, diffuse(0.5)).camera;
         scene.shapes.push(roof(height));
         scene
@@ -184,7 +185,7 @@ fn occluders() -> Vec<Case> {
     let behind = [1e-2, 1e-4, 1e-6].map(|gap: f64| {
         let name = format!("roof {gap:e} behind a point that shines");
         let scene = under(point(DVec3::Y, 1.0), 1.0 + gap);
-        // The patch that is seen has a size.
+        // The tolerance accounts for the size of the patch that is seen.
         let claim = Claim::without_noise(reflected(1.0), 3e-4);
         Case::seen(30, name, claim, scene, direct(4))
     });
@@ -236,7 +237,7 @@ fn delta_lights() -> Vec<Case> {
     let mut cases = Vec::new();
     for scale in [1e-3, 1.0, 1e4] {
         let intensity = (4.0 * scale * scale) as f32;
-        // The patch that is seen has a size.
+        // The tolerance accounts for the size of the patch that is seen.
         let lit = f64::from(intensity) * cos / (d2 * scale * scale);
         let lit = Claim::without_noise(reflected(lit), 3e-4);
         let lamp = point(position(scale), intensity);
@@ -277,7 +278,7 @@ fn delta_lights() -> Vec<Case> {
         floor(3.0, both),
         direct(1 << 9),
     ));
-    // What scattered rays alone find of a point: nothing.
+    // A point light cannot be hit by rays.
     let mut towards = looking(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, diffuse(0.5));
     towards.lights = vec![light(point(DVec3::ZERO, 4.0))];
     cases.push(Case::seen(
@@ -331,7 +332,7 @@ fn panoramas() -> Vec<Case> {
     texels.into_iter().chain([plain, black]).collect()
 }
 
-/// What light sampling says that the sphere around a point receives.
+/// Estimates the integral of the radiance over the sphere by light sampling, one number per replicate.
 fn integrals(trial: &Trial<'_>, map: &EnvironmentMap) -> Vec<f64> {
     let samples = trial.samples(1 << 16);
     let replicate = |replicate: u64| {
@@ -348,7 +349,7 @@ fn integrals(trial: &Trial<'_>, map: &EnvironmentMap) -> Vec<f64> {
     (0..32).map(replicate).collect()
 }
 
-/// A point under one lamp, and a hundred thousand emitters of no area and of almost no radiance.
+/// A floor under one lamp, with a hundred thousand emitters of zero area and one of almost no radiance.
 fn useless_emitters() -> Vec<Case> {
     const COUNT: u32 = 100_000;
     let look: Look = direct(1 << 9);
@@ -370,7 +371,7 @@ fn useless_emitters() -> Vec<Case> {
     vec![case]
 }
 
-/// Triangles whose vertices lie on a line.
+/// A mesh of degenerate triangles whose vertices lie on a line.
 fn needles(count: u32) -> GeometryDescription {
     let place = |i: u32| {
         let share = f64::from(i) / f64::from(count);

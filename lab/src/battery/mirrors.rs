@@ -1,8 +1,8 @@
-//! Many reflections in a row: what is left of the light and of its direction.
+//! Many successive reflections: the remaining radiance and the direction.
 //!
 //! Measure: radiance; cosines.
 //! Range: up to 100 reflections.
-//! Source: products of reflectances; three mirrors at right angles turn a direction round. Tested in
+//! Source: products of reflectances; three mirrors at right angles reverse a direction. Tested in
 //! `lab/tests/reports/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
@@ -22,7 +22,7 @@ use etendue::internals::scene::description::SceneDescription;
 /// Every case.
 pub fn cases(_: Effort) -> Vec<Case> {
     let kept = [1, 10, 100].map(|reflections: i32| {
-        // 0.99 as the catalogue has it, in double precision.
+        // 0.99 as in the catalogue, in double precision.
         let claim = Claim::without_noise(0.99_f64.powi(reflections), 1e-5);
         let name = format!("{reflections} reflections of 0.99 between facing mirrors");
         let look = Look {
@@ -40,7 +40,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
         bounces(99, 16),
     );
     let turn = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
-    // Along the axes the frames are exact; turned, vertices and normals are rounded.
+    // Along the axes the tangent frames are exact; for the turned cube, vertices and normals are rounded.
     let cubes = [
         ("along the axes", DAffine3::IDENTITY, 4.0),
         ("turned", turn, 16.0),
@@ -55,7 +55,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
     kept.into_iter().chain([short]).chain(cubes).collect()
 }
 
-/// Two mirrors that face each other at z = 0 and z = 1, from x = -1 to `end`, seen into along x at 45 degrees: the k-th
+/// Two mirrors that face each other at z = 0 and z = 1, from x = -1 to `end`, viewed along x at 45 degrees: the k-th
 /// reflection is at x = k - 1/2.
 fn corridor(end: f64) -> SceneDescription {
     let eye = DVec3::new(0.0, 0.0, 0.5);
@@ -66,7 +66,8 @@ fn corridor(end: f64) -> SceneDescription {
     scene
 }
 
-/// Where a ray goes in the end, and after how many reflections; `None` if it ends within a mirror.
+/// Traces a ray through its reflections: its final direction and the number of reflections; `None` if it does not leave
+/// the mirrors.
 fn follow(scene: &Scene, mut ray: Ray) -> Option<(Vec3, u32)> {
     let mut departure = None;
     for bounces in 0..100 {
@@ -83,8 +84,8 @@ fn follow(scene: &Scene, mut ray: Ray) -> Option<(Vec3, u32)> {
     None
 }
 
-/// How many coordinates of directions that come out after three reflections are off, in a thousand rays; all of them if
-/// fewer than half meet three mirrors.
+/// Counts the wrong coordinates of directions after three reflections, over a thousand rays; all coordinates count if
+/// fewer than half of the rays hit three mirrors.
 fn turned_wrongly(trial: &Trial<'_>, place: DAffine3, allowed: f32) -> Result<f64> {
     const RAYS: u32 = 1000;
     let mut scene = looking(DVec3::splat(3.0), DVec3::ZERO, mirror(1.0));

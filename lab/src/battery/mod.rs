@@ -1,7 +1,7 @@
-//! The battery of hard cases: scenes and formulas with exact answers, on which renderers are known to break.
+//! The battery of hard cases: scenes and formulas with exact answers, on which renderers are known to fail.
 //!
-//! A case claims a number and says how to measure it; [`run`] measures cases and holds them against their claims. The
-//! cases stand in one file a subject.
+//! A case claims a number and measures it; [`run`] runs cases and tests the measurements against the claims. Each
+//! subject has a file of its own.
 
 pub mod albedo;
 mod bidirectional;
@@ -29,11 +29,11 @@ mod trial;
 use case::{Case, Effort};
 pub use run::{BatteryObserver, BatterySettings, Unattended, run};
 
-/// What cases have in common.
+/// A group of cases about one subject.
 pub struct Subject {
-    /// Its name.
+    /// Name of the subject.
     pub name: &'static str,
-    /// What is measured, in a sentence.
+    /// A sentence on what is measured.
     pub says: &'static str,
     cases: fn(Effort) -> Vec<Case>,
 }
@@ -50,27 +50,27 @@ const fn subject(
 pub const SUBJECTS: [Subject; 13] = [
     subject(
         "Six cases that break renderers",
-        "Those of the first table, with their errors. Radiance.",
+        "The cases of the first table with their errors. Radiance.",
         six_cases::cases,
     ),
     subject(
         "Scattering",
-        "What models give back of light from everywhere, at a cosine of the view to the normal.",
+        "Reflected radiance under uniform illumination, by the cosine between view and normal.",
         scattering::cases,
     ),
     subject(
         "Fresnel's law",
-        "Reflectances where the formulas cancel.",
+        "Reflectances where the formulas suffer from cancellation.",
         fresnel::cases,
     ),
     subject(
         "Furnaces",
-        "Radiance of white things under a sky of 1, which they cannot be told from, and of what tilted normals lose.",
+        "Radiance of white objects under a sky of radiance 1 (exact: 1), and energy lost by tilted normals.",
         furnaces::cases,
     ),
     subject(
         "Mirrors",
-        "Radiance, and directions, after many reflections.",
+        "Radiance and directions after many reflections.",
         mirrors::cases,
     ),
     subject(
@@ -85,32 +85,32 @@ pub const SUBJECTS: [Subject; 13] = [
     ),
     subject(
         "Geometry",
-        "Rays that go wrong, shares of a shutter and of a lens.",
+        "Counts of wrong ray queries; fractions of a shutter interval and of a lens.",
         geometry::cases,
     ),
     subject(
         "The same picture",
-        "Pixels of a small picture that differ by a bit from what they have to be.",
+        "Number of pixels of a small image that differ from the expected bits.",
         pictures::cases,
     ),
     subject(
         "Many bounces",
-        "Radiance in closed rooms, where light is a geometric series.",
+        "Radiance in closed rooms, where the exact value is a geometric series.",
         transport::cases,
     ),
     subject(
         "Light from both ends",
-        "By bidirectional path tracing (bdpt) and Metropolis light transport (mlt): radiance, or radiance over the exact.",
+        "Bidirectional path tracing (bdpt) and Metropolis light transport (mlt): radiance, or its ratio to the exact radiance.",
         bidirectional::cases,
     ),
     subject(
         "Irradiance cache",
-        "Points of a floor at which it is farther from a closed form than it may be; what it tells of a sphere, over the exact.",
+        "Number of points of a floor whose error against a closed form exceeds the bound; irradiance of a sphere over the exact value.",
         irradiance::cases,
     ),
     subject(
         "Film and camera",
-        "Radiance of what is the same everywhere.",
+        "Radiance of constant scenes.",
         film::cases,
     ),
 ];

@@ -1,8 +1,8 @@
-//! A tiny patch of a scene, rendered: as many independent numbers as it has pixels.
+//! Renders a tiny patch of a scene, with one independent number per pixel.
 //!
 //! Measure: world units; radiance.
 //! Range: a film of 32 pixels that all look at one point, so that each is an independent replicate.
-//! Source: none needed. Tested through all that is built with it.
+//! Source: none needed. Tested through the cases that use it.
 
 use super::trial::Trial;
 use etendue::Result;
@@ -18,32 +18,32 @@ use etendue::internals::scene::description::{
 };
 use etendue::internals::scene::prepare::prepare;
 
-/// The film of a patch.
+/// The film of a patch, in pixels.
 pub const SIZE: (u32, u32) = (8, 4);
 
-/// Renders that [`see_again`] makes: as many independent numbers as a patch has pixels.
+/// Number of renders in [`see_again`]: as many independent numbers as a patch has pixels.
 const RENDERS: u64 = 32;
 
-/// The angle that a patch is seen under, in radians.
+/// The field of view of a patch, in radians.
 const FOV: f64 = 1e-4;
 
-/// How a patch is looked at.
+/// The render settings for a patch.
 #[derive(Debug, Clone, Copy)]
 pub struct Look {
-    /// Samples a pixel that are needed at least.
+    /// Minimum number of samples per pixel.
     pub spp: u64,
-    /// Scattering events at most.
+    /// Maximum number of scattering events.
     pub max_bounces: Option<u32>,
-    /// When paths end by chance.
+    /// The kind of Russian roulette.
     pub roulette: Roulette,
 }
 
-/// Direct light, without roulette.
+/// Settings for direct light, without roulette.
 pub fn direct(spp: u64) -> Look {
     bounces(1, spp)
 }
 
-/// So many scattering events, without roulette.
+/// Settings for at most `max_bounces` scattering events, without roulette.
 pub fn bounces(max_bounces: u32, spp: u64) -> Look {
     Look {
         spp,
@@ -52,7 +52,7 @@ pub fn bounces(max_bounces: u32, spp: u64) -> Look {
     }
 }
 
-/// An empty scene of one material, seen from `eye` within 1e-4 radians around `target`.
+/// An empty scene of one material, seen from `eye` with a field of view of 1e-4 radians around `target`.
 pub fn looking(eye: DVec3, target: DVec3, model: MaterialModel) -> SceneDescription {
     let back = (eye - target).normalize();
     let (right, up) = back.any_orthonormal_pair();
@@ -75,27 +75,27 @@ pub fn looking(eye: DVec3, target: DVec3, model: MaterialModel) -> SceneDescript
     }
 }
 
-/// A scene made ready.
+/// Prepares a scene for rendering.
 ///
 /// # Errors
-/// What the scene or the backend says.
+/// An error of the scene or the backend.
 pub fn ready(trial: &Trial<'_>, description: &SceneDescription) -> Result<Scene> {
     Ok(prepare(description, trial.options)?.scene)
 }
 
-/// What each pixel of a patch saw, with eight times as many samples where the effort is full.
+/// The radiance of each pixel of a patch, with eight times as many samples with full effort.
 ///
 /// # Errors
-/// What the scene or the backend says.
+/// An error of the scene or the backend.
 pub fn see(trial: &Trial<'_>, description: &SceneDescription, look: Look) -> Result<Vec<f64>> {
     let spp = trial.samples(look.spp);
     see_exactly(trial, description, Look { spp, ..look })
 }
 
-/// What each pixel saw with just so many samples.
+/// The radiance of each pixel with exactly `look.spp` samples.
 ///
 /// # Errors
-/// What the scene or the backend says.
+/// An error of the scene or the backend.
 pub fn see_exactly(
     trial: &Trial<'_>,
     description: &SceneDescription,
@@ -104,10 +104,11 @@ pub fn see_exactly(
     see_by(trial, IntegratorKind::default(), description, look)
 }
 
-/// The same by an integrator whose samples find light for their own pixel alone.
+/// The radiance of each pixel with exactly `look.spp` samples, by an integrator whose samples contribute to their own
+/// pixel only.
 ///
 /// # Errors
-/// What the scene or the backend says.
+/// An error of the scene or the backend.
 pub fn see_by(
     trial: &Trial<'_>,
     integrator: IntegratorKind,
@@ -118,11 +119,11 @@ pub fn see_by(
     picture(trial, integrator, (description, &scene), look, trial.seed)
 }
 
-/// What `of` makes of the pixels of each of `RENDERS` renders by any integrator. Where samples find light for other pixels,
-/// or chains wander from one to the next, the pixels of one render know of each other; those of several do not.
+/// Evaluates `of` on the pixels of each of `RENDERS` renders by any integrator. Where samples splat to other pixels, or
+/// Markov chains move between pixels, the pixels of one render are correlated; separate renders are independent.
 ///
 /// # Errors
-/// What the scene or the backend says.
+/// An error of the scene or the backend.
 pub fn see_again(
     trial: &Trial<'_>,
     integrator: IntegratorKind,
@@ -144,7 +145,7 @@ pub fn mean(numbers: &[f64]) -> f64 {
     numbers.iter().sum::<f64>() / numbers.len() as f64
 }
 
-/// What each pixel of a render saw with just so many samples.
+/// Renders with exactly `look.spp` samples and returns the radiance of each pixel.
 fn picture(
     trial: &Trial<'_>,
     integrator: IntegratorKind,
@@ -164,7 +165,7 @@ fn picture(
     };
     let filter = Filter::new(&description.film.filter);
     let rendered = render(scene, &filter, size, &settings, trial)?;
-    // A sample that was rejected would be missing in silence.
+    // The estimates would otherwise silently lack a rejected sample.
     let lost = rendered.rejected.count > 0;
     let pixels = rendered.film.estimates().into_iter();
     Ok(pixels

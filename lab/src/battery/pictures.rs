@@ -1,4 +1,4 @@
-//! Whole pictures that have to be the same, bit for bit, or up to a power of two.
+//! Whole images that have to be the same, bit for bit, or up to a power of two.
 //!
 //! Measure: pixels that differ.
 //! Range: a small scene with a lamp, a sky and shading normals.
@@ -19,7 +19,7 @@ use etendue::internals::scene::description::{
 };
 use std::sync::Arc;
 
-/// What a picture is compared with, and what its pixels are multiplied by to be the same.
+/// A change of the scene, which returns the factor by which the original pixels have to be multiplied.
 type Variant = fn(&mut SceneDescription, i32) -> f32;
 
 /// Every case.
@@ -53,7 +53,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
     scaled.into_iter().chain(lit).chain(others).collect()
 }
 
-/// A lit floor, a ball that shines, and a stone with shading normals.
+/// A lit floor, an emissive sphere, and an octahedron with shading normals.
 fn gallery() -> SceneDescription {
     let mut scene = looking(DVec3::new(1.0, -4.0, 2.0), DVec3::ZERO, diffuse(0.6));
     scene.film.size = (16, 12);
@@ -113,7 +113,7 @@ fn differing(trial: &Trial<'_>, change: Variant, argument: i32) -> Result<Vec<f6
     };
     let pairs = before.iter().zip(&after);
     let count = pairs.filter(|(a, b)| differ(a, b)).count();
-    // Black pictures are all alike.
+    // Black images would be equal in any case.
     let black = before.iter().all(|pixel| pixel.is_black());
     Ok(vec![if black { f64::NAN } else { count as f64 }])
 }

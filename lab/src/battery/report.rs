@@ -1,7 +1,7 @@
-//! What a battery finds out, as it is written to `battery.json`.
+//! The results of a battery, as written to `battery.json`.
 //!
 //! Measure: the unit of each case; seconds.
-//! Range: a battery that was interrupted has the cases that were done by then, in their order.
+//! Range: a battery that was interrupted has the cases completed by then, in their order.
 //! Source: docs/hard-cases.md. Tested in `lab/tests/reports/battery.rs`.
 
 use super::case::{Effort, Peers};
@@ -10,28 +10,28 @@ use crate::bench::report::Machine;
 use crate::verdict::Verdict;
 use serde::Serialize;
 
-/// All of a battery.
+/// The report of a whole battery.
 #[derive(Debug, Clone, Serialize)]
 pub struct BatteryReport {
-    /// Of the program.
+    /// Version of the program.
     pub version: &'static str,
-    /// What it ran on.
+    /// The machine that it ran on.
     pub machine: Machine,
-    /// The library that traced rays.
+    /// The backend that traced rays.
     pub backend: &'static str,
-    /// How carefully.
+    /// Precision of its intersections.
     pub precision: &'static str,
-    /// How much was measured.
+    /// The effort.
     pub effort: Effort,
-    /// Which random numbers.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// Threads.
+    /// Number of threads.
     pub threads: usize,
-    /// Whether all cases that were asked for are here.
+    /// Whether all requested cases are included.
     pub complete: bool,
-    /// Case by case.
+    /// The results of the cases.
     pub results: Vec<CaseReport>,
-    /// What was not measured, as it is known to fail.
+    /// Cases that were not measured, as they are known to fail.
     pub left_out: Vec<LeftOut>,
 }
 
@@ -40,48 +40,48 @@ pub struct BatteryReport {
 pub struct LeftOut {
     /// Its row in the catalogue.
     pub row: u32,
-    /// What it is.
+    /// The name of the case.
     pub name: String,
-    /// Why it fails.
+    /// The reason of its failure.
     pub why: &'static str,
 }
 
-/// One case.
+/// The result of one case.
 #[derive(Debug, Clone, Serialize)]
 pub struct CaseReport {
     /// Its row in the catalogue.
     pub row: u32,
     /// The subject that it belongs to.
     pub subject: &'static str,
-    /// What it is.
+    /// The name of the case.
     pub name: String,
-    /// What is claimed.
+    /// The claim.
     #[serde(flatten)]
     pub claim: Claim,
-    /// What was measured; not a number if it could not be.
+    /// The measured number; NaN if it could not be measured.
     pub ours: f64,
-    /// What was measured less what is exact.
+    /// The measured number minus the exact one.
     pub error: f64,
-    /// The standard error of what was measured.
+    /// The standard error of the measured number.
     pub standard_error: Option<f64>,
     /// Whether the claim holds.
     pub verdict: Verdict,
-    /// Why it could not be measured.
+    /// The reason why it could not be measured.
     pub failure: Option<String>,
-    /// Time on one thread.
+    /// Seconds on one thread.
     pub seconds: f64,
-    /// What others gave.
+    /// Results of other renderers.
     pub peers: Option<Peers>,
 }
 
 impl BatteryReport {
-    /// How many cases have a verdict.
+    /// The number of cases with a given verdict.
     pub fn count(&self, verdict: Verdict) -> usize {
         let results = self.results.iter();
         results.filter(|result| result.verdict == verdict).count()
     }
 
-    /// Whether everything that was asked for was measured and holds.
+    /// Whether all requested cases were measured and passed.
     pub fn all_passed(&self) -> bool {
         self.complete && self.count(Verdict::Passed) == self.results.len()
     }

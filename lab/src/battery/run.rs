@@ -1,8 +1,8 @@
-//! Runs cases on all threads, each case on one of them.
+//! Runs cases in parallel, each case on a single thread.
 //!
 //! Measure: seconds.
-//! Range: any cases. A battery that is cancelled reports those that were done. Verdicts depend on the seed and the
-//! effort, never on the number of threads.
+//! Range: any cases. A cancelled battery reports the completed cases. Verdicts depend on the seed and the effort, never
+//! on the number of threads.
 //! Source: none needed. Tested in `lab/tests/reports/battery.rs`.
 
 use super::case::{Case, Effort, Trial};
@@ -19,19 +19,19 @@ use std::time::Instant;
 /// The settings of a battery.
 #[derive(Debug, Clone)]
 pub struct BatterySettings {
-    /// The library that traces rays.
+    /// The backend that traces rays.
     pub backend: Backend,
-    /// How carefully.
+    /// Precision of its intersections.
     pub precision: Precision,
-    /// How well its structures are built; `None` leaves it to the library.
+    /// Quality of its structures; `None` for the backend's default.
     pub quality: Option<Quality>,
-    /// Threads, at least 1.
+    /// Number of threads, at least 1.
     pub threads: usize,
-    /// Which random numbers.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// How much is measured.
+    /// The effort.
     pub effort: Effort,
-    /// Whether cases are measured, too, that the backend is known to fail.
+    /// Whether to measure cases, too, that the backend is known to fail.
     pub known_failures: bool,
 }
 
@@ -49,26 +49,26 @@ impl Default for BatterySettings {
     }
 }
 
-/// Is told how a battery goes on, from any of its threads, and can end it.
+/// Receives the progress of a battery, from any of its threads, and can cancel it.
 pub trait BatteryObserver: Sync {
-    /// A share in [0, 1] of the work is done, this case the last of it.
+    /// Reports the completed fraction of the work, in [0, 1], and the case completed last.
     fn progress(&self, _fraction: f64, _done: &CaseReport) {}
-    /// Whether the battery should end as soon as it can; the cases that are done are kept.
+    /// Whether the battery should end as soon as possible; completed cases are kept.
     fn is_cancelled(&self) -> bool {
         false
     }
 }
 
-/// Nobody watches.
+/// An observer that ignores all events.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unattended;
 
 impl BatteryObserver for Unattended {}
 
-/// Measures every case.
+/// Measures all cases.
 ///
 /// # Errors
-/// No threads to run on. What goes wrong within a case is that case's failure.
+/// If the number of threads is 0. An error within a case is that case's failure.
 pub fn run(
     cases: &[Case],
     settings: &BatterySettings,
@@ -116,9 +116,9 @@ struct Battery<'a> {
 }
 
 struct Queue {
-    /// Indices of cases that nobody has begun; the next one is the last.
+    /// Indices of cases that have not been started; the next one is the last.
     open: Vec<usize>,
-    /// Costs of all cases, and of those that are done.
+    /// Costs of all cases, and of the completed ones.
     cost: f64,
     done: f64,
     results: Vec<Option<CaseReport>>,
@@ -131,7 +131,7 @@ impl<'a> Battery<'a> {
         observer: &'a dyn BatteryObserver,
     ) -> Self {
         let mut open: Vec<usize> = (0..cases.len()).rev().collect();
-        // Long cases first, so that none is left alone at the end.
+        // Long cases first, so that none runs alone at the end.
         open.sort_by(|&a, &b| cases[a].cost.total_cmp(&cases[b].cost));
         let queue = Queue {
             open,
@@ -147,7 +147,7 @@ impl<'a> Battery<'a> {
         }
     }
 
-    /// Takes cases until there are none left.
+    /// Measures cases until none are left.
     fn work(&self) {
         while !self.observer.is_cancelled() {
             let Some(index) = self.lock().open.pop() else {

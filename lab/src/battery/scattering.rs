@@ -1,7 +1,7 @@
-//! Scattering models: what they give back of what arrives, and their limits.
+//! Scattering models: their albedos and their limits.
 //!
-//! Measure: albedos; shares without unit.
-//! Range: views from the normal to a ten-thousandth above the surface, roughness from none to all.
+//! Measure: albedos; fractions.
+//! Range: views from the normal down to a cosine of 1e-4, roughness from 0 to 1.
 //! Source: Heitz 2014 for the microfacet models; closed forms at each. Tested in `lab/tests/reports/battery.rs`.
 
 use super::albedo::{albedo, view};
@@ -19,7 +19,7 @@ use etendue::internals::scene::description::{MaterialDescription, MaterialModel,
 use etendue::internals::scene::material::Material;
 use std::f64::consts::PI;
 
-/// What the tables of lost energy are wrong by at most.
+/// The maximum error of the tables for energy compensation.
 const TABLES: f64 = 2.5e-3;
 
 /// Every case.
@@ -38,12 +38,12 @@ pub fn cases(_: Effort) -> Vec<Case> {
     .collect()
 }
 
-/// A metal that reflects everything: in f32, |k| = 1e6 leaves nothing to absorb.
+/// A metal with reflectance 1: in f32, |k| = 1e6 leaves no absorption.
 fn white_metal(alpha: f32) -> Bsdf {
     Bsdf::Conductor(Conductor::new(Rgb::WHITE, Rgb::grey(1e6), alpha.sqrt()))
 }
 
-/// A case about the albedo of a model, on grids of so many samples along each side.
+/// A case about the albedo of a model, on grids of `grid` samples along each side.
 fn albedo_case(
     row: u32,
     name: String,
@@ -68,7 +68,7 @@ fn single_scattering() -> Vec<Case> {
     GGX_NORMAL_ALBEDO.map(case).into()
 }
 
-/// What a mirror of facets gives back after one reflection.
+/// The albedo of a microfacet mirror for single scattering.
 fn single_scatter(trial: &Trial<'_>, alpha: f32) -> Vec<f64> {
     const GRID: u32 = 64;
     let ggx = Ggx::new(alpha);
@@ -97,7 +97,7 @@ fn white_metal_is_white() -> Vec<Case> {
         .flat_map(|alpha| [1.0, 0.4, 0.1, 1e-2, 1e-4].map(|cos: f32| (alpha, cos)));
     let case = |(alpha, cos): (f32, f32)| {
         let name = format!("white metal of alpha {alpha:e}, compensated, at cos {cos:e}");
-        // Narrow lobes with little light between facets need more samples.
+        // Narrow lobes and grazing views need more samples.
         let grid = if alpha < 0.02 || cos < 0.02 { 160 } else { 64 };
         let claim = Claim::mean(1.0, 1e-3).within(2e-3);
         albedo_case(5, name, claim, (white_metal(alpha), 1.0), view(cos), grid)
@@ -105,7 +105,7 @@ fn white_metal_is_white() -> Vec<Case> {
     all.map(case).collect()
 }
 
-/// Single scattering loses what facets shadow; nothing is gained.
+/// Rough glass: single scattering loses what microfacets shadow; no energy is gained.
 fn rough_glass() -> Vec<Case> {
     let all = [0.1, 0.3, 0.5, 1.0]
         .into_iter()
@@ -119,7 +119,7 @@ fn rough_glass() -> Vec<Case> {
     all.map(case).collect()
 }
 
-/// What is white gives everything back, and never more.
+/// Layered models: opaque white ones reflect everything, and none returns more than it receives.
 fn layered_models() -> Vec<Case> {
     let white = || grey(1.0);
     let mut cases = Vec::new();
@@ -178,9 +178,9 @@ fn layered_models() -> Vec<Case> {
     cases
 }
 
-/// Along the normal the lobe gives back `specular` for any exponent. Elsewhere there are closed forms: the integral of
-/// cos over two half spaces at an angle t is pi (1 + cos t) / 2, and that of both cosines is 2 / 3 (sin t + (pi - t)
-/// cos t). A narrow lobe keeps cos t of the light.
+/// Phong lobes. Along the normal the albedo is `specular` for any exponent. Elsewhere there are closed forms: the
+/// integral of cos over two half spaces at an angle t is pi (1 + cos t) / 2, and that of both cosines is 2 / 3 (sin t +
+/// (pi - t) cos t). A narrow lobe keeps cos t of the light.
 fn phong() -> Vec<Case> {
     let specular = 0.75;
     let oblique = |exponent: f32, cos: f64| {
@@ -188,7 +188,7 @@ fn phong() -> Vec<Case> {
         match exponent {
             0.0 => 0.5 * (1.0 + cos),
             1.0 => (t.sin() + (PI - t) * cos) / PI,
-            // The mean cosine about the mirror direction is (n + 1) / (n + 2), which the normalisation takes out.
+            // The mean cosine about the mirror direction is (n + 1) / (n + 2), which the normalisation cancels.
             _ => cos,
         }
     };
@@ -219,8 +219,9 @@ fn smooth_glass() -> Vec<Case> {
     all.map(case).collect()
 }
 
-/// The share of light that white metal, seen along its normal, keeps within half a degree of the mirror direction: facets
-/// tilted by up to half of that, tan^2 / (alpha^2 + tan^2) of them; all of it where metal is a delta.
+/// The fraction of light that white metal, seen along its normal, reflects within half a degree of the mirror
+/// direction: by microfacets tilted by up to half of that, tan^2 / (alpha^2 + tan^2) of them; all of the light where
+/// the metal is a delta lobe.
 fn ever_smoother() -> Vec<Case> {
     let case = |alpha: f32| {
         let facet2 = (0.5 * LIGHT_RADIUS).sin().powi(2);
@@ -233,13 +234,13 @@ fn ever_smoother() -> Vec<Case> {
         let claim = Claim::mean(exact, 2e-3).within(TABLES * exact);
         Case::new(15, name, claim, move |trial| Ok(near_mirror(trial, alpha)))
     };
-    // 1e-4 is where metal becomes a delta; a breath above and below it.
+    // At 1e-4 metal becomes a delta lobe; two values are just above and below it.
     [1e-2, 1e-3, 3e-4, 1.01e-4, 0.99e-4, 1e-6, 1e-8]
         .map(case)
         .into()
 }
 
-/// Half a degree.
+/// The radius of the light: half a degree.
 const LIGHT_RADIUS: f64 = PI / 360.0;
 
 fn near_mirror(trial: &Trial<'_>, alpha: f32) -> Vec<f64> {

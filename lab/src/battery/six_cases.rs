@@ -1,9 +1,10 @@
-//! The six cases that no renderer passed of those that were measured: scale, distance from the origin, a light nearby,
-//! an occluder before the light, a distant light, a closed box, and a plain picture of very many samples.
+//! The six cases that none of the measured renderers passed: scale, distance from the origin, a light nearby, an
+//! occluder before the light, a distant light, a closed box, and a plain image of very many samples.
 //!
 //! Measure: radiance.
 //! Range: a light of 2 x 2 and radiance 1 over a floor of 2 x 2 and albedo 1/2, direct light only, the floor's middle.
-//! Source: docs/hard-cases.md, which says how the peers' numbers were measured. Tested in `lab/tests/reports/battery.rs`.
+//! Source: docs/hard-cases.md, which describes how the peers' numbers were measured. Tested in
+//! `lab/tests/reports/battery.rs`.
 
 use super::case::{Case, Effort, Peers};
 use super::claim::Claim;
@@ -49,12 +50,12 @@ fn floor_under(h: f64, radiance: f32) -> SceneDescription {
     scene
 }
 
-/// Its radiance for a light of radiance 1.
+/// The exact radiance of the floor for a light of radiance 1.
 fn lit(h: f64) -> f64 {
     0.5 * 4.0 * parallel_rectangle(1.0, 1.0, h)
 }
 
-/// The scene at height 1, with the camera, scaled and moved as a whole.
+/// The scene at height 1, with the camera, scaled and translated as a whole.
 fn placed(scale: f64, by: f64) -> SceneDescription {
     let mut scene = floor_under(1.0, 1.0);
     let by = by * DVec3::new(1.0, -1.0, 1.0);
@@ -140,7 +141,7 @@ fn distant() -> Vec<Case> {
         (1e10, peers("0", "0", "0")),
     ];
     let case = |(d, peers): (f64, Peers)| {
-        // Of the radiance that gives 1/2 in the end.
+        // The radiance of the light for which the floor's radiance is 1/2.
         let radiance = (0.5 / lit(d)) as f32;
         let claim = Claim::mean(f64::from(radiance) * lit(d), 1e-3);
         let name = format!("the same irradiance from a light {d:e} away");
@@ -150,7 +151,7 @@ fn distant() -> Vec<Case> {
     table.into_iter().map(case).collect()
 }
 
-/// A box of edge 2 about a point, seen from within, and light of 1e6 outside.
+/// A box of edge 2 around a point, seen from inside, and a sky of radiance 1e6 outside.
 fn closed_box(t: f64) -> SceneDescription {
     let centre = DVec3::new(t, -t, t);
     let eye = centre + DVec3::new(0.1, 0.2, 0.3);

@@ -1,4 +1,4 @@
-//! Light that scatters many times: closed rooms whose light is a geometric series, and the roulette that ends paths.
+//! Multiple scattering: closed rooms whose radiance is a geometric series, and Russian roulette.
 //!
 //! Measure: radiance.
 //! Range: up to a million scattering events.
@@ -32,7 +32,7 @@ pub fn cases(effort: Effort) -> Vec<Case> {
     .collect()
 }
 
-/// A closed box that emits 1 everywhere.
+/// A closed box with an emitted radiance of 1 everywhere.
 pub fn room(albedo: f32) -> SceneDescription {
     let eye = DVec3::new(0.1, 0.2, 0.3);
     let mut scene = looking(eye, DVec3::new(0.3, 1.0, 0.1), diffuse(albedo));
@@ -43,7 +43,7 @@ pub fn room(albedo: f32) -> SceneDescription {
     scene
 }
 
-/// Its radiance after so many scattering events; `None` for all of them.
+/// The radiance in the room after `bounces` scattering events; `None` for the infinite series.
 pub fn series(albedo: f64, bounces: Option<u32>) -> f64 {
     let rest = bounces.map_or(0.0, |n| albedo.powf(f64::from(n) + 1.0));
     (1.0 - rest) / (1.0 - albedo)
@@ -76,7 +76,7 @@ fn grey_furnaces() -> Vec<Case> {
     table.into_iter().map(case).collect()
 }
 
-/// A sphere about a point, whose light makes the surface shine by 1 times the series after its first term.
+/// A sphere around a point light, whose flux gives the surface the radiance of the series without its first term.
 ///
 /// With a point of flux Phi in the middle of a sphere of radius R, L = rho Phi / (4 pi^2 R^2 (1 - rho)) everywhere.
 pub fn integrating_sphere(radius: f64, albedo: f32) -> SceneDescription {
@@ -90,7 +90,7 @@ pub fn integrating_sphere(radius: f64, albedo: f32) -> SceneDescription {
     scene
 }
 
-/// Without roulette every path has that sum, up to its end.
+/// Integrating spheres: without roulette, every path returns the exact sum up to its last bounce.
 fn integrating_spheres() -> Vec<Case> {
     let case = |(radius, albedo, max_bounces): (f64, f32, Option<u32>)| {
         let scene = integrating_sphere(radius, albedo);
@@ -124,7 +124,7 @@ fn integrating_spheres() -> Vec<Case> {
     .into()
 }
 
-/// A room that keeps 999 of 1000: long paths, without roulette.
+/// A room of albedo 0.999: long paths, without roulette.
 fn white_rooms(effort: Effort) -> Vec<Case> {
     let albedo = f64::from(0.999_f32);
     let long = |bounces: u32, spp: u64, power: f64, cost: f64| {
@@ -147,7 +147,7 @@ fn white_rooms(effort: Effort) -> Vec<Case> {
     }
 }
 
-/// The same light with roulette and without, as a ratio.
+/// The ratio of a render with roulette to one without.
 fn roulette() -> Vec<Case> {
     let mut cases = Vec::new();
     for roulette in [Roulette::Throughput, Roulette::Albedo] {
@@ -163,7 +163,7 @@ fn roulette() -> Vec<Case> {
     cases
 }
 
-/// A lamp in a room, so that the light is not the same everywhere.
+/// A room with a spherical lamp, so that the radiance is not uniform.
 pub fn lit_room() -> SceneDescription {
     let mut scene = room(0.4);
     scene.shapes[0].emission = None;
@@ -185,7 +185,7 @@ fn ratio(trial: &Trial<'_>, roulette: Roulette, depth: u32, spp: u64) -> Result<
     ratio_of(trial, roulette, seen)
 }
 
-/// What is seen with a roulette over what is seen without, replicate by replicate.
+/// The ratio of the radiance with roulette to that without, replicate by replicate.
 pub fn ratio_of(
     trial: &Trial<'_>,
     roulette: Roulette,
@@ -198,12 +198,12 @@ pub fn ratio_of(
     };
     let on = seen(&other, roulette)?;
     let mean = mean(&off);
-    // To first order the ratio of means.
+    // Equal to the ratio of the means to first order.
     let pairs = on.iter().zip(&off);
     Ok(pairs.map(|(on, off)| 1.0 + (on - off) / mean).collect())
 }
 
-/// A floor of albedo 1/2 under a lamp of 2 x 2 at height 1 that shines by 1, and its radiance.
+/// A floor of albedo 1/2 under a lamp of 2 x 2 and radiance 1 at height 1, and the exact radiance of the floor.
 pub fn floor_under_a_lamp() -> (SceneDescription, f64) {
     let mut floor = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(0.5));
     let ground = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
@@ -212,7 +212,7 @@ pub fn floor_under_a_lamp() -> (SceneDescription, f64) {
     (floor, 0.5 * 4.0 * parallel_rectangle(1.0, 1.0, 1.0))
 }
 
-/// Light found by scattering alone, by light sampling alone, and by both.
+/// The integrators with BSDF sampling alone, with NEE alone, and with both.
 fn techniques() -> Vec<Case> {
     let kinds = [
         IntegratorKind::Bsdf,

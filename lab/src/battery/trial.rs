@@ -1,4 +1,4 @@
-//! With what a case is measured.
+//! The conditions under which a case is measured.
 //!
 //! Measure: samples.
 //! Range: any backend and seed.
@@ -8,35 +8,35 @@ use etendue::internals::accel::AccelOptions;
 use etendue::internals::render::RenderObserver;
 use serde::Serialize;
 
-/// How much is measured.
+/// The amount of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effort {
-    /// As little as the power limits allow.
+    /// As few samples as the power limits allow.
     Quick,
     /// Eight times as many samples, and the long rows at full length.
     Full,
 }
 
-/// With what a case is measured.
+/// The conditions under which a case is measured.
 pub struct Trial<'a> {
-    /// How rays are traced.
+    /// Options of the acceleration structure.
     pub options: AccelOptions,
-    /// Picks one of 2^64 sets of random numbers.
+    /// Selects one of 2^64 sets of random numbers.
     pub seed: u64,
-    /// How much is measured.
+    /// The effort.
     pub effort: Effort,
-    /// Whether to end as soon as possible; what was measured until then is thrown away.
+    /// Whether to end as soon as possible; the measurement is then discarded.
     pub is_cancelled: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl Trial<'_> {
-    /// The samples that a case takes that needs at least `quick` of them.
+    /// The number of samples for a case that needs at least `quick` of them.
     pub fn samples(&self, quick: u64) -> u64 {
         self.either(quick, 8 * quick)
     }
 
-    /// One of two, by the effort.
+    /// Selects one of two values by the effort.
     pub fn either<T>(&self, quick: T, full: T) -> T {
         match self.effort {
             Effort::Quick => quick,

@@ -1,13 +1,13 @@
-//! Hits of one target against those of another, ray by ray; where they differ, double precision says whether rounding
-//! explains it.
+//! Compares the hits of two targets ray by ray; where they differ, double precision decides whether rounding explains
+//! the difference.
 //!
-//! Of two hits that differ, the nearer one is judged. If every query has to find it, the target that passed it is wrong.
-//! If not, the target that found it goes on behind it and is compared again, until both are at one place or at none: so
-//! nothing certain is passed unseen. For shadow rays all that both find along the ray is judged in the same way, and if
-//! that is nothing, every primitive.
+//! Of two different hits, the nearer one is judged. If every query has to find it, the target that missed it is wrong.
+//! If not, the ray of the target that found it is continued behind the hit and both are compared again, until both
+//! targets report the same place or a miss: thus no hit that is certain is overlooked. For shadow rays, all hits of
+//! both targets along the ray are judged in the same way; if there are none, every primitive is tested.
 //!
 //! Measure: rays.
-//! Range: rays that are not active are left out. Backends that are wrong in the same way agree.
+//! Range: inactive rays are left out. Errors that two backends have in common are not detected.
 //! Source: docs/bench.md; `meeting` for the bounds. Tested in `lab/tests/bench/agreement.rs`.
 
 use super::meeting::{Meeting, meetings};
@@ -20,20 +20,20 @@ use etendue::internals::math::ray::Ray;
 use etendue::internals::math::robust::gamma;
 use rayon::prelude::*;
 
-/// Rays that a thread compares at a time.
+/// Number of rays compared by a thread at a time.
 const BLOCK: usize = 1024;
 
-/// How one ray came out.
+/// The result of comparing one ray.
 enum Verdict {
     Identical,
     Tie,
     Edge,
-    /// What is wrong, in words.
+    /// A real error, described in words.
     Real(String),
 }
 
 impl AgreementReport {
-    /// Nothing compared yet.
+    /// An empty report.
     pub fn new(target: Target, reference: Target) -> Self {
         Self {
             target,
@@ -47,7 +47,7 @@ impl AgreementReport {
         }
     }
 
-    /// Adds what was compared after it.
+    /// Adds the counts of a later report.
     pub fn merge(&mut self, later: Self) {
         self.rays += later.rays;
         self.identical += later.identical;
@@ -71,7 +71,8 @@ impl AgreementReport {
     }
 }
 
-/// Compares closest hits, or whether there are any (`occlusion`), and adds to the report, on rayon's current threads.
+/// Compares closest hits, or occlusion if `occlusion` is set, and adds the results to the report, on rayon's current
+/// threads.
 pub fn compare(
     world: &World,
     target: (Target, &Accel),
@@ -104,7 +105,7 @@ pub fn compare(
     }
 }
 
-/// Two ways of tracing a world.
+/// Two acceleration structures of one world, to be compared.
 struct Pair<'a> {
     world: &'a World,
     sides: [(Target, &'a Accel); 2],
@@ -121,7 +122,7 @@ impl Pair<'_> {
         let real = |what: &str| Verdict::Real(self.words(ray, time, first, what));
         let mut hits = first;
         let mut passed_edge = false;
-        // How far each side was sent on: what it would have found until there it cannot find any more.
+        // The distance up to which each side's ray was continued: the side cannot report hits before it any more.
         let mut skipped = [f32::NEG_INFINITY; 2];
         loop {
             let mut found: [Option<Meeting>; 2] = [None; 2];
@@ -153,7 +154,7 @@ impl Pair<'_> {
             let (Some(hit), Some(meeting)) = (hits[near], found[near]) else {
                 return Verdict::Edge;
             };
-            // What is at the same distance but for rounding may hide it.
+            // A hit of the other side at the same distance up to rounding may hide this one.
             let far = 1 - near;
             let passes = f64::from(distance(hits[far])) > meeting.to
                 && f64::from(skipped[far]) < meeting.from;
@@ -202,7 +203,7 @@ impl Pair<'_> {
         }
     }
 
-    /// The stretch of the ray on which a primitive may be found that a hit lies in.
+    /// Returns the interval of the ray that contains the hit and in which its primitive may be hit.
     fn meeting(&self, hit: Hit, ray: &Ray, time: f32) -> Option<Meeting> {
         let all = meetings(self.world, hit.id, ray, time);
         all.into_iter()
@@ -218,7 +219,7 @@ impl Pair<'_> {
         self.sides[side].1.intersect(&rest, time, None)
     }
 
-    /// A primitive that is certainly on the ray, and whether any may be, by trying all.
+    /// Tests all primitives: returns one that the ray certainly hits, and whether the ray may hit any.
     fn anything_on(&self, ray: &Ray, time: f32) -> (Option<PrimitiveId>, bool) {
         let in_shape = |shape: u32| {
             let count = self.world.geometry(shape).primitive_count() as u32;
@@ -238,7 +239,8 @@ impl Pair<'_> {
         )
     }
 
-    /// Enough to trace the ray again: a number printed like this is read back as the same one.
+    /// Describes the ray and its hits so that it can be traced again: `{:?}` prints enough digits to parse the same
+    /// number.
     fn words(&self, ray: &Ray, time: f32, hits: [Option<Hit>; 2], what: &str) -> String {
         let found = |side: usize| {
             let name = self.sides[side].0.name();
@@ -263,8 +265,8 @@ fn name(id: PrimitiveId) -> String {
     format!("primitive {} of shape {}", id.primitive, id.shape)
 }
 
-/// Whether the hits are so plainly one that nothing needs to be judged: no farther apart than the two roundings of a
-/// quotient leave each.
+/// Whether the two hits are the same without further tests: same primitive, and distances no farther apart than the two
+/// roundings of a quotient allow for each.
 fn is_same(hits: [Option<Hit>; 2]) -> bool {
     match hits {
         [None, None] => true,

@@ -1,7 +1,7 @@
-//! How long acceleration structures take to build, and how large they become.
+//! Measures the build time and the size of acceleration structures.
 //!
 //! Measure: seconds, bytes, nodes.
-//! Range: at least one round. Targets take turns, so that what disturbs the machine disturbs all of them.
+//! Range: at least one round. Targets are interleaved, so that disturbances of the machine affect all of them.
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::meter::ProgressStage;
@@ -15,10 +15,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Threads of our own.
+/// Starts a separate thread pool.
 ///
 /// # Errors
-/// If the system has none left.
+/// If the system cannot start the threads.
 pub fn pool(threads: usize) -> Result<ThreadPool> {
     ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -35,7 +35,8 @@ pub fn build(world: &Arc<World>, target: Target, pool: &ThreadPool) -> Result<Ac
     pool.install(|| Accel::build(Arc::clone(world), options))
 }
 
-/// Measures the builds of all targets on one thread and on all, those that are alike once; `None` if cancelled.
+/// Measures the builds of all targets on one thread and on all threads, identical builds only once; `None` if
+/// cancelled.
 ///
 /// # Errors
 /// As [`Accel::build`].

@@ -1,7 +1,7 @@
-//! Closed meshes, and segments that lead out of them: what such a segment fails to meet is a leak.
+//! Closed meshes, and segments that lead out of them: a segment that misses the mesh is a leak.
 //!
 //! Measure: normalised scene units.
-//! Range: at least four squares an edge for the bumpy sphere, which has to hold where segments begin.
+//! Range: at least four squares per edge for the bumpy sphere, which must enclose the origins of the segments.
 //! Source: none needed. Tested in `lab/tests/bench/scenes.rs`.
 
 use super::random::Random;
@@ -13,20 +13,20 @@ use etendue::internals::math::vec::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Segments begin in a cube from minus this to this.
+/// Half the edge of the cube, centred at the origin, in which segments begin.
 const START: f64 = 0.25;
 
-/// How thick the walls of a room are, of half its width.
+/// Thickness of the walls of a room, relative to half its width.
 const WALL: f64 = 1.0 / 1024.0;
 
-/// Where a segment is aimed.
+/// The target at which a segment is aimed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Aim {
-    /// In a random direction.
+    /// A random direction.
     Anywhere,
-    /// At a random point of an edge.
+    /// A random point of an edge.
     Edge,
-    /// At a vertex.
+    /// A vertex.
     Vertex,
 }
 
@@ -34,7 +34,7 @@ impl Aim {
     /// Every aim.
     pub const ALL: &'static [Self] = &[Self::Anywhere, Self::Edge, Self::Vertex];
 
-    /// Its name in reports.
+    /// The name of the aim in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Anywhere => "anywhere",
@@ -44,29 +44,29 @@ impl Aim {
     }
 }
 
-/// What is closed.
+/// The form of a closed mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
-    /// A sphere with hills and valleys; segments end far outside.
+    /// A sphere with bumps; segments end far outside.
     BumpySphere,
-    /// A room between thin walls; segments end within a wall.
+    /// A room with thin walls; segments end within a wall.
     Room,
 }
 
-/// A closed mesh, and where it is.
+/// A closed mesh with its form, size and position.
 #[derive(Debug)]
 pub struct ClosedMesh {
     form: Form,
     size: f64,
     offset: f64,
     world: Arc<World>,
-    /// The triangles to aim at, which are the first of the mesh.
+    /// The number of triangles to aim at; they are the first of the mesh.
     facing: usize,
 }
 
 impl ClosedMesh {
-    /// Every form with `n` squares along each edge of the cube that it is made from: at the origin, a thousand times as
-    /// small, and moved away by a hundred times its size.
+    /// Every form with `n` squares along each edge of the cube from which it is made: at the origin, scaled by 1/1000,
+    /// and translated by a hundred times its size.
     pub fn all(n: u32) -> Vec<Self> {
         let places = [(1.0, 0.0), (1e-3, 0.0), (1.0, 100.0)];
         let form = |form| places.map(|(size, offset)| Self::new(form, n, size, offset));
@@ -76,7 +76,7 @@ impl ClosedMesh {
             .collect()
     }
 
-    /// A form of about this size, moved by the offset along each axis.
+    /// A form of about the given size, translated by `offset` along each axis.
     pub fn new(form: Form, n: u32, size: f64, offset: f64) -> Self {
         let placed = |p: Vec3, grown: f64| (offset + size * grown * p.as_dvec3()).as_vec3a();
         let (mut positions, mut indices) = match form {
@@ -105,7 +105,7 @@ impl ClosedMesh {
         }
     }
 
-    /// What it is, in words.
+    /// Describes the mesh in words.
     pub fn name(&self) -> String {
         let form = match self.form {
             Form::BumpySphere => "bumpy sphere",
@@ -114,12 +114,12 @@ impl ClosedMesh {
         format!("{form}, size {}, moved by {}", self.size, self.offset)
     }
 
-    /// The mesh in a world of its own.
+    /// The mesh as the only shape of a world.
     pub fn world(&self) -> &Arc<World> {
         &self.world
     }
 
-    /// A segment from within that ends outside, or within the wall.
+    /// Samples a segment that begins inside the mesh and ends outside, or within the wall of a room.
     pub fn segment(&self, aim: Aim, random: &mut Random) -> Ray {
         let from = (self.offset + self.size * START * random.in_cube()).as_vec3a();
         let dir = match aim {
@@ -147,7 +147,8 @@ impl ClosedMesh {
         }
     }
 
-    /// Where a segment of the form at size 1 about the origin ends: surely outside, or half a wall behind the inner face.
+    /// The parameter at which a segment ends, for the form of size 1 at the origin: far outside, or half a wall behind
+    /// the inner face.
     fn end(&self, from: DVec3, dir: DVec3) -> f64 {
         match self.form {
             Form::BumpySphere => 4.0 / dir.length(),
@@ -159,8 +160,8 @@ impl ClosedMesh {
     }
 }
 
-/// The surface of the cube from -1 to 1 in `n` x `n` squares a face, each of two triangles, with its vertices put where
-/// `place` says: positions and indices. Neighbouring triangles share their vertices.
+/// Tessellates the surface of the cube from -1 to 1 into `n` x `n` squares per face, each of two triangles, and maps
+/// the vertices by `place`: positions and indices. Neighbouring triangles share their vertices.
 pub fn cube_surface(n: u32, place: impl Fn(Vec3) -> Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let mut positions: Vec<Vec3> = Vec::new();
     let mut indices = Vec::new();

@@ -1,7 +1,7 @@
-//! Whether all targets meet the same with the rays of a scene.
+//! Compares the hits of all targets on the rays of a scene.
 //!
-//! One half of the rays are recorded ones, in equal numbers of each kind as far as there are so many; the rest go through
-//! the scene's box at random.
+//! One half of the rays are recorded ones, with equal numbers of each kind as far as enough were recorded; the rest are
+//! random rays through the scene's bounding box.
 //!
 //! Measure: rays.
 //! Range: any number of rays. The same settings give the same counts on any number of threads.
@@ -19,10 +19,10 @@ use etendue::internals::geometry::world::World;
 use etendue::internals::integrator::observer::RayKind;
 use rayon::ThreadPool;
 
-/// Random rays that are compared before it is asked whether to go on.
+/// Number of random rays compared between two checks for cancellation.
 const BATCH: usize = 1 << 16;
 
-/// Compares `count` rays for each target with the first one; `None` if cancelled.
+/// Compares `count` rays of each target with those of the first one; `None` if cancelled.
 pub fn compare_all(
     world: &World,
     targets: &[(Target, &Accel)],

@@ -1,9 +1,9 @@
-//! The Cornell box as it was measured in 1985.
+//! The Cornell box as measured in 1985.
 //!
 //! Measure: millimetres; reflectances as linear Rec. 709.
 //! Range: one scene.
-//! Source: the Cornell University Program of Computer Graphics' published measurements, as in `scenes/cornell-box`, which
-//! `lab/tests/bench/scenes.rs` holds it against.
+//! Source: the Cornell University Program of Computer Graphics' published measurements, as in `scenes/cornell-box`,
+//! with which `lab/tests/bench/scenes.rs` compares it.
 
 use crate::scene_builder::{emitting, matte, mesh, named_shape, scene};
 use etendue::internals::math::rgb::Rgb;
@@ -48,7 +48,7 @@ const LEFT: Corners = [
     [556.0, 548.8, 0.0],
 ];
 
-/// The tops of both blocks, which stand on the floor.
+/// The top faces of both blocks, which stand on the floor.
 const SHORT: Corners = [
     [130.0, 165.0, 65.0],
     [82.0, 165.0, 225.0],
@@ -62,7 +62,7 @@ const TALL: Corners = [
     [472.0, 330.0, 406.0],
 ];
 
-/// The box.
+/// The description of the Cornell box.
 pub fn cornell_box() -> SceneDescription {
     let eye = DVec3::new(278.0, 273.0, -800.0);
     let mut scene = scene("cornell-box", eye, DVec3::new(278.0, 273.0, 0.0), 39.3077);
@@ -73,7 +73,7 @@ pub fn cornell_box() -> SceneDescription {
         matte("black", Rgb::BLACK),
     ];
     scene.film.size = (512, 512);
-    // It hangs a hair below the ceiling, whose hole for it is not modelled, and shines down.
+    // The light is slightly below the ceiling, whose opening for it is not modelled, and shines down.
     let light = GeometryDescription::Rectangle {
         corner: DVec3::new(213.0, 548.3, 227.0),
         edge_u: DVec3::new(130.0, 0.0, 0.0),

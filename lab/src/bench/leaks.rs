@@ -1,7 +1,7 @@
-//! How often rays leave closed meshes without meeting them.
+//! Counts the rays that leave closed meshes without a hit.
 //!
 //! Measure: segments.
-//! Range: any number of segments; one that is cancelled reports those that were traced. The same seed gives the same
+//! Range: any number of segments; if cancelled, the report covers those traced so far. The same seed gives the same
 //! counts on any number of threads.
 //! Source: docs/bench.md. Tested in `lab/tests/bench/scenes.rs`.
 
@@ -12,10 +12,10 @@ use super::target::Target;
 use etendue::internals::accel::Accel;
 use rayon::prelude::*;
 
-/// Segments that a thread traces before it asks whether to go on.
+/// Number of segments traced by a thread between two checks for cancellation.
 const BLOCK: u64 = 1 << 16;
 
-/// Traces segments out of a mesh on rayon's current threads, and counts those that meet nothing.
+/// Traces segments out of a mesh on rayon's current threads, and counts those without a hit.
 pub fn leaks(
     mesh: &ClosedMesh,
     aim: Aim,

@@ -1,7 +1,7 @@
-//! What a bench runs on.
+//! The machine on which a bench runs.
 //!
 //! Measure: none.
-//! Range: Linux tells the processor's name; elsewhere it stays empty.
+//! Range: the processor's name is known on Linux; elsewhere it is empty.
 //! Source: proc(5). Tested in `lab/tests/bench/report.rs`.
 
 use super::report::Machine;
@@ -9,7 +9,7 @@ use etendue::internals::accel::embree_info;
 use etendue::internals::render::settings::available_threads;
 use std::env::consts;
 
-/// Finds out.
+/// Collects the description of the machine.
 pub fn machine() -> Machine {
     Machine {
         processor: processor().unwrap_or_default(),

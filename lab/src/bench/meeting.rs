@@ -1,12 +1,14 @@
-//! Where a ray meets a primitive, as far as a query in single precision can tell: the judge of two that disagree.
+//! The intervals of a ray in which a query in single precision may hit a primitive: they decide between two backends
+//! that disagree.
 //!
-//! A query in single precision gives the exact answer for a ray and a primitive moved a little against each other, but for
-//! rounding in the sums and products that it then forms. The first is a room about the primitive: four times the bound of a
-//! hit's point, which is what the re-check of Embree's hits lets pass. The second is a bound on each sum of products: gamma_n
-//! times the same sum without signs. What is inside by more than both is certain; what is outside by more is no hit.
+//! A query in single precision gives the exact answer for a ray and a primitive displaced slightly relative to each
+//! other, except for rounding in the sums and products that it then computes. The displacement is bounded by four times
+//! the error bound of a hit point, which is what the re-check of Embree's hits accepts. The rounding of each sum of
+//! products is bounded by gamma_n times the same sum of absolute values. A ray that is inside by more than both bounds
+//! is a certain hit; one that is outside by more is a miss.
 //!
-//! Measure: parameters in multiples of the ray's direction, worked out in double precision.
-//! Range: finite rays. Where the determinant is not above its error, the parameter may be anything.
+//! Measure: parameters in multiples of the ray's direction, computed in double precision.
+//! Range: finite rays. Where the determinant is not above its error, the parameter is unknown.
 //! Source: Higham 2002, section 3.1, for the sums; Möller and Trumbore 1997, and the edge tests by Plücker coordinates of Woop,
 //! Benthin and Wald 2013, for what is summed. Tested in `lab/tests/bench/agreement.rs`.
 
@@ -19,19 +21,19 @@ use etendue::internals::math::ray::Ray;
 use etendue::internals::math::robust;
 use etendue::internals::math::vec::DVec3;
 
-/// A stretch of a ray on which a query may find a primitive.
+/// An interval of a ray in which a query may hit a primitive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meeting {
-    /// Where it begins.
+    /// The start of the interval.
     pub from: f64,
-    /// Where it ends.
+    /// The end of the interval.
     pub to: f64,
     /// Whether every query has to find the primitive there.
     pub certain: bool,
 }
 
 impl Meeting {
-    /// Whether a hit may be here.
+    /// Whether the interval contains a hit at `t`.
     pub fn holds(&self, t: f32) -> bool {
         (self.from..=self.to).contains(&t.into())
     }
@@ -41,13 +43,13 @@ impl Meeting {
         self.from <= other.to && other.from <= self.to
     }
 
-    /// Whether the ray is so nearly parallel to the surface that the distance says nothing.
+    /// Whether the ray is so nearly parallel to the surface that the distance is undetermined.
     pub fn is_grazing(&self) -> bool {
         !self.to.is_finite()
     }
 }
 
-/// All meetings of a ray with a primitive at a time of the shutter: two for a sphere.
+/// The intervals of a ray in which a primitive may be hit, at a shutter time: two for a sphere.
 pub fn meetings(world: &World, id: PrimitiveId, ray: &Ray, time: f32) -> [Option<Meeting>; 2] {
     let query = Query::new(world, id, ray, time);
     match world.geometry(id.shape) {
@@ -60,13 +62,13 @@ pub fn meetings(world: &World, id: PrimitiveId, ray: &Ray, time: f32) -> [Option
     }
 }
 
-/// A ray in the primitive's own units.
+/// A ray in the primitive's local coordinates.
 struct Query {
     origin: DVec3,
     dir: DVec3,
     t_min: f64,
     t_max: f64,
-    /// How far ray and primitive may be moved against each other, along each axis.
+    /// The bound on the displacement of ray and primitive relative to each other, along each axis.
     room: DVec3,
 }
 
@@ -74,7 +76,7 @@ impl Query {
     fn new(world: &World, id: PrimitiveId, ray: &Ray, time: f32) -> Self {
         let bounds = world.geometry(id.shape).primitive_bounds(id.primitive);
         let (size, extent) = (bounds.min.abs().max(bounds.max.abs()), bounds.extent());
-        // At least that of a triangle's point, a sphere's or a disk's.
+        // An upper bound on the error of a point on a triangle, a sphere or a disk.
         let point = gamma(8) * (size + 2.0 * extent);
         let (origin, dir) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
         let in_world = Self {
@@ -104,15 +106,16 @@ impl Query {
         }
     }
 
-    /// The triangle is met where the volumes that the ray spans with its edges, d . (p_i x p_j), have the same sign.
+    /// The interval of a triangle, which is hit if the volumes d . (p_i x p_j) that the ray spans with its edges have
+    /// the same sign.
     fn triangle(&self, vertices: [DVec3; 3]) -> Option<Meeting> {
         let Self { dir, room, .. } = *self;
         let p = vertices.map(|vertex| vertex - self.origin);
         let (e1, e2) = (p[1] - p[0], p[2] - p[0]);
         let edges = e1.abs() + e2.abs();
         let reach = p[0].abs() + p[1].abs() + p[2].abs();
-        // Seven roundings in each volume, as many in the determinant, two to take the third volume from the others; and
-        // the products of these sums are up to twice the permanent.
+        // Seven roundings in each volume, as many in the determinant, and two to compute the third volume from the
+        // others; the products of these sums are at most twice the permanent.
         let rounding = gamma(18) * permanent(dir, edges, reach) + permanent(dir, room, room);
         let moments = p.map(|p| dir.cross(p).abs());
         let sides: [(f64, f64); 3] = std::array::from_fn(|k| {
@@ -134,9 +137,9 @@ impl Query {
             return self.grazing();
         }
         let t = p[0].dot(normal) / determinant;
-        // A vertex moved by `room` moves the plane's point on the ray by no more than normal . room / normal . d. What
-        // rounding tilts the plane by counts from a vertex; the rest are the roundings of two scalar products and of
-        // their quotient.
+        // A vertex displaced by `room` moves the intersection of ray and plane by at most normal . room / normal . d.
+        // The tilt of the plane by rounding acts from a vertex on; the remaining terms are the roundings of two scalar
+        // products and of their quotient.
         let wide = edges + 4.0 * room;
         let tilt = gamma(4) * unsigned_cross(wide, wide);
         let steep =
@@ -147,7 +150,7 @@ impl Query {
         self.within(t - error, t + error, all(1.0, 1.0) || all(-1.0, 1.0))
     }
 
-    /// Both ends of the chord, whose half length follows from the line's distance from the centre.
+    /// The intervals at both ends of the chord, whose half length follows from the line's distance from the centre.
     fn sphere(&self, sphere: &Sphere) -> [Option<Meeting>; 2] {
         let (to_center, radius) = (
             sphere.center.as_dvec3() - self.origin,
@@ -156,7 +159,7 @@ impl Query {
         let per_length = self.dir.length().recip();
         let middle = to_center.dot(self.dir) * per_length * per_length;
         let distance = (to_center - middle * self.dir).length();
-        // Six roundings of the projection, two more of what is taken from the centre; as many for the squares.
+        // Six roundings of the projection, two more of its difference from the centre; as many for the squares.
         let error = self.room.length() + gamma(16) * (to_center.length() + radius);
         if distance > radius + error {
             return [None; 2];
@@ -200,7 +203,7 @@ impl Query {
         self.within(f64::NEG_INFINITY, f64::INFINITY, false)
     }
 
-    /// What of a stretch the ray's ends leave.
+    /// Clips an interval to the ray's ends: `None` if it lies outside of them, not certain if it is not fully inside.
     fn within(&self, from: f64, to: f64, certain: bool) -> Option<Meeting> {
         (to >= self.t_min && from <= self.t_max).then_some(Meeting {
             from,
@@ -214,7 +217,7 @@ fn gamma(n: u32) -> f64 {
     robust::gamma(n).into()
 }
 
-/// A cross product with sums for differences.
+/// The cross product of absolute values, with sums in place of differences.
 fn unsigned_cross(a: DVec3, b: DVec3) -> DVec3 {
     let (a, b) = (a.abs(), b.abs());
     DVec3::new(
@@ -224,7 +227,7 @@ fn unsigned_cross(a: DVec3, b: DVec3) -> DVec3 {
     )
 }
 
-/// A determinant with sums for differences.
+/// The determinant of absolute values, with sums in place of differences.
 fn permanent(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     a.abs().dot(unsigned_cross(b, c))
 }

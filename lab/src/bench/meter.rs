@@ -1,7 +1,7 @@
-//! How far a bench has come, by the seconds that its stages are likely to take.
+//! The progress of a bench, weighted by the estimated seconds of its stages.
 //!
-//! Measure: seconds, roughly, and shares of them in [0, 1].
-//! Range: any stages; where a guess is bad, the share jumps at the end of its stage.
+//! Measure: seconds, roughly, and fractions of them in [0, 1].
+//! Range: any stages; if an estimate is poor, the fraction jumps at the end of its stage.
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::settings::BenchObserver;
@@ -14,7 +14,7 @@ pub struct Meter<'a> {
     done: f64,
 }
 
-/// One stage of it.
+/// One stage of a bench.
 pub struct ProgressStage<'a> {
     observer: &'a dyn BenchObserver,
     what: String,
@@ -24,7 +24,7 @@ pub struct ProgressStage<'a> {
 }
 
 impl<'a> Meter<'a> {
-    /// A bench that will take so many seconds.
+    /// The progress of a bench with an estimated duration of `total` seconds.
     pub fn new(observer: &'a dyn BenchObserver, total: f64) -> Self {
         let done = 0.0;
         Self {
@@ -34,7 +34,7 @@ impl<'a> Meter<'a> {
         }
     }
 
-    /// Begins a stage that will take so many seconds of them.
+    /// Begins a stage with an estimated duration of `seconds`.
     pub fn stage(&mut self, what: String, seconds: f64) -> ProgressStage<'a> {
         let begin = self.done;
         self.done += seconds;
@@ -51,7 +51,7 @@ impl<'a> Meter<'a> {
 }
 
 impl ProgressStage<'_> {
-    /// Tells how much of the stage is done; `false` if the bench is to end.
+    /// Reports the completed fraction of the stage; returns `false` if the bench was cancelled.
     pub fn go_on(&self, share: f64) -> bool {
         let fraction = (self.begin + self.seconds * share) / self.total;
         self.observer.progress(fraction.min(1.0), &self.what);
@@ -59,7 +59,7 @@ impl ProgressStage<'_> {
     }
 }
 
-/// Renders within the stage can be cancelled; their own progress is too fine to be told.
+/// Lets renders within the stage be cancelled; their own progress is too fine to be reported.
 impl RenderObserver for ProgressStage<'_> {
     fn is_cancelled(&self) -> bool {
         self.observer.is_cancelled()

@@ -1,4 +1,4 @@
-//! Backends side by side: rays of real renders are recorded and traced again by each of them, ray kind by ray kind.
+//! Comparison of backends: rays of real renders are recorded and traced again by each backend, ray kind by ray kind.
 
 pub mod agreement;
 pub mod build;

@@ -1,13 +1,13 @@
-//! How far our own render is from the time that the best of Embree alone takes for its rays.
+//! The overhead of our own render over the time that Embree alone needs for its rays when used in the fastest way.
 //!
-//! The floor of a sample is the sum, over the kinds of rays, of how many of them a sample traces times what the fastest way
-//! through Embree takes for one, among those with the render's own precision. The render over the floor is the overhead
-//! factor: 1 would be a render that does nothing but trace rays, each kind in the way that is best for it.
+//! The floor of a sample is the sum, over the kinds of rays, of the number of rays per sample times the time per ray in
+//! the fastest way through Embree, among those with the render's own precision. The time of the render over the floor
+//! is the overhead factor: 1 would be a render that only traces rays, each kind in the fastest way.
 //!
 //! Measure: nanoseconds of one core a sample.
-//! Range: at least one round. Renders on all threads and on one take turns; a first round of each does not count. Pictures
-//! are so small that a render has many samples a pixel, as pictures have that are looked at: the first few are traced in
-//! smaller packets.
+//! Range: at least one round. Renders on all threads and on one thread are interleaved; a first round of each is
+//! discarded. Images are made small so that each pixel has many samples, as final images have: the first samples of a
+//! pixel are traced in smaller packets.
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::meter::ProgressStage;
@@ -20,17 +20,17 @@ use etendue::internals::math::stats::Spread;
 use etendue::internals::render::Rendered;
 use etendue::internals::render::settings::RenderSettings;
 
-/// What tracing alone takes.
+/// The time of tracing alone.
 #[derive(Debug, Clone)]
 pub struct Floor {
-    /// Nanoseconds of one core for a sample's rays.
+    /// Nanoseconds of one core for the rays of a sample.
     pub nanoseconds: f64,
-    /// The best way for each kind.
+    /// The fastest way for each kind.
     pub best: Vec<TraceReport>,
 }
 
 impl Floor {
-    /// The floor of a render through `target`; `None` unless Embree was timed on all kinds of its rays.
+    /// Computes the floor of a render through `target`; `None` unless Embree was timed on all kinds of its rays.
     pub fn of(target: Target, recording: &Recording, traces: &[TraceReport]) -> Option<Self> {
         if !target.is_embree() {
             return None;
@@ -51,7 +51,7 @@ impl Floor {
         })
     }
 
-    /// The overhead factor of renders that took so long a sample.
+    /// The overhead factor of renders that took `sample` nanoseconds per sample.
     pub fn factor(&self, sample: Spread) -> Spread {
         Spread {
             median: sample.median / self.nanoseconds,
@@ -61,21 +61,21 @@ impl Floor {
     }
 }
 
-/// Samples per pixel of a render on one thread at least.
+/// The minimum number of samples per pixel of a render on one thread.
 const LEAST_SPP: u64 = 64;
 
-/// What renders took.
+/// The measured times of renders.
 #[derive(Debug, Clone, Copy)]
 pub struct RenderTimes {
     /// Samples per pixel of a render on all threads.
     pub spp: u64,
     /// Nanoseconds of one core a sample, on all threads.
     pub sample: Spread,
-    /// The same on one thread.
+    /// Nanoseconds of one core a sample, on one thread.
     pub sample_alone: Spread,
 }
 
-/// Times renders that take about so many `seconds` each; `None` if cancelled.
+/// Times renders of about `seconds` each; `None` if cancelled.
 ///
 /// # Errors
 /// As `render`.
@@ -89,7 +89,7 @@ pub fn render_times(
     let Some(first) = time(subject, threads, 1, stage)? else {
         return Ok(None);
     };
-    // One thread has its share of these.
+    // The render on one thread has 1 / `threads` of these samples.
     let least = LEAST_SPP * threads as u64;
     let samples = seconds * 1e9 * threads as f64 / first;
     let (scene, size) = subject.scene.reduced(subject.size, samples / least as f64);

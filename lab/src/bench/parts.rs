@@ -1,12 +1,13 @@
-//! Where the time of a sample goes.
+//! The time of each part of the work for a sample.
 //!
-//! A clock is read at every event of a path, and the time since the event before goes to the part of the work that this
-//! event ends. What reading the clock takes is subtracted. Since reading it also keeps the processor from working ahead,
-//! the parts are then scaled so that their sum is what a sample takes when nobody watches: they are shares of that.
+//! A clock is read at every event of a path, and the time since the previous event is added to the part of the work
+//! that this event ends. The cost of reading the clock is subtracted. Since reading it also limits out-of-order
+//! execution, the parts are then scaled so that their sum is the time of a sample without an observer: they are shares
+//! of that.
 //!
 //! Measure: nanoseconds of one core a sample.
-//! Range: whole tiles, spread over the picture, on one thread, each seen once beforehand to fill the caches. Of a few runs,
-//! the shortest counts for each part: what takes longer was interrupted.
+//! Range: whole tiles, spread over the image, on one thread, all traced once beforehand to fill the caches. For each
+//! part, the shortest of a few runs counts: longer ones were interrupted.
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::report::PartReport;
@@ -19,21 +20,21 @@ use etendue::internals::math::vec::Vec3;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-/// Runs of which the shortest counts.
+/// Number of runs of which the shortest counts.
 const RUNS: usize = 3;
 
 /// A part of the work for a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Part {
-    /// Turning the sampler to the sample, and making its camera ray.
+    /// Starting the sampler for the sample, and generating its camera ray.
     Camera,
-    /// Finding closest hits, and what the surface is like there and how it scatters.
+    /// Tracing closest hits, and computing the surface interaction and its BSDF.
     ClosestHits,
     /// Emission, and light sampling.
     Lights,
-    /// Whether lights are visible.
+    /// Tracing shadow rays.
     ShadowRays,
-    /// Scattering, roulette, and the rays onward.
+    /// BSDF sampling, Russian roulette, and setting up the extension rays.
     Scattering,
     /// Adding the sample to its pixel.
     Film,
@@ -50,7 +51,7 @@ impl Part {
         Self::Film,
     ];
 
-    /// Its name in reports.
+    /// The name of the part in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Camera => "sampler start, camera ray",
@@ -62,16 +63,16 @@ impl Part {
         }
     }
 
-    /// Whether rays are traced in it.
+    /// Whether rays are traced in this part.
     pub fn traces(self) -> bool {
         matches!(self, Self::ClosestHits | Self::ShadowRays)
     }
 }
 
-/// The parts of a sample that takes so many nanoseconds, found out from at least `samples` of them.
+/// Measures the parts of a sample that takes `nanoseconds` in total, from at least `samples` samples.
 pub fn parts(subject: &Subject<'_>, samples: u64, nanoseconds: f64) -> Vec<PartReport> {
     let reading = cost_of_reading();
-    // The first ones are traced in smaller packets: most pictures have many others.
+    // The first samples of a pixel are traced in smaller packets, and most images have many more.
     let spp = subject.settings.budget.spp.unwrap_or(u64::MAX);
     let first = if spp > SAMPLES_AT_ONCE {
         SAMPLES_AT_ONCE
@@ -100,7 +101,7 @@ pub fn parts(subject: &Subject<'_>, samples: u64, nanoseconds: f64) -> Vec<PartR
     Part::ALL.iter().zip(times).map(report).collect()
 }
 
-/// Nanoseconds that reading the clock takes, when nothing interrupts it.
+/// Nanoseconds of one reading of the clock, without interruptions.
 fn cost_of_reading() -> f64 {
     const READINGS: u32 = 1000;
     let batch = || {
@@ -113,7 +114,7 @@ fn cost_of_reading() -> f64 {
     (0..100).map(|_| batch()).fold(f64::INFINITY, f64::min)
 }
 
-/// The time of one part.
+/// The accumulated time of one part.
 #[derive(Debug, Clone, Copy, Default)]
 struct Laps {
     count: u64,
@@ -121,13 +122,13 @@ struct Laps {
 }
 
 impl Laps {
-    /// Nanoseconds of all of them, each without a reading of the clock.
+    /// Nanoseconds of all laps, without the time of reading the clock.
     fn without(self, reading: f64) -> f64 {
         (self.time.as_secs_f64() * 1e9 - self.count as f64 * reading).max(0.0)
     }
 }
 
-/// Reads the clock at every event.
+/// An observer that reads the clock at every event.
 struct Stopwatch {
     last: Instant,
     laps: [Laps; Part::ALL.len()],
@@ -143,7 +144,7 @@ impl Stopwatch {
         }
     }
 
-    /// Ends a stretch of work on a part.
+    /// Adds the time since the last event to a part.
     #[inline]
     fn end(&mut self, part: Part) {
         let now = Instant::now();

@@ -1,7 +1,8 @@
-//! Rays through a scene that no render asks for: chords anywhere, along axes, and at the seams of its triangles.
+//! Random rays through a scene, independent of any render: chords, rays along axes, and rays at vertices and edges of
+//! triangles.
 //!
 //! Measure: normalised scene units.
-//! Range: up to 2^24 triangles a shape are aimed at; a scene that is empty has rays all the same.
+//! Range: at most 2^24 triangles per shape can be aimed at; an empty scene gets rays as well.
 //! Source: none needed. Tested in `lab/tests/bench/agreement.rs`.
 
 use super::random::Random;
@@ -13,7 +14,7 @@ use etendue::internals::math::bounds::Bounds;
 use etendue::internals::math::ray::Ray;
 use etendue::internals::math::vec::{DVec3, Vec3};
 
-/// The box around all shapes, at all times.
+/// The bounding box of all shapes over the shutter interval.
 pub fn bounds_of(world: &World) -> Bounds {
     let standing = world.geometries().iter().map(Geometry::bounds);
     let placed = (0..world.instances().len()).map(|i| world.instance_bounds(i));
@@ -23,8 +24,8 @@ pub fn bounds_of(world: &World) -> Bounds {
         .fold(Bounds::default(), Bounds::union)
 }
 
-/// Rays through the scene's box, of four kinds in turn: from outside to a point within, segments between points within,
-/// along an axis, and with one entry of the direction 0.
+/// Random rays through the scene's box, of four kinds in turn: unbounded through two points within, segments between
+/// points within, along an axis, and with one component of the direction 0.
 pub fn random_rays(world: &World, count: usize, seed: u64) -> RayBatch {
     let bounds = box_of(world);
     let mut random = Random::new(seed, 0);
@@ -54,8 +55,8 @@ pub fn random_rays(world: &World, count: usize, seed: u64) -> RayBatch {
     rays
 }
 
-/// Rays at triangles: their vertices, the middles of their edges and other points of these in turn. A query may count or
-/// pass such a triangle, and which of two neighbours it finds is its own affair.
+/// Rays at triangles: at vertices, midpoints of edges and other points of edges in turn. A query may report or miss
+/// such a triangle, and may find either of two neighbours.
 pub fn aimed_rays(world: &World, count: usize, seed: u64) -> RayBatch {
     let bounds = box_of(world);
     let mut random = Random::new(seed, 1);
@@ -83,7 +84,7 @@ pub fn aimed_rays(world: &World, count: usize, seed: u64) -> RayBatch {
     rays
 }
 
-/// A point of a random triangle: a vertex (0), the middle of an edge (1), another point of it (2).
+/// A point on the edges of a random triangle: a vertex (0), the midpoint of an edge (1), another point of an edge (2).
 fn seam(mesh: &Mesh, kind: usize, random: &mut Random) -> DVec3 {
     let triangle = mesh.triangle(random.below(mesh.indices().len()) as u32);
     let corner = random.below(3);
@@ -92,7 +93,7 @@ fn seam(mesh: &Mesh, kind: usize, random: &mut Random) -> DVec3 {
     a + share * (b - a)
 }
 
-/// A ray without an end through `from`, which begins as far before it as it goes on behind.
+/// An unbounded ray in direction `dir` through `from` that begins at `from - dir`.
 fn outwards(from: Vec3, dir: Vec3) -> Ray {
     Ray::new(from - dir, dir)
 }

@@ -1,10 +1,10 @@
 //! The rays of a render, by kind, in the order in which it traces them.
 //!
-//! The rays are those of whole tiles, spread over the picture; watching them changes nothing.
+//! The rays are those of whole tiles, spread over the image; recording does not change the render.
 //!
 //! Measure: normalised scene units.
-//! Range: a limited number of rays of each kind, after which rays are only counted. The primitive that a ray leaves is not
-//! recorded: the few rays that meet it again by rounding end there when they are traced once more.
+//! Range: a limited number of rays of each kind, beyond which rays are only counted. The primitive that a ray leaves is
+//! not recorded: the few rays that hit it again because of rounding end there when they are traced again.
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::report::RayCount;
@@ -17,12 +17,12 @@ use etendue::internals::math::ray::Ray;
 
 const KINDS: usize = RayKind::ALL.len();
 
-/// What was recorded.
+/// The recorded rays of a render.
 #[derive(Debug)]
 pub struct Recording {
     rays: [RayBatch; KINDS],
     traced: [u64; KINDS],
-    /// The samples to which the rays belong, at the places where the render has them.
+    /// The film with the samples to which the rays belong, in the pixels where the render has them.
     pub film: Film,
 }
 
@@ -43,7 +43,7 @@ pub fn record(subject: &Subject<'_>, limit: usize) -> Recording {
 }
 
 impl Recording {
-    /// The kinds of which there are rays.
+    /// The kinds of which rays were recorded.
     pub fn kinds(&self) -> impl Iterator<Item = RayKind> {
         let all = RayKind::ALL.iter().copied();
         all.filter(|&kind| !self.rays(kind).is_empty())
@@ -54,12 +54,12 @@ impl Recording {
         &self.rays[kind as usize]
     }
 
-    /// Rays of a kind in a sample of the render, on average.
+    /// The average number of rays of a kind per sample of the render.
     pub fn per_sample(&self, kind: RayKind) -> f64 {
         self.traced[kind as usize] as f64 / self.film.sample_count() as f64
     }
 
-    /// All rays of the recorded samples, as a render counts them.
+    /// The numbers of all rays of the recorded samples, as a render counts them.
     pub fn counts(&self) -> RayCounts {
         let of = |kind: RayKind| self.traced[kind as usize];
         let (camera, shadow) = (of(RayKind::Camera), of(RayKind::Shadow));
@@ -70,7 +70,7 @@ impl Recording {
         }
     }
 
-    /// The kinds that there are, for the report.
+    /// The numbers of rays of each recorded kind, for the report.
     pub fn report(&self) -> Vec<RayCount> {
         let count = |kind| RayCount {
             kind,

@@ -1,7 +1,7 @@
-//! What a bench finds out, as it is written to `bench.json`.
+//! The results of a bench, as written to `bench.json`.
 //!
-//! Measure: seconds, bytes, nanoseconds, said at each field.
-//! Range: a bench that was interrupted has the scenes and the parts that were done by then.
+//! Measure: seconds, bytes, nanoseconds, as stated at each field.
+//! Range: a bench that was interrupted has the scenes and the parts completed by then.
 //! Source: docs/bench.md. Tested in `lab/tests/bench/report.rs`.
 
 use super::target::{Target, Variant};
@@ -9,102 +9,102 @@ use etendue::internals::integrator::observer::RayKind;
 use etendue::internals::math::stats::Spread;
 use serde::{Serialize, Serializer};
 
-/// All of a bench.
+/// The report of a whole bench.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct BenchReport {
-    /// Of the program.
+    /// Version of the program.
     pub version: &'static str,
-    /// What it ran on.
+    /// The machine that it ran on.
     pub machine: Machine,
     /// Threads that rendered and traced.
     pub threads: usize,
-    /// Runs for each spread, but for those of builds.
+    /// Runs for each spread, except those of builds.
     pub rounds: usize,
     /// Builds for each spread.
     pub build_rounds: usize,
     /// Whether everything was measured.
     pub complete: bool,
-    /// Scene by scene.
+    /// The results of each scene.
     pub scenes: Vec<SceneReport>,
-    /// Rays that left closed meshes, scene by scene of those made for it.
+    /// Leak tests of the closed meshes.
     pub leaks: Vec<LeakReport>,
 }
 
-/// What a bench ran on.
+/// The machine on which a bench ran.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Machine {
-    /// The processor's name; empty where it cannot be found out.
+    /// The processor's name; empty if unknown.
     pub processor: String,
     /// Processors that this process may use.
     pub processors: usize,
     /// Operating system and architecture.
     pub system: String,
-    /// Version and file of the Embree that was loaded; empty in a build without.
+    /// Version and file of the loaded Embree; empty in a build without it.
     pub embree: String,
 }
 
-/// One scene.
+/// The results of one scene.
 #[derive(Debug, Clone, Serialize)]
 pub struct SceneReport {
     /// Its name.
     pub name: String,
-    /// What it is, in a sentence; empty for a user's own.
+    /// A sentence about the scene; empty for a user's own.
     pub description: String,
-    /// Primitives, each group counted once.
+    /// Number of primitives, those of each group counted once.
     pub primitives: usize,
-    /// Building.
+    /// Build times and sizes.
     pub builds: Vec<BuildReport>,
-    /// Rays recorded from its render, by kind; what is not in the scene is left out.
+    /// Rays recorded from its render, by kind; kinds that do not occur are left out.
     pub rays: Vec<RayCount>,
-    /// Tracing them.
+    /// Times of tracing these rays.
     pub traces: Vec<TraceReport>,
-    /// Whether the backends agree.
+    /// Comparison of the backends' hits.
     pub agreement: Vec<AgreementReport>,
-    /// Our own render against the floor; `None` without Embree.
+    /// Our own render compared with the floor; `None` without Embree.
     pub overhead: Option<OverheadReport>,
 }
 
-/// How many rays of a kind there are.
+/// The number of rays of a kind.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct RayCount {
     /// The kind.
     #[serde(serialize_with = "kind_name")]
     pub kind: RayKind,
-    /// In a sample of the render, on average.
+    /// Average number per sample of the render.
     pub per_sample: f64,
-    /// Recorded, and traced again in each run.
+    /// Number of rays recorded, and traced again in each run.
     pub recorded: usize,
 }
 
-/// Building one target.
+/// Time and size of building one target.
 #[derive(Debug, Clone, Serialize)]
 pub struct BuildReport {
-    /// What was built.
+    /// The target.
     #[serde(flatten)]
     pub target: Target,
-    /// With so many threads.
+    /// Number of threads.
     pub threads: usize,
     /// Seconds.
     pub seconds: Spread,
     /// Bytes of the structure.
     pub bytes: usize,
-    /// Nodes; `None` where the library does not tell.
+    /// Number of nodes; `None` if the library does not report it.
     pub nodes: Option<usize>,
 }
 
-/// Tracing all recorded rays of a kind in one way.
+/// The time of tracing all recorded rays of a kind in one way.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[serde(into = "WrittenTrace")]
 pub struct TraceReport {
-    /// The rays.
+    /// The kind of the rays.
     pub kind: RayKind,
-    /// The way.
+    /// The way of tracing.
     pub variant: Variant,
     /// Nanoseconds of one core a ray.
     pub nanoseconds: Spread,
 }
 
-/// With what a reader would have to compute.
+/// The serialised form of a [`TraceReport`], with the rate derived from it.
 #[derive(Serialize)]
 struct WrittenTrace {
     #[serde(serialize_with = "kind_name")]
@@ -133,80 +133,80 @@ impl TraceReport {
     }
 }
 
-/// Hits of one target against those of another one, ray by ray.
+/// The hits of one target compared with those of another one, ray by ray.
 #[derive(Debug, Clone, Serialize)]
 pub struct AgreementReport {
-    /// The one.
+    /// The target that is compared.
     pub target: Target,
-    /// The other.
+    /// The target that it is compared with.
     pub reference: Target,
     /// Rays compared.
     pub rays: u64,
-    /// The same primitive, or none, at the same place.
+    /// Rays with the same primitive at the same place, or with a miss in both.
     pub identical: u64,
-    /// Another primitive, at the same distance but for rounding.
+    /// Rays that hit different primitives at the same distance within rounding.
     pub ties: u64,
-    /// A hit within rounding of an edge, or of an end of the ray, that one of them counts and the other does not.
+    /// Rays with a hit within rounding of an edge, or of an end of the ray, that only one of the targets reports.
     pub edges: u64,
-    /// What rounding does not explain.
+    /// Rays whose difference is not explained by rounding.
     pub real: u64,
-    /// The first of those, in words that are enough to trace it again.
+    /// Description of the first real difference, with enough digits to trace the ray again.
     pub first_real: Option<String>,
 }
 
-/// Segments from inside a closed mesh that met nothing on their way out.
+/// Segments from inside a closed mesh that left it without a hit.
 #[derive(Debug, Clone, Serialize)]
 pub struct LeakReport {
-    /// The mesh, in words.
+    /// The name of the mesh.
     pub mesh: String,
-    /// How the segments were aimed: anywhere, at edges, at vertices.
+    /// The aim of the segments: anywhere, at edges, at vertices.
     pub aim: String,
-    /// What traced them.
+    /// The target that traced them.
     pub target: Target,
     /// Segments traced.
     pub segments: u64,
-    /// Those that leaked.
+    /// Segments without a hit.
     pub leaks: u64,
 }
 
-/// How far a render is from the time that the best of Embree alone takes for its rays.
+/// The time of a render compared with the time that Embree alone needs for its rays when used in the fastest way.
 #[derive(Debug, Clone, Serialize)]
 pub struct OverheadReport {
-    /// How the render traced.
+    /// The target with which the render traced.
     pub target: Target,
-    /// Samples per pixel of each render on all threads; one thread takes its share of them.
+    /// Samples per pixel of each render on all threads; the render on one thread has 1 / threads of them.
     pub spp: u64,
     /// Nanoseconds of one core a sample, on all threads.
     pub sample: Spread,
     /// Nanoseconds a sample on one thread.
     pub sample_alone: Spread,
-    /// The floor: nanoseconds of one core for a sample's rays, each kind in the way that is best for it.
+    /// The floor: nanoseconds of one core for a sample's rays, each kind in the fastest way.
     pub floor: f64,
-    /// The best way for each kind.
+    /// The fastest way for each kind.
     pub best: Vec<TraceReport>,
-    /// Render over floor.
+    /// The overhead factor: time of the render over the floor.
     pub factor: Spread,
-    /// Where the time of a sample goes; they sum up to the median of [`Self::sample`].
+    /// The times of the parts of a sample; they sum to the median of [`Self::sample`].
     pub parts: Vec<PartReport>,
-    /// Seconds before the first sample: loading, and building.
+    /// Seconds of loading before the first sample.
     pub load: f64,
-    /// See [`Self::load`].
+    /// Seconds of building before the first sample, after [`Self::load`].
     pub build: f64,
 }
 
 impl OverheadReport {
-    /// How many times as fast as one thread all of them are.
+    /// The speedup of all threads over one thread.
     pub fn speedup(&self, threads: usize) -> f64 {
         threads as f64 * self.sample_alone.median / self.sample.median
     }
 }
 
-/// A part of the work for a sample.
+/// The time of one part of the work for a sample.
 #[derive(Debug, Clone, Serialize)]
 pub struct PartReport {
-    /// What it is.
+    /// The name of the part.
     pub part: &'static str,
-    /// Nanoseconds a sample, without what measuring them takes.
+    /// Nanoseconds a sample, without the cost of measuring.
     pub nanoseconds: f64,
 }
 

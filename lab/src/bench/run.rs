@@ -1,7 +1,7 @@
-//! A whole bench: scene by scene its builds, rays, traces, agreement and overhead, and the leaks at the end.
+//! Runs a whole bench: for each scene its builds, rays, traces, agreement and overhead, and the leak tests at the end.
 //!
 //! Measure: as in the report.
-//! Range: settings that [`BenchSettings::validate`] lets through. A bench that is cancelled reports what it has.
+//! Range: settings that pass [`BenchSettings::validate`]. A cancelled bench reports its results so far.
 //! Source: docs/bench.md. Tested in `lab/tests/bench/report.rs`.
 
 use super::build::{build, builds, pool};
@@ -33,10 +33,10 @@ use std::time::Instant;
 /// Squares along an edge of the cube that each closed mesh is made from: about 50 000 triangles a mesh.
 const CLOSED_MESH_SQUARES: u32 = 64;
 
-/// Measures everything.
+/// Measures all scenes and the leaks.
 ///
 /// # Errors
-/// Settings out of their range, a scene that cannot be prepared, or what a backend says.
+/// Settings out of their range, a scene that cannot be prepared, or an error of a backend.
 pub fn run(
     scenes: &[GivenScene],
     settings: &BenchSettings,
@@ -75,15 +75,15 @@ struct Bench<'a> {
     report: BenchReport,
 }
 
-/// A scene, ready, with all that there is to trace rays through.
+/// A prepared scene with all acceleration structures that are compared.
 struct Ready {
     scene: Scene,
     filter: Filter,
     size: (u32, u32),
     settings: RenderSettings,
-    /// How the scene itself traces.
+    /// The target with which the scene itself traces.
     target: Target,
-    /// The others.
+    /// The structures of the other targets.
     accels: Vec<(Target, Accel)>,
     /// Seconds of reading and placing shapes, and of building.
     load: f64,
@@ -106,7 +106,7 @@ impl Ready {
     }
 }
 
-/// Each step is `None` if the bench was cancelled.
+/// Each step returns `None` if the bench was cancelled.
 impl Bench<'_> {
     fn all(&mut self, scenes: &[GivenScene], works: &[Work]) -> Result<Option<()>> {
         for (scene, work) in scenes.iter().zip(works) {
@@ -296,7 +296,7 @@ impl Bench<'_> {
         Ok(Some(()))
     }
 
-    /// The report of the scene that is being measured.
+    /// The report of the current scene.
     fn last(&mut self) -> &mut SceneReport {
         let scenes = &mut self.report.scenes;
         scenes.last_mut().expect("a scene begins with its report")
@@ -307,7 +307,7 @@ impl Bench<'_> {
     }
 }
 
-/// Primitives, those of each group counted once.
+/// The number of primitives, those of each group counted once.
 fn primitives(scene: &Scene) -> usize {
     let (roots, groups) = (scene.world.geometries(), scene.world.groups());
     let all = roots.iter().chain(groups.iter().flatten());

@@ -1,6 +1,6 @@
-//! The bench's own scenes, made in code: each is hard for an acceleration structure in its own way.
+//! The bench's own scenes, generated in code: each is difficult for an acceleration structure in its own way.
 //!
-//! Measure: world units; sizes in triangles, about which many each scene has.
+//! Measure: world units; sizes as the approximate number of triangles.
 //! Range: any size; the smallest have a few dozen triangles. The same size gives the same scene everywhere.
 //! Source: none needed. Tested in `lab/tests/bench/scenes.rs`.
 
@@ -16,12 +16,12 @@ use etendue::internals::scene::description::{
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-/// A scene that the bench makes.
+/// A scene that the bench generates.
 #[derive(Debug, Clone, Copy)]
 pub struct BenchScene {
-    /// Its name on the command line.
+    /// Name on the command line.
     pub name: &'static str,
-    /// What it is, in a sentence.
+    /// A sentence about the scene.
     pub sentence: &'static str,
     /// Triangles at full size.
     pub triangles: usize,
@@ -29,13 +29,13 @@ pub struct BenchScene {
 }
 
 impl BenchScene {
-    /// The scene with about this many triangles.
+    /// Builds the scene with about `triangles` triangles.
     pub fn describe(&self, triangles: usize) -> SceneDescription {
         (self.make)(triangles)
     }
 }
 
-/// Every scene that is made, the small ones first.
+/// All generated scenes, the small ones first.
 pub const SCENES: &[BenchScene] = &[
     BenchScene {
         name: "cornell-box",
@@ -69,8 +69,8 @@ pub const SCENES: &[BenchScene] = &[
     },
 ];
 
-/// Where the scene of a furnished room is, which is too large to be part of the program: below the current folder, or in
-/// the sources that the program was built from. `None` if neither is there.
+/// The file of a furnished room, a scene that is too large to be compiled into the program: below the current folder,
+/// or in the sources from which the program was built. `None` if neither exists.
 pub fn suzanne_room() -> Option<PathBuf> {
     let file = Path::new("scenes/suzanne-room/suzanne-room.toml");
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).parent();
@@ -79,7 +79,7 @@ pub fn suzanne_room() -> Option<PathBuf> {
     places.into_iter().flatten().find(|place| place.is_file())
 }
 
-/// A square of side 2 from the origin outwards, a fifth of that high, seen from above one edge.
+/// Fractal mountains on a square of side 2 centred at the origin, a fifth of that high, seen from above one edge.
 fn terrain(triangles: usize) -> SceneDescription {
     let squares = f64::from(triangles as u32 / 2).sqrt().round().max(4.0) as u32;
     let height = |p: DVec2| {
@@ -101,7 +101,7 @@ fn terrain(triangles: usize) -> SceneDescription {
     scene
 }
 
-/// Each hair is one triangle that stands on a sphere of radius 0.6, a thousandth as wide as long.
+/// A ball of hairs: each is one triangle that stands on a sphere of radius 0.6, a thousandth as wide as long.
 fn needles(triangles: usize) -> SceneDescription {
     let mut random = Random::new(12, 0);
     let mut positions = Vec::with_capacity(3 * triangles);
@@ -129,7 +129,7 @@ fn needles(triangles: usize) -> SceneDescription {
     scene
 }
 
-/// Sizes are log-uniform over two orders of magnitude.
+/// A triangle soup with sizes that are log-uniform over two orders of magnitude.
 fn soup(triangles: usize) -> SceneDescription {
     let mut random = Random::new(13, 0);
     let mut positions = Vec::with_capacity(3 * triangles);
@@ -151,7 +151,7 @@ fn soup(triangles: usize) -> SceneDescription {
     scene
 }
 
-/// The knot is 0.1 across, the bowl 1000.
+/// A knot 0.1 across in a bowl 1000 across.
 fn stadium(triangles: usize) -> SceneDescription {
     let along = f64::from(triangles as u32 / 2 * 8).sqrt().round().max(16.0) as u32;
     let around = (along / 8).max(3);
@@ -181,13 +181,13 @@ fn stadium(triangles: usize) -> SceneDescription {
     scene
 }
 
-/// A tube about a trefoil, about 3 in each direction.
+/// A tube around a trefoil, about 3 across in each direction.
 fn knot(along: f64, around: f64) -> DVec3 {
     let curve = |s: f64| {
         let radius = 1.1 + 0.5 * (1.5 * s).cos();
         DVec3::new(radius * s.cos(), 0.5 * (1.5 * s).sin(), radius * s.sin())
     };
-    // Twice about the axis closes it.
+    // The curve closes after two turns about the axis.
     let s = 2.0 * along;
     let step = TAU / 65_536.0;
     let tangent = (curve(s + step) - curve(s - step)).normalize();
@@ -196,14 +196,14 @@ fn knot(along: f64, around: f64) -> DVec3 {
     curve(s) + 0.25 * (around.cos() * side + around.sin() * up)
 }
 
-/// Three vertices a triangle, shared with none.
+/// A mesh of separate triangles, with three vertices each.
 fn separate(positions: Vec<DVec3>) -> GeometryDescription {
     let triangles = positions.len() as u32 / 3;
     let indices = (0..triangles).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
     mesh(positions, indices.collect())
 }
 
-/// A square in the plane of this height.
+/// A horizontal square at the given height.
 fn ground(material: usize, height: f64, half: f64) -> ShapeDescription {
     let square = GeometryDescription::Rectangle {
         corner: DVec3::new(-half, height, -half),

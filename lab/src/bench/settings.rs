@@ -1,7 +1,7 @@
-//! What a bench is asked to do, and who is told how it goes.
+//! The settings of a bench, and the observer of its progress.
 //!
 //! Measure: rays, runs, seconds.
-//! Range: said at each field; [`BenchSettings::validate`] names what is out of it.
+//! Range: stated at each field; [`BenchSettings::validate`] reports values out of range.
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::report::BenchReport;
@@ -16,21 +16,21 @@ use etendue::{Error, Result};
 pub struct BenchSettings {
     /// Threads that render and trace, at least 1.
     pub threads: usize,
-    /// Runs for the spread of every time but those of builds, at least 1; nine tell a median from noise.
+    /// Runs for the spread of every time except those of builds, at least 1; nine give a reliable median.
     pub rounds: usize,
     /// Builds of each target, at least 1.
     pub build_rounds: usize,
     /// Rays recorded of a kind, at least 1.
     pub rays: usize,
-    /// What is compared, at least one; the first one is the reference for the hits of the others.
+    /// The targets to compare, at least one; the first one is the reference for the hits of the others.
     pub targets: Vec<Target>,
-    /// How carefully our own render traces.
+    /// The intersection precision of our own render.
     pub precision: Precision,
-    /// Seconds that one render should take.
+    /// Intended seconds of one render.
     pub render_seconds: f64,
-    /// Rays of a scene for which hits are compared.
+    /// Number of rays of a scene for which hits are compared.
     pub compared_rays: usize,
-    /// Segments sent out of closed meshes, for each mesh, aim and target.
+    /// Number of segments traced out of closed meshes, for each mesh, aim and target.
     pub segments: u64,
 }
 
@@ -51,7 +51,7 @@ impl Default for BenchSettings {
 }
 
 impl BenchSettings {
-    /// Whether the settings make sense.
+    /// Checks that the settings are in their ranges.
     ///
     /// # Errors
     /// A usage error that names the setting.
@@ -69,7 +69,7 @@ impl BenchSettings {
         }
     }
 
-    /// How our own render traces: through Embree if that is compared, else through the first backend that is.
+    /// The target of our own render: Embree if it is compared, else the first backend that is.
     pub fn render_target(&self) -> Target {
         let embree = self.targets.iter().find(|target| target.is_embree());
         let backend = embree.unwrap_or(&self.targets[0]).backend;
@@ -84,29 +84,29 @@ impl BenchSettings {
 /// A scene for a bench.
 #[derive(Debug, Clone)]
 pub struct GivenScene {
-    /// Its name.
+    /// Name of the scene.
     pub name: String,
-    /// What it is, in a sentence; empty for a user's own.
+    /// A sentence about the scene; empty for a user's own.
     pub description: String,
-    /// What is in it.
+    /// The description of the scene.
     pub scene: SceneDescription,
-    /// Seconds that reading or making it took.
+    /// Seconds of reading or generating it.
     pub load: f64,
 }
 
-/// Is told how a bench goes on, and can end it.
+/// Receives the progress of a bench, and can cancel it.
 pub trait BenchObserver: Sync {
-    /// A share in [0, 1] of the work is done; now this is measured.
+    /// Reports the fraction of the work done, in [0, 1], and what is measured now.
     fn progress(&self, _fraction: f64, _what: &str) {}
-    /// Whether the bench should end as soon as it can; what was measured so far is kept.
+    /// Whether the bench should end as soon as possible; results so far are kept.
     fn is_cancelled(&self) -> bool {
         false
     }
-    /// A part is done: all that was measured so far.
+    /// Reports all results so far, after each completed part.
     fn report(&self, _report: &BenchReport) {}
 }
 
-/// Nobody watches.
+/// An observer that ignores all events.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unattended;
 

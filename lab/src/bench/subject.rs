@@ -1,8 +1,9 @@
-//! A render that is looked into: as a whole, or its paths on tiles that are spread over the picture.
+//! The render that is measured: as a whole, or by observing its paths on tiles that are spread over the image.
 //!
 //! Measure: samples.
-//! Range: settings that `RenderSettings::validate` lets through.
-//! Source: a multiplicative sequence with the golden ratio visits places evenly. Tested below and in `lab/tests/bench/report.rs`.
+//! Range: settings that pass `RenderSettings::validate`.
+//! Source: a multiplicative sequence with the golden ratio is evenly distributed. Tested below and in
+//! `lab/tests/bench/report.rs`.
 
 use etendue::Result;
 use etendue::internals::film::Film;
@@ -13,22 +14,22 @@ use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::render::{RenderObserver, Rendered, observe_tile, render};
 use etendue::internals::scene::Scene;
 
-/// Samples that are watched in each pixel of a tile before the next tile is turned to: as many as are traced together.
+/// Number of samples observed in each pixel of a tile before the next tile: as many as are traced together.
 pub const SAMPLES_AT_ONCE: u64 = 16;
 
-/// Edge of a tile in pixels: small ones are spread over the picture sooner.
+/// Edge of a tile in pixels: small tiles cover the image sooner.
 const TILE_SIZE: u32 = 8;
 
-/// A render.
+/// A render: a scene with its filter, size and settings.
 #[derive(Debug, Clone, Copy)]
 pub struct Subject<'a> {
-    /// What is rendered.
+    /// The scene.
     pub scene: &'a Scene,
-    /// Through which filter.
+    /// The reconstruction filter.
     pub filter: &'a Filter,
-    /// Pixels of the whole picture.
+    /// Size of the whole image in pixels.
     pub size: (u32, u32),
-    /// How.
+    /// The render settings.
     pub settings: &'a RenderSettings,
 }
 
@@ -50,7 +51,8 @@ impl Subject<'_> {
         render(self.scene, self.filter, self.size, &settings, observer)
     }
 
-    /// Shows `observer` whole tiles until it has seen `enough` or every sample from `first` on. The film has the samples shown.
+    /// Traces whole tiles with `observer` until `enough` is true or every sample from `first` on was traced. Returns
+    /// the film with these samples.
     pub fn observe<O: PathObserver>(
         &self,
         first: u64,
@@ -87,7 +89,7 @@ impl Subject<'_> {
     }
 }
 
-/// A stride that visits each of `count` places once before it repeats, and evenly from the first visits on.
+/// A stride that visits each of `count` places once before it repeats, and spreads even the first visits evenly.
 fn even_stride(count: usize) -> usize {
     const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
     let near = (count as f64 * GOLDEN_RATIO) as usize;

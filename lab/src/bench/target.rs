@@ -1,4 +1,4 @@
-//! What is compared: a backend, built and asked in one of several ways.
+//! The targets of a comparison: a backend, with its build options and its ways of tracing.
 //!
 //! Measure: none.
 //! Range: the backends of this build.
@@ -8,22 +8,22 @@ use etendue::internals::accel::batch::{PacketWidth, Packets};
 use etendue::internals::accel::{AccelOptions, Backend, Precision, Quality};
 use serde::{Serialize, Serializer};
 
-/// A way of building a backend's structure.
+/// A backend with the options that build its structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 pub struct Target {
-    /// The library.
+    /// The backend.
     #[serde(serialize_with = "backend_name")]
     pub backend: Backend,
-    /// How carefully it intersects.
+    /// The precision of its intersections.
     #[serde(serialize_with = "precision_name")]
     pub precision: Precision,
-    /// How well it is built.
+    /// The quality of its structure.
     #[serde(serialize_with = "quality_name")]
     pub quality: Quality,
 }
 
 impl Target {
-    /// Every way of building each of these backends.
+    /// All combinations of these backends with each precision and quality.
     pub fn all(backends: &[Backend]) -> Vec<Self> {
         let mut targets = vec![];
         for &backend in backends {
@@ -40,7 +40,8 @@ impl Target {
         targets
     }
 
-    /// Every way of tracing rays through it: only Embree has packets, and of one ray all are alike.
+    /// All ways of tracing rays through the target: only Embree has packets, and coherence has no effect on single
+    /// rays.
     pub fn variants(self) -> Vec<Variant> {
         let packets = PacketWidth::ALL
             .iter()
@@ -62,7 +63,7 @@ impl Target {
         self.backend.is_embree()
     }
 
-    /// The options that build it.
+    /// The options for building the target.
     pub fn options(self, threads: usize) -> AccelOptions {
         AccelOptions {
             backend: self.backend,
@@ -72,14 +73,14 @@ impl Target {
         }
     }
 
-    /// Whether the same structure is built for both: obvhs heeds precision only when it traces.
+    /// Whether both targets build the same structure: obvhs uses the precision only in traversal.
     pub fn builds_like(self, other: Self) -> bool {
         let precision_matters = self.is_embree();
         (self.backend, self.quality) == (other.backend, other.quality)
             && (self.precision == other.precision || !precision_matters)
     }
 
-    /// Its name in tables, such as `embree fast high`.
+    /// The target's name in tables, such as `embree fast high`.
     pub fn name(self) -> String {
         [
             self.backend.name(),
@@ -90,13 +91,13 @@ impl Target {
     }
 }
 
-/// A way of tracing rays through a target.
+/// A way of tracing rays: a target and the kind of packets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 pub struct Variant {
-    /// What is asked.
+    /// The target.
     #[serde(flatten)]
     pub target: Target,
-    /// In packets of which width, coherent or not.
+    /// Width and coherence of the packets.
     #[serde(flatten, serialize_with = "packets")]
     pub packets: Packets,
 }

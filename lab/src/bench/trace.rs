@@ -1,11 +1,11 @@
-//! Recorded rays, traced once more in every way.
+//! Times the recorded rays, traced again in every way.
 //!
-//! All threads trace at once, each its own stretch of the rays, in blocks that are first copied to where a kernel would
-//! have made them. What copying alone takes is measured in the same way and subtracted.
+//! All threads trace at the same time, each its own range of the rays, in blocks that are first copied into a buffer,
+//! as if a kernel had just generated them there. The time of copying alone is measured in the same way and subtracted.
 //!
 //! Measure: nanoseconds of one core a ray: the time in which threads were busy, over the rays.
-//! Range: at least one ray and one round. Ways take turns, so that what disturbs the machine disturbs all of them; a first
-//! round fills the caches and does not count. A way that is not slower than copying takes 0.
+//! Range: at least one ray and one round. Ways are interleaved, so that disturbances of the machine affect all of them;
+//! a first round fills the caches and is discarded. A way that is not slower than copying takes 0.
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::meter::ProgressStage;
@@ -21,19 +21,19 @@ use std::ops::Range;
 use std::sync::Barrier;
 use std::time::Instant;
 
-/// Rays in a block: with their hits, they stay in a core's second cache.
+/// Number of rays in a block: with their hits, they fit into a core's L2 cache.
 const BLOCK: usize = 1024;
 
-/// A way of tracing, with what is traced through.
+/// A way of tracing, with the structure to trace through.
 #[derive(Debug, Clone, Copy)]
 pub struct TraceMode<'a> {
-    /// The way.
+    /// The way of tracing.
     pub variant: Variant,
-    /// Its structure.
+    /// The acceleration structure.
     pub accel: &'a Accel,
 }
 
-/// Times all ways on the rays of one kind; `None` if cancelled.
+/// Times all ways of tracing the rays of one kind; `None` if cancelled.
 pub fn trace(
     ways: &[TraceMode<'_>],
     kind: RayKind,
@@ -83,7 +83,7 @@ fn time(way: &TraceMode<'_>, kind: RayKind, rays: &RayBatch, pool: &ThreadPool) 
     }
 }
 
-/// What a thread holds.
+/// The buffers of a thread.
 #[derive(Default)]
 struct Block {
     rays: RayBatch,
@@ -98,7 +98,7 @@ impl Block {
     }
 }
 
-/// The time of `work` on every block of the rays, by all threads of a pool at once.
+/// The time per ray of `work` on every block of the rays, by all threads of a pool at once.
 fn nanoseconds_per_ray(
     pool: &ThreadPool,
     rays: &RayBatch,
@@ -110,7 +110,7 @@ fn nanoseconds_per_ray(
         let blocks = stretch.clone().step_by(BLOCK);
         let blocks = blocks.map(|first| first..stretch.end.min(first + BLOCK));
         let mut block = Block::default();
-        // One block beforehand, to have the memory.
+        // One block beforehand allocates the memory.
         if let Some(range) = blocks.clone().next() {
             block.load(rays, range);
             work(&mut block);
@@ -126,7 +126,7 @@ fn nanoseconds_per_ray(
     busy.iter().sum::<f64>() * 1e9 / rays.len() as f64
 }
 
-/// The part of `count` things that one of several threads gets.
+/// The range of `count` items assigned to one of several threads.
 fn stretch(count: usize, thread: usize, threads: usize) -> Range<usize> {
     count * thread / threads..count * (thread + 1) / threads
 }

@@ -1,8 +1,8 @@
-//! How long a bench is likely to take, so that the time left can be told from the beginning.
+//! Estimates the duration of a bench, so that the remaining time can be shown from the beginning.
 //!
-//! Measure: seconds on a processor of these years, within a factor of a few.
+//! Measure: seconds on a current processor, within a factor of a few.
 //! Range: any scene.
-//! Source: what the stages took on the machine of docs/bench.md. Nothing but progress depends on it.
+//! Source: measured times of the stages on the machine of docs/bench.md. Only the progress display depends on it.
 
 use super::settings::BenchSettings;
 use super::target::Target;
@@ -19,10 +19,10 @@ const TRACING: f64 = 2e-7;
 /// Seconds of one core to compare a hit.
 const COMPARING: f64 = 1e-6;
 
-/// Seconds that stages are likely to take.
+/// Estimated seconds of the stages.
 #[derive(Debug, Clone, Copy)]
 pub struct Work {
-    /// Making the scene ready.
+    /// Preparing the scene.
     pub prepare: f64,
     /// All builds.
     pub build: f64,
@@ -35,7 +35,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// The work on one scene.
+    /// Estimates the work on one scene.
     pub fn of(scene: &SceneDescription, settings: &BenchSettings) -> Self {
         let primitives = scene.shapes.iter().map(|s| primitives(&s.geometry));
         let primitives = primitives.sum::<usize>() as f64;
@@ -53,14 +53,14 @@ impl Work {
         }
     }
 
-    /// All of it.
+    /// The sum over all stages.
     pub fn total(&self) -> f64 {
         let tracing = self.trace_of_kind * RayKind::ALL.len() as f64;
         self.prepare + self.build + tracing + self.compare + self.render
     }
 }
 
-/// Seconds of one core to build over a triangle, by quality.
+/// Seconds of one core to build a structure, per triangle, by quality.
 fn building(target: &Target) -> f64 {
     match target.quality {
         Quality::Medium => 1e-6,
@@ -68,7 +68,7 @@ fn building(target: &Target) -> f64 {
     }
 }
 
-/// Seconds to look for leaks.
+/// Seconds of the leak tests.
 pub fn leaks(settings: &BenchSettings) -> f64 {
     // Six meshes of about 50 000 triangles, three aims.
     let tracing = 3.0 * settings.segments as f64 * TRACING;

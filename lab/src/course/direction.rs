@@ -1,10 +1,10 @@
-//! Directions as a course meets them: by rejection, flipped up from the sphere, and by inversion.
+//! Directions as sampled in the course: by rejection, by mirroring the lower hemisphere, and by inversion.
 //!
 //! Measure: densities per steradian. The hemisphere is the one about z.
 //! Range: u in [0, 1 - 2^-24] in each dimension; every direction has unit length up to rounding, and a positive
 //! density.
-//! Source: the cap of height h has the area 2 pi h (Archimedes), and holds 1 - cos^2 of what falls by the cosine. The
-//! sphere by inversion and the cosine by Malley's method stand in [`warp`]. Tested in `lab/tests/course/warps.rs` and
+//! Source: the cap of height h has the area 2 pi h (Archimedes), and the fraction 1 - cos^2 of a cosine distribution.
+//! The sphere by inversion and the cosine by Malley's method are in [`warp`]. Tested in `lab/tests/course/warps.rs` and
 //! `lab/tests/course/rejection.rs`.
 //!
 //! [`warp`]: etendue::internals::sampling::warp
@@ -17,24 +17,24 @@ use etendue::internals::sampling::warp::{
 };
 use std::f32::consts::FRAC_1_PI;
 
-/// The efficiency of [`sample_sphere_by_rejection`]: the ball's share of its cube.
+/// The efficiency of [`sample_sphere_by_rejection`]: the volume of the ball over that of its cube.
 pub const BALL_IN_CUBE: f64 = std::f64::consts::FRAC_PI_6;
 
-/// Density of a uniform direction on the hemisphere.
+/// The pdf of a uniform direction on the hemisphere.
 pub const PDF_HEMISPHERE_UNIFORM: f32 = 0.5 * FRAC_1_PI;
 
-/// A uniform direction: that of the first point of the cube that lies in the ball. `None` if [`MOST_TRIALS`] did not,
-/// which happens with a broken generator only.
+/// A uniform direction: that of the first random point of the cube that lies in the ball. `None` if all of
+/// [`MOST_TRIALS`] points lie outside, which happens with a broken generator only.
 pub fn sample_sphere_by_rejection(uniform: &mut impl FnMut() -> f32) -> Option<Accepted<Vec3>> {
     sample_until(MOST_TRIALS, || {
         let p = 2.0 * Vec3::new(uniform(), uniform(), uniform()) - Vec3::ONE;
         let length2 = p.length_squared();
-        // The centre, and what is lost beside it, has no direction.
+        // The centre, and points whose squared length underflows, have no direction.
         (length2 <= 1.0 && length2.is_normal()).then(|| p.normalize())
     })
 }
 
-/// A uniform direction on the hemisphere: one of the sphere, flipped up if it points down.
+/// A uniform direction on the hemisphere: one of the sphere, mirrored if it points down.
 pub fn sample_hemisphere_by_rejection(uniform: &mut impl FnMut() -> f32) -> Option<Accepted<Vec3>> {
     sample_sphere_by_rejection(uniform).map(|drawn| Accepted {
         value: Vec3::new(drawn.value.x, drawn.value.y, drawn.value.z.abs()),

@@ -1,10 +1,10 @@
-//! Grids over the unit cube of any dimension, with as many places as a number of calls pays for.
+//! Grids over the unit cube of any dimension, as fine as a number of calls allows.
 //!
 //! Measure: counts.
-//! Range: any dimension from 1; a grid is none where not even `least` places along each axis are paid for.
+//! Range: any dimension from 1; there is no grid if the calls do not allow `least` places along each axis.
 //! Source: counting in base m. Tested below.
 
-/// m places along each of d axes.
+/// A grid of m places (nodes or cells) along each of d axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Grid {
     per_axis: usize,
@@ -18,7 +18,7 @@ impl Grid {
         if dimension == 0 || !is_paid(least) {
             return None;
         }
-        // Bisection, for a root in floating point may round to either side of a whole number.
+        // Bisection, since a floating-point root may round to either side of an integer.
         let (mut per_axis, mut most) = (least, calls);
         while per_axis < most {
             let middle = per_axis + (most - per_axis).div_ceil(2);
@@ -34,12 +34,12 @@ impl Grid {
         })
     }
 
-    /// d.
+    /// The dimension d.
     pub fn dimension(self) -> usize {
         self.dimension as usize
     }
 
-    /// The grid of this dimension with m places along each axis, where m is at most that of this one.
+    /// This grid with at most `per_axis` places along each axis.
     pub fn coarsened_to(self, per_axis: usize) -> Self {
         Self {
             per_axis: per_axis.min(self.per_axis),
@@ -47,17 +47,17 @@ impl Grid {
         }
     }
 
-    /// m.
+    /// The number of places along each axis, m.
     pub fn per_axis(self) -> usize {
         self.per_axis
     }
 
-    /// m^d.
+    /// The number of all places, m^d.
     pub fn count(self) -> usize {
         self.per_axis.pow(self.dimension)
     }
 
-    /// The sum over all places, each given by its d numbers below m.
+    /// The sum of `term` over all places, each given by its d indices below m.
     pub fn sum(self, mut term: impl FnMut(&[usize]) -> f64) -> f64 {
         let mut place = vec![0; self.dimension()];
         let mut sum = 0.0;

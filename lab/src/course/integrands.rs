@@ -1,8 +1,8 @@
-//! Functions on the unit cube of any dimension whose integrals and variances are known: what rules and chance are tried
-//! on.
+//! Functions on the unit cube of any dimension whose integrals and variances are known: tests for quadrature and Monte
+//! Carlo integration.
 //!
 //! Measure: none; the cube has the volume 1.
-//! Range: dimensions from 1 to 12. From about 20 on, the share of [`Integrand::HalfSpace`] loses digits to
+//! Range: dimensions from 1 to 12. From about 20 on, the integral of [`Integrand::HalfSpace`] loses digits to
 //! cancellation.
 //! Source: products and sums by Fubini; the ball's volume by its recurrence; the half space by Hall 1927, "The
 //! Distribution of Means for Samples of Size N Drawn from a Population in which the Variate Takes Values Between 0 and
@@ -13,22 +13,22 @@ use std::f64::consts::{E, FRAC_PI_2, PI};
 /// A function on the unit cube.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Integrand {
-    /// The product of pi / 2 sin(pi x): smooth, a hill in the middle. Its integral is 1.
+    /// The product of pi / 2 sin(pi x): smooth, with its maximum in the middle. Its integral is 1.
     Sine,
     /// The product of e^x / (e - 1): smooth, steepest towards one corner. Its integral is 1.
     Exponential,
-    /// The mean of 3 x^2 over the coordinates: smooth, and a sum, so that each axis can be stratified on its own. Its
-    /// integral is 1.
+    /// The mean of 3 x^2 over the coordinates: smooth, and a sum, so that each axis can be stratified independently.
+    /// Its integral is 1.
     Squares,
-    /// 1 within the unit ball about a corner, else 0; on the line that is 1 throughout.
+    /// 1 within the unit ball about a corner, else 0; in one dimension 1 everywhere.
     Ball,
-    /// 1 where the coordinates add up to less than d / 2 + 1 / 4, else 0: a slanted edge, of about half of the volume
-    /// in every dimension.
+    /// 1 where the coordinates sum to less than d / 2 + 1 / 4, else 0: a slanted edge that cuts off about half of the
+    /// volume in every dimension.
     HalfSpace,
 }
 
 impl Integrand {
-    /// All of them.
+    /// All integrands.
     pub const ALL: [Self; 5] = [
         Self::Sine,
         Self::Exponential,
@@ -37,7 +37,7 @@ impl Integrand {
         Self::HalfSpace,
     ];
 
-    /// The value at a point, whose length is the dimension.
+    /// The value at a point `x`, whose length is the dimension.
     pub fn eval(self, x: &[f64]) -> f64 {
         let indicator = |is_inside: bool| f64::from(u8::from(is_inside));
         match self {
@@ -58,7 +58,7 @@ impl Integrand {
         }
     }
 
-    /// The exact variance at uniform points: that of plain Monte Carlo with one call.
+    /// The exact variance at uniform points: that of plain Monte Carlo with one sample.
     pub fn variance(self, dimension: u32) -> f64 {
         let d = dimension as i32;
         match self {
@@ -72,7 +72,7 @@ impl Integrand {
         }
     }
 
-    /// Whether all derivatives exist everywhere; the others jump.
+    /// Whether all derivatives exist everywhere; the other integrands are discontinuous.
     pub fn is_smooth(self) -> bool {
         !matches!(self, Self::Ball | Self::HalfSpace)
     }

@@ -1,20 +1,20 @@
-//! Metropolis sampling of a density in one dimension: a chain of numbers that need no inverse and no norm.
+//! Metropolis sampling of a density in one dimension: a Markov chain that needs neither an inverse nor a normalisation.
 //!
-//! Measure: the density is relative; only ratios of it count.
-//! Range: a finite range, and a start of positive density. Proposals outside the range, or where the density is no
-//! positive finite number, are rejected. The chain's numbers are correlated, and follow the density only after a while.
+//! Measure: the density is relative; only ratios of it matter.
+//! Range: a finite range, and a start of positive density. Proposals outside the range, or where the density is not
+//! positive and finite, are rejected. The chain's numbers are correlated, and follow the density only after a while.
 //! Source: Metropolis et al. 1953, "Equation of State Calculations by Fast Computing Machines". Both proposals are
 //! symmetric, T(x -> y) = T(y -> x), which therefore cancels in the probability of acceptance, min(1, f(y) / f(x)).
 //! Tested in `lab/tests/course/metropolis.rs`.
 
-/// How the chain's next number is proposed.
+/// The proposal distribution of the chain's next number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Proposal {
-    /// Anywhere in the range, whatever the state.
+    /// Uniform in the whole range, independent of the state.
     Uniform,
     /// Uniform in an interval around the state.
     Step {
-        /// The interval's whole width.
+        /// The full width of the interval.
         width: f64,
     },
 }
@@ -35,7 +35,7 @@ impl Proposal {
     }
 }
 
-/// A chain, and what it counts.
+/// A Markov chain, with the counts of proposed and accepted numbers.
 #[derive(Debug, Clone)]
 pub struct Chain<F> {
     density: F,
@@ -49,8 +49,8 @@ pub struct Chain<F> {
 }
 
 impl<F: Fn(f64) -> f64> Chain<F> {
-    /// A chain that starts at `start`; `None` if it cannot, as it would lie outside the range or at no positive finite
-    /// density, or if the proposal has no width.
+    /// A chain that starts at `start`; `None` if the start lies outside the range or has no positive finite density, or
+    /// if the proposal has no positive width.
     pub fn new(density: F, range: [f64; 2], proposal: Proposal, start: f64) -> Option<Self> {
         let is_inside =
             (range[0]..=range[1]).contains(&start) && range[0].is_finite() && range[1].is_finite();
@@ -69,14 +69,15 @@ impl<F: Fn(f64) -> f64> Chain<F> {
         })
     }
 
-    /// The next number: the proposed one, or where it is rejected, the last one again. Takes two uniform numbers.
+    /// Returns the next number: the proposed one, or if it is rejected, the current one again. Uses two uniform
+    /// numbers.
     pub fn step(&mut self, uniform: &mut impl FnMut() -> f64) -> f64 {
         let y = self.proposal.propose(self.x, self.range, uniform());
         let choice = uniform();
         self.proposed += 1;
         if (self.range[0]..=self.range[1]).contains(&y) {
             let at_y = (self.density)(y);
-            // Accepted with the probability f(y) / f(x), or 1.
+            // Accepted with the probability min(1, f(y) / f(x)).
             if is_positive(at_y) && choice * self.at_x < at_y {
                 (self.x, self.at_x) = (y, at_y);
                 self.accepted += 1;
@@ -85,7 +86,7 @@ impl<F: Fn(f64) -> f64> Chain<F> {
         self.x
     }
 
-    /// The share of proposals that were accepted; `None` before the first.
+    /// The fraction of proposals that were accepted; `None` before the first.
     pub fn acceptance_rate(&self) -> Option<f64> {
         (self.proposed > 0).then(|| self.accepted as f64 / self.proposed as f64)
     }

@@ -1,4 +1,4 @@
-//! Sampling and integration as the course teaches them, which no kernel of the renderer needs.
+//! Sampling and integration methods of the course that the renderer itself does not use.
 
 pub mod direction;
 pub mod disk;

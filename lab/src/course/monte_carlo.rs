@@ -1,9 +1,9 @@
-//! Integration by chance: plain, stratified, and with a density that follows the integrand.
+//! Monte Carlo integration: plain, stratified, and with importance sampling.
 //!
-//! Measure: that of the integrand; the domain is the unit cube, or what a density covers.
-//! Range: any dimension from 1. Variances fall as 1/N for plain and importance sampling; jittered ones by a further
-//! factor of N^(-2/d) for smooth integrands, or N^(-1/d) for those with an edge. None is above the plain one's with as
-//! many calls, but for a factor of N / (N - 1) with Latin hypercubes.
+//! Measure: that of the integrand; the domain is the unit cube, or the support of a density.
+//! Range: any dimension from 1. Variances fall as 1/N for plain and importance sampling; jittered sampling gains a
+//! further factor of N^(-2/d) for smooth integrands, or N^(-1/d) for those with an edge. No stratified variance is
+//! above the plain one with as many calls, except for a factor of N / (N - 1) with Latin hypercubes.
 //! Source: Owen, "Monte Carlo Theory, Methods and Examples", chapters 2 and 8 to 10; McKay, Beckman and Conover 1979
 //! for Latin hypercubes, their bound by Owen 1997. Tested in `lab/tests/course/integration.rs`.
 
@@ -12,7 +12,7 @@ use super::quadrature::Estimate;
 use crate::planted::planted;
 use etendue::internals::math::stats::Moments;
 
-/// The mean of f at uniform points of the unit cube, with what its spread tells about the error.
+/// The mean of f at uniform points of the unit cube, with the moments for its standard error.
 pub fn integrate_plain(
     f: impl Fn(&[f64]) -> f64,
     dimension: u32,
@@ -26,8 +26,8 @@ pub fn integrate_plain(
     }))
 }
 
-/// Stratified: jittered where `calls` pays for a grid of two cells along each axis, else a Latin hypercube. One run
-/// tells nothing about its error; several do. `None` without calls or dimensions.
+/// Stratified sampling: jittered if `calls` allows a grid of two cells along each axis, else a Latin hypercube. One run
+/// gives no error estimate; several do. `None` without calls or dimensions.
 pub fn integrate_stratified(
     f: impl Fn(&[f64]) -> f64,
     dimension: u32,
@@ -40,8 +40,8 @@ pub fn integrate_stratified(
     }
 }
 
-/// Jittered: one uniform point in each cell of the finest grid that `calls` pays for, one cell at least; `None` without
-/// calls or dimensions.
+/// Jittered sampling: one uniform point in each cell of the finest grid of at most `calls` cells; `None` without calls
+/// or dimensions.
 pub fn integrate_jittered(
     f: impl Fn(&[f64]) -> f64,
     dimension: u32,
@@ -67,8 +67,8 @@ fn jitter(f: impl Fn(&[f64]) -> f64, grid: Grid, uniform: &mut impl FnMut() -> f
     }
 }
 
-/// A Latin hypercube: along each axis one point in each of `calls` intervals, which are matched by chance. `None`
-/// without calls or dimensions.
+/// Latin hypercube sampling: along each axis one point in each of `calls` intervals, which are matched at random.
+/// `None` without calls or dimensions.
 pub fn integrate_latin_hypercube(
     f: impl Fn(&[f64]) -> f64,
     dimension: u32,
@@ -93,7 +93,7 @@ pub fn integrate_latin_hypercube(
     })
 }
 
-/// The numbers below `count` in a random order (Fisher and Yates).
+/// A random permutation of the numbers below `count` (Fisher and Yates).
 fn shuffled(count: usize, uniform: &mut impl FnMut() -> f64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     for last in (1..count).rev() {
@@ -104,9 +104,9 @@ fn shuffled(count: usize, uniform: &mut impl FnMut() -> f64) -> Vec<usize> {
     order
 }
 
-/// Importance sampling: the mean of f / p over points that `draw` yields with their densities p.
+/// Importance sampling: the mean of f / p over points that `draw` returns with their densities p.
 ///
-/// Where f is 0 the ratio is 0. A density of 0 where f is not yields an infinite mean: it cannot sample f.
+/// Where f is 0 the ratio is 0. A density of 0 where f is not 0 gives an infinite mean: it cannot sample f.
 pub fn integrate_importance<X>(
     f: impl Fn(&X) -> f64,
     calls: usize,

@@ -1,32 +1,32 @@
-//! A density tabulated: samples of a function, joined by straight lines, inverted exactly.
+//! A tabulated density: samples of a function, interpolated linearly and inverted exactly.
 //!
 //! Measure: densities per unit of x.
 //! Range: at least two values, each at least 0 and finite, over a finite range; u in [0, 1). Outside the range the
-//! density is 0. Where the function is 0 at a node, rounding may find the node itself, at density 0.
+//! density is 0. Where the function is 0 at a node, rounding may return the node itself, at density 0.
 //! Source: inversion of the distribution function: first the piece, by [`Piecewise1d`], then the root of a quadratic.
 //! Tested in `lab/tests/course/inversion.rs`.
 
 use etendue::internals::sampling::piecewise::Piecewise1d;
 
-/// A density in proportion to a polyline over nodes at equal distances.
+/// A density proportional to a polyline over equally spaced nodes.
 #[derive(Debug, Clone)]
 pub struct PiecewiseLinear {
     range: [f64; 2],
     values: Vec<f64>,
-    /// The pieces by their areas.
+    /// The distribution of the pieces, by their areas.
     pieces: Piecewise1d,
 }
 
-/// A place on the polyline.
+/// A position on the polyline.
 struct Place {
     piece: usize,
-    /// How far into the piece, from 0 to 1.
+    /// Position within the piece, from 0 to 1.
     offset: f64,
 }
 
 impl PiecewiseLinear {
     /// The density with these values at nodes from one end of the range to the other. `None` if there are fewer than
-    /// two, one is negative or not finite, all are 0, or the range is none.
+    /// two, one is negative or not finite, all are 0, or the range is empty or not finite.
     pub fn new(range: [f64; 2], values: &[f64]) -> Option<Self> {
         let width = range[1] - range[0];
         let is_valid =
@@ -35,7 +35,7 @@ impl PiecewiseLinear {
         if !is_valid || greatest == 0.0 {
             return None;
         }
-        // Relative to the greatest, no area is too small or too great for a number.
+        // Divided by the greatest, so that no area underflows or overflows.
         let values: Vec<f64> = values.iter().map(|v| v / greatest).collect();
         let areas: Vec<f64> = values
             .windows(2)
@@ -48,7 +48,7 @@ impl PiecewiseLinear {
         })
     }
 
-    /// The density of a function that is looked at where `pieces` equal pieces of the range meet; `None` as for
+    /// The density of a function sampled at the ends of `pieces` equal pieces of the range; `None` as for
     /// [`new`](Self::new).
     pub fn tabulate(f: impl Fn(f64) -> f64, range: [f64; 2], pieces: usize) -> Option<Self> {
         let node = |i: usize| {
@@ -59,12 +59,12 @@ impl PiecewiseLinear {
         Self::new(range, &values)
     }
 
-    /// The x for a uniform number: it grows with u.
+    /// The x for a uniform number, which increases with u.
     pub fn sample(&self, u: f64) -> f64 {
         let found = self.pieces.sample(u);
         let offset = sample_linear(found.offset, self.ends(found.piece));
         let at = (found.piece as f64 + offset) / self.count() as f64;
-        // Weighted ends, not a start and a step, stay within the range.
+        // Interpolating between the ends, instead of stepping from the start, stays within the range.
         ((1.0 - at) * self.range[0] + at * self.range[1]).clamp(self.range[0], self.range[1])
     }
 
@@ -102,7 +102,7 @@ impl PiecewiseLinear {
         [self.values[piece], self.values[piece + 1]]
     }
 
-    /// Where on the polyline `x` lies; `None` outside the range.
+    /// The position of `x` on the polyline; `None` outside the range.
     fn place(&self, x: f64) -> Option<Place> {
         let [a, b] = self.range;
         (a..=b).contains(&x).then(|| {
@@ -120,14 +120,14 @@ fn mean(a: f64, b: f64) -> f64 {
     0.5 * (a + b)
 }
 
-/// The x in [0, 1] up to which a line from a to b has the share `u` of its area: a x + (b - a) x^2 / 2 = u (a + b) / 2,
-/// by the root that does not cancel where a and b are close.
+/// The x in [0, 1] up to which a line from a to b has the fraction `u` of its area: a x + (b - a) x^2 / 2 = u (a + b) /
+/// 2, by the root without cancellation where a and b are close.
 fn sample_linear(u: f64, [a, b]: [f64; 2]) -> f64 {
-    // Squares of tiny numbers would be none.
+    // Scaled, since squares of tiny numbers underflow.
     let greatest = a.max(b);
     let (a, b) = (a / greatest, b / greatest);
     let divisor = a + (a * a + u * ((b - a) * (b + a))).sqrt();
-    // A line that starts at 0 has nothing before x = 0.
+    // On a line that starts at 0, u = 0 is x = 0.
     if divisor > 0.0 {
         (u * (a + b) / divisor).min(1.0)
     } else {
@@ -135,7 +135,7 @@ fn sample_linear(u: f64, [a, b]: [f64; 2]) -> f64 {
     }
 }
 
-/// The share of its area that a line from a to b has up to x in [0, 1].
+/// The fraction of the area under a line from a to b that lies below x in [0, 1].
 fn invert_linear(x: f64, [a, b]: [f64; 2]) -> f64 {
     let area = mean(a, b);
     if area > 0.0 {

@@ -1,25 +1,25 @@
-//! Integration by rules: trapezoids and Simpson's, along one axis and as tensor products over the unit cube.
+//! Quadrature rules: the trapezoidal and Simpson's, along one axis and as tensor products over the unit cube.
 //!
-//! Measure: that of the integrand times the domain's.
-//! Range: integrands that are finite, also at the ends; dimensions from 1, as many as the number of calls pays for.
-//! With N calls the error of smooth integrands falls as N^(-2/d) and N^(-4/d), where chance has N^(-1/2) for any d.
+//! Measure: that of the integrand times that of the domain.
+//! Range: integrands that are finite, also at the ends; dimensions from 1, as many as the number of calls allows. With
+//! N calls the error of smooth integrands falls as N^(-2/d) and N^(-4/d), where Monte Carlo has N^(-1/2) for any d.
 //! Source: Davis and Rabinowitz, "Methods of Numerical Integration". Tested in `lab/tests/course/integration.rs`.
 
 use super::grid::Grid;
 
-/// What an integration over the cube yields.
+/// The result of an integration over the cube.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// The integral.
+    /// The estimate of the integral.
     pub value: f64,
-    /// How often the integrand was called: at most as often as was asked for.
+    /// Number of calls of the integrand: at most the requested number.
     pub calls: usize,
 }
 
-/// A rule with nodes at equal distances, the ends among them.
+/// A rule with equally spaced nodes that include the ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
-    /// Straight lines between the nodes: an error of order h^2.
+    /// Linear interpolation between the nodes: an error of order h^2.
     Trapezoid,
     /// Parabolas through three nodes each: an error of order h^4.
     Simpson,
@@ -40,8 +40,8 @@ impl Rule {
         Some((range[1] - range[0]) * sum)
     }
 
-    /// The integral of `f` over the unit cube by the rule's tensor product, with as many nodes as `calls` pays for;
-    /// `None` if that is less than the rule needs along each axis, 2^d or 3^d.
+    /// The integral of `f` over the unit cube by the rule's tensor product, with as many nodes as `calls` allows;
+    /// `None` if the rule needs more, 2^d or 3^d.
     pub fn integrate_cube(
         self,
         f: impl Fn(&[f64]) -> f64,
@@ -77,13 +77,13 @@ impl Rule {
     fn most_nodes(self, limit: usize) -> Option<usize> {
         let most = match self {
             Self::Trapezoid => limit,
-            // The odd number up to it.
+            // The greatest odd number up to the limit.
             Self::Simpson => limit.saturating_sub(1) | 1,
         };
         (most >= self.least_nodes()).then_some(most)
     }
 
-    /// The weight of a node; all of them sum up to 1.
+    /// The weight of a node; all weights sum to 1.
     fn weight(self, i: usize, nodes: usize) -> f64 {
         let h = 1.0 / (nodes - 1) as f64;
         let is_end = i == 0 || i == nodes - 1;
@@ -97,7 +97,7 @@ impl Rule {
     }
 }
 
-/// Where a node lies in [0, 1].
+/// The position of a node in [0, 1].
 fn unit_node(i: usize, nodes: usize) -> f64 {
     i as f64 / (nodes - 1) as f64
 }

@@ -1,32 +1,32 @@
-//! Rejection: points drawn in a box until one lies inside a set, or under the graph of a density.
+//! Rejection sampling: random points of a box until one lies inside a set, or under the graph of a density.
 //!
-//! Measure: the set's or the density's share of its box is the efficiency, a probability; 1 / efficiency is the mean
-//! number of trials.
-//! Range: any set that a box bounds, any density with a bound. Trials are limited: with efficiency e nothing is found
-//! within T of them with probability (1 - e)^T, and an empty set ends after T as nothing, not never.
+//! Measure: the fraction of the box that the set or the density fills is the efficiency, a probability; 1 / efficiency
+//! is the mean number of trials.
+//! Range: any bounded set, any bounded density. Trials are limited: with efficiency e all of T trials fail with
+//! probability (1 - e)^T, and for an empty set the result after T trials is `None`.
 //! Source: von Neumann 1951, "Various Techniques Used in Connection with Random Digits". Tested in
 //! `lab/tests/course/rejection.rs`.
 
 use etendue::internals::math::stats::Moments;
 
-/// Enough trials for what fills half of its box: they all fail with a probability of 2^-256.
+/// Enough trials for sets that fill half of their box: all fail with a probability of 2^-256.
 pub const MOST_TRIALS: u32 = 256;
 
-/// What was drawn.
+/// An accepted sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accepted<T> {
-    /// The first that was accepted.
+    /// The first accepted value.
     pub value: T,
-    /// How many were tried, itself among them.
+    /// Number of trials, including the accepted one.
     pub trials: u32,
 }
 
-/// Why nothing was drawn from a density.
+/// The reason why no sample of a density was drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rejected<const D: usize> {
     /// None of the trials was accepted.
     All,
-    /// At this point the density was negative, above its bound, or no number: what is drawn would not follow it.
+    /// At this point the density was negative, above its bound, or NaN: samples would not follow it.
     OutOfBounds([f64; D]),
 }
 
@@ -47,18 +47,18 @@ impl<const D: usize> BoundingBox<D> {
         is_valid.then_some(Self { min, max })
     }
 
-    /// Length, area, volume.
+    /// The volume: length or area in one or two dimensions.
     pub fn volume(&self) -> f64 {
         self.min.iter().zip(&self.max).map(|(a, b)| b - a).product()
     }
 
-    /// The point for D uniform numbers.
+    /// Maps D uniform numbers to a point of the box.
     pub fn sample(&self, u: [f64; D]) -> [f64; D] {
         std::array::from_fn(|i| (1.0 - u[i]) * self.min[i] + u[i] * self.max[i])
     }
 }
 
-/// Proposes until one is taken, at most `most_trials` times.
+/// Proposes values until one is accepted, at most `most_trials` times.
 pub fn sample_until<T>(
     most_trials: u32,
     mut propose: impl FnMut() -> Option<T>,
@@ -79,7 +79,7 @@ pub fn sample_inside<const D: usize>(
     })
 }
 
-/// A point of the box with a density in proportion to `density`, which is at most `bound`: a uniform point under its
+/// A point of the box with a density proportional to `density`, which is at most `bound`: a uniform point under its
 /// graph.
 ///
 /// The efficiency is the density's mean over the box, divided by the bound.
@@ -104,8 +104,8 @@ pub fn sample_density<const D: usize>(
     value.map(|value| Accepted { value, trials })
 }
 
-/// The efficiency measured: the share of `trials` points of the box that lie inside, as numbers 0 and 1. Times the
-/// box's volume this estimates the set's.
+/// Measures the efficiency: the fraction of `trials` points of the box that lie inside, as moments of numbers 0 and 1.
+/// Times the box's volume it estimates that of the set.
 pub fn measure_efficiency<const D: usize>(
     bounds: &BoundingBox<D>,
     inside: impl Fn(&[f64; D]) -> bool,

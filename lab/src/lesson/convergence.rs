@@ -1,4 +1,4 @@
-//! Variance falls as 1/N, and the error as 1/sqrt N.
+//! Lesson on convergence: variance falls as 1/N, and the error as 1/sqrt N.
 //!
 //! Measure: the integral of e^x / (e - 1) over [0, 1], which is 1.
 //! Range: up to 4096 samples an estimate.
@@ -27,17 +27,17 @@ pub const TOPIC: Topic = Topic {
 
 const INTEGRAND: Integrand = Integrand::Exponential;
 
-/// Samples of the estimates in the tables.
+/// Numbers of samples of the estimates in the tables.
 const SIZES: [usize; 3] = [1, 16, 256];
 
-/// Runs for each number of samples; its standard error is about the root of 2 / RUNS.
+/// Runs for each number of samples; the relative standard error of a variance is about the root of 2 / RUNS.
 const RUNS: usize = 4096;
 
 fn estimate(samples: usize, uniform: &mut Uniform) -> f64 {
     integrate_plain(|x| INTEGRAND.eval(x), 1, samples, &mut || uniform.double()).mean()
 }
 
-/// The same with the first of Sobol' points, scrambled anew each time.
+/// An estimate with the first Sobol' points, scrambled anew each time.
 fn estimate_evenly(samples: usize, uniform: &mut Uniform) -> f64 {
     let mut sampler = Sobol::new(uniform.double().to_bits());
     let values = (0..samples).map(|index| {
@@ -133,7 +133,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     ]
 }
 
-/// The variance of an estimate of so many samples.
+/// The exact variance of an estimate of `samples` samples.
 fn variance(samples: usize) -> f64 {
     INTEGRAND.variance(1) / samples as f64
 }

@@ -1,4 +1,4 @@
-//! Throwing dice: expected value and variance, and what becomes of them when throws are averaged.
+//! Lesson on dice: expected value and variance of a throw, and of the mean of many throws.
 //!
 //! Measure: pips.
 //! Range: a fair die of six faces.
@@ -128,7 +128,7 @@ fn numbers(lesson: &Lesson<'_>, die: &Die) -> Finding {
     }
 }
 
-/// How often each face came.
+/// The frequency of each face.
 fn faces(lesson: &Lesson<'_>, die: &Die) -> Plot {
     const SHOWN: usize = 600;
     let mut uniform = lesson.uniform("faces", 0);
@@ -138,7 +138,7 @@ fn faces(lesson: &Lesson<'_>, die: &Die) -> Plot {
     }
     let share =
         |(index, &count): (usize, &usize)| [index as f64 + 1.0, count as f64 / SHOWN as f64];
-    // Two standard deviations of a share.
+    // Two standard deviations of a frequency.
     let p = 1.0 / FACES as f64;
     let spread = 2.0 * (p * (1.0 - p) / SHOWN as f64).sqrt();
     Plot {
@@ -165,7 +165,7 @@ fn faces(lesson: &Lesson<'_>, die: &Die) -> Plot {
     }
 }
 
-/// The distribution of means of several throws: exact, and measured.
+/// The distribution of means of several throws: exact and measured.
 fn bells(lesson: &Lesson<'_>, die: &Die) -> Plot {
     let means = lesson.samples(200_000);
     let series = [1, 2, 5, 20]
@@ -179,7 +179,7 @@ fn bells(lesson: &Lesson<'_>, die: &Die) -> Plot {
                 let pips: f64 = (0..throws).map(|_| die.throw(&mut uniform)).sum();
                 counts[pips as usize - throws] += 1;
             }
-            // As densities over the mean, whose steps are 1 / throws wide, so that all can be compared.
+            // Shown as densities over the mean, whose steps are 1 / throws wide, so that all are comparable.
             let place = move |index: usize| (index + throws) as f64 / throws as f64;
             let density = move |p: f64| p * throws as f64;
             let line = exact
@@ -208,7 +208,7 @@ fn bells(lesson: &Lesson<'_>, die: &Die) -> Plot {
     }
 }
 
-/// The probabilities of the sums `throws` to 6 `throws`.
+/// The probabilities of the sums from `throws` to 6 `throws`.
 fn probabilities(throws: usize) -> Vec<f64> {
     let mut sums = vec![1.0];
     for _ in 0..throws {
@@ -223,7 +223,7 @@ fn probabilities(throws: usize) -> Vec<f64> {
     sums
 }
 
-/// Means that go on and on, within the cone that theory gives.
+/// Running means, within the confidence band given by theory.
 fn running_means(lesson: &Lesson<'_>, die: &Die) -> Plot {
     const PEOPLE: usize = 12;
     const STEPS_PER_DECADE: f64 = 24.0;

@@ -1,4 +1,4 @@
-//! Direct light by directions, and by points on the light.
+//! Lesson on direct light, by sampling directions and by sampling points on the light.
 //!
 //! Measure: radiance of a floor of reflectance 0.8 below the centre of a disk of radius a at height 1 that emits 1:
 //! 0.8 a^2 / (1 + a^2).
@@ -34,26 +34,27 @@ const REFLECTANCE: f64 = 0.8;
 
 const RADII: [f64; 7] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 
-/// The radii of the tables.
+/// The radii shown in the tables.
 const SHOWN: [f64; 3] = [0.1, 1.0, 10.0];
 
-/// The film of a measurement: so many pixels look at the same point.
+/// The film of a measurement: all its pixels look at the same point.
 const SIZE: (u32, u32) = (64, 64);
 
 /// Samples per pixel of a measurement.
 const SPP: usize = 256;
 
-/// The least of them that tell the light of the smallest lamp.
+/// The minimum number of samples per pixel that resolves the light of the smallest lamp.
 const LEAST_SPP: usize = 64;
 
-/// Seconds of each picture.
+/// Rendering time of each image, in seconds.
 const SECONDS: f64 = 2.0;
 
-/// A way to find direct light.
+/// An estimator of direct light.
 struct Estimator {
     integrator: IntegratorKind,
     name: &'static str,
-    /// The second moment of a sample, for a lamp of radius a at height 1, floor and lamp being 1.
+    /// The second moment of a sample for a lamp of radius a at height 1, with a reflectance and an emitted radiance of
+    /// 1.
     second_moment: fn(f64) -> f64,
 }
 
@@ -70,18 +71,18 @@ const WAYS: [Estimator; 2] = [
     },
 ];
 
-/// The radiance of a white floor.
+/// The exact radiance of a floor of reflectance 1.
 fn exact(a: f64) -> f64 {
     a * a / (1.0 + a * a)
 }
 
 impl Estimator {
-    /// The variance of one sample in squares of the expected value.
+    /// The variance of one sample relative to the squared expected value.
     fn relative_variance(&self, a: f64) -> f64 {
         (self.second_moment)(a) / exact(a).powi(2) - 1.0
     }
 
-    /// Its root, for all radii.
+    /// The relative standard deviation of one sample, for all radii.
     fn curve(&self, hue: usize) -> Series {
         let at = |step: i32| {
             let a = 10.0_f64.powf(f64::from(step) / 30.0);
@@ -161,7 +162,7 @@ fn below_disk(a: f64) -> SceneDescription {
     scene
 }
 
-/// What was measured of one way at one radius.
+/// The measurements of one estimator at one radius.
 struct Measured {
     mean: Moments,
     /// The variances of one sample, each from a row of pixels.
@@ -173,7 +174,7 @@ impl Measured {
     fn numbers(&self, name: &str, expected: f64, variance: f64) -> [Number; 2] {
         [
             Number::mean(format!("L, {name}"), expected, &self.mean, 0.03),
-            // 4096 pixels tell a variance to a few percent.
+            // 4096 pixels give a variance to a few percent.
             Number::mean(format!("V, {name}"), variance, &self.variances, 0.06),
         ]
     }

@@ -1,8 +1,8 @@
-//! Points on the disk: the classic mistake, and three right ways.
+//! Lesson on points on the disk: the classic mistake, and three right ways.
 //!
 //! Measure: the unit disk; densities per unit of area.
 //! Range: none.
-//! Source: the share of a disk within r is r^2. Tested in `lab/tests/reports/lesson.rs`.
+//! Source: the fraction of a disk within r is r^2. Tested in `lab/tests/reports/lesson.rs`.
 
 use super::number::{Number, Technique};
 use super::page::{Finding, Formula, Page};
@@ -28,7 +28,7 @@ pub const TOPIC: Topic = Topic {
 /// Samples for each number.
 const SAMPLES: usize = 1 << 21;
 
-/// A way to sample.
+/// A sampling method with its name.
 type Estimator = (&'static str, fn(&mut Uniform) -> Vec2);
 
 const WAYS: [Estimator; 4] = [
@@ -76,7 +76,7 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
 }
 
 fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
-    // The integral of x^2 over the disk, with the density 1 / pi.
+    // The integrand x^2 over the density 1 / pi.
     let term = |p: Vec2| PI * f64::from(p.x) * f64::from(p.x);
     let integrals = WAYS.map(|(name, draw)| lesson.sample(name, SAMPLES, |u| term(draw(u))));
     // E[x^4] = 1/8 on the disk.

@@ -1,4 +1,4 @@
-//! How an estimator's error falls with the number of its calls.
+//! The error of an estimator by the number of its calls.
 //!
 //! Measure: root mean square errors, in the unit of the estimate; slopes on logarithmic axes.
 //! Range: at least two runs for each number of calls.
@@ -9,7 +9,7 @@ use super::uniform::Uniform;
 use crate::plot::{Mark, Series};
 use etendue::internals::math::stats::Moments;
 
-/// Errors by number of calls.
+/// Squared errors by number of calls.
 #[derive(Debug, Clone)]
 pub struct ErrorCurve {
     /// The number of calls, and the squared errors of independent runs.
@@ -17,7 +17,7 @@ pub struct ErrorCurve {
 }
 
 impl ErrorCurve {
-    /// Runs `estimate` so often with each number of calls; it may use fewer and says how many.
+    /// Runs `estimate` `runs` times with each number of calls; it may use fewer and returns how many.
     pub fn measure(
         lesson: &Lesson<'_>,
         experiment: &str,
@@ -37,7 +37,7 @@ impl ErrorCurve {
             Some((used, Moments::of(values)))
         };
         let mut steps: Vec<(f64, Moments)> = calls.iter().filter_map(step).collect();
-        // Several wishes may end in the same grid.
+        // Several requested numbers may give the same grid.
         steps.dedup_by_key(|(used, _)| *used);
         Self { steps }
     }
@@ -54,11 +54,11 @@ impl ErrorCurve {
             sums[1] += x * x;
             sums[2] += (x * spread).powi(2);
         }
-        // An error is the root of a square.
+        // The error is the root of the squared error, hence the factor of a half.
         [0.5 * sums[0] / sums[1], 0.5 * sums[2].sqrt() / sums[1]]
     }
 
-    /// As a series, with a ribbon of two standard errors.
+    /// The errors as a series, with a ribbon of two standard errors.
     pub fn series(&self, name: impl Into<String>, mark: Mark, hue: usize) -> Series {
         let points = self
             .steps
@@ -66,7 +66,7 @@ impl ErrorCurve {
             .map(|(calls, squares)| [*calls, squares.mean().sqrt()]);
         let ribbon = self.steps.iter().map(|(calls, squares)| {
             let two = 2.0 * squares.standard_error().unwrap_or(0.0);
-            // A lower end of zero has no place on a logarithmic axis.
+            // A lower end of zero cannot be shown on a logarithmic axis.
             let low = (squares.mean() - two).max(0.1 * squares.mean());
             [*calls, low.sqrt(), (squares.mean() + two).sqrt()]
         });

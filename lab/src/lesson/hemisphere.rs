@@ -1,4 +1,4 @@
-//! Directions over the hemisphere: uniform ones, and by the cosine.
+//! Lesson on directions over the hemisphere: uniform and cosine-weighted.
 //!
 //! Measure: densities per steradian; irradiance for a sky of radiance cos(theta).
 //! Range: the hemisphere about z.
@@ -29,7 +29,7 @@ pub const TOPIC: Topic = Topic {
 /// Samples for each number.
 const SAMPLES: usize = 1 << 20;
 
-/// A way to sample directions.
+/// A method of sampling directions.
 #[derive(Clone, Copy)]
 struct Estimator {
     name: &'static str,

@@ -1,4 +1,4 @@
-//! Importance sampling: good, perfect and bad densities for the same integral.
+//! Lesson on importance sampling: good, perfect and bad densities for the same integral.
 //!
 //! Measure: the integral of 5 x^4 over [0, 1], which is 1; densities (k + 1) x^k.
 //! Range: exponents k from 0 to 12; from 9 on the variance is infinite.
@@ -38,7 +38,7 @@ fn estimate(k: f64, samples: usize, uniform: &mut Uniform) -> f64 {
     integrate_importance(|x| f(*x), samples, draw).mean()
 }
 
-/// The variance of one sample.
+/// The exact variance of one sample.
 fn variance(k: f64) -> f64 {
     if k < 9.0 {
         25.0 / ((k + 1.0) * (9.0 - k)) - 1.0
@@ -83,7 +83,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     let mut measured = Vec::new();
     for k in [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0] {
         let samples = lesson.sample(&format!("k = {k}"), SAMPLES, |u| estimate(k, 1, u));
-        // Above 5 the variance is finite, but that of its measurement is not.
+        // Above 5 the variance is finite, but the variance of its estimate is not.
         if k <= 5.0 {
             numbers.push(Number::mean(
                 format!("E of f/p, k = {k}"),

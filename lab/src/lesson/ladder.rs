@@ -1,4 +1,4 @@
-//! The ladder of path tracers: six estimators of the same picture, each a step better.
+//! Lesson on path tracers: six estimators of the same image, each a step better than the one before.
 //!
 //! Measure: variance of a sample of a pixel, the mean over pixels and channels; efficiency 1 / (variance x seconds).
 //! Range: the Cornell box, independent random numbers, the same kernel for all.
@@ -32,19 +32,19 @@ const SIZE: (u32, u32) = (128, 128);
 /// Samples per pixel of the measured renders.
 const SPP: [usize; 3] = [2, 8, 32];
 
-/// Independent seeds of each measured render.
+/// Number of independent seeds of each measured render.
 const SEEDS: usize = 8;
 
 /// Samples per pixel of each of the reference's renders.
 const REFERENCE_SPP: usize = 96;
 
-/// Renders of the reference.
+/// Number of renders whose mean is the reference.
 const REFERENCES: usize = 8;
 
-/// Seconds of the pictures.
+/// Rendering time of the images, in seconds.
 const SECONDS: f64 = 3.0;
 
-/// A rung: the integrator, and what is new about it.
+/// The integrators, each with a text on its difference from the one before.
 const RUNGS: [(IntegratorKind, &str); 6] = [
     (
         IntegratorKind::Naive,
@@ -118,17 +118,17 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
     })
 }
 
-/// What one rung achieves.
+/// The results of one integrator.
 struct Rung {
     kind: IntegratorKind,
     says: &'static str,
-    /// Mean luminances of the pictures, one for each seed.
+    /// Mean luminances of the images, one for each seed.
     luminances: Moments,
     /// For each number of samples: mean seconds and root of the mean squared error.
     errors: Vec<[f64; 2]>,
     /// Variance of one sample of a pixel, one for each seed.
     variances: Vec<f64>,
-    /// Seconds for a sample of a pixel.
+    /// Seconds per sample of a pixel.
     costs: Vec<f64>,
     picture: Image,
     picture_spp: u64,

@@ -1,7 +1,7 @@
-//! A scene that is rendered by several integrators, with all else alike.
+//! A scene that is rendered by several integrators under equal conditions.
 //!
 //! Measure: pixels, samples, seconds.
-//! Range: scenes in memory. All renders run the kernel with everything, so that only the estimator differs, and take
+//! Range: scenes in memory. All renders use the kernel with all effects, so that only the estimator differs, and
 //! independent random numbers, as the course does.
 //! Source: `render/`. Tested in `lab/tests/reports/lesson.rs`.
 
@@ -18,16 +18,16 @@ use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::{FilterDescription, FilterKind, SceneDescription};
 use etendue::internals::scene::prepare::prepare;
 
-/// Which light is rendered.
+/// The light paths that are rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Light {
-    /// What is emitted, and what is reflected once.
+    /// Emission, and light reflected once.
     Direct,
-    /// All of it.
+    /// All paths.
     Whole,
 }
 
-/// A scene that is ready.
+/// A prepared scene.
 pub struct LessonScene<'a> {
     lesson: &'a Lesson<'a>,
     scene: Scene,
@@ -36,7 +36,7 @@ pub struct LessonScene<'a> {
 }
 
 impl<'a> LessonScene<'a> {
-    /// The scene in this size, with pixels that share no samples.
+    /// Prepares the scene for an image of this size, with a box filter, so that pixels share no samples.
     pub fn new(
         lesson: &'a Lesson<'a>,
         mut description: SceneDescription,
@@ -60,7 +60,7 @@ impl<'a> LessonScene<'a> {
         })
     }
 
-    /// Renders it by an integrator.
+    /// Renders the scene with the given integrator.
     pub fn render(
         &self,
         integrator: IntegratorKind,
@@ -69,7 +69,7 @@ impl<'a> LessonScene<'a> {
         light: Light,
     ) -> Result<Rendered> {
         let (max_bounces, roulette) = match light {
-            // With nothing to save after the only bounce, roulette would add to its variance.
+            // After the only bounce roulette has nothing to save, and would add variance.
             Light::Direct => (Some(1), Some(Roulette::None)),
             Light::Whole => (None, None),
         };

@@ -1,13 +1,13 @@
-//! The classic course on Monte Carlo integration as experiments: each topic claims something, tries it, and holds the
-//! numbers against their exact values.
+//! The classic course on Monte Carlo integration as experiments: each topic makes a claim, tests it, and compares the
+//! numbers with their exact values.
 //!
-//! A topic yields a [`page::Page`], which knows nothing of HTML or terminals. Random numbers, distributions and
-//! quadrature come from `sampling/` and `bsdf/`, pictures from `render/`: a lesson shows what the renderer runs on,
-//! not a copy of it.
+//! A topic returns a [`page::Page`], which is independent of HTML and terminals. Random numbers, distributions and
+//! quadrature come from `sampling/` and `bsdf/`, images from `render/`: a lesson uses the renderer's own code, not a
+//! copy of it.
 //!
-//! Measure: said by each topic.
-//! Range: settings as in [`topic::Settings`]. All but times and what is rendered for a time is the same for the same
-//! seed, on any number of threads.
+//! Measure: stated by each topic.
+//! Range: settings as in [`topic::Settings`]. All results except times and renders with a time budget are the same for
+//! the same seed, on any number of threads.
 //! Source: docs/lessons.md. Tested in `lab/tests/reports/lesson.rs`.
 
 mod convergence;
@@ -51,7 +51,7 @@ pub const TOPICS: &[Topic] = &[
     ladder::TOPIC,
 ];
 
-/// Runs a topic; `None` if the observer ended it.
+/// Runs a topic; `None` if the observer cancelled it.
 ///
 /// # Errors
 /// Settings out of their range, a render that fails, or threads that cannot be started.

@@ -1,38 +1,38 @@
-//! A number that was measured beside its exact value, and a technique with its efficiency.
+//! A measured number with its exact value, and a technique with its efficiency.
 //!
 //! Measure: that of the number; costs in seconds a sample; efficiencies per second and per squared unit of the
 //! estimate.
-//! Range: standard errors come from at least 16 independent numbers; 0 is for what has no chance in it.
+//! Range: standard errors are computed from at least 16 independent numbers; 0 is for deterministic numbers.
 //! Source: the acceptance rule of `lab/src/verdict.rs`. Tested below.
 
 use crate::verdict::{ROUNDING, Verdict};
 use etendue::internals::math::stats::Moments;
 use serde::Serialize;
 
-/// A number that was measured beside its exact value.
+/// A measured number with its exact value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Number {
-    /// What it is.
+    /// Name of the number.
     pub name: String,
-    /// What it should be.
+    /// The exact value.
     pub exact: f64,
-    /// What came out.
+    /// The measured value.
     pub ours: f64,
-    /// How far chance may have moved it.
+    /// The standard error of the measured value.
     pub standard_error: f64,
-    /// Whether it is what it should be.
+    /// The result of the comparison.
     pub verdict: Verdict,
 }
 
 impl Number {
-    /// The mean of independent numbers; `power` is the greatest standard error that counts, relative to `exact`, or
-    /// as it is where `exact` is 0.
+    /// The mean of independent numbers; `power` is the greatest standard error for a conclusive test, relative to
+    /// `exact`, or absolute where `exact` is 0.
     pub fn mean(name: impl Into<String>, exact: f64, numbers: &Moments, power: f64) -> Self {
         let standard_error = numbers.standard_error().unwrap_or(f64::NAN);
         Self::new(name, exact, numbers.mean(), standard_error, power)
     }
 
-    /// A number without chance in it.
+    /// A deterministic number.
     pub fn certain(name: impl Into<String>, exact: f64, ours: f64) -> Self {
         Self::new(name, exact, ours, 0.0, 0.0)
     }
@@ -58,33 +58,33 @@ impl Number {
     }
 }
 
-/// A way to estimate something.
+/// An estimator with its variance and cost.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Technique {
-    /// What it is.
+    /// Name of the technique.
     pub name: String,
     /// The mean of its samples.
     pub mean: f64,
-    /// How far chance may have moved the mean.
+    /// The standard error of the mean.
     pub standard_error: f64,
     /// The variance of one sample.
     pub variance: f64,
-    /// What it should be, where that is known; infinite where it is.
+    /// The exact variance, where it is known; infinite where there is none.
     pub exact_variance: Option<f64>,
     /// Seconds a sample.
     pub cost: f64,
     /// 1 / (variance x cost); infinite without variance.
     pub efficiency: f64,
-    /// The least and the greatest efficiency of several runs, where there were several.
+    /// The least and the greatest efficiency, if there were several runs.
     pub efficiency_range: Option<[f64; 2]>,
 }
 
 impl Technique {
-    /// A technique by what was measured of it.
+    /// A technique with its measured samples and cost.
     pub fn new(name: impl Into<String>, samples: &Moments, cost: f64) -> Self {
         let rounding = (f64::EPSILON * samples.mean()).powi(2);
         let variance = match samples.variance() {
-            // Samples that differ by the rounding of their mean are all the same.
+            // Samples that differ only by the rounding of their mean are equal.
             Some(variance) if variance <= rounding => 0.0,
             variance => variance.unwrap_or(f64::NAN),
         };
@@ -100,7 +100,7 @@ impl Technique {
         }
     }
 
-    /// The same technique, with what its variance should be.
+    /// This technique with its exact variance.
     pub fn exactly(self, variance: f64) -> Self {
         Self {
             exact_variance: Some(variance),

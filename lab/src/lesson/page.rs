@@ -1,7 +1,7 @@
-//! What a lesson consists of, as data: how it looks is for whoever shows it.
+//! The contents of a lesson, as data: their appearance is left to the code that shows them.
 //!
-//! Measure: said at each field.
-//! Range: any numbers. In a text, backticks stand around code; a formula is LaTeX.
+//! Measure: stated at each field.
+//! Range: any numbers. In a text, backticks enclose code; a formula is LaTeX.
 //! Source: none needed. Tested in `lab/tests/reports/lesson.rs`.
 
 use super::number::{Number, Technique};
@@ -9,16 +9,16 @@ use crate::plot::Plot;
 use etendue::internals::image::Image;
 use serde::{Serialize, Serializer};
 
-/// A lesson: what it claims, and what was found.
+/// A lesson: its claim, and its findings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Page {
-    /// What the lesson claims.
+    /// The claim of the lesson.
     pub claim: String,
     /// The claim as formulas.
     pub formulas: Vec<Formula>,
-    /// What was done to see whether it holds.
+    /// A description of the experiment that tests the claim.
     pub experiment: String,
-    /// What came out, in the order of reading.
+    /// The results, in reading order.
     pub findings: Vec<Finding>,
 }
 
@@ -32,17 +32,17 @@ impl Page {
     }
 }
 
-/// A formula, with what it says in words.
+/// A formula with an explanation.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Formula {
-    /// In the notation of LaTeX.
+    /// The formula in LaTeX.
     pub latex: String,
-    /// What it says.
+    /// The explanation.
     pub says: String,
 }
 
 impl Formula {
-    /// A formula, with what it says. Where its lines break does not matter.
+    /// A formula with its explanation. Line breaks in the formula do not matter.
     pub fn new(latex: &str, says: impl Into<String>) -> Self {
         let words: Vec<&str> = latex.split_whitespace().collect();
         Self {
@@ -52,48 +52,48 @@ impl Formula {
     }
 }
 
-/// A part of what came out.
+/// A part of the results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Finding {
-    /// Numbers beside their exact values.
+    /// Numbers with their exact values.
     Numbers {
-        /// How to read them.
+        /// Text on how to read them.
         reading: String,
         /// The numbers.
         numbers: Vec<Number>,
     },
-    /// Ways to estimate the same, with their efficiencies.
+    /// Estimators of the same quantity, with their efficiencies.
     Techniques {
-        /// How to read them.
+        /// Text on how to read them.
         reading: String,
-        /// The ways, of which the first is what others are held against.
+        /// The estimators; the others are compared with the first.
         techniques: Vec<Technique>,
     },
-    /// Plots that belong side by side.
+    /// Plots to be shown side by side.
     Plots {
         /// The plots.
         plots: Vec<Plot>,
     },
-    /// Pictures that belong side by side.
+    /// Images to be shown side by side.
     Pictures {
-        /// What they are.
+        /// The title.
         title: String,
-        /// How to read them.
+        /// Text on how to read them.
         reading: String,
-        /// The pictures.
+        /// The images.
         pictures: Vec<Picture>,
     },
 }
 
-/// A picture with its name.
+/// An image with its name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Picture {
-    /// What it shows.
+    /// The name of the image.
     pub name: String,
-    /// What to know of it, such as its samples and its error.
+    /// A description, such as its number of samples and its error.
     pub says: String,
-    /// The picture itself; in data only its size.
+    /// The image itself; serialised as its size only.
     #[serde(serialize_with = "size")]
     pub image: Image,
 }

@@ -1,7 +1,7 @@
-//! Density and distribution function, and sampling by inversion.
+//! Lesson on the density and the distribution function, and on sampling by inversion.
 //!
 //! Measure: densities per unit of x in [0, 1].
-//! Range: a density of straight lines, which is inverted exactly.
+//! Range: a piecewise linear density, which is inverted exactly.
 //! Source: P(X) is uniform for X with the continuous distribution function P. Tested in `lab/tests/reports/lesson.rs`.
 
 use super::number::Number;
@@ -22,7 +22,7 @@ pub const TOPIC: Topic = Topic {
     run,
 };
 
-/// The values of the density where its lines meet, up to a factor.
+/// The values of the density at its nodes, up to a factor.
 const VALUES: [f64; 6] = [0.3, 2.2, 0.8, 0.6, 1.9, 0.0];
 
 /// Samples for each number.
@@ -73,7 +73,8 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
 }
 
 fn numbers(lesson: &Lesson<'_>, density: &PiecewiseLinear) -> Finding {
-    // Simpson's rule is exact for what is of degree three between its nodes, of which every line holds three.
+    // Simpson's rule is exact for polynomials up to degree three between its nodes, and each linear piece has three
+    // nodes.
     let nodes = 2 * (VALUES.len() - 1) + 1;
     let moment = |power: i32| {
         let f = |x: f64| x.powi(power) * density.pdf(x);

@@ -1,4 +1,4 @@
-//! Phong's lobe, sampled with three densities.
+//! Lesson on Phong's lobe, sampled with three densities.
 //!
 //! Measure: the albedo of a lobe of exponent n seen along the normal, (n + 2) / (2 pi) times the integral of cos^(n +
 //! 1), which is 1.
@@ -32,10 +32,10 @@ const SAMPLES: usize = 1 << 20;
 
 const EXPONENTS: [f32; 7] = [1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
 
-/// The exponent of the table of techniques.
+/// The exponent in the table of techniques.
 const SHOWN: f32 = 50.0;
 
-/// A density of directions.
+/// A density of directions, with its sampling method.
 #[derive(Clone, Copy)]
 struct Density {
     name: &'static str,
@@ -72,7 +72,7 @@ impl Density {
         let w = (self.draw)(uniform, n);
         let f = (f64::from(n) + 2.0) / TAU * f64::from(cosine_power(one_minus_cos(w, Vec3::Z), n));
         let pdf = f64::from((self.pdf)(w, n));
-        // Far from a narrow lobe both may round to 0.
+        // Far from a narrow lobe both may underflow to 0.
         if f == 0.0 {
             0.0
         } else {

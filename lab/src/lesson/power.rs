@@ -1,7 +1,7 @@
-//! The power function as a density, sampled in two ways.
+//! Lesson on the power function as a density, sampled in two ways.
 //!
 //! Measure: densities per unit of x in [0, 1].
-//! Range: whole exponents.
+//! Range: integer exponents.
 //! Source: E = (n + 1) / (n + 2), V = (n + 1) / ((n + 2)^2 (n + 3)). Tested in `lab/tests/reports/lesson.rs`.
 
 use super::number::{Number, Technique};

@@ -1,8 +1,8 @@
-//! Scenes built in code: cameras, materials, lights and shapes in a line each.
+//! Constructors for scenes built in code: cameras, materials, lights and shapes in one line each.
 //!
 //! Measure: world units; radiance.
 //! Range: that of the scene's description.
-//! Source: none needed. Tested through all that is built with it.
+//! Source: none needed. Tested through the tests of all modules that use it.
 
 pub mod terrain;
 
@@ -14,7 +14,7 @@ use etendue::internals::scene::description::{
 };
 use std::sync::Arc;
 
-/// An empty scene of this name, seen by a pinhole camera with y up.
+/// An empty scene with the given name and a pinhole camera whose up vector is y.
 pub fn scene(name: &str, eye: DVec3, target: DVec3, fov_degrees: f64) -> SceneDescription {
     let back = (eye - target).normalize_or(DVec3::Z);
     let right = DVec3::Y.cross(back).normalize_or(DVec3::X);
@@ -26,19 +26,19 @@ pub fn scene(name: &str, eye: DVec3, target: DVec3, fov_degrees: f64) -> SceneDe
     SceneDescription::new(name, camera)
 }
 
-/// A diffuse material of this name.
+/// A diffuse material with the given name.
 pub fn matte(name: &str, reflectance: Rgb) -> MaterialDescription {
     let reflectance = ColourDescription::Constant(reflectance);
     let model = MaterialModel::Diffuse { reflectance };
     MaterialDescription::new(name, Place::default(), model)
 }
 
-/// A constant grey.
+/// A constant grey colour.
 pub fn grey(value: f32) -> ColourDescription {
     ColourDescription::Constant(Rgb::grey(value))
 }
 
-/// Lambert's model.
+/// The Lambertian model.
 pub fn diffuse(albedo: f32) -> MaterialModel {
     MaterialModel::Diffuse {
         reflectance: grey(albedo),
@@ -61,7 +61,7 @@ pub fn glass(ior: f32, roughness: f32) -> MaterialModel {
     }
 }
 
-/// A shape of this name, with one of the scene's materials by its index.
+/// A shape with the given name and the index of its material in the scene.
 pub fn named_shape(name: &str, material: usize, geometry: GeometryDescription) -> ShapeDescription {
     ShapeDescription {
         material,
@@ -69,7 +69,7 @@ pub fn named_shape(name: &str, material: usize, geometry: GeometryDescription) -
     }
 }
 
-/// A shape of the scene's first material that emits `radiance`, if any, on the side of its normal.
+/// A shape with the scene's first material that emits `radiance`, if positive, on the side of its normal.
 pub fn surface(geometry: GeometryDescription, radiance: f32) -> ShapeDescription {
     ShapeDescription {
         emission: (radiance > 0.0).then_some(grey(radiance)),
@@ -77,7 +77,7 @@ pub fn surface(geometry: GeometryDescription, radiance: f32) -> ShapeDescription
     }
 }
 
-/// A shape that emits `radiance`.
+/// The given shape with emission `radiance`.
 pub fn emitting(shape: ShapeDescription, radiance: Rgb) -> ShapeDescription {
     ShapeDescription {
         emission: Some(ColourDescription::Constant(radiance)),
@@ -100,7 +100,7 @@ pub fn polygon(positions: Vec<DVec3>) -> GeometryDescription {
     mesh(positions, indices)
 }
 
-/// The rectangle at `corner`, with the normal u x v.
+/// The rectangle at `corner` with edges u and v and the normal u x v.
 pub fn rectangle(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> GeometryDescription {
     GeometryDescription::Rectangle {
         corner: corner.into(),
@@ -109,7 +109,7 @@ pub fn rectangle(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> GeometryDescript
     }
 }
 
-/// A rectangle at height `z` over [x0, x1] x [y0, y1] that looks down.
+/// A rectangle at height `z` over [x0, x1] x [y0, y1] whose normal points down.
 pub fn ceiling([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], z: f64) -> GeometryDescription {
     rectangle([x0, y0, z], [0.0, y1 - y0, 0.0], [x1 - x0, 0.0, 0.0])
 }
@@ -119,12 +119,12 @@ pub fn sphere(center: DVec3, radius: f64) -> GeometryDescription {
     GeometryDescription::Sphere { center, radius }
 }
 
-/// A constant environment.
+/// A constant environment light.
 pub fn sky(radiance: Rgb) -> LightDescription {
     LightDescription::sky(Place::default(), radiance)
 }
 
-/// A distant light that shines from a direction.
+/// A distant light that shines from the given direction.
 pub fn sun(from: DVec3, irradiance: Rgb) -> LightDescription {
     let model = LightModel::Distant {
         direction: -from,
@@ -134,7 +134,7 @@ pub fn sun(from: DVec3, irradiance: Rgb) -> LightDescription {
     LightDescription { place, model }
 }
 
-/// A light that is no shape.
+/// A light that is not a shape.
 pub fn light(model: LightModel) -> LightDescription {
     LightDescription {
         place: Place::default(),

@@ -7,8 +7,8 @@
 use etendue::internals::math::vec::{DVec2, DVec3};
 use etendue::internals::sampler::hash::combine;
 
-/// A grid of `columns` x `rows` squares, two triangles each, with its vertices where `place` says: those of the same row
-/// follow one another. `place` is given column and row in [0, 1].
+/// A grid of `columns` x `rows` squares of two triangles each: positions in row-major order, and indices. `place` maps
+/// column and row in [0, 1] to the position of a vertex.
 pub fn grid(
     columns: u32,
     rows: u32,
@@ -29,7 +29,7 @@ pub fn grid(
     )
 }
 
-/// Noise in [-1, 1] that is smooth on the scale of 1.
+/// Value noise in [-1, 1] with features of size 1.
 pub fn noise(seed: u64, p: DVec2) -> f64 {
     let cell = p.floor();
     let within = p - cell;
@@ -50,7 +50,7 @@ pub fn noise(seed: u64, p: DVec2) -> f64 {
     )
 }
 
-/// A sum of noise over octaves, each half as wide and `gain` times as high as the one before.
+/// A sum of noise over octaves, each with half the feature size and `gain` times the amplitude of the one before.
 pub fn fractal(seed: u64, p: DVec2, octaves: u32, gain: f64) -> f64 {
     let octave = |k: u32| {
         let turned = DVec2::from_angle(f64::from(k)).rotate(p);

@@ -1,11 +1,11 @@
-//! Embree's objects with owners: a device, a scene under construction, and a scene that is committed.
+//! Owning handles of Embree's objects: a device, a scene under construction, and a committed scene.
 //!
-//! Each handle owns one reference and releases it when dropped. A device outlives its scenes because they hold it; the
-//! buffers that Embree shares with us outlive the scene because it holds them. Errors are collected by a callback and
-//! asked for after building, never for a ray.
+//! Each handle owns one reference and releases it when dropped. A scene holds a reference to its device, so the
+//! device outlives its scenes. The owner of a scene keeps the buffers shared with Embree alive. A callback collects
+//! errors; they are checked after building, never per ray.
 //!
 //! Measure: normalised scene units, bytes.
-//! Range: Embree 4 with the layout of hits that its headers say, which `layout.rs` makes sure of.
+//! Range: Embree 4 with the layout of hits given by its headers, which `layout.rs` checks.
 //! Source: Embree's manual; embree4 headers. Tested in `tests/tracing/rays.rs`.
 
 use crate::accel::lanes::{ActiveLanes, RayHitLanes, RayLanes};
@@ -20,12 +20,12 @@ use std::ptr;
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What Embree's callbacks write to, from any of its threads.
+/// The state that Embree's callbacks write to, from any of its threads.
 #[derive(Debug)]
 struct Monitor {
     first_error: Mutex<Option<(RTCError, String)>>,
     bytes: AtomicI64,
-    /// Bytes that it may hold.
+    /// The largest number of bytes that Embree may hold.
     most: i64,
 }
 
@@ -42,23 +42,24 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl Device {
-    /// A device that builds with `threads` threads, or as many as there are cores if those are fewer. The limit is the
-    /// process's: of several devices that live, the largest counts. It may hold as much memory as the machine has left.
+    /// Creates a device that builds with `threads` threads, or with one per core if there are fewer cores. The limit
+    /// applies to the process: of several live devices, the largest counts. The device may use as much memory as the
+    /// machine has available.
     ///
     /// # Errors
-    /// Embree's own words, or that its library does not fit its headers.
+    /// If Embree cannot create a device.
     pub fn new(threads: usize) -> Result<Arc<Self>> {
         Self::with_memory(threads, memory::available())
     }
 
-    /// The same with so many bytes of memory at most.
+    /// Creates a device that may use at most this many bytes of memory.
     fn with_memory(threads: usize, most: Option<u64>) -> Result<Arc<Self>> {
         let config =
             CString::new(format!("threads={threads}")).expect("a formatted number has no NUL byte");
         // SAFETY: `config` is a NUL-terminated string that lives through the call.
         let handle = unsafe { rtcNewDevice(config.as_ptr()) };
         if handle.is_null() {
-            // SAFETY: a null device asks for the error of the last failed creation on this thread.
+            // SAFETY: for a null device, the error of the last failed creation on this thread is returned.
             let code = unsafe { rtcGetDeviceError(ptr::null_mut()) };
             return Err(Error::render(format!(
                 "Embree found no device: error {code}"
@@ -73,8 +74,8 @@ impl Device {
             }),
         };
         let user: *const Monitor = &*device.monitor;
-        // SAFETY: the monitor is boxed and dropped after the device is released, so `user` stays valid for as long as
-        // Embree can call back; both callbacks take it as a shared reference and never unwind.
+        // SAFETY: the monitor is boxed and dropped after the device is released, so `user` is valid whenever Embree
+        // calls back; both callbacks take it as a shared reference and never unwind.
         unsafe {
             rtcSetDeviceErrorFunction(handle, Some(on_error), user.cast_mut().cast());
             rtcSetDeviceMemoryMonitorFunction(handle, Some(on_memory), user.cast_mut().cast());
@@ -82,13 +83,13 @@ impl Device {
         Ok(Arc::new(device))
     }
 
-    /// A property of the device, such as its version.
+    /// Returns a property of the device, such as its version.
     pub fn property(&self, property: RTCDeviceProperty) -> isize {
         // SAFETY: the handle is valid while `self` is; an unknown property is reported as an error, not undefined.
         unsafe { rtcGetDeviceProperty(self.handle, property) as isize }
     }
 
-    /// Whether the library traces packets of so many rays as such on this machine.
+    /// Whether the library natively traces packets of this many rays on this machine.
     pub fn is_native(&self, lanes: usize) -> bool {
         let property = match lanes {
             1 => return true,
@@ -100,12 +101,12 @@ impl Device {
         self.property(property) != 0
     }
 
-    /// Bytes that Embree holds for this device.
+    /// The number of bytes that Embree holds for this device.
     pub fn memory(&self) -> usize {
         usize::try_from(self.monitor.bytes.load(Ordering::Relaxed)).unwrap_or(0)
     }
 
-    /// The first error since the last call, in Embree's words.
+    /// Returns the first error since the last call, with Embree's message.
     fn take_error(&self) -> Result<()> {
         let mut first = self
             .monitor
@@ -124,12 +125,12 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: this is the one reference that `new` got.
+        // SAFETY: this is the only reference, obtained by `new`.
         unsafe { rtcReleaseDevice(self.handle) };
     }
 }
 
-/// Keeps the first error: those after it are its consequences.
+/// Keeps the first error only: later ones are its consequences.
 unsafe extern "C" fn on_error(user: *mut c_void, code: RTCError, text: *const c_char) {
     // SAFETY: `user` is the monitor of a living device, see `Device::new`.
     let monitor = unsafe { &*user.cast::<Monitor>() };
@@ -148,7 +149,8 @@ unsafe extern "C" fn on_error(user: *mut c_void, code: RTCError, text: *const c_
     first.get_or_insert((code, words));
 }
 
-/// Counts bytes as they come and go. What is `there` already can no longer be refused.
+/// Counts the bytes that Embree allocates and frees, and refuses an allocation beyond the limit. An allocation that
+/// has already been made (`there`) cannot be refused.
 unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, there: bool) -> bool {
     // SAFETY: `user` is the monitor of a living device, see `Device::new`.
     let monitor = unsafe { &*user.cast::<Monitor>() };
@@ -161,17 +163,17 @@ unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, there: bool) -> 
     !refused
 }
 
-/// A scene that shapes are attached to.
+/// A scene under construction, to which shapes are attached.
 #[derive(Debug)]
 pub struct Scene {
     handle: RTCScene,
     device: Arc<Device>,
-    /// Scenes that instances refer to.
+    /// The scenes that instances refer to.
     groups: Vec<Arc<CommittedScene>>,
 }
 
 impl Scene {
-    /// An empty scene; robust precision makes it watertight along edges.
+    /// Creates an empty scene; robust precision makes it watertight along edges.
     pub fn new(device: Arc<Device>, options: AccelOptions) -> Result<Self> {
         // SAFETY: the device is valid, and kept alive by the scene.
         let handle = unsafe { rtcNewScene(device.handle) };
@@ -201,8 +203,8 @@ impl Scene {
     /// # Safety
     /// The mesh must stay where it is, unchanged, until the scene is dropped.
     pub unsafe fn attach_mesh(&mut self, id: u32, mesh: &Mesh) {
-        // SAFETY: lengths and strides are those of the slices, and the caller keeps them alive; Embree loads a vertex as 16
-        // bytes, which each of them has.
+        // SAFETY: lengths and strides are those of the slices, which the caller keeps alive; Embree loads a vertex as
+        // 16 bytes, which each vertex occupies.
         unsafe {
             let geometry = rtcNewGeometry(self.device.handle, RTC_GEOMETRY_TYPE_TRIANGLE);
             rtcSetSharedGeometryBuffer(
@@ -251,11 +253,11 @@ impl Scene {
         }
     }
 
-    /// Attaches an instance of another scene of the same device under the given id. Its steps, at equally spaced times
-    /// from 0 to 1, are the columns of group to world, the translation last.
+    /// Attaches an instance of another scene of the same device under the given id. Each of the steps, at equally
+    /// spaced times from 0 to 1, holds the columns of the group-to-world matrix, the translation last.
     ///
     /// # Errors
-    /// If there are more steps than Embree knows.
+    /// If there are more steps than Embree supports.
     pub fn attach_instance(
         &mut self,
         id: u32,
@@ -285,7 +287,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Commits a geometry and hands it to the scene.
+    /// Commits a geometry and attaches it to the scene.
     ///
     /// # Safety
     /// `geometry` must be a new geometry of this device, or null after an error.
@@ -293,7 +295,7 @@ impl Scene {
         if geometry.is_null() {
             return; // The error is collected and reported by `commit`.
         }
-        // SAFETY: the geometry is valid; the scene takes a reference of its own, so ours is released.
+        // SAFETY: the geometry is valid; the scene takes its own reference, so ours is released.
         unsafe {
             rtcCommitGeometry(geometry);
             rtcAttachGeometryByID(self.handle, geometry, id);
@@ -304,9 +306,9 @@ impl Scene {
     /// Builds the BVH.
     ///
     /// # Errors
-    /// The first thing that Embree complained about since the scene was made.
+    /// The first error that Embree reported since the scene was created.
     pub fn commit(self) -> Result<CommittedScene> {
-        // SAFETY: the handle is valid and nobody else has it.
+        // SAFETY: the handle is valid and not shared.
         unsafe { rtcCommitScene(self.handle) };
         self.device.take_error()?;
         Ok(CommittedScene(self))
@@ -315,12 +317,13 @@ impl Scene {
 
 impl Drop for Scene {
     fn drop(&mut self) {
-        // SAFETY: this is the one reference that `new` got; rays need a borrow, so none is under way.
+        // SAFETY: this is the only reference, obtained by `new`; tracing borrows the scene, so no ray is being
+        // traced.
         unsafe { rtcReleaseScene(self.handle) };
     }
 }
 
-/// Gives a geometry a buffer of its own with one item in it.
+/// Creates a buffer of one item, owned by the geometry, and fills it.
 ///
 /// # Safety
 /// `geometry` must be valid or null; `T` must be the plain floats that `format` names.
@@ -328,7 +331,7 @@ unsafe fn copy_buffer<T>(geometry: RTCGeometry, kind: RTCBufferType, format: RTC
     if geometry.is_null() {
         return;
     }
-    // SAFETY: Embree returns room for one aligned item, or null after an error that it has reported.
+    // SAFETY: Embree returns memory for one aligned item, or null after reporting an error.
     unsafe {
         let buffer = rtcSetNewGeometryBuffer(geometry, kind, 0, format, size_of::<T>(), 1);
         if !buffer.is_null() {
@@ -337,7 +340,7 @@ unsafe fn copy_buffer<T>(geometry: RTCGeometry, kind: RTCBufferType, format: RTC
     }
 }
 
-/// A scene that is built: rays may be traced from any thread.
+/// A committed scene, in which any thread may trace rays.
 #[derive(Debug)]
 pub struct CommittedScene(Scene);
 
@@ -348,17 +351,17 @@ unsafe impl Send for CommittedScene {}
 unsafe impl Sync for CommittedScene {}
 
 impl CommittedScene {
-    /// The device that it is of.
+    /// The device of the scene.
     pub fn device(&self) -> &Arc<Device> {
         &self.0.device
     }
 
-    /// Bytes that Embree holds for the scene's device.
+    /// The number of bytes that Embree holds for the scene's device.
     pub fn memory(&self) -> usize {
         self.0.device.memory()
     }
 
-    /// Fills in the hit of one ray.
+    /// Traces one ray and fills in its closest hit.
     #[inline]
     pub fn intersect(&self, ray_hit: &mut RTCRayHit) {
         // SAFETY: the scene is committed; `ray_hit` has Embree's alignment by its type; null arguments are the
@@ -366,14 +369,14 @@ impl CommittedScene {
         unsafe { rtcIntersect1(self.0.handle, ray_hit, ptr::null_mut()) };
     }
 
-    /// Sets `tfar` of one ray to minus infinity if anything lies on it.
+    /// Sets `tfar` of a ray to minus infinity if the ray is occluded.
     #[inline]
     pub fn occluded(&self, ray: &mut RTCRay) {
         // SAFETY: as in `intersect`.
         unsafe { rtcOccluded1(self.0.handle, ray, ptr::null_mut()) };
     }
 
-    /// Fills in the hits of the active lanes of a packet and leaves the others alone.
+    /// Traces the active lanes of a packet, fills in their closest hits and leaves the other lanes unchanged.
     #[inline]
     pub fn intersect_packet<const N: usize>(
         &self,
@@ -395,7 +398,7 @@ impl CommittedScene {
         }
     }
 
-    /// Sets `t_max` of the active lanes of a packet to minus infinity if anything lies on their rays.
+    /// Sets `t_max` of the active lanes of a packet to minus infinity where the ray is occluded.
     #[inline]
     pub fn occluded_packet<const N: usize>(
         &self,
@@ -417,7 +420,7 @@ impl CommittedScene {
     }
 }
 
-/// How packets are traced: what Embree is told with each, made once for all of them.
+/// Embree's query arguments for tracing packets, built once for all packets of a batch.
 #[derive(Debug)]
 pub struct PacketQuery {
     intersect: RTCIntersectArguments,
@@ -425,7 +428,7 @@ pub struct PacketQuery {
 }
 
 impl PacketQuery {
-    /// Of rays that go much the same way, or not. Embree's defaults otherwise.
+    /// Builds the arguments for coherent or incoherent rays, with Embree's defaults otherwise.
     pub fn new(coherent: bool) -> Self {
         let flags = if coherent {
             RTC_RAY_QUERY_FLAG_COHERENT
@@ -453,7 +456,7 @@ mod tests {
     use super::*;
     use crate::accel::Backend;
 
-    /// Builds over a row of triangles with so much memory at most, and tells what is held then.
+    /// Builds a BVH over a strip of triangles with at most this much memory, and returns the number of bytes held.
     fn build(most: Option<u64>) -> Result<usize> {
         let options = AccelOptions {
             backend: Backend::Embree,

@@ -1,7 +1,7 @@
-//! Facts about the Embree that runs, for `etendue info`.
+//! Facts about the Embree library in use, for `etendue info`.
 //!
 //! Measure: none.
-//! Range: Linux tells where the library was loaded from; elsewhere the place stays unknown.
+//! Range: the path of the library is known on Linux only.
 //! Source: Embree's device properties; proc(5). Tested in `cli/tests/command/render.rs`.
 
 use super::handles::Device;
@@ -13,10 +13,10 @@ use embree4_sys::{
 };
 use std::path::PathBuf;
 
-/// Asks the library.
+/// Queries the Embree library for its version, path and native packet widths.
 ///
 /// # Errors
-/// If Embree finds no device, or one that does not fit its headers.
+/// If Embree cannot create a device, or the library does not match its headers.
 pub fn info() -> Result<EmbreeInfo> {
     let device = Device::new(1)?;
     super::layout::check(&device)?;
@@ -35,7 +35,7 @@ pub fn info() -> Result<EmbreeInfo> {
     })
 }
 
-/// The mapped file whose name starts with `libembree4`.
+/// The path of the mapped file whose name starts with `libembree4`.
 fn loaded_library() -> Option<PathBuf> {
     let maps = std::fs::read_to_string("/proc/self/maps").ok()?;
     let mut paths = maps

@@ -1,6 +1,7 @@
-//! Packets as Embree takes them in: loaded from batches, counted, and cut where it has none that are so wide.
+//! Operations on packets in Embree's layout: loading them from batches, counting active lanes, and splitting packets
+//! that are wider than Embree supports.
 //!
-//! Measure: as [`RayBatch`].
+//! Measure: those of [`RayBatch`].
 //! Range: 8 and 16 lanes.
 //! Source: Embree's manual, "Ray packets". Tested in `tests/tracing/batches.rs` and `packets.rs`.
 
@@ -8,25 +9,25 @@ use crate::accel::batch::RayBatch;
 use crate::accel::lanes::{ActiveLanes, HitLanes, NO_ID, RayHitLanes, RayLanes};
 
 impl<const N: usize> ActiveLanes<N> {
-    /// Whether there is anything to trace.
+    /// Whether any lane is active.
     #[inline]
     pub fn any(&self) -> bool {
         self.0.iter().any(|&lane| lane != 0)
     }
 
-    /// Those of a part of the lanes.
+    /// The mask of `M` lanes from `start` on.
     #[inline]
     pub fn part<const M: usize>(&self, start: usize) -> ActiveLanes<M> {
         ActiveLanes(part(&self.0, start))
     }
 
-    /// How many there are.
+    /// The number of active lanes.
     #[inline]
     pub fn count(&self) -> usize {
         self.0.iter().filter(|&&lane| lane != 0).count()
     }
 
-    /// Those of the first half of the lanes, and those of the second.
+    /// Two masks: the active lanes of the first half, and those of the second half.
     #[inline]
     pub fn halves(&self) -> [Self; 2] {
         let mut halves = [*self; 2];
@@ -37,8 +38,8 @@ impl<const N: usize> ActiveLanes<N> {
 }
 
 impl<const N: usize> RayLanes<N> {
-    /// Takes the rays of a batch from `start` on, as many as there are lanes, or as the batch has left. Tells which are
-    /// to be traced: active ones that are finite.
+    /// Loads the rays of a batch from `start` on, up to the number of lanes or the end of the batch. Returns the mask
+    /// of the rays to be traced: those that are active and finite.
     #[inline]
     pub fn load(&mut self, rays: &RayBatch, start: usize) -> ActiveLanes<N> {
         for axis in 0..3 {
@@ -48,7 +49,7 @@ impl<const N: usize> RayLanes<N> {
         copy(&mut self.t_min, &rays.t_min[start..]);
         copy(&mut self.t_max, &rays.t_max[start..]);
         copy(&mut self.time, &rays.time[start..]);
-        // Lanes past the end of the batch keep what an earlier packet left in them.
+        // Lanes past the end of the batch keep the values of an earlier packet.
         let mut asked = [false; N];
         copy(&mut asked, &rays.active[start..]);
         let is_finite = |lane: usize| {
@@ -65,7 +66,7 @@ impl<const N: usize> RayLanes<N> {
 }
 
 impl<const N: usize> HitLanes<N> {
-    /// Forgets the hits, in the fields that Embree asks to be set.
+    /// Resets the hits, in the fields that Embree requires to be initialised.
     #[inline]
     pub fn clear(&mut self) {
         self.geometry = [NO_ID; N];
@@ -74,7 +75,7 @@ impl<const N: usize> HitLanes<N> {
 }
 
 impl<const N: usize> RayHitLanes<N> {
-    /// The rays of a part of the lanes, before they are traced.
+    /// A packet of the rays of `M` lanes from `start` on, with no hits.
     pub fn part<const M: usize>(&self, start: usize) -> RayHitLanes<M> {
         let RayLanes {
             origin,
@@ -93,7 +94,7 @@ impl<const N: usize> RayHitLanes<N> {
         of
     }
 
-    /// Takes over what the rays of a part of the lanes have met.
+    /// Copies the hits of a part of the lanes, from `start` on, into this packet.
     pub fn replace<const M: usize>(&mut self, start: usize, part: &RayHitLanes<M>) {
         let lanes = start..start + M;
         self.rays.t_max[lanes.clone()].copy_from_slice(&part.rays.t_max);
@@ -106,13 +107,13 @@ impl<const N: usize> RayHitLanes<N> {
     }
 }
 
-/// A part of the lanes.
+/// `M` entries of the lanes from `start` on.
 #[inline]
 fn part<T: Copy, const N: usize, const M: usize>(lanes: &[T; N], start: usize) -> [T; M] {
     std::array::from_fn(|lane| lanes[start + lane])
 }
 
-/// Copies what there is, and whole packets as one piece of known size.
+/// Copies up to `N` entries; a full packet is copied as one block of constant size.
 #[inline]
 fn copy<T: Copy, const N: usize>(lanes: &mut [T; N], from: &[T]) {
     match from.first_chunk() {

@@ -1,9 +1,11 @@
-//! Known hits, traced before any other: an Embree built with more instance levels than its headers say would write past
-//! the end of every hit, and cannot be asked.
+//! A run-time check of the layout of Embree's hits, by tracing rays with known results before any others. A library
+//! built with more instance levels than its headers declare writes past the end of every hit, and has no property
+//! that reveals this.
 //!
 //! Measure: none.
 //! Range: every device, with single rays and with the packets that it traces natively.
-//! Source: embree4-sys, and the assertions at the end, hold the headers' side at compile time. Tested by every test that builds a scene.
+//! Source: embree4-sys and the assertions at the end of this file check the headers at compile time. Tested by every
+//! test that builds a scene.
 
 use super::handles::{CommittedScene, Device, PacketQuery, Scene};
 use super::new_ray_hit;
@@ -20,13 +22,13 @@ use embree4_sys::{
 use std::mem::offset_of;
 use std::sync::Arc;
 
-/// The id of the sphere that is traced.
+/// The geometry id of the test sphere.
 const ID: u32 = 3;
 
-/// Traces past a sphere and at it, and looks at every field that is read later.
+/// Traces rays that hit and miss a sphere, and checks every field that is read later.
 ///
 /// # Errors
-/// That the library does not fit its headers.
+/// If the library does not match its headers.
 pub fn check(device: &Arc<Device>) -> Result<()> {
     let options = AccelOptions {
         backend: Backend::Embree,
@@ -53,12 +55,12 @@ pub fn check(device: &Arc<Device>) -> Result<()> {
     )))
 }
 
-/// A ray that hits the sphere at 2, and one that passes it.
+/// A ray that hits the sphere at t = 2, and one that misses it.
 fn at_and_past() -> [Ray; 2] {
     [0.0, 3.0].map(|x| Ray::new(Vec3::new(x, 0.0, -3.0), Vec3::Z))
 }
 
-/// Instruction sets differ in the last digits.
+/// Whether t is 2, up to rounding: instruction sets differ in the last digits.
 fn is_at_two(t: f32) -> bool {
     (t - 2.0).abs() < 1e-5
 }
@@ -75,7 +77,7 @@ fn single_rays_fit(scene: &CommittedScene) -> bool {
     found && missed && at.is_intact() && past.is_intact()
 }
 
-/// Lanes in turn hit, miss, and are masked out though they would hit.
+/// Whether packets of `N` rays fit. The lanes cyclically hit, miss, or would hit but are masked out.
 fn packets_fit<const N: usize>(scene: &CommittedScene) -> bool {
     let [at, past] = at_and_past();
     let mut rays = RayBatch::default();
@@ -107,7 +109,7 @@ fn packets_fit<const N: usize>(scene: &CommittedScene) -> bool {
         && occlusion.is_intact()
 }
 
-/// A query, with room behind it for what a library of another layout would write.
+/// A query followed by a guard area that a library with another layout would overwrite.
 #[repr(C)]
 struct Guarded<Q> {
     query: Q,
@@ -129,7 +131,7 @@ impl<Q> Guarded<Q> {
 
 const _: () = assert!(NO_ID == RTC_INVALID_GEOMETRY_ID);
 
-/// Holds the types for one width against the headers.
+/// Asserts that the types for one packet width match those of the headers.
 macro_rules! assert_layout {
     ($lanes:literal, $ray:ident, $hit:ident, $ray_hit:ident) => {
         const _: () = {
@@ -145,7 +147,7 @@ macro_rules! assert_layout {
             assert!(offset_of!(RayLanes<N>, mask) == offset_of!($ray, mask));
             assert!(offset_of!(RayLanes<N>, id) == offset_of!($ray, id));
             assert!(offset_of!(RayLanes<N>, flags) == offset_of!($ray, flags));
-            // Hits grew by a field in Embree 4.3.
+            // Hits have one more field since Embree 4.3.
             assert!(size_of::<HitLanes<N>>() >= size_of::<$hit>());
             assert!(offset_of!(HitLanes<N>, normal) == offset_of!($hit, Ng_x));
             assert!(offset_of!(HitLanes<N>, u) == offset_of!($hit, u));

@@ -1,11 +1,12 @@
 //! The Embree backend.
 //!
-//! Single rays through `rtcIntersect1` and `rtcOccluded1`, batches through packets (`packets.rs`). In robust precision every
-//! hit on a triangle is checked: where the point along the ray and the point by barycentric coordinates disagree, double precision decides, because Embree's
-//! robust mode is known to report hits far off the triangle (Embree issue 387).
+//! Single rays are traced by `rtcIntersect1` and `rtcOccluded1`, batches by packets (`packets.rs`). In robust
+//! precision every hit on a triangle is checked: if the point along the ray and the point from the barycentric
+//! coordinates disagree, the intersection is recomputed in double precision, because Embree's robust mode is known to
+//! report hits far off the triangle (Embree issue 387).
 //!
-//! A group is a scene of its own, built once; its instances stand in the main scene under the ids after those of the
-//! shapes in the world.
+//! A group is a separate Embree scene, built once; its instances are attached to the main scene under the ids that
+//! follow those of the top-level shapes.
 //!
 //! Measure: normalised scene units.
 //! Range: coordinates up to 1e18 in magnitude, Embree's own limit; finite rays.
@@ -38,23 +39,23 @@ use std::sync::Arc;
 /// A committed Embree scene and the shapes it refers to.
 #[derive(Debug)]
 pub struct EmbreeAccel {
-    // Dropped before the world that it shares buffers with.
+    // Declared first, so that it is dropped before the world, whose buffers it shares.
     scene: CommittedScene,
-    /// Those that are placed anywhere, by their indices.
+    /// The committed scenes of the groups, by group index; `None` for groups without instances.
     groups: Vec<Option<Arc<CommittedScene>>>,
     world: Arc<World>,
     options: AccelOptions,
     /// Embree's id of the first instance.
     first_instance: u32,
-    /// What the library traces without taking the packet apart.
+    /// The packet widths that the library traces natively.
     native_widths: Vec<PacketWidth>,
 }
 
 impl EmbreeAccel {
-    /// Builds a BVH of the quality asked for, which groups have too.
+    /// Builds BVHs of the requested quality over the world and its groups.
     ///
     /// # Errors
-    /// Embree's own words.
+    /// Embree's error message.
     pub fn build(world: Arc<World>, options: AccelOptions) -> Result<Self> {
         let device = Device::new(options.threads)?;
         layout::check(&device)?;
@@ -62,16 +63,17 @@ impl EmbreeAccel {
         Self::over(device, groups, world, options)
     }
 
-    /// The same over a world that shares its shapes with this one's. The scenes of groups are kept.
+    /// Builds the structure over a world that shares its shapes with the current one. The scenes of groups are
+    /// reused.
     ///
     /// # Errors
-    /// Embree's own words.
+    /// Embree's error message.
     pub fn with_instances_of(&self, world: Arc<World>) -> Result<Self> {
         let device = Arc::clone(self.scene.device());
         Self::over(device, self.groups.clone(), world, self.options)
     }
 
-    /// Builds what is not in `groups`, and the scene above them.
+    /// Builds the groups that are missing in `groups`, and the top-level scene.
     fn over(
         device: Arc<Device>,
         mut groups: Vec<Option<Arc<CommittedScene>>>,
@@ -94,14 +96,14 @@ impl EmbreeAccel {
         })
     }
 
-    /// The closest hit.
+    /// Finds the closest hit.
     #[inline]
     pub fn intersect(&self, ray: &Ray, time: f32) -> Option<Hit> {
         let hit = self.query(ray, time)?;
         self.confirm(ray, time, hit)
     }
 
-    /// Whether anything lies on the ray.
+    /// Whether the ray is occluded.
     #[inline]
     pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
         if !ray.is_finite() {
@@ -112,7 +114,7 @@ impl EmbreeAccel {
         query.tfar < 0.0
     }
 
-    /// Bytes that Embree holds.
+    /// The number of bytes that Embree holds.
     pub fn memory(&self) -> usize {
         self.scene.memory()
     }
@@ -134,7 +136,7 @@ impl EmbreeAccel {
         self.hit(ids, query.ray.tfar, [query.hit.u, query.hit.v])
     }
 
-    /// What Embree says with its ids of the geometry, of the primitive and of the instance.
+    /// Converts Embree's ids of geometry, primitive and instance to a hit; `None` for a miss.
     #[inline]
     fn hit(&self, ids: [u32; 3], t: f32, uv: [f32; 2]) -> Option<Hit> {
         let [geometry, primitive, instance] = ids;
@@ -151,7 +153,7 @@ impl EmbreeAccel {
         Some(Hit { id, t, uv })
     }
 
-    /// The hit that Embree has found on a ray, or the first one after it that passes the check, if this one does not.
+    /// Returns the hit that Embree found on a ray, or, if it fails the check, the first one beyond it that passes.
     #[inline]
     fn confirm(&self, ray: &Ray, time: f32, mut hit: Hit) -> Option<Hit> {
         if self.options.precision == Precision::Fast {
@@ -167,7 +169,7 @@ impl EmbreeAccel {
         }
     }
 
-    /// The hit itself, or what double precision makes of it; `None` if it is nowhere near its triangle.
+    /// Returns the hit, if necessary recomputed in double precision; `None` if it is not near its triangle.
     #[inline]
     fn check(&self, ray: &Ray, time: f32, hit: Hit) -> Option<Hit> {
         if let Some(placed) = self.world.placed(hit.id.shape, time) {
@@ -188,7 +190,7 @@ impl EmbreeAccel {
     }
 }
 
-/// The same for a hit on a shape of an instance, against the triangle in the world.
+/// Checks a hit on a shape of an instance, against the triangle in world space.
 fn check_placed(placed: &Placed, ray: &Ray, hit: Hit) -> Option<Hit> {
     let Geometry::Mesh(mesh) = placed.geometry else {
         return Some(hit);
@@ -201,7 +203,8 @@ fn check_placed(placed: &Placed, ray: &Ray, hit: Hit) -> Option<Hit> {
         let apart = origin + along - placed.to_world(local.p.as_dvec3());
         apart.abs().cmple(bound).all()
     };
-    // Nearly every hit is as near as that; what instances add to the bound takes longer to work out.
+    // Nearly every hit passes with this bound; the larger bound, with the errors of instancing, is more expensive to
+    // compute.
     if is_within(rounding) {
         return Some(hit);
     }
@@ -213,8 +216,8 @@ fn check_placed(placed: &Placed, ray: &Ray, hit: Hit) -> Option<Hit> {
     recheck(placed.triangle(mesh, hit.id.primitive), ray, hit, bound)
 }
 
-/// Double precision's answer. A hit outside the triangle by no more than rounding stays a hit, on the triangle's edge,
-/// or else what is watertight would leak again.
+/// Recomputes a hit in double precision. A hit that is outside the triangle by no more than rounding is kept and
+/// moved to the triangle's edge; otherwise edges would not be watertight.
 #[cold]
 fn recheck(vertices: [DVec3; 3], ray: &Ray, hit: Hit, bound: DVec3) -> Option<Hit> {
     let (origin, dir) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
@@ -224,7 +227,7 @@ fn recheck(vertices: [DVec3; 3], ray: &Ray, hit: Hit, bound: DVec3) -> Option<Hi
     let nearest = (1.0 - u - v) * a + u * b + v * c;
     let apart = (origin + t * dir - nearest).abs();
     let t = t as f32;
-    // What Embree rounds is seen from the side: along an axis the error may be that of another one.
+    // At oblique incidence Embree's rounding error on one axis may appear on another, hence the maxima over the axes.
     let is_near = apart.max_element() <= 4.0 * bound.max_element();
     (is_near && t > ray.t_min && t <= ray.t_max).then_some(Hit {
         t,
@@ -241,7 +244,7 @@ unsafe fn attach_shapes(scene: &mut Scene, shapes: &[Geometry]) {
     for (id, geometry) in (0..).zip(shapes) {
         match geometry {
             Geometry::Mesh(mesh) if mesh.indices().is_empty() => {}
-            // SAFETY: what the caller promises of all shapes.
+            // SAFETY: guaranteed by the caller for all shapes.
             Geometry::Mesh(mesh) => unsafe { scene.attach_mesh(id, mesh) },
             Geometry::Sphere(sphere) => {
                 scene.attach_sphere(id, sphere.center.extend(sphere.radius).to_array());
@@ -254,11 +257,11 @@ unsafe fn attach_shapes(scene: &mut Scene, shapes: &[Geometry]) {
     }
 }
 
-/// Attaches all instances, under the ids after those of the shapes in the world. Groups are built that are not there yet and
-/// that one is of.
+/// Attaches all instances, under the ids that follow those of the top-level shapes. Builds groups that are instanced
+/// and not built yet.
 ///
 /// # Errors
-/// Embree's own words.
+/// Embree's error message.
 ///
 /// # Safety
 /// The world must stay where it is, unchanged, until the scene is dropped.
@@ -275,7 +278,7 @@ unsafe fn attach_instances(
             Some(built) => built,
             unbuilt => {
                 let mut group = Scene::new(Arc::clone(device), options)?;
-                // SAFETY: what the caller promises of the world.
+                // SAFETY: guaranteed by the caller for the world.
                 unsafe { attach_shapes(&mut group, &world.groups()[instance.group]) };
                 unbuilt.insert(Arc::new(group.commit()?))
             }
@@ -286,7 +289,7 @@ unsafe fn attach_instances(
     Ok(())
 }
 
-/// The entries of a matrix, which are single-precision numbers.
+/// The entries of a matrix in single precision, which represents them exactly.
 fn to_single(matrix: &DAffine3) -> [f32; 12] {
     matrix.to_cols_array().map(|entry| entry as f32)
 }

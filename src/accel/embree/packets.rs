@@ -1,16 +1,17 @@
-//! Batches of rays, and packets of ours, through Embree's packets of 8 and 16.
+//! Traces ray batches and `RayPacket`s by Embree's packets of 8 and 16.
 //!
-//! A packet is loaded in whole lanes, and its hits go through the same check as those of single rays; the
-//! ray of a hit that is refused is traced on by itself. Which of two primitives at the same distance is reported, and the
-//! last bits of where, may differ from what single rays give.
+//! All lanes of a packet are loaded at once. Its hits go through the same check as those of single rays; where a hit
+//! is rejected, its ray is continued as a single ray. Which of two primitives at the same distance is reported, and
+//! the last bits of the hit, may differ from the results of single rays.
 //!
-//! Of rays that are not said to be coherent, Embree looks for the closest hits one after the other; what they share is the
-//! way there. For whether anything lies on them it does so, too, where few lanes are active, and else takes the first steps
-//! down its tree together: then a ray through an edge may meet it in one packet and not in another.
+//! For rays that are not flagged as coherent, Embree finds the closest hits of a packet one ray at a time; only the
+//! call and its set-up are shared. It does the same for occlusion if few lanes are active. Otherwise it traverses the
+//! upper levels of the BVH for all lanes together, and a ray through an edge may then hit it in one packet and miss
+//! it in another.
 //!
-//! Measure: as [`RayBatch`] and [`HitBatch`].
-//! Range: any number of rays. Inactive and not finite ones are masked out, as are the lanes past the end of the batch.
-//! Where the library lacks packets of the width asked for, the widest it has below that is used.
+//! Measure: those of [`RayBatch`] and [`HitBatch`].
+//! Range: any number of rays. Rays that are inactive or not finite are masked out, as are the lanes past the end of
+//! the batch. If the library lacks packets of the requested width, the next narrower supported width is used.
 //! Source: Embree's manual, "Ray packets" and "Fast Coherent Rays". Tested below and in `tests/tracing/batches.rs` and
 //! `packets.rs`.
 
@@ -23,14 +24,14 @@ use crate::accel::{Hit, Precision};
 use crate::math::lanes::LANES;
 use crate::planted::planted;
 
-/// The most active lanes, of so many, whose rays Embree traces one after the other: 14 of 16 and 7 of 8 (Embree 4.3.3,
-/// `kernels/bvh/bvh_intersector_hybrid.h`, `switchThreshold`).
+/// The largest number of active lanes, in a packet of `lanes`, for which Embree traces the rays one at a time: 14 of
+/// 16 and 7 of 8 (Embree 4.3.3, `kernels/bvh/bvh_intersector_hybrid.h`, `switchThreshold`).
 const fn most_apart(lanes: usize) -> usize {
     lanes - lanes.div_ceil(8)
 }
 
 impl EmbreeAccel {
-    /// The closest hit of every active ray.
+    /// Finds the closest hit of every active ray.
     pub fn intersect_batch(&self, rays: &RayBatch, packets: Packets, hits: &mut HitBatch) {
         match self.native_width(packets.width) {
             PacketWidth::One => rays.intersect_each(hits, |ray, time| self.intersect(ray, time)),
@@ -39,7 +40,7 @@ impl EmbreeAccel {
         }
     }
 
-    /// Whether anything lies on each active ray; `false` for the others.
+    /// Tests each active ray for occlusion; `false` for the others.
     pub fn occluded_batch(&self, rays: &RayBatch, packets: Packets, occluded: &mut Vec<bool>) {
         match self.native_width(packets.width) {
             PacketWidth::One => rays.occluded_each(occluded, |ray, time| self.occluded(ray, time)),
@@ -48,7 +49,7 @@ impl EmbreeAccel {
         }
     }
 
-    /// The widest packets that the library traces as such, up to the width asked for.
+    /// The widest packets that the library traces natively, up to the requested width.
     fn native_width(&self, asked: PacketWidth) -> PacketWidth {
         let native = self.native_widths.iter().copied();
         native
@@ -122,7 +123,7 @@ impl EmbreeAccel {
         }
     }
 
-    /// The closest hit of every ray of a packet, whatever it has left.
+    /// Finds the closest hit of every ray of a packet, without regard to excluded primitives.
     pub fn intersect_packet(&self, rays: &mut RayPacket, coherent: bool, hits: &mut Hits) {
         let mut query = PacketQuery::new(coherent);
         rays.lanes.hits.clear();
@@ -153,7 +154,7 @@ impl EmbreeAccel {
         }
     }
 
-    /// Whether anything lies on each ray of a packet, whatever the others are.
+    /// Tests each ray of a packet for occlusion, independently of the other rays.
     pub fn occluded_packet(&self, rays: &mut RayPacket, occluded: &mut [bool; LANES]) {
         match self.native_width(PacketWidth::Sixteen) {
             PacketWidth::One => return rays.each(occluded, |ray, time| self.occluded(ray, time)),
@@ -172,7 +173,7 @@ impl EmbreeAccel {
         }
     }
 
-    /// So few at once that Embree does not take them together.
+    /// Tests rays for occlusion with so few active lanes per call that Embree traces them one at a time.
     fn occluded_apart<const N: usize>(&self, active: ActiveLanes<N>, rays: &mut RayLanes<N>) {
         let mut query = PacketQuery::new(false);
         if active.count() <= planted!("shadow-rays-together", N, most_apart(N)) {
@@ -214,7 +215,7 @@ mod tests {
         )
     }
 
-    /// Rays from all over a cube at the vertices and edges of a mesh in it.
+    /// Rays from the whole of a cube to the vertices and edges of a mesh within it.
     fn packet(number: usize, mesh: &Mesh) -> RayPacket {
         let mut packet = RayPacket::default();
         let digit = |i: usize, base: usize| (i * i % base) as f32 / base as f32 - 0.5;
@@ -227,7 +228,7 @@ mod tests {
         packet
     }
 
-    /// Where the library has no packets of sixteen, as on processors without AVX-512.
+    /// Covers libraries without packets of sixteen, as on processors without AVX-512.
     #[test]
     fn halves_and_single_rays_meet_what_packets_do() {
         let mesh = hills();

@@ -1,6 +1,6 @@
-//! The leaves of a binary tree that a ray comes through, the nearer child first.
+//! Traversal of a binary BVH by a ray, the nearer child first.
 //!
-//! Measure: as of the boxes; parameters as of `BoxRay`.
+//! Measure: the unit of the boxes; ray parameters as in `BoxRay`.
 //! Range: any tree.
 //! Source: obvhs for the nodes; Pharr, Jakob, Humphreys, section 6.8.2 for the rounding of the test. Tested in
 //! `tests/tracing/rays.rs` and `tests/tracing/hard.rs`.
@@ -12,14 +12,14 @@ use crate::planted::planted;
 use obvhs::bvh2::node::Bvh2Node;
 use std::ops::ControlFlow;
 
-/// Visits the primitives of every leaf whose box the ray meets, until told to stop.
+/// Visits the primitives of every leaf whose box the ray hits, until the visitor breaks.
 #[inline(always)]
 pub fn traverse(
     nodes: &[Bvh2Node],
     ray: &mut BoxRay,
     mut visit: impl FnMut(usize, &mut f32) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
-    // Whether there is more to do in a node that the ray comes into here: what is in a leaf is visited at once.
+    // Whether to descend into a node that the ray enters at `near`; the primitives of a leaf are visited immediately.
     let mut descends = |(node, near): (&Bvh2Node, f32), ray: &mut BoxRay| {
         if near > ray.t_max {
             return ControlFlow::Continue(false);
@@ -64,10 +64,10 @@ pub fn traverse(
     }
 }
 
-/// Where the ray comes into a node's box, or infinity, which is beyond its end, if it passes.
+/// The parameter at which the ray enters a node's box; infinity, which is beyond the end of the ray, for a miss.
 #[inline(always)]
 fn enters(node: &Bvh2Node, ray: &BoxRay) -> f32 {
-    // Three roundings for where the ray comes in; one more, that of the slack, for where it goes out.
+    // Three roundings in the entry parameter; a fourth, of the factor for the slack, in the exit parameter.
     const SLACK: f32 = 1.0 + 2.0 * gamma(4);
     let bounds = node.aabb();
     let (to_min, to_max) = (bounds.min - ray.origin, bounds.max - ray.origin);
@@ -78,7 +78,7 @@ fn enters(node: &Bvh2Node, ray: &BoxRay) -> f32 {
         (near, far) = (near - ray.slack, far + ray.slack);
     }
     let (near, far) = (near.max_element(), far.min_element());
-    // Both at once: a branch on either would often be guessed wrongly.
+    // Evaluated without short-circuiting: a branch on either would often be mispredicted.
     if (near <= far) & (ray.t_min <= far) {
         near
     } else {

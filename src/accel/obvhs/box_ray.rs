@@ -1,12 +1,13 @@
-//! A ray as boxes are tested with it: in single precision, prepared so that no box that it truly meets is missed.
+//! The ray for box tests, in single precision, prepared such that no box that the exact ray hits is missed.
 //!
-//! The largest entry of the direction is brought to between 1 and 2 by a power of two, so that the numbers of a ray in
-//! single precision stay as they are. Entries below 2^-63 of that count as 2^-63: no quotient is infinite and no product
-//! not a number. A ray in the face of a box would then leave it at once: along such an axis the ray counts as 2^40 longer
-//! on either side, 2^-23 units across.
+//! The direction is scaled by a power of two that brings its largest entry to between 1 and 2, so that the values of a
+//! single-precision ray remain exact. Entries below 2^-63 are then set to 2^-63, so that no quotient is infinite and no
+//! product is NaN. With such an entry, a ray that lies in a face of a box would leave the box immediately. The
+//! parameter interval of the box along such an axis is therefore extended by 2^40 on either side, that is, by 2^-23
+//! units across.
 //!
-//! A ray in single precision whose direction has no very small or large entry is taken as it is, without double precision:
-//! nothing of this can happen to it.
+//! A single-precision ray whose direction has no very small or large entry is used unchanged, without double precision:
+//! none of these cases can occur.
 //!
 //! Measure: any unit of length; parameters in multiples of the scaled direction's length, from the start of the query.
 //! Range: finite rays and boxes with coordinates up to 1e18 in magnitude.
@@ -19,48 +20,48 @@ use crate::math::robust::gamma;
 use crate::math::vec::DVec3;
 use glam::Vec3A;
 
-/// 2^-63: what direction entries are at least.
+/// 2^-63: the smallest magnitude of direction entries.
 const SMALLEST_ENTRY: f64 = 1.0 / (1u64 << 63) as f64;
 
-/// 2^-32: in single precision, a direction whose entries are between this and its inverse is taken as it is.
+/// 2^-32: a single-precision direction whose entries are between this and its inverse is used unchanged.
 const SMALLEST_PLAIN_ENTRY: f32 = 1.0 / (1u64 << 32) as f32;
 
-/// 2^40: what a parameter may be off by along an axis where the direction's entry is that small.
+/// 2^40: the slack of parameters along an axis with a direction entry set to [`SMALLEST_ENTRY`].
 const SLACK_ALONG: f32 = (1u64 << 40) as f32;
 
-/// A ray to be tested against boxes.
+/// A ray for tests against boxes.
 #[derive(Debug, Clone, Copy)]
 pub struct BoxRay {
-    /// Where the ray starts.
+    /// The point where the ray starts.
     pub origin: Vec3A,
-    /// One over each entry of the direction.
+    /// The reciprocal of each entry of the direction.
     pub inverse: Vec3A,
-    /// By how much the parameters at a plane of a box may be off, beside roundings.
+    /// The error of the parameters at the planes of a box, in addition to roundings.
     pub slack: Vec3A,
-    /// Whether there is an axis with that: it is 0 otherwise.
+    /// Whether the slack is nonzero along any axis.
     pub is_parallel: bool,
-    /// Boxes that end before this parameter do not count.
+    /// Boxes that end before this parameter are ignored.
     pub t_min: f32,
-    /// Boxes that begin beyond this parameter do not count. Finite, even if the ray has no end.
+    /// Boxes that begin beyond this parameter are ignored. Finite, even if the ray is infinite.
     pub t_max: f32,
 }
 
-/// How parameters of a ray become those of its [`BoxRay`].
+/// The mapping of parameters of a ray to those of its [`BoxRay`].
 #[derive(Debug, Clone, Copy)]
 pub enum Parameter {
-    /// They stay as they are.
+    /// The parameters are equal.
     Same,
-    /// They count from `start` on, and in multiples of `unit`.
+    /// The parameters count from `start` on, in multiples of `unit`.
     Scaled {
-        /// The parameter where the box ray begins.
+        /// The parameter at which the box ray starts.
         start: f64,
-        /// How much longer the ray's direction is than the box ray's.
+        /// The ratio of the length of the ray's direction to that of the box ray.
         unit: f64,
     },
 }
 
 impl BoxRay {
-    /// A ray that is tested from the parameter `start` on, and how its parameters translate.
+    /// Creates the box ray that is tested from the parameter `start` on, and the mapping of its parameters.
     #[inline]
     pub fn new(ray: &DRay, start: f64) -> (Self, Parameter) {
         let exponent_bits = f64::INFINITY.to_bits();
@@ -83,8 +84,8 @@ impl BoxRay {
         (query, parameter)
     }
 
-    /// The same for a ray in single precision, tested from its start on: with its numbers as they are, unless an entry of
-    /// its direction is very small or large.
+    /// Creates the box ray of a single-precision ray, tested from its start. The values are unchanged, unless an entry
+    /// of the direction is very small or large.
     #[inline]
     pub fn single(ray: &Ray) -> (Self, Parameter) {
         let entries = ray.dir.abs();
@@ -104,7 +105,7 @@ impl BoxRay {
         (query, Parameter::Same)
     }
 
-    /// Apart, to keep what surrounds the common case small.
+    /// Handles directions with extreme entries; a separate function to keep the callers of the common case small.
     #[cold]
     fn of_extremes(ray: &Ray) -> (Self, Parameter) {
         Self::new(&ray.into(), 0.0)
@@ -112,7 +113,7 @@ impl BoxRay {
 }
 
 impl Parameter {
-    /// The parameter of the box ray, or up to two roundings beyond; finite.
+    /// Returns the parameter of the box ray, rounded up by at most two roundings; finite.
     #[inline]
     pub fn high(self, t: f64) -> f32 {
         let t = match self {
@@ -123,15 +124,15 @@ impl Parameter {
     }
 }
 
-/// Where a ray comes into a box, or its own beginning within; `None` if it passes.
+/// The parameter at which a ray enters a box, or the start of the ray if it is inside; `None` for a miss.
 pub fn clip(ray: &DRay, bounds: &Bounds) -> Option<f64> {
-    // Rounding in double precision is far below this.
+    // Double-precision rounding errors are far smaller than this padding.
     let padding = DVec3::splat(f64::from(gamma(1)) * largest_coordinate(bounds));
     let near = (bounds.min - padding - ray.origin) / ray.dir;
     let far = (bounds.max + padding - ray.origin) / ray.dir;
     let (mut from, mut to) = (ray.t_min, ray.t_max);
     for axis in 0..3 {
-        // Along an axis without direction a quotient is infinite, or no number, which min and max leave aside.
+        // Along an axis with a zero direction entry a quotient is infinite, or NaN, which min and max ignore.
         from = from.max(near[axis].min(far[axis]));
         to = to.min(near[axis].max(far[axis]));
     }

@@ -1,7 +1,7 @@
-//! A tree of boxes, of either layout, and which of the boxes a ray comes through.
+//! A BVH over boxes, of either node layout, and its traversal by a ray.
 //!
 //! Medium quality is obvhs's preset of that name. High is the preset `very_slow_build`: parallel reinsertion of every
-//! node. It is without the splitting of triangles that obvhs has for them.
+//! node. obvhs's splitting of triangles is not used.
 //!
 //! Measure: any unit of length.
 //! Range: boxes that are not empty, with coordinates up to 1e18 in magnitude.
@@ -22,20 +22,20 @@ use obvhs::cwbvh::node::CwBvhNode;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// How the nodes lie in memory.
+/// The memory layout of the nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layout {
-    /// Two children a node, each with its box in single precision.
+    /// Two children per node, each with its box in single precision.
     Binary,
-    /// Eight children a node, their boxes in 8 bits a plane.
+    /// Eight children per node, with boxes of 8 bits per plane.
     Wide,
 }
 
 /// The nodes of a tree.
 pub enum BoxTree {
-    /// Two children a node.
+    /// Two children per node.
     Binary(Vec<Bvh2Node>),
-    /// Eight children a node.
+    /// Eight children per node.
     Wide(Vec<CwBvhNode>),
 }
 
@@ -46,7 +46,7 @@ impl std::fmt::Debug for BoxTree {
 }
 
 impl BoxTree {
-    /// Builds a tree on rayon's current threads. The numbers of the boxes come back in the order of the leaves.
+    /// Builds a tree on rayon's current threads. Also returns the indices of the boxes in the order of the leaves.
     pub fn build(boxes: &[Aabb], layout: Layout, quality: Quality) -> (Self, Vec<u32>) {
         let parameters = match quality {
             Quality::Medium => BvhBuildParams::medium_build(),
@@ -65,8 +65,8 @@ impl BoxTree {
         }
     }
 
-    /// Visits the places, in the order of the leaves, whose boxes the ray meets, until told to stop. A visitor may bring
-    /// the end of the ray nearer.
+    /// Visits the leaf slots, numbered in the order of the leaves, whose boxes the ray hits, until the visitor breaks.
+    /// The visitor may shorten the ray.
     #[inline(always)]
     pub fn traverse(
         &self,
@@ -79,7 +79,7 @@ impl BoxTree {
         }
     }
 
-    /// How many nodes there are.
+    /// The number of nodes.
     pub fn nodes(&self) -> usize {
         match self {
             Self::Binary(nodes) => nodes.len(),
@@ -87,7 +87,7 @@ impl BoxTree {
         }
     }
 
-    /// Bytes of the nodes.
+    /// The number of bytes of the nodes.
     pub fn memory(&self) -> usize {
         match self {
             Self::Binary(nodes) => size_of_val(nodes.as_slice()),
@@ -96,7 +96,7 @@ impl BoxTree {
     }
 }
 
-/// A box in single precision around another, and this much wider on every side.
+/// The single-precision box that encloses another box widened by `padding` on every side.
 pub fn widened(bounds: &Bounds, padding: f64) -> Aabb {
     let down = |x: f64| {
         let rounded = x as f32;

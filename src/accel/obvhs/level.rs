@@ -1,9 +1,10 @@
-//! A tree and what is in its leaves: the shapes that stand in the world and its instances, or the shapes of a group.
+//! One level of the structure, a BVH with its leaves: the top-level shapes and the instances, or the shapes of a group.
 //!
-//! The vertices of triangles lie in the order of the leaves and are all that a test reads. What a place holds is looked up
-//! when a triangle has been hit; or when there is none, which vertices that are not numbers tell.
+//! The vertices of triangles are stored in the order of the leaves and are all that a triangle test reads. The item of
+//! a leaf slot is read only after its triangle has been hit, or if the slot holds no triangle, which is marked by NaN
+//! vertices.
 //!
-//! Measure: normalised scene units, or a group's own.
+//! Measure: normalised scene units, or the units of the group.
 //! Range: as in `accel/mod.rs`.
 //! Source: none needed. Tested in `tests/tracing/rays.rs` and `tests/tracing/instance_rays.rs`.
 
@@ -18,7 +19,7 @@ use crate::math::vec::Vec3;
 use rayon::prelude::*;
 use std::ops::ControlFlow;
 
-/// What a place in a leaf holds.
+/// The content of a leaf slot.
 #[derive(Debug, Clone, Copy)]
 pub enum Item {
     /// A primitive of a shape of this level.
@@ -27,16 +28,16 @@ pub enum Item {
     Instance(u32),
 }
 
-/// How a tree is to be built.
+/// The options for building a tree.
 #[derive(Debug, Clone, Copy)]
 pub struct TreeOptions {
-    /// How the nodes lie.
+    /// The memory layout of the nodes.
     pub layout: Layout,
-    /// How much work goes into them.
+    /// The effort spent on building.
     pub quality: Quality,
 }
 
-/// What a ray has met: the place of a triangle and the point on it, or a hit on something else.
+/// The closest hit so far: the slot of a triangle with the barycentric coordinates, or a hit on another primitive.
 #[derive(Clone, Copy)]
 enum ClosestHit {
     Triangle(usize, [f32; 2]),
@@ -47,19 +48,20 @@ enum ClosestHit {
 #[derive(Debug)]
 pub struct Level {
     tree: BoxTree,
-    /// The vertices in each place of a leaf, not numbers where there is no triangle.
+    /// The vertices in each leaf slot; NaN where there is no triangle.
     triangles: Vec<[Vec3; 3]>,
-    /// What each place holds.
+    /// The content of each leaf slot.
     items: Vec<Item>,
 }
 
 impl Level {
-    /// A level for rays as they are.
+    /// Builds a level for rays in world space.
     pub fn new(shapes: &[Geometry], instances: &[(u32, Bounds)], options: TreeOptions) -> Self {
         Self::padded(shapes, instances, 0.0, options)
     }
 
-    /// A level for rays that are brought into its units and then rounded where they come into its bounds.
+    /// Builds a level for rays that are transformed into its units and rounded at the point where they enter its
+    /// bounds.
     pub fn within(bounds: &Bounds, shapes: &[Geometry], options: TreeOptions) -> Self {
         let padding = f64::from(gamma(16)) * largest_coordinate(bounds);
         Self::padded(shapes, &[], padding, options)
@@ -92,8 +94,8 @@ impl Level {
         }
     }
 
-    /// The closest hit of a ray whose boxes count from the parameter `start` on, with its parameter in full; `other` meets
-    /// what is no triangle.
+    /// Finds the closest hit of a ray, with its parameter in double precision. Boxes are tested from the parameter
+    /// `start` on; `other` intersects items that are not triangles.
     #[inline]
     pub fn closest<R: TraceRay>(
         &self,
@@ -138,7 +140,7 @@ impl Level {
         }
     }
 
-    /// Whether anything lies on a ray, with `start` and `other` as above; stops at the first hit found.
+    /// Whether the ray is occluded, with `start` and `other` as in [`Self::closest`]; stops at the first hit found.
     #[inline]
     pub fn occluded<R: TraceRay>(
         &self,
@@ -160,12 +162,12 @@ impl Level {
         flow.is_break()
     }
 
-    /// Nodes of the tree.
+    /// The number of nodes of the tree.
     pub fn nodes(&self) -> usize {
         self.tree.nodes()
     }
 
-    /// Bytes of the tree and its leaves.
+    /// The number of bytes of the tree and its leaves.
     pub fn memory(&self) -> usize {
         self.tree.memory()
             + size_of_val(self.triangles.as_slice())
@@ -173,7 +175,7 @@ impl Level {
     }
 }
 
-/// Every primitive of some shapes.
+/// The ids of all primitives of the shapes.
 fn primitives(shapes: &[Geometry]) -> impl Iterator<Item = PrimitiveId> {
     (0..).zip(shapes).flat_map(|(shape, geometry)| {
         let primitives = 0..geometry.primitive_count() as u32;
@@ -181,7 +183,7 @@ fn primitives(shapes: &[Geometry]) -> impl Iterator<Item = PrimitiveId> {
     })
 }
 
-/// The vertices of a triangle; not numbers for anything else.
+/// The vertices of a triangle; NaN for other items.
 fn vertices(shapes: &[Geometry], item: Item) -> [Vec3; 3] {
     if let Item::Primitive(id) = item
         && let Geometry::Mesh(mesh) = &shapes[id.shape as usize]

@@ -1,9 +1,10 @@
-//! The backend in Rust: BVHs that obvhs builds, of two children a node or of eight, traversed here.
+//! The backend in Rust: BVHs with two or eight children per node, built by obvhs and traversed here.
 //!
-//! There are two levels: a tree over the primitives that stand in the world and over the instances, and one tree for each
-//! group, in which rays are traced in the group's units. In robust precision triangles are met in double precision, and no
-//! ray slips between two that share an edge or a vertex; in fast precision they are met in single. Spheres, disks and the
-//! way into an instance are in double precision in both. Neither misses a box that the ray truly meets.
+//! There are two levels: a tree over the top-level primitives and the instances, and one tree per group, in which rays
+//! are traced in the group's units. In robust precision triangles are intersected in double precision, and no ray
+//! passes between two that share an edge or a vertex; in fast precision they are intersected in single precision.
+//! Spheres, disks and the transform into an instance use double precision in both modes. Neither mode misses a box that
+//! the exact ray hits.
 //!
 //! Measure: normalised scene units.
 //! Range: as in `accel/mod.rs`, with coordinates up to 1e18 in magnitude.
@@ -30,18 +31,18 @@ use level::{Item, Level, TreeOptions};
 use std::sync::Arc;
 use trace_ray::{TraceRay, WatertightRay};
 
-/// Trees over the world and over each group.
+/// The trees over the world and over each group.
 #[derive(Debug)]
 pub struct ObvhsAccel {
     world: Arc<World>,
     root: Level,
-    /// Shared by structures over worlds of the same groups.
+    /// The trees of the groups, shared by structures over worlds with the same groups.
     groups: Arc<[Group]>,
     options: AccelOptions,
     precision: Precision,
 }
 
-/// A group's tree.
+/// The tree of a group.
 #[derive(Debug)]
 struct Group {
     bounds: Bounds,
@@ -49,10 +50,10 @@ struct Group {
 }
 
 impl ObvhsAccel {
-    /// Builds the trees.
+    /// Builds all trees.
     ///
     /// # Errors
-    /// If the system gives no threads.
+    /// If the threads cannot be created.
     pub fn build(world: Arc<World>, options: AccelOptions) -> Result<Self> {
         on_threads(options.threads, || Self::build_here(world, options))
     }
@@ -65,10 +66,10 @@ impl ObvhsAccel {
         Self::over(groups, world, options)
     }
 
-    /// The same over a world that shares its shapes with this one's. The trees of groups are kept.
+    /// Builds the structure over a world that shares its shapes with the current one. The trees of groups are reused.
     ///
     /// # Errors
-    /// If the system gives no threads.
+    /// If the threads cannot be created.
     pub fn with_instances_of(&self, world: Arc<World>) -> Result<Self> {
         let groups = Arc::clone(&self.groups);
         on_threads(self.options.threads, || {
@@ -76,7 +77,7 @@ impl ObvhsAccel {
         })
     }
 
-    /// Builds the tree above the groups.
+    /// Builds the top-level tree.
     fn over(groups: Arc<[Group]>, world: Arc<World>, options: AccelOptions) -> Self {
         let numbers = 0..world.instances().len();
         let instances = numbers.map(|i| (i as u32, world.instance_bounds(i)));
@@ -90,7 +91,7 @@ impl ObvhsAccel {
         }
     }
 
-    /// The closest hit.
+    /// Finds the closest hit.
     #[inline]
     pub fn intersect(&self, ray: &Ray, time: f32) -> Option<Hit> {
         if !ray.is_finite() {
@@ -102,7 +103,7 @@ impl ObvhsAccel {
         }
     }
 
-    /// Whether anything lies on the ray; stops at the first hit found.
+    /// Whether the ray is occluded; stops at the first hit found.
     #[inline]
     pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
         if !ray.is_finite() {
@@ -114,19 +115,19 @@ impl ObvhsAccel {
         }
     }
 
-    /// Bytes of the trees and of what is in their leaves.
+    /// The number of bytes of the trees and their leaves.
     pub fn memory(&self) -> usize {
         let groups = self.groups.iter().map(|group| group.level.memory());
         self.root.memory() + groups.sum::<usize>()
     }
 
-    /// Nodes of the trees.
+    /// The number of nodes of all trees.
     pub fn nodes(&self) -> usize {
         let groups = self.groups.iter().map(|group| group.level.nodes());
         self.root.nodes() + groups.sum::<usize>()
     }
 
-    /// The closest hit. Not part of the caller, so that either precision has the registers for itself.
+    /// Finds the closest hit. Not inlined, so that the code of each precision is allocated registers on its own.
     #[inline(never)]
     fn closest<R: TraceRay>(&self, ray: R, time: f32) -> Option<Hit> {
         let closest = self.root.closest(ray, 0.0, |item, ray| match item {
@@ -144,7 +145,8 @@ impl ObvhsAccel {
         })
     }
 
-    /// The closest hit on an instance, with its parameter in full. Apart from the loop over the world, to keep that small.
+    /// Finds the closest hit on an instance, with its parameter in double precision. Not inlined, to keep the top-level
+    /// traversal loop small.
     #[inline(never)]
     fn closest_in<R: TraceRay>(&self, instance: u32, ray: &R, time: f32) -> Option<(f64, Hit)> {
         let (group, shapes, ray, start) = self.enter(instance, ray, time)?;
@@ -159,7 +161,7 @@ impl ObvhsAccel {
         })
     }
 
-    /// Whether an instance lies on the ray.
+    /// Whether an instance occludes the ray.
     #[inline(never)]
     fn any_in<R: TraceRay>(&self, instance: u32, ray: &R, time: f32) -> bool {
         let Some((group, shapes, ray, start)) = self.enter(instance, ray, time) else {
@@ -171,7 +173,8 @@ impl ObvhsAccel {
         })
     }
 
-    /// The group of an instance, its shapes, the ray in its units, and where that comes into it.
+    /// The group of an instance, its shapes, the ray in its units, and the parameter at which the ray enters its
+    /// bounds.
     #[inline]
     fn enter<R: TraceRay>(
         &self,
@@ -209,7 +212,7 @@ fn tree_options(options: AccelOptions) -> TreeOptions {
     }
 }
 
-/// Runs work on this many threads: rayon's current ones if they are as many, else new ones.
+/// Runs work on this many threads: on rayon's current threads if their number matches, else on new ones.
 fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
     if rayon::current_thread_index().is_some() && rayon::current_num_threads() == threads {
         return Ok(work());
@@ -219,7 +222,7 @@ fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Resul
     Ok(pool.install(work))
 }
 
-/// A hit on any primitive, in double precision. Apart from the loop over triangles, to keep that small.
+/// Intersects any primitive in double precision. Not inlined, to keep the loop over triangles small.
 #[inline(never)]
 fn meet(shapes: &[Geometry], id: PrimitiveId, ray: &DRay) -> Option<(f64, Hit)> {
     let (t, uv) = primitive::intersect(&shapes[id.shape as usize], id.primitive, ray)?;

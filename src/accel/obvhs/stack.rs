@@ -1,11 +1,11 @@
-//! What a traversal has yet to visit.
+//! The traversal stack.
 //!
 //! Measure: none.
-//! Range: any depth. A tree of degenerate shapes may be deeper than any fixed number, and obvhs's own stacks then forget
-//! nodes; beyond what balanced trees need this one goes to the heap.
+//! Range: any depth. The depth of a tree of degenerate shapes has no fixed bound, and obvhs's own stacks drop nodes
+//! when they are full; beyond the depth of balanced trees this stack uses the heap.
 //! Source: none needed. Tested below.
 
-/// A stack, of which `N` entries need no heap.
+/// A stack whose first `N` entries need no heap allocation.
 pub struct Stack<T, const N: usize> {
     fixed: [T; N],
     count: usize,
@@ -13,7 +13,7 @@ pub struct Stack<T, const N: usize> {
 }
 
 impl<T: Copy + Default, const N: usize> Stack<T, N> {
-    /// An empty stack.
+    /// Creates an empty stack.
     #[inline]
     pub fn new() -> Self {
         Self {
@@ -23,7 +23,7 @@ impl<T: Copy + Default, const N: usize> Stack<T, N> {
         }
     }
 
-    /// Puts an entry on top.
+    /// Pushes an entry.
     #[inline]
     pub fn push(&mut self, entry: T) {
         match self.fixed.get_mut(self.count) {
@@ -35,7 +35,7 @@ impl<T: Copy + Default, const N: usize> Stack<T, N> {
         }
     }
 
-    /// Takes the entry on top.
+    /// Pops the top entry.
     #[inline]
     pub fn pop(&mut self) -> Option<T> {
         if self.count == N

@@ -1,9 +1,9 @@
-//! Rays in the precision in which triangles are met: single for speed, double for care.
+//! Ray types by the precision of their triangle intersection: single for speed, double for watertightness.
 //!
-//! Measure: normalised scene units, or a group's own units with the ray brought there.
-//! Range: any ray and triangle; a triangle seen edge-on, or without an area, is never hit.
-//! Source: `math/triangle.rs` for double precision; for single Möller and Trumbore 1997, in the form whose distance is
-//! measured along the geometric normal, which is what the error bounds of surface points are made for. Tested below, in
+//! Measure: normalised scene units, or the units of a group with the ray transformed into them.
+//! Range: any ray and triangle; a triangle seen edge-on, or with zero area, is never hit.
+//! Source: `math/triangle.rs` for double precision; Möller and Trumbore 1997 for single precision, in the form that
+//! measures the distance along the geometric normal, which the error bounds of surface points assume. Tested below, in
 //! `tests/tracing/rays.rs` and in `tests/tracing/hard.rs`.
 
 use super::box_ray::{BoxRay, Parameter};
@@ -12,25 +12,25 @@ use crate::math::ray::Ray;
 use crate::math::triangle::Line;
 use crate::math::vec::Vec3;
 
-/// A ray that meets triangles.
+/// A ray that can be intersected with triangles.
 pub trait TraceRay: Copy {
     /// The ray in double precision.
     fn widen(&self) -> DRay;
 
-    /// The ray from double precision.
+    /// Creates the ray from a double-precision ray.
     fn narrow(ray: &DRay) -> Self;
 
-    /// The ray as boxes are tested with it from the parameter `start` on, and how its parameters translate.
+    /// The ray for box tests from the parameter `start` on, and the mapping of its parameters.
     fn to_boxes(&self, start: f64) -> (BoxRay, Parameter);
 
-    /// Parameter and barycentric coordinates of a hit in (t_min, t_max].
+    /// Intersects a triangle: the parameter, in (t_min, t_max], and the barycentric coordinates of the hit.
     fn meet(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f32; 2])>;
 
-    /// Ends the ray here.
+    /// Sets the end of the ray.
     fn end_at(&mut self, t: f64);
 }
 
-/// A ray in double precision that slips through no edge and no vertex.
+/// A double-precision ray with a triangle test that is watertight at edges and vertices.
 #[derive(Debug, Clone, Copy)]
 pub struct WatertightRay {
     ray: DRay,
@@ -100,10 +100,10 @@ impl TraceRay for Ray {
         let to_a = a - self.origin;
         let across = self.dir.cross(to_a);
         let determinant = self.dir.dot(normal);
-        // Of the sign of the determinant, the barycentric coordinates times its magnitude.
+        // The barycentric coordinates, times the magnitude of the determinant.
         let towards = 1.0_f32.copysign(determinant);
         let (u, v) = (-towards * across.dot(e2), towards * across.dot(e1));
-        // Divided only if inside, which most triangles are not. Not a number is outside.
+        // Divided only after an inside test, which most triangles fail. NaN counts as outside.
         let inside = u >= 0.0 && v >= 0.0 && u + v <= determinant.abs();
         if !inside || determinant == 0.0 {
             return None;

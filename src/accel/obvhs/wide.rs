@@ -1,10 +1,11 @@
-//! The leaves of a compressed tree of eight children a node that a ray comes through, roughly front to back.
+//! Traversal of a compressed BVH with eight children per node by a ray, roughly front to back.
 //!
-//! The boxes of a node's children are given in 8 bits a plane, as multiples of a power of two from its lowest corner.
-//! obvhs's own test of them begins at the parameter 10^-4, whatever the unit of length, and takes -0 in a direction for
-//! positive in one place and for negative in another. This one does neither, and bounds what it loses by rounding.
+//! The boxes of a node's children are stored with 8 bits per plane, as multiples of a power of two from the lowest
+//! corner of the node. obvhs's own box test starts at the parameter 10^-4, regardless of the unit of length, and treats
+//! -0 in a direction as positive in one place and as negative in another. This test does neither, and bounds its
+//! rounding error.
 //!
-//! Measure: as of the boxes; parameters as of `BoxRay`.
+//! Measure: the unit of the boxes; ray parameters as in `BoxRay`.
 //! Range: any tree with coordinates up to 1e18 in magnitude.
 //! Source: Ylitie, Karras and Laine 2017 for the layout and the order; obvhs for the nodes. Tested in `tests/tracing/rays.rs`
 //! and `tests/tracing/hard.rs`.
@@ -16,21 +17,21 @@ use glam::{Vec3A, Vec4};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::ops::ControlFlow;
 
-/// Bits of a mask of hits that stand for children which are nodes; those below stand for primitives.
+/// The bits of a hit mask for children that are inner nodes; the lower bits are for primitives.
 const INNER: u32 = 0xff00_0000;
 
-/// Children of one node that are still to be visited.
+/// The children of one node that are still to be visited.
 #[derive(Debug, Clone, Copy, Default)]
 struct Group {
-    /// The node's first child.
+    /// The index of the node's first child.
     base: u32,
-    /// One bit for each child that is a node, in the order of the places they have.
+    /// One bit for each child that is an inner node, by child slot.
     places: u8,
-    /// One bit for each child to be visited, the first one highest.
+    /// One bit for each child to be visited; the highest bit is visited first.
     waiting: u32,
 }
 
-/// Visits the primitives of every leaf whose box the ray meets, until told to stop.
+/// Visits the primitives of every leaf whose box the ray hits, until the visitor breaks.
 #[inline(always)]
 pub fn traverse(
     nodes: &[CwBvhNode],
@@ -72,20 +73,20 @@ pub fn traverse(
     }
 }
 
-/// What the places of children are turned by, so that the first to be visited has the highest.
+/// The mask that is XORed with child slots so that the child to be visited first has the highest slot.
 #[inline(always)]
 fn octant(ray: &BoxRay) -> u32 {
     let positive = ray.inverse.cmpge(Vec3A::ZERO).bitmask();
-    // The axes count from the highest bit down.
+    // The x axis has the highest bit.
     (positive & 1) << 2 | (positive & 2) | (positive & 4) >> 2
 }
 
-/// Which children the ray meets: a bit for each primitive of those that are leaves, and for each that is a node.
+/// The children that the ray hits: one bit for each primitive of a leaf, and one for each inner node.
 #[inline(always)]
 fn hits(node: &CwBvhNode, ray: &BoxRay, octant: u32) -> u32 {
     let (bits, shifts) = node.get_child_and_index_bits(octant * 0x0101_0101);
     let met = children_met(node, ray);
-    // Every child, met or not: a loop over those that are met costs more in branches that are guessed wrongly.
+    // All children, hit or not: a loop over the hit children costs more in mispredicted branches.
     let of_child = |child: u32| {
         let is_met = 0u32.wrapping_sub(met >> child & 1);
         let bits = (bits >> (8 * child)) as u32 & 0xff;
@@ -94,13 +95,13 @@ fn hits(node: &CwBvhNode, ray: &BoxRay, octant: u32) -> u32 {
     (0..8).fold(0, |hits, child| hits | of_child(child))
 }
 
-/// One bit for each child whose box the ray meets.
+/// One bit for each child whose box the ray hits.
 #[inline(always)]
 fn children_met(node: &CwBvhNode, ray: &BoxRay) -> u32 {
     let unit = node.compute_extent();
     let offset = Vec3A::from(node.p) - ray.origin;
-    // Up to ten roundings in the planes and in their parameters. A power of two is chosen by a logarithm, whose
-    // rounding can make it too small by another 22.
+    // Up to ten roundings in the planes and in their parameters. The power of two is chosen by a logarithm, whose
+    // rounding can make it too small by the equivalent of another 22.
     let relative = gamma(32) * ray.inverse.abs();
     let slack = offset.abs() * relative + (unit * (255.0 * relative) + ray.slack);
     let scale = unit * ray.inverse;

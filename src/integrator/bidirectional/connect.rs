@@ -1,16 +1,16 @@
-//! Every way of making one path of a walk from the eye and a walk from a light.
+//! Connections: every way of making one path of a camera subpath and a light subpath.
 //!
-//! With s vertices of the one from the light and t of the one from the eye, ends included:
+//! With s vertices of the light subpath and t of the camera subpath, ends included:
 //!
-//! - s = 0: the walk from the eye meets a light, or leaves the scene for one beyond.
-//! - s = 1: a light is looked for from its last surface.
+//! - s = 0: the camera subpath hits a light, or leaves the scene for the environment.
+//! - s = 1: next event estimation at the last surface of the camera subpath.
 //! - s > 1, t > 1: the last surfaces of both are connected, beta_eye f_eye G V f_light beta_light.
-//! - t = 1: the last surface of the walk from the light is connected to a point of the lens, and falls somewhere on the film.
+//! - t = 1: the last surface of the light subpath is connected to a point of the lens, and splats anywhere on the film.
 //!
-//! Each is weighted against all others that find the same path ([`WholePath`]).
+//! Each strategy is weighted against all others that find the same path ([`WholePath`]).
 //!
-//! Measure: radiance; of what falls on the film elsewhere, radiance times light paths.
-//! Range: any walks through the same scene at the same time.
+//! Measure: radiance; of splats, radiance times light subpaths.
+//! Range: any subpaths through the same scene at the same time.
 //! Source: Veach 1997, section 10.2 and 10.3.4. Tested in `tests/rendering/bidirectional.rs`.
 
 use super::vertex::{RayDensity, Source, Vertex};
@@ -31,50 +31,50 @@ use crate::planted::planted;
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
-/// A walk from a light, and where it began.
+/// A light subpath, with its vertex on the light.
 #[derive(Debug)]
 pub struct LightPath<'a, E: Effects> {
-    /// The light's end.
+    /// The vertex on the light.
     pub source: Source,
-    /// The density of the rays that go on from there.
+    /// The density of the rays that leave the light there.
     #[cfg(test)]
     pub ray_density: RayDensity,
-    /// The surfaces after it.
+    /// The vertices on surfaces.
     pub walked: Walked<'a, E>,
 }
 
-/// Light that one strategy brings, before and after it is weighted against the others that find its path.
+/// The contribution of one strategy, before and after it is weighted against the others that find its path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contribution {
-    /// Which one.
+    /// The strategy.
     pub strategy: Strategy,
-    /// Where it falls on the film; `None` in the pixel of its sample.
+    /// The place of a splat on the film; `None` for the pixel of the sample.
     pub film: Option<Vec2>,
-    /// Radiance, or radiance times light paths, as if there were no other strategy.
+    /// The radiance, of splats times light subpaths, as if there were no other strategy.
     pub unweighted: Rgb,
-    /// The strategy's weight.
+    /// The MIS weight of the strategy.
     pub weight: f32,
 }
 
 impl Contribution {
-    /// The part of the picture that it is.
+    /// The weighted contribution to the image.
     pub fn value(&self) -> Rgb {
         self.unweighted * self.weight
     }
 }
 
-/// Makes paths of two walks.
+/// Connects a camera subpath and a light subpath.
 pub struct Connector<'a, 'w, E: Effects, O: ?Sized> {
     pub scene: &'a Scene,
-    /// When.
+    /// The time.
     pub time: f32,
-    /// Scattering events at most.
+    /// The largest number of scattering events.
     pub max_bounces: Option<u32>,
-    /// The density of light paths' ends on the film, per pixel, if each pixel has one for each of its samples.
+    /// The density of a sample's place on the film, per pixel of area, where each sample has one light subpath.
     pub per_pixel: f64,
-    /// From a light, if any shines.
+    /// The light subpath, if there is one.
     pub light: Option<LightPath<'a, E>>,
-    /// From the eye.
+    /// The camera subpath.
     pub eye: &'w Walked<'a, E>,
     pub rays: &'w mut RayCounts,
     pub observer: &'w mut O,
@@ -82,7 +82,7 @@ pub struct Connector<'a, 'w, E: Effects, O: ?Sized> {
 }
 
 impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
-    /// Every contribution of paths with at least one edge from the eye, one strategy after the other.
+    /// Computes all contributions of paths with at least one edge of the camera subpath, one strategy after the other.
     pub fn to_pixel(&mut self, mut take: impl FnMut(Contribution)) {
         for j in 0..self.eye.vertices.len() {
             self.emission_s0(j).into_iter().for_each(&mut take);
@@ -101,7 +101,8 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         self.environment_s0().into_iter().flatten().for_each(take);
     }
 
-    /// Every contribution of light paths that are connected to the lens where `reaches` says that they count.
+    /// Computes all contributions of connections to the lens, at the places on the film for which `reaches` returns
+    /// true.
     pub fn to_film(
         &mut self,
         viewpoint: impl Fn(Vec2) -> Viewpoint,
@@ -116,8 +117,8 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         }
     }
 
-    /// The contributions of one strategy, of walks that have as many surfaces as it takes at most. Light from beyond the scene
-    /// makes two.
+    /// Computes the contributions of one strategy, for subpaths that have at most as many surfaces as it uses. The
+    /// environment makes two.
     pub fn by_strategy(
         &mut self,
         Strategy { s, t }: Strategy,
@@ -139,19 +140,19 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         }
     }
 
-    /// Whether a path may scatter so often.
+    /// Whether a path may have this number of scattering events.
     fn allows(&self, bounces: usize) -> bool {
         self.max_bounces.is_none_or(|most| bounces <= most as usize)
     }
 
-    /// Surfaces of the walk from the light.
+    /// The number of surfaces of the light subpath.
     fn light_surfaces(&self) -> usize {
         self.light
             .as_ref()
             .map_or(0, |light| light.walked.vertices.len())
     }
 
-    /// s = 0: the surface `j` of the walk from the eye emits.
+    /// The contribution of s = 0: the surface `j` of the camera subpath emits.
     fn emission_s0(&mut self, j: usize) -> Option<Contribution> {
         let (scene, eye) = (self.scene, self.eye);
         let vertex = &eye.vertices[j];
@@ -182,7 +183,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         Some(contribution)
     }
 
-    /// s = 0: light from beyond the scene, of the constant environment and of the one that is sampled.
+    /// The contributions of s = 0 from the environment: of the constant one and of the one that is sampled.
     fn environment_s0(&mut self) -> [Option<Contribution>; 2] {
         let Some(escape) = self.eye.escape.filter(|_| E::Environment::ON) else {
             return [None; 2];
@@ -223,7 +224,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         [Some(constant), sampled]
     }
 
-    /// s = 1: next event estimation at the surface `j` of the walk from the eye.
+    /// The contribution of s = 1: next event estimation at the surface `j` of the camera subpath.
     fn nee_s1(&mut self, j: usize) -> Option<Contribution> {
         let (scene, eye) = (self.scene, self.eye);
         let vertex = &eye.vertices[j];
@@ -265,7 +266,8 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         self.visible(strategy, &ray, unweighted, weight)
     }
 
-    /// s > 1, t > 1: the surface `i` of the walk from the light is connected to the surface `j` of that from the eye.
+    /// The contribution of s > 1, t > 1: the surface `i` of the light subpath is connected to the surface `j` of the
+    /// camera subpath.
     pub fn connection(&mut self, i: usize, j: usize) -> Option<Contribution> {
         let light = self.light.as_ref()?;
         let (near, far) = (&self.eye.vertices[j], &light.walked.vertices[i]);
@@ -296,7 +298,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         self.visible(strategy, &ray, unweighted, weight)
     }
 
-    /// t = 1: the surface `i` of the walk from the light is connected to a point of the lens.
+    /// The contribution of t = 1: the surface `i` of the light subpath is connected to a point of the lens.
     fn splat_t1(
         &mut self,
         i: usize,
@@ -317,7 +319,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             return None;
         }
         let at = vertex.scattering(self.scene, w, vertex.at.wo)?;
-        // Rays through the middle of the lens tell the density of rays through any of its points.
+        // Rays through the middle of the lens give the density of rays through any of its points.
         let middle = viewpoint(Vec2::splat(0.5)).film_point(-w)?;
         let rays = RayDensity::Point(middle.per_steradian * self.per_pixel);
         let pdfs = ConnectionPdfs {
@@ -342,8 +344,8 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         })
     }
 
-    /// The weight of a strategy against all others that find its path: of both walks as far as it takes them, of the light's end
-    /// and of the connection.
+    /// The MIS weight of a strategy against all others that find its path, from the densities of both subpaths as far
+    /// as it uses them, of the vertex on the light and of the connection.
     fn weight(
         &mut self,
         Strategy { s, t }: Strategy,
@@ -353,7 +355,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         let whole = &mut self.whole;
         let vertices = s + t;
         whole.clear(vertices);
-        // Without a vertex from the light, the last surface from the eye is the source.
+        // Without a vertex of the light subpath, the last surface of the camera subpath is the source.
         let surfaces = if s == 0 { t - 2 } else { t - 1 };
         for (j, vertex) in self.eye.vertices[..surfaces].iter().enumerate() {
             let place = vertices - 2 - j;
@@ -371,7 +373,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         whole.weight(s) as f32
     }
 
-    /// What of a contribution to the pixel comes along the ray of its connection.
+    /// Traces the shadow ray of a connection, and returns the visible part of its contribution to the pixel.
     fn visible(
         &mut self,
         strategy: Strategy,
@@ -389,7 +391,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         })
     }
 
-    /// The share of light that comes along a ray.
+    /// Traces a shadow ray, and returns the share of light that is not occluded.
     fn trace_shadow_ray(&mut self, ray: &Ray) -> f32 {
         self.rays.shadow += 1;
         self.observer.traced(RayKind::Shadow, ray, self.time);
@@ -406,7 +408,8 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         light.pdf_emission(self.time, normal, direction, around)
     }
 
-    /// The density with which a path from the light goes on from surface `j` of the walk from the eye to the one before.
+    /// The density with which a light subpath continues from surface `j` of the camera subpath to the surface before
+    /// `j`.
     fn density_before(&self, j: usize, pdf_to_eye: PdfSolidAngle) -> f64 {
         if j == 0 {
             return 0.0;
@@ -417,7 +420,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
 }
 
 impl<E: Effects> LightPath<'_, E> {
-    /// The density with which a path from the eye goes on from surface `i` to what is before it.
+    /// The density with which a camera subpath continues from surface `i` to the vertex before `i`.
     fn density_before(&self, i: usize, pdf_to_light: PdfSolidAngle) -> f64 {
         let from = self.walked.vertices[i].at.p;
         match i {
@@ -427,7 +430,7 @@ impl<E: Effects> LightPath<'_, E> {
     }
 }
 
-/// The interaction's point as one of its surface.
+/// The surface point of an interaction.
 fn point_of<E: Effects>(at: &Interaction<E>) -> SurfacePoint {
     SurfacePoint {
         p: at.p,

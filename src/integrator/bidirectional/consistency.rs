@@ -1,9 +1,9 @@
-//! Whether every strategy that finds a path knows the same densities of it: those worked out anew from its vertices alone.
+//! A test that all strategies that find a path use the same densities of it: those recomputed from its vertices alone.
 //!
-//! Then their weights are those of one set, and sum to one, as `weights.rs` shows of any set.
+//! Their weights are then those of one set of densities, and sum to one, as `weights.rs` shows of any set.
 //!
 //! Measure: weights.
-//! Range: the walks of random samples through scenes of the repository.
+//! Range: the subpaths of random samples through scenes of the repository.
 //! Source: none needed. Tests only.
 
 use super::connect::{Connector, LightPath};
@@ -27,7 +27,7 @@ use std::path::Path;
 
 type V<'a> = Vertex<'a, Everything>;
 
-/// A scene of the repository, and the size of its picture.
+/// A scene of the repository, and the size of its image.
 fn scene(path: &str) -> (Scene, Vec2) {
     let description = load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).expect("it is valid");
     let options = AccelOptions {
@@ -41,7 +41,7 @@ fn scene(path: &str) -> (Scene, Vec2) {
     (scene, Vec2::new(width as f32, height as f32))
 }
 
-/// Densities per steradian of going on from a vertex to the light's side and to the eye's.
+/// The densities per steradian of continuing from a vertex towards the light and towards the camera.
 fn both_ways(scene: &Scene, vertex: &V<'_>, to_eye: Vec3, to_light: Vec3) -> [PdfSolidAngle; 2] {
     if vertex.is_delta {
         let tilted = [to_eye, to_light]
@@ -55,8 +55,8 @@ fn both_ways(scene: &Scene, vertex: &V<'_>, to_eye: Vec3, to_light: Vec3) -> [Pd
     })
 }
 
-/// The path through these surfaces, from the light to the eye, worked out anew; `ends` are those that were connected, which
-/// do not scatter by a delta lobe whatever their walks did next.
+/// Recomputes the densities of the path through these surfaces, from the light to the camera. `is_delta` is false for
+/// the connected vertices, whatever lobe their subpaths sampled next.
 fn anew(
     scene: &Scene,
     light: &LightPath<'_, Everything>,
@@ -74,7 +74,7 @@ fn anew(
     let from_source = |p: Vec3| match &light.source.end {
         ShadowRayEnd::Surface(point, _) => p - point.p,
         ShadowRayEnd::Point(point) => p - *point,
-        // The first surface of the walk was met along it.
+        // The light subpath hit its first surface along this direction.
         ShadowRayEnd::Infinity => -light.walked.vertices[0].at.wo,
     };
     whole.densities[1].by_light = light
@@ -108,7 +108,7 @@ fn anew(
     whole
 }
 
-/// Counts the connections of some walks and those whose weight is another one when it is worked out anew.
+/// Counts the connections of some subpaths, and those whose recomputed weight differs.
 fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
     let integrator = Bidirectional {
         max_bounces: Some(8),
@@ -175,7 +175,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
                 let all: Vec<&V<'_>> = of_light.chain(eye.vertices[..=j].iter().rev()).collect();
                 let fresh = anew(scene, light, &all, &known.is_delta, camera);
                 count += 1;
-                // A rounded direction matters to a narrow lobe, but not to what is shared out.
+                // The rounding of a direction changes the density of a narrow lobe, but not the weights.
                 let weights =
                     |path: &WholePath| (0..all.len() + 2).map(|s| path.weight(s)).collect();
                 let [a, b]: [Vec<f64>; 2] = [&known, &fresh].map(weights);
@@ -198,8 +198,8 @@ fn is_density(Densities { by_light, by_eye }: Densities) -> bool {
     by_light >= 0.0 && by_eye >= 0.0 && by_light.is_finite() && by_eye.is_finite()
 }
 
-/// A million paths. Where surfaces touch, rounding moves a point by more than its distance from the next: that is as rare as
-/// one in ten thousand.
+/// A test of a million paths. Where surfaces touch, rounding moves a point by more than its distance from the next
+/// surface: that is as rare as one in ten thousand.
 #[test]
 fn every_strategy_knows_the_same_densities_of_a_path() {
     let scenes = [

@@ -1,18 +1,19 @@
-//! Bidirectional path tracing: a walk from the eye and one from a light, and every way of making one path of both.
+//! Bidirectional path tracing: a camera subpath, a light subpath, and every way of making one path of both.
 //!
-//! A path with n edges can be found in n + 1 ways, of which each is good at something: walks from the light at what a lamp
-//! behind glass throws onto a wall, walks from the eye at what is seen in a mirror. The estimate of a pixel is
+//! A path with n edges can be found by n + 1 strategies, each of which is good at something: light subpaths at the
+//! light that a lamp behind glass throws onto a wall, camera subpaths at what is seen in a mirror. The estimate of a
+//! pixel is
 //!
 //!   sum_{t > 1, s} w_{s,t} C_{s,t} + 1/N sum_{light paths} sum_s h w_{s,1} C_{s,1},
 //!
-//! where the second sum is over those light paths, one for each sample of every pixel, N in all, that are connected to the
-//! lens and fall where the pixel's filter h covers the film. The weights w, by the power heuristic, sum to one for every path
-//! (`weights.rs`), but for light that the camera sees without scattering, which is looked at alone.
+//! where the second sum is over the light subpaths, one for each sample of every pixel, N in all, that are connected to
+//! the lens and fall where the pixel's filter h covers the film. The weights w, by the power heuristic, sum to one for
+//! every path (`weights.rs`); light that the camera sees without scattering is found by s = 0 alone.
 //!
-//! Roulette is part of what a walk has gathered, not of its densities.
+//! Russian roulette changes the throughput of a subpath, not its densities.
 //!
 //! Measure: radiance; splats as in `film/splats.rs`.
-//! Range: any scene. Walks are kept whole, some 300 bytes a vertex, until their sample is done.
+//! Range: any scene. Subpaths are kept whole, some 300 bytes a vertex, until their sample is done.
 //! Source: Lafortune and Willems 1993; Veach 1997, chapter 10. Tested in `tests/rendering/bidirectional.rs`.
 
 mod connect;
@@ -41,15 +42,15 @@ use vertex::{RayDensity, Source, Vertex};
 use walk::{Start, SubpathKind, Walked, Walker};
 use weights::WholePath;
 
-/// The bidirectional path integrator's choices.
+/// The bidirectional path integrator and its settings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bidirectional {
-    /// Scattering events at most; `None` does not limit them.
+    /// The largest number of scattering events; `None` for no limit.
     pub max_bounces: Option<u32>,
-    /// When walks end by chance.
+    /// The rule of Russian roulette for both subpaths.
     pub roulette: Roulette,
-    /// The area of film, in pixels, over which samples are spread evenly, with one light path for each: of a picture whose
-    /// pixels have the same number of samples that of all of them.
+    /// The area of film, in pixels, over which samples are spread evenly, with one light subpath for each: the whole
+    /// image's area if its pixels have equal sample counts.
     pub film_area: f64,
 }
 
@@ -96,8 +97,8 @@ impl Integrator for Bidirectional {
 }
 
 impl Bidirectional {
-    /// Every contribution of a sample's two walks, strategy by strategy; of those that fall elsewhere on the film those alone
-    /// whose place `reaches` says counts.
+    /// Computes all contributions of a sample's two subpaths, strategy by strategy; splats only at the places on the
+    /// film for which `reaches` returns true.
     #[expect(
         clippy::too_many_arguments,
         reason = "a sample, and all that it may tell of"
@@ -124,8 +125,8 @@ impl Bidirectional {
         connector.to_pixel(take);
     }
 
-    /// The contributions of one strategy for the numbers of `sampler`, the same as among [`Self::contributions`], with walks no
-    /// longer than it takes.
+    /// Computes the contributions of one strategy for the numbers of `sampler`, equal to those of
+    /// [`Self::contributions`], with subpaths no longer than the strategy uses.
     pub fn by_strategy<E: Effects, S: Sampler>(
         &self,
         strategy: Strategy,
@@ -199,7 +200,7 @@ impl Bidirectional {
         }
     }
 
-    /// A walk from the eye, along a camera ray that has met `found`, over `most` surfaces.
+    /// Samples a camera subpath of at most `most` surfaces, along a camera ray with the closest hit `found`.
     fn eye_path<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         walker: &mut Walker<'a, '_, S, O>,
@@ -207,7 +208,7 @@ impl Bidirectional {
         found: Option<Hit>,
         most: Option<u64>,
     ) -> Walked<'a, E> {
-        // Rays through the middle of the lens tell the density of rays through any of its points.
+        // Rays through the middle of the lens give the density of rays through any of its points.
         let middle = walker.scene.camera.viewpoint::<E>(Vec2::splat(0.5), time);
         let film = middle.film_point(ray.dir);
         let per_steradian = film.map_or(0.0, |film| film.per_steradian);
@@ -223,7 +224,7 @@ impl Bidirectional {
         })
     }
 
-    /// A walk from a light over `most` surfaces; `None` where none shines, or there is no surface.
+    /// Samples a light subpath of at most `most` surfaces; `None` where no light emits, or no surface is hit.
     fn light_path<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         walker: &mut Walker<'a, '_, S, O>,
@@ -262,7 +263,7 @@ impl Bidirectional {
     }
 }
 
-/// Where the first ray begins: beyond the bound of the error of its point.
+/// The origin of a light subpath's first ray: beyond the bound of the error of its point.
 fn beginning(sample: &EmissionSample) -> Vec3 {
     match &sample.end {
         ShadowRayEnd::Surface(point, _) => {
@@ -275,7 +276,7 @@ fn beginning(sample: &EmissionSample) -> Vec3 {
     }
 }
 
-/// What a walk along this ray sets out with.
+/// The initial throughput of a light subpath along this ray.
 fn power(sample: &EmissionSample, pmf: Pmf) -> Rgb {
     let cos = match &sample.end {
         ShadowRayEnd::Surface(point, _) => sample.direction.dot(point.ng).abs(),
@@ -286,7 +287,7 @@ fn power(sample: &EmissionSample, pmf: Pmf) -> Rgb {
     sample.radiance * (cos / direction / position / pmf.0)
 }
 
-/// The density with which the first surface of a walk from a light finds its source by looking for a light.
+/// The density with which light sampling at the first surface of a light subpath finds its source.
 fn density_of_nee<E: Effects>(
     scene: &Scene,
     light: u32,
@@ -305,7 +306,7 @@ fn density_of_nee<E: Effects>(
             let beyond = scene.lights.environment(-sample.direction);
             beyond.map_or(PdfSolidAngle(0.0), |beyond| beyond.pdf)
         }
-        // There is no other point, or direction, than this: by the choice of the light.
+        // There is no other point, or direction: the density is the probability of choosing the light.
         ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => return source.direct,
     };
     source.density_from(from, pdf)

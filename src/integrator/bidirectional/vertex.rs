@@ -1,16 +1,18 @@
-//! The vertices of paths from the camera and from the lights, and how light scatters at one of them from a light towards
-//! the eye, whichever end the path began at.
+//! The vertices of camera and light subpaths, and the scattering at a vertex from a light towards the camera, whichever
+//! end the subpath began at.
 //!
-//! A shading normal is tilted for the viewer who would see a surface from behind ([`Interaction`]). So scattering is always
-//! asked of the surface as the eye sees it, and the density of going the other way of the surface as the light sees it. With
-//! the normals n of shading and g of geometry, light along l that leaves towards the eye e is multiplied by
+//! A shading normal is tilted for a viewer who would see the surface from behind ([`Interaction`]). So scattering is
+//! always evaluated on the surface as seen from the camera, and the density of the reverse direction on the surface as
+//! seen from the light. With the shading normal n and the geometric normal g, light along l that leaves towards the
+//! camera e is multiplied by
 //!
 //!   f(e, l) |l n| |e g| / |l g|,
 //!
 //! for each unit of projected solid angle about g: Veach's adjoint of a BSDF with shading normals.
 //!
-//! Measure: densities per unit of area in normalised units; at a light from beyond the scene per steradian.
-//! Range: any surface. Delta lobes have the density 1 per steradian both ways: their true densities have the same ratio.
+//! Measure: densities per unit of area in normalised units; at a light beyond the scene per steradian.
+//! Range: any surface. Delta lobes have the density 1 per steradian both ways: their true densities have the same
+//! ratio.
 //! Source: Veach 1997, sections 5.3 and 8.3.2, eq. 5.17. Tested in `tests/rendering/bidirectional.rs`.
 
 use crate::bsdf::{Bsdf, BsdfSample};
@@ -24,27 +26,27 @@ use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 use std::borrow::Cow;
 
-/// The densities with which paths from both ends find a vertex, given the vertices before it.
+/// The densities with which subpaths from both ends find a vertex, given the vertices before it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Densities {
-    /// On a path from the light.
+    /// The density on a light subpath.
     pub by_light: f64,
-    /// On a path from the eye.
+    /// The density on a camera subpath.
     pub by_eye: f64,
 }
 
-/// A density of rays, before it is known what they meet.
+/// A density of rays, before their hits are known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RayDensity {
-    /// From a point, per steradian.
+    /// Rays from a point, per steradian.
     Point(f64),
-    /// Parallel, per unit of area across.
+    /// Parallel rays, per unit of area across.
     Parallel(f64),
 }
 
 impl RayDensity {
-    /// The density with which the rays find a point of a surface with the normal `ng`, at the end of `way`; of parallel
-    /// rays its length means nothing.
+    /// The density with which the rays hit a point of a surface with the normal `ng`, at the end of `way`; for parallel
+    /// rays the length of `way` has no meaning.
     #[inline]
     pub fn density_at(self, way: Vec3, ng: Vec3) -> f64 {
         let way = way.as_dvec3();
@@ -54,47 +56,48 @@ impl RayDensity {
             Self::Point(density) => density * cos / distance2,
             Self::Parallel(density) => density * cos,
         };
-        // From the surface itself nothing is found.
+        // At zero distance nothing is found.
         if density.is_finite() { density } else { 0.0 }
     }
 }
 
-/// What a surface does to light on its way to the eye, and how likely it is to be looked for along that way.
+/// The scattering of light at a surface towards the camera, and the densities of sampling that direction.
 #[derive(Debug, Clone, Copy)]
 pub struct Scattering {
-    /// f |cos|, of the light's direction with the shading normal that the eye sees.
+    /// The factor f |cos|, with the cosine between the light's direction and the shading normal as seen from the
+    /// camera.
     pub to_eye: Rgb,
-    /// What that is multiplied by to get what a path from the light is.
+    /// The factor by which `to_eye` is multiplied on a light subpath.
     pub adjoint: f32,
-    /// The density of going on to the light, on a path from the eye.
+    /// The density of continuing towards the light, on a camera subpath.
     pub pdf_to_light: PdfSolidAngle,
-    /// The density of going on to the eye, on a path from the light.
+    /// The density of continuing towards the camera, on a light subpath.
     pub pdf_to_eye: PdfSolidAngle,
     /// Whether the light passes through the surface.
     pub goes_through: bool,
 }
 
-/// A point of a surface on a path.
+/// A vertex of a subpath on a surface.
 #[derive(Debug)]
 pub struct Vertex<'a, E: Effects> {
-    /// Where, seen from the vertex before.
+    /// The surface interaction, as seen from the vertex before.
     pub at: Interaction<E>,
-    /// How its surface scatters.
+    /// The BSDF of the surface.
     pub bsdf: Cow<'a, Bsdf>,
-    /// Whether light passes through it.
+    /// Whether the surface is transmissive.
     pub transmits: bool,
-    /// What the path has gathered until it came here.
+    /// The throughput of the subpath up to here.
     pub beta: Rgb,
-    /// How it is found.
+    /// The densities of finding the vertex.
     pub densities: Densities,
-    /// Whether the path goes on from here by a delta lobe.
+    /// Whether the subpath continues from here by a delta lobe.
     pub is_delta: bool,
-    /// Numbers for the point that it is connected to: on a light, or on the lens.
+    /// The random numbers for the point that the vertex is connected to: on a light, or on the lens.
     pub u: [f32; 4],
 }
 
 impl<'a, E: Effects> Vertex<'a, E> {
-    /// A vertex where a path has arrived.
+    /// The vertex where a subpath has arrived.
     pub fn new(
         scene: &'a Scene,
         at: Interaction<E>,
@@ -113,20 +116,20 @@ impl<'a, E: Effects> Vertex<'a, E> {
         }
     }
 
-    /// Whether anything but delta lobes scatters here, so that it can be connected to.
+    /// Whether the BSDF has any lobe but delta lobes, so that the vertex can be connected to.
     #[inline]
     pub fn is_connectible(&self) -> bool {
         !self.bsdf.is_delta::<E>()
     }
 
-    /// The density of finding this vertex with that density of directions at `from`.
+    /// The density of finding this vertex with the density `pdf` of directions at `from`.
     #[inline]
     pub fn density_from(&self, from: Vec3, pdf: PdfSolidAngle) -> f64 {
         RayDensity::Point(pdf.0.into()).density_at(self.at.p - from, self.at.ng)
     }
 
-    /// Scattering from the unit vector `to_light` to the unit vector `to_eye`, both away from the surface, without delta
-    /// lobes; `None` if no light goes this way.
+    /// Evaluates scattering from the unit vector `to_light` to the unit vector `to_eye`, both away from the surface,
+    /// without delta lobes; `None` if no light is scattered this way.
     pub fn scattering(&self, scene: &Scene, to_eye: Vec3, to_light: Vec3) -> Option<Scattering> {
         let (seen, goes_through) = self.seen(scene, to_eye, to_light)?;
         let wi = seen.frame.to_local(to_light);
@@ -145,9 +148,9 @@ impl<'a, E: Effects> Vertex<'a, E> {
         })
     }
 
-    /// The same for a direction that a delta lobe has found on a path from the eye, or from the light.
+    /// Evaluates scattering for a direction that a subpath from either end has sampled from a delta lobe.
     ///
-    /// Reflection about a tilted normal, and refraction through it, are not found the other way.
+    /// Reflection about a tilted normal, and refraction through it, are not found in the reverse direction.
     pub fn delta_scattering(
         &self,
         scene: &Scene,
@@ -160,7 +163,7 @@ impl<'a, E: Effects> Vertex<'a, E> {
         let both_ways = PdfSolidAngle(1.0);
         let one_way = PdfSolidAngle(if is_mended { 0.0 } else { 1.0 });
         let [of_eye, of_light] = [to_eye, to_light].map(|w| seen.frame.to_local(w).z.abs());
-        // A refracted beam changes its width: light that stays in projected solid angle about the shading normal.
+        // Refraction changes the width of a beam: light is kept in projected solid angle about the shading normal.
         Some(Scattering {
             to_eye: sample.weight,
             adjoint: adjoint(&seen, to_eye, to_light) * (of_light / of_eye),
@@ -170,8 +173,8 @@ impl<'a, E: Effects> Vertex<'a, E> {
         })
     }
 
-    /// The surface as the eye sees it, and whether light passes through it; `None` where its two normals do not agree on
-    /// that, or it is dark.
+    /// The surface as seen from the camera, and whether light passes through it; `None` where its two normals do not
+    /// agree on that, or this side of it absorbs everything.
     fn seen(&self, scene: &Scene, to_eye: Vec3, to_light: Vec3) -> Option<(Interaction<E>, bool)> {
         let seen = self.at.facing(to_eye, self.transmits);
         let [wo, wi] = [to_eye, to_light].map(|w| seen.frame.to_local(w));
@@ -181,7 +184,7 @@ impl<'a, E: Effects> Vertex<'a, E> {
     }
 }
 
-/// |e g| / |l g|, where |l n| is a factor already.
+/// The factor |e g| / |l g|, where |l n| is a factor already.
 fn adjoint<E: Effects>(seen: &Interaction<E>, to_eye: Vec3, to_light: Vec3) -> f32 {
     let cos = to_eye.dot(seen.ng).abs();
     if !E::ShadingNormals::ON || seen.is_flat() {
@@ -194,26 +197,26 @@ fn adjoint<E: Effects>(seen: &Interaction<E>, to_eye: Vec3, to_light: Vec3) -> f
     )
 }
 
-/// The point of a light that a path ends at, or the direction if the light is beyond the scene.
+/// The vertex of a path on a light: a point, or a direction if the light is beyond the scene.
 #[derive(Debug, Clone, Copy)]
 pub struct Source {
-    /// Where it is.
+    /// The point, on a surface or in free space, or infinity.
     pub end: ShadowRayEnd,
-    /// Whether a path from the eye can meet it by chance.
+    /// Whether a camera subpath can hit the source.
     pub can_be_met: bool,
-    /// How it is found.
+    /// The densities of finding the source.
     pub densities: Densities,
-    /// The density with which the vertex next to it finds it by looking for a light.
+    /// The density with which light sampling at the vertex next to it finds the source.
     pub direct: f64,
 }
 
 impl Source {
-    /// The end of a path that light sampling would leave with these densities, times the probability of choosing the light,
-    /// and the density of the rays that go on from it.
+    /// Makes the source that light sampling chooses with these densities, times the probability of choosing the light,
+    /// and the density of the rays that leave it.
     pub fn new(end: ShadowRayEnd, pmf: Pmf, pdf: &EmissionPdf) -> (Self, RayDensity) {
         let position = pdf.position.map_or(1.0, |pdf| f64::from(pdf.0));
         let direction = pdf.direction.map_or(1.0, |pdf| f64::from(pdf.0));
-        // What is chosen first is what the vertex is: the direction of light from beyond the scene, else the point.
+        // The vertex is what is sampled first: the direction of light from beyond the scene, otherwise the point.
         let (first, rays) = match end {
             ShadowRayEnd::Infinity => (direction, RayDensity::Parallel(position)),
             ShadowRayEnd::Surface(..) | ShadowRayEnd::Point(_) => {
@@ -232,7 +235,7 @@ impl Source {
         (source, rays)
     }
 
-    /// The density of meeting it by chance with that density of directions at `from`.
+    /// The density of hitting the source with the density `pdf` of directions at `from`.
     pub fn density_from(&self, from: Vec3, pdf: PdfSolidAngle) -> f64 {
         match &self.end {
             _ if !self.can_be_met => 0.0,

@@ -1,11 +1,11 @@
-//! Random walks kind surface to surface, kind the camera or kind a light.
+//! Random walks from surface to surface, from the camera or from a light.
 //!
-//! A walk kind the eye gathers radiance and one kind a light brings power: the factors at a vertex differ, the densities and
-//! the way do not. Each vertex learns the density with which a walk kind the other end would find it as soon as the walk has
-//! gone on kind the next one.
+//! A camera subpath gathers radiance and a light subpath carries power: their factors at a vertex differ, their
+//! densities and procedure do not. The density with which a subpath from the other end finds a vertex is known as soon
+//! as the subpath has continued from the next vertex.
 //!
 //! Measure: densities per unit of area in normalised units.
-//! Range: any scene; without a limit a walk ends by absorption, by leaving, or by roulette.
+//! Range: any scene; without a limit a subpath ends by absorption, by leaving the scene, or by roulette.
 //! Source: Veach 1997, section 10.3. Tested in `tests/rendering/bidirectional.rs`.
 
 use super::vertex::{Densities, RayDensity, Scattering, Vertex};
@@ -22,7 +22,7 @@ use crate::planted::planted;
 use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 
-/// Which end a walk begins at.
+/// The end at which a subpath begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SubpathKind {
     /// The camera.
@@ -31,38 +31,38 @@ pub enum SubpathKind {
     Light,
 }
 
-/// How a walk begins.
+/// The beginning of a subpath.
 #[derive(Debug, Clone, Copy)]
 pub struct Start {
-    /// At which end.
+    /// The end at which it begins.
     pub kind: SubpathKind,
-    /// Its first ray.
+    /// The first ray.
     pub ray: Ray,
-    /// The point that it comes kind, which a ray begins just beyond.
+    /// The point from which the ray comes; the ray begins just beyond.
     pub origin: Vec3,
-    /// What the ray meets.
+    /// The closest hit on the ray.
     pub found: Option<Hit>,
     /// The density of such rays.
     pub ray_density: RayDensity,
-    /// What it has when it sets out.
+    /// The initial throughput.
     pub beta: Rgb,
-    /// Surfaces at most.
+    /// The largest number of surfaces.
     pub most: Option<u64>,
 }
 
-/// Where a walk has been.
+/// The vertices of a subpath, and how it ended.
 #[derive(Debug)]
 pub struct Walked<'a, E: Effects> {
-    /// The surfaces.
+    /// The vertices on surfaces.
     pub vertices: Vec<Vertex<'a, E>>,
-    /// The density with which a walk kind the other end goes on kind the first of them to where this one began.
+    /// The density with which a subpath from the other end continues from the first vertex to where this one began.
     pub back: PdfSolidAngle,
-    /// How it left the scene, if it did.
+    /// The last ray, if it left the scene.
     pub escape: Option<Escape>,
 }
 
 impl<E: Effects> Walked<'_, E> {
-    /// Before a walk's first ray.
+    /// A subpath without a vertex.
     pub fn nowhere() -> Self {
         Self {
             vertices: Vec::new(),
@@ -72,50 +72,50 @@ impl<E: Effects> Walked<'_, E> {
     }
 }
 
-/// A walk's last ray, if it meets nothing.
+/// The last ray of a subpath, if it hits nothing.
 #[derive(Debug, Clone, Copy)]
 pub struct Escape {
-    /// Unit vector along which it goes.
+    /// The unit vector of its direction.
     pub direction: Vec3,
     /// The density of such rays.
     pub ray_density: RayDensity,
-    /// What radiance kind there counts.
+    /// The throughput: the factor of radiance from there.
     pub beta: Rgb,
 }
 
-/// What walks need.
+/// The context in which subpaths are sampled.
 pub struct Walker<'a, 'w, S, O: ?Sized> {
-    /// Where they walk.
+    /// The scene.
     pub scene: &'a Scene,
-    /// When.
+    /// The time.
     pub time: f32,
-    /// When they end by chance.
+    /// The rule of Russian roulette.
     pub roulette: Roulette,
-    /// Where their numbers come kind.
+    /// The source of random numbers.
     pub sampler: &'w mut S,
-    /// Counts their rays.
+    /// The counts of the rays.
     pub rays: &'w mut RayCounts,
-    /// Watches those kind the eye.
+    /// The observer of camera subpaths, and of all rays.
     pub observer: &'w mut O,
 }
 
-/// A way onward kind a vertex.
+/// A sampled step from a vertex.
 struct Step {
-    /// Along this unit vector.
+    /// The unit vector of the direction.
     w: Vec3,
     sample: BsdfSample,
     scattering: Scattering,
-    /// What the walk's gathering is multiplied by.
+    /// The factor of the throughput.
     factor: Rgb,
-    /// What the surface sends on of it, whichever unit it is in.
+    /// The share that the surface scatters, for Russian roulette: without the factor of eta^2 that radiance has.
     reflected: Rgb,
-    /// The density of going this way, and of the way back.
+    /// The densities of this direction, and of the reverse direction.
     forwards: PdfSolidAngle,
     backwards: PdfSolidAngle,
 }
 
 impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
-    /// Walks until it ends.
+    /// Samples a subpath until it ends.
     pub fn walk<E: Effects>(&mut self, start: Start) -> Walked<'a, E> {
         let Start {
             kind,
@@ -128,7 +128,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
         } = start;
         let mut walked = Walked::nowhere();
         let mut departure = None;
-        // What roulette goes by.
+        // The throughput for Russian roulette.
         let mut left = Rgb::WHITE;
         for bounce in 0.. {
             let is_last = most.is_some_and(|most| u64::from(bounce) + 1 >= most);
@@ -199,7 +199,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
         walked
     }
 
-    /// Tells the observer of a walk kind the eye.
+    /// Calls the observer of a camera subpath.
     #[inline]
     fn watch(&mut self, kind: SubpathKind, tell: impl FnOnce(&mut O)) {
         if kind == SubpathKind::Eye {
@@ -229,7 +229,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
         }
     }
 
-    /// A way onward; `None` where everything is absorbed.
+    /// Samples the step from a vertex; `None` where everything is absorbed.
     fn step<E: Effects>(
         &mut self,
         vertex: &mut Vertex<'a, E>,
@@ -262,7 +262,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
         if forwards.0 <= 0.0 {
             return None;
         }
-        // Radiance is thinned by eta^2 on the way into glass, power is not.
+        // Radiance is divided by eta^2 on the way into glass, power is not.
         let eta2 = if !scattering.goes_through {
             1.0
         } else if wo.z > 0.0 {
@@ -293,7 +293,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
 }
 
 impl SubpathKind {
-    /// The densities of a vertex, of this walk and of one kind the other end.
+    /// The densities of a vertex: of this subpath, and of one from the other end.
     fn densities(self, own: f64, other: f64) -> Densities {
         let (by_eye, by_light) = match self {
             Self::Eye => (own, other),
@@ -302,7 +302,7 @@ impl SubpathKind {
         Densities { by_light, by_eye }
     }
 
-    /// The density of a walk kind the other end.
+    /// The density of a subpath from the other end.
     fn backwards(self, densities: &mut Densities) -> &mut f64 {
         match self {
             Self::Eye => &mut densities.by_light,

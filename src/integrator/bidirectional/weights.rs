@@ -1,14 +1,14 @@
-//! How the strategies that find the same path share it.
+//! The MIS weights of the strategies that find the same path.
 //!
-//! A path x_0 x_1 ... x_n goes from the light, x_0, to the camera, x_n. The strategy with s vertices of a path from the light
+//! A path x_0 x_1 ... x_n goes from the light, x_0, to the camera, x_n. The strategy with s vertices of a light subpath
 //! finds it with the density
 //!
 //!   p_s = prod_{i < s} L_i prod_{s <= i < n} E_i,
 //!
-//! where L_i is the density of finding x_i from the light and E_i from the eye, given the vertices before. With s = 1 the
-//! light is looked for, so that L_0 is another number there. The weight of a strategy is p_s^2 / sum_k p_k^2, summed over
-//! those that can find the path: nothing is connected to a vertex that scatters by a delta lobe. As p_{k+1} / p_k = L_k / E_k,
-//! ratios are all that it takes.
+//! where L_i is the density of finding x_i on a light subpath and E_i on a camera subpath, given the vertices before.
+//! With s = 1, x_0 is found by light sampling, and L_0 is the density of that. A strategy has the weight
+//! p_s^2 / sum_k p_k^2, summed over those that can find the path: nothing is connected to a vertex that scatters by a
+//! delta lobe. As p_{k+1} / p_k = L_k / E_k, only ratios are needed.
 //!
 //! Measure: any, the same for both densities of a vertex.
 //! Range: any densities of at least 0; that of the strategy itself is above 0.
@@ -17,28 +17,28 @@
 use super::vertex::{Densities, Source};
 use crate::planted::planted;
 
-/// What is known of all vertices of a path, from the light to the camera.
+/// The densities of all vertices of a path, from the light to the camera.
 #[derive(Debug, Clone, Default)]
 pub struct WholePath {
-    /// L_i and E_i; the camera has none.
+    /// The densities L_i and E_i; the camera has none.
     pub densities: Vec<Densities>,
-    /// Whether the path goes on by a delta lobe.
+    /// Whether the path continues by a delta lobe, for each vertex.
     pub is_delta: Vec<bool>,
-    /// The density of finding x_0 by looking for a light at x_1.
+    /// The density of finding x_0 by light sampling at x_1.
     pub direct: f64,
 }
 
-/// The densities about a connection, each of a vertex that is found from the other end.
+/// The densities around a connection, each of a vertex found from the other end.
 #[derive(Debug, Clone, Copy)]
 pub struct ConnectionPdfs {
-    /// Of x_{s-1} and x_{s-2}, by a path from the eye.
+    /// The densities of x_{s-1} and x_{s-2} on a camera subpath.
     pub by_eye: [f64; 2],
-    /// Of x_s and x_{s+1}, by a path from the light.
+    /// The densities of x_s and x_{s+1} on a light subpath.
     pub by_light: [f64; 2],
 }
 
 impl ConnectionPdfs {
-    /// Without any vertex from the light, x_0 is the source, and the next vertex has this density by a path from the light.
+    /// The densities for s = 0: x_0 is the source, and the next vertex has the density `next` on a light subpath.
     pub fn of_emission(source: &Source, next: f64) -> Self {
         Self {
             by_eye: [0.0; 2],
@@ -48,7 +48,7 @@ impl ConnectionPdfs {
 }
 
 impl WholePath {
-    /// Makes room for a path of so many vertices, of which nothing is known.
+    /// Makes room for a path of `vertices` vertices, without densities.
     pub fn clear(&mut self, vertices: usize) {
         self.densities.clear();
         self.densities.resize(vertices, Densities::default());
@@ -57,14 +57,14 @@ impl WholePath {
         self.direct = 0.0;
     }
 
-    /// Writes x_0 down.
+    /// Sets the densities of x_0.
     pub fn begin(&mut self, source: &Source) {
         self.densities[0] = source.densities;
         self.direct = source.direct;
     }
 
-    /// Writes down what connecting x_{s-1}, from the light, with x_s, from the eye, tells of both and of those before them.
-    /// Neither scatters by a delta lobe.
+    /// Sets the densities that the connection of x_{s-1}, of the light subpath, with x_s, of the camera subpath,
+    /// determines for both and for those before them. Neither scatters by a delta lobe.
     pub fn join(&mut self, s: usize, join: &ConnectionPdfs) {
         let n = self.densities.len() - 1;
         if s > 0 {
@@ -83,17 +83,17 @@ impl WholePath {
         }
     }
 
-    /// The weight of the strategy with `s` vertices of a path from the light.
+    /// The weight of the strategy with `s` vertices of a light subpath.
     pub fn weight(&self, s: usize) -> f64 {
         let n = self.densities.len() - 1;
-        // What the camera sees of a light itself is found by looking there alone.
+        // Light that the camera sees directly is found by s = 0 alone.
         if n == 1 {
             return 1.0;
         }
         let own = not_zero(self.density_of_light(s));
         let of_light = |k| f64::min(self.density_of_light(k) / own, f64::MAX);
         let mut sum = 1.0;
-        // Strategies with more vertices from the light: those from x_s on are found from there, but for x_0 itself.
+        // Strategies with more vertices of the light subpath: x_s and those after it are on it. x_0 is treated apart.
         let mut ratio = 1.0;
         for k in s + 1..=n {
             if k > 1 {
@@ -102,7 +102,7 @@ impl WholePath {
             }
             sum += self.square(k, ratio * of_light(k));
         }
-        // Strategies with fewer.
+        // Strategies with fewer vertices of the light subpath.
         let mut ratio = 1.0;
         for k in (0..s).rev() {
             if k > 0 {
@@ -123,14 +123,14 @@ impl WholePath {
         }
     }
 
-    /// What strategy `k` adds to the sum, given its density in shares of that of the strategy in question.
+    /// The term of strategy `k` in the sum, given its density relative to that of the strategy in question.
     fn square(&self, k: usize, ratio: f64) -> f64 {
         let can_connect = k == 0 || !(self.is_delta[k - 1] || self.is_delta[k]);
         if can_connect { ratio * ratio } else { 0.0 }
     }
 }
 
-/// Rounding may leave nothing of a density by which a vertex has been found.
+/// The density, kept above zero: rounding may leave nothing of a density by which a vertex has been found.
 fn not_zero(density: f64) -> f64 {
     density.max(f64::MIN_POSITIVE)
 }
@@ -139,8 +139,8 @@ fn not_zero(density: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A path of four surfaces between light and camera, with numbers that differ widely; `delta` is one that scatters by a
-    /// delta lobe.
+    /// A path of four surfaces between light and camera, with numbers that differ widely; the vertex `delta` scatters
+    /// by a delta lobe.
     fn path(i: u32, delta: Option<usize>) -> WholePath {
         let number = |k: f64| 10.0_f64.powf(12.0 * (f64::from(i + 1) * k).fract() - 6.0);
         let mut path = WholePath::default();
@@ -156,7 +156,7 @@ mod tests {
         path
     }
 
-    /// p_s by its definition.
+    /// The density p_s by its definition.
     fn density(path: &WholePath, s: usize) -> f64 {
         let of = |i: usize| match (i, s) {
             (0, 1) => path.direct,

@@ -1,11 +1,11 @@
-//! One look into the hemisphere over a matte surface: the light that light sampling does not find there.
+//! Sampling of the hemisphere over a matte surface, for the incident light that light sampling does not find there.
 //!
-//! One ray goes through each cell, to a random point of it, and its path is followed as any other. A first look with few
-//! cells tells how many the record needs.
+//! One ray goes through a random point of each cell, and its path is traced as any other. A first pass with few cells
+//! determines how many the record needs.
 //!
 //! Measure: radiance; normalised scene units.
-//! Range: any surface that scatters to one side. A value that is not finite makes no record: the place is left to paths,
-//! which report it.
+//! Range: any surface that scatters to one side. A value that is not finite makes no record: the place is left to
+//! paths, which report it.
 //! Source: Ward, Rubinstein and Clear 1988. Tested in `tests/rendering/irradiance_cache.rs`.
 
 use super::hemisphere::{Cells, Expansion};
@@ -23,31 +23,31 @@ use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
-/// The standard error of a record is at most this share of the bound, unless that takes too many rays. A picture shows
-/// means over some records, which have less.
+/// The largest standard error of a record as a share of the bound, unless that takes too many rays. An image shows
+/// means over several records, whose error is less.
 const NOISE: f64 = 0.5;
 
-/// The fewest rays of a record: with fewer, what it knows of its surroundings is chance.
+/// The least number of rays of a record: with fewer, its distances and derivatives are mostly noise.
 const FEWEST: f64 = 256.0;
 
-/// The most.
+/// The largest number of rays of a record.
 const MOST: f64 = 16_384.0;
 
-/// Looks from the places of a scene.
+/// Gathers records at points of a scene.
 #[derive(Debug)]
 pub struct Gatherer<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Follows what comes to them.
+    /// The integrator that traces the paths.
     pub integrator: PathIntegrator,
-    /// The error that is allowed, as a share.
+    /// The allowed relative error.
     pub bound: f64,
-    /// What names the random numbers, as a pixel does.
+    /// The coordinates that select the random numbers, as a pixel's do.
     pub numbers: [u32; 2],
 }
 
 impl Gatherer<'_> {
-    /// The record of an interaction. Rays are counted in `rays`.
+    /// Gathers the record of a surface interaction. Rays are counted in `rays`.
     pub fn gather<E: Effects, S: Sampler>(
         &self,
         sampler: &mut S,
@@ -62,14 +62,14 @@ impl Gatherer<'_> {
         if too_much <= 1.0 {
             return Some(record(&first));
         }
-        // The most if nothing was seen at all.
+        // `MOST` if no light was found at all.
         let count = (first.distance.len() as f64 * too_much).min(MOST);
         let spent = first.distance.len();
         let second = self.look(Cells::about(count), spent, sampler, at, rays)?;
         Some(record(&second))
     }
 
-    /// One look, with random numbers from the index `spent` on.
+    /// Samples the hemisphere once, with random numbers from the index `spent` on.
     fn look<E: Effects, S: Sampler>(
         &self,
         cells: Cells,
@@ -133,7 +133,7 @@ impl Gatherer<'_> {
     }
 }
 
-/// What one look has seen.
+/// The result of sampling the hemisphere once.
 struct Seen {
     light: Expansion,
     distance: Vec<f32>,

@@ -1,26 +1,26 @@
-//! Irradiance around a point, to second order, from one look into its hemisphere.
+//! Irradiance around a point, to second order, from one sampling of its hemisphere.
 //!
-//! The hemisphere is divided into M rings of N cells that count alike, uniform in sin^2 theta and phi. With the radiance L
-//! of each cell, the irradiance for a normal n' near n is n' . V, where
+//! The hemisphere is divided into M rings of N cells of equal weight, uniform in sin^2 theta and phi. With the radiance
+//! L of each cell, the irradiance for a normal n' near n is n' . V, where
 //!
 //!   V = sum L (integral of w dw over the cell).
 //!
-//! A cell shows light that a surface at distance r sends out: seen from another point, the walls between cells stand
-//! elsewhere. A wall between cells a and b belongs to the nearer of their surfaces: what that hides and uncovers is part of
-//! the derivatives, too. With u the directions along the wall, counter-clockwise about a, the boundary of a cell moves by
-//! -d/r across u where the point of view moves by d, so that
+//! A cell shows light emitted by a surface at distance r: seen from another point, the walls between cells are
+//! displaced. A wall between cells a and b belongs to the nearer of their surfaces, so that the derivatives include
+//! what it hides and uncovers. With u the directions along the wall, counter-clockwise about a, the boundary of a cell
+//! moves by -d/r across u where the point of view moves by d, so that
 //!
 //!   grad E = sum (L_a - L_b) / r  integral cos (u x du),
 //!   hess E = sum (L_a - L_b) / r^2  4 integral cos sym[u (u x du)^T],
 //!
-//! in the plane of the surface. In the second, steps of r from wall to wall have been integrated by parts, and what is
-//! antisymmetric left out, which is zero for what is closed. No other property of the surfaces counts.
+//! in the plane of the surface. In the second formula, steps of r from wall to wall have been integrated by parts, and
+//! the antisymmetric part is left out, which is zero for a closed boundary. No other property of the surfaces counts.
 //!
-//! Measure: radiance and irradiance; lengths as the distances that are given; local axes with z along the normal.
-//! Range: distances above 0; an infinite one moves no wall. The horizon moves none either.
-//! Source: the walls are those of Ward and Heckbert 1992 and Krivanek et al. 2005; that their second order tells how far a
-//! record counts, Schwarzhaupt, Jensen and Jarosz 2012. Derived by Reynolds' transport theorem. Tested below, by closed
-//! forms.
+//! Measure: radiance and irradiance; lengths in the unit of the given distances; local axes with z along the normal.
+//! Range: distances above 0; a wall at an infinite distance does not move, nor does the horizon.
+//! Source: the walls are those of Ward and Heckbert 1992 and Krivanek et al. 2005; the radius of a record from their
+//! second order is that of Schwarzhaupt, Jensen and Jarosz 2012. Derived by Reynolds' transport theorem. Tested below
+//! against closed forms.
 
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
@@ -36,7 +36,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// About so many cells, about as wide as high.
+    /// Divides the hemisphere into about `count` cells, about as wide as high.
     pub fn about(count: f64) -> Self {
         let rings = (count / PI).sqrt().round().max(1.0);
         Self {
@@ -45,19 +45,19 @@ impl Cells {
         }
     }
 
-    /// How many there are.
+    /// The number of cells.
     pub fn count(self) -> usize {
         self.rings * self.sectors
     }
 
-    /// The direction of a point of a cell, both coordinates in [0, 1); cells are counted ring by ring.
+    /// The direction of a point of a cell, with both coordinates in [0, 1); cells are numbered ring by ring.
     pub fn direction(self, cell: usize, u: Vec2) -> Vec3 {
         let ring = (cell / self.sectors) as f64 + f64::from(u.x);
         let sector = (cell % self.sectors) as f64 + f64::from(u.y);
         self.at(ring, sector).as_vec3a()
     }
 
-    /// The direction where these boundaries meet, or between them.
+    /// The direction where these two boundaries meet, or a direction between boundaries.
     fn at(self, ring: f64, sector: f64) -> DVec3 {
         let sin2 = (ring / self.rings as f64).min(1.0);
         let (sin_phi, cos_phi) = (2.0 * PI * sector / self.sectors as f64).sin_cos();
@@ -65,9 +65,9 @@ impl Cells {
         DVec3::new(sin * cos_phi, sin * sin_phi, (1.0 - sin2).sqrt())
     }
 
-    /// The integral of directions over a cell.
+    /// The integral of the direction over a cell.
     fn moment(self, ring: usize, sector: usize) -> DVec3 {
-        // The primitive of sin^2 theta.
+        // The antiderivative of sin^2 theta.
         let slope = |ring: usize| {
             let theta = (ring as f64 / self.rings as f64).min(1.0).sqrt().asin();
             0.5 * (theta - theta.sin() * theta.cos())
@@ -81,22 +81,22 @@ impl Cells {
     }
 }
 
-/// Irradiance around a point, in its local axes.
+/// The expansion of the irradiance around a point, in its local axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Expansion {
-    /// V, a vector for each of R, G and B.
+    /// The vector V for each of R, G and B.
     pub vectors: [DVec3; 3],
-    /// How the irradiance changes on the way along x and y, for each of R, G and B.
+    /// The gradient of the irradiance along x and y, for each of R, G and B.
     pub gradients: [DVec2; 3],
-    /// How the gradient of the luminance does: xx, xy, yy.
+    /// The Hessian of the luminance: xx, xy, yy.
     pub hessian: [f64; 3],
-    /// The variance of the luminance of the irradiance, from what neighbouring cells differ by; rather too much, as they
-    /// differ without noise, too.
+    /// The variance of the luminance of the irradiance, from the differences of neighbouring cells; an overestimate, as
+    /// they differ without noise, too.
     pub variance: f64,
 }
 
 impl Expansion {
-    /// The expansion for cells with these radiances and distances.
+    /// Computes the expansion from the radiances and distances of the cells.
     pub fn of(cells: Cells, radiance: &[Rgb], distance: &[f32]) -> Self {
         let mut all = Self::default();
         let weight = PI / cells.count() as f64;
@@ -108,13 +108,13 @@ impl Expansion {
                 for (vector, light) in all.vectors.iter_mut().zip(radiance[here].to_array()) {
                     *vector += f64::from(light) * moment;
                 }
-                // Counter-clockwise about this cell.
+                // Walls run counter-clockwise about this cell.
                 let (r, s) = (ring as f64, sector as f64);
                 let mut wall = |from: DVec3, to: DVec3, there: usize| {
                     let nearer = f64::from(distance[here].min(distance[there]));
                     let step = radiance[here] - radiance[there];
                     all.add(&Wall::between(from, to), step, 1.0 / nearer);
-                    // Half of the square is one cell's share, and each cell has about two walls.
+                    // Half of the squared difference is one cell's share, and each cell has about two walls.
                     all.variance += (f64::from(step.luminance()) * weight).powi(2) / 4.0;
                 };
                 let next = place(ring, sector + 1);
@@ -144,14 +144,14 @@ impl Expansion {
         Rgb::new(r, g, b).luminance().into()
     }
 
-    /// The steepest change of the luminance.
+    /// The slope of the luminance: the length of its gradient.
     pub fn slope(&self) -> f64 {
         let channel = |c: [f64; 3]| Rgb::new(c[0] as f32, c[1] as f32, c[2] as f32).luminance();
         let [x, y] = [self.gradients.map(|g| g.x), self.gradients.map(|g| g.y)].map(channel);
         f64::from(x).hypot(y.into())
     }
 
-    /// The larger of the two curvatures of the luminance, without its sign.
+    /// The larger absolute value of the two curvatures of the luminance.
     pub fn curvature(&self) -> f64 {
         let [xx, xy, yy] = self.hessian;
         0.5 * ((xx + yy).abs() + (xx - yy).hypot(2.0 * xy))
@@ -160,16 +160,16 @@ impl Expansion {
 
 /// The integrals over a wall at distance 1.
 struct Wall {
-    /// Of cos (u x du): x, y.
+    /// The integral of cos (u x du): x, y.
     first: DVec2,
-    /// Of 4 cos sym[u (u x du)^T]: xx, xy, yy.
+    /// The integral of 4 cos sym[u (u x du)^T]: xx, xy, yy.
     second: [f64; 3],
 }
 
 impl Wall {
-    /// The wall along the great circle from `p` to `q`.
+    /// Integrates over the wall along the great circle from `p` to `q`.
     fn between(p: DVec3, q: DVec3) -> Self {
-        // Gauss and Legendre's points: walls are short.
+        // Points of a Gauss-Legendre quadrature: walls are short.
         const POINTS: [(f64, f64); 3] = [
             (0.112_701_665_379_258_3, 5.0 / 18.0),
             (0.5, 8.0 / 18.0),
@@ -196,7 +196,8 @@ impl Wall {
 mod tests {
     use super::*;
 
-    /// Irradiance at a point of the plane z = 0 from a rectangle of radiance 1 at this height, by Lambert's formula.
+    /// The irradiance at a point of the plane z = 0 from a rectangle of radiance 1 at this height, by Lambert's
+    /// formula.
     fn exact(x: f64, y: f64, [x0, x1, y0, y1]: [f64; 4], height: f64) -> f64 {
         let corners =
             [(x0, y0), (x0, y1), (x1, y1), (x1, y0)].map(|(a, b)| DVec3::new(a - x, b - y, height));
@@ -210,7 +211,7 @@ mod tests {
     const RECTANGLE: [f64; 4] = [0.2, 1.4, -0.7, 0.5];
     const HEIGHT: f64 = 1.1;
 
-    /// What is seen of the rectangle and of a floor behind it, in the middles of fine cells.
+    /// The expansion of the rectangle in front of a floor behind it, from the middles of fine cells.
     fn look(cells: Cells, behind: f32) -> Expansion {
         let [x0, x1, y0, y1] = RECTANGLE;
         let (radiance, distance): (Vec<Rgb>, Vec<f32>) = (0..cells.count())
@@ -241,7 +242,7 @@ mod tests {
         let xx = (e(h, 0.0) - 2.0 * e(0.0, 0.0) + e(-h, 0.0)) / (h * h);
         let yy = (e(0.0, h) - 2.0 * e(0.0, 0.0) + e(0.0, -h)) / (h * h);
         let xy = (e(h, h) - e(h, -h) - e(-h, h) + e(-h, -h)) / (4.0 * h * h);
-        // The same light, before a wall that is as near and before one far behind: it hides what it hides alike.
+        // A wall behind the rectangle, as near as it or far behind: the rectangle hides it alike.
         for behind in [1.0, 50.0, f32::INFINITY] {
             let found = look(cells, behind);
             for channel in 0..3 {
@@ -266,7 +267,7 @@ mod tests {
 
     #[test]
     fn a_near_edge_hides_as_a_near_edge_does() {
-        // A bright sky above half a black ceiling: moving by d shows or hides it as the ceiling's height tells.
+        // A bright sky above half a black ceiling, whose height determines how much sky a move by d uncovers or hides.
         let cells = Cells {
             rings: 400,
             sectors: 1200,

@@ -1,16 +1,18 @@
-//! Irradiance caching: indirect light at matte surfaces is looked up at few points and told in between.
+//! Irradiance caching: indirect irradiance at matte surfaces is computed at few points and interpolated in between.
 //!
-//! The light that a matte surface of albedo rho sends back is rho / pi E. What light sampling finds is sampled at every
-//! point; the rest of E changes slowly, and is a mean over the [`Record`]s nearby,
+//! A matte surface of albedo rho reflects the radiance rho / pi E. Direct light, which light sampling finds, is sampled
+//! at every point; the rest of E changes slowly, and is a mean over the [`Record`]s nearby,
 //!
 //!   E(x, n) = sum_i w_i E_i(x, n) / sum_i w_i,   w_i = 1 - e_i,
 //!
-//! each counted by how much of the allowed error e_i it leaves, if these weights sum to [`ENOUGH`]. Elsewhere the path is
-//! followed: what the cache does not know is not guessed. It is biased by the interpolation, within about the bound, and by the noise of its records,
-//! which is less; both vanish with the bound, and a bound of 0 gives the path tracer's picture.
+//! each weighted by the part of the allowed error that its error e_i leaves, if these weights sum to [`ENOUGH`].
+//! Elsewhere the path continues, and nothing is extrapolated. The estimate is biased by the interpolation, within about
+//! the bound, and by the noise of the records, which is less; both vanish with the bound, and a bound of 0 gives the
+//! path tracer's image.
 //!
 //! Measure: irradiance; normalised scene units.
-//! Range: scenes that stand still; a limit of bounces leaves the cache to the first surface, as it holds for no other.
+//! Range: scenes without motion; with a bounce limit the cache is used at the first surface only, as it is invalid at
+//! others.
 //! Source: Ward, Rubinstein and Clear 1988, "A Ray Tracing Solution for Diffuse Interreflection"; Krivanek and Gautron 2009.
 //! Tested in `tests/rendering/irradiance_cache.rs`.
 
@@ -34,14 +36,15 @@ use rstar::RTree;
 use rstar::primitives::{GeomWithData, Rectangle};
 use std::f32::consts::FRAC_1_PI;
 
-/// The sum of weights from which on irradiance is known: one record tells it at its own place alone, two in the middle
-/// between them. The mean over several has less noise than each, and the worst of 100,000 points stays within the bound.
+/// The sum of weights from which irradiance is interpolated: one record suffices at its own point alone, two in the
+/// middle between them. The mean over several has less noise than each, and the worst of 100,000 points stays within
+/// the bound.
 pub const ENOUGH: f32 = 1.0;
 
-/// Where a record counts, and its index.
+/// The box within which a record counts, and its index.
 type Reach = GeomWithData<Rectangle<[f32; 3]>, u32>;
 
-/// What is known of a scene's indirect light.
+/// The known indirect irradiance of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct IrradianceCache {
     bound: f32,
@@ -50,7 +53,7 @@ pub struct IrradianceCache {
 }
 
 impl IrradianceCache {
-    /// An empty cache for errors up to the share `bound`, from 0 to 1.
+    /// Creates an empty cache for relative errors up to `bound`, from 0 to 1.
     pub fn new(bound: f64) -> Self {
         Self {
             bound: bound as f32,
@@ -58,7 +61,7 @@ impl IrradianceCache {
         }
     }
 
-    /// Takes a record in, unless others tell its point already.
+    /// Inserts a record, unless others give the irradiance at its point already. Returns whether it was inserted.
     pub fn insert(&mut self, record: Record) -> bool {
         if self.count(record.p, record.n) > 0 {
             return false;
@@ -77,12 +80,13 @@ impl IrradianceCache {
         &self.records
     }
 
-    /// Bytes that it takes, but for the tree's inner nodes, of which there is about one for six records.
+    /// The memory of the cache in bytes, except for the tree's inner nodes, of which there is about one for six
+    /// records.
     pub fn memory(&self) -> usize {
         self.records.len() * (size_of::<Record>() + size_of::<Reach>())
     }
 
-    /// The records that count at a point, with their errors as parts of what is allowed.
+    /// The records that count at a point, with their errors as fractions of the allowed error.
     fn near(&self, p: Vec3, n: Vec3) -> impl Iterator<Item = (&Record, f32)> {
         let reaching = self.reaches.locate_all_at_point(p.to_array());
         reaching.filter_map(move |reach| {
@@ -91,7 +95,8 @@ impl IrradianceCache {
         })
     }
 
-    /// The irradiance at a point with this normal, and how many records tell it; `None` if they are not enough.
+    /// The irradiance at a point with this normal, and the number of records that it is interpolated from; `None` if
+    /// they are not enough.
     fn told(&self, p: Vec3, n: Vec3) -> Option<(Rgb, usize)> {
         let (mut sum, mut weights, mut count) = (Rgb::BLACK, 0.0, 0);
         for (record, error) in self.near(p, n) {
@@ -100,7 +105,7 @@ impl IrradianceCache {
             weights += weight;
             count += 1;
         }
-        // A gradient may tell less than nothing.
+        // A gradient may extrapolate to less than zero.
         (weights >= ENOUGH).then(|| ((sum / weights).map(|e| e.max(0.0)), count))
     }
 
@@ -109,12 +114,12 @@ impl IrradianceCache {
         self.told(p, n).map(|(irradiance, _)| irradiance)
     }
 
-    /// How many records tell the irradiance there; none if it is not known.
+    /// The number of records that the irradiance there is interpolated from; 0 if it is not known.
     pub fn count(&self, p: Vec3, n: Vec3) -> usize {
         self.told(p, n).map_or(0, |(_, count)| count)
     }
 
-    /// Whether it may be asked at this surface, and the surface's albedo.
+    /// The albedo of a surface at which the cache may be used; `None` at others.
     fn albedo(bsdf: &Bsdf, bounce: u32, is_limited: bool) -> Option<Rgb> {
         match bsdf {
             Bsdf::Diffuse(matte) if bounce == 0 || !is_limited => Some(matte.reflectance()),
@@ -123,7 +128,7 @@ impl IrradianceCache {
     }
 }
 
-/// Indirect light as a cache knows it.
+/// Indirect light from a cache.
 #[derive(Debug, Clone, Copy)]
 pub struct Cached<'a>(pub &'a IrradianceCache);
 
@@ -141,31 +146,32 @@ impl Indirect for Cached<'_> {
     }
 }
 
-/// What a survey found where a path asked for indirect light.
+/// The result of a survey where a path would use the cache.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Surveyed {
-    /// So many records tell it; 0 if it is not known.
+    /// The number of records that the irradiance is interpolated from; 0 if it is not known.
     Known(usize),
-    /// They do not tell it, and this is one more, with the rays that it took.
+    /// A new record, where the irradiance is not known, with the rays traced for it.
     New(Record, RayCounts),
 }
 
-/// A survey of what a cache knows where paths may ask it.
+/// A survey of the cache where paths may use it.
 #[derive(Debug, Clone, Copy)]
 pub struct Survey<'a> {
     /// The cache.
     pub cache: &'a IrradianceCache,
     /// The scene.
     pub scene: &'a Scene,
-    /// Follows the paths of new records.
+    /// The integrator that traces the paths of new records.
     pub integrator: PathIntegrator,
     /// Whether to make a record where none counts.
     pub makes_records: bool,
 }
 
 impl Survey<'_> {
-    /// Follows a path to the first surface where the cache may be asked, and finds what it knows there; `None` where nothing is
-    /// asked, or no record can be made. A new record takes its numbers from `sampler`, as those of the pixel `numbers`.
+    /// Traces a path to the first surface where the cache may be used, and looks up the irradiance there; `None` if
+    /// there is no such surface, or no record can be made. A new record draws its random numbers from `sampler`, with
+    /// `numbers` as pixel.
     pub fn path<E: Effects, S: Sampler>(
         &self,
         sampler: &mut S,
@@ -206,5 +212,5 @@ impl Survey<'_> {
     }
 }
 
-/// The path tracer that asks a cache.
+/// The path tracer with indirect light from a cache.
 pub type CachedPath<'a> = PathIntegrator<Weighted, Cached<'a>>;

@@ -1,8 +1,9 @@
-//! What a path does at a surface by the rules of its technique: it ends or it goes on, and somewhere.
+//! The decisions of a path at a surface by the rules of its technique: whether it ends, and in which direction it
+//! continues.
 //!
 //! Measure: probabilities; densities per steradian.
-//! Range: any technique; a rule that is known when compiling leaves nothing of the others.
-//! Source: the course's path tracers, see `technique.rs`. Tested in `tests/rendering/integrators.rs`.
+//! Range: any technique; where it is known at compile time, nothing is compiled for the other rules.
+//! Source: the path tracers of the course, see `technique.rs`. Tested in `tests/rendering/integrators.rs`.
 
 use super::super::technique::{DirectionRule, EmissionRule, Technique};
 use crate::bsdf::{BoundBsdf, BsdfSample, BsdfSampleInput, Lobe};
@@ -12,13 +13,13 @@ use crate::math::rgb::Rgb;
 use crate::sampler::{Decision, Sampler};
 use crate::sampling::warp::{PDF_SPHERE_UNIFORM, sample_sphere_uniform};
 
-/// Whether a path ends with what a surface emits, and what either way is multiplied by.
+/// The outcome of the coin that decides whether a path ends with a surface's emission, and the factors of both cases.
 pub(super) struct Coin {
-    /// Whether it ends.
+    /// Whether the path ends.
     pub(super) ends: bool,
-    /// One over the probability of taking what is emitted, or 0 if it is not taken.
+    /// The factor of the emission: one over the probability of counting it, or 0 if it is not counted.
     pub(super) taken: f32,
-    /// One over the probability of going on.
+    /// The factor of the continuing path: one over the probability of continuing.
     pub(super) left: f32,
 }
 
@@ -50,7 +51,7 @@ pub(super) fn toss<S: Sampler>(
     }
 }
 
-/// A direction for the path to go on, by the technique's rule.
+/// Samples the direction in which the path continues, by the technique's rule.
 #[inline(always)]
 pub(super) fn sample_direction<E: Effects>(
     bsdf_bound: &BoundBsdf,
@@ -63,10 +64,10 @@ pub(super) fn sample_direction<E: Effects>(
     }
 }
 
-/// A direction that is uniform on the viewer's side, or on both sides of a surface that lets light through.
+/// Samples a uniform direction on the viewer's side, or on both sides of a transmissive surface.
 ///
-/// No such direction is that of a delta lobe. Of a surface that has one, half of the samples are taken by the BSDF, and
-/// what they find counts where it is the delta lobe.
+/// No such direction is that of a delta lobe. On a surface that has one, half of the samples are BSDF samples, which
+/// count only if they are of the delta lobe.
 fn sample_uniformly<E: Effects>(
     bsdf_bound: &BoundBsdf,
     numbers: &BsdfSampleInput,

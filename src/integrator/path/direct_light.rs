@@ -1,4 +1,4 @@
-//! Light that is looked for at the surfaces of paths, and the rays that tell whether it is visible.
+//! Next event estimation at the surfaces of paths: light samples, and the shadow rays that test their visibility.
 //!
 //! Measure: radiance; normalised scene units.
 //! Range: any light and surface.
@@ -24,7 +24,7 @@ use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
-    /// Looks for one light where each path is, and leaves the rays to them to be traced.
+    /// Samples one light at the surface of each path, and queues the shadow rays.
     pub(super) fn sample_direct_light<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         paths: &mut Paths<'_, E, S, O>,
@@ -70,7 +70,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 light_samples.zip(answered.by_ref())
             {
                 let lighting = match shading.cached_indirect {
-                    // No ray is scattered that could find a light.
+                    // The path ends here: no scattered ray can hit a light.
                     Some(_) => technique.by_lights_alone(),
                     None => technique,
                 };
@@ -95,7 +95,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 }
 
-/// Draws the numbers that choose a point on a light and, where there are several, the light.
+/// Draws the random numbers that choose a point on a light and, where there are several lights, the light.
 #[inline]
 fn draw_light_u<E: Effects, S: Sampler>(
     samplers: &mut [S],
@@ -113,7 +113,7 @@ fn draw_light_u<E: Effects, S: Sampler>(
     }
 }
 
-/// What is asked at a surface, by numbers that choose a point on a light and the light.
+/// Builds the input of light sampling at a surface, from numbers that choose a point on the light and the light.
 #[inline]
 fn light_context<E: Effects>(
     scene: &Scene,
@@ -132,16 +132,16 @@ fn light_context<E: Effects>(
     }
 }
 
-/// What light sampling found at a surface, if nothing is in the way.
+/// The result of light sampling at a surface, before its visibility is known.
 struct DirectLight {
-    /// f |cos| Le / p_light, times the weight.
+    /// The contribution f |cos| Le / p_light, times the MIS weight.
     contribution: Rgb,
     weight: f32,
-    /// To the light.
+    /// The shadow ray.
     ray: Ray,
 }
 
-/// What a surface reflects of one point on one light, weighted against the chance that the BSDF finds it.
+/// Computes the reflected light from one point on one light, weighted against BSDF sampling.
 #[inline]
 fn reflected<E: Effects>(
     at: &Interaction<E>,
@@ -154,7 +154,7 @@ fn reflected<E: Effects>(
         return None;
     }
     let wi = at.frame.to_local(light.wi);
-    // Reflection in the shading frame has to be reflection at the true surface.
+    // Reflection or transmission in the shading frame must be the same at the geometric surface.
     let goes_through = wi.z * shading.wo().z < 0.0;
     if !at.agrees(light.wi, goes_through) {
         return None;

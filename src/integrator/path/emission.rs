@@ -1,9 +1,9 @@
-//! Where paths have come to: what their surfaces emit, and whether they go on from there.
+//! Emission at the vertices of paths, and whether the paths continue from there.
 //!
 //! Measure: radiance.
-//! Range: any hit; a ray that meets nothing ends its path beyond the scene.
-//! Source: the emission of the rendering equation, Kajiya 1986, weighted as in Veach 1997, section 9.2. Tested in `battery/`
-//! and `tests/rendering/integrators.rs`.
+//! Range: any hit; a path whose ray hits nothing ends in the environment.
+//! Source: the emission of the rendering equation, Kajiya 1986, weighted as in Veach 1997, section 9.2. Tested in
+//! `battery/` and `tests/rendering/integrators.rs`.
 
 use super::super::indirect::Indirect;
 use super::super::observer::PathObserver;
@@ -17,8 +17,9 @@ use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
-    /// Takes what is emitted where paths have come to, and tells where those are that do not end there: they alone go on.
-    // Its callers are two loops of which one has to be quick.
+    /// Adds the emission at the vertices of the active paths to their radiance, and the vertices where the paths do not
+    /// end to `interactions`: only these paths stay active.
+    // Inlined, as one of the two loops that call it is performance-critical.
     #[inline(always)]
     pub(super) fn add_emission_and_compact<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
@@ -34,7 +35,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         paths.queues.active.truncate(interactions.len());
     }
 
-    /// Whether it does not end there.
+    /// Adds the emission at the vertex of one path, and returns whether the path continues.
     #[inline(always)]
     fn add_emission<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
@@ -66,7 +67,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         };
         observer.arrived(&(&at).into(), path.beta);
 
-        // Emission, in the light of how else it could have been found.
+        // Emission, weighted against light sampling.
         let emitted = scene.emitted(&at);
         let coin = toss::<S>(technique, emitted, sampler, bounce);
         if let Some(emitted) = emitted {
@@ -90,7 +91,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 }
 
-/// The number that decides where a surface is only partly there.
+/// Draws the number that decides whether a surface with alpha is hit.
 #[inline(always)]
 fn draw_alpha<E: Effects, S: Sampler>(sampler: &mut S, bounce: u32) -> f32 {
     if !E::Alpha::ON {
@@ -100,7 +101,7 @@ fn draw_alpha<E: Effects, S: Sampler>(sampler: &mut S, bounce: u32) -> f32 {
     u
 }
 
-/// Radiance from beyond the scene along the path's ray.
+/// The radiance of the environment along the path's ray, with its MIS weight.
 #[inline]
 fn environment<E: Effects>(
     scene: &Scene,

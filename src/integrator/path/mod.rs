@@ -1,24 +1,24 @@
-//! Path tracing: with next event estimation, multiple importance sampling and Russian roulette, or by any simpler
+//! Path tracing with next event estimation, multiple importance sampling and Russian roulette, or by any simpler
 //! [`Technique`](super::technique::Technique) of the course.
 //!
-//! The radiance along a ray is the sum over paths x_0 x_1 ... x_k from the eye to a light,
+//! The radiance along a ray is the sum over paths x_0 x_1 ... x_k from the camera to a light,
 //!
 //!   L = sum_k  beta_k [ w_bsdf Le(x_k) + w_light f(x_k) |cos| Le(y) V(x_k, y) / p_light(y) ],
 //!   beta_k = prod_{j<k} f(x_j) |cos| / p_bsdf / q_j,
 //!
-//! where each way of reaching a light is weighted by the power heuristic of both densities (other techniques: by 0 or 1),
-//! and q_j is the probability of surviving the roulette. Where a coin decides, with probability p, that the path ends with
-//! what its surface emits, that is divided by p and all that comes later by 1 - p. Delta lobes cannot be found by light
-//! sampling, nor can the constant environment, which is not a light that one samples: there w_bsdf = 1. Delta lights
-//! cannot be found by scattering: there w_light = 1.
+//! where y is a sampled point on a light, the two ways of reaching a light are weighted by the power heuristic of their
+//! densities (other techniques: by 0 or 1), and q_j is the survival probability of Russian roulette. Where a coin ends
+//! the path with its surface's emission with probability p, the emission is divided by p and all later contributions by
+//! 1 - p. Light sampling finds nothing by way of a delta lobe, nor the constant environment, which is not a light that
+//! is sampled: there w_bsdf = 1. Scattered rays cannot hit delta lights: there w_light = 1.
 //!
-//! The integrator is compiled for the effects `E`; with others it gives the same numbers.
+//! The integrator is compiled for the effects `E`; kernels for other effects give the same numbers.
 //!
 //! Measure: radiance; densities per steradian.
-//! Range: any scene that calls for no effect beyond `E`; without a bounce limit a path ends by absorption, by leaving, or
-//! by roulette.
-//! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `battery/`,
-//! `tests/scattering/furnace.rs`, `tests/rendering/effects.rs` and `tests/rendering/integrators.rs`.
+//! Range: any scene that needs no effect beyond `E`; without a bounce limit a path ends by absorption, by leaving the
+//! scene, or by roulette.
+//! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `battery/`, `tests/scattering/furnace.rs`,
+//! `tests/rendering/effects.rs` and `tests/rendering/integrators.rs`.
 
 mod course;
 mod direct_light;
@@ -46,16 +46,16 @@ use queues::PathQueues;
 use shading_context::{Bsdfs, ShadingContext};
 use std::slice;
 
-/// The path integrator's choices.
+/// The path integrator and its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PathIntegrator<C = Weighted, K = Traced> {
-    /// How it finds light.
+    /// The technique by which light is found.
     pub technique: C,
-    /// What it knows of indirect light.
+    /// The source of indirect light.
     pub indirect: K,
-    /// Scattering events at most; `None` does not limit them.
+    /// The largest number of scattering events; `None` for no limit.
     pub max_bounces: Option<u32>,
-    /// When paths end by chance.
+    /// The rule of Russian roulette.
     pub roulette: Roulette,
 }
 
@@ -110,9 +110,10 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
 }
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
-    /// Follows paths side by side to their ends, given what is found on their rays.
+    /// Traces a wavefront of paths to their ends, given the closest hits on their first rays.
     ///
-    /// Each stage is a loop over all of them that does little: a processor works at several of its turns at once.
+    /// Each stage (emission, shading contexts, light samples, BSDF samples, rays) is a short loop over all active
+    /// paths, so that the processor overlaps several iterations.
     pub fn follow<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         mut paths: Paths<'_, E, S, O>,
@@ -134,8 +135,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         }
     }
 
-    /// Follows one path, without looking for lights, to the first surface of which `find` yields anything, and returns that.
-    /// Whatever lights a path looks for, it goes the same way.
+    /// Traces one path, without light sampling, to the first surface for which `find` returns a value, and returns that
+    /// value. The vertices of a path do not depend on its light samples.
     pub fn first_found<E: Effects, S: Sampler, T>(
         &self,
         scene: &Scene,
@@ -172,26 +173,26 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 }
 
-/// Paths that are followed side by side, all of which have scattered as often.
+/// A wavefront of paths, all of which have scattered equally often.
 pub struct Paths<'a, E: Effects, S, O: ?Sized> {
-    /// Where they lie.
+    /// The scene.
     pub scene: &'a Scene,
-    /// Whose they are.
+    /// The samples of the paths.
     pub samples: &'a mut [Sample],
-    /// As those of the samples.
+    /// The samplers, in the order of the samples.
     pub samplers: &'a mut [S],
-    /// As those of the samples.
+    /// The states of the paths, in the order of the samples.
     pub states: &'a mut [PathState<E>],
-    /// Memory.
+    /// The queues of the wavefront.
     pub queues: &'a mut PathQueues,
-    /// Who watches.
+    /// The observer of the paths.
     pub observer: &'a mut O,
-    /// Scattering events before.
+    /// The number of scattering events before.
     pub bounce: u32,
 }
 
 impl<E: Effects, S, O: PathObserver + ?Sized> Paths<'_, E, S, O> {
-    /// Traces the rays to lights, and then those of the paths that go on.
+    /// Traces the queued shadow rays, and then the extension rays of the paths that continue.
     fn trace(&mut self) {
         let states = &mut *self.states;
         let shadow_rays = &mut self.queues.shadow_rays;

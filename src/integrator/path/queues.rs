@@ -1,13 +1,13 @@
-//! What waits while paths are followed side by side: their rays, to be traced in packets.
+//! The queues of a wavefront of paths, whose rays are traced in packets.
 //!
-//! All paths go one step, and then all of their rays are traced: packets are whole, however many paths have ended, and neither
-//! the code nor the data of the one are driven out of the processor's caches by the other after every ray.
+//! All paths take one step, and then all of their rays are traced: packets are full, however many paths have ended, and
+//! shading and traversal do not evict each other's code and data from the processor's caches after every ray.
 //!
 //! Measure: normalised scene units; radiance.
 //! Range: any number of paths.
-//! Source: Wald et al. 2001, "Interactive Rendering with Coherent Ray Tracing", for rays in packets; Laine, Karras and Aila
+//! Source: Wald et al. 2001, "Interactive Rendering with Coherent Ray Tracing", for ray packets; Laine, Karras and Aila
 //! 2013, "Megakernels Considered Harmful", for one step of all paths at a time. Tested in
-//! `tests/rendering/determinism.rs`, where replays follow paths one by one, and in `lab/tests/bench/report.rs`.
+//! `tests/rendering/determinism.rs`, where replays trace paths one by one, and in `lab/tests/bench/report.rs`.
 
 use super::super::observer::PathObserver;
 use crate::accel::packet::RayQueue;
@@ -20,39 +20,39 @@ use crate::math::rgb::Rgb;
 use crate::planted::planted;
 use crate::scene::Scene;
 
-/// How many paths are best followed side by side: enough to fill packets of rays and lanes while some of them end, and to come
-/// to each stage's code seldom; few enough to stay in a processor's second cache, some 900 bytes each.
+/// The number of paths in a wavefront: enough to fill packets and lanes while some paths end, and to switch rarely
+/// between the stages' code; few enough, at some 900 bytes each, to stay in a processor's second-level cache.
 pub const WAVEFRONT_SIZE: usize = 256;
 
-/// What waits while paths are followed side by side: memory to be used again.
+/// The queues of a wavefront of paths, whose memory is reused.
 #[derive(Debug, Default)]
 pub struct PathQueues {
-    /// Rays to lights.
+    /// The shadow rays.
     pub(super) shadow_rays: ShadowRays,
-    /// Rays of paths that go on.
+    /// The extension rays of the paths that continue.
     pub(super) extension_rays: RayQueue,
-    /// The paths that go on, by their numbers, in the order of their rays.
+    /// The indices of the active paths, which continue, in the order of their rays.
     pub(super) active: Vec<usize>,
-    /// For each path, the light that the last surface looked for, where that matters.
+    /// For each path, the light that was last chosen by light sampling, if any.
     pub(super) chosen: Vec<Option<u32>>,
-    /// The paths that look for a light.
+    /// The indices of the paths that sample a light.
     pub(super) nee_paths: Vec<usize>,
-    /// The numbers that choose their lights and points on them.
+    /// The random numbers that choose their lights and points on them.
     pub(super) light_u: Vec<[f32; 4]>,
-    /// What some of them ask.
+    /// The inputs of light sampling for up to [`LANES`] of them.
     pub(super) light_contexts: Vec<LightSampleContext>,
-    /// What answers they get.
+    /// The light samples for these inputs.
     pub(super) samples: Vec<Option<LightSample>>,
-    /// The numbers that decide on directions, as they are drawn.
+    /// The random numbers that choose directions, as drawn.
     pub(super) bsdf_u: Vec<[f32; 3]>,
-    /// The same, as surfaces ask for them.
+    /// The inputs of BSDF sampling, made of these numbers.
     pub(super) bsdf_inputs: Vec<BsdfSampleInput>,
-    /// And on who goes on.
+    /// The random numbers of Russian roulette.
     pub(super) roulette: Vec<f32>,
 }
 
 impl PathQueues {
-    /// Waits for so many paths, all of which go on.
+    /// Begins a wavefront of `count` paths, all of which are active.
     pub(super) fn begin(&mut self, count: usize) {
         self.chosen.clear();
         self.chosen.resize(count, None);
@@ -61,14 +61,14 @@ impl PathQueues {
     }
 }
 
-/// Rays to lights that are yet to be traced, with what they add to their paths.
+/// The queued shadow rays, with their contributions to their paths.
 #[derive(Debug, Default)]
 pub struct ShadowRays {
     rays: RayQueue,
     lights: Vec<ShadowItem>,
 }
 
-/// What a path gets if its light is visible.
+/// The contribution of a shadow ray to its path if it is not occluded.
 #[derive(Debug, Clone, Copy)]
 struct ShadowItem {
     path: usize,
@@ -77,7 +77,8 @@ struct ShadowItem {
 }
 
 impl ShadowRays {
-    /// A ray to a light that adds so much to the path with this number, if nothing is in the way. `weight` is part of it.
+    /// Queues a shadow ray, with its contribution to the path with this index if it is not occluded. `weight` is the
+    /// MIS weight, which `contribution` includes.
     #[inline(always)]
     pub(super) fn push(
         &mut self,
@@ -96,7 +97,7 @@ impl ShadowRays {
         self.rays.push(ray, then, None);
     }
 
-    /// Traces them all, and tells what each path gets.
+    /// Traces all queued shadow rays, and calls `add` with each path's index and visible contribution.
     #[inline]
     pub(super) fn trace<E: Effects, O: PathObserver + ?Sized>(
         &mut self,

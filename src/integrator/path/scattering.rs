@@ -1,8 +1,8 @@
-//! Where paths go from their surfaces.
+//! Scattering at the surfaces of paths: BSDF sampling, Russian roulette and extension rays.
 //!
 //! Measure: normalised scene units; densities per steradian.
-//! Range: any surface; a path ends where its BSDF scatters nothing, where the shading normal promises what the surface cannot
-//! keep, by Russian roulette, or with light that is known.
+//! Range: any surface; a path ends where its BSDF scatters nothing, where the sampled direction lies on different sides
+//! of the shading and the geometric surface, by Russian roulette, or with cached indirect light.
 //! Source: Veach 1997, section 10.4.1, for the roulette. Tested in `battery/` and `tests/rendering/integrators.rs`.
 
 use super::super::indirect::Indirect;
@@ -21,7 +21,7 @@ use crate::sampler::{Decision, Sampler};
 use crate::scene::interaction::Interaction;
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
-    /// Sends the paths on that do not end, and leaves their rays to be traced.
+    /// Scatters the active paths, and queues the extension rays of those that continue.
     #[inline(always)]
     pub(super) fn scatter<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
@@ -67,7 +67,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             .truncate(paths.queues.extension_rays.len());
     }
 
-    /// The ray onward, and what it leaves; `None` where the path ends.
+    /// Scatters one path, and returns its extension ray and the primitive that the ray leaves; `None` where the path
+    /// ends.
     #[inline(always)]
     fn sample_bsdf<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
@@ -96,7 +97,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             return None;
         };
         let wi = at.frame.to_world(scattered.wi);
-        // A shading normal can promise what the surface cannot keep: light leaking through it.
+        // A direction sampled about the shading normal may be on the wrong side of the geometric surface: light would
+        // leak.
         let goes_through = E::Transmission::ON && scattered.lobe.is_transmission();
         if !at.agrees(wi, goes_through) {
             observer.absorbed();
@@ -123,7 +125,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 }
 
-/// Draws the numbers that choose a direction and, where there are several, the lobe.
+/// Draws the random numbers that choose a direction and, where there are several lobes, the lobe.
 #[inline]
 fn draw_bsdf_u<E: Effects, S: Sampler>(
     samplers: &mut [S],

@@ -1,4 +1,4 @@
-//! How paths see the surfaces that they have come to.
+//! Shading contexts: the BSDFs at the surfaces of paths, as seen from the directions in which the paths arrived.
 //!
 //! Measure: as [`Bsdf`].
 //! Range: any surface.
@@ -14,16 +14,16 @@ use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 use std::borrow::Cow;
 
-/// The BSDFs of the surfaces that paths have come to. They are large, and stay where they are: only those with a texture are
-/// made for their point.
+/// The BSDFs at the surfaces of a wavefront. They are large and stay in the scene: only those with a texture are made
+/// for their point.
 pub(super) struct Bsdfs<'a> {
-    /// `None` for those of `own`.
+    /// The BSDFs in the scene; `None` for those of `own`.
     shared: Vec<Option<&'a Bsdf>>,
     own: Vec<Bsdf>,
 }
 
 impl<'a> Bsdfs<'a> {
-    /// Those of these surfaces.
+    /// Collects the BSDFs of these interactions.
     #[inline]
     pub(super) fn of<E: Effects>(scene: &'a Scene, interactions: &[Interaction<E>]) -> Self {
         let mut bsdfs = Self {
@@ -42,7 +42,7 @@ impl<'a> Bsdfs<'a> {
         bsdfs
     }
 
-    /// Each of them, in the order of their surfaces.
+    /// The BSDFs, in the order of their interactions.
     #[inline]
     pub(super) fn each(&self) -> impl Iterator<Item = &Bsdf> {
         let mut own = self.own.iter();
@@ -53,17 +53,17 @@ impl<'a> Bsdfs<'a> {
     }
 }
 
-/// How a path sees its surface.
+/// The shading context of a path at its surface.
 pub(super) struct ShadingContext<'a> {
     pub(super) view: BoundBsdf<'a>,
-    /// Whether it looks for lights, if they are sampled at all.
+    /// Whether the path samples lights here, if its technique samples lights at all.
     pub(super) samples_lights: bool,
-    /// Light that light sampling does not find here, where it is known: then the path ends.
+    /// The reflected indirect light, which light sampling does not find, where it is cached: the path then ends.
     pub(super) cached_indirect: Option<Rgb>,
 }
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
-    /// How a path sees the surface that it has come to, after so many scattering events.
+    /// Builds the shading context of a path at its surface, after `bounce` scattering events.
     #[inline]
     pub(super) fn shading_context<'a, E: Effects>(
         &self,
@@ -74,7 +74,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let is_limited = self.max_bounces.is_some();
         ShadingContext {
             view: bsdf.seen_from::<E>(at.frame.to_local(at.wo)),
-            // Delta lobes reflect no light that is found by sampling it.
+            // Delta lobes reflect no light that light sampling finds.
             samples_lights: !bsdf.is_delta::<E>(),
             cached_indirect: self.indirect.reflected(at, bsdf, bounce, is_limited),
         }

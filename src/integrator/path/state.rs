@@ -1,7 +1,7 @@
-//! A path under construction.
+//! The state of a path under construction.
 //!
 //! Measure: normalised scene units; radiance; densities per steradian.
-//! Range: any path; what only some kernels need of it takes no room in the others.
+//! Range: any path; state that only some kernels need takes no memory in the others.
 //! Source: none needed. Tested in `tests/rendering/effects.rs`.
 
 use super::super::technique::Technique;
@@ -15,27 +15,29 @@ use crate::planted::planted;
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 
-/// A path under construction, with what the effects `E` need of it.
+/// The state of a path under construction, with what the effects `E` need of it.
 #[derive(Debug, Clone, Copy)]
 pub struct PathState<E: Effects> {
-    /// The ray onward.
+    /// The current ray.
     pub ray: Ray,
-    /// What the ray leaves, for who looks behind a surface that is only partly there.
+    /// The primitive that the ray leaves, which is needed to continue the ray behind a surface with alpha.
     pub departure: State<E::Alpha, Option<ExcludedPrimitive>>,
-    /// When, from 0 to 1 while the shutter is open.
+    /// The time, from 0 to 1 while the shutter is open.
     pub time: State<E::Motion, f32>,
-    /// What radiance along the ray counts.
+    /// The path throughput: the factor of the radiance along the ray.
     pub beta: Rgb,
-    /// What has been found.
+    /// The radiance found so far.
     pub radiance: Rgb,
-    /// Radiance is thinned by eta^2 inside glass and restored on the way out: no reason to end a path.
+    /// The factor by which Russian roulette corrects the throughput: transmission divides it by eta^2 on the way into
+    /// glass and restores it on the way out, which is no reason to end a path.
     pub eta_scale: State<E::Transmission, f32>,
-    /// Where the path scattered last, and with which density; `None` from the camera and from delta lobes.
+    /// The point of the last scattering event, and the density of its direction; `None` from the camera and from delta
+    /// lobes.
     pub scattered_from: Option<(Vec3, PdfSolidAngle)>,
 }
 
 impl<E: Effects> PathState<E> {
-    /// A path that begins with a ray, which leaves something or comes from the camera.
+    /// Begins a path with a ray, which leaves a primitive or comes from the camera.
     #[inline]
     pub fn new(ray: Ray, departure: Option<ExcludedPrimitive>, time: f32) -> Self {
         Self {
@@ -49,8 +51,8 @@ impl<E: Effects> PathState<E> {
         }
     }
 
-    /// Multiplies the throughput that roulette goes by, on the way through a surface of index `eta`, inside over outside,
-    /// and tells the factor.
+    /// Multiplies `eta_scale` on transmission through a surface of index `eta`, inside over outside, and returns the
+    /// factor.
     #[inline]
     pub(super) fn refract(&mut self, eta: f32, enters: bool) -> f32 {
         let eta = if enters { eta } else { 1.0 / eta };
@@ -58,8 +60,8 @@ impl<E: Effects> PathState<E> {
         eta * eta
     }
 
-    /// Whether it goes on, with probability `survival`, as the uniform number `u` decides: then its throughput makes up for
-    /// those that end here.
+    /// Plays Russian roulette with the uniform number `u`: returns whether the path survives, with probability
+    /// `survival`. The throughput of a survivor is divided by that probability.
     #[inline]
     pub(super) fn survives(&mut self, survival: f32, u: f32) -> bool {
         if u >= survival {
@@ -70,7 +72,8 @@ impl<E: Effects> PathState<E> {
         true
     }
 
-    /// Sends it on from a surface along `wi`, which was found with density `pdf`, and tells its ray and what that leaves.
+    /// Spawns the extension ray from a surface along `wi`, which was sampled with density `pdf`, and returns it with
+    /// the primitive that it leaves.
     #[inline(always)]
     pub(super) fn spawn_ray(
         &mut self,
@@ -91,7 +94,7 @@ impl<E: Effects> PathState<E> {
         (ray, departure)
     }
 
-    /// The weight of light found by scattering, where light sampling finds it with density `p_light`.
+    /// The MIS weight of light found by scattering, where light sampling has the density `p_light`.
     #[inline]
     pub(super) fn weight_of_scattering(
         &self,

@@ -1,22 +1,24 @@
-//! How wrong a filtered picture is, told by its halves, and the best of several filters for each pixel.
+//! The error of a filtered image, estimated from its halves, and the choice of the best of several filters for each
+//! pixel.
 //!
-//! F_A weighs the values of half A by weights that know nothing of them, so that it covaries with A by the own weight of
-//! the pixel alone. With D = (A - B) / 2, whose square is half of the variance of A on average,
+//! F_A weighs the values of half A by weights that are independent of them, so its covariance with A comes from the
+//! pixel's own weight w_pp alone. With D = (A - B) / 2, whose square is half of the variance of A on average,
 //!
 //!   E(F_A - mu)^2 = E[(F_A - A)^2 - 2 D^2 + 4 w_pp D^2],
 //!
-//! and of the mean F of F_A and F_B
+//! and for the mean F of F_A and F_B
 //!
 //!   E(F - mu)^2 = (E(F_A - mu)^2 + E(F_B - mu)^2) / 2 - E(F_A - F_B)^2 / 4.
 //!
-//! Neither needs a distribution, or a variance that is told by other means: a firefly in one half cancels in the sum of both.
-//! B would do in the place of A, and be worse: the weights of F_A choose pixels that look like B, noise included. For a
-//! pixel alone all this says little; its mean over a neighbourhood is what filters are compared by. Unfiltered pixels, F_A = A, w_pp = 1, have D^2.
+//! Neither assumes a distribution, or needs another estimate of the variance: a firefly in one half cancels in the
+//! sum of both. B could be used in place of A, but with more error: the weights of F_A prefer pixels that look like
+//! B, noise included. For a single pixel the estimate is very noisy; filters are compared by its mean over a
+//! neighbourhood. Unfiltered pixels, F_A = A, w_pp = 1, have D^2.
 //!
-//! Measure: squared radiance; relative to the picture's square where filters are compared.
+//! Measure: squared radiance; relative to the squared image where filters are compared.
 //! Range: at least one candidate; the first is preferred.
-//! Source: Stein 1981 for weights that are given; Rousselle, Knaus and Zwicker 2012, section 5, for maps of the choice that
-//! are smoothed. Tested below and in `tests/rendering/denoise.rs`.
+//! Source: Stein 1981 for fixed weights; Rousselle, Knaus and Zwicker 2012, section 5, for smoothed maps of the
+//! choice. Tested below and in `tests/rendering/denoise.rs`.
 
 use super::Filtered;
 use super::means::Means;
@@ -29,13 +31,13 @@ use rayon::prelude::*;
 /// Radius of the squares over which estimated errors are averaged before filters are compared by them.
 const NEIGHBOURHOOD: usize = 5;
 
-/// Standard errors by which a filter has to be better than the preferred one.
+/// The number of standard errors by which a filter has to be better than the preferred one.
 const DOUBT: f32 = 2.0;
 
-/// Radius of the squares over which choices are averaged, so that no border between two filters is seen.
+/// Radius of the squares over which choices are averaged, so that no border between two filters is visible.
 const TRANSITION: usize = 2;
 
-/// The estimated squared error of each pixel in each channel: an estimate without bias, which may be negative.
+/// The estimated squared error of each pixel in each channel: unbiased, so it may be negative.
 pub fn risks(filtered: &Means, noisy: &[[Plane; 3]; 2]) -> [Plane; 3] {
     [0, 1, 2].map(|c| {
         let [noisy_a, noisy_b] = [0, 1].map(|half| &noisy[half][c].values);
@@ -57,7 +59,7 @@ pub fn whole(filtered: &Means) -> [Plane; 3] {
     [0, 1, 2].map(|c| a[c].like(|i| 0.5 * (a[c].values[i] + b[c].values[i])))
 }
 
-/// What squared errors are relative to in relMSE: the square of the picture, and a hundredth of its mean's.
+/// The denominators of relMSE: the squared image plus a hundredth of its squared mean.
 pub fn measure(picture: &[Plane; 3]) -> [Plane; 3] {
     let pixels = picture.iter().flat_map(|plane| &plane.values);
     let sum: f64 = pixels.map(|&x| f64::from(x)).sum();
@@ -68,7 +70,7 @@ pub fn measure(picture: &[Plane; 3]) -> [Plane; 3] {
         .map(|plane| plane.like(|i| plane.values[i] * plane.values[i] + epsilon))
 }
 
-/// Squared errors over their measure, as means over the channels; 0 where both are.
+/// Squared errors over their measure, averaged over the channels; 0 where both are 0.
 pub fn relative(risks: &[Plane; 3], measure: &[Plane; 3]) -> Plane {
     risks[0].like(|i| {
         let terms = risks.iter().zip(measure);
@@ -79,20 +81,20 @@ pub fn relative(risks: &[Plane; 3], measure: &[Plane; 3]) -> Plane {
     })
 }
 
-/// The first candidate, or another one where that is better beyond doubt.
+/// Selects the first candidate for each pixel, or another one where that is significantly better, and mixes them.
 pub fn choose(candidates: &[Means], noisy: &[[Plane; 3]; 2], measure: &[Plane; 3]) -> Means {
     let errors: Vec<Plane> = candidates
         .par_iter()
         .map(|it| relative(&risks(it, noisy), measure))
         .collect();
-    // By how much each is better, at least; of the first, by nothing.
+    // The least gain of each candidate over the first; 0 for the first.
     let gains: Vec<Plane> = errors
         .par_iter()
         .map(|it| sure_gain(it, &errors[0]))
         .collect();
     let best = |i: usize| {
         let gain = |k: &usize| gains[*k].values[i];
-        // Of equal ones, the first.
+        // Ties go to the first.
         let order = |a: &usize, b: &usize| gain(a).total_cmp(&gain(b)).then(b.cmp(a));
         (0..gains.len()).max_by(order)
     };
@@ -117,8 +119,8 @@ pub fn choose(candidates: &[Means], noisy: &[[Plane; 3]; 2], measure: &[Plane; 3
     }
 }
 
-/// By how much an error is smaller than another on average over each neighbourhood, less what may be chance. Whoever takes the
-/// least of several noisy errors takes the luckiest.
+/// The mean gain of `error` over `other` in each neighbourhood, less its standard error times [`DOUBT`]: the minimum
+/// of several noisy errors would otherwise be selected by chance.
 fn sure_gain(error: &Plane, other: &Plane) -> Plane {
     let gain = error.like(|i| other.values[i] - error.values[i]);
     let mean = gain.box_mean(NEIGHBOURHOOD);
@@ -134,7 +136,7 @@ fn sure_gain(error: &Plane, other: &Plane) -> Plane {
 }
 
 impl Filtered {
-    /// A filtered picture, from estimates without bias of its squared errors; `floor` is what they cannot fall below.
+    /// Builds a filtered image, from unbiased estimates of its squared errors; `floor` is a lower bound of these.
     pub(super) fn assessed(
         picture: &[Plane; 3],
         risks: &[Plane; 3],
@@ -148,7 +150,7 @@ impl Filtered {
                 (0..picture[0].values.len()).map(|i| Rgb::from([0, 1, 2].map(|c| get(i, c))));
             Image::new(width, height, pixels.collect())
         };
-        // Both as shares of the picture, so that a lamp does not throw its error on the wall beside it.
+        // Both are smoothed relative to the image, so that the error of a lamp does not spread to the wall beside it.
         let smooth = |errors: &[Plane; 3]| {
             [0, 1, 2].map(|c| {
                 let measure = &measure[c].values;
@@ -190,7 +192,7 @@ mod tests {
         (12.0 * variance).sqrt() * (rng.next_u32() as f32 / 4_294_967_296.0 - 0.5)
     }
 
-    /// A slope of light and its halves, whose noise has variance 0.08.
+    /// A linear ramp and its halves, whose noise has variance 0.08.
     fn slope(seed: u64) -> (Plane, [[Plane; 3]; 2]) {
         let mut rng = Pcg32::new(seed, 1);
         let values = (0..SIDE * SIDE).map(|i| 1.0 + 0.3 * (i % SIDE) as f32);
@@ -220,7 +222,8 @@ mod tests {
         }
     }
 
-    /// Noise of the mean of two halves over two pixels, 0.08 / 4, and the squared bias: known without the truth.
+    /// The risk, estimated without the truth, is the noise of the mean of two halves over two pixels, 0.08 / 4, plus
+    /// the squared bias.
     #[test]
     fn the_risk_is_the_squared_error_noise_and_bias_together() {
         let mut ratios = Vec::new();
@@ -234,7 +237,7 @@ mod tests {
             assert!((mean(&error) / exact - 1.0).abs() < 0.1);
             ratios.push(mean(&told) / exact);
         }
-        // 80 000 pixels tell it to 0.3 %.
+        // 80 000 pixels give it to 0.3 %.
         let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;
         assert!((mean - 1.0).abs() < 0.015, "{mean}");
     }
@@ -248,12 +251,12 @@ mod tests {
             own: [ones.clone(), ones.clone()],
         };
         let measure = [ones.clone(), ones.clone(), ones];
-        // Unfiltered, the error is 0.04, and 0.0425 with the neighbour: too near to change.
+        // Unfiltered, the error is 0.04, and 0.0425 with the neighbour: too close to change.
         let kept = choose(&[unfiltered.clone(), shifted(&halves)], &halves, &measure);
         let differs = |i: &usize| kept.values[0][0].values[*i] != halves[0][0].values[*i];
         let changed = (0..SIDE * SIDE).filter(differs).count();
         assert!(changed < SIDE * SIDE / 8, "{changed}");
-        // With one that is much worse, the unfiltered pixels are taken back.
+        // Against a candidate that is much worse, the unfiltered pixels are chosen.
         let mut worse = unfiltered.clone();
         for channel in worse.values.iter_mut().flatten() {
             *channel = channel.like(|i| channel.values[i] + 1.0);

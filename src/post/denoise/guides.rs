@@ -1,20 +1,20 @@
-//! What is seen first in each pixel, as far as it tells which pixels are alike: albedo, normal, distance.
+//! The first-hit features that guide the comparison of pixels: albedo, normal, distance.
 //!
-//! Two pixels differ by the largest of three squared distances, each of which is less what noise of the features alone
-//! would make of it, and is counted in squares of the step that still passes as alike:
+//! The distance of two pixels is the largest of three squared distances, from each of which its expectation by the
+//! noise of the features is subtracted, and which is measured in squares of the step that still counts as equal:
 //!
-//! - albedo and normal: |f_p - f_q|^2 over the larger of the tolerance, the variance and the squared gradient at p;
-//! - distance: the reciprocal of the distance is affine over the picture of a plane, so that what counts is how far q
-//!   is from the tangent plane at p, relative to p's own distance.
+//! - albedo and normal: |f_p - f_q|^2 over the largest of the tolerance, the variance and the squared gradient at p;
+//! - distance: the reciprocal of the distance is affine over the image of a plane, so the measure is the deviation of
+//!   q from the tangent plane at p, relative to p's own distance.
 //!
 //! Measure: albedo in [0, 1], unit normals, distances in any unit.
-//! Range: no distance (infinite) where nothing is seen.
+//! Range: infinite distance where nothing is hit.
 //! Source: Rousselle, Manzi and Zwicker 2013, "Robust Denoising using Feature and Color Information", section 4, with the
 //! tangent plane of Moon et al. 2014 in place of a constant distance. Tested below and in `tests/rendering/denoise.rs`.
 
 use crate::math::plane::Plane;
 
-/// What the layers of a file hold of the first hits.
+/// The layers of a file that describe first hits.
 #[derive(Debug, Clone)]
 pub struct FirstHitLayers {
     pub albedo: [Plane; 3],
@@ -24,24 +24,24 @@ pub struct FirstHitLayers {
     pub errors: [Plane; 3],
 }
 
-/// A feature of one or more channels, ready to be compared.
+/// A feature of one or more channels, prepared for comparison.
 #[derive(Debug, Clone)]
 pub struct Feature {
     pub channels: Vec<Plane>,
-    /// Of all channels together.
+    /// The variance of all channels together.
     pub variance: Plane,
-    /// What a squared difference is measured by.
+    /// The divisor of squared differences.
     pub scale: Plane,
-    /// Change per column and row, where the feature is followed along its tangent.
+    /// Change per column and row, for a feature that is compared with its tangent plane.
     pub slope: Option<[Plane; 2]>,
 }
 
-/// Squared steps that pass as alike.
+/// Squared steps that count as equal.
 const ALBEDO_TOLERANCE: f32 = 2e-3;
 const NORMAL_TOLERANCE: f32 = 5e-3;
 const DISTANCE_TOLERANCE: f32 = 1e-4;
 
-/// All features of a picture.
+/// Builds all features of an image.
 pub fn features(layers: &FirstHitLayers) -> Vec<Feature> {
     let [albedo, normal, distance] = &layers.errors;
     let squared = |plane: &Plane| plane.like(|i| plane.values[i] * plane.values[i]);
@@ -60,7 +60,7 @@ fn scaled(plane: &Plane, factor: f32) -> Plane {
     plane.like(|i| factor * plane.values[i])
 }
 
-/// A feature that is compared as it is.
+/// Builds a feature that is compared directly.
 fn constant(channels: &[Plane; 3], variance: Plane, tolerance: f32) -> Feature {
     let mut gradient2 = vec![0.0_f32; variance.values.len()];
     for channel in channels {
@@ -78,11 +78,11 @@ fn constant(channels: &[Plane; 3], variance: Plane, tolerance: f32) -> Feature {
     }
 }
 
-/// The reciprocal of the distance, which is compared with the tangent plane.
+/// Builds the feature of the reciprocal of the distance, which is compared with the tangent plane.
 fn tangent(distance: &Plane, error: &Plane) -> Feature {
     let near = distance.like(|i| 1.0 / distance.values[i]);
     let variance = near.like(|i| {
-        // d(1 / z) = dz / z^2, and nothing where there is nothing.
+        // d(1 / z) = dz / z^2, and 0 where nothing is hit.
         let error = error.values[i] * near.values[i] * near.values[i];
         error * error
     });
@@ -99,7 +99,8 @@ fn tangent(distance: &Plane, error: &Plane) -> Feature {
     }
 }
 
-/// The smaller of the differences to either side, so that the slope beside an edge is that of the own side.
+/// The slopes per column and row: the smaller of the differences to either side, so that the slope beside an edge is
+/// that of the pixel's own side.
 fn slopes(plane: &Plane) -> [Plane; 2] {
     let slope = |dx: isize, dy: isize| {
         plane.like(|i| {
@@ -135,7 +136,7 @@ mod tests {
         }
     }
 
-    /// A plane that recedes: the reciprocal of its distance is affine, so that any pixel lies on the tangent at any other.
+    /// A receding plane: the reciprocal of its distance is affine, so any pixel lies on the tangent at any other.
     #[test]
     fn a_plane_is_alike_everywhere_however_it_lies() {
         let near = |i: usize| 1.0 + 0.3 * (i % 9) as f32 + 0.05 * (i / 9) as f32;
@@ -156,7 +157,7 @@ mod tests {
         let feature = &features[2];
         let [across, _] = feature.slope.as_ref().expect("distances have a slope");
         assert_eq!(across.values[..4], [0.0; 4]);
-        // And the step is larger than what passes as alike, by far.
+        // The step is far larger than one that counts as equal.
         let near = &feature.channels[0].values;
         let step = near[2] - near[3];
         assert!(step * step / feature.scale.values[2] > 100.0);

@@ -1,18 +1,19 @@
-//! Non-local means over the two halves of a picture: each pixel becomes a mean of those that look like it.
+//! Non-local means over the two halves of an image: each pixel becomes a weighted mean of similar pixels.
 //!
 //!   F_A(p) = sum_q w_B(p, q) A(q) / sum_q w_B(p, q),   w_B(p, q) = k(max(s d_B(p, q), d_guides(p, q))),
 //!
-//! and the same with A and B in each other's place. d_B is the mean over the channels and over the patch about p and q of
+//! and likewise with A and B exchanged. d_B is the mean over the channels and over the patch about p and q of
 //!
 //!   ((B_p - B_q)^2 - (v_p + min(v_p, v_q))) / (v_p + v_q),
 //!
-//! v the variance of the noise: 0 on average between pixels that differ by their noise alone, and without bound between
-//! all others as the noise falls, so that then only equal pixels are averaged. The weights of one half know nothing of the
-//! noise in the other, whose values they weigh: the mean over both is free of the bias that comes from choosing among noisy
-//! values by their noise. k(d) = (1 - d / 4)^4 falls as exp(-d) does, and is exactly 0 from 4 on.
+//! with v the variance of the noise. d_B is 0 on average between pixels that differ by their noise alone, and grows
+//! without bound between all others as the noise vanishes, so that then only equal pixels are averaged. The weights
+//! from one half are independent of the noise in the other half, whose values they weigh: the mean over both is free
+//! of the bias of selecting noisy values by their noise. k(d) = (1 - d / 4)^4 falls like exp(-d), and is exactly 0
+//! from 4 on.
 //!
-//! Distances of all pixels to those at one offset are computed together and averaged by a box, so that the time does not
-//! depend on the size of patches (Darbon et al. 2008).
+//! Distances of all pixels to those at one offset are computed together and averaged by a box filter, so that the
+//! time does not depend on the size of patches (Darbon et al. 2008).
 //!
 //! Measure: radiance, or radiance over albedo; its variance.
 //! Range: finite numbers; variances may be 0. Pixels beyond the border have no weight.
@@ -25,10 +26,10 @@ use crate::math::plane::Plane;
 use crate::planted::planted;
 use rayon::prelude::*;
 
-/// Edge of the squares that threads work on.
+/// The edge in pixels of the tiles that threads work on.
 const TILE: usize = 64;
 
-/// What is filtered.
+/// The input of the filter.
 #[derive(Debug, Clone)]
 pub struct Halves {
     /// Both halves, channel by channel.
@@ -37,28 +38,28 @@ pub struct Halves {
     pub variance: [Plane; 3],
 }
 
-/// How pixels are compared.
+/// The parameters of the comparison of pixels.
 #[derive(Debug, Clone)]
 pub struct Comparison {
-    /// How far away those are that are looked at.
+    /// The radius of the search window, in pixels.
     pub reach: usize,
-    /// The radius of patches.
+    /// The radius of patches, in pixels.
     pub patch: usize,
-    /// What distances of colours are multiplied by, for each filter that is wanted: 0 takes no heed of them.
+    /// The factor of colour distances, for each filter that is wanted: 0 ignores colours.
     pub strictness: Vec<f32>,
 }
 
-/// What came out.
+/// The filtered halves.
 #[derive(Debug, Clone)]
 pub struct Means {
-    /// Both halves.
+    /// Both filtered halves, channel by channel.
     pub values: [[Plane; 3]; 2],
-    /// How much of a pixel is its own value, in each half.
+    /// The weight of each pixel's own value in its mean, in each half.
     pub own: [Plane; 2],
 }
 
 impl Means {
-    /// The halves as they are.
+    /// The unfiltered halves.
     pub fn unfiltered(halves: &Halves) -> Self {
         let own = halves.variance[0].like(|_| 1.0);
         Self {
@@ -102,22 +103,22 @@ pub fn means(halves: &Halves, guides: &[Feature], comparison: &Comparison) -> Ve
         .collect()
 }
 
-/// A square of the picture while it is filtered.
+/// A tile of the image while it is filtered.
 struct Tile {
     corner: [usize; 2],
     size: [usize; 2],
-    /// For each strictness.
+    /// The sums for each strictness.
     sums: Vec<Sums>,
 }
 
-/// Weighted sums of differences to the own value; in the end means, and the weight of the own value.
+/// Weighted sums of differences to the own value and of weights; in the end means, and the weight of the own value.
 #[derive(Clone)]
 struct Sums {
     values: [[Vec<f32>; 3]; 2],
     weights: [Vec<f32>; 2],
 }
 
-/// What a tile reads.
+/// The input of a tile, with a margin.
 struct Source {
     margin: usize,
     size: [usize; 2],
@@ -134,15 +135,15 @@ struct GuideParts {
     slope: Option<[Part; 2]>,
 }
 
-/// Numbers that are needed for one offset at a time.
+/// Buffers for one offset at a time.
 struct Scratch {
-    /// Of each half, with a margin of a patch.
+    /// The colour distances of each half, with a margin of a patch's radius.
     distances: [Vec<f32>; 2],
-    /// The same, summed along rows.
+    /// The colour distances summed along rows.
     across: [Vec<f32>; 2],
-    /// Of the guides.
+    /// The guide distances.
     guides: Vec<f32>,
-    /// One row.
+    /// A buffer of one row.
     row: Vec<f32>,
 }
 
@@ -185,7 +186,7 @@ impl Tile {
         for dy in -reach..=reach {
             for dx in -reach..=reach {
                 let offset = [dx, dy];
-                // The pixels of the tile whose partners lie in the picture.
+                // The pixels of the tile whose partners at the offset lie in the image.
                 let [columns, rows] = [0, 1].map(|axis| {
                     let first = (-offset[axis] - corner[axis] as isize).max(0);
                     let last = picture[axis] as isize - offset[axis] - corner[axis] as isize;
@@ -229,7 +230,7 @@ impl Source {
         part.row([x, y as usize], self.size[0])
     }
 
-    /// How far each pixel's first hits are from those at an offset: the largest over the features.
+    /// Computes the guide distance of each pixel to the one at an offset: the largest over the features.
     fn guide_distances(&self, offset: [isize; 2], scratch: &mut Scratch) {
         let [width, height] = self.size;
         scratch.guides.fill(0.0);
@@ -265,7 +266,8 @@ impl Source {
         }
     }
 
-    /// How far the colours of each pixel are from those at an offset, in each half, summed along rows over patches.
+    /// Computes the colour distance of each pixel to the one at an offset, in each half, summed along rows over
+    /// patches.
     fn colour_distances(&self, offset: [isize; 2], patch: usize, scratch: &mut Scratch) {
         let [width, height] = self.size;
         let (wide, high) = (width + 2 * patch, height + 2 * patch);
@@ -283,7 +285,7 @@ impl Source {
                     for i in 0..wide {
                         let d = p[i] - q[i];
                         let noise = v_p[i] + v_p[i].min(v_q[i]);
-                        // Without noise, equal pixels are alike and all others are not.
+                        // Without noise, equal pixels are at distance 0 and all others far apart.
                         let measure = planted!(
                             "denoise-ignores-variance",
                             0.1 * (p[i] + q[i]).powi(2) + f32::MIN_POSITIVE,
@@ -306,7 +308,7 @@ impl Source {
         }
     }
 
-    /// Adds the pixels at an offset to the sums, as they are weighed by the other half.
+    /// Adds the pixels at an offset to the sums, with weights from the other half.
     fn gather(
         &self,
         offset: [isize; 2],
@@ -353,7 +355,8 @@ impl Source {
         }
     }
 
-    /// Means from weighted sums of differences to the own value, which keep what is constant as it is. The own weight is 1.
+    /// Computes means from weighted sums of differences to the own value, a form that leaves constant regions
+    /// unchanged. The own weight is 1.
     fn normalise(&self, sums: &mut Sums) {
         let width = self.size[0];
         for half in [0, 1] {
@@ -373,7 +376,7 @@ impl Source {
     }
 }
 
-/// What a pixel at this distance counts: 1 at 0, as exp(-d), and nothing from 4 on.
+/// The weight of a pixel at this distance: 1 at 0, close to exp(-d), and 0 from 4 on.
 #[inline]
 fn weight(distance: f32) -> f32 {
     let root = (1.0 - 0.25 * distance.max(0.0)).max(0.0);
@@ -385,7 +388,7 @@ fn weight(distance: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// A picture in grey, alike in both halves, with one variance everywhere.
+    /// A grey image, equal in both halves, with one variance everywhere.
     fn halves(width: usize, values: Vec<f32>, variance: f32) -> Halves {
         let plane = Plane::new(width, values.len() / width, values);
         let variance = plane.like(|_| variance);
@@ -437,7 +440,7 @@ mod tests {
         assert_eq!(filtered.own[0].values[35 * 70 + 35], 1.0 / 25.0);
     }
 
-    /// Of two levels, 10 standard errors apart, each pixel has the mean of those of its own.
+    /// Two levels, 10 standard errors apart: each pixel becomes the mean of its own level.
     #[test]
     fn levels_far_apart_are_kept_apart() {
         let values: Vec<f32> = (0..20 * 20)

@@ -1,7 +1,7 @@
-//! Noise filters: the picture, less its noise, and how wrong it is then.
+//! Denoisers: the image with its noise filtered, and an estimate of its remaining error.
 //!
 //! Measure: linear radiance; errors as roots of relMSE.
-//! Range: a picture with its first half, standard errors and first hits. Filtered pictures are biased; the bias of the
+//! Range: an image with its first half, standard errors and first hits. Filtered images are biased; the bias of the
 //! filter by non-local means vanishes as the noise does, that of a trained network does not.
 //! Source: the files here. Tested in `tests/rendering/denoise.rs`.
 
@@ -20,10 +20,10 @@ pub use noisy::Noisy;
 use crate::error::Result;
 use crate::image::Image;
 
-/// The filters.
+/// The denoisers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Denoiser {
-    /// Non-local means over the halves of the picture, guided by first hits.
+    /// Non-local means over the halves of the image, guided by first hits.
     NonLocalMeans,
     /// Intel's Open Image Denoise, where it is found.
     #[cfg(feature = "oidn")]
@@ -31,7 +31,7 @@ pub enum Denoiser {
 }
 
 impl Denoiser {
-    /// Those of this build.
+    /// All denoisers of this build.
     pub const ALL: &'static [Self] = &[
         Self::NonLocalMeans,
         #[cfg(feature = "oidn")]
@@ -47,7 +47,7 @@ impl Denoiser {
         }
     }
 
-    /// What biases the picture, in words.
+    /// The bias of the denoiser, in words.
     pub fn bias(self) -> &'static str {
         match self {
             Self::NonLocalMeans => {
@@ -58,7 +58,7 @@ impl Denoiser {
         }
     }
 
-    /// Whether it is there: known before a render spends its hours.
+    /// Checks that the denoiser is available, to fail before a long render.
     ///
     /// # Errors
     /// If a library is not found.
@@ -70,7 +70,7 @@ impl Denoiser {
         }
     }
 
-    /// Filters a picture. The same bits come out for any number of threads.
+    /// Filters an image. The result has the same bits for any number of threads.
     ///
     /// # Errors
     /// If a library is not found, or fails.
@@ -83,14 +83,14 @@ impl Denoiser {
     }
 }
 
-/// A filtered picture.
+/// A filtered image.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filtered {
-    /// The picture.
+    /// The image.
     pub image: Image,
-    /// How far each pixel is likely to be from the truth, by its noise and by its bias: a mean over its neighbourhood.
+    /// The estimated error of each pixel by its noise and by its bias: a mean over its neighbourhood.
     pub errors: Image,
-    /// The estimated root of relMSE, bias included, with the filtered picture as the truth in its denominator; `None` for a
-    /// black picture.
+    /// The estimated root of relMSE, bias included, with the filtered image as the truth in its denominator; `None`
+    /// for a black image.
     pub error: Option<f64>,
 }

@@ -1,4 +1,4 @@
-//! What a filter needs to know of a picture, from the layers of its file.
+//! The input of a denoiser, from the layers of an image file.
 //!
 //! Measure: linear radiance.
 //! Range: all layers that `etendue render --layers` writes; finite numbers, but for distances where nothing is seen; standard
@@ -10,26 +10,26 @@ use crate::error::{Error, Result};
 use crate::image::LayeredImage;
 use crate::math::plane::Plane;
 
-/// A picture with its noise.
+/// A noisy image, with its halves, its variance and its first hits.
 #[derive(Debug, Clone)]
 pub struct Noisy {
-    /// Its pixels.
+    /// The pixels of the image.
     pub(super) picture: [Plane; 3],
-    /// The pictures from either half of the samples, independent of each other; their mean is the whole.
+    /// The images of either half of the samples, independent of each other; their mean is the whole image.
     pub(super) halves: [[Plane; 3]; 2],
-    /// The variance of the whole.
+    /// The variance of the whole image.
     pub(super) variance: [Plane; 3],
     pub(super) first: FirstHitLayers,
 }
 
-/// A layer that only filtered pictures have.
+/// The name of a layer that only filtered images have.
 pub const FILTERED_LAYER: &str = "noisy.R";
 
 impl Noisy {
-    /// Takes a picture and its layers.
+    /// Builds the input from an image and its layers.
     ///
     /// # Errors
-    /// A layer that is missing or holds a number that it cannot, or a picture that is filtered already.
+    /// If a layer is missing or has an invalid number, or if the image is filtered already.
     pub fn new(picture: &LayeredImage) -> Result<Self> {
         let in_file = |error: Error| match &picture.file {
             Some(file) => error.in_file(file),

@@ -1,10 +1,10 @@
-//! The filter by non-local means: a strict one, and where they are better beyond doubt, a lenient one or none.
+//! The denoiser by non-local means: a strict filter, and where they are significantly better, a lenient one or none.
 //!
-//! Colours are compared as they are, textures included. Dividing them by the albedo first, so that a texture does not
-//! stand in the way, was tried: docs/accuracy.md has the numbers.
+//! Colours are compared with textures included. Dividing them by the albedo first, to remove textures, was tried:
+//! docs/accuracy.md has the numbers.
 //!
 //! Measure: linear radiance.
-//! Range: any picture.
+//! Range: any image.
 //! Source: `means.rs`, `choice.rs`. Tested in `tests/rendering/denoise.rs`.
 
 use super::Filtered;
@@ -14,19 +14,19 @@ use super::means::{Comparison, Halves, Means, means};
 use super::noisy::Noisy;
 use super::prefilter::prefiltered;
 
-/// How far away pixels are that are averaged.
+/// The radius of the search window, in pixels.
 const REACH: usize = 9;
 
-/// The radius of patches.
+/// The radius of patches, in pixels.
 const PATCH: usize = 1;
 
-/// Strictly, patches are alike whose distance is as likely as not between equal ones: those that differ by an eighth more
-/// than their noise have no weight.
+/// The strictness of the strict filter: it averages patches whose distance is as likely as not between equal ones.
+/// Patches that differ by an eighth more than their noise have no weight.
 const STRICT: f32 = 32.0;
-/// Leniently, those that differ by as much again as their noise have none.
+/// The strictness of the lenient filter: patches that differ by twice their noise have no weight.
 const LENIENT: f32 = 4.0;
 
-/// Filters a picture.
+/// Filters an image.
 pub fn filter(noisy: &Noisy) -> Filtered {
     let halves = Halves {
         values: noisy.halves.clone(),
@@ -45,7 +45,7 @@ pub fn filter(noisy: &Noisy) -> Filtered {
     candidates.push(Means::unfiltered(&halves));
     let mixed = choose(&candidates, &noisy.halves, &measure);
     let picture = whole(&mixed);
-    // What the halves differ by is noise that is left.
+    // The difference between the filtered halves is remaining noise.
     let [a, b] = &mixed.values;
     let floor = [0, 1, 2].map(|c| {
         a[c].like(|i| {

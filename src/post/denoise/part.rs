@@ -1,6 +1,6 @@
-//! A part of a plane with a margin about it, for work that is done block by block.
+//! A part of a plane with a margin about it, for processing in blocks.
 //!
-//! Measure: that of the numbers.
+//! Measure: that of the values.
 //! Range: beyond the border of the plane, pixels are those of the border.
 //! Source: none needed. Tested in `math/plane.rs` and `means.rs`.
 
@@ -14,7 +14,7 @@ pub struct Part {
 }
 
 impl Part {
-    /// `size` pixels from a corner on, and the margin about them.
+    /// Copies `size` pixels from a corner on, and the margin about them.
     pub fn of(plane: &Plane, corner: [usize; 2], size: [usize; 2], margin: usize) -> Self {
         let stride = size[0] + 2 * margin;
         let rows = size[1] + 2 * margin;
@@ -27,7 +27,7 @@ impl Part {
         }
     }
 
-    /// `length` numbers of a row from a column on.
+    /// The `length` values of row `y` from column `x` on.
     pub fn row(&self, [x, y]: [usize; 2], length: usize) -> &[f32] {
         &self.values[y * self.stride + x..][..length]
     }

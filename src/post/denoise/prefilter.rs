@@ -1,8 +1,8 @@
-//! Guides without their own noise: behind a lens or in motion, what is seen first is as random as the light that comes
-//! from it, and by the same samples. Weights by such guides would know of the noise that they are to average.
+//! Prefiltering of the guides: with depth of field or motion, first-hit features are as noisy as the light from them,
+//! and noisy through the same samples. Weights from such guides would depend on the noise that they are to average.
 //!
-//! Each of albedo, normal and the reciprocal of the distance is filtered by non-local means of its own, as colours are,
-//! but for the halves, which guides do not have.
+//! Albedo, normal and the reciprocal of the distance are each filtered by non-local means as colours are, but without
+//! halves, which guides do not have.
 //!
 //! Measure: as in `guides.rs`.
 //! Range: guides without noise stay as they are.
@@ -12,16 +12,17 @@ use super::guides::FirstHitLayers;
 use super::means::{Comparison, Halves, means};
 use crate::math::plane::Plane;
 
-/// How far away pixels are that are averaged.
+/// The radius of the search window, in pixels.
 const REACH: usize = 4;
 
-/// The radius of patches.
+/// The radius of patches, in pixels.
 const PATCH: usize = 1;
 
-/// Guides are smooth in patches or not at all: noise of less than half of their expected distance passes.
+/// The strictness: guides are piecewise smooth, so patches have no weight where noise is less than half of their
+/// squared distance.
 const STRICTNESS: f32 = 4.0;
 
-/// The guides with less noise, and standard errors of what is left.
+/// The guides with reduced noise, and the standard errors of the remaining noise.
 pub fn prefiltered(layers: &FirstHitLayers) -> FirstHitLayers {
     let [of_albedo, of_normal, of_distance] = &layers.errors;
     let (albedo, albedo_error) = cleaned(&layers.albedo, of_albedo, 1.0);
@@ -34,7 +35,7 @@ pub fn prefiltered(layers: &FirstHitLayers) -> FirstHitLayers {
     let ([near, ..], near_error) = cleaned(&three, &near_error, 1.0);
     let distance = near.like(|i| 1.0 / near.values[i]);
     let distance_error = near.like(|i| {
-        // Nothing is as uncertain as it was where nothing is seen.
+        // Where nothing is hit, the error remains unchanged.
         if near.values[i] > 0.0 {
             near_error.values[i] / (near.values[i] * near.values[i])
         } else {
@@ -49,7 +50,7 @@ pub fn prefiltered(layers: &FirstHitLayers) -> FirstHitLayers {
     }
 }
 
-/// One guide without its noise, and the error that is left, of `parts` channels together.
+/// Filters one guide and estimates its remaining error; `error` is that of `parts` channels together.
 fn cleaned(channels: &[Plane; 3], error: &Plane, parts: f32) -> ([Plane; 3], Plane) {
     let variance = error.like(|i| error.values[i] * error.values[i] / parts);
     let same = Halves {
@@ -64,7 +65,7 @@ fn cleaned(channels: &[Plane; 3], error: &Plane, parts: f32) -> ([Plane; 3], Pla
     let mut filtered = means(&same, &[], &comparison);
     let filtered = filtered.pop().expect("one filter for one strictness");
     let [cleaned, _] = filtered.values;
-    // Of n equal numbers, of which each counts 1 / n, the mean has an n-th of the variance.
+    // A mean of n equal numbers, with weights of 1 / n, has an n-th of the variance.
     let left = error.like(|i| error.values[i] * filtered.own[0].values[i].sqrt());
     (cleaned, left)
 }

@@ -1,14 +1,15 @@
-//! The filter by Open Image Denoise, and how wrong it is.
+//! The denoiser by Open Image Denoise, and an estimate of its error.
 //!
-//! A network's error cannot be told from its own output. But of the halves A and B, F(A) knows nothing of B: of
+//! The error of a network cannot be estimated from its own output. But of the halves A and B, F(A) is independent of
+//! B: of
 //!
 //!   (F(A) - B)^2 + (F(B) - A)^2 - (A - B)^2
 //!
-//! the expectation is the sum of the squared errors of F(A) and F(B). Half of it is reported. The picture of both halves has
-//! less noise, so that its error is likely to be smaller.
+//! the expectation is the sum of the squared errors of F(A) and F(B). Half of it is reported. The image of both
+//! halves has less noise, so its error is likely to be smaller.
 //!
 //! Measure: linear radiance.
-//! Range: any picture; the time is that of three.
+//! Range: any image; the time is that of filtering three images.
 //! Source: cross-validation, as by Stone 1974. Tested in `cli/tests/command/denoise_oidn.rs`.
 
 use super::Filtered;
@@ -17,7 +18,7 @@ use crate::error::Result;
 use crate::math::plane::Plane;
 use crate::post::oidn;
 
-/// Filters a picture and its halves.
+/// Filters an image and its halves.
 pub fn filter(noisy: &Noisy) -> Result<Filtered> {
     let (picture, halves) = (&noisy.picture, &noisy.halves);
     let [first, second] = halves;

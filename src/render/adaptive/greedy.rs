@@ -1,9 +1,9 @@
-//! The stopping rule of other renderers, to be compared with: a pixel stops when it seems good enough.
+//! The stopping rule of other renderers, for comparison: a pixel stops when it seems good enough.
 //!
-//! A pixel whose samples are too dark by chance shows a small error, too, and stops; one whose samples are too bright goes
-//! on until the excess is gone. So the mean is too small where bright samples are rare, and too large where dark
-//! ones are. Of pixels that are 20 with probability 0.05 and else 0, stopped at an error of 10 % from 16 samples on, the mean
-//! is 0.62 instead of 1; of 200 with 0.005 it is 0.08.
+//! A pixel whose samples are too dark by chance shows a small error, too, and stops; one whose samples are too bright
+//! continues until the excess is gone. So the mean is too small where bright samples are rare, and too large where dark
+//! ones are. For pixels that are 20 with probability 0.05 and otherwise 0, stopped at an error of 10 % from 16 samples
+//! on, the mean is 0.62 instead of 1; for 200 with 0.005 it is 0.08.
 //!
 //! Measure: relative standard errors, as in relMSE.
 //! Range: any film; before the first round of batches every pixel gets one.
@@ -13,7 +13,7 @@
 use super::SampleAllocation;
 use crate::film::Film;
 
-/// Gives `samples` more to those pixels whose own relative error is above `target`.
+/// Assigns `samples` more to those pixels whose own relative error is above `target`.
 pub fn deal(film: &Film, target: f64, samples: u64) -> SampleAllocation {
     let mut counts = film.sample_counts();
     let mean = film.mean().iter().sum::<f64>() / 3.0;

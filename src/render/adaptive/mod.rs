@@ -1,7 +1,7 @@
-//! Adaptive sampling: which pixels get how many samples.
+//! Adaptive sampling: the distribution of samples over the pixels.
 //!
-//! Measure: samples per pixel. The *level* of a render is the mean over the pixels, or, for greedy sampling, what a pixel
-//! has that has not stopped.
+//! Measure: samples per pixel. The *level* of a render is the mean over the pixels, or, for greedy sampling, the count
+//! of a pixel that has not stopped.
 //! Range: counts are whole rounds of batches.
 //! Source: docs/accuracy.md, "Adaptive sampling". Tested in `tests/rendering/adaptive.rs`.
 
@@ -12,36 +12,36 @@ use super::settings::{Adaptive, LARGEST_SHARE_OF_PILOT, PILOT, RenderSettings, S
 use crate::film::Film;
 use allocation::Allocation;
 
-/// Whether a pilot of so many samples per pixel, which has used up this share of the budget, has told enough.
+/// Whether a pilot of `level` samples per pixel, which has used up the share `used` of the budget, is long enough.
 fn is_over(level: u64, used: f64) -> bool {
     let uses = |share: u64| used * share as f64 >= 1.0;
     uses(LARGEST_SHARE_OF_PILOT) || (level >= PILOT && uses(SHARE_OF_PILOT))
 }
 
-/// What the next pass gives out.
+/// The samples of the next pass.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SampleAllocation {
-    /// The same to every pixel.
+    /// Equally many for every pixel.
     Evenly,
-    /// What every pixel is to have after it, row by row.
+    /// The count that every pixel is to have after the pass, row by row.
     UpTo(Vec<u64>),
-    /// Nothing: no pixel wants more.
+    /// No samples: no pixel needs more.
     Nothing,
 }
 
-/// Gives samples out, pass by pass.
+/// Distributes samples over the pixels, pass by pass.
 #[derive(Debug)]
 pub enum SampleAllocator {
-    /// Evenly.
+    /// Even distribution.
     Evenly,
-    /// Evenly during the pilot, then as it tells once it is over.
+    /// Even distribution during the pilot, then the pilot's allocation.
     ByPilot(Option<Allocation>),
-    /// To those pixels whose own relative error is above this.
+    /// Samples for those pixels whose own relative error is above this.
     Greedy(f64),
 }
 
 impl SampleAllocator {
-    /// As the settings say.
+    /// The allocator of the settings.
     pub fn new(settings: &RenderSettings) -> Self {
         let budget = settings.budget;
         match (settings.adaptive, budget.error) {
@@ -51,8 +51,8 @@ impl SampleAllocator {
         }
     }
 
-    /// Takes note of a complete pass, up to which this share of the budget is used: whether the pilot is over, and what it
-    /// tells.
+    /// Records a complete pass, up to which the share `used` of the budget is used up, and computes the allocation if
+    /// the pilot is over.
     pub fn pass_done(&mut self, film: &Film, level: u64, used: f64) {
         if let Self::ByPilot(allocation @ None) = self
             && is_over(level, used)
@@ -61,7 +61,7 @@ impl SampleAllocator {
         }
     }
 
-    /// What the pilot tells, once it is over.
+    /// The pilot's allocation, once the pilot is over.
     pub fn allocation(&self) -> Option<&Allocation> {
         match self {
             Self::ByPilot(allocation) => allocation.as_ref(),
@@ -69,7 +69,7 @@ impl SampleAllocator {
         }
     }
 
-    /// What brings the render from one level to the next.
+    /// The samples that bring the render from one level to the next.
     pub fn deal(&self, film: &Film, level: u64, next: u64) -> SampleAllocation {
         match self {
             Self::Evenly => SampleAllocation::Evenly,
@@ -106,7 +106,7 @@ mod tests {
             assert!(expected == BATCHES || !over(expected - BATCHES), "{spp}");
         }
         assert_eq!(Budget::default().pilot(), PILOT);
-        // What is foreseen of an error tells how much is used up, and of a black picture nothing is.
+        // The share that is used up is forecast from the error, and is zero for a black image.
         assert!(!is_over(512, 0.0));
         assert!(is_over(16, 0.25), "there is no more time");
     }

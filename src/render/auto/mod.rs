@@ -1,11 +1,11 @@
-//! `auto`: the integrator that suits a scene, chosen by what is known of the scene and by a small pilot.
+//! `auto`: the choice of an integrator for a scene, from its effects and by a small pilot.
 //!
-//! The pilot's random numbers are none of the picture's, so that the picture is that of the integrator that is chosen, bit for
-//! bit, and as unbiased. The same scene, seed and settings always make the same choice, on any number of threads: nothing is
+//! The pilot shares no random numbers with the image, so that the image is that of the chosen integrator, bit for bit,
+//! and as unbiased. The same scene, seed and settings always give the same choice, on any number of threads: nothing is
 //! timed.
 //!
 //! Measure: as in `rule.rs`.
-//! Range: any scene. Among `path`, `bdpt` and `mlt`: biased integrators are named, never chosen.
+//! Range: any scene. Among `path`, `bdpt` and `mlt`: biased integrators are mentioned, never chosen.
 //! Source: docs/accuracy.md, "Which integrator". Tested in `tests/rendering/auto.rs` and `cli/tests/command/auto.rs`.
 
 mod pilot;
@@ -24,34 +24,35 @@ use pilot::Pilot;
 pub use rule::Candidate;
 use rule::{Facts, choose};
 
-/// Pixels of the pilot's pictures, about.
+/// The approximate number of pixels of the pilot's images.
 const PIXELS: f64 = 5000.0;
 
-/// Samples per pixel of each of them ...
+/// The samples per pixel of each of them ...
 const SPP: u64 = 16;
-/// ... and of those by `path`, which are quicker.
+/// ... and of those by `path`, which are faster.
 const SPP_OF_PATH: u64 = 32;
 
-/// What a pilot's seeds begin with, below that of the picture.
+/// The offset of the pilots' seeds, which are combined with the seed of the image.
 const SEEDS: u64 = 0x0061_7574_6f00;
 
-/// What `auto` stands for.
+/// The integrator that `auto` recommends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recommendation {
     /// The integrator.
     pub integrator: IntegratorKind,
-    /// Why, in words.
+    /// The reason, in words.
     pub why: String,
-    /// What it was held against, itself among them; empty where no pilot was needed.
+    /// The integrators that it was compared with, itself among them; empty where no pilot was needed.
     pub candidates: Vec<Candidate>,
-    /// A biased integrator that may do better, and what it is for.
+    /// A biased integrator that may be more efficient, and its purpose.
     pub option: Option<String>,
 }
 
-/// The integrator for these settings, whichever they name, by a pilot on these threads. One that `observer` ends leaves `path`.
+/// Recommends an integrator for these settings, whichever they name, by a pilot on these threads; `path` if `observer`
+/// cancels the pilot.
 ///
 /// # Errors
-/// As a render by any of the integrators.
+/// The errors of a render by any of the integrators.
 pub fn recommend(
     view: &RenderInput<'_>,
     threads: &Threads,
@@ -94,10 +95,10 @@ pub fn recommend(
     })
 }
 
-/// The settings with an integrator in place of `auto`, and the reason if that was asked for.
+/// The settings with an integrator in place of `auto`, and the recommendation if `auto` was requested.
 ///
 /// # Errors
-/// As [`recommend`].
+/// The errors of [`recommend`].
 pub fn settle(
     view: &RenderInput<'_>,
     threads: &Threads,
@@ -113,7 +114,7 @@ pub fn settle(
     Ok((settled, Some(recommendation)))
 }
 
-/// What is left where nobody waited for the pilot.
+/// The recommendation after an interrupted pilot.
 fn interrupted() -> Recommendation {
     Recommendation {
         integrator: IntegratorKind::Path,
@@ -123,7 +124,7 @@ fn interrupted() -> Recommendation {
     }
 }
 
-/// What a biased integrator is worth trying for.
+/// A biased integrator that is worth trying, with its purpose.
 fn option(effects: EffectSet) -> Option<String> {
     let not_matte = [Effect::Glossy, Effect::Specular, Effect::Transmission];
     let is_matte = !not_matte.into_iter().any(|effect| effects.has(effect));
@@ -133,7 +134,7 @@ fn option(effects: EffectSet) -> Option<String> {
     })
 }
 
-/// Passes on whether to end, and nothing else.
+/// An observer that passes on cancellation, and nothing else.
 struct Ended<'a>(&'a dyn RenderObserver);
 
 impl RenderObserver for Ended<'_> {
@@ -142,7 +143,7 @@ impl RenderObserver for Ended<'_> {
     }
 }
 
-/// Where pilots are rendered: the scene on a small film.
+/// The context of pilots: the scene on a small film.
 struct PilotRun<'a> {
     scene: Scene,
     size: (u32, u32),
@@ -170,7 +171,7 @@ impl<'a> PilotRun<'a> {
         }
     }
 
-    /// How each of the integrators does; `None` if the observer ended it.
+    /// Measures each of the integrators; `None` if the observer cancelled the pilot.
     fn candidates(&self, integrators: &[IntegratorKind]) -> Result<Option<Vec<Candidate>>> {
         let mut pilots = Vec::new();
         for &integrator in integrators {
@@ -182,7 +183,7 @@ impl<'a> PilotRun<'a> {
         Ok(Some(pilot::inefficiencies(&pilots)))
     }
 
-    /// Two pictures by one integrator; `None` if it found no light to begin with.
+    /// Renders two images by one integrator; `None` if it found no light to start at.
     fn pilot(&self, integrator: IntegratorKind) -> Result<Option<Pilot>> {
         let one = |index| -> Result<_> {
             let settings = self.settings_of(integrator, index);
@@ -216,7 +217,7 @@ impl<'a> PilotRun<'a> {
         }
     }
 
-    /// The settings of a pilot's picture.
+    /// The settings of a pilot's image.
     fn settings_of(&self, integrator: IntegratorKind, index: u64) -> RenderSettings {
         let (width, height) = self.size;
         let spp = match integrator {

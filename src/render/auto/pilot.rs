@@ -1,20 +1,21 @@
-//! How integrators did on small pictures of a scene, of which each made two with other random numbers.
+//! The inefficiency of integrators, measured on small images of a scene: two by each, with different random numbers.
 //!
-//! Half of the squared difference of two independent pictures a and b is, in the mean, the squared error of each; that takes no
-//! error bars and holds for Markov chains, too. Relative to t, the median of all pictures around a pixel,
+//! Half of the squared difference of two independent images a and b is, in the mean, the squared error of each; that
+//! needs no error bars and holds for Markov chains, too. Relative to t, the median of all images around a pixel,
 //!
 //!   relMSE = mean of (a - b)^2 / 2 / (t^2 + eps),
 //!
-//! where eps is a hundredth of the square of the mean of all pictures.
+//! where eps is a hundredth of the square of the mean of all images.
 //!
-//! Light that is so rare that an integrator has hardly met it does not show in its spread. So where its pictures lack light that
-//! those of bidirectional path tracing have, in whole tiles and significantly, that is counted as its error, too.
+//! Light that is so rare that an integrator has hardly found it does not show in the variance. So where its images lack
+//! light that those of bidirectional path tracing have, in whole tiles and significantly, that is counted as its error,
+//! too.
 //!
-//! Work is counted in rays, each of which stands for what an integrator does between two of them, so that neither the machine
-//! nor its mood has a say.
+//! Work is counted in rays, each of which stands for what an integrator does between two of them, so that neither the
+//! machine nor its load has an influence.
 //!
-//! Measure: relMSE of one picture; rays of `path`; their product is the inefficiency.
-//! Range: pictures of the same size.
+//! Measure: relMSE of one image; rays of `path`; their product is the inefficiency.
+//! Range: images of the same size.
 //! Source: docs/accuracy.md, "Which integrator". Tested below and in `tests/rendering/auto.rs`.
 
 use super::rule::Candidate;
@@ -24,35 +25,35 @@ use crate::integrator::kind::IntegratorKind;
 use crate::math::rgb::Rgb;
 use crate::planted::planted;
 
-/// How far around a pixel its truth is told by, in pixels.
+/// The radius of the surroundings that give the reference of a pixel, in pixels.
 const REACH: u32 = 2;
 
-/// What a ray of bidirectional path tracing takes, with all that is done for it, beside one of `path`. In the scenes of
-/// docs/accuracy.md it was 1.3 to 1.8 times as long.
+/// The cost of a ray of bidirectional path tracing, with all the work for it, relative to one of `path`. In the scenes
+/// of docs/accuracy.md it took 1.3 to 1.8 times as long.
 const RAY_FROM_BOTH_ENDS: f64 = 1.5;
 
-/// The same of Markov chains: 1.75 to 2.75.
+/// The cost of a ray of Markov chains, likewise: it took 1.75 to 2.75 times as long.
 const RAY_OF_CHAINS: f64 = 2.2;
 
-/// Side of the tiles in which light may be lacking, in pixels.
+/// The side of the tiles in which light may be lacking, in pixels.
 const SIDE: u32 = 8;
 
-/// Standard errors by which a tile has to differ before it counts.
+/// The number of standard errors by which a tile has to differ to count.
 const SIGMAS: f64 = 4.0;
 
-/// What one integrator did.
+/// The pilot of one integrator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pilot {
     /// The integrator.
     pub integrator: IntegratorKind,
-    /// Two pictures that know nothing of each other.
+    /// Two independent images.
     pub pictures: [Image; 2],
-    /// Rays that one of them took.
+    /// The number of rays of one of them.
     pub rays: f64,
 }
 
 impl Pilot {
-    /// What one of its pictures took, in rays of `path`.
+    /// The work of one of its images, in rays of `path`.
     fn work(&self) -> f64 {
         let of_ray = match self.integrator {
             IntegratorKind::Bidirectional => RAY_FROM_BOTH_ENDS,
@@ -63,7 +64,7 @@ impl Pilot {
     }
 }
 
-/// How inefficient each is.
+/// The inefficiency of each integrator.
 pub fn inefficiencies(pilots: &[Pilot]) -> Vec<Candidate> {
     let truth = Truth::of(pilots);
     let by = |kind| pilots.iter().find(|it| it.integrator == kind);
@@ -73,7 +74,7 @@ pub fn inefficiencies(pilots: &[Pilot]) -> Vec<Candidate> {
         let of_other =
             |other| planted!("missed-light-is-no-error", 0.0, truth.lacking(pilot, other));
         let lacking = others.map_or(0.0, of_other);
-        // Of black pictures nothing is known.
+        // Black images give no information.
         let is_black = pilot.pictures.iter().all(|it| it.mean() == [0.0; 3]);
         Candidate {
             integrator: pilot.integrator,
@@ -87,14 +88,15 @@ pub fn inefficiencies(pilots: &[Pilot]) -> Vec<Candidate> {
     pilots.iter().map(of_one).collect()
 }
 
-/// What the pictures show.
+/// The reference image, from all pilots.
 struct Truth {
     image: Image,
     epsilon: f64,
 }
 
 impl Truth {
-    /// The median of what is around each pixel in all pictures: a rare bright sample does not stand for its own truth.
+    /// The median of the surroundings of each pixel in all images, so that a rare bright sample is not its own
+    /// reference.
     fn of(pilots: &[Pilot]) -> Self {
         let pictures: Vec<&Image> = pilots.iter().flat_map(|pilot| &pilot.pictures).collect();
         let (width, height) = (pictures[0].width(), pictures[0].height());
@@ -116,12 +118,12 @@ impl Truth {
         }
     }
 
-    /// What squares of the channels of a pixel or a tile are relative to, by its colour.
+    /// The factors that make squares of the channels of a pixel or a tile relative, by its colour.
     fn scale(&self, colour: [f64; 3]) -> [f64; 3] {
         colour.map(|t| 1.0 / (t * t + self.epsilon))
     }
 
-    /// relMSE of a picture of a pilot by the spread of both.
+    /// The relMSE of one image of a pilot, by the difference of both.
     fn spread(&self, pilot: &Pilot) -> f64 {
         let sum: f64 = (0..self.image.pixels().len())
             .map(|index| {
@@ -133,7 +135,7 @@ impl Truth {
         sum / (3 * self.image.pixels().len()) as f64
     }
 
-    /// relMSE of the light that a pilot lacks in tiles where another has it.
+    /// The relMSE of the light that a pilot lacks in tiles where another has it.
     fn lacking(&self, pilot: &Pilot, other: &Pilot) -> f64 {
         let (width, height) = (self.image.width(), self.image.height());
         let mut sum = 0.0;
@@ -158,19 +160,19 @@ impl Truth {
     }
 }
 
-/// The middle of some numbers, the upper one of two.
+/// The median of some numbers, the upper one of two.
 fn median(mut numbers: Vec<f32>) -> f32 {
     let middle = numbers.len() / 2;
     *numbers.select_nth_unstable_by(middle, f32::total_cmp).1
 }
 
-/// The variance of a picture's channels at a pixel.
+/// The variance of an image's channels at a pixel.
 fn variance(pilot: &Pilot, index: usize) -> [f64; 3] {
     let [a, b] = [0, 1].map(|i| pilot.pictures[i].pixels()[index].to_array().map(f64::from));
     std::array::from_fn(|c| 0.5 * (a[c] - b[c]).powi(2))
 }
 
-/// The variance of the mean of both pictures over a tile, whose pixels are taken as independent.
+/// The variance of the mean of both images over a tile, whose pixels are taken as independent.
 fn variance_of_tile(pilot: &Pilot, tile: Tile) -> [f64; 3] {
     let mut sum = [0.0; 3];
     let mut count = 0.0;
@@ -183,7 +185,7 @@ fn variance_of_tile(pilot: &Pilot, tile: Tile) -> [f64; 3] {
     sum.map(|sum| sum / (count * count))
 }
 
-/// The mean of a picture's channels over a tile.
+/// The mean of an image's channels over a tile.
 fn mean(image: &Image, tile: Tile) -> [f64; 3] {
     let mut sum = [0.0; 3];
     let mut count = 0.0;
@@ -202,7 +204,7 @@ mod tests {
 
     const SIZE: (u32, u32) = (64, 48);
 
-    /// Pictures of `light`, where a pixel is it over `p` with probability `p`, else black.
+    /// Images of `light`, where a pixel is `light` over `p` with probability `p`, else black.
     fn pilot(integrator: IntegratorKind, light: f32, p: f32, rays: f64, seed: u64) -> Pilot {
         use crate::sampler::hash;
         let picture = |index: u64| {
@@ -224,7 +226,7 @@ mod tests {
     #[test]
     fn efficiency_is_that_of_the_closed_form() {
         use IntegratorKind::{Bidirectional, Path};
-        // The relative variance of one or nothing is (1 - p) / p.
+        // The relative variance of a pixel that is lit with probability p is (1 - p) / p.
         let pilots = [
             pilot(Path, 2.0, 0.7, 10.0, 1),
             pilot(Bidirectional, 2.0, 0.9, 20.0, 2),
@@ -244,9 +246,10 @@ mod tests {
         let dark = pilot(Path, 1.0, 1.0, 10.0, 1);
         let other = |light| pilot(Bidirectional, light, 0.8, 20.0, 2);
         let of_path = |light| inefficiencies(&[dark.clone(), other(light)])[0].inefficiency;
-        // Alike in the mean: nothing is lacking.
+        // Equal means: nothing is lacking.
         assert_eq!(of_path(1.0), 0.0);
-        // It lacks a half of the light, 1 beside the other's 2 / 0.8 in most of its pixels: the median is in between, or 1.
+        // Half of the light is lacking, 1 beside the other's 2 / 0.8 in most of its pixels: the median is in between,
+        // or 1.
         let of_path = of_path(2.0);
         assert!((10.0 / (2.5 * 2.5)..=10.0).contains(&of_path), "{of_path}");
     }

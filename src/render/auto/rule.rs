@@ -1,36 +1,37 @@
-//! Which integrator a scene is rendered by: a rule over what is known of it, and the reason in words.
+//! The rule that chooses the integrator for a scene from facts about it, and the reason in words.
 //!
-//! Measure: inefficiency, relMSE times work, of which only ratios say anything.
+//! Measure: inefficiency, relMSE times work, of which only ratios have a meaning.
 //! Range: any facts; the choice is never a biased integrator.
-//! Source: efficiency as in Veach 1997, section 2.2. Tested below, and what it comes to in docs/accuracy.md.
+//! Source: efficiency as in Veach 1997, section 2.2. Tested below; its choices are in docs/accuracy.md.
 
 use crate::integrator::kind::IntegratorKind;
 
-/// So many times less efficient than `bdpt` has `path` to be before it is left, and the better of both than `mlt`: a pilot is a
-/// small sample, the error bars of `path` are those of its own pixels, and what a chain has not found yet it does not tell.
+/// The ratio of inefficiencies above which `bdpt` replaces `path`, and `mlt` the better of both: a pilot is a small
+/// sample, the error bars of `path` are those of its own pixels, and a chain does not show the light that it has not
+/// found yet.
 pub const MARGIN: f64 = 1.25;
 
-/// An integrator that could render the scene, and how it did in the pilot.
+/// An integrator that could render the scene, and its inefficiency in the pilot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
     /// The integrator.
     pub integrator: IntegratorKind,
-    /// relMSE times work of its pilot; infinite where it found no light.
+    /// The relMSE times the work of its pilot; infinite where it found no light.
     pub inefficiency: f64,
 }
 
-/// What the rule goes by.
+/// The facts that the rule uses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Facts {
-    /// Whether `path` misses light altogether: that of lights without a size, by way of smooth surfaces.
+    /// Whether `path` misses light altogether: that of delta lights by way of specular surfaces.
     pub is_missed_by_path: bool,
-    /// Whether smooth surfaces throw light where looking for lamps does not find it.
+    /// Whether specular surfaces cast light that light sampling does not find.
     pub has_smooth_surfaces: bool,
-    /// All that can render the scene with these settings, `path` first.
+    /// All integrators that can render the scene with these settings, `path` first.
     pub candidates: Vec<Candidate>,
 }
 
-/// The choice, and why.
+/// Chooses the integrator, and gives the reason.
 pub fn choose(facts: &Facts) -> (IntegratorKind, String) {
     use IntegratorKind::{Bidirectional, Metropolis, Path};
     let of = |kind| {
@@ -63,7 +64,7 @@ fn why(facts: &Facts, best: IntegratorKind, ratio: f64) -> String {
     if best == IntegratorKind::Path {
         return "nothing else did so much better in a pilot that it would be worth it".to_owned();
     }
-    // Which of both, a pilot does not tell.
+    // A pilot does not distinguish the two causes.
     let cause = if facts.has_smooth_surfaces {
         "some light is hard to reach from the eye, as it is thrown by smooth surfaces, or comes through a gap or out of a shade"
     } else {
@@ -104,16 +105,16 @@ mod tests {
             (false, &[1.0, 0.9, 0.85], Path),
             (false, &[1.0, 0.5, 0.45], Bidirectional),
             (false, &[1.0, 0.5, 0.2], Metropolis),
-            // Chains that are better than path, which is the best of the others, or hardly.
+            // Chains that are better than path, the best of the others, clearly or hardly.
             (false, &[1.0, 2.0, 0.4], Metropolis),
             (false, &[1.0, 2.0, 0.9], Path),
-            // What path misses, its efficiency does not make up for.
+            // The efficiency of path does not make up for the light that it misses.
             (true, &[1.0, 9.0, 9.0], Bidirectional),
             (true, &[1.0, 9.0, 4.0], Metropolis),
-            // Settings that leave path alone, whatever it misses.
+            // Settings that allow path alone, whatever it misses.
             (false, &[1.0], Path),
             (true, &[1.0], Path),
-            // No light was found, by chains or by anybody.
+            // No light was found, by chains or by any integrator.
             (false, &[1.0, 0.5, none], Bidirectional),
             (false, &[none, none, none], Path),
             (true, &[none, none, none], Bidirectional),

@@ -1,11 +1,12 @@
-//! Where chains begin: at paths of independent samples, chosen in proportion to their brightness.
+//! The bootstrap of Markov chains: they start at paths of independent samples, chosen in proportion to their
+//! brightness.
 //!
-//! Paths stand in the order of their number of edges, and chains begin at equal distances along the sum of their brightness,
-//! the first of them anywhere: each chain may begin at any path, in proportion to its brightness, and all chains together
-//! have each number of edges as often as its share says, to within one chain.
+//! Paths are in the order of their number of edges, and chains start at equal distances along the cumulative
+//! brightness, the first of them anywhere: each chain may start at any path, in proportion to its brightness, and all
+//! chains together have each number of edges in proportion to its share of the brightness, to within one chain.
 //!
 //! Measure: brightness is luminance, times pixels.
-//! Range: any samples; those that find no light count, but nothing begins there.
+//! Range: any samples; those that find no light count in the mean, but no chain starts there.
 //! Source: Veach 1997, section 11.3.1; Kitagawa 1996 for choosing at equal distances. Tested below and in
 //! `tests/rendering/metropolis.rs`.
 
@@ -15,19 +16,19 @@ use crate::planted::planted;
 use crate::sampler::{Primary, hash};
 use rayon::prelude::*;
 
-/// Steps of a round for each of its samples to begin at ...
+/// The number of steps of a round per bootstrap sample ...
 const STEPS_PER_SAMPLE: u64 = 8;
-/// ... of which there are so many at least.
+/// ... of which there are at least this many.
 const LEAST_SAMPLES: u64 = 256;
 
-/// A path that a chain may begin at.
+/// A path at which a chain may start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Start {
-    /// The sample that made it.
+    /// The sample that made the path.
     pub sample: u32,
-    /// In which way.
+    /// The strategy that made the path.
     pub strategy: Strategy,
-    /// What it brings.
+    /// The brightness of the path.
     pub brightness: f64,
 }
 
@@ -35,12 +36,12 @@ pub struct Start {
 pub struct Bootstrap {
     seed: u64,
     samples: u64,
-    /// In the order of their edges.
+    /// The paths, in the order of their number of edges.
     paths: Vec<Start>,
 }
 
 impl Bootstrap {
-    /// Those of a round with so many steps.
+    /// Evaluates the independent samples of a round with `steps` steps.
     pub fn evaluate(context: &ChainContext<'_>, seed: u64, steps: u64) -> (Self, ChainOutcome) {
         let samples = (steps / STEPS_PER_SAMPLE).max(LEAST_SAMPLES);
         let mut bootstrap = Self {
@@ -73,7 +74,7 @@ impl Bootstrap {
         (bootstrap, outcome)
     }
 
-    /// The point that a sample is.
+    /// The point in primary sample space of a sample.
     pub fn point(&self, sample: u32) -> Primary {
         Primary::new(hash::combine(self.seed, sample.into()))
     }
@@ -92,7 +93,7 @@ impl Bootstrap {
         self.paths.iter().map(|it| it.brightness).sum()
     }
 
-    /// Where so many chains begin; none, if no sample has found any light.
+    /// Chooses the starts of `chains` chains; none, if no sample has found any light.
     pub fn choose(&self, chains: u64, seed: u64) -> Vec<Start> {
         let Some(last) = self.paths.last() else {
             return Vec::new();
@@ -127,8 +128,8 @@ impl Start {
 mod tests {
     use super::*;
 
-    /// Each chain begins at each path as often as its brightness says, and all chains share out what any render has to within
-    /// one of them.
+    /// A chain starts at each path with a probability in proportion to its brightness, and all chains together have
+    /// each path in proportion to its brightness, to within one chain.
     #[test]
     fn chains_begin_at_paths_in_proportion_to_brightness() {
         let brightness = [3.0, 0.5, 1.5, 5.0];

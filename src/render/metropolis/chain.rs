@@ -1,9 +1,10 @@
-//! A chain: from path to path with as many edges, by steps through the random numbers that they are made of.
+//! A Markov chain: from path to path with equally many edges, by steps through the random numbers that make them.
 //!
-//! The strategy is one of these numbers: the interval is shared out evenly among those that make paths with so many edges.
+//! The strategy is one of these numbers: the interval is divided evenly among the strategies that make paths with so
+//! many edges.
 //!
 //! Measure: as in `mod.rs`.
-//! Range: any number of steps, from the first of which on a chain is unbiased.
+//! Range: any number of steps; a chain is unbiased from the first step on.
 //! Source: Hachisuka et al. 2014, section 4. Tested below and in `tests/rendering/metropolis.rs`.
 
 use super::bootstrap::{Bootstrap, Start};
@@ -14,15 +15,15 @@ use crate::film::splats::Strategy;
 use crate::planted::planted;
 use crate::sampler::{Decision, Primary, Sampler};
 
-/// One chain, by a kernel. It yields how far it has walked.
+/// The job of one chain, for a kernel. It returns the number of steps taken.
 pub struct ChainJob<'a> {
     pub context: &'a ChainContext<'a>,
     pub batch: u64,
     pub seed: u64,
     pub steps: u64,
-    /// The batch's b.
+    /// The mean brightness b of the batch.
     pub mean: f64,
-    /// Where it begins.
+    /// The path at which the chain starts.
     pub start: Option<Start>,
     pub bootstrap: &'a Bootstrap,
 }
@@ -38,7 +39,7 @@ impl KernelJob for ChainJob<'_> {
 }
 
 impl ChainJob<'_> {
-    /// Walks, and tells how far.
+    /// Runs the chain, and returns the number of steps taken.
     fn walk<E: Effects>(&self, outcome: &mut ChainOutcome) -> u64 {
         let Some(start) = self.start else {
             return self.steps;
@@ -56,7 +57,7 @@ impl ChainJob<'_> {
         );
         sampler.accept();
         let mut sampler = sampler.reseeded(self.seed);
-        // What the present point counts so far.
+        // The weight of the current path so far.
         let mut held = 0.0;
         for step in 0..self.steps {
             if step % CANCEL_INTERVAL == 0 && (self.context.is_cancelled)() {
@@ -86,7 +87,7 @@ impl ChainJob<'_> {
         self.steps
     }
 
-    /// The path that a point of the space is.
+    /// Evaluates the path of a point in primary sample space.
     fn evaluate<E: Effects>(
         &self,
         edges: usize,
@@ -98,7 +99,7 @@ impl ChainJob<'_> {
         self.context.evaluate::<E>(Some(by), sampler, outcome).pop()
     }
 
-    /// Brings a path to the film, as often as it counts.
+    /// Splats a path with the weight `counts`.
     fn add(&self, found: &ChainPath, counts: f64) {
         if counts <= 0.0 {
             return;
@@ -112,9 +113,9 @@ impl ChainJob<'_> {
     }
 }
 
-/// The strategy that a number stands for, of those that make paths with so many edges.
+/// The strategy that a random number selects, among those that make paths with `edges` edges.
 fn strategy(u: f32, edges: usize) -> Strategy {
-    // Light that the camera sees itself is found in one way alone.
+    // Light that the camera sees directly is found by one strategy alone.
     let ways = if edges == 1 { 1 } else { edges + 1 };
     let place = planted!("strategies-have-uneven-shares", u * u, u);
     let s = (f64::from(place) * ways as f64) as usize;

@@ -1,25 +1,26 @@
 //! Metropolis light transport: Markov chains in the space of the random numbers of bidirectional path tracing.
 //!
-//! Let paths with n edges that strategy s makes of the random numbers u add C_{n,s,j}(u) to pixel j, weights included, let
-//! I_{n,s}(u) be the brightness of that, and b_n the integral over u of the sum over s of I_{n,s}. A chain keeps to one n and
-//! walks through u and s. If its points are distributed as I_{n,s} / b_n, paths of n edges are estimated by the mean of
+//! Let paths with n edges that strategy s makes of the random numbers u add C_{n,s,j}(u) to pixel j, weights included,
+//! let I_{n,s}(u) be the brightness of that, and b_n the integral over u of the sum over s of I_{n,s}. A chain keeps n
+//! fixed and mutates u and s. If its states are distributed as I_{n,s} / b_n, paths of n edges are estimated by the
+//! mean of
 //!
 //!   b_n C_{n,s,j}(u) / I_{n,s}(u).
 //!
-//! A step from there to (v, r) is accepted with probability a = min(1, I_{n,r}(v) / I_{n,s}(u)); whatever comes of it, the
-//! new point counts a and the old one 1 - a (expected values). Nothing is adapted on the way. Steps are cheap, as each makes
-//! one path in one way.
+//! A step from (u, s) to (v, r) is accepted with probability a = min(1, I_{n,r}(v) / I_{n,s}(u)); in either case, the
+//! proposed state has the weight a and the current one 1 - a (expected values). Nothing is adapted during the render.
+//! Steps are cheap, as each makes one path by one strategy.
 //!
-//! A round of a batch begins with independent samples that make paths in all ways (`bootstrap.rs`). Their mean brightness is b,
-//! and chains begin at their paths in proportion to brightness, so that as many of them keep to n edges as b_n / b says, and
-//! even the shortest chain is unbiased (Veach 1997, section 11.3.1). With every round all of this begins anew: b is known
-//! better the longer the render takes, and nothing but the sums of the film has to be kept. Batches never share a number, so
-//! that their spread is the error of the picture.
+//! A round of a batch begins with independent samples that make paths by all strategies (`bootstrap.rs`). Their mean
+//! brightness is b, and chains start at their paths in proportion to brightness, so that a share b_n / b of them has n
+//! edges, and even the shortest chain is unbiased (Veach 1997, section 11.3.1). Every round repeats all of this: b is
+//! known better the longer the render takes, and nothing but the sums of the film has to be kept. Batches never share a
+//! random number, so that their spread is the error of the image.
 //!
-//! Measure: brightness is luminance, times pixels; steps, of which a sample per pixel is as many as there are pixels.
-//! Range: any scene that bidirectional path tracing renders. A round keeps some 10 MB for each batch in work.
-//! Source: Kelemen et al. 2002; Hachisuka et al. 2014, "Multiplexed Metropolis Light Transport"; Veach 1997, chapter 11. Tested
-//! in `tests/rendering/metropolis.rs`.
+//! Measure: brightness is luminance, times pixels; steps, of which one sample per pixel is as many as there are pixels.
+//! Range: any scene that bidirectional path tracing renders. A round keeps some 10 MB for each batch in progress.
+//! Source: Kelemen et al. 2002; Hachisuka et al. 2014, "Multiplexed Metropolis Light Transport"; Veach 1997, chapter
+//! 11. Tested in `tests/rendering/metropolis.rs`.
 
 mod bootstrap;
 mod chain;
@@ -41,19 +42,19 @@ use crate::sampler::{Decision, Primary, Sampler, hash};
 use crate::scene::Scene;
 use rayon::prelude::*;
 
-/// Steps of a round at most, which bounds what it has to keep.
+/// The largest number of steps in a round, which bounds its memory.
 const ROUND: u64 = 1 << 17;
 
-/// Steps of a chain: more of them find the way from one part of the picture to the next less well than other beginnings do.
+/// The number of steps in a chain: more of them explore other parts of the image less well than new starts do.
 const LENGTH: u64 = 128;
 
-/// Chains of a round at least.
+/// The least number of chains in a round.
 const LEAST_CHAINS: u64 = 128;
 
-/// Steps, or samples to begin at, after which it is asked whether to end.
+/// The number of steps, or of bootstrap samples, between checks for cancellation.
 const CANCEL_INTERVAL: u64 = 256;
 
-/// What chains walk through.
+/// The context of Markov chains.
 #[derive(Clone, Copy)]
 pub struct ChainContext<'a> {
     pub scene: &'a Scene,
@@ -61,12 +62,12 @@ pub struct ChainContext<'a> {
     pub kernel: Kernel,
     pub window: Window,
     pub integrator: Bidirectional,
-    /// Where everything goes.
+    /// The splats of the film, which take all contributions.
     pub splats: &'a Splats,
     pub is_cancelled: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// What chains tell beside what they splat.
+/// The results of chains beside their splats.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ChainOutcome {
     pub rays: RayCounts,
@@ -81,14 +82,14 @@ impl ChainOutcome {
     }
 }
 
-/// A path that brings light to the film.
+/// A path that contributes to the film.
 #[derive(Debug, Clone, Copy)]
 struct ChainPath {
-    /// The way that made it.
+    /// The strategy that made the path.
     strategy: Strategy,
-    /// Where it falls.
+    /// The place on the film.
     film: Vec2,
-    /// What it brings, weighted.
+    /// The contribution, weighted.
     value: Rgb,
 }
 
@@ -98,7 +99,7 @@ impl ChainPath {
     }
 }
 
-/// The part of the film from where light reaches any pixel: its first corner and its size.
+/// The part of the film from which light reaches any pixel: its first corner and its size.
 fn reach(window: Window, filter: &Filter) -> (Vec2, Vec2) {
     let beyond = (filter.radius() as f32 - 0.5).max(0.0);
     let corner = Vec2::new(window.x as f32, window.y as f32) - beyond;
@@ -106,20 +107,21 @@ fn reach(window: Window, filter: &Filter) -> (Vec2, Vec2) {
     (corner, size)
 }
 
-/// The area of film, in pixels, that paths from the eye are spread over.
+/// The area of film, in pixels, over which camera subpaths are spread.
 pub fn film_area(window: Window, filter: &Filter) -> f64 {
     let (_, size) = reach(window, filter);
     f64::from(size.x) * f64::from(size.y)
 }
 
-/// Batches, each as independent of the others as renders of other seeds.
+/// The batches, each as independent of the others as renders with other seeds.
 pub fn batches() -> impl ParallelIterator<Item = u64> {
     let batches = (0..BATCHES as u32).into_par_iter().with_max_len(1);
     batches.map(u64::from)
 }
 
 impl ChainContext<'_> {
-    /// One pass of a batch: `steps` steps by the numbers of `seed`. `walked` is told of those of each chain.
+    /// Runs one pass of a batch: `steps` steps with the random numbers of `seed`. `walked` is called with the number of
+    /// steps of each chain.
     pub fn batch(
         &self,
         batch: u64,
@@ -160,7 +162,7 @@ impl ChainContext<'_> {
                 seed: hash::combine(seed, chain),
                 steps: steps * (chain + 1) / count - steps * chain / count,
                 mean,
-                // Where no light was found, b is 0, and so is the estimate.
+                // Where no sample found light, b is 0, and so is the estimate.
                 start: chosen.get(chain as usize).copied(),
                 bootstrap: &bootstrap,
             };
@@ -173,7 +175,7 @@ impl ChainContext<'_> {
         of_chains.reduce(none, ChainOutcome::merge).merge(outcome)
     }
 
-    /// The paths that a point of the space makes by one strategy or, if none is given, in all ways.
+    /// Evaluates the paths of a point in primary sample space, by one strategy or, if none is given, by all.
     fn evaluate<E: Effects>(
         &self,
         by: Option<Strategy>,
@@ -229,7 +231,7 @@ impl ChainContext<'_> {
             None => (film, self.integrator.film_area as f32),
         };
         let value = it.unweighted * (it.weight * over);
-        // Light from beyond the scene has two parts.
+        // The environment has two parts, constant and sampled, of the same strategy.
         let same = |last: &&mut ChainPath| last.strategy == it.strategy;
         if let Some(last) = paths.last_mut().filter(same) {
             last.value += value;
@@ -243,7 +245,7 @@ impl ChainContext<'_> {
     }
 }
 
-/// A path that brings what is no number.
+/// The record of a path whose contribution is not finite.
 fn rejected(film: Vec2) -> Rejected {
     let first = NonFiniteSample {
         x: film.x.max(0.0) as u32,
@@ -256,7 +258,7 @@ fn rejected(film: Vec2) -> Rejected {
     }
 }
 
-/// One look, by a kernel.
+/// The evaluation of a point in primary sample space, for a kernel.
 struct Evaluation<'a>(&'a ChainContext<'a>, Option<Strategy>, Primary);
 
 impl KernelJob for Evaluation<'_> {

@@ -1,4 +1,4 @@
-//! Whether lights that are no shapes are such as `load` would let through.
+//! Checks lights that are not shapes by the rules of `load`.
 //!
 //! Measure: as in the description.
 //! Range: any light.
@@ -11,10 +11,10 @@ use crate::math::transform::is_rotation;
 use crate::scene::description::{ColourDescription, LightDescription, LightModel};
 use std::f64::consts::PI;
 
-/// A light that is no shape.
+/// Checks a light that is not a shape.
 ///
 /// # Errors
-/// What is wrong with it.
+/// If the light is invalid.
 pub fn light(light: &LightDescription) -> Result<()> {
     let field = |key: &str| format!("light: {key}");
     match &light.model {
@@ -62,10 +62,10 @@ pub fn light(light: &LightDescription) -> Result<()> {
     }
 }
 
-/// The lights of a scene together: one panorama at most.
+/// Checks the lights of a scene together: at most one environment map.
 ///
 /// # Errors
-/// If there are more.
+/// If there are several.
 pub fn panoramas(lights: &[LightDescription]) -> Result<()> {
     let is_panorama = |light: &&LightDescription| {
         matches!(

@@ -1,4 +1,4 @@
-//! Whether a material is one that `load` would let through.
+//! Checks a material by the rules of `load`.
 //!
 //! Measure: reflectances without unit.
 //! Range: any material.
@@ -9,10 +9,10 @@ use crate::error::Result;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel};
 
-/// A material.
+/// Checks a material.
 ///
 /// # Errors
-/// What is wrong with it.
+/// If the material is invalid.
 pub fn material(material: &MaterialDescription) -> Result<()> {
     let field = |key: &str| format!("material `{}`: {key}", material.name);
     let share = |key: &str, x: f32| {
@@ -107,7 +107,7 @@ pub fn material(material: &MaterialDescription) -> Result<()> {
     )
 }
 
-/// The largest value in each channel.
+/// Returns the largest value in each channel.
 fn brightest(colour: &ColourDescription) -> Rgb {
     match colour {
         ColourDescription::Constant(colour) => *colour,

@@ -1,7 +1,7 @@
-//! Whether a description that was made in code is one that `load` would let through.
+//! Checks a description that was made in code by the rules of `load`.
 //!
 //! Measure: as in the description.
-//! Range: any description; the first thing that is wrong is an error of the scene that names the object and its field.
+//! Range: any description; the first violation is an error that names the object and its field.
 //! Source: docs/scene-format.md, whose rules these are. Tested in `tests/loading/built_scenes.rs`.
 
 mod light;
@@ -19,10 +19,10 @@ pub use shape::{instance, shape};
 use std::f64::consts::PI;
 use values::{keys, require};
 
-/// A whole scene.
+/// Checks a whole scene.
 ///
 /// # Errors
-/// What is wrong with the first object that is not valid.
+/// The error of the first invalid object.
 pub fn scene(scene: &SceneDescription) -> Result<()> {
     camera(&scene.camera)?;
     film(&scene.film)?;
@@ -37,10 +37,10 @@ pub fn scene(scene: &SceneDescription) -> Result<()> {
     panoramas(&scene.lights)
 }
 
-/// A camera.
+/// Checks a camera.
 ///
 /// # Errors
-/// What is wrong with it.
+/// If the camera is invalid.
 pub fn camera(camera: &CameraDescription) -> Result<()> {
     let in_camera = |field: &str| format!("camera.{field}");
     let places = camera.motion.iter().map(|key| &key.transform);
@@ -75,10 +75,10 @@ pub fn camera(camera: &CameraDescription) -> Result<()> {
     )
 }
 
-/// A film.
+/// Checks a film.
 ///
 /// # Errors
-/// What is wrong with it.
+/// If the film is invalid.
 pub fn film(film: &FilmDescription) -> Result<()> {
     let is_side = |side: u32| (1..=MAX_SIDE).contains(&(side as usize));
     require(

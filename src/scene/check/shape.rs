@@ -1,7 +1,7 @@
-//! Whether shapes and instances are such as `load` would let through.
+//! Checks shapes and instances by the rules of `load`.
 //!
 //! Measure: world units.
-//! Range: any shape or instance, and the scene that it is to stand in.
+//! Range: any shape or instance, and the scene that it belongs to.
 //! Source: docs/scene-format.md. Tested in `tests/loading/built_scenes.rs`.
 
 use super::values::{colour, direction, finite, keys, length, placed, require};
@@ -11,10 +11,10 @@ use crate::scene::description::{
     GeometryDescription, InstanceDescription, MeshDescription, SceneDescription, ShapeDescription,
 };
 
-/// A shape of a scene.
+/// Checks a shape of a scene.
 ///
 /// # Errors
-/// What is wrong with it.
+/// If the shape is invalid.
 pub fn shape(shape: &ShapeDescription, scene: &SceneDescription) -> Result<()> {
     let field = |key: &str| format!("shape `{}`: {key}", shape.name);
     require(
@@ -67,10 +67,10 @@ pub fn shape(shape: &ShapeDescription, scene: &SceneDescription) -> Result<()> {
     }
 }
 
-/// An instance of a scene.
+/// Checks an instance of a scene.
 ///
 /// # Errors
-/// What is wrong with it.
+/// If the instance is invalid.
 pub fn instance(instance: &InstanceDescription, scene: &SceneDescription) -> Result<()> {
     let field = |key: &str| format!("instance `{}`: {key}", instance.name);
     in_group(Some(instance.of), scene, || field("of"))?;

@@ -1,7 +1,7 @@
-//! What single values have to be like: numbers, points, colours, transforms and keys.
+//! Checks of single values: numbers, points, colours, transforms and keyframes.
 //!
 //! Measure: as in the description.
-//! Range: any value; what is wrong is an error of the scene that names the field.
+//! Range: any value; a violation is an error that names the field.
 //! Source: docs/scene-format.md. Tested in `tests/loading/built_scenes.rs`.
 
 use crate::error::{Error, Result};
@@ -11,7 +11,7 @@ use crate::math::transform::is_invertible;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{ColourDescription, Key};
 
-/// Keys of the motion of an object of this name: in order, and none of them flat.
+/// Checks the keyframes of an object of this name: in order of time, with invertible transforms.
 pub fn keys(keys: &[Key], object: &str) -> Result<()> {
     let field = || format!("{object}: motion");
     for key in keys {
@@ -22,7 +22,7 @@ pub fn keys(keys: &[Key], object: &str) -> Result<()> {
     require(in_order, field, "expected keys in order of time")
 }
 
-/// A transform that has a way back.
+/// Checks that a transform is invertible.
 pub fn placed(transform: &DAffine3, field: impl Fn() -> String) -> Result<()> {
     require(
         transform.is_finite() && is_invertible(&transform.matrix3),
@@ -31,7 +31,7 @@ pub fn placed(transform: &DAffine3, field: impl Fn() -> String) -> Result<()> {
     )
 }
 
-/// A colour from 0 to `most` in every channel, all over.
+/// Checks that a colour is from 0 to `most` in every channel, everywhere.
 pub fn colour(colour: &ColourDescription, most: f32, field: impl Fn() -> String) -> Result<()> {
     let is_within = |c: Rgb| c.to_array().iter().all(|x| (0.0..=most).contains(x));
     let all_within = match colour {
@@ -53,32 +53,32 @@ pub fn colour(colour: &ColourDescription, most: f32, field: impl Fn() -> String)
     require(all_within, field, expected)
 }
 
-/// A colour above 0 in every channel.
+/// Checks that a colour is above 0 in every channel.
 pub fn positive(colour: Rgb, field: impl Fn() -> String) -> Result<()> {
     let is_fine = colour.to_array().iter().all(|&x| x > 0.0 && x.is_finite());
     let expected = "expected a finite value above 0 in every channel";
     require(is_fine, field, expected)
 }
 
-/// A colour of at least 0 in every channel.
+/// Checks that a colour is at least 0 in every channel.
 pub fn not_negative(colour: Rgb, field: impl Fn() -> String) -> Result<()> {
     let is_fine = colour.to_array().iter().all(|&x| x >= 0.0 && x.is_finite());
     let expected = "expected a finite value of at least 0 in every channel";
     require(is_fine, field, expected)
 }
 
-/// A point that is somewhere.
+/// Checks that a point is finite.
 pub fn finite(point: DVec3, field: impl Fn() -> String) -> Result<()> {
     require(point.is_finite(), field, "expected finite numbers")
 }
 
-/// A length above 0.
+/// Checks that a length is above 0.
 pub fn length(length: f64, field: impl Fn() -> String) -> Result<()> {
     let is_fine = length > 0.0 && length.is_finite();
     require(is_fine, field, "expected a finite number above 0")
 }
 
-/// A vector that points somewhere.
+/// Checks that a direction is finite and not zero.
 pub fn direction(direction: DVec3, field: impl Fn() -> String) -> Result<()> {
     let is_fine = direction.try_normalize().is_some();
     require(
@@ -88,7 +88,7 @@ pub fn direction(direction: DVec3, field: impl Fn() -> String) -> Result<()> {
     )
 }
 
-/// An error that says what was expected of a field, unless it is fine.
+/// Returns an error that states what was expected of a field, unless `is_fine`.
 pub fn require(is_fine: bool, field: impl Fn() -> String, expected: &str) -> Result<()> {
     if is_fine {
         Ok(())

@@ -1,64 +1,64 @@
-//! Lights that are no shapes, as they were written.
+//! Descriptions of the lights that are not shapes: environment, point, spot and distant lights.
 //!
-//! Measure: world units and radians; W/sr, W/m^2 or W m^-2 sr^-1 as said at each.
-//! Range: what `load` lets through: at least 0 in every channel.
+//! Measure: world units and radians; W/sr, W/m^2 or W m^-2 sr^-1 as stated at each field.
+//! Range: guaranteed by `load`: at least 0 in every channel.
 //! Source: docs/scene-format.md. Tested through `load`.
 
 use super::{ColourDescription, Place};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DMat3, DVec3};
 
-/// A light that is no shape.
+/// A light that is not a shape.
 #[derive(Debug, Clone)]
 pub struct LightDescription {
-    /// Where it was written.
+    /// The place in the scene file.
     pub place: Place,
-    /// What it is.
+    /// The kind of the light and its parameters.
     pub model: LightModel,
 }
 
-/// The kinds of lights that are no shapes.
+/// The kinds of lights that are not shapes.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum LightModel {
-    /// Light from everywhere beyond the scene.
+    /// An environment light: radiance arriving from infinity in all directions.
     Environment {
-        /// Radiance. A picture is a panorama: its middle is seen along -z, its right half towards +x, its top along +y.
+        /// Radiance. A texture is a panorama: its middle is seen along -z, its right half towards +x, its top along +y.
         radiance: ColourDescription,
-        /// From the panorama's axes to those of the world: a rotation.
+        /// Rotation from the panorama's axes to world axes.
         to_world: DMat3,
     },
-    /// A point that shines evenly.
+    /// A point light of constant intensity in all directions.
     Point {
-        /// Where it is.
+        /// Position.
         position: DVec3,
         /// Radiant intensity, W/sr.
         intensity: Rgb,
     },
-    /// A point that shines into a cone.
+    /// A spot light: a point that emits into a cone.
     Spot {
-        /// Where it is.
+        /// Position.
         position: DVec3,
-        /// Where its axis points; not `position`.
+        /// The point at which the axis is aimed; not `position`.
         target: DVec3,
         /// Radiant intensity along the axis, W/sr.
         intensity: Rgb,
         /// Angle from the axis to the edge, in radians, in (0, pi].
         cone: f64,
-        /// The outer part of that angle over which the intensity falls off, in [0, cone].
+        /// The outer part of the cone angle over which the intensity falls off, in [0, cone].
         penumbra: f64,
     },
-    /// Parallel light from beyond the scene.
+    /// A distant light: parallel light from infinity.
     Distant {
         /// The direction in which light travels, not 0.
         direction: DVec3,
-        /// Irradiance of a surface at right angles to it, W/m^2.
+        /// Irradiance of a surface perpendicular to the direction, W/m^2.
         irradiance: Rgb,
     },
 }
 
 impl LightDescription {
-    /// The same radiance from everywhere beyond the scene.
+    /// Returns an environment light of constant radiance.
     pub fn sky(place: Place, radiance: Rgb) -> Self {
         let radiance = ColourDescription::Constant(radiance);
         let to_world = DMat3::IDENTITY;

@@ -1,7 +1,7 @@
-//! Materials as they were written.
+//! Descriptions of materials.
 //!
 //! Measure: reflectances without unit; roughness is perceptual.
-//! Range: what `load` lets through: every reflectance in [0, 1].
+//! Range: guaranteed by `load`: every reflectance in [0, 1].
 //! Source: docs/scene-format.md. Tested through `load`.
 
 use super::{ColourDescription, Place};
@@ -12,31 +12,31 @@ use std::sync::Arc;
 /// A named material.
 #[derive(Debug, Clone)]
 pub struct MaterialDescription {
-    /// Its name, unique among the materials of its file.
+    /// The name, unique among the materials of its file.
     pub name: String,
-    /// Where it was defined.
+    /// The place of its definition.
     pub place: Place,
-    /// How it scatters.
+    /// The scattering model.
     pub model: MaterialModel,
-    /// The share of the surface that is there; where it is not, light passes straight on. Its luminance counts.
+    /// Coverage of the surface (opacity); light passes straight through the rest. Only its luminance is used.
     pub alpha: ColourDescription,
-    /// Tilts the shading normal.
+    /// The normal map that tilts the shading normal.
     pub normal_map: Option<NormalMapDescription>,
-    /// Whether both sides scatter; otherwise the back absorbs everything. True for what light passes through.
+    /// Whether both sides scatter; otherwise the back absorbs everything. True for transmissive materials.
     pub two_sided: bool,
 }
 
-/// A picture of normals in tangent space.
+/// A tangent-space normal map.
 #[derive(Debug, Clone)]
 pub struct NormalMapDescription {
-    /// x, y and z of the normal, each from [-1, 1] to [0, 1]: x along u, y along v, z away from the surface.
+    /// x, y and z of the normal, each mapped from [-1, 1] to [0, 1]: x along u, y along v, z away from the surface.
     pub texture: Arc<Texture>,
-    /// Multiplies x and y, at least 0.
+    /// Factor for x and y, at least 0.
     pub strength: f32,
 }
 
 impl MaterialDescription {
-    /// A material of a model, all there, flat, and two-sided.
+    /// Returns a material of this model: opaque, without a normal map, and two-sided.
     pub fn new(name: impl Into<String>, place: Place, model: MaterialModel) -> Self {
         Self {
             name: name.into(),
@@ -53,14 +53,14 @@ impl MaterialDescription {
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum MaterialModel {
-    /// Lambert.
+    /// Lambertian reflection.
     Diffuse {
         /// Albedo.
         reflectance: ColourDescription,
     },
     /// A perfect mirror.
     Mirror {
-        /// The share that it reflects.
+        /// The reflectance.
         reflectance: ColourDescription,
     },
     /// Metal with a complex refractive index.
@@ -72,16 +72,16 @@ pub enum MaterialModel {
         /// Roughness; 0 is smooth.
         roughness: f32,
     },
-    /// Lambert with a highlight about the mirror direction. Both colours together are at most 1 everywhere.
+    /// Lambertian reflection plus a lobe around the mirror direction. The two colours sum to at most 1 everywhere.
     Phong {
-        /// Albedo of the matte part.
+        /// Albedo of the diffuse lobe.
         diffuse: ColourDescription,
-        /// Albedo of the highlight, seen along the normal.
+        /// Albedo of the specular lobe at normal incidence.
         specular: ColourDescription,
-        /// The power of the cosine, from 0 to 1e6.
+        /// The exponent of the cosine, from 0 to 1e6.
         exponent: f32,
     },
-    /// A matte base under a clear coat.
+    /// A diffuse base under a dielectric coat.
     Plastic {
         /// Albedo of the base.
         reflectance: ColourDescription,
@@ -90,18 +90,18 @@ pub enum MaterialModel {
         /// Roughness of the coat; 0 is smooth.
         roughness: f32,
     },
-    /// Glass and water.
+    /// A dielectric such as glass or water.
     Dielectric {
         /// Refractive index, inside over outside, above 0.
         ior: f32,
         /// Roughness; 0 is smooth.
         roughness: f32,
-        /// Multiplies what is refracted.
+        /// Factor for the refracted light.
         tint: ColourDescription,
     },
     /// The metallic-roughness model of glTF, with refraction.
     Principled {
-        /// Albedo of the base, reflectance of the metal, tint of the glass.
+        /// Albedo of the diffuse base, reflectance of the metal, tint of the refracted light.
         base_color: ColourDescription,
         /// 0 is dielectric, 1 is metal.
         metallic: f32,
@@ -109,13 +109,13 @@ pub enum MaterialModel {
         roughness: f32,
         /// Refractive index of the dielectric, at least 1.
         ior: f32,
-        /// The share of the dielectric's base that refracts instead of scattering.
+        /// The fraction of the dielectric base that refracts instead of scattering diffusely.
         transmission: f32,
     },
 }
 
 impl MaterialModel {
-    /// Whether light passes through, so that both sides scatter.
+    /// Whether the material transmits light, so that both sides scatter.
     pub fn transmits(&self) -> bool {
         match self {
             Self::Dielectric { .. } => true,

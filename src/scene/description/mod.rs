@@ -1,7 +1,8 @@
-//! A scene as it was written: nothing derived, nothing rounded, every object with the place it came from.
+//! The scene description: the content of a scene file, without derived values or rounding, every object with its place
+//! in the file.
 //!
 //! Measure: world units and radians, radiance in W m^-2 sr^-1; double precision.
-//! Range: what `load` lets through: every number finite, every index in range, every reflectance in [0, 1].
+//! Range: guaranteed by `load`: every number finite, every index in range, every reflectance in [0, 1].
 //! Source: docs/scene-format.md. Tested through `load` and in `cli/tests/command/bad_input.rs`.
 
 mod light;
@@ -21,30 +22,30 @@ use std::sync::Arc;
 /// A whole scene.
 #[derive(Debug, Clone)]
 pub struct SceneDescription {
-    /// The file it was read from.
+    /// The file that it was read from.
     pub file: PathBuf,
-    /// Where it is seen from.
+    /// The camera.
     pub camera: CameraDescription,
-    /// The picture to make.
+    /// The film: image size and reconstruction filter.
     pub film: FilmDescription,
-    /// What the scene asks of the renderer; flags override it.
+    /// Render settings from the scene file; command-line flags override them.
     pub render: RenderDescription,
     /// All materials; shapes refer to them by index.
     pub materials: Vec<MaterialDescription>,
-    /// All shapes, those of groups among them.
+    /// All shapes, including those of groups.
     pub shapes: Vec<ShapeDescription>,
     /// The names of all groups; shapes and instances refer to them by index.
     pub groups: Vec<String>,
-    /// Where groups are placed.
+    /// The instances of groups.
     pub instances: Vec<InstanceDescription>,
-    /// Lights that are no shapes.
+    /// Lights that are not shapes.
     pub lights: Vec<LightDescription>,
-    /// What the loader decided or repaired, for the user to know: one sentence each.
+    /// Decisions and repairs of the loader, to be shown to the user: one sentence each.
     pub notes: Vec<String>,
 }
 
 impl SceneDescription {
-    /// An empty scene of a black world.
+    /// Returns an empty scene without lights.
     pub fn new(file: impl Into<PathBuf>, camera: CameraDescription) -> Self {
         Self {
             file: file.into(),
@@ -60,7 +61,7 @@ impl SceneDescription {
         }
     }
 
-    /// The sum of the environments that are the same in all directions.
+    /// Returns the sum of the radiances of all constant environments.
     pub fn constant_environment(&self) -> Rgb {
         let constants = self.lights.iter().map(|light| match &light.model {
             LightModel::Environment { radiance, .. } => radiance.constant(),
@@ -75,15 +76,15 @@ impl SceneDescription {
 pub struct Place {
     /// The file.
     pub file: PathBuf,
-    /// The line, counted from 1, where known.
+    /// The line, counted from 1, if known.
     pub line: Option<usize>,
 }
 
 impl Place {
-    /// An error about what was written there.
+    /// Returns an error about what was written at this place.
     pub fn error(&self, message: impl Into<String>) -> Error {
         let mut error = Error::scene(message);
-        // What was made in code stands in no file.
+        // Objects made in code have no file.
         if !self.file.as_os_str().is_empty() {
             error = error.in_file(&self.file);
         }
@@ -94,7 +95,7 @@ impl Place {
     }
 }
 
-/// A value with its place in the scene's file, for errors that only a later floor can find.
+/// A value with its line in the scene file, for errors that are only found after loading.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written<T> {
     /// The value.
@@ -106,24 +107,24 @@ pub struct Written<T> {
 /// A perspective camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraDescription {
-    /// Camera to world: the camera looks along its -z, its y is up. Orthonormal.
+    /// Camera to world: the camera looks along its -z axis, and its y axis is up. Orthonormal.
     pub to_world: DAffine3,
     /// Vertical field of view, in radians, in (0, pi).
     pub fov: f64,
     /// Radius of the lens in world units; 0 is a pinhole.
     pub lens_radius: f64,
-    /// Distance of the plane in focus along the viewing axis, above 0.
+    /// Distance of the focal plane along the viewing axis, above 0.
     pub focus_distance: f64,
-    /// Where it is at which time, in place of `to_world`; empty for a camera that stands still.
+    /// Keyframes of the camera's transform, which replace `to_world`; empty for a static camera.
     pub motion: Vec<Key>,
-    /// When the shutter opens and closes, in the unit of all keys' times.
+    /// Times at which the shutter opens and closes, in the unit of the keyframes' times.
     pub shutter: [f64; 2],
-    /// Where it was written.
+    /// The place in the scene file.
     pub place: Place,
 }
 
 impl CameraDescription {
-    /// A pinhole that stands still.
+    /// Returns a static pinhole camera.
     pub fn pinhole(to_world: DAffine3, fov: f64) -> Self {
         Self {
             to_world,
@@ -136,7 +137,8 @@ impl CameraDescription {
         }
     }
 
-    /// A pinhole at `eye` that looks at `target`, in focus there should it get a lens, with `up` above.
+    /// Returns a pinhole camera at `eye` that looks at `target`, with `up` upwards. The focus distance is that of
+    /// `target`.
     ///
     /// # Errors
     /// If eye and target are the same point, or `up` is along the line between them.
@@ -154,16 +156,16 @@ impl CameraDescription {
     }
 }
 
-/// A place at a time, of something that moves.
+/// A keyframe: a transform at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Key {
-    /// When, in the unit of the camera's shutter; keys are in order.
+    /// The time, in the unit of the camera's shutter; keys are in order of time.
     pub time: f64,
-    /// Where: what is applied after the object's own transform. For a camera: camera to world.
+    /// The transform that is applied after the object's own. For a camera: camera to world.
     pub transform: DAffine3,
 }
 
-/// The picture.
+/// The film.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmDescription {
     /// Width and height in pixels, each at least 1.
@@ -184,7 +186,7 @@ impl Default for FilmDescription {
     }
 }
 
-/// The `[render]` table: every entry absent unless written.
+/// The `[render]` table; every entry is `None` unless written.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderDescription {
     /// The integrator's name.
@@ -193,15 +195,15 @@ pub struct RenderDescription {
     pub spp: Option<u64>,
     /// The sampler's name.
     pub sampler: Option<Written<String>>,
-    /// Scattering events at most.
+    /// Maximum number of scattering events.
     pub max_bounces: Option<u32>,
-    /// The name of a way for paths to end by chance.
+    /// The name of the Russian roulette method.
     pub roulette: Option<Written<String>>,
-    /// The name of a way to give samples out to the pixels.
+    /// The name of the adaptive sampling method.
     pub adaptive: Option<Written<String>>,
-    /// How far, in world units, something may be and still count for ambient occlusion; above 0.
+    /// Maximum distance, in world units, of occluders for ambient occlusion; above 0.
     pub occlusion_distance: Option<f64>,
-    /// The share of indirect light up to which an irradiance cache may be wrong, from 0 to below 1.
+    /// Admissible relative error of the irradiance cache, as a fraction of the indirect light, from 0 to below 1.
     pub cache_error: Option<f64>,
     /// The seed.
     pub seed: Option<u64>,
@@ -210,14 +212,14 @@ pub struct RenderDescription {
 /// A colour that may vary over a surface.
 #[derive(Debug, Clone)]
 pub enum ColourDescription {
-    /// The same everywhere.
+    /// A constant.
     Constant(Rgb),
-    /// Looked up by uv.
+    /// A texture, indexed by uv.
     Texture(Arc<Texture>),
 }
 
 impl ColourDescription {
-    /// The colour, if it is the same everywhere.
+    /// Returns the colour if it is constant.
     pub fn constant(&self) -> Option<Rgb> {
         match self {
             Self::Constant(colour) => Some(*colour),
@@ -225,7 +227,7 @@ impl ColourDescription {
         }
     }
 
-    /// Whether it is black everywhere.
+    /// Whether the colour is black everywhere.
     pub fn is_black(&self) -> bool {
         self.constant().is_some_and(|colour| colour.is_black())
     }
@@ -240,45 +242,45 @@ impl From<Rgb> for ColourDescription {
 /// One shape with one material.
 #[derive(Debug, Clone)]
 pub struct ShapeDescription {
-    /// A name for messages, such as the OBJ group's.
+    /// A name for messages, such as that of the OBJ group.
     pub name: String,
-    /// Where it was written.
+    /// The place in the scene file.
     pub place: Place,
-    /// Its form, before the transform.
+    /// The geometry, before the transform.
     pub geometry: GeometryDescription,
-    /// Shape to world, or to its group.
+    /// Shape to world, or to the shape's group.
     pub transform: DAffine3,
-    /// What is applied after the transform, by time; empty for a shape that stands still.
+    /// Keyframes of what is applied after the transform; empty for a static shape.
     pub motion: Vec<Key>,
-    /// The group that it belongs to, an index into [`SceneDescription::groups`]; `None` stands in the world itself.
+    /// The group that contains it, an index into [`SceneDescription::groups`]; `None` for the world itself.
     pub group: Option<usize>,
     /// Index into [`SceneDescription::materials`].
     pub material: usize,
-    /// Emitted radiance; `None` does not emit.
+    /// Emitted radiance; `None` if it does not emit.
     pub emission: Option<ColourDescription>,
-    /// Whether both sides emit; otherwise the side that the geometric normal points to.
+    /// Whether both sides emit; otherwise only the side of the geometric normal.
     pub two_sided_emission: bool,
 }
 
-/// A group of shapes, placed once more.
+/// An instance of a group.
 #[derive(Debug, Clone)]
 pub struct InstanceDescription {
     /// A name for messages.
     pub name: String,
-    /// Where it was written.
+    /// The place in the scene file.
     pub place: Place,
-    /// The group that is placed, an index into [`SceneDescription::groups`].
+    /// The instanced group, an index into [`SceneDescription::groups`].
     pub of: usize,
-    /// The group that the instance belongs to; `None` stands in the world itself. Never a circle.
+    /// The group that contains the instance; `None` for the world itself. Never cyclic.
     pub group: Option<usize>,
-    /// Group to world, or to the group that the instance belongs to.
+    /// Group to world, or to the group that contains the instance.
     pub transform: DAffine3,
-    /// What is applied after the transform, by time; empty for an instance that stands still.
+    /// Keyframes of what is applied after the transform; empty for a static instance.
     pub motion: Vec<Key>,
 }
 
 impl ShapeDescription {
-    /// A shape that does not emit, of the scene's first material, where it was made.
+    /// Returns a shape that does not emit, with the scene's first material and an identity transform.
     pub fn new(name: impl Into<String>, place: Place, geometry: GeometryDescription) -> Self {
         Self {
             name: name.into(),
@@ -294,13 +296,13 @@ impl ShapeDescription {
     }
 }
 
-/// The forms.
+/// The geometry types.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum GeometryDescription {
-    /// Triangles.
+    /// A triangle mesh.
     Mesh(Arc<MeshDescription>),
-    /// A sphere; its normal points outwards. Its transform may not stretch it unevenly.
+    /// A sphere; its normal points outwards. Its transform must scale uniformly.
     Sphere {
         /// Centre.
         center: DVec3,
@@ -311,12 +313,12 @@ pub enum GeometryDescription {
     Rectangle {
         /// One corner.
         corner: DVec3,
-        /// From the corner to the next one.
+        /// The edge from the corner to a neighbouring corner.
         edge_u: DVec3,
-        /// From the corner to the other next one.
+        /// The edge from the corner to the other neighbouring corner.
         edge_v: DVec3,
     },
-    /// A flat disk.
+    /// A disk.
     Disk {
         /// Centre.
         center: DVec3,
@@ -325,24 +327,24 @@ pub enum GeometryDescription {
         /// Radius, above 0.
         radius: f64,
     },
-    /// An axis-aligned box; its normals point outwards.
+    /// An axis-aligned box in object space; its normals point outwards.
     Box {
-        /// Lowest corner.
+        /// Minimum corner.
         min: DVec3,
-        /// Highest corner.
+        /// Maximum corner.
         max: DVec3,
     },
 }
 
-/// Triangles with shared vertices.
+/// A triangle mesh with shared vertices.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MeshDescription {
-    /// Vertices.
+    /// Vertex positions.
     pub positions: Vec<DVec3>,
-    /// A shading normal for each vertex, of any length; or none at all.
+    /// Shading normals, one per vertex, of any length; or empty.
     pub normals: Vec<DVec3>,
-    /// A texture coordinate for each vertex; or none at all. v points up.
+    /// Texture coordinates, one per vertex; or empty. v points up.
     pub uvs: Vec<DVec2>,
-    /// Three vertices a triangle; the geometric normal is (b - a) x (c - a).
+    /// Three vertex indices per triangle; the geometric normal is (b - a) x (c - a).
     pub indices: Vec<[u32; 3]>,
 }

@@ -1,7 +1,7 @@
-//! The camera as a table of a scene file, and where cameras stand.
+//! Reads the `[camera]` table of a scene file.
 //!
 //! Measure: world units, degrees.
-//! Range: a field of view above 0 and below 180 degrees; a transform that only rotates and moves.
+//! Range: a field of view above 0 and below 180 degrees; a transform of rotations and translations only.
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs`.
 
 use super::motion::{keys, shutter};
@@ -15,7 +15,7 @@ use crate::scene::description::{CameraDescription, Key};
 /// Reads `[camera]`.
 ///
 /// # Errors
-/// Whatever in it is not as the format says.
+/// If an entry is not as the format requires.
 pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
     let (to_world, to_target, motion) = standing_or_moving(table)?;
     let positive = |key, default| match table.optional(key) {
@@ -47,7 +47,8 @@ pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
     Ok(camera)
 }
 
-/// Where the camera is, how far from it is what it looks at, and its motion; the first key's where it moves.
+/// Returns the camera's transform, its distance to the target, and its keyframes; those of the first keyframe if it
+/// moves.
 fn standing_or_moving(table: &Table<'_>) -> Result<(DAffine3, f64, Vec<Key>)> {
     let Some(motion) = table.optional("motion") else {
         let (to_world, to_target) = placement(table)?;
@@ -65,12 +66,12 @@ fn standing_or_moving(table: &Table<'_>) -> Result<(DAffine3, f64, Vec<Key>)> {
     Ok((first.transform, to_target, keys))
 }
 
-/// The first of these keys that is there.
+/// Returns the first of these keys that the table has.
 fn present(table: &Table<'_>, keys: &[&'static str]) -> Option<&'static str> {
     keys.iter().copied().find(|key| table.has(key))
 }
 
-/// Where the camera stands, and how far from it is what it looks at.
+/// Returns the camera's transform and its distance to the target.
 fn placement(table: &Table<'_>) -> Result<(DAffine3, f64)> {
     match table.optional("transform") {
         Some(value) => {
@@ -97,7 +98,7 @@ fn placement(table: &Table<'_>) -> Result<(DAffine3, f64)> {
     }
 }
 
-/// A camera's transform: it may not stretch.
+/// Reads a camera's transform, which must be rigid.
 fn rigid(value: &Value<'_>) -> Result<DAffine3> {
     let placed = transform(value, "the camera")?;
     if is_rotation(&placed.matrix3) {

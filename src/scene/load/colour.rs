@@ -1,4 +1,4 @@
-//! Colours: numbers, sRGB codes, textures and checkers.
+//! Reads colours: numbers, sRGB codes, textures and checkerboards.
 //!
 //! Measure: linear Rec. 709.
 //! Range: at least 0; a reflectance at most 1.
@@ -17,26 +17,26 @@ use std::collections::hash_map::Entry;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The largest value that a colour may have.
+/// The upper bound of a colour's channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bound {
-    /// A share of light: at most 1.
+    /// A fraction of light: at most 1.
     Reflectance,
     /// Any value of at least 0.
     NonNegative,
 }
 
-/// Textures that were read, so that each file is read once.
+/// A cache of textures, so that each file is read once.
 #[derive(Debug, Default)]
 pub struct Textures {
     images: HashMap<(PathBuf, ColourSpace), Arc<Image>>,
 }
 
 impl Textures {
-    /// The texture in a file.
+    /// Returns the texture of an image file.
     ///
     /// # Errors
-    /// A file that cannot be read, or is no picture.
+    /// If the file cannot be read or is not an image.
     pub fn read(&mut self, path: &Path, space: ColourSpace, scale: f32) -> Result<Texture> {
         let key = (path.to_path_buf(), space);
         let image = match self.images.entry(key) {
@@ -46,10 +46,10 @@ impl Textures {
         Ok(Texture::Image { image, scale })
     }
 
-    /// The texture in a file that has no value above 1.
+    /// Returns the texture of an image file whose values are at most 1.
     ///
     /// # Errors
-    /// As [`Self::read`]; or if it has.
+    /// As [`Self::read`]; and if a value is above 1.
     pub fn read_reflectance(
         &mut self,
         path: &Path,
@@ -65,10 +65,10 @@ impl Textures {
     }
 }
 
-/// A colour that may be a texture, in sRGB codes unless it says otherwise.
+/// Reads a colour that may be a texture; the colour space is sRGB unless specified.
 ///
 /// # Errors
-/// Anything that is no colour, or is out of its bound.
+/// If the value is not a colour, or is out of bounds.
 pub fn colour(
     value: &Value<'_>,
     bound: Bound,
@@ -78,10 +78,10 @@ pub fn colour(
     colour_or_data(value, bound, ColourSpace::Srgb, folder, textures)
 }
 
-/// A share of something that may be a texture, of linear values unless it says otherwise.
+/// Reads a fraction that may be a texture; its values are linear unless specified.
 ///
 /// # Errors
-/// Anything that is no colour, or is above 1.
+/// If the value is not a colour, or is not in [0, 1].
 pub fn mask(
     value: &Value<'_>,
     folder: &Path,
@@ -143,10 +143,10 @@ fn colour_or_data(
     Ok(ColourDescription::Texture(Arc::new(texture)))
 }
 
-/// A colour that is the same everywhere.
+/// Reads a constant colour.
 ///
 /// # Errors
-/// Anything that is no colour, or is out of its bound.
+/// If the value is not a colour, or is out of bounds.
 pub fn constant(value: &Value<'_>, bound: Bound) -> Result<Rgb> {
     let colour = if value.is_text() {
         hexadecimal(value.text()?).ok_or_else(|| value.expected("a colour such as \"#ff8000\""))?
@@ -172,10 +172,10 @@ pub fn constant(value: &Value<'_>, bound: Bound) -> Result<Rgb> {
     }
 }
 
-/// `#rrggbb`, in sRGB codes.
+/// Parses `#rrggbb`, in sRGB codes.
 fn hexadecimal(text: &str) -> Option<Rgb> {
     let digits = text.strip_prefix('#')?;
-    // from_str_radix would take a sign for a digit.
+    // from_str_radix would accept a sign.
     if digits.len() != 6 || !digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
         return None;
     }
@@ -186,7 +186,7 @@ fn hexadecimal(text: &str) -> Option<Rgb> {
     Some(Rgb::new(channel(0)?, channel(1)?, channel(2)?))
 }
 
-/// The largest value in each channel.
+/// Returns the largest value in each channel.
 pub fn most(colour: &ColourDescription) -> Rgb {
     match colour {
         ColourDescription::Constant(colour) => *colour,
@@ -194,8 +194,8 @@ pub fn most(colour: &ColourDescription) -> Rgb {
     }
 }
 
-/// What is wrong with the first texel that is no colour, or that the scale makes none. EXR, HDR and PFM may have such
-/// texels; a checker was read without.
+/// Describes the first texel that is negative, or not finite once scaled. EXR, HDR and PFM files may contain such
+/// texels; the colours of a checkerboard were already checked.
 fn no_colour(texture: &Texture) -> Option<String> {
     let Texture::Image { image, scale } = texture else {
         return None;

@@ -1,4 +1,4 @@
-//! What is gathered while a scene is read.
+//! The materials, shapes, groups and notes collected while a scene is read.
 //!
 //! Measure: as in the description.
 //! Range: names of materials are unique, and so are those of groups; indices are those of `materials` and `groups`.
@@ -12,10 +12,10 @@ use crate::scene::description::{
 };
 use std::collections::HashMap;
 
-/// Notes that are kept: a file may give cause for one in every line.
+/// Maximum number of notes: a file may cause one in every line.
 const MOST_NOTES: usize = 20;
 
-/// Materials, shapes, groups and notes so far.
+/// The materials, shapes, groups, instances and notes read so far.
 #[derive(Debug, Default)]
 pub struct Contents {
     pub materials: Vec<MaterialDescription>,
@@ -24,40 +24,40 @@ pub struct Contents {
     pub instances: Vec<InstanceDescription>,
     pub textures: Textures,
     pub notes: Vec<String>,
-    /// The materials that shapes may name: those of the scene file, not those of its models.
+    /// Materials that shapes can refer to by name: those of the scene file, not those of its models.
     named: HashMap<String, usize>,
-    /// Every group that has a member.
+    /// Groups that have a member.
     named_groups: HashMap<String, usize>,
     default_material: Option<usize>,
 }
 
 impl Contents {
-    /// Adds a material, and returns its index.
+    /// Adds a material and returns its index.
     pub fn add_material(&mut self, material: MaterialDescription) -> usize {
         self.materials.push(material);
         self.materials.len() - 1
     }
 
-    /// Adds a material that shapes may name; `false` if there is one of that name already.
+    /// Adds a material that shapes can refer to by name; returns `false` if the name is taken.
     pub fn add_named_material(&mut self, material: MaterialDescription) -> bool {
         let name = material.name.clone();
         let index = self.add_material(material);
         self.named.insert(name, index).is_none()
     }
 
-    /// The material of this name.
+    /// Returns the material of this name.
     pub fn material_named(&self, name: &str) -> Option<usize> {
         self.named.get(name).copied()
     }
 
-    /// All names of materials, in alphabetical order.
+    /// Returns all material names in alphabetical order.
     pub fn material_names(&self) -> Vec<&str> {
         let mut names: Vec<&str> = self.named.keys().map(String::as_str).collect();
         names.sort_unstable();
         names
     }
 
-    /// The group of this name, of which there is one from now on.
+    /// Returns the group of this name, which is added if it does not exist.
     pub fn add_to_group(&mut self, name: &str) -> usize {
         if let Some(index) = self.group_named(name) {
             return index;
@@ -68,19 +68,19 @@ impl Contents {
         index
     }
 
-    /// The group of this name, if it has a member.
+    /// Returns the group of this name, if it has a member.
     pub fn group_named(&self, name: &str) -> Option<usize> {
         self.named_groups.get(name).copied()
     }
 
-    /// All names of groups, in alphabetical order.
+    /// Returns all group names in alphabetical order.
     pub fn group_names(&self) -> Vec<&str> {
         let mut names: Vec<&str> = self.groups.iter().map(String::as_str).collect();
         names.sort_unstable();
         names
     }
 
-    /// The grey material of shapes that name none.
+    /// Returns the grey default material, which is added on first use.
     pub fn default_material(&mut self) -> usize {
         if let Some(index) = self.default_material {
             return index;
@@ -92,7 +92,7 @@ impl Contents {
         index
     }
 
-    /// Keeps a sentence for the user, unless there are many already.
+    /// Adds a note for the user, up to the maximum number of notes.
     pub fn note(&mut self, note: impl Into<String>) {
         if self.notes.len() < MOST_NOTES {
             self.notes.push(note.into());

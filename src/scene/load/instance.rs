@@ -1,4 +1,4 @@
-//! Instances as tables of a scene file, and the groups that they place.
+//! Reads the `[[instance]]` tables of a scene file, and checks the groups that they place.
 //!
 //! Measure: world units.
 //! Range: every group that is placed has a member; no group is placed within itself.
@@ -15,12 +15,13 @@ use crate::scene::description::{InstanceDescription, Place};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// Reads all `[[instance]]`, after all shapes: only then are all groups known.
+/// Reads all `[[instance]]` tables; called after all shapes are read, so that all groups are known.
 ///
 /// # Errors
-/// Whatever in them is not as the format says; a group without members; groups that place one another in a circle.
+/// If an entry is not as the format requires; if a placed group has no members; if groups contain one another in a
+/// cycle.
 pub fn instances(values: &[Value<'_>], file: &Path, contents: &mut Contents) -> Result<()> {
-    // Instances are members, too: groups of which an earlier instance is made may be named further down.
+    // Instances are members, too: an earlier instance may place a group whose only members are instances further down.
     for value in values {
         group(&value.table()?, contents)?;
     }
@@ -35,7 +36,7 @@ pub fn instances(values: &[Value<'_>], file: &Path, contents: &mut Contents) -> 
     Ok(())
 }
 
-/// Tells the user of groups that are nowhere.
+/// Notes groups that no instance places.
 fn note_unseen(contents: &mut Contents) {
     let placed: HashSet<usize> = contents.instances.iter().map(|it| it.of).collect();
     let unseen = (0..contents.groups.len()).filter(|group| !placed.contains(group));
@@ -47,10 +48,10 @@ fn note_unseen(contents: &mut Contents) {
     }
 }
 
-/// The group that an object belongs to, if any.
+/// Returns the group that an object belongs to, if any.
 ///
 /// # Errors
-/// A name that is no text.
+/// If the name is not a string.
 pub fn group(table: &Table<'_>, contents: &mut Contents) -> Result<Option<usize>> {
     let Some(name) = table.optional("group") else {
         return Ok(None);
@@ -58,7 +59,7 @@ pub fn group(table: &Table<'_>, contents: &mut Contents) -> Result<Option<usize>
     Ok(Some(contents.add_to_group(name.text()?)))
 }
 
-/// Reads one `[[instance]]`, and returns with it what names the group that it places.
+/// Reads one `[[instance]]` table; also returns the value that names the placed group.
 fn instance<'a>(
     value: &Value<'a>,
     file: &Path,
@@ -92,7 +93,7 @@ fn instance<'a>(
     Ok((instance, of))
 }
 
-/// How far the search for circles has come with a group.
+/// The state of a group in the search for cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Search {
     Ahead,
@@ -100,10 +101,11 @@ enum Search {
     Done,
 }
 
-/// Follows the instances within each group down, depth first; `placed` are the values that name what each places.
+/// Searches for cycles depth first through the instances within each group; `placed` are the values that name the placed
+/// groups.
 ///
 /// # Errors
-/// The first circle that is found, at the instance that closes it.
+/// The first cycle that is found, reported at the instance that closes it.
 fn refuse_circles(
     groups: &[String],
     instances: &[InstanceDescription],
@@ -117,8 +119,8 @@ fn refuse_circles(
     }
     let mut search = vec![Search::Ahead; groups.len()];
     for start in 0..groups.len() {
-        // The groups from the start down, each with how many of its instances were followed. A stack of our own: the
-        // chain of groups may be as long as the file.
+        // The groups on the current path, each with the number of its instances that were followed. An explicit stack,
+        // since the chain of groups may be as long as the file.
         let mut path = vec![];
         if search[start] == Search::Ahead {
             path.push((start, 0));

@@ -1,4 +1,4 @@
-//! Lights that are no shapes, as tables of a scene file.
+//! Reads the `[[light]]` tables of a scene file: lights that are not shapes.
 //!
 //! Measure: world units, degrees; radiance, radiant intensity and irradiance.
 //! Range: as docs/scene-format.md says for each key.
@@ -31,7 +31,7 @@ const TYPES: &[(&str, Type)] = &[
     ("distant", Type::Distant),
 ];
 
-/// The keys of each type.
+/// The keys of each light type.
 const KEYS: &[(Type, &[&str])] = &[
     (Type::Environment, &["radiance", "transform"]),
     (Type::Point, &["position", "intensity"]),
@@ -42,13 +42,13 @@ const KEYS: &[(Type, &[&str])] = &[
     (Type::Distant, &["direction", "irradiance"]),
 ];
 
-/// The penumbra of a spot that says nothing of it, in degrees.
+/// The default penumbra of a spot light, in degrees.
 const PENUMBRA: f64 = 5.0;
 
-/// Reads every `[[light]]`.
+/// Reads every `[[light]]` table.
 ///
 /// # Errors
-/// Whatever in them is not as the format says, or is wrong with a picture that one names.
+/// If an entry is not as the format requires, or an image cannot be used.
 pub fn lights(
     values: &[Value<'_>],
     file: &Path,
@@ -132,7 +132,7 @@ fn spot(table: &Table<'_>) -> Result<LightModel> {
     })
 }
 
-/// Refuses keys that only lights of another type have, and says which.
+/// Returns an error for keys that belong to another light type.
 fn check_keys(table: &Table<'_>, kind: Type) -> Result<()> {
     let keys_of = |kind| {
         KEYS.iter()
@@ -164,7 +164,7 @@ fn direction(value: &Value<'_>) -> Result<DVec3> {
     }
 }
 
-/// A colour, or a picture of them.
+/// Reads a radiance: a colour or an image.
 fn radiance(value: &Value<'_>, file: &Path, textures: &mut Textures) -> Result<ColourDescription> {
     let folder = file.parent().unwrap_or(Path::new(""));
     let radiance = colour(value, Bound::NonNegative, folder, textures)?;

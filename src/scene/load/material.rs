@@ -1,4 +1,4 @@
-//! Materials as tables of a scene file.
+//! Reads the `[[material]]` tables of a scene file.
 //!
 //! Measure: reflectances in [0, 1]; roughness is perceptual, in [0, 1].
 //! Range: as docs/scene-format.md says for each key.
@@ -38,10 +38,10 @@ const TYPES: &[(&str, Type)] = &[
     ("principled", Type::Principled),
 ];
 
-/// Reads one `[[material]]`.
+/// Reads one `[[material]]` table.
 ///
 /// # Errors
-/// Whatever in it is not as the format says.
+/// If an entry is not as the format requires.
 pub fn material(
     value: &Value<'_>,
     file: &Path,
@@ -72,7 +72,7 @@ pub fn material(
     Ok(material)
 }
 
-/// How a material scatters.
+/// Reads the scattering model of a material.
 fn model(table: &Table<'_>, folder: &Path, textures: &mut Textures) -> Result<MaterialModel> {
     let mut reflectance = |key: &'static str, default: f32| match table.optional(key) {
         Some(value) => colour(&value, Bound::Reflectance, folder, textures),
@@ -125,7 +125,7 @@ fn model(table: &Table<'_>, folder: &Path, textures: &mut Textures) -> Result<Ma
     })
 }
 
-/// Makes sure that a Phong material reflects no more than arrives, wherever its brightest places meet.
+/// Checks that a Phong material reflects at most the incident light, even where the maxima of both textures coincide.
 fn check_sum(
     table: &Table<'_>,
     diffuse: &ColourDescription,
@@ -146,13 +146,13 @@ fn check_sum(
     Err(written.map_or_else(|| table.error(&message), |value| value.error(&message)))
 }
 
-/// A colour as the format spells it.
+/// Formats a colour in the notation of the scene format.
 fn channels(colour: Rgb) -> String {
     let [r, g, b] = colour.to_array();
     format!("[{r}, {g}, {b}]")
 }
 
-/// A picture of normals: a file, or a table with its strength.
+/// Reads a normal map: a file, or a table with a strength.
 fn normal_map(
     value: &Value<'_>,
     folder: &Path,
@@ -180,7 +180,7 @@ fn normal_map(
     })
 }
 
-/// A metal's index: a preset, or `eta` and `k`.
+/// Reads the complex refractive index of a metal: a preset, or `eta` and `k`.
 fn index_of_metal(table: &Table<'_>) -> Result<(Rgb, Rgb)> {
     let (eta, k) = (table.optional("eta"), table.optional("k"));
     match (table.optional("preset"), eta, k) {

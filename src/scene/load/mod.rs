@@ -1,4 +1,4 @@
-//! From files to a [`SceneDescription`]: a TOML scene, or a bare OBJ model.
+//! Loads a [`SceneDescription`] from a file: a TOML scene, or a bare OBJ model.
 //!
 //! Measure: as written: world units, degrees, sRGB or linear values.
 //! Range: every error names file, line, field and what was expected.
@@ -21,17 +21,17 @@ mod toml;
 mod transform;
 mod wording;
 
-// The names of integrators and samplers are known further up, where renders are set.
+// Also used where render settings are read, since the names of integrators and samplers are known only there.
 pub use wording::unknown_name;
 
 use super::description::SceneDescription;
 use crate::error::{Error, Result};
 use std::path::Path;
 
-/// Loads a scene: a `.toml` file, or a bare `.obj` model, which is framed and, if nothing in it emits, lit.
+/// Loads a scene: a `.toml` file, or a bare `.obj` model. The latter gets a camera and, if nothing in it emits, a sky.
 ///
 /// # Errors
-/// Whatever is wrong with the file, or with one that it names.
+/// If the file, or a file that it refers to, is invalid.
 pub fn load(path: &Path) -> Result<SceneDescription> {
     let extension = path
         .extension()
@@ -48,13 +48,13 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
     }
 }
 
-/// Reads a text file; a byte order mark is dropped.
+/// Reads a text file, without its byte order mark.
 ///
 /// # Errors
-/// A file that cannot be read, that has no end, or that is not UTF-8.
+/// If the file cannot be read, is not a regular file, or is not UTF-8.
 fn read_text(path: &Path) -> Result<String> {
     let cannot_read = |error| Error::io("cannot read", path, error);
-    // A device such as /dev/zero would be read for ever.
+    // Reading a device such as /dev/zero would not terminate.
     if !std::fs::metadata(path).map_err(cannot_read)?.is_file() {
         return Err(cannot_read(std::io::Error::other("it is no regular file")));
     }

@@ -1,4 +1,4 @@
-//! A bare model: framed by a camera and, if nothing in it emits, lit by a constant sky.
+//! Loads a bare model: adds a camera that frames it and, if nothing in it emits, a constant sky.
 //!
 //! Measure: the model's own units.
 //! Range: any model with faces, up to a size of about 1e150.
@@ -20,13 +20,13 @@ use std::path::Path;
 /// Vertical field of view, in degrees.
 const FOV: f64 = 35.0;
 
-/// From where a model is looked at: from the front, a little from the right and from above.
+/// Direction from the model to the camera: from the front, slightly from the right and from above.
 const VIEW: DVec3 = DVec3::new(0.45, 0.35, 1.0);
 
 /// Reads a model as a scene.
 ///
 /// # Errors
-/// Whatever is wrong with the file.
+/// If the file is invalid.
 pub fn load(path: &Path) -> Result<SceneDescription> {
     let mut contents = Contents::default();
     contents.shapes = obj::load(path, None, &mut contents)?;
@@ -67,11 +67,11 @@ fn bounds_of(shape: &ShapeDescription) -> Bounds {
     }
 }
 
-/// A camera that sees the sphere around a box; `None` where double precision does not reach.
+/// Returns a camera that sees the bounding sphere of the box; `None` beyond the range of double precision.
 fn frame(bounds: &Bounds) -> Option<CameraDescription> {
     let centre = bounds.centre();
     let radius = 0.5 * bounds.extent().length();
-    // A model that is a single point is seen from anywhere.
+    // A model that is a single point.
     let radius = if radius > 0.0 { radius } else { 1.0 };
     let distance = 1.05 * radius / (0.5 * FOV.to_radians()).sin();
     let to_world = DAffine3 {

@@ -1,6 +1,6 @@
-//! Motion: a list of places by time.
+//! Reads motion: a list of keyframes.
 //!
-//! Measure: world units, degrees; time in any unit that is also the shutter's.
+//! Measure: world units, degrees; time in the unit of the shutter's times.
 //! Range: at least one key; times finite and increasing.
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
@@ -10,10 +10,10 @@ use crate::error::Result;
 use crate::math::vec::DAffine3;
 use crate::scene::description::Key;
 
-/// The `motion` of an object, empty if it stands still. `object` names it in errors.
+/// Reads the `motion` of an object, which is empty if it is static. `object` is its name in errors.
 ///
 /// # Errors
-/// Anything that is no list of keys in order of time.
+/// If the value is not a list of keyframes in order of time.
 pub fn motion(table: &Table<'_>, object: &str) -> Result<Vec<Key>> {
     let Some(value) = table.optional("motion") else {
         return Ok(vec![]);
@@ -25,7 +25,7 @@ pub fn motion(table: &Table<'_>, object: &str) -> Result<Vec<Key>> {
     Ok(keys.into_iter().map(|(key, ())| key).collect())
 }
 
-/// Keys of which `place` reads all but the time: the transform, and whatever else it finds.
+/// Reads keyframes. `place` reads everything but the time: the transform and further values.
 ///
 /// # Errors
 /// As [`motion`], and those of `place`.
@@ -56,10 +56,10 @@ pub fn keys<'a, T>(
     Ok(keys)
 }
 
-/// The times at which the shutter opens and closes.
+/// Reads the times at which the shutter opens and closes.
 ///
 /// # Errors
-/// Anything that is no pair of numbers in order.
+/// If the value is not a pair of numbers in order.
 pub fn shutter(value: &Value<'_>) -> Result<[f64; 2]> {
     let [open, close] = value.numbers()?;
     if open <= close {

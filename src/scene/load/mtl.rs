@@ -1,18 +1,18 @@
-//! Material libraries of OBJ files, with Blender's physically based keys.
+//! Reads the material libraries (MTL) of OBJ files, including Blender's physically based keys.
 //!
-//! What becomes of a material, the first that fits:
-//! - `Tf 1` without metal is glass: a dielectric of index `Ni`, tinted by `Kd`, which is what Blender's transmission
-//!   means. Others write `Tf 1 1 1` for what is opaque: without `Pr`, only `illum` 6 or 7 (refraction) makes glass;
-//! - `Pr 1` without metal is matte: diffuse. Blender's model has a faint sheen there, which that leaves out. So is what
-//!   has no `Pr` and an `illum` of 0 or 1 (no highlights);
-//! - all else is the principled model of `Kd`, `Pm`, `Pr`, `Ni` and `Tf`.
+//! A material is converted by the first rule that applies:
+//! - `Tf 1` without metal is glass: a dielectric of index `Ni`, tinted by `Kd`, as exported by Blender for transmission.
+//!   Other exporters write `Tf 1 1 1` for opaque materials: without `Pr`, only `illum` 6 or 7 (refraction) makes glass;
+//! - `Pr 1` without metal is diffuse. The faint sheen of Blender's model in that case is ignored. Materials without
+//!   `Pr` whose `illum` is 0 or 1 (no highlights) are diffuse, too;
+//! - all others use the principled model with `Kd`, `Pm`, `Pr`, `Ni` and `Tf`.
 //!
-//! `Ke` makes a light of the shape, on the side of its geometric normal. `map_Kd` takes the place of `Kd`; `map_Ke` is
-//! multiplied by `Ke`, and `map_d` by `d`, the share of the surface that is there.
+//! `Ke` makes the shape emit on the side of its geometric normal. `map_Kd` replaces `Kd`; `map_Ke` is multiplied by
+//! `Ke`, and `map_d` by `d`, the opacity.
 //!
 //! Measure: reflectances in [0, 1], radiance for `Ke`.
-//! Range: an index below 1 counts as 1 except in glass. Keys without meaning here (`Ka`, `Ks`, ...) are passed over,
-//! pictures that are not drawn are noted, and so are unknown keys.
+//! Range: an index below 1 counts as 1 except in glass. Keys without meaning here (`Ka`, `Ks`, ...) are ignored;
+//! unsupported textures and unknown keys are reported in a note.
 //! Source: Blender's exporter, `export_pbr_extensions`; without `Pr`, roughness = 1 - sqrt(Ns / 1000) as Blender
 //! imports it, and 1 without `Ns`. Tested in `tests/loading/scene_files.rs`.
 
@@ -31,16 +31,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Keys that are read.
+/// Supported keys.
 const READ: &[&str] = &[
     "newmtl", "Kd", "Ke", "Ni", "Ns", "d", "Tf", "illum", "map_Kd", "map_Ke", "map_d", "norm",
     "Pr", "Pm",
 ];
 
-/// Those of them that are pictures.
+/// Supported keys whose values are textures.
 const PICTURES: &[&str] = &["map_Kd", "map_Ke", "map_d", "norm"];
 
-/// Keys that are known but say nothing to us.
+/// Known keys that are ignored.
 const PASSED_OVER: &[&str] = &[
     "Ka",
     "Ks",
@@ -54,19 +54,19 @@ const PASSED_OVER: &[&str] = &[
     "map_aat",
 ];
 
-/// Pictures that are known but not drawn.
+/// Known textures that are not supported.
 const NOT_DRAWN: &[&str] = &[
     "map_Ka", "map_Ks", "map_Ns", "map_Pr", "map_Pm", "map_Ps", "map_Tr", "map_Bump", "map_bump",
     "bump", "disp", "decal", "refl",
 ];
 
-/// A material as its lines say.
+/// A material as written in the library.
 #[derive(Debug)]
 pub struct Entry {
     name: String,
     place: Place,
     diffuse: Rgb,
-    /// The files of pictures by their keys, and their lines.
+    /// The texture files by key, with their lines.
     pictures: BTreeMap<&'static str, (PathBuf, usize)>,
     opacity: f32,
     emission: Rgb,
@@ -78,10 +78,10 @@ pub struct Entry {
     illumination: Option<u32>,
 }
 
-/// Reads a library; its materials go into `known`, by name.
+/// Reads a library and adds its materials to `known`, by name.
 ///
 /// # Errors
-/// Whatever is wrong with it, with its line.
+/// If a line is invalid.
 pub fn read(
     path: &Path,
     known: &mut BTreeMap<String, Entry>,
@@ -140,7 +140,7 @@ impl Entry {
         }
     }
 
-    /// Takes one line in, and returns what the user should know of it.
+    /// Reads one line; returns a note for the user, if any.
     fn set(&mut self, key: &str, rest: &str, line: usize) -> Result<Option<String>> {
         let mut note = None;
         match key {
@@ -183,10 +183,10 @@ impl Entry {
         Ok(note)
     }
 
-    /// What shapes of this material emit. A picture without `Ke` is the radiance itself.
+    /// Returns the emission of shapes of this material. A `map_Ke` without `Ke` is the radiance itself.
     ///
     /// # Errors
-    /// A picture that cannot be read.
+    /// If a texture cannot be read.
     pub fn emission(&self, textures: &mut Textures) -> Result<Option<ColourDescription>> {
         let read = |file: &Path| textures.read(file, ColourSpace::Srgb, 1.0);
         let Some(texture) = self.picture("map_Ke", read)? else {
@@ -202,10 +202,10 @@ impl Entry {
         Ok(Some(ColourDescription::Texture(texture)))
     }
 
-    /// The material, with its pictures read.
+    /// Returns the material, with its textures read.
     ///
     /// # Errors
-    /// A picture that cannot be read; glass without an index.
+    /// If a texture cannot be read, or glass has no refractive index.
     pub fn material(&self, textures: &mut Textures) -> Result<MaterialDescription> {
         let read = |file: &Path| textures.read_reflectance(file, ColourSpace::Srgb, 1.0);
         let base_color = self.picture("map_Kd", read)?;
@@ -229,7 +229,7 @@ impl Entry {
         })
     }
 
-    /// The picture of a key, if it has one.
+    /// Returns the texture of a key, if it has one.
     fn picture(
         &self,
         key: &'static str,
@@ -245,7 +245,7 @@ impl Entry {
         })
     }
 
-    /// See the head of this file.
+    /// Returns the scattering model by the rules at the head of this file.
     fn model(&self, base_color: ColourDescription) -> Result<MaterialModel> {
         let Self {
             ior,
@@ -292,7 +292,7 @@ impl Entry {
     }
 }
 
-/// A picture times a colour: a texture itself knows only grey factors.
+/// Multiplies a texture by a colour; the scale of a texture itself is grey.
 fn multiplied(texture: Texture, factor: Rgb) -> Texture {
     let [grey, ..] = factor.to_array();
     match texture {
@@ -315,7 +315,7 @@ fn multiplied(texture: Texture, factor: Rgb) -> Texture {
     }
 }
 
-/// What stands before the file of a `map_` line: options, each with its numbers or its one word.
+/// Splits a `map_` line into its options, each with its numbers or its one word, and the file.
 fn split_options(text: &str) -> (&str, &str) {
     let mut file = text;
     while file.starts_with('-') {
@@ -343,7 +343,7 @@ fn after_word(text: &str) -> &str {
         .map_or("", |(_, rest)| rest.trim_start())
 }
 
-/// One number from 0 to `most`.
+/// Parses one number from 0 to `most`.
 fn number(text: &str, most: f32) -> Result<f32> {
     let first = text.split_whitespace().next().unwrap_or("nothing");
     let number = first.parse().ok().filter(|x| (0.0..=most).contains(x));
@@ -356,7 +356,7 @@ fn number(text: &str, most: f32) -> Result<f32> {
     })
 }
 
-/// Three numbers from 0 to `most`, or one for all of them.
+/// Parses three numbers from 0 to `most`, or one for all three.
 fn colour(text: &str, most: f32) -> Result<Rgb> {
     let words = text.split_whitespace().map(|word| word.parse().ok());
     let channels: Option<Vec<f32>> = words.take(4).collect();

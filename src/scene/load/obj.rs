@@ -1,7 +1,7 @@
-//! Wavefront OBJ: one shape for each group and material of the file.
+//! Reads Wavefront OBJ files: one shape per group and material.
 //!
 //! Measure: the file's own units, in double precision; v of texture coordinates points up.
-//! Range: a file of at least one face; polygons become fans of triangles, which suits convex ones.
+//! Range: a file with at least one face; polygons are split into triangle fans, which is correct for convex ones.
 //! Source: the OBJ format, through tobj. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
 use super::contents::Contents;
@@ -18,13 +18,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A material of a model: its index, and what it emits.
+/// A material of a model: its index and its emission.
 type Surface = (usize, Option<ColourDescription>);
 
-/// Reads a model. Its materials go into `contents`, unless all of it is to have `material`; its shapes are returned.
+/// Reads a model and returns its shapes. Adds its materials to `contents`, unless `material` overrides all of them.
 ///
 /// # Errors
-/// Whatever is wrong with the file or its material libraries, with its line.
+/// If a line of the file or of its material libraries is invalid.
 pub fn load(
     path: &Path,
     material: Option<usize>,
@@ -66,19 +66,19 @@ pub fn load(
         shapes.push(ShapeDescription {
             material,
             emission,
-            // Many shapes may share a name of any length: messages need no more than its beginning.
+            // Many shapes may share a name of any length; messages need only its beginning.
             ..ShapeDescription::new(shown(name), place, geometry)
         });
     }
     Ok(shapes)
 }
 
-/// A complaint about a line of a file as an error.
+/// Converts a complaint about a line of a file into an error.
 fn at(path: &Path) -> impl Fn(Complaint) -> Error {
     move |(line, why)| Error::scene(why).in_file(path).at_line(line)
 }
 
-/// The materials that the faces name, out of the file's libraries.
+/// Reads the materials that the faces refer to from the file's libraries.
 fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<Surface>> {
     if obj.libraries.is_empty() {
         let grey = contents.default_material();
@@ -108,13 +108,13 @@ fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<S
     obj.materials.iter().map(&mut surface).collect()
 }
 
-/// An error about a file, seen from the model that names it: both places are told.
+/// Wraps an error about a file in one about the line of the model that refers to it; both places are reported.
 fn named_in(error: Error, path: &Path, line: usize) -> Error {
     let kind = error.kind();
     at(path)((line, error.to_string())).of_kind(kind)
 }
 
-/// The files of one `mtllib`: a name that may have spaces, or else several names.
+/// Returns the files of one `mtllib`: a name that may contain spaces, or else several names.
 fn library_files(path: &Path, written: &str) -> Vec<PathBuf> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let whole = folder.join(written);
@@ -128,7 +128,7 @@ fn library_files(path: &Path, written: &str) -> Vec<PathBuf> {
     }
 }
 
-/// Runs the parser.
+/// Parses the text with tobj.
 fn parse(text: &str) -> std::result::Result<Vec<tobj::Model>, tobj::LoadError> {
     let options = tobj::LoadOptions {
         single_index: true,

@@ -1,13 +1,13 @@
-//! The lines of an OBJ file: checked, and sorted into parts that the parser reads safely.
+//! Checks the lines of an OBJ file, and sorts them into parts that the parser reads safely.
 //!
-//! The parser, tobj, tells no lines, and takes numbers that are not finite as they come. It also loses track where only
-//! some corners of a group have texture coordinates, and repeats a group's name for each change of material. So this
-//! pass checks every line, and writes the file anew: first all vertices, then one group for each [`Part`].
+//! The parser, tobj, does not report lines and accepts numbers that are not finite. It also fails where only some
+//! corners of a group have texture coordinates, and repeats a group's name for each change of material. This pass
+//! therefore checks every line and rewrites the file: first all vertices, then one group for each [`Part`].
 //!
 //! Measure: lines and indices count from 1, as in the file.
 //! Range: errors have their line. Repaired: points and lines are left out; weights and colours of vertices are dropped;
 //! a missing second texture coordinate is 0; a face of which only some corners have texture coordinates or normals
-//! loses them. Other keywords are passed over.
+//! loses them. Other keywords are ignored.
 //! Source: the OBJ format, appendix B1 of Wavefront's Advanced Visualizer manual. Tested below.
 
 use super::wording::shown;
@@ -15,36 +15,36 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fmt::Write;
 
-/// What is wrong, and in which line.
+/// The line of an error, and its message.
 pub type Complaint = (usize, String);
 
-/// An OBJ file, checked.
+/// A checked OBJ file.
 #[derive(Debug, Default)]
 pub struct ObjText {
     /// The lines of all vertices, texture coordinates and normals.
     vertices: String,
-    /// All faces, by what they have in common.
+    /// All faces, grouped by part.
     pub parts: Vec<Part>,
-    /// The names that `o` and `g` give.
+    /// The names given by `o` and `g`.
     pub groups: Vec<String>,
-    /// What `mtllib` names, with its lines.
+    /// The files named by `mtllib`, with their lines.
     pub libraries: Vec<(usize, String)>,
-    /// What `usemtl` names, each with its first line.
+    /// The materials named by `usemtl`, each with its first line.
     pub materials: Vec<(usize, String)>,
-    /// How many points and lines were left out.
+    /// Number of points and lines that were left out.
     pub left_out: usize,
 }
 
 /// The faces of one group and one material, with texture coordinates and normals for all corners or for none.
 #[derive(Debug)]
 pub struct Part {
-    /// Index into [`ObjText::groups`]; none before the first.
+    /// Index into [`ObjText::groups`]; `None` before the first group.
     pub group: Option<usize>,
     /// Index into [`ObjText::materials`].
     pub material: Option<usize>,
-    /// The line of its first face.
+    /// The line of the first face.
     pub line: usize,
-    /// Its faces, with indices that count from the file's start.
+    /// The faces, with indices that count from the start of the file.
     faces: String,
 }
 
@@ -52,7 +52,7 @@ impl ObjText {
     /// Reads all lines.
     ///
     /// # Errors
-    /// The first one that is wrong.
+    /// The first invalid line.
     pub fn read(text: &str) -> Result<Self, Complaint> {
         let mut reader = Reader::default();
         for (line, content) in logical_lines(text) {
@@ -61,7 +61,7 @@ impl ObjText {
         Ok(reader.obj)
     }
 
-    /// The file for the parser, which finds one model for each part, in their order.
+    /// Returns the text for the parser, which finds one model per part, in their order.
     pub fn for_parser(&mut self) -> String {
         let mut text = std::mem::take(&mut self.vertices);
         for (index, part) in self.parts.iter_mut().enumerate() {
@@ -73,7 +73,7 @@ impl ObjText {
 
 const INFALLIBLE: &str = "writing to a string does not fail";
 
-/// What corners of faces refer to.
+/// The attributes that a face's corner refers to.
 const KINDS: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 /// Indices of a vertex, texture coordinate and normal, counted from 1; 0 is none.
@@ -82,18 +82,18 @@ type Corner = [usize; 3];
 /// Group, material, and whether all corners have texture coordinates and normals.
 type PartKey = (Option<usize>, Option<usize>, [bool; 2]);
 
-/// The state between lines.
+/// The parser's state between lines.
 #[derive(Default)]
 struct Reader {
     obj: ObjText,
-    /// How many of each of [`KINDS`] there are so far.
+    /// The number of each of [`KINDS`] so far.
     counts: [usize; 3],
     group: Option<usize>,
     groups: HashMap<String, usize>,
     material: Option<usize>,
     materials: HashMap<String, usize>,
     parts: HashMap<PartKey, usize>,
-    /// The part of the current group and material for faces with or without texture coordinates and normals.
+    /// The part of the current group and material, for faces with or without texture coordinates and normals.
     current: [[Option<usize>; 2]; 2],
     corners: Vec<Corner>,
 }
@@ -137,7 +137,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Copies the numbers that count of a vertex, texture coordinate or normal.
+    /// Copies the supported coordinates of a vertex, texture coordinate or normal.
     fn vertex<'a>(
         &mut self,
         kind: usize,
@@ -168,7 +168,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Files a face under its part.
+    /// Adds a face to its part.
     fn face<'a>(
         &mut self,
         line: usize,
@@ -203,7 +203,7 @@ impl Reader {
         Ok(())
     }
 
-    /// The part of the current group and material for faces with these attributes.
+    /// Returns the part of the current group and material for faces with these attributes.
     fn part(&mut self, line: usize, complete: [bool; 2]) -> usize {
         let current = &mut self.current[usize::from(complete[0])][usize::from(complete[1])];
         if let Some(part) = *current {
@@ -224,7 +224,7 @@ impl Reader {
     }
 }
 
-/// A face's corner: `v`, `v/vt`, `v//vn` or `v/vt/vn`. Negative indices count back from the last vertex so far.
+/// Parses a face's corner: `v`, `v/vt`, `v//vn` or `v/vt/vn`. Negative indices count back from the last vertex so far.
 fn corner(word: &str, counts: &[usize; 3]) -> Result<Corner, String> {
     let mut corner = [0; 3];
     for (kind, part) in word.split('/').enumerate() {
@@ -257,7 +257,7 @@ fn corner(word: &str, counts: &[usize; 3]) -> Result<Corner, String> {
     Ok(corner)
 }
 
-/// The lines that say something, with their numbers; one that ends in a backslash goes on in the next.
+/// Returns the lines without comments, with their numbers; a line that ends in a backslash is joined with the next.
 fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     let mut lines = (1..).zip(text.lines());
     std::iter::from_fn(move || {
@@ -267,7 +267,7 @@ fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
         let Some(part) = continued(first) else {
             return Some((number, Cow::Borrowed(first)));
         };
-        // Grows in place: a file may be one line of a million parts.
+        // Appends in place: a file may be one line of a million parts.
         let mut whole = part.to_owned();
         for (_, next) in lines.by_ref() {
             whole.push(' ');
@@ -281,7 +281,7 @@ fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     })
 }
 
-/// A line without the backslash that it ends in, if it does.
+/// Returns the line without the backslash at its end; `None` if it has none.
 fn continued(line: &str) -> Option<&str> {
     line.trim_end().strip_suffix('\\')
 }

@@ -1,7 +1,7 @@
-//! A typed reader of TOML that knows where every value stands, and which keys a table may have.
+//! A typed reader of TOML that knows the position of every value and the valid keys of each table.
 //!
 //! Measure: none.
-//! Range: every value is asked for by type and range; whatever does not fit becomes an error with file, line and field.
+//! Range: every value is requested by type and range; a mismatch is an error with file, line and field.
 //! Source: TOML 1.0, through the toml crate. Tested below and in `cli/tests/command/bad_input.rs`.
 
 use super::wording::{shown, unknown_name};
@@ -14,17 +14,17 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A scene file as text, to tell lines in it.
+/// The text of a scene file, with its line starts.
 #[derive(Debug)]
 pub struct Document<'a> {
     file: &'a Path,
     text: &'a str,
-    /// The byte that each line starts with.
+    /// The offset in bytes of the start of each line.
     lines: Vec<usize>,
 }
 
 impl<'a> Document<'a> {
-    /// A file with this content.
+    /// Returns the document of a file with this content.
     pub fn new(file: &'a Path, text: &'a str) -> Self {
         let starts = text.match_indices('\n').map(|(newline, _)| newline + 1);
         let lines = std::iter::once(0).chain(starts).collect();
@@ -34,7 +34,7 @@ impl<'a> Document<'a> {
     /// Parses the text as TOML.
     ///
     /// # Errors
-    /// The parser's own words, with the line.
+    /// The parser's message, with the line.
     pub fn parse(&self) -> Result<Spanned<DeTable<'a>>> {
         DeTable::parse(self.text).map_err(|error| {
             let line = self.line(error.span().map_or(0, |span| span.start));
@@ -44,7 +44,7 @@ impl<'a> Document<'a> {
         })
     }
 
-    /// The line, counted from 1, of a byte.
+    /// Returns the line, counted from 1, of a byte offset.
     fn line(&self, offset: usize) -> usize {
         self.lines.partition_point(|&start| start <= offset)
     }
@@ -61,17 +61,17 @@ impl<'a> Document<'a> {
     }
 }
 
-/// A table that remembers which keys it was asked for.
+/// A table that records which keys were requested.
 pub struct Table<'a> {
     document: &'a Document<'a>,
-    /// Its place in the document, such as `shape[2]`; empty at the top.
+    /// The path in the document, such as `shape[2]`; empty for the root table.
     path: String,
     table: &'a DeTable<'a>,
     span: Range<usize>,
     asked: RefCell<Vec<&'static str>>,
 }
 
-/// A value with its place.
+/// A value with its path and position.
 #[derive(Clone)]
 pub struct Value<'a> {
     document: &'a Document<'a>,
@@ -81,7 +81,7 @@ pub struct Value<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// The document's own table.
+    /// Returns the root table of the document.
     pub fn root(document: &'a Document<'a>, parsed: &'a Spanned<DeTable<'a>>) -> Self {
         Self {
             document,
@@ -92,7 +92,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The value of a key, if it is there.
+    /// Returns the value of a key, if present.
     pub fn optional(&self, key: &'static str) -> Option<Value<'a>> {
         self.asked.borrow_mut().push(key);
         let (_, value) = self.table.iter().find(|(name, _)| name.get_ref() == key)?;
@@ -104,21 +104,21 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// The value of a key that has to be there.
+    /// Returns the value of a required key.
     ///
     /// # Errors
-    /// If it is not.
+    /// If the key is missing.
     pub fn required(&self, key: &'static str) -> Result<Value<'a>> {
         self.optional(key)
             .ok_or_else(|| self.error(format!("`{key}` is missing")))
     }
 
-    /// Whether a key is there.
+    /// Whether the table has the key.
     pub fn has(&self, key: &'static str) -> bool {
         self.optional(key).is_some()
     }
 
-    /// Where it stands.
+    /// Returns the table's place in the file.
     pub fn place(&self) -> Place {
         Place {
             file: self.document.file.to_path_buf(),
@@ -126,15 +126,15 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// An error about the table as a whole.
+    /// Returns an error about the table as a whole.
     pub fn error(&self, message: impl Into<String>) -> Error {
         self.document.error(&self.path, &self.span, message)
     }
 
-    /// Makes sure that no key is there that nobody asked for.
+    /// Checks that every key of the table was requested.
     ///
     /// # Errors
-    /// The first such key, with the nearest name among those asked for.
+    /// The first unknown key, with the most similar name among the requested ones.
     pub fn finish(&self) -> Result<()> {
         let asked = self.asked.borrow();
         let unknown = self
@@ -158,17 +158,17 @@ impl<'a> Table<'a> {
 }
 
 impl<'a> Value<'a> {
-    /// The line where it stands.
+    /// Returns the line of the value.
     pub fn line(&self) -> usize {
         self.document.line(self.span.start)
     }
 
-    /// An error about the value.
+    /// Returns an error about the value.
     pub fn error(&self, message: impl Into<String>) -> Error {
         self.document.error(&self.path, &self.span, message)
     }
 
-    /// An error about what was found in place of what was expected.
+    /// Returns an error that names what was expected and what was found.
     pub fn expected(&self, what: &str) -> Error {
         let found = match self.value {
             DeValue::Table(_) => "a table".to_owned(),
@@ -183,25 +183,25 @@ impl<'a> Value<'a> {
         self.error(format!("expected {what}, found {found}"))
     }
 
-    /// Whether it is a list.
+    /// Whether the value is a list.
     pub fn is_list(&self) -> bool {
         self.value.is_array()
     }
 
-    /// Whether it is a number.
+    /// Whether the value is a number.
     pub fn is_number(&self) -> bool {
         self.value.is_integer() || self.value.is_float()
     }
 
-    /// Whether it is a text.
+    /// Whether the value is a string.
     pub fn is_text(&self) -> bool {
         self.value.is_str()
     }
 
-    /// A finite number.
+    /// Returns the value as a finite number.
     ///
     /// # Errors
-    /// If it is something else.
+    /// If it is anything else.
     pub fn number(&self) -> Result<f64> {
         let number = match self.value {
             DeValue::Float(float) => float.as_str().parse().ok(),
@@ -213,10 +213,10 @@ impl<'a> Value<'a> {
             .ok_or_else(|| self.expected("a finite number"))
     }
 
-    /// A number that passes `test`; `what` says what that is.
+    /// Returns the value as a number that passes `test`; `what` describes such a number.
     ///
     /// # Errors
-    /// If it does not.
+    /// If it does not pass.
     pub fn number_where(&self, what: &str, test: impl Fn(f64) -> bool) -> Result<f64> {
         let number = self.number().map_err(|_| self.expected(what))?;
         if test(number) {
@@ -226,20 +226,20 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// A number that is finite and passes `test` in single precision, in which shading is done.
+    /// Returns the value as a number that is finite and passes `test` in single precision, which shading uses.
     ///
     /// # Errors
-    /// If it does not.
+    /// If it does not pass.
     pub fn single_where(&self, what: &str, test: impl Fn(f32) -> bool) -> Result<f32> {
         let single = |x: f64| x as f32;
         self.number_where(what, |x| single(x).is_finite() && test(single(x)))
             .map(single)
     }
 
-    /// A whole number from `least` to `most`.
+    /// Returns the value as an integer from `least` to `most`.
     ///
     /// # Errors
-    /// If it is something else.
+    /// If it is anything else.
     pub fn whole(&self, least: u64, most: u64) -> Result<u64> {
         let found = self
             .integer()
@@ -259,30 +259,30 @@ impl<'a> Value<'a> {
         i128::from_str_radix(integer.as_str(), integer.radix()).ok()
     }
 
-    /// A text.
+    /// Returns the value as a string.
     ///
     /// # Errors
-    /// If it is something else.
+    /// If it is anything else.
     pub fn text(&self) -> Result<&'a str> {
         self.value
             .as_str()
             .ok_or_else(|| self.expected("a text in quotes"))
     }
 
-    /// True or false.
+    /// Returns the value as a boolean.
     ///
     /// # Errors
-    /// If it is something else.
+    /// If it is anything else.
     pub fn truth(&self) -> Result<bool> {
         self.value
             .as_bool()
             .ok_or_else(|| self.expected("true or false"))
     }
 
-    /// One of several names.
+    /// Returns the entry of `names` that the value names.
     ///
     /// # Errors
-    /// If it is none of them, with the nearest.
+    /// If it is none of them; the error suggests the most similar.
     pub fn one_of<T: Copy>(&self, names: &[(&str, T)]) -> Result<T> {
         let text = self.text()?;
         let known: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
@@ -292,10 +292,10 @@ impl<'a> Value<'a> {
             .ok_or_else(|| self.error(unknown_name("name", text, &known)))
     }
 
-    /// A list.
+    /// Returns the entries of a list.
     ///
     /// # Errors
-    /// If it is something else.
+    /// If the value is not a list.
     pub fn list(&self) -> Result<Vec<Self>> {
         let array = self
             .value
@@ -310,10 +310,10 @@ impl<'a> Value<'a> {
         Ok(entries.collect())
     }
 
-    /// A list of exactly `N` finite numbers.
+    /// Returns the value as a list of exactly `N` finite numbers.
     ///
     /// # Errors
-    /// If it is something else.
+    /// If it is anything else.
     pub fn numbers<const N: usize>(&self) -> Result<[f64; N]> {
         let expected = || self.expected(&format!("a list of {N} numbers"));
         let entries = self.list().map_err(|_| expected())?;
@@ -324,15 +324,15 @@ impl<'a> Value<'a> {
         numbers.try_into().map_err(|_| expected())
     }
 
-    /// A point or a direction.
+    /// Returns the value as a point or a direction.
     ///
     /// # Errors
-    /// If it is not a list of three numbers.
+    /// If it is not a list of three finite numbers.
     pub fn vec3(&self) -> Result<DVec3> {
         self.numbers().map(DVec3::from_array)
     }
 
-    /// A texture coordinate.
+    /// Returns the value as a texture coordinate.
     ///
     /// # Errors
     /// If it is not a list of two numbers within single precision.
@@ -345,10 +345,10 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// A table.
+    /// Returns the value as a table.
     ///
     /// # Errors
-    /// If it is something else.
+    /// If it is anything else.
     pub fn table(&self) -> Result<Table<'a>> {
         let table = self
             .value

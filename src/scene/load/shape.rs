@@ -1,4 +1,4 @@
-//! Shapes as tables of a scene file.
+//! Reads the `[[shape]]` tables of a scene file.
 //!
 //! Measure: world units, radiance.
 //! Range: as docs/scene-format.md says for each key.
@@ -38,10 +38,10 @@ const TYPES: &[(&str, Type)] = &[
     ("box", Type::Box),
 ];
 
-/// Reads one `[[shape]]` into `contents`; an OBJ file becomes several.
+/// Reads one `[[shape]]` table into `contents`; an OBJ file yields several shapes.
 ///
 /// # Errors
-/// Whatever in it is not as the format says, or is wrong with the file that it names.
+/// If an entry is not as the format requires, or the file that it names is invalid.
 pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Contents) -> Result<()> {
     let table = value.table()?;
     let kind = table.required("type")?;
@@ -106,7 +106,7 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
     Ok(())
 }
 
-/// An error about a model, seen from the scene that names it: both places are told.
+/// Wraps an error about a model in one about the scene that refers to it; both places are reported.
 fn named_by(error: Error, value: &Value<'_>) -> Error {
     let kind = error.kind();
     value.error(error.to_string()).of_kind(kind)
@@ -170,7 +170,7 @@ fn geometry(shape_type: Type, table: &Table<'_>) -> Result<GeometryDescription> 
     })
 }
 
-/// A mesh written out in the scene.
+/// Reads a mesh whose vertices are listed in the scene file.
 fn mesh(table: &Table<'_>) -> Result<MeshDescription> {
     let positions = table.required("positions")?;
     let positions: Vec<DVec3> = vectors(&positions, |entry| entry.vec3())?;

@@ -1,4 +1,4 @@
-//! The TOML scene.
+//! Reads the TOML scene file.
 //!
 //! Measure: world units, degrees.
 //! Range: version 1 of the format.
@@ -15,10 +15,10 @@ use crate::scene::description::{
 };
 use std::path::Path;
 
-/// Reads a scene.
+/// Reads a scene file.
 ///
 /// # Errors
-/// Whatever in it is not as the format says, or is wrong with a file that it names.
+/// If an entry is not as the format requires, or a file that it names is invalid.
 pub fn load(path: &Path) -> Result<SceneDescription> {
     let text = read_text(path)?;
     let document = Document::new(path, &text);
@@ -68,7 +68,7 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
     })
 }
 
-/// The tables of `[[key]]`, none if there is no such key.
+/// Returns the tables of `[[key]]`, or none if the key is missing.
 fn list<'a>(root: &Table<'a>, key: &'static str) -> Result<Vec<Value<'a>>> {
     root.optional(key)
         .map_or(Ok(Vec::new()), |value| value.list())

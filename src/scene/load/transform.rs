@@ -1,7 +1,7 @@
-//! Transforms: a list of steps, applied in the order in which they are written.
+//! Reads transforms: a list of steps, applied in the order in which they are written.
 //!
 //! Measure: world units, degrees.
-//! Range: the whole has an inverse; a matrix is affine.
+//! Range: the composed transform is invertible; a matrix is affine.
 //! Source: docs/scene-format.md; Rodrigues' rotation, through glam. Tested in `tests/loading/scene_files.rs`.
 
 use super::reader::Value;
@@ -9,10 +9,10 @@ use crate::error::Result;
 use crate::math::transform::is_invertible;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 
-/// Reads a transform. `object` names its owner in errors.
+/// Reads a transform. `object` is its owner's name in errors.
 ///
 /// # Errors
-/// A step that is none, or a whole that flattens space.
+/// If a step is invalid, or the composed transform is singular.
 pub fn transform(value: &Value<'_>, object: &str) -> Result<DAffine3> {
     let mut whole = DAffine3::IDENTITY;
     for entry in value.list()? {
@@ -62,7 +62,7 @@ fn step(entry: &Value<'_>) -> Result<DAffine3> {
     }
 }
 
-/// Sixteen numbers, row by row, of which the last row is 0 0 0 1.
+/// Reads an affine matrix: sixteen numbers in row-major order, the last row being 0 0 0 1.
 fn affine(value: &Value<'_>) -> Result<DAffine3> {
     let m = value.numbers::<16>()?;
     if m[12..] != [0.0, 0.0, 0.0, 1.0] {

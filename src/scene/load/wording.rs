@@ -1,11 +1,11 @@
-//! How messages repeat what a file says: on one line, not too long, with the nearest name that there is.
+//! Helpers for error messages: quoting text from a file in one short line, and suggesting the most similar name.
 //!
 //! Measure: characters.
 //! Range: any text.
-//! Source: the nearest name by Damerau and Levenshtein's distance, through strsim. Tested in `load/reader.rs` and
+//! Source: similarity by Damerau-Levenshtein distance, through strsim. Tested in `load/reader.rs` and
 //! `cli/tests/command/bad_input.rs`.
 
-/// What to say of a name that is not among `known`: the nearest of them, or all.
+/// Returns the message for a name that is not among `known`: the most similar of them, if any, and the list of all.
 pub fn unknown_name(what: &str, name: &str, known: &[&str]) -> String {
     let name = shown(name);
     let nearest = known
@@ -28,13 +28,13 @@ pub fn unknown_name(what: &str, name: &str, known: &[&str]) -> String {
     }
 }
 
-/// Characters of a text from a file that a message repeats.
+/// Maximum number of characters that a message quotes from a file.
 const LONGEST_SHOWN: usize = 80;
 
-/// Names that a message lists.
+/// Maximum number of names that a message lists.
 const MOST_LISTED: usize = 24;
 
-/// A text from a file as a message repeats it: on one line, and not too long.
+/// Shortens a text from a file to one line for a message.
 pub fn shown(text: &str) -> String {
     let end = text.char_indices().nth(LONGEST_SHOWN);
     let end = end.map_or(text.len(), |(index, _)| index);

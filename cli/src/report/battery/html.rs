@@ -1,6 +1,6 @@
-//! A battery as one page of HTML.
+//! A battery as one HTML page.
 //!
-//! Measure: as the report says.
+//! Measure: as stated in the report.
 //! Range: any report, also of an interrupted battery.
 //! Source: docs/hard-cases.md. Tested in `cli/tests/command/battery.rs`.
 
@@ -11,7 +11,7 @@ use crate::report::prose::prose;
 use etendue_lab::battery::report::BatteryReport;
 use maud::html;
 
-/// The page.
+/// Builds the page.
 pub fn of_report(report: &BatteryReport, command: &str) -> String {
     let body = html! {
         h1 { "The battery of hard cases" }

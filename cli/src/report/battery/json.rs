@@ -1,7 +1,7 @@
-//! A battery as JSON: the report as it was measured, its command, and how many cases came to which verdict.
+//! A battery as JSON: the report, its command, and the number of cases of each verdict.
 //!
-//! Measure: as the report says.
-//! Range: any report; what is not finite is `null`.
+//! Measure: as stated in the report.
+//! Range: any report; non-finite numbers are `null`.
 //! Source: none needed. Tested in `cli/tests/command/battery.rs`.
 
 use etendue_lab::battery::report::BatteryReport;
@@ -18,7 +18,7 @@ struct Document<'a> {
     report: &'a BatteryReport,
 }
 
-/// The report with its command, as one object.
+/// Returns the report with its command as one object.
 pub fn of_report(report: &BatteryReport, command: &str) -> String {
     let document = Document {
         command,

@@ -1,4 +1,4 @@
-//! A run of the battery as tables, as JSON and as a page.
+//! A battery run as tables, as JSON and as a page.
 
 pub mod html;
 pub mod json;
@@ -7,7 +7,7 @@ pub mod tables;
 use etendue_lab::battery::report::BatteryReport;
 use etendue_lab::verdict::Verdict;
 
-/// What came of it, in a few words.
+/// Summarises the verdicts in a few words.
 pub fn summary(report: &BatteryReport) -> String {
     let count = |verdict| report.count(verdict);
     let mut words = format!(

@@ -1,6 +1,6 @@
-//! A battery as tables: the six cases beside what other renderers gave, and all cases, subject by subject.
+//! A battery as tables: the six cases beside the results of other renderers, and all cases by subject.
 //!
-//! Measure: as the report says.
+//! Measure: as stated in the report.
 //! Range: any report, also of an interrupted battery.
 //! Source: docs/hard-cases.md. Tested in `cli/tests/command/battery.rs`.
 
@@ -13,7 +13,7 @@ use etendue_lab::battery::{SUBJECTS, Subject};
 use etendue_lab::verdict::Verdict;
 use std::time::Duration;
 
-/// What a battery ran on and with, in a sentence.
+/// Describes the machine and the settings of a battery in a sentence.
 pub fn conditions(report: &BatteryReport) -> String {
     let machine = &report.machine;
     let effort = match report.effort {
@@ -33,14 +33,14 @@ pub fn conditions(report: &BatteryReport) -> String {
     parts.join("; ")
 }
 
-/// Everything, as Markdown.
+/// Returns all tables as Markdown.
 pub fn markdown(report: &BatteryReport, command: &str) -> String {
     let tables = all(report);
     let tables: String = tables.iter().map(|table| table.markdown(3)).collect();
     format!("`{command}`\n\n{}.\n\n{tables}", conditions(report))
 }
 
-/// All tables that have rows.
+/// Returns all tables that have rows.
 pub fn all(report: &BatteryReport) -> Vec<Table> {
     let mut tables = vec![peers(report)];
     let of_subject = |subject: &Subject| {
@@ -54,7 +54,7 @@ pub fn all(report: &BatteryReport) -> Vec<Table> {
     tables
 }
 
-/// Our number, in bold where it is wrong.
+/// Formats Etendue's number, in bold if it is wrong.
 fn ours(case: &CaseReport) -> String {
     let number = number(case.ours);
     match case.verdict {
@@ -63,7 +63,7 @@ fn ours(case: &CaseReport) -> String {
     }
 }
 
-/// The six cases, with the columns of those that were measured before.
+/// Returns the table of the six cases, with the published results of other renderers.
 fn peers(report: &BatteryReport) -> Table {
     let row = |case: &CaseReport, peers: Peers| {
         let cells = [&case.name, &number(case.claim.exact), &ours(case)];
@@ -135,7 +135,7 @@ fn left_out(report: &BatteryReport) -> Table {
     Table {
         title: "Left out".to_owned(),
         says:
-            "What this backend is known to fail, and why. Naming the row measures it all the same."
+            "Cases that this backend is known to fail, and the reason. They are measured if the row is named."
                 .to_owned(),
         head: vec![numbers("row"), words("case"), words("why")],
         rows: rows
@@ -144,7 +144,7 @@ fn left_out(report: &BatteryReport) -> Table {
     }
 }
 
-/// Seven digits, as many as single precision has.
+/// Formats a number with seven digits, the precision of single floats.
 fn number(x: f64) -> String {
     let size = x.abs();
     if x == 0.0 || x.fract() == 0.0 && size < 1e7 {
@@ -157,7 +157,7 @@ fn number(x: f64) -> String {
     }
 }
 
-/// Two digits of what should be small.
+/// Formats a number that should be small with two digits.
 fn small(x: f64) -> String {
     if x == 0.0 {
         "0".to_owned()

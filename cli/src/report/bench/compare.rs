@@ -1,8 +1,9 @@
-//! What a reader of a bench would have to compute: the fastest way of each backend, and how it compares. A backend with
-//! packets is held up twice, with them and without, so that a program that traces single rays can be compared, too.
+//! Numbers derived from a benchmark: the fastest configuration of each backend, and its ratio to the reference. A
+//! backend with packets is listed twice, with and without packets, so that programs that trace single rays can be
+//! compared, too.
 //!
-//! Measure: ratios of times to those of a reference, Embree where it took part: below 1 is faster.
-//! Range: `None` where a time is missing, or was too short for the clock.
+//! Measure: ratios of times to those of a reference, Embree if it was measured; below 1 is faster.
+//! Range: `None` if a time is missing or was below the clock resolution.
 //! Source: Fleming and Wallace 1986 (ratios are averaged by the geometric mean). Tested below.
 
 use etendue::internals::accel::Backend;
@@ -12,17 +13,17 @@ use etendue_lab::bench::report::{BenchReport, SceneReport, TraceReport};
 use etendue_lab::bench::target::Variant;
 use serde::{Serialize, Serializer};
 
-/// Who is compared.
+/// A backend that is compared, with or without packets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Contender {
-    /// Who traces.
+    /// The backend that traces.
     pub backend: Backend,
-    /// Whether it may use packets, which it has.
+    /// Whether packets are allowed; true also for backends without packets.
     pub packets: bool,
 }
 
 impl Contender {
-    /// The name in tables.
+    /// Returns the name in tables.
     pub fn name(self) -> String {
         let without = if self.packets { "" } else { " without packets" };
         format!("{}{without}", self.backend.name())
@@ -40,28 +41,28 @@ impl Serialize for Contender {
     }
 }
 
-/// A backend in its fastest way with the rays of a kind.
+/// A contender in its fastest configuration for a kind of rays.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Fastest<'a> {
-    /// Who traced.
+    /// The contender that traced.
     pub contender: Contender,
-    /// The way, and its time.
+    /// The configuration, and its time.
     #[serde(flatten)]
     pub trace: &'a TraceReport,
-    /// Its time over that of the reference in its own fastest way.
+    /// The time over that of the reference in the latter's own fastest configuration.
     pub times_reference: Option<f64>,
 }
 
-/// How a backend does on average.
+/// The average result of a contender.
 #[derive(Debug, Clone, Serialize)]
 pub struct Mean {
-    /// Who traced.
+    /// The contender that traced.
     pub contender: Contender,
     /// The geometric mean of its times over those of the reference.
     pub times_reference: Option<f64>,
 }
 
-/// The backends that traced rays, the reference first.
+/// Returns the backends that traced rays, the reference first.
 pub fn backends<'a>(scenes: impl IntoIterator<Item = &'a SceneReport>) -> Vec<Backend> {
     let traces: Vec<_> = scenes.into_iter().flat_map(|scene| &scene.traces).collect();
     let traced = |backend: &Backend| {
@@ -71,7 +72,7 @@ pub fn backends<'a>(scenes: impl IntoIterator<Item = &'a SceneReport>) -> Vec<Ba
     Backend::ALL.iter().copied().filter(traced).collect()
 }
 
-/// All that are compared, the reference first.
+/// Returns all contenders, the reference first.
 pub fn contenders<'a>(scenes: impl IntoIterator<Item = &'a SceneReport> + Copy) -> Vec<Contender> {
     let traces: Vec<_> = scenes.into_iter().flat_map(|scene| &scene.traces).collect();
     let mut contenders = Vec::new();
@@ -94,7 +95,7 @@ pub fn contenders<'a>(scenes: impl IntoIterator<Item = &'a SceneReport> + Copy) 
     contenders
 }
 
-/// What all others are compared to, by name.
+/// Returns the name of the reference backend.
 pub fn reference(report: &BenchReport) -> &'static str {
     let backends = backends(&report.scenes);
     backends
@@ -102,7 +103,7 @@ pub fn reference(report: &BenchReport) -> &'static str {
         .map_or("the first", |backend| backend.name())
 }
 
-/// The rays of each kind, traced by each contender in its fastest way.
+/// Returns the fastest result of each contender for each kind of rays.
 pub fn fastest(scene: &SceneReport) -> Vec<Fastest<'_>> {
     let contenders = contenders([scene]);
     let mut all = Vec::new();
@@ -122,7 +123,7 @@ pub fn fastest(scene: &SceneReport) -> Vec<Fastest<'_>> {
     all
 }
 
-/// The least median among the ways of a contender.
+/// Returns the result with the smallest median among the configurations of a contender.
 fn fastest_of(scene: &SceneReport, kind: RayKind, contender: Contender) -> Option<&TraceReport> {
     let traces = scene.traces.iter();
     traces
@@ -135,7 +136,7 @@ fn ratio(one: &TraceReport, other: &TraceReport) -> Option<f64> {
     (one > 0.0 && other > 0.0).then(|| one / other)
 }
 
-/// Each contender over the kinds of rays of a scene.
+/// Returns the mean of each contender over the kinds of rays of a scene.
 pub fn means(scene: &SceneReport) -> Vec<Mean> {
     let fastest = fastest(scene);
     let mean = |&contender: &Contender| {
@@ -148,7 +149,7 @@ pub fn means(scene: &SceneReport) -> Vec<Mean> {
     contenders([scene]).iter().map(mean).collect()
 }
 
-/// Each contender over all scenes, each of which counts the same.
+/// Returns the mean of each contender over all scenes, which have equal weights.
 pub fn overall(report: &BenchReport) -> Vec<Mean> {
     let scenes: Vec<Vec<Mean>> = report
         .scenes
@@ -221,7 +222,7 @@ mod tests {
             .iter()
             .take(3)
             .map(|f| (f.contender.packets, f.times_reference));
-        // 20 ns with packets, 50 without, and 100 that the other one takes.
+        // 20 ns with packets, 50 ns without, and 100 ns for the other backend.
         let want = [(true, Some(1.0)), (false, Some(2.5)), (true, Some(5.0))];
         assert_eq!(found.collect::<Vec<_>>(), want);
     }

@@ -1,7 +1,7 @@
-//! A bench as a page: who is faster, by how much, then scene by scene.
+//! A benchmark as a page: a summary of which backend is faster and by how much, then each scene.
 //!
-//! Measure: that of the tables, which stand below their charts.
-//! Range: any report; what is not measured yet is left out.
+//! Measure: that of the tables, which are below their charts.
+//! Range: any report; parts that are not measured yet are left out.
 //! Source: none needed. Tested in `cli/tests/command/bench.rs` and below.
 
 use super::compare::{self, Contender, Mean};
@@ -18,7 +18,7 @@ use etendue_lab::bench::parts::Part;
 use etendue_lab::bench::report::{BenchReport, OverheadReport, SceneReport};
 use maud::{Markup, html};
 
-/// The page of a report, with the command that measured it.
+/// Builds the page of a report, with the command that measured it.
 pub fn of_report(report: &BenchReport, command: &str) -> String {
     let summary = tables::summary(report);
     let leaks = tables::leaks(report);
@@ -48,7 +48,7 @@ pub fn of_report(report: &BenchReport, command: &str) -> String {
     page("etendue bench", &body)
 }
 
-/// The answer in a line for each backend.
+/// Builds the headline: a line for each backend.
 fn headline(report: &BenchReport) -> Markup {
     let means = compare::overall(report);
     html! {
@@ -64,7 +64,7 @@ fn headline(report: &BenchReport) -> Markup {
     }
 }
 
-/// Which of two is faster.
+/// Describes which of two backends is faster, and by how much.
 fn comparison(one: &str, times: f64, reference: &str) -> String {
     if times >= 1.0 {
         format!("{reference} is {times:.2} times as fast as {one}")
@@ -149,7 +149,7 @@ fn of_scene(report: &BenchReport, scene: &SceneReport, index: usize) -> Markup {
     }
 }
 
-/// A chart with its table, which is folded away.
+/// Builds a chart with its table in a collapsed element.
 fn charted(table: &Table, chart: &Markup) -> Markup {
     html! {
         @if !table.rows.is_empty() {
@@ -175,7 +175,7 @@ fn plain(table: &Table) -> Markup {
     }
 }
 
-/// The table of all ways in sight, and their charts folded away: there are many bars.
+/// Builds the table of all configurations, with their charts in a collapsed element, as there are many bars.
 fn variants(report: &BenchReport, scene: &SceneReport) -> Markup {
     let table = scene_tables::variants(report, scene);
     html! {
@@ -201,7 +201,7 @@ fn bar(label: String, times: &Spread, unit: &str, hue: usize) -> Bar {
     }
 }
 
-/// By kind of ray, a bar for each backend.
+/// Returns a group for each kind of ray, with a bar for each backend.
 fn rays(scene: &SceneReport) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     for fastest in compare::fastest(scene) {
@@ -220,7 +220,7 @@ fn rays(scene: &SceneReport) -> Vec<Group> {
     groups
 }
 
-/// By kind of ray, a bar for each way of the reference.
+/// Returns a group for each kind of ray, with a bar for each configuration of the reference backend.
 fn all_ways(scene: &SceneReport) -> Vec<Group> {
     let backend = compare::backends([scene]).first().copied();
     let ways = scene_tables::ways(scene, backend);
@@ -238,7 +238,7 @@ fn all_ways(scene: &SceneReport) -> Vec<Group> {
     scene.rays.iter().map(|rays| group(rays.kind)).collect()
 }
 
-/// By number of threads, a bar for each structure.
+/// Returns a group for each number of threads, with a bar for each structure.
 fn builds(scene: &SceneReport) -> Vec<Group> {
     let mut groups: Vec<(usize, Vec<Bar>)> = Vec::new();
     for build in &scene.builds {
@@ -268,7 +268,7 @@ fn builds(scene: &SceneReport) -> Vec<Group> {
     groups.into_iter().map(named).collect()
 }
 
-/// The floor, what tracing takes beyond it, and all else.
+/// Returns the parts of a sample: the floor, tracing beyond the floor, and everything else.
 fn parts(overhead: &OverheadReport) -> Vec<chart::Part> {
     let traces = |name: &str| Part::ALL.iter().any(|p| p.traces() && p.name() == name);
     let tracing = overhead.parts.iter().filter(|part| traces(part.part));

@@ -1,14 +1,14 @@
-//! A bench as JSON: the report as it was measured, and what a reader would have to compute.
+//! A benchmark as JSON: the report and the numbers derived from it.
 //!
-//! Measure: as the report says; ratios of times.
-//! Range: any report; what is not finite is `null`.
+//! Measure: as stated in the report; ratios of times.
+//! Range: any report; non-finite numbers are `null`.
 //! Source: none needed. Tested in `cli/tests/command/bench.rs`.
 
 use super::compare::{self, Fastest, Mean};
 use etendue_lab::bench::report::{BenchReport, SceneReport};
 use serde::Serialize;
 
-/// All that is written.
+/// The JSON document.
 #[derive(Serialize)]
 struct Document<'a> {
     command: &'a str,
@@ -19,9 +19,9 @@ struct Document<'a> {
 
 #[derive(Serialize)]
 struct Derived<'a> {
-    /// What ratios relate to.
+    /// The backend that ratios are relative to.
     reference: Option<&'static str>,
-    /// Over all scenes.
+    /// The means over all scenes.
     mean: Vec<Mean>,
     scenes: Vec<DerivedScene<'a>>,
 }
@@ -31,11 +31,11 @@ struct DerivedScene<'a> {
     name: &'a str,
     fastest: Vec<Fastest<'a>>,
     mean: Vec<Mean>,
-    /// How many times as fast as one thread all of them render.
+    /// The speedup of the render with all threads over one thread.
     speedup: Option<f64>,
 }
 
-/// The report with its command, as one object.
+/// Returns the report with its command as one object.
 pub fn of_report(report: &BenchReport, command: &str) -> String {
     let backends = compare::backends(&report.scenes);
     let scenes = report.scenes.iter();
@@ -93,7 +93,7 @@ mod tests {
         let derived = &json["derived"]["scenes"][0];
         assert_eq!(derived["fastest"][1]["times_reference"], 2.0);
         assert_eq!(derived["fastest"][1]["nanoseconds"]["median"], 100.0);
-        // Two threads, of which each takes 600 ns for what one alone does in 500.
+        // Two threads, each of which takes 600 ns for what a single one does in 500 ns.
         let speedup = derived["speedup"].as_f64().expect("a number");
         assert!((speedup - 2.0 * 500.0 / 600.0).abs() < 1e-12, "{speedup}");
     }

@@ -1,5 +1,5 @@
-//! A bench as tables, as JSON and as a page. All three take their numbers from the same functions, so that none stands in two
-//! versions.
+//! A benchmark as tables, as JSON and as a page. All three take their numbers from the same functions, so that they
+//! agree.
 
 mod compare;
 pub mod html;

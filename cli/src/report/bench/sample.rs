@@ -1,6 +1,6 @@
-//! A report made by hand, for tests.
+//! A hand-written report for tests.
 //!
-//! Measure: as a report.
+//! Measure: as in a report.
 //! Range: two backends, two kinds of rays, every part.
 //! Source: invented numbers.
 
@@ -15,7 +15,7 @@ use etendue_lab::bench::report::{
 };
 use etendue_lab::bench::target::{Target, Variant};
 
-/// A structure of a backend.
+/// Returns a structure of a backend.
 pub fn target(backend: Backend) -> Target {
     Target {
         backend,
@@ -24,7 +24,7 @@ pub fn target(backend: Backend) -> Target {
     }
 }
 
-/// A time with a tenth to either side.
+/// Returns a time with a spread of a tenth to either side.
 fn about(time: f64) -> Spread {
     Spread {
         median: time,
@@ -33,7 +33,7 @@ fn about(time: f64) -> Spread {
     }
 }
 
-/// Rays that took so many nanoseconds each.
+/// Returns the result of rays that took `nanoseconds` each.
 pub fn trace(kind: RayKind, backend: Backend, nanoseconds: f64) -> TraceReport {
     TraceReport {
         kind,
@@ -45,7 +45,7 @@ pub fn trace(kind: RayKind, backend: Backend, nanoseconds: f64) -> TraceReport {
     }
 }
 
-/// A whole report: the second backend takes twice as long for camera rays, and half as long for shadow rays.
+/// Returns a complete report: the second backend takes twice as long for camera rays, and half as long for shadow rays.
 pub fn report() -> BenchReport {
     BenchReport {
         version: "1.2.3",

@@ -1,7 +1,7 @@
-//! The tables of one scene of a bench, each with a sentence that says how to read it.
+//! The tables of one scene of a benchmark, each with a sentence that explains it.
 //!
-//! Measure: said in each sentence.
-//! Range: any report; a table whose part is not measured has no rows.
+//! Measure: stated in each sentence.
+//! Range: any report; a table whose part was not measured has no rows.
 //! Source: none needed. Tested in `cli/tests/command/bench.rs` and below.
 
 use super::compare::{self, reference};
@@ -14,12 +14,12 @@ use etendue_lab::bench::report::{
 };
 use etendue_lab::bench::target::Variant;
 
-/// What numbers with a spread are.
+/// Describes the spread of the numbers.
 fn runs(rounds: usize) -> String {
     format!("median (least to greatest) of {rounds} interleaved runs")
 }
 
-/// What a scene consists of, and which rays were recorded.
+/// Returns the table of the recorded rays, with the size of the scene.
 pub fn scene(scene: &SceneReport) -> Table {
     let rows = scene.rays.iter().map(|rays| {
         vec![
@@ -43,12 +43,12 @@ pub fn scene(scene: &SceneReport) -> Table {
     }
 }
 
-/// With its full stop.
+/// Returns the text with exactly one full stop at its end.
 fn sentence(text: &str) -> String {
     format!("{}.", text.trim_end_matches('.'))
 }
 
-/// Building.
+/// Returns the table of build times and sizes.
 pub fn builds(report: &BenchReport, scene: &SceneReport) -> Table {
     let rows = scene.builds.iter().map(|build| {
         vec![
@@ -79,7 +79,7 @@ pub fn builds(report: &BenchReport, scene: &SceneReport) -> Table {
     }
 }
 
-/// Tracing, each backend in its fastest way.
+/// Returns the table of tracing times, each backend in its fastest configuration.
 pub fn rays(report: &BenchReport, scene: &SceneReport) -> Table {
     let reference = reference(report);
     let rows = compare::fastest(scene).into_iter().map(|fastest| {
@@ -112,7 +112,7 @@ pub fn rays(report: &BenchReport, scene: &SceneReport) -> Table {
     }
 }
 
-/// All ways of the reference.
+/// Returns the table of all configurations of the reference backend.
 pub fn variants(report: &BenchReport, scene: &SceneReport) -> Table {
     let backend = compare::backends([scene]).first().copied();
     let kinds: Vec<RayKind> = scene.rays.iter().map(|rays| rays.kind).collect();
@@ -128,7 +128,7 @@ pub fn variants(report: &BenchReport, scene: &SceneReport) -> Table {
             let times = trace.nanoseconds;
             (times.max - times.min) / times.median
         });
-        // Those of times that the clock did not see are no numbers, which `max` leaves out.
+        // Times below the clock resolution give NaN, which `max` ignores.
         let widest = spreads.fold(0.0, f64::max);
         [way(&variant)]
             .into_iter()
@@ -155,7 +155,7 @@ pub fn variants(report: &BenchReport, scene: &SceneReport) -> Table {
     }
 }
 
-/// The ways in which a backend traced, in the order of the report.
+/// Returns the configurations in which a backend traced, in the order of the report.
 pub fn ways(scene: &SceneReport, backend: Option<Backend>) -> Vec<Variant> {
     let mut ways = Vec::new();
     for trace in &scene.traces {
@@ -167,13 +167,13 @@ pub fn ways(scene: &SceneReport, backend: Option<Backend>) -> Vec<Variant> {
     ways
 }
 
-/// How a kind of rays did in one way.
+/// Returns the result of a kind of rays in one configuration.
 pub fn trace_of(scene: &SceneReport, kind: RayKind, variant: Variant) -> Option<&TraceReport> {
     let mut traces = scene.traces.iter();
     traces.find(|trace| trace.kind == kind && trace.variant == variant)
 }
 
-/// Whether the backends agree.
+/// Returns the table of the agreement between the hits of the backends.
 pub fn agreement(scene: &SceneReport) -> Table {
     let rows = scene.agreement.iter().map(|agreement| {
         let numbers = [
@@ -219,7 +219,7 @@ fn verdict(agreement: &AgreementReport) -> &'static str {
     }
 }
 
-/// Our own render against the floor.
+/// Returns the table of the Etendue render compared with the floor.
 pub fn overhead(report: &BenchReport, overhead: &OverheadReport) -> Table {
     let total: f64 = overhead.parts.iter().map(|part| part.nanoseconds).sum();
     let rows = overhead.parts.iter().map(|part| {
@@ -258,13 +258,13 @@ pub fn overhead(report: &BenchReport, overhead: &OverheadReport) -> Table {
     }
 }
 
-/// The backend that the floor is made of.
+/// Returns the name of the backend that defines the floor.
 fn floor_backend(overhead: &OverheadReport) -> &'static str {
     let best = overhead.best.first();
     best.map_or("Embree", |trace| trace.variant.target.backend.name())
 }
 
-/// The tables of a scene that have been measured.
+/// Returns the tables of a scene that have rows.
 pub fn measured(report: &BenchReport, scene: &SceneReport) -> Vec<Table> {
     let overhead = scene.overhead.as_ref().map(|found| overhead(report, found));
     let mut tables = vec![
@@ -283,7 +283,7 @@ mod tests {
     use super::super::sample::report;
     use super::*;
 
-    /// The cells of the row that begins so.
+    /// Returns the cells of the row that starts with `begins`.
     fn row<'a>(table: &'a Table, begins: &[&str]) -> &'a [String] {
         let found = table
             .rows

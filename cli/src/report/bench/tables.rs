@@ -1,6 +1,6 @@
-//! The tables of a whole bench, each with a sentence that says how to read it.
+//! The tables of a whole benchmark, each with a sentence that explains it.
 //!
-//! Measure: said in each sentence.
+//! Measure: stated in each sentence.
 //! Range: any report; a table whose part is not measured yet has no rows.
 //! Source: none needed. Tested in `cli/tests/command/bench.rs` and below.
 
@@ -11,7 +11,7 @@ use crate::report::table::{Table, numbers, words};
 use etendue_lab::bench::report::{BenchReport, Machine};
 use etendue_lab::bench::target::Target;
 
-/// What everything was measured on.
+/// Returns the table of the machine.
 pub fn machine(report: &BenchReport) -> Table {
     let mut rows = machine_rows(&report.machine, report.version);
     rows.extend([
@@ -30,7 +30,7 @@ pub fn machine(report: &BenchReport) -> Table {
     }
 }
 
-/// A machine and a version of the program, as rows of what and which.
+/// Returns the rows of a table for a machine and a program version.
 pub fn machine_rows(machine: &Machine, version: &str) -> Vec<Vec<String>> {
     let or_unknown = |text: &str, otherwise: &str| match text {
         "" => otherwise.to_owned(),
@@ -47,7 +47,7 @@ pub fn machine_rows(machine: &Machine, version: &str) -> Vec<Vec<String>> {
         .to_vec()
 }
 
-/// Each backend over each scene.
+/// Returns the table of the ratio of each backend in each scene.
 pub fn summary(report: &BenchReport) -> Table {
     let contenders = compare::contenders(&report.scenes);
     let row = |name: &str, means: &[Mean]| {
@@ -80,7 +80,7 @@ pub fn summary(report: &BenchReport) -> Table {
     }
 }
 
-/// What left closed meshes, all of them together.
+/// Returns the table of leaks out of closed meshes, summed over the meshes.
 pub fn leaks(report: &BenchReport) -> Table {
     let mut aims: Vec<&str> = Vec::new();
     let mut targets: Vec<Target> = Vec::new();
@@ -122,7 +122,7 @@ fn rate(leaks: u64, segments: u64) -> String {
     }
 }
 
-/// All tables, as Markdown, with the command that measured them.
+/// Returns all tables as Markdown, with the command that measured them.
 pub fn markdown(report: &BenchReport, command: &str) -> String {
     let mut text = format!("# The bench\n\nMeasured by `{command}`");
     text += if report.complete {

@@ -1,13 +1,13 @@
-//! How numbers of a bench are written: the same in the tables and on the page.
+//! Formatting of the numbers of a benchmark, shared by its tables and its page.
 //!
-//! Measure: said at each function.
-//! Range: any number; what is not finite is written as such.
-//! Source: three digits are what the spread of such timings bears. Tested below.
+//! Measure: stated at each function.
+//! Range: any number; non-finite numbers are written as such.
+//! Source: the spread of such timings justifies three digits. Tested below.
 
 use etendue::internals::math::stats::Spread;
 use etendue_lab::bench::target::Variant;
 
-/// A number with three digits, or as many as its whole part has.
+/// Formats a number with three digits, or with all digits of its whole part if it has more.
 pub fn digits(number: f64) -> String {
     let decimals = match number.abs() {
         // Rounding must not add a digit: 9.996 is 10.0.
@@ -19,23 +19,23 @@ pub fn digits(number: f64) -> String {
     format!("{number:.decimals$}")
 }
 
-/// `median (least to greatest)`, in a unit that is so many times smaller than that of the numbers.
+/// Formats `median (least to greatest)`, with the numbers multiplied by `scale`.
 pub fn spread(spread: &Spread, scale: f64) -> String {
     let [median, min, max] = [spread.median, spread.min, spread.max].map(|x| digits(x * scale));
     format!("{median} ({min} to {max})")
 }
 
-/// Bytes, in megabytes.
+/// Formats bytes in megabytes.
 pub fn megabytes(bytes: usize) -> String {
     digits(bytes as f64 / 1e6)
 }
 
-/// A ratio, or a dash where there is none.
+/// Formats a ratio; a dash if there is none.
 pub fn ratio(ratio: Option<f64>) -> String {
     ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"))
 }
 
-/// How rays were traced, apart from by whom: `fast high, 8 wide, coherent`.
+/// Describes the configuration of tracing without the backend: `fast high, 8 wide, coherent`.
 pub fn way(variant: &Variant) -> String {
     let target = variant.target;
     let built = format!("{} {}", target.precision.name(), target.quality.name());
@@ -50,7 +50,7 @@ pub fn way(variant: &Variant) -> String {
     }
 }
 
-/// A whole number with its thousands apart.
+/// Formats a whole number with its thousands separated.
 pub fn count(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
@@ -63,7 +63,7 @@ pub fn count(number: u64) -> String {
     text
 }
 
-/// A number of things by their name.
+/// Formats a count with its noun in singular or plural.
 pub fn of_things(number: usize, one: &str, many: &str) -> String {
     let name = if number == 1 { one } else { many };
     format!("{} {name}", count(number as u64))

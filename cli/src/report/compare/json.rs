@@ -1,7 +1,7 @@
-//! A comparison as it is reported: the numbers, the one that it is judged by, and what has to be said of them.
+//! A comparison as it is reported: the metrics, the verdict and notes.
 //!
 //! Measure: as in `study/comparison.rs`.
-//! Range: any comparison; in JSON, what is not finite is `null`.
+//! Range: any comparison; non-finite numbers are `null` in JSON.
 //! Source: docs/accuracy.md, "Comparing two pictures". Tested in `cli/tests/command/compare.rs`.
 
 use crate::args::{CompareArguments, Metric};
@@ -10,42 +10,42 @@ use crate::report::lesson::significant;
 use etendue_lab::study::comparison::{BiasTest, Metrics};
 use serde::Serialize;
 
-/// Everything that is reported.
+/// The complete report.
 #[derive(Debug, Serialize)]
 pub struct Report {
-    /// The file of the picture.
+    /// The image file.
     pub image: String,
-    /// The file of the reference.
+    /// The reference file.
     pub reference: String,
-    /// Pixels in a row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
-    /// All numbers of the whole picture.
+    /// The metrics of the whole image.
     #[serde(flatten)]
     pub metrics: Metrics,
     /// The mean of FLIP, in builds that have it.
     pub flip: Option<f64>,
-    /// Whether the pictures tend to different ones, if that can be told.
+    /// The bias test, if it could be made.
     pub bias: Option<BiasTest>,
     /// The map, if one was written.
     pub map: Option<MapReport>,
-    /// What has to be known of the numbers.
+    /// Caveats about the numbers.
     pub notes: Vec<String>,
-    /// What a script asks for.
+    /// The verdict, for scripts.
     pub verdict: Verdict,
 }
 
 /// A map that was written.
 #[derive(Debug, Serialize)]
 pub struct MapReport {
-    /// Where.
+    /// The file.
     pub file: String,
-    /// The relative error of its full colours.
+    /// The relative error that the full colours stand for.
     pub scale: f64,
 }
 
-/// The number that a comparison is judged by, and how.
+/// The metric that a comparison is judged by, its value and its tolerance.
 #[derive(Debug, Serialize)]
 pub struct Verdict {
     metric: &'static str,
@@ -68,7 +68,7 @@ impl Verdict {
             metric: arguments.metric.name(),
             value,
             tolerance,
-            // An error that is no number is above every tolerance.
+            // A NaN error exceeds every tolerance.
             passed: tolerance.is_none_or(|tolerance| value <= tolerance),
         }
     }
@@ -80,13 +80,13 @@ impl Report {
         self.verdict.passed
     }
 
-    /// As one object.
+    /// Returns the report as one JSON object.
     pub fn to_json(&self) -> String {
         let json = serde_json::to_string_pretty(self).expect("plain data always serialises");
         json + "\n"
     }
 
-    /// What is said beside the tables.
+    /// Returns the lines that are printed besides the tables.
     pub fn notes(&self) -> Vec<String> {
         let notes = self.notes.iter().map(|note| format!("note: {note}"));
         let map = self.map.iter();
@@ -110,7 +110,7 @@ impl Report {
 }
 
 impl MapReport {
-    /// What its colours say.
+    /// Describes the colours of the map.
     pub fn legend(&self) -> String {
         let scale = significant(self.scale, 3);
         format!(

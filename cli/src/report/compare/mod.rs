@@ -1,4 +1,4 @@
-//! A comparison of two pictures as JSON and as tables.
+//! A comparison of two images as JSON and as tables.
 
 pub mod json;
 pub mod tables;

@@ -1,6 +1,6 @@
-//! A comparison as tables: the whole picture, its channels, its worst tiles.
+//! A comparison as tables: the whole image, its channels, its worst tiles.
 //!
-//! Measure: said in the tables.
+//! Measure: stated in the tables.
 //! Range: any report.
 //! Source: docs/accuracy.md, "Comparing two pictures". Tested in `cli/tests/command/compare.rs`.
 
@@ -10,12 +10,12 @@ use crate::report::lesson::significant;
 use crate::report::table::{Table, numbers, words};
 use etendue_lab::study::comparison::{BiasTest, ChannelTest, POWER, SIGNIFICANCE};
 
-/// How many of the worst tiles are shown.
+/// The number of worst tiles that are listed.
 const WORST: usize = 5;
 
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 
-/// Everything, as Markdown.
+/// Returns all tables as Markdown.
 pub fn markdown(report: &Report) -> String {
     let mut tables = vec![whole(report), channels(report)];
     if !report.metrics.tiles.is_empty() {
@@ -100,7 +100,8 @@ fn channels(report: &Report) -> Table {
     }
 }
 
-/// The difference of the pixels that are tested, and what is known of it.
+/// Returns the table cells of a bias test: difference of the means, its standard error, p and the detectable
+/// difference.
 fn test_cells(channel: &ChannelTest) -> [String; 4] {
     let means = &channel.means;
     [

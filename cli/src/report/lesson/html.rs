@@ -1,7 +1,7 @@
-//! A lesson as a page: the claim, its formulas, the experiment, and what came out.
+//! A lesson as a page: the claim, its formulas, the experiment and the results.
 //!
 //! Measure: that of the numbers.
-//! Range: any page. It needs nothing from outside: formulas are MathML, plots SVG, pictures are within.
+//! Range: any page. It is self-contained: formulas are MathML, plots are SVG, images are embedded.
 //! Source: MathML Core. Tested in `cli/tests/command/lesson.rs`.
 
 use super::wording::{number_table, technique_table};
@@ -15,7 +15,7 @@ use maud::{Markup, PreEscaped, html};
 use pulldown_latex::config::{DisplayMode, RenderConfig};
 use pulldown_latex::{Parser, Storage};
 
-/// The page of a topic, with the command that makes it again; among its neighbours, where there are any.
+/// Builds the page of a topic, with the command that reproduces it and links to its neighbours, if there are any.
 pub fn of_page(topic: &Topic, lesson: &Page, neighbours: &[Topic], command: &str) -> String {
     let body = html! {
         (way(topic, neighbours))
@@ -41,7 +41,7 @@ pub fn of_page(topic: &Topic, lesson: &Page, neighbours: &[Topic], command: &str
     styled_page(&title, STYLE, &body)
 }
 
-/// The index of all topics, of which those that are done have a page.
+/// Builds the index of all topics, with links to the pages of finished topics.
 pub fn index(done: &[Done], topics: &[Topic], seed: u64) -> String {
     let is_done = |topic: &Topic| done.iter().any(|done| done.topic.name == topic.name);
     let body = html! {
@@ -66,7 +66,7 @@ fn link(topic: &Topic) -> String {
     format!("{}.html", topic.name)
 }
 
-/// Links to the page before, the contents and the page after.
+/// Builds links to the previous page, the contents and the next page.
 fn way(topic: &Topic, all: &[Topic]) -> Markup {
     let here = all.iter().position(|other| other.name == topic.name);
     let before = here
@@ -111,7 +111,7 @@ fn set(formula: &Formula) -> Markup {
     }
 }
 
-/// A formula as MathML; one that is not well formed says so where it stands.
+/// Converts a formula to MathML; a malformed formula is replaced by its error message.
 fn mathml(latex: &str) -> String {
     let storage = Storage::new();
     let config = RenderConfig {
@@ -152,7 +152,7 @@ fn shown(picture: &Picture) -> Markup {
     page::picture(&picture.name, &picture.says, &picture.image)
 }
 
-/// What lessons look like beyond what all pages do.
+/// The additional styles of lessons.
 const STYLE: &str = "
 .text { max-width: 44rem; } .formula { margin: 1rem 0; max-width: 48rem; }
 .math { overflow-x: auto; overflow-y: hidden; font-size: 1.2rem; padding: .2rem 0; }

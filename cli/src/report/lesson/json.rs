@@ -1,7 +1,7 @@
-//! Lessons as JSON: all that was measured, without the pixels of pictures.
+//! Lessons as JSON: all measured numbers, without the pixels of images.
 //!
 //! Measure: that of each number.
-//! Range: any pages; what is not finite is `null`.
+//! Range: any pages; non-finite numbers are `null`.
 //! Source: none needed. Tested in `cli/tests/command/lesson.rs`.
 
 use super::{Done, command};
@@ -39,7 +39,7 @@ struct Entry {
     summary: &'static str,
 }
 
-/// The topics that are done, as one object.
+/// Returns the finished topics as one object.
 pub fn of_pages<'a>(done: &'a [Done], seed: u64) -> String {
     let lesson = |Done { topic, page, file }: &'a Done| Lesson {
         name: topic.name,
@@ -55,7 +55,7 @@ pub fn of_pages<'a>(done: &'a [Done], seed: u64) -> String {
     })
 }
 
-/// The table of contents, as one object.
+/// Returns the table of contents as one object.
 pub fn of_contents() -> String {
     let entries = TOPICS.iter().map(|topic| Entry {
         name: topic.name,

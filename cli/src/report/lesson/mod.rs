@@ -11,14 +11,14 @@ use etendue_lab::lesson::page::Page;
 use etendue_lab::lesson::topic::Topic;
 use std::path::PathBuf;
 
-/// A topic that is done.
+/// A finished topic.
 pub struct Done {
     pub topic: Topic,
     pub page: Page,
     pub file: PathBuf,
 }
 
-/// The command that makes a page again.
+/// Returns the command that reproduces a page.
 pub fn command(what: &str, seed: u64) -> String {
     format!("etendue lesson {what} --seed {seed}")
 }

@@ -1,7 +1,7 @@
-//! A lesson for the terminal: the few numbers that matter, as Markdown.
+//! A lesson for the terminal: its key numbers, as Markdown.
 //!
 //! Measure: that of the numbers.
-//! Range: any page. Plots and pictures are for its HTML.
+//! Range: any page. Plots and images are only in the HTML page.
 //! Source: none needed. Tested in `cli/tests/command/lesson.rs`.
 
 use super::wording::{number_table, technique_table};
@@ -9,7 +9,7 @@ use etendue_lab::lesson::TOPICS;
 use etendue_lab::lesson::page::{Finding, Page};
 use etendue_lab::lesson::topic::Topic;
 
-/// The table of contents.
+/// Returns the table of contents.
 pub fn contents() -> String {
     let width = TOPICS
         .iter()
@@ -24,7 +24,7 @@ pub fn contents() -> String {
     )
 }
 
-/// A topic's numbers.
+/// Returns the numbers of a topic.
 pub fn of_page(topic: &Topic, page: &Page) -> String {
     let findings = page.findings.iter().map(|finding| match finding {
         Finding::Numbers { reading, numbers } => number_table(reading, numbers).markdown(2),

@@ -1,14 +1,14 @@
-//! How the numbers of a lesson are written: as many digits as they bear.
+//! Formatting of the numbers of a lesson, with as many digits as are significant.
 //!
 //! Measure: none.
 //! Range: any number.
-//! Source: two digits of a standard error, and as many of the number itself. Tested below.
+//! Source: two digits of a standard error, and the number itself to the same decimal place. Tested below.
 
 use crate::report::plot::superscript;
 use crate::report::table::{Table, numbers, words};
 use etendue_lab::lesson::number::{Number, Technique};
 
-/// A number with `digits` significant digits, without zeros at its end.
+/// Formats a number with `digits` significant digits, without trailing zeros.
 pub fn significant(number: f64, digits: usize) -> String {
     if number == 0.0 {
         return "0".to_owned();
@@ -40,9 +40,9 @@ fn trimmed(text: &str) -> String {
     }
 }
 
-/// A number with its standard error; without one if that is 0.
+/// Formats a number with its standard error; without it if the error is 0.
 pub fn with_error(number: f64, error: f64) -> String {
-    // An error of rounding is none of chance.
+    // An error of the size of rounding is not statistical.
     if error <= f64::EPSILON * number.abs() {
         return significant(number, 7);
     }
@@ -63,7 +63,7 @@ pub fn with_error(number: f64, error: f64) -> String {
     format!("{number:.decimals$} ± {error:.decimals$}").replace('-', "−")
 }
 
-/// Numbers beside their exact values.
+/// Returns a table of numbers beside their exact values.
 pub fn number_table(reading: &str, all: &[Number]) -> Table {
     let row = |number: &Number| {
         vec![
@@ -86,7 +86,7 @@ pub fn number_table(reading: &str, all: &[Number]) -> Table {
     }
 }
 
-/// Techniques with their efficiencies.
+/// Returns a table of techniques with their efficiencies.
 pub fn technique_table(reading: &str, all: &[Technique]) -> Table {
     let first = all
         .first()
@@ -124,7 +124,7 @@ pub fn technique_table(reading: &str, all: &[Technique]) -> Table {
     }
 }
 
-/// With the least and the greatest, where there are several.
+/// Formats an efficiency, with the smallest and the largest if there are several.
 fn efficiency(technique: &Technique) -> String {
     let middle = significant(technique.efficiency, 3);
     match technique.efficiency_range {
@@ -136,7 +136,7 @@ fn efficiency(technique: &Technique) -> String {
     }
 }
 
-/// A short time.
+/// Formats a short time.
 fn duration(seconds: f64) -> String {
     let scales = [(1e-6, 1e9, "ns"), (1e-3, 1e6, "µs"), (1.0, 1e3, "ms")];
     let scale = scales.into_iter().find(|(end, ..)| seconds < *end);

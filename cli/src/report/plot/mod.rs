@@ -1,13 +1,14 @@
-//! Plots for pages of HTML: lines, dots, bars and ribbons on two axes, as SVG that follows the page's light or dark.
+//! Plots for HTML pages: lines, dots, bars and ribbons on two axes, as SVG that follows the page's light or dark
+//! scheme.
 //!
-//! Written by hand, since plotters 0.3.7 was tried and turned out unfit: it rounds places to whole pixels, so that
-//! curves have kinks where a small frame is shown large; it moves points outside of an axis to its rim, where they
-//! look measured; its labels overlapped the axis's name; and its legend stands on the data.
+//! SVG is written directly, because plotters 0.3.7 is unsuitable: it rounds positions to whole pixels, so that enlarged
+//! curves have kinks; it clamps points outside an axis to its edge, where they look measured; its labels overlap the
+//! axis's name; and its legend covers the data.
 //!
-//! Measure: that of the axes; lengths in units of the frame, which scales to the width that there is.
-//! Range: any plot; what has no place on an axis is left out, what is outside of the frame is cut.
-//! Source: SVG 2. Colours as in `chart.rs`; marks differ in shape and guides in dashes, so that none needs its colour.
-//! Tested below.
+//! Measure: that of the axes; lengths in units of the frame, which scales to the available width.
+//! Range: any plot; points without a position on an axis are left out, parts outside the frame are clipped.
+//! Source: SVG 2. Colours as in `chart.rs`; marks also differ in shape and guides are dashed, so that colour is never
+//! needed to tell series apart. Tested below.
 
 mod scale;
 
@@ -19,16 +20,16 @@ use scale::Ruler;
 pub use scale::superscript;
 use std::fmt::Write;
 
-/// Space for labels around the frame, in its units.
+/// The margins for labels around the frame, in its units.
 const LEFT: f64 = 60.0;
 const RIGHT: f64 = 18.0;
 const TOP: f64 = 34.0;
 const BOTTOM: f64 = 56.0;
 
-/// More dots than these are drawn small.
+/// The number of dots above which they are drawn small.
 const FEW: usize = 200;
 
-/// A plot with its title, its legend and how to read it.
+/// Builds a plot with its title, its legend and its caption.
 pub fn figure(plot: &Plot) -> Markup {
     let named = plot.series.iter().filter(|series| !series.name.is_empty());
     let class = match plot.shape {
@@ -45,14 +46,14 @@ pub fn figure(plot: &Plot) -> Markup {
     }
 }
 
-/// Plots beside each other where there is room.
+/// Builds several plots, side by side if there is room.
 pub fn figures(plots: &[Plot]) -> Markup {
     let squares = plots.iter().all(|plot| plot.shape == Shape::Square);
     let class = if squares { "plots squares" } else { "plots" };
     html! { div class=(class) { @for plot in plots { (figure(plot)) } } }
 }
 
-/// The frame of a plot: its inner size, and its rulers.
+/// The frame of a plot: its inner size and its axes.
 struct Frame {
     width: f64,
     height: f64,
@@ -134,7 +135,7 @@ fn drawn(series: &Series, frame: &Frame) -> Markup {
     }
 }
 
-/// What a series looks like, in the legend.
+/// Builds the legend entry of a series.
 fn key(series: &Series) -> Markup {
     let class = format!("series-{}", series.hue % HUES);
     let ribbon = !series.ribbon.is_empty();
@@ -161,7 +162,7 @@ fn line(series: &Series, frame: &Frame) -> String {
     let mut path = String::new();
     let mut pen_down = false;
     for &[x, y] in &series.points {
-        // A point without a place leaves a gap.
+        // A point without a position leaves a gap.
         let Some(point) = frame.at(x, y) else {
             pen_down = false;
             continue;
@@ -203,7 +204,7 @@ fn marks(series: &Series, frame: &Frame) -> String {
     points.map(|point| mark(series.hue, point)).collect()
 }
 
-/// A small shape about a point: one of four, by the hue.
+/// Returns the path of a marker around a point: one of four shapes, by the hue.
 fn mark(hue: usize, [x, y]: [f64; 2]) -> String {
     let (x, y) = (round(x), round(y));
     match hue % 4 {
@@ -219,7 +220,7 @@ fn bars(series: &Series, frame: &Frame) -> String {
         [first, second, ..] => second[0] - first[0],
         _ => 1.0,
     };
-    // Few bars stand apart, as faces of a die do; many touch, as those of a histogram.
+    // Few bars have gaps, as for discrete values; many bars touch, as in a histogram.
     let half = if series.points.len() > 12 { 0.5 } else { 0.35 } * step;
     let mut path = String::new();
     for &[x, y] in &series.points {
@@ -239,12 +240,12 @@ fn push(path: &mut String, command: char, [x, y]: [f64; 2]) {
     write!(path, "{command}{} {}", round(x), round(y)).expect(WRITES);
 }
 
-/// A tenth of a unit cannot be seen.
+/// Rounds to a tenth of a unit, which is below visibility.
 fn round(x: f64) -> f64 {
     (x * 10.0).round() / 10.0
 }
 
-/// What plots look like; it goes with [`super::page::STYLE`], which has the colours.
+/// The style sheet of plots; it needs [`super::page::STYLE`], which defines the colours.
 pub const STYLE: &str = "
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 21rem), 1fr)); gap: 0 2rem; }
 .squares { grid-template-columns: repeat(auto-fit, minmax(min(100%, 15rem), 1fr)); } .plot.square { max-width: 22rem; }

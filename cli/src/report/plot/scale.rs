@@ -1,34 +1,34 @@
-//! An axis as it is drawn: where a value stands on it, and which values are marked.
+//! A drawn axis: the positions of values and its ticks.
 //!
-//! Measure: values in the axis's unit; places as shares of its length, from 0 to 1.
-//! Range: any points; an axis without a drawable one runs from 0 to 1, or from 1 to 10.
+//! Measure: values in the axis's unit; positions as fractions of its length, from 0 to 1.
+//! Range: any points; an axis without a drawable point runs from 0 to 1, or from 1 to 10 if logarithmic.
 //! Source: steps of 1, 2 and 5 times a power of ten. Tested below.
 
 use etendue_lab::plot::{Axis, Scale};
 
-/// Labels on an axis, at most about this many: more would touch each other on a phone.
+/// The approximate maximum number of labels on an axis; more would overlap on a phone.
 const MOST_LABELS: f64 = 6.0;
 
-/// An axis as it is drawn.
+/// A drawn axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Ruler {
     scale: Scale,
-    /// The ends, as exponents on a logarithmic axis.
+    /// The ends; exponents of ten on a logarithmic axis.
     start: f64,
     end: f64,
 }
 
-/// A value that is marked.
+/// A tick: a marked value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tick {
-    /// Where it stands.
+    /// The position as a fraction of the axis.
     pub place: f64,
-    /// How it is written.
+    /// The label.
     pub label: String,
 }
 
 impl Ruler {
-    /// The axis over its own range, or else over all values; the lowest of them at its end if it is `grounded`.
+    /// Creates the axis over its own range, or else over all values with a margin; no margin below if it is `grounded`.
     pub fn new(axis: &Axis, grounded: bool, values: impl Iterator<Item = f64>) -> Self {
         let inner = |x: f64| match axis.scale {
             Scale::Linear => x,
@@ -54,18 +54,18 @@ impl Ruler {
         Self { scale, start, end }
     }
 
-    /// Where a value stands; `None` for one that has no place at all.
+    /// Returns the position of a value; `None` if it has none, such as 0 on a logarithmic axis.
     pub fn place(&self, value: f64) -> Option<f64> {
         let inner = match self.scale {
             Scale::Linear => value,
             Scale::Log => value.log10(),
         };
         let place = (inner - self.start) / (self.end - self.start);
-        // Far outside, a line still leaves the frame in about the right direction.
+        // Clamped: the line still leaves the frame in approximately the right direction.
         place.is_finite().then_some(place.clamp(-20.0, 20.0))
     }
 
-    /// The values that are marked.
+    /// Returns the ticks.
     pub fn ticks(&self) -> Vec<Tick> {
         match self.scale {
             Scale::Linear => self.even_ticks(),
@@ -92,7 +92,7 @@ impl Ruler {
         let [first, last] = [self.start.ceil() as i32, self.end.floor() as i32];
         let span = self.end - self.start;
         if span < 2.0 {
-            // Hardly a decade or two: their parts are marked, too.
+            // Less than two decades: 2 and 5 times the powers of ten are marked, too.
             let parts = [1.0, 2.0, 5.0];
             return (first - 1..=last)
                 .flat_map(|power| parts.map(|part| (part, power)))
@@ -120,7 +120,7 @@ impl Ruler {
     }
 }
 
-/// A number of few digits.
+/// Formats a number with few digits.
 fn short(value: f64) -> String {
     if (1e-3..1e5).contains(&value) {
         format!("{}", (value * 1e6).round() / 1e6)
@@ -131,14 +131,14 @@ fn short(value: f64) -> String {
     }
 }
 
-/// A whole number, raised.
+/// Formats a whole number as a superscript.
 pub fn superscript(power: i32) -> String {
     let raised = |c: char| match c {
         '-' => '⁻',
         '1' => '¹',
         '2' => '²',
         '3' => '³',
-        // The others follow one another.
+        // The code points of the other digits are consecutive.
         digit => char::from_u32('⁰' as u32 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
     };
     power.to_string().chars().map(raised).collect()

@@ -1,7 +1,8 @@
-//! What a study says in a few sentences: who is more efficient, who is wrong, what better costs.
+//! The conclusions of a study in a few sentences: which variant is most efficient, which are biased, the cost of a
+//! smaller error.
 //!
 //! Measure: as in `study/summary.rs`.
-//! Range: any summaries; of none, that nothing can be told.
+//! Range: any summaries; if there are none, a sentence that too little was rendered.
 //! Source: none needed. Tested below.
 
 use super::Findings;
@@ -9,7 +10,7 @@ use super::wording::{number, percent, ranged, reached, seconds, signed_percent};
 use etendue_lab::study::fit::Reached;
 use etendue_lab::study::summary::{Summary, Tenth};
 
-/// The sentences, the most important first.
+/// Returns the sentences, the most important first.
 pub fn of_findings(findings: &Findings<'_>) -> Vec<String> {
     let all: Vec<&Summary> = findings.summaries.iter().map(|(_, s)| s).collect();
     let Some(&first) = all.first() else {
@@ -43,10 +44,10 @@ pub fn of_findings(findings: &Findings<'_>) -> Vec<String> {
     sentences
 }
 
-/// Renders that were disturbed, from which share of all on a reader has to know.
+/// The share of disturbed renders above which a warning is given.
 const MANY_DISTURBED: f64 = 0.1;
 
-/// Whether the machine was busy with something else.
+/// Returns a warning if other load on the machine disturbed many renders.
 fn disturbance(findings: &Findings<'_>) -> Option<String> {
     let studies = &findings.report.variants;
     let disturbed: usize = studies.iter().map(|study| study.disturbed).sum();
@@ -59,7 +60,7 @@ fn disturbance(findings: &Findings<'_>) -> Option<String> {
     })
 }
 
-/// Who is the most efficient of those that are right.
+/// Returns a sentence about the most efficient of the unbiased variants.
 fn best(right: &[&Summary], first: &Summary) -> Option<String> {
     let most = |a: &&&Summary, b: &&&Summary| a.efficiency.value.total_cmp(&b.efficiency.value);
     let best = right.iter().max_by(most)?;
@@ -92,7 +93,7 @@ fn best(right: &[&Summary], first: &Summary) -> Option<String> {
     ))
 }
 
-/// What the best of them costs.
+/// Returns a sentence about the cost of the best variant.
 fn price(best: &Summary) -> Option<String> {
     let found = best
         .times
@@ -152,7 +153,7 @@ mod tests {
     #[test]
     fn the_best_is_held_against_the_first_or_the_next() {
         let mut report = report();
-        // Another one that is right, and takes twice the time.
+        // A second unbiased variant, which takes twice the time.
         let mut slow = report.variants[0].clone();
         slow.variant.name = "slow".to_owned();
         let runs = slow.levels.iter_mut().flat_map(|level| &mut level.runs);

@@ -1,7 +1,7 @@
-//! A study as CSV: one line for each render.
+//! A study as CSV: one line per render.
 //!
-//! Measure: seconds, samples per pixel, relMSE; said in the head.
-//! Range: any report. Names of variants have commas in them: texts are quoted.
+//! Measure: seconds, samples per pixel, relMSE; stated in the header.
+//! Range: any report. Texts are quoted, as names of variants contain commas.
 //! Source: RFC 4180. Tested below.
 
 use etendue_lab::study::report::StudyReport;
@@ -10,7 +10,7 @@ use std::fmt::Write;
 const HEAD: &str = "variant,integrator,sampler,backend,precision,kernel,max_bounces,spp,seed,order,\
                     seconds,cpu_seconds,repeated,rel_mse,rel_mse_trimmed,luminance,rejected\n";
 
-/// All renders that were held against the references.
+/// Returns all renders that were compared with the references.
 pub fn of_report(report: &StudyReport) -> String {
     let mut text = HEAD.to_owned();
     for study in &report.variants {

@@ -1,7 +1,7 @@
-//! A study as a page: what came out in a few sentences, then the seven parts of the protocol.
+//! A study as a page: the conclusions in a few sentences, then the seven parts of the protocol.
 //!
 //! Measure: that of the tables and plots.
-//! Range: any findings; what is not measured is left out. It needs nothing from outside.
+//! Range: any findings; parts that were not measured are left out. The page is self-contained.
 //! Source: docs/accuracy.md, "The study". Tested in `cli/tests/command/study.rs`.
 
 use super::tables::path_class;
@@ -17,7 +17,7 @@ use etendue::internals::image::Image;
 use etendue_lab::study::pictures::Shown;
 use maud::{Markup, html};
 
-/// The page.
+/// Builds the page.
 pub fn of_findings(findings: &Findings<'_>) -> String {
     let report = findings.report;
     let body = html! {
@@ -82,7 +82,7 @@ fn tabled(table: &Table) -> Markup {
     }
 }
 
-/// The reference, and the variants at equal time and at equal error.
+/// Builds the images: the reference, and the variants at equal time and at equal error.
 fn pictures(findings: &Findings<'_>) -> Markup {
     let all = &findings.report.pictures;
     let Some(reference) = &all.reference else {
@@ -91,7 +91,7 @@ fn pictures(findings: &Findings<'_>) -> Markup {
     let shown = || all.equal_time.iter().chain(&all.equal_error);
     let mut errors: Vec<f64> = shown().map(|shown| shown.rel_mse.max(0.0).sqrt()).collect();
     errors.sort_by(f64::total_cmp);
-    // On one scale for all, on which the usual errors of the middle one have colour.
+    // All error maps share one scale, which is chosen so that typical errors of the median image have visible colour.
     let middle = errors.get(errors.len() / 2).copied().unwrap_or(1.0);
     let end = round_up(2.0 * middle).min(1.0);
     let ends = percent(end);
@@ -134,7 +134,7 @@ fn standard_errors(findings: &Findings<'_>, reference: &Image) -> Markup {
     let all = &findings.report.pictures.standard_errors;
     let mut largest: Vec<f64> = all.iter().flat_map(|(_, errors)| errors).copied().collect();
     largest.sort_by(f64::total_cmp);
-    // Nine of ten pixels are told apart.
+    // The scale ends at the 90 % quantile of the standard errors.
     let end = largest.get(largest.len() * 9 / 10).copied().unwrap_or(1.0);
     let end = round_up(end);
     let size = (reference.width(), reference.height());
@@ -176,7 +176,7 @@ fn reference_shares(findings: &Findings<'_>) -> Vec<String> {
     )]
 }
 
-/// Shares of the variance as bars, with the table below them.
+/// Builds bars of the shares of the variance, with the title and the caption of their table.
 fn path_charts(findings: &Findings<'_>) -> Markup {
     let table = tables::paths(findings);
     let groups = findings.report.variants.iter().filter_map(|study| {
@@ -212,7 +212,7 @@ fn path_charts(findings: &Findings<'_>) -> Markup {
     }
 }
 
-/// What studies look like beyond what all pages do.
+/// The additional styles of studies.
 const STYLE: &str = "
 .headline li { margin: .3rem 0; font-size: 1.1rem; }
 .pairs { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 26rem), 1fr)); gap: 1rem 2rem; margin: .8rem 0; }

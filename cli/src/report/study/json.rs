@@ -1,7 +1,7 @@
-//! A study as JSON: every render's numbers as they were measured, and what follows from them.
+//! A study as JSON: the numbers of every render, and the derived summaries.
 //!
-//! Measure: as the report says.
-//! Range: any report; what is not finite is `null`.
+//! Measure: as stated in the report.
+//! Range: any report; non-finite numbers are `null`.
 //! Source: none needed. Tested in `cli/tests/command/study.rs`.
 
 use super::Findings;
@@ -10,18 +10,18 @@ use etendue_lab::study::report::StudyReport;
 use etendue_lab::study::summary::Summary;
 use serde::Serialize;
 
-/// All that is written.
+/// The JSON document.
 #[derive(Serialize)]
 struct Document<'a> {
     command: &'a str,
     machine: &'a Machine,
     #[serde(flatten)]
     report: &'a StudyReport,
-    /// For each variant that has enough renders.
+    /// The summaries of the variants that have enough renders.
     derived: Vec<&'a Summary>,
 }
 
-/// The report with its command, as one object.
+/// Returns the report with its command as one object.
 pub fn of_findings(findings: &Findings<'_>) -> String {
     let document = Document {
         command: findings.command,

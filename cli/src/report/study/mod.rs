@@ -14,7 +14,7 @@ use etendue_lab::bench::report::Machine;
 use etendue_lab::study::report::StudyReport;
 use etendue_lab::study::summary::Summary;
 
-/// What is written: the report, what follows from it, and what it was measured on and by.
+/// The content of the output: the report, the summaries, the machine and the command.
 pub struct Findings<'a> {
     pub report: &'a StudyReport,
     pub summaries: Vec<(usize, Summary)>,

@@ -1,7 +1,7 @@
 //! The plots of a study.
 //!
-//! Measure: said on each axis; errors are roots of relMSE, in percent.
-//! Range: any findings; what is not finite or not positive is not drawn.
+//! Measure: stated on each axis; errors are roots of relMSE, in percent.
+//! Range: any findings; non-finite or non-positive values are not drawn.
 //! Source: none needed. Tested in `cli/tests/command/study.rs`.
 
 use super::Findings;
@@ -10,10 +10,10 @@ use etendue_lab::study::bars::{BINS, Coverage, FARTHEST};
 use etendue_lab::study::summary::Summary;
 use statrs::distribution::{Continuous, Normal};
 
-/// Bins of the histogram of probabilities.
+/// The number of bins of the histogram of p-values.
 const P_BINS: usize = 20;
 
-/// Error against time and against samples, and how far from a law that is.
+/// Returns the plots of error against time, of error against samples, and of the residuals of the power law.
 pub fn errors(findings: &Findings<'_>) -> Vec<Plot> {
     let time = Plot {
         title: "Error against time".to_owned(),
@@ -53,7 +53,7 @@ fn with_floor(
             let points = summary.levels.iter();
             let points = points.map(|level| [at(level.spp), error(level.rel_mse.value)]);
             let ribbon = summary.levels.iter().map(|level| {
-                // What reaches below 0 has no end on a logarithmic axis.
+                // On a logarithmic axis an interval that reaches 0 has no lower end.
                 let low = level.rel_mse.low.max(0.05 * level.rel_mse.value);
                 [at(level.spp), error(low), error(level.rel_mse.high)]
             });
@@ -100,7 +100,7 @@ fn with_floor(
     all
 }
 
-/// How far the levels are from the power law.
+/// Returns the plot of the residuals of the levels with respect to the power law.
 fn residuals(findings: &Findings<'_>) -> Plot {
     let series = findings.summaries.iter().filter_map(|(index, summary)| {
         let slope = summary.slope?;
@@ -130,14 +130,14 @@ fn residuals(findings: &Findings<'_>) -> Plot {
     }
 }
 
-/// Whether bars hold what they say, and whether pictures are biased anywhere.
+/// Returns the plots of the reliability of error bars and of bias.
 pub fn trust(findings: &Findings<'_>) -> Vec<Plot> {
     let mut plots = reliability(findings);
     plots.extend(bias(findings));
     plots
 }
 
-/// Whether bars hold what they say.
+/// Returns the plots of the coverage of error bars and of the standardised errors.
 fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
     let bars = || {
         let variants = findings.report.variants.iter().enumerate();
@@ -161,7 +161,7 @@ fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
         |z| law.pdf(z),
     )];
     for (index, study, bars) in bars() {
-        // Where no pixel is trusted, what the others do is better than nothing.
+        // If no pixel is trusted, the flagged pixels are shown instead.
         let is_trusted = bars.z.iter().any(|&count| count > 0);
         let (name, counts) = match is_trusted {
             true => (study.variant.name.clone(), &bars.z),
@@ -214,7 +214,7 @@ fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
     ]
 }
 
-/// Whether pictures are biased anywhere.
+/// Returns the histogram of the p-values of tiles, which shows bias; `None` if there are no p-values.
 fn bias(findings: &Findings<'_>) -> Option<Plot> {
     let mut series = Vec::new();
     for (index, study) in findings.report.variants.iter().enumerate() {

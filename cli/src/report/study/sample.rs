@@ -1,4 +1,4 @@
-//! A small study for tests: one variant that is right, and one that is biased.
+//! A small study for tests: one unbiased and one biased variant.
 
 use super::Findings;
 use etendue_lab::bench::report::Machine;
@@ -19,7 +19,7 @@ fn level(spp: u64, bias: f64) -> LevelReport {
         gram: Gram::default(),
     };
     for seed in 0..6_u64 {
-        // Little noise of its own, so that nothing depends on chance.
+        // A small deterministic deviation, so that the tests do not depend on chance.
         let noise = 1e-4 * (seed as f64 - 2.5) / spp as f64;
         let rel_mse = 0.01 / spp as f64 + bias + noise;
         let product = |k: u64| bias + 1e-7 * ((seed + k) % 3) as f64 - 1e-7;
@@ -70,7 +70,7 @@ fn variant(integrator: &'static str, bias: f64) -> VariantStudy {
     }
 }
 
-/// The study.
+/// Returns the study.
 pub fn report() -> StudyReport {
     StudyReport {
         version: "1.2.3",
@@ -99,7 +99,7 @@ pub fn report() -> StudyReport {
     }
 }
 
-/// What follows from a study.
+/// Returns the findings of a study.
 pub fn findings(report: &StudyReport) -> Findings<'_> {
     static MACHINE: Machine = Machine {
         processor: String::new(),

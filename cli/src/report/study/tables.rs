@@ -1,7 +1,7 @@
-//! The tables of a study, each with a sentence that says how to read it.
+//! The tables of a study, each with a sentence that explains it.
 //!
-//! Measure: said in each sentence.
-//! Range: any findings; what is not measured has no rows.
+//! Measure: stated in each sentence.
+//! Range: any findings; a table that was not measured has no rows.
 //! Source: none needed. Tested in `cli/tests/command/study.rs`.
 
 use super::wording::{
@@ -15,7 +15,7 @@ use etendue_lab::study::costs::BOUNCE_ROUNDS;
 use etendue_lab::study::summary::{Summary, TARGETS, Tenth};
 use etendue_lab::study::variance::{ClassShare, LightFoundBy, is_longest};
 
-/// All of them, as Markdown.
+/// Returns all tables as Markdown.
 pub fn markdown(findings: &Findings<'_>) -> String {
     let report = findings.report;
     let interrupted = match report.complete {
@@ -47,7 +47,7 @@ pub fn markdown(findings: &Findings<'_>) -> String {
     text
 }
 
-/// How long each variant takes to an error.
+/// Returns the table of the time that each variant takes to reach an error.
 pub fn times(findings: &Findings<'_>) -> Table {
     let heads = TARGETS.map(|target| numbers(percent(target)));
     let row = |(_, summary): &(usize, Summary)| {
@@ -71,7 +71,7 @@ pub fn times(findings: &Findings<'_>) -> Table {
     }
 }
 
-/// What the scene's own size means for times.
+/// Describes the factor between these times and those at the scene's own size.
 fn full_size(findings: &Findings<'_>) -> String {
     let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
     let (full, size) = (findings.report.full_size, findings.report.size);
@@ -86,14 +86,14 @@ fn full_size(findings: &Findings<'_>) -> String {
     )
 }
 
-/// How efficient each variant is.
+/// Returns the table of the efficiency of each variant.
 pub fn efficiency(findings: &Findings<'_>) -> Table {
     let first = findings.summaries.first();
     let first = first.map_or("the first", |(_, summary)| &summary.name);
     let row = |(_, summary): &(usize, Summary)| {
         let last = summary.levels.last();
         let slope = summary.slope.as_ref();
-        // How soon it comes to another picture is nothing to compare.
+        // The efficiency of a biased variant is not comparable, since it converges to another image.
         let of_unbiased = |range: &Ranged| match summary.bias.is_found {
             true => "biased".to_owned(),
             false => ranged(range, number),
@@ -133,7 +133,7 @@ pub fn efficiency(findings: &Findings<'_>) -> Table {
     }
 }
 
-/// Whether each variant is right, and what its bars say.
+/// Returns the table of bias and of the coverage of the error bars of each variant.
 pub fn bias(findings: &Findings<'_>) -> Table {
     let row = |(index, summary): &(usize, Summary)| {
         let (bias, study) = (&summary.bias, &findings.report.variants[*index]);
@@ -141,7 +141,7 @@ pub fn bias(findings: &Findings<'_>) -> Table {
         let covered = bars.and_then(|bars| bars.coverage.iter().find(|c| c.confidence == 0.95));
         vec![
             summary.name.clone(),
-            // With a space at which no line breaks.
+            // Contains a non-breaking space.
             if bias.is_found {
                 "found"
             } else {
@@ -177,7 +177,7 @@ pub fn bias(findings: &Findings<'_>) -> Table {
     }
 }
 
-/// What a tenth of the error would cost.
+/// Returns the table of the cost of a tenth of the error.
 pub fn tenth(findings: &Findings<'_>) -> Table {
     let row = |(_, summary): &(usize, Summary)| {
         let last = summary.levels.last();
@@ -210,7 +210,7 @@ pub fn tenth(findings: &Findings<'_>) -> Table {
     }
 }
 
-/// The words for a class of paths.
+/// Describes a class of paths.
 pub fn path_class(bounces: usize, found: LightFoundBy) -> String {
     let more = if is_longest(bounces) { " or more" } else { "" };
     match found {
@@ -220,12 +220,12 @@ pub fn path_class(bounces: usize, found: LightFoundBy) -> String {
     }
 }
 
-/// Whether a class of paths has a thousandth of the variance or of the light.
+/// Whether a class of paths has at least a thousandth of the variance or of the light.
 pub fn matters(class: &ClassShare) -> bool {
     class.variance.abs().max(class.energy.abs()) >= 1e-3
 }
 
-/// Where the variance of each variant comes from.
+/// Returns the table of the variance of each variant by class of paths.
 pub fn paths(findings: &Findings<'_>) -> Table {
     let mut rows = Vec::new();
     for study in &findings.report.variants {
@@ -254,7 +254,7 @@ pub fn paths(findings: &Findings<'_>) -> Table {
     }
 }
 
-/// What each bounce costs the first variant.
+/// Returns the table of the cost of each bounce of the first variant.
 pub fn bounces(findings: &Findings<'_>) -> Table {
     let first = findings.report.variants.first();
     let row = |cost: &etendue_lab::study::lengths::BounceCost| {
@@ -287,7 +287,7 @@ pub fn bounces(findings: &Findings<'_>) -> Table {
     }
 }
 
-/// What each effect of the scene costs.
+/// Returns the table of the cost of each effect of the scene.
 pub fn effects(findings: &Findings<'_>) -> Table {
     let row = |share: &etendue_lab::study::report::EffectShare| {
         let [median, min, max] = [share.time.median, share.time.min, share.time.max].map(percent);
@@ -306,7 +306,7 @@ pub fn effects(findings: &Findings<'_>) -> Table {
     }
 }
 
-/// What it was measured on, and how.
+/// Returns the table of the machine and the method of measurement.
 pub fn environment(findings: &Findings<'_>) -> Table {
     let report = findings.report;
     let mut rows = machine_tables::machine_rows(findings.machine, report.version);
@@ -366,7 +366,7 @@ pub fn environment(findings: &Findings<'_>) -> Table {
     }
 }
 
-/// What a reader has to know.
+/// Returns the table of notes and warnings.
 pub fn warnings(findings: &Findings<'_>) -> Table {
     let report = findings.report;
     let runs = report.variants.iter().flat_map(|study| &study.levels);

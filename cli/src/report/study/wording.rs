@@ -1,24 +1,24 @@
-//! How the numbers of a study are written: the same in its tables, on its page and in what it concludes.
+//! Formatting of the numbers of a study, shared by its tables, its page and its conclusions.
 //!
-//! Measure: said at each function.
-//! Range: any number; what is not finite is written as an open end.
-//! Source: two or three digits are what the intervals bear. Tested below.
+//! Measure: stated at each function.
+//! Range: any number; infinity is written as ∞, NaN as a dash.
+//! Source: the intervals justify two or three digits. Tested below.
 
 use crate::report::lesson::wording::significant;
 use etendue_lab::study::bootstrap::Ranged;
 use etendue_lab::study::fit::Reached;
 
-/// A number with three digits.
+/// Formats a number with three digits.
 pub fn number(x: f64) -> String {
     significant(x, 3)
 }
 
-/// A number with two digits.
+/// Formats a number with two digits.
 pub fn rough(x: f64) -> String {
     significant(x, 2)
 }
 
-/// Seconds, in the unit that suits them.
+/// Formats seconds in a unit that suits their size.
 pub fn seconds(x: f64) -> String {
     match x {
         x if x.is_nan() => "-".to_owned(),
@@ -31,18 +31,18 @@ pub fn seconds(x: f64) -> String {
     }
 }
 
-/// So many samples.
+/// Formats a sample count.
 pub fn samples(count: u64) -> String {
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} sample{plural}")
 }
 
-/// A fraction as a percentage.
+/// Formats a fraction as a percentage.
 pub fn percent(x: f64) -> String {
     format!("{} %", rough(100.0 * x))
 }
 
-/// A number with its interval, each written by `write`.
+/// Formats a number with its interval, each by `write`.
 pub fn ranged(range: &Ranged, write: impl Fn(f64) -> String) -> String {
     let [low, high] = [range.low, range.high].map(&write);
     match range.low == range.high {
@@ -51,7 +51,7 @@ pub fn ranged(range: &Ranged, write: impl Fn(f64) -> String) -> String {
     }
 }
 
-/// When an error was reached; never, for one that is biased by more than that.
+/// Formats the time at which an error was reached; `never` if the bias is larger than that error.
 pub fn reached(reached: &Reached, is_beyond_bias: bool) -> String {
     match reached {
         Reached::At(range) => ranged(range, seconds),
@@ -61,7 +61,7 @@ pub fn reached(reached: &Reached, is_beyond_bias: bool) -> String {
     }
 }
 
-/// A probability.
+/// Formats a probability.
 pub fn probability(p: f64) -> String {
     match p {
         p if p < 1e-6 => "< 10⁻⁶".to_owned(),
@@ -70,9 +70,9 @@ pub fn probability(p: f64) -> String {
     }
 }
 
-/// A share of either sign with its margin, in percent.
+/// Formats a signed share with its margin, in percent.
 pub fn signed_percent(x: f64, margin: f64) -> String {
-    // A margin of 0 has as many decimals as are worth reading.
+    // A margin of 0 gives the maximum of two decimals.
     let decimals = (1.0 - (100.0 * margin).log10().floor()).clamp(0.0, 2.0) as usize;
     let text = format!(
         "{:+.decimals$} ± {:.decimals$} %",
@@ -82,7 +82,7 @@ pub fn signed_percent(x: f64, margin: f64) -> String {
     text.replace('-', "−")
 }
 
-/// The next of 1, 2 and 5 times a power of ten above a number.
+/// Returns the smallest of 1, 2 and 5 times a power of ten that is at least `x`.
 pub fn round_up(x: f64) -> f64 {
     if !(x > 0.0 && x.is_finite()) {
         return 1.0;

@@ -18,66 +18,67 @@
 // `EtdSettings.flags`: `max_bounces` is given.
 #define ETD_HAS_MAX_BOUNCES 2
 
-// `EtdSettings.flags`: have layers, to be read and written beside the picture. Samples are rounded up to a multiple of 4.
+// `EtdSettings.flags`: render layers, which can be read and written besides the image. The sample count is rounded up
+// to a multiple of 4.
 #define ETD_LAYERS 4
 
 // `EtdSettings.flags`: `crop` is given.
 #define ETD_HAS_CROP 8
 
-// How a call ended. What is not `ETD_STATUS_OK` or `ETD_STATUS_CANCELLED` is a failure: the call has changed nothing, unless it says so, and
-// the text of the handle that it was given says what was wrong.
+// The result of a call. All values but `ETD_STATUS_OK` and `ETD_STATUS_CANCELLED` are failures: the call has changed
+// nothing, unless stated otherwise, and the message is stored with the handle that was passed.
 typedef enum {
-  // Done.
+  // Success.
   ETD_STATUS_OK = 0,
-  // Ended early because that was asked for; what is there so far is kept.
+  // Cancelled on request; the samples so far are kept.
   ETD_STATUS_CANCELLED = 1,
-  // An argument is null, out of its range, or makes no sense with the others.
+  // An argument is null, out of range, or inconsistent with the others.
   ETD_STATUS_INVALID_ARGUMENT = 2,
-  // The handle is null, was released, or is none of this library's.
+  // The handle is null, was released, or does not belong to this library.
   ETD_STATUS_INVALID_HANDLE = 3,
-  // The scene, a part of it, or a file that it names, is not valid.
+  // The scene, a part of it, or a file that it refers to, is invalid.
   ETD_STATUS_INVALID_SCENE = 4,
   // A file could not be read or written.
   ETD_STATUS_INPUT_OUTPUT = 5,
   // The ray tracing library, or the rendering itself, failed.
   ETD_STATUS_RENDER_FAILED = 6,
-  // There is not enough memory for what was asked.
+  // There is not enough memory.
   ETD_STATUS_OUT_OF_MEMORY = 7,
-  // The handle is in use by another call that excludes this one: a render that is under way.
+  // The handle is in use by another call that excludes this one, such as a running render.
   ETD_STATUS_BUSY = 8,
-  // The scene has not been committed yet.
+  // The scene has not been committed.
   ETD_STATUS_NOT_COMMITTED = 9,
-  // A mistake in the library itself, which is to be reported. The handle should be released.
+  // A bug in the library, which should be reported. The handle should be released.
   ETD_STATUS_INTERNAL = 10,
 } EtdStatus;
 
-// Libraries that trace rays.
+// The ray tracing libraries.
 typedef enum {
-  // The preferred one of this build.
+  // The default backend of this build.
   ETD_BACKEND_DEFAULT = 0,
   // Intel Embree.
   ETD_BACKEND_EMBREE = 1,
-  // obvhs with two children a node.
+  // obvhs with two children per node.
   ETD_BACKEND_OBVHS_BVH2 = 2,
-  // obvhs with eight children a node.
+  // obvhs with eight children per node.
   ETD_BACKEND_OBVHS_CWBVH = 3,
 } EtdBackend;
 
 // Reconstruction filters.
 typedef enum {
-  // A bell.
+  // Gaussian filter.
   ETD_FILTER_GAUSSIAN = 0,
-  // The same weight everywhere.
+  // Box filter: constant weight.
   ETD_FILTER_BOX = 1,
-  // A triangle.
+  // Tent (triangle) filter.
   ETD_FILTER_TENT = 2,
-  // Mitchell and Netravali's, with lobes below 0.
+  // Mitchell-Netravali filter, with negative lobes.
   ETD_FILTER_MITCHELL = 3,
-  // Blackman and Harris's.
+  // Blackman-Harris filter.
   ETD_FILTER_BLACKMAN_HARRIS = 4,
 } EtdFilter;
 
-// Kinds of numbers.
+// Number formats.
 typedef enum {
   // 32-bit floats.
   ETD_FORMAT_FLOAT32 = 0,
@@ -85,195 +86,195 @@ typedef enum {
   ETD_FORMAT_FLOAT64 = 1,
 } EtdFormat;
 
-// Lights that are no shapes.
+// Kinds of lights that are not shapes.
 typedef enum {
-  // Light from everywhere beyond the scene: `value` is radiance, or `panorama`; `transform`.
+  // Environment light from infinity in all directions: `value` as radiance, or `panorama`; `transform`.
   ETD_LIGHT_KIND_ENVIRONMENT = 0,
-  // A point: `value` is intensity, `position`.
+  // Point light: `value` as intensity, `position`.
   ETD_LIGHT_KIND_POINT = 1,
-  // A point that shines into a cone: as a point, with `target`, `cone`, `penumbra`.
+  // Spot light, which emits into a cone: as a point light, with `target`, `cone`, `penumbra`.
   ETD_LIGHT_KIND_SPOT = 2,
-  // Parallel light: `value` is irradiance, `direction`.
+  // Distant light, parallel: `value` as irradiance, `direction`.
   ETD_LIGHT_KIND_DISTANT = 3,
 } EtdLightKind;
 
-// How a material scatters.
+// Scattering models.
 typedef enum {
-  // Lambert: `color`.
+  // Lambertian reflection: `color`.
   ETD_MODEL_DIFFUSE = 0,
   // A perfect mirror: `color`.
   ETD_MODEL_MIRROR = 1,
-  // Metal: `eta`, `k`, `roughness`.
+  // Metal with a complex refractive index: `eta`, `k`, `roughness`.
   ETD_MODEL_CONDUCTOR = 2,
-  // Glass and water: `ior`, `roughness`, and `color` as the tint of what is refracted.
+  // A dielectric such as glass or water: `ior`, `roughness`, and `color` as the tint of refracted light.
   ETD_MODEL_DIELECTRIC = 3,
-  // A highlight over a matte part: `color`, `specular`, `exponent`.
+  // A specular lobe over a diffuse one: `color`, `specular`, `exponent`.
   ETD_MODEL_PHONG = 4,
-  // A matte base under a clear coat: `color`, `ior`, `roughness`.
+  // A diffuse base under a dielectric coat: `color`, `ior`, `roughness`.
   ETD_MODEL_PLASTIC = 5,
   // The metallic-roughness model: `color`, `metallic`, `roughness`, `ior`, `transmission`.
   ETD_MODEL_PRINCIPLED = 6,
 } EtdModel;
 
-// How carefully rays are traced.
+// Precision of ray intersection.
 typedef enum {
-  // Watertight along edges.
+  // Watertight at edges.
   ETD_PRECISION_ROBUST = 0,
-  // About a third faster; may miss an edge.
+  // About a third faster; may miss hits at edges.
   ETD_PRECISION_FAST = 1,
 } EtdPrecision;
 
-// A render of a scene, as far as it has come.
+// A render of a scene, with its samples so far.
 typedef struct EtdRender EtdRender;
 
 // A scene.
 typedef struct EtdScene EtdScene;
 
-// A picture in the caller's memory, which is copied.
+// An image in the caller's memory, which is copied.
 typedef struct {
   // sizeof(EtdImage)
   size_t struct_size;
-  // Pixels in a row.
+  // Width in pixels.
   uint32_t width;
-  // Rows.
+  // Height in pixels.
   uint32_t height;
   // Red, green and blue of each pixel, linear Rec. 709, row by row from the top.
   const float *rgb;
   // Bytes from one pixel to the next; 0 stands for three floats without a gap.
   size_t pixel_stride;
-  // Multiplies every value; 0 stands for 1.
+  // Factor for every value; 0 stands for 1.
   float scale;
 } EtdImage;
 
-// A material. Fields that its model does not name are not looked at; sides, alpha and normals suit every model.
+// A material. Fields that are not listed at its model are ignored; sides, alpha and normals apply to every model.
 typedef struct {
   // sizeof(EtdMaterial)
   size_t struct_size;
-  // For messages; may be null.
+  // Name for messages; may be null.
   const char *name;
   // An `EtdModel`.
   int32_t model;
-  // The share of light that is sent on, from 0 to 1 in each channel.
+  // Reflectance or tint, from 0 to 1 in each channel.
   float color[3];
-  // In place of `color`, by the texture coordinates of the shape; null for none.
+  // Replaces `color`, indexed by the texture coordinates of the shape; null for none.
   const EtdImage *texture;
-  // The highlight's share; with `color` at most 1.
+  // Albedo of the specular lobe; at most 1 when added to `color`.
   float specular[3];
-  // The highlight's power of the cosine, up to 1e6.
+  // Exponent of the cosine of the specular lobe, up to 1e6.
   float exponent;
-  // From 0, smooth, to 1.
+  // Roughness, from 0 (smooth) to 1.
   float roughness;
   // Refractive index, inside over outside; 0 stands for 1.5.
   float ior;
-  // From 0 to 1.
+  // Metalness, from 0 to 1.
   float metallic;
-  // From 0 to 1.
+  // Transmission, from 0 to 1.
   float transmission;
   // Real part of a metal's refractive index, above 0.
   float eta[3];
-  // Imaginary part of it.
+  // Imaginary part of a metal's refractive index.
   float k[3];
   // Other than 0: the back absorbs everything.
   uint32_t one_sided;
-  // In place of `alpha`, by the texture coordinates of the shape: the luminance of each pixel counts, from 0 to 1; null for
-  // none.
+  // Replaces `alpha`, indexed by the texture coordinates of the shape: the luminance of each pixel, from 0 to 1, is
+  // used; null for none.
   const EtdImage *alpha_texture;
-  // In place of `specular`, by the texture coordinates of the shape; null for none.
+  // Replaces `specular`, indexed by the texture coordinates of the shape; null for none.
   const EtdImage *specular_texture;
-  // A picture of normals, by the texture coordinates of the shape: red is along u, green along v, blue away from the surface,
-  // each from -1 to 1 written as 0 to 1; null for none.
+  // A normal map, indexed by the texture coordinates of the shape: red is along u, green along v, blue away from the
+  // surface, each mapped from [-1, 1] to [0, 1]; null for none.
   const EtdImage *normal_map;
-  // Multiplies red and green of the normals; 0 stands for 1.
+  // Factor for red and green of the normals; 0 stands for 1.
   float normal_strength;
-  // The share of the surface that is there, up to 1; where it is not, light passes straight on. 0 stands for 1.
+  // Coverage of the surface (opacity), up to 1; light passes straight through the rest. 0 stands for 1.
   float alpha;
 } EtdMaterial;
 
-// The place of a shape or an instance at a time. Between two keys, translation and scale change evenly, and what is turned
-// turns evenly, the shorter way; before the first and after the last one, things stand still.
+// A keyframe of a shape or an instance. Between two keyframes, translation and scale are interpolated linearly, and
+// rotations at constant speed, the shorter way; before the first and after the last one, the transform is constant.
 typedef struct {
-  // When, in the unit of the camera's shutter; above that of the key before.
+  // The time, in the unit of the camera's shutter; later than that of the previous keyframe.
   double time;
-  // Where: what is applied after the object's own `transform`, 12 numbers, row by row.
+  // The transform that is applied after the object's own `transform`: 12 numbers, row by row.
   double transform[12];
 } EtdKey;
 
-// What a shape has beside its form.
+// Attributes of a shape besides its geometry.
 typedef struct {
   // sizeof(EtdSurface)
   size_t struct_size;
-  // For messages; may be null.
+  // Name for messages; may be null.
   const char *name;
-  // The material, as `etd_scene_add_material` numbers them.
+  // The material, as numbered by `etd_scene_add_material`.
   uint32_t material;
-  // The group that the shape belongs to, as `etd_scene_add_group` numbers them; 0 stands in the world itself.
+  // The group that contains the shape, as numbered by `etd_scene_add_group`; 0 for the world itself.
   uint32_t group;
-  // Emitted radiance; all zeros do not emit.
+  // Emitted radiance; the shape does not emit if all are zero.
   float emission[3];
-  // Other than 0: both sides emit, else the side that the geometric normal points to.
+  // Other than 0: both sides emit; 0: only the side of the geometric normal.
   uint32_t two_sided_emission;
-  // Shape to world, or to its group: the three upper rows of a matrix, row by row, 12 numbers; null leaves the shape as it is.
+  // Shape to world, or to its group: the three upper rows of a matrix, row by row, 12 numbers; null for the identity.
   const double *transform;
-  // In place of `emission`, by the texture coordinates of the shape; null for none.
+  // Replaces `emission`, indexed by the texture coordinates of the shape; null for none.
   const EtdImage *emission_texture;
-  // Where the shape is at which time; null for a shape that stands still. It moves while the camera's shutter is open.
+  // Keyframes; null for a static shape. The shape moves while the camera's shutter is open.
   const EtdKey *motion;
-  // Keys, in order of time.
+  // Number of keyframes, which are in order of time.
   size_t motion_count;
-  // Bytes from one key to the next; 0 stands for keys without a gap.
+  // Bytes from one keyframe to the next; 0 stands for no gap.
   size_t motion_stride;
 } EtdSurface;
 
-// Triangles with shared vertices, in the caller's memory, which is copied. Strides are bytes from one item to the next; 0 stands
-// for items without a gap. Addresses need no alignment.
+// A triangle mesh in the caller's memory, which is copied. Strides are bytes from one item to the next; 0 stands for
+// items without a gap. Addresses need no alignment.
 typedef struct {
   // sizeof(EtdMesh)
   size_t struct_size;
   // x, y and z of each vertex.
   const void *positions;
-  // Vertices, below 2^32.
+  // Number of vertices, below 2^32.
   size_t vertex_count;
   // Bytes from one position to the next.
   size_t position_stride;
-  // An `EtdFormat`, of positions alone: other numbers are 32-bit floats.
+  // An `EtdFormat`, of positions only: all other attributes are 32-bit floats.
   int32_t position_format;
-  // A shading normal for each vertex, of any length; null for none.
+  // Shading normals, one per vertex, of any length; null for none.
   const float *normals;
   // Bytes from one normal to the next.
   size_t normal_stride;
-  // u and v of each vertex, v up; null for none.
+  // Texture coordinates u and v, one pair per vertex, v up; null for none.
   const float *uvs;
   // Bytes from one texture coordinate to the next.
   size_t uv_stride;
-  // Three vertices of each triangle; the geometric normal is (b - a) x (c - a).
+  // Three vertex indices per triangle; the geometric normal is (b - a) x (c - a).
   const uint32_t *indices;
-  // Triangles, below 2^32.
+  // Number of triangles, below 2^32.
   size_t triangle_count;
   // Bytes from one triangle to the next.
   size_t index_stride;
 } EtdMesh;
 
-// A group of shapes, placed once more.
+// An instance of a group.
 typedef struct {
   // sizeof(EtdInstance)
   size_t struct_size;
-  // For messages; may be null.
+  // Name for messages; may be null.
   const char *name;
-  // The group that is placed, as `etd_scene_add_group` numbers them.
+  // The instanced group, as numbered by `etd_scene_add_group`.
   uint32_t of;
-  // The group that the instance belongs to; 0 stands in the world itself.
+  // The group that contains the instance; 0 for the world itself.
   uint32_t group;
-  // Group to world, or to the group that the instance belongs to: 12 numbers, row by row; null leaves it where it is.
+  // Group to world, or to the group that contains the instance: 12 numbers, row by row; null for the identity.
   const double *transform;
-  // Where the instance is at which time; null for one that stands still. It moves while the camera's shutter is open.
+  // Keyframes; null for a static instance. The instance moves while the camera's shutter is open.
   const EtdKey *motion;
-  // Keys, in order of time.
+  // Number of keyframes, which are in order of time.
   size_t motion_count;
-  // Bytes from one key to the next; 0 stands for keys without a gap.
+  // Bytes from one keyframe to the next; 0 stands for no gap.
   size_t motion_stride;
 } EtdInstance;
 
-// A light that is no shape. Fields that its kind does not name are not looked at.
+// A light that is not a shape. Fields that are not listed at its kind are ignored.
 typedef struct {
   // sizeof(EtdLight)
   size_t struct_size;
@@ -281,179 +282,179 @@ typedef struct {
   int32_t kind;
   // Radiance, intensity or irradiance, at least 0.
   float value[3];
-  // In place of `value`, all around: its middle is seen along -z, its right half towards +x, its top along +y; null for
-  // none.
+  // Environment map, replaces `value`: its middle is seen along -z, its right half towards +x, its top along +y; null
+  // for none.
   const EtdImage *panorama;
-  // Where the light is.
+  // Position of a point or spot light.
   double position[3];
-  // Where a spot points.
+  // The point at which a spot light is aimed.
   double target[3];
-  // Where distant light goes.
+  // Direction in which the light of a distant light travels.
   double direction[3];
-  // Angle from a spot's axis to its edge in degrees, up to 180.
+  // Angle from the axis of a spot light to its edge in degrees, up to 180.
   double cone;
-  // The outer part of that angle over which a spot falls off, in degrees.
+  // The outer part of the cone angle over which the intensity falls off, in degrees.
   double penumbra;
-  // From the axes of the panorama to those of the world: 12 numbers, row by row, a rotation only; null leaves it as it is.
+  // Rotation from the axes of the panorama to world axes: 12 numbers, row by row; null for the identity.
   const double *transform;
 } EtdLight;
 
-// A ray through the world.
+// A ray in world space.
 typedef struct {
-  // Where it starts.
+  // Origin.
   double origin[3];
-  // Where it goes, of any length but 0.
+  // Direction, of any length but 0.
   double direction[3];
-  // What is at this distance or nearer does not count.
+  // Hits at this distance or nearer are ignored.
   double min_distance;
-  // What is farther does not count; 0 stands for any distance.
+  // Hits beyond this distance are ignored; 0 stands for any distance.
   double max_distance;
-  // When, from 0 to 1 while the shutter is open.
+  // The time, from 0, when the shutter opens, to 1.
   double time;
 } EtdRay;
 
-// What a ray meets first.
+// The closest hit of a ray.
 typedef struct {
-  // 1 if it meets something, else 0, and all other fields are 0.
+  // 1 for a hit, 0 for a miss; on a miss, all other fields are 0.
   uint32_t met;
   // The shape's number.
   uint32_t shape;
-  // The primitive's index in the shape, among those that have an area.
+  // Index of the primitive in the shape, not counting those without area.
   uint32_t primitive;
-  // 0.
+  // Reserved; 0.
   uint32_t reserved;
-  // How far it is.
+  // Distance from the origin.
   double distance;
-  // Where it is.
+  // Position.
   double position[3];
-  // Geometric normal of unit length, on the shape's front.
+  // Geometric normal of unit length, on the front of the shape.
   double normal[3];
-  // The normal that is shaded with: towards the ray, or outwards on what light passes through.
+  // Shading normal: towards the ray, or outwards on transmissive materials.
   double shading_normal[3];
-  // Texture coordinates; 0 where nothing on the shape asks for them.
+  // Texture coordinates; 0 if no texture of the shape uses them.
   double uv[2];
 } EtdHit;
 
-// What is asked of a render. Zeros and null stand for what the scene says, and then for the defaults.
+// Settings of a render. Zeros and null stand for the settings of the scene, and then for the defaults.
 typedef struct {
   // sizeof(EtdSettings)
   size_t struct_size;
-  // `ETD_HAS_SEED` and others, added.
+  // A sum of flags such as `ETD_HAS_SEED`.
   uint32_t flags;
-  // Scattering events at most, with `ETD_HAS_MAX_BOUNCES`. Biases.
+  // Maximum number of scattering events, with `ETD_HAS_MAX_BOUNCES`. A limit causes bias.
   uint32_t max_bounces;
   // Samples per pixel.
   uint64_t spp;
-  // Seconds at most.
+  // Maximum time in seconds.
   double seconds;
-  // The error to reach, the root of relMSE, such as 0.01.
+  // Target error, the square root of relMSE, such as 0.01.
   double error;
-  // The probability with which that error is kept; 0 stands for 0.95.
+  // Confidence level of the target error; 0 stands for 0.95.
   double confidence;
-  // Picks one of 2^64 sets of random numbers, with `ETD_HAS_SEED`.
+  // Seed, which selects one of 2^64 sets of random numbers, with `ETD_HAS_SEED`.
   uint64_t seed;
-  // The estimator, such as "path" or "ambient-occlusion".
+  // The integrator, such as "path" or "ambient-occlusion".
   const char *integrator;
-  // Where random numbers come from: "sobol", "stratified" or "independent".
+  // The sampler: "sobol", "stratified" or "independent".
   const char *sampler;
-  // How samples are given out to pixels: "off", "two-phase" or "greedy".
+  // Adaptive sampling: "off", "two-phase" or "greedy".
   const char *adaptive;
-  // When paths end by chance: "none", "albedo" or "throughput".
+  // Russian roulette: "none", "albedo" or "throughput".
   const char *roulette;
-  // How far, in world units, something may be and still count for ambient occlusion.
+  // Maximum distance, in world units, of occluders for ambient occlusion.
   double occlusion_distance;
-  // The share of indirect light up to which "irradiance-cache" may be wrong, such as 0.05; below 1.
+  // Admissible relative error of "irradiance-cache", as a fraction of the indirect light, such as 0.05; below 1.
   double cache_error;
   // With `ETD_HAS_CROP`, x0, y0, x1, y1: only the pixels from (x0, y0) up to but not including (x1, y1) are rendered.
   uint32_t crop[4];
 } EtdSettings;
 
-// How far a render has come.
+// Progress of a render.
 typedef struct {
   // Size of this structure in bytes.
   size_t struct_size;
   // Samples so far, over all pixels.
   uint64_t samples;
-  // Complete samples per pixel; in the mean, where pixels differ.
+  // Completed samples per pixel; their mean if pixels differ.
   uint64_t spp;
   // Seconds since the call began.
   double seconds;
-  // The share of what was asked for that is done, from 0 to 1.
+  // Completed fraction of the budget, from 0 to 1.
   double fraction;
-  // The estimated error so far, the root of relMSE; not a number before it can be told.
+  // Estimated error so far, the square root of relMSE; NaN while it cannot be estimated.
   double rel_rmse;
 } EtdProgress;
 
-// A picture while it becomes: borrowed for the time of the call that gets it.
+// An intermediate image of a render, valid only during the callback.
 typedef struct {
   // Size of this structure in bytes.
   size_t struct_size;
-  // Pixels in a row.
+  // Width in pixels.
   uint32_t width;
-  // Rows.
+  // Height in pixels.
   uint32_t height;
   // Red, green and blue of each pixel, linear Rec. 709, row by row from the top without a gap.
   const float *rgb;
 } EtdPicture;
 
-// Who watches a render. Any of its functions may be null. None may throw, longjmp, or wait for the render that calls it; all may
-// call this library, where `ETD_STATUS_BUSY` answers what the render excludes.
+// Callbacks that observe a render. Any of them may be null. They may not throw, longjmp, or wait for the render that
+// calls them. They may call this library; calls that the running render excludes return `ETD_STATUS_BUSY`.
 typedef struct {
   // sizeof(EtdWatch)
   size_t struct_size;
-  // Handed to each function.
+  // Passed to each function.
   void *user;
-  // Called often, from any of the render's threads and from several at once. Other than 0 ends the render as soon as it can; the
-  // samples so far are kept. The progress is borrowed for the time of the call.
+  // Called often, from any of the render's threads and from several at once. A result other than 0 ends the render as
+  // soon as possible; the samples so far are kept. `progress` is valid only during the call.
   int32_t (*progress)(void *user, const EtdProgress *progress);
-  // Called after each pass over the picture, from one of the render's threads while the others wait.
+  // Called after each pass over the image, from one of the render's threads while the others wait.
   void (*picture)(void *user, const EtdPicture *picture);
 } EtdWatch;
 
-// What is known of a render.
+// Statistics and error estimates of a render.
 typedef struct {
   // sizeof(EtdRenderInfo), to be set before the call.
   size_t struct_size;
-  // Pixels in a row of what is rendered.
+  // Width in pixels of the rendered window.
   uint32_t width;
-  // Rows of it.
+  // Height in pixels of the rendered window.
   uint32_t height;
-  // Complete samples per pixel; in the mean, where pixels differ.
+  // Completed samples per pixel; their mean if pixels differ.
   uint64_t spp;
-  // Samples in all pixels together.
+  // Total number of samples over all pixels.
   uint64_t samples;
-  // Rays traced.
+  // Number of rays traced.
   uint64_t rays;
-  // Samples that were not finite, and were left out.
+  // Number of samples that were not finite, and were rejected.
   uint64_t rejected;
-  // Seconds that rendering took so far.
+  // Rendering time so far, in seconds.
   double seconds;
   // 1 if the last call was cancelled.
   uint32_t cancelled;
-  // 1 if the last call ended because the error that was asked for was reached.
+  // 1 if the last call ended because the target error was reached.
   uint32_t reached;
-  // Estimated error, the root of relMSE; not a number before it can be told, from four samples a pixel on.
+  // Estimated error, the square root of relMSE; NaN with fewer than four samples per pixel.
   double rel_rmse;
-  // With `confidence`, the error is below this; not a number before that can be told, infinite where rare bright paths hold
-  // so much of the error that the samples do not tell a bound.
+  // Upper bound of the error at this `confidence`; NaN while it cannot be estimated, infinite if rare bright paths
+  // cause so much of the error that the samples give no bound.
   double rel_rmse_upper;
-  // The confidence of that.
+  // Confidence level of the upper bound.
   double confidence;
-  // The share of pixels whose error bars are not to be trusted.
+  // Fraction of pixels whose error bars are not reliable.
   double uncalibrated_fraction;
-  // The error is at least this where there is no bound; else 0.
+  // Lower bound of the error if there is no upper bound; otherwise 0.
   double rel_rmse_at_least;
 } EtdRenderInfo;
 
-// The place of a camera at a time.
+// A keyframe of a camera.
 typedef struct {
-  // When; above that of the key before.
+  // The time; later than that of the previous keyframe.
   double time;
-  // Where it is.
+  // Position of the camera.
   double eye[3];
-  // What it looks at.
+  // The point that the camera looks at.
   double target[3];
-  // What is up; all zeros stand for y.
+  // The up direction; all zeros stand for y.
   double up[3];
 } EtdCameraKey;
 
@@ -461,44 +462,45 @@ typedef struct {
 typedef struct {
   // sizeof(EtdCamera)
   size_t struct_size;
-  // Where it is.
+  // Position of the camera.
   double eye[3];
-  // What it looks at.
+  // The point that the camera looks at.
   double target[3];
-  // What is up; all zeros stand for y.
+  // The up direction; all zeros stand for y.
   double up[3];
   // Vertical field of view in degrees, below 180; 0 stands for 40.
   double fov;
   // Radius of the lens; 0 is a pinhole.
   double lens_radius;
-  // Distance of the plane in focus; 0 stands for that of the target, of the first key if the camera moves.
+  // Distance of the plane of focus; 0 stands for that of the target, which is that of the first keyframe if the
+  // camera moves.
   double focus_distance;
-  // Two times: when the shutter opens and when it closes, in the unit of all keys. If they are equal, everything stands still
-  // as it is then. Null leaves the shutter as it is; that of a new scene is { 0, 0 }.
+  // Two times: when the shutter opens and when it closes, in the unit of all keyframes. If they are equal, everything
+  // is static at that time. Null leaves the shutter unchanged; that of a new scene is { 0, 0 }.
   const double *shutter;
-  // Where the camera is at which time, in place of `eye`, `target` and `up`; null for a camera that stands still.
+  // Keyframes, which replace `eye`, `target` and `up`; null for a static camera.
   const EtdCameraKey *motion;
-  // Keys, in order of time.
+  // Number of keyframes, which are in order of time.
   size_t motion_count;
-  // Bytes from one key to the next; 0 stands for keys without a gap.
+  // Bytes from one keyframe to the next; 0 stands for no gap.
   size_t motion_stride;
 } EtdCamera;
 
-// The picture.
+// The film.
 typedef struct {
   // sizeof(EtdFilm)
   size_t struct_size;
-  // Pixels in a row, from 1 to 65536.
+  // Width in pixels, from 1 to 65536.
   uint32_t width;
-  // Rows, from 1 to 65536.
+  // Height in pixels, from 1 to 65536.
   uint32_t height;
   // The reconstruction filter, an `EtdFilter`.
   int32_t filter;
-  // Its radius in pixels, up to 32; 0 stands for the filter's own.
+  // The filter radius in pixels, up to 32; 0 stands for the filter's default.
   double filter_radius;
 } EtdFilm;
 
-// How a scene is traced. Zeros stand for the defaults.
+// Options of ray tracing. Zeros stand for the defaults.
 typedef struct {
   // sizeof(EtdTracing)
   size_t struct_size;
@@ -506,22 +508,22 @@ typedef struct {
   int32_t backend;
   // An `EtdPrecision`.
   int32_t precision;
-  // Threads that build and render; 0 stands for all that the process may use.
+  // Threads that build and render; 0 stands for all threads available to the process.
   uint32_t threads;
 } EtdTracing;
 
-// What was done so far to make a scene ready.
+// Statistics about preparing a scene.
 typedef struct {
   // sizeof(EtdWork), to be set before the call.
   size_t struct_size;
-  // How often everything was made ready since the last commit, all acceleration structures built: 1 after it, and once more
-  // for a change that can do with no less.
+  // Number of full builds since the last commit, including all acceleration structures: 1 after it, plus 1 for each
+  // change that requires a full build.
   uint64_t builds;
-  // How often groups were placed anew, with nothing built but the structure above them.
+  // Number of updates of instances, in which only the top-level structure was built.
   uint64_t placements;
-  // How often the camera or the film was replaced, with nothing built.
+  // Number of updates of the camera or the film, in which nothing was built.
   uint64_t cameras;
-  // Seconds that the last of these took.
+  // Seconds that the last of these operations took.
   double seconds;
 } EtdWork;
 
@@ -529,24 +531,25 @@ typedef struct {
 extern "C" {
 #endif // __cplusplus
 
-// Adds a material, and writes its number, counted from 0, unless `number` is null. Textures are copied.
+// Adds a material and writes its number, counted from 0, unless `number` is null. Textures are copied.
 //
 // Pointers:
-// `material` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
+// `material` is null, or a structure of its `struct_size`, whose pointers are null or valid.
 EtdStatus etd_scene_add_material(EtdScene *scene,
                                  const EtdMaterial *material,
                                  uint32_t *number);
 
-// Adds triangles, and writes the number of the shape, counted from 0, unless `number` is null. All buffers are copied.
+// Adds a triangle mesh and writes the number of the shape, counted from 0, unless `number` is null. All buffers are
+// copied.
 //
 // Pointers:
-// `surface` and `mesh` are null, or structures as long as they say, whose pointers are null or lead to what they say.
+// `surface` and `mesh` are null, or structures of their `struct_size`, whose pointers are null or valid.
 EtdStatus etd_scene_add_mesh(EtdScene *scene,
                              const EtdSurface *surface,
                              const EtdMesh *mesh,
                              uint32_t *number);
 
-// Adds a sphere about `center`, three numbers, and writes the number of the shape unless `number` is null.
+// Adds a sphere around `center`, three numbers, and writes the number of the shape unless `number` is null.
 //
 // Pointers:
 // As `etd_scene_add_mesh`; `center` is null, or three numbers.
@@ -556,10 +559,10 @@ EtdStatus etd_scene_add_sphere(EtdScene *scene,
                                double radius,
                                uint32_t *number);
 
-// Adds a flat disk about `center`, with a normal of any length, and writes the number of the shape unless `number` is null.
+// Adds a disk around `center`, with a normal of any length, and writes the number of the shape unless `number` is null.
 //
 // Pointers:
-// As `etd_scene_add_sphere`, of `normal` too.
+// As `etd_scene_add_sphere`; likewise for `normal`.
 EtdStatus etd_scene_add_disk(EtdScene *scene,
                              const EtdSurface *surface,
                              const double *center,
@@ -570,7 +573,7 @@ EtdStatus etd_scene_add_disk(EtdScene *scene,
 // Adds a parallelogram with the normal edge_u x edge_v, and writes the number of the shape unless `number` is null.
 //
 // Pointers:
-// As `etd_scene_add_sphere`, of corner and edges.
+// As `etd_scene_add_sphere`; likewise for the corner and the edges.
 EtdStatus etd_scene_add_rectangle(EtdScene *scene,
                                   const EtdSurface *surface,
                                   const double *corner,
@@ -581,42 +584,40 @@ EtdStatus etd_scene_add_rectangle(EtdScene *scene,
 // Adds an axis-aligned box whose normals point outwards, and writes the number of the shape unless `number` is null.
 //
 // Pointers:
-// As `etd_scene_add_sphere`, of both corners.
+// As `etd_scene_add_sphere`; likewise for both corners.
 EtdStatus etd_scene_add_box(EtdScene *scene,
                             const EtdSurface *surface,
                             const double *min,
                             const double *max,
                             uint32_t *number);
 
-// Adds a group without members yet, and writes its number, counted from 1: 0 stands for the world itself. `name` is for
-// messages and may be null.
+// Adds an empty group and writes its number, counted from 1: 0 stands for the world itself. `name` is for messages and
+// may be null.
 //
 // Pointers:
-// `name` is null, or a text that ends with a NUL; `number` is null, or may be written.
+// `name` is null, or a NUL-terminated string; `number` is null, or may be written.
 EtdStatus etd_scene_add_group(EtdScene *scene,
                               const char *name,
                               uint32_t *number);
 
-// Adds an instance of a group, and writes its number, counted from 0, unless `number` is null.
+// Adds an instance of a group and writes its number, counted from 0, unless `number` is null.
 //
 // Pointers:
-// `instance` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
-EtdStatus etd_scene_add_instance(EtdScene *scene,
-                                 const EtdInstance *instance,
-                                 uint32_t *number);
+// `instance` is null, or a structure of its `struct_size`, whose pointers are null or valid.
+EtdStatus etd_scene_add_instance(EtdScene *scene, const EtdInstance *instance, uint32_t *number);
 
-// Adds a light that is no shape. Its panorama is copied; there may be one at most.
+// Adds a light that is not a shape. Its environment map is copied; a scene has at most one.
 //
 // Pointers:
-// `light` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
-EtdStatus etd_scene_add_light(EtdScene *scene,
-                              const EtdLight *light);
+// `light` is null, or a structure of its `struct_size`, whose pointers are null or valid.
+EtdStatus etd_scene_add_light(EtdScene *scene, const EtdLight *light);
 
-// Tells what each of `count` rays meets first. Strides are bytes from one item to the next; 0 stands for items without a gap. May
-// be called from any number of threads at once. A surface that is only partly there counts where more than half of it is.
+// Finds the closest hit of each of `count` rays. Strides are bytes from one item to the next; 0 stands for items
+// without a gap. May be called from any number of threads at once. A surface with alpha is hit where alpha is above one
+// half.
 //
 // Pointers:
-// The pointers are null, or as many rays are there, and as many hits may be written.
+// The pointers are null, or `count` rays may be read, and `count` hits may be written.
 EtdStatus etd_scene_intersect(const EtdScene *scene,
                               const EtdRay *rays,
                               size_t count,
@@ -624,23 +625,24 @@ EtdStatus etd_scene_intersect(const EtdScene *scene,
                               EtdHit *hits,
                               size_t hit_stride);
 
-// Tells of each of `count` rays whether anything lies on it: 1 or 0 for each, without a gap. May be called from any number of
+// Tests each of `count` rays for occlusion: writes 1 or 0 for each, without a gap. May be called from any number of
 // threads at once.
 //
 // Pointers:
-// The pointers are null, or as many rays are there, and as many bytes may be written.
+// The pointers are null, or `count` rays may be read, and `count` bytes may be written.
 EtdStatus etd_scene_occluded(const EtdScene *scene,
                              const EtdRay *rays,
                              size_t count,
                              size_t ray_stride,
                              uint8_t *occluded);
 
-// Estimates the radiance that comes along each of `count` rays to its origin by `spp` samples, on the scene's threads: red, green
-// and blue for each ray, without a gap. Where `standard_errors` is not null, their standard errors too, and `spp` is rounded
-// up to a multiple of 4. Of the settings, which may be null, limits, crop and flags for layers do not count.
+// Estimates the incident radiance at the origin of each of `count` rays with `spp` samples, on the scene's threads:
+// red, green and blue for each ray, without a gap. If `standard_errors` is not null, their standard errors are written,
+// too, and `spp` is rounded up to a multiple of 4. Limits, crop and the flag for layers in `settings`, which may be
+// null, are ignored.
 //
 // Pointers:
-// The pointers are null, or what they say is there; three floats for each ray may be written to the last two.
+// The pointers are null, or valid; three floats for each ray may be written to the last two.
 EtdStatus etd_scene_radiance(const EtdScene *scene,
                              const EtdSettings *settings,
                              const EtdRay *rays,
@@ -650,19 +652,20 @@ EtdStatus etd_scene_radiance(const EtdScene *scene,
                              float *radiance,
                              float *standard_errors);
 
-// Copies the picture to `pixels`, where `size` bytes may be written: red, green and blue of each pixel as three floats, linear
-// Rec. 709, row by row from the top. Strides are bytes from one pixel or row to the next; 0 stands for no gap.
+// Copies the image to `pixels`, where `size` bytes may be written: red, green and blue of each pixel as three floats,
+// linear Rec. 709, row by row from the top. Strides are bytes from one pixel or row to the next; 0 stands for no gap.
 //
 // Pointers:
-// `pixels` is null, or so many bytes may be written.
+// `pixels` is null, or `size` bytes may be written.
 EtdStatus etd_render_read_pixels(const EtdRender *render,
                                  float *pixels,
                                  size_t size,
                                  size_t pixel_stride,
                                  size_t row_stride);
 
-// Copies the standard error of each pixel, as `etd_render_read_pixels`, from four samples a pixel on. An interval of 95 % is two
-// of them to either side; for others, the layer "freedom.Y" has the degrees of freedom of Student's t, scaled to variance 1.
+// Copies the standard error of each pixel, like `etd_render_read_pixels`; requires at least four samples per pixel. The
+// 95 % confidence interval is two standard errors to either side; for other levels, the layer "freedom.Y" holds the
+// degrees of freedom of Student's t, scaled to variance 1.
 //
 // Pointers:
 // As `etd_render_read_pixels`.
@@ -672,11 +675,12 @@ EtdStatus etd_render_read_standard_errors(const EtdRender *render,
                                           size_t pixel_stride,
                                           size_t row_stride);
 
-// Copies a layer, one float a pixel, as `etd_render_read_pixels`; its name is one of those of docs/accuracy.md, such as "albedo.R",
-// "depth.Z" or "spp.Y". For renders with `ETD_LAYERS`. What is seen first is traced when a layer is asked for the first time.
+// Copies a layer, one float per pixel, like `etd_render_read_pixels`; its name is one of those of docs/accuracy.md,
+// such as "albedo.R", "depth.Z" or "spp.Y". For renders with `ETD_LAYERS`. First hits are traced when a layer is read
+// for the first time.
 //
 // Pointers:
-// As `etd_render_read_pixels`; `name` is null, or a text that ends with a NUL.
+// As `etd_render_read_pixels`; `name` is null, or a NUL-terminated string.
 EtdStatus etd_render_read_layer(const EtdRender *render,
                                 const char *name,
                                 float *pixels,
@@ -684,45 +688,47 @@ EtdStatus etd_render_read_layer(const EtdRender *render,
                                 size_t pixel_stride,
                                 size_t row_stride);
 
-// Writes the picture to a file, whole or not at all: `.exr`, with all layers if the render has them, `.png`, `.hdr` or `.pfm`.
+// Writes the image to a file, completely or not at all: `.exr`, with all layers if the render has them, `.png`, `.hdr`
+// or `.pfm`.
 //
 // Pointers:
-// `path` is null, or a text that ends with a NUL.
+// `path` is null, or a NUL-terminated string.
 EtdStatus etd_render_write(const EtdRender *render,
                            const char *path);
 
-// Begins a render of a committed scene, without a sample yet, and writes its handle, to be released by `etd_render_release`. It
-// keeps the scene as long as it lives. `settings` may be null. A failure leaves its text with the scene.
+// Creates a render of a committed scene, without samples, and writes its handle, to be released by
+// `etd_render_release`. It keeps the scene alive. `settings` may be null. The message of a failure is stored with the
+// scene.
 //
 // Pointers:
-// `settings` is null, or a structure as long as it says, whose pointers are null or texts; `render` is null, or a handle may be
-// written there.
+// `settings` is null, or a structure of its `struct_size`, whose pointers are null or NUL-terminated strings; `render`
+// is null, or a handle may be written there.
 EtdStatus etd_render_create(const EtdScene *scene,
                             const EtdSettings *settings,
                             EtdRender **render);
 
-// Holds a render once more.
+// Increments the reference count of a render.
 EtdStatus etd_render_retain(const EtdRender *render);
 
-// Holds a render once less. Nobody's render is freed, once it does not run. Null, and what was released already, are
-// `ETD_STATUS_INVALID_HANDLE`.
+// Decrements the reference count of a render, which is freed at 0, once it does not run. Null, and handles that were
+// freed already, are `ETD_STATUS_INVALID_HANDLE`.
 EtdStatus etd_render_release(EtdRender *render);
 
-// The text of the render's last failure, as `etd_scene_error`.
+// Copies the message of the render's last failure, like `etd_scene_error`.
 //
 // Pointers:
 // As `etd_scene_error`.
 size_t etd_render_error(const EtdRender *render, char *text, size_t capacity);
 
-// Renders until what the settings say is met: samples, a time or an error. Returns when it is, or `ETD_STATUS_CANCELLED`. A render that
-// was cancelled may be run again, and loses nothing. `watch` may be null.
+// Renders until the limit in the settings is reached: samples, time or error. Returns `ETD_STATUS_CANCELLED` if it was
+// cancelled; it may then be run again, without loss of samples. `watch` may be null.
 //
 // Pointers:
-// `watch` is null, or a structure as long as it says, with functions of these signatures.
+// `watch` is null, or a structure of its `struct_size`, with functions of these signatures.
 EtdStatus etd_render_run(EtdRender *render,
                          const EtdWatch *watch);
 
-// Takes `spp` more samples in each pixel, as `etd_render_run`. Not for adaptive renders that have begun.
+// Takes `spp` more samples per pixel, like `etd_render_run`. Not for adaptive renders that have samples.
 //
 // Pointers:
 // As `etd_render_run`.
@@ -730,31 +736,31 @@ EtdStatus etd_render_add_samples(EtdRender *render,
                                  uint64_t spp,
                                  const EtdWatch *watch);
 
-// Ends the run of a render that is under way, from any thread, as soon as it can. Without one nothing happens.
+// Cancels the active run of a render as soon as possible, from any thread. Without an active run, it does nothing.
 EtdStatus etd_render_cancel(EtdRender *render);
 
-// Tells what is known of a render.
+// Writes statistics and error estimates of a render.
 //
 // Pointers:
-// `info` is null, or a structure as long as it says.
+// `info` is null, or a structure of its `struct_size`.
 EtdStatus etd_render_info(const EtdRender *render, EtdRenderInfo *info);
 
-// Makes an empty scene, seen from the origin along -z, and writes its handle. It is held once, to be released by
-// `etd_scene_release`.
+// Creates an empty scene, with a camera at the origin that looks along -z, and writes its handle. Its reference count
+// is 1, to be released by `etd_scene_release`.
 //
 // Pointers:
 // `scene` is null, or a handle may be written there.
 EtdStatus etd_scene_create(EtdScene **scene);
 
-// Holds a scene once more.
+// Increments the reference count of a scene.
 EtdStatus etd_scene_retain(const EtdScene *scene);
 
-// Holds a scene once less. Nobody's scene is freed; renders that have begun keep it as long as they live. Null, and what was
-// released already, are `ETD_STATUS_INVALID_HANDLE`.
+// Decrements the reference count of a scene, which is freed at 0; renders created from it keep it alive. Null, and
+// handles that were freed already, are `ETD_STATUS_INVALID_HANDLE`.
 EtdStatus etd_scene_release(EtdScene *scene);
 
-// Copies the text of the scene's last failure to `text`, cut to `capacity` bytes with the NUL that ends it, and returns its whole
-// length without the NUL. `text` may be null, to ask for the length.
+// Copies the message of the scene's last failure to `text`, truncated to `capacity` bytes including the terminating
+// NUL, and returns its full length without the NUL. `text` may be null, to query the length.
 //
 // Pointers:
 // `capacity` bytes may be written to `text`, unless it is null.
@@ -762,58 +768,59 @@ size_t etd_scene_error(const EtdScene *scene,
                        char *text,
                        size_t capacity);
 
-// Reads a scene from a `.toml` file or a bare `.obj` model, in place of what is there. It still has to be committed.
+// Loads a `.toml` scene or a bare `.obj` model, which replaces the description. It takes effect at the next commit.
 //
 // Pointers:
-// `path` is null, or a text that ends with a NUL.
+// `path` is null, or a NUL-terminated string.
 EtdStatus etd_scene_load(EtdScene *scene,
                          const char *path);
 
-// Looks from somewhere else. On a committed scene this is effective at once, and builds nothing, unless another shutter makes
-// something move, or move otherwise.
+// Sets the camera. On a committed scene this takes effect at once, and builds nothing, unless a different shutter
+// changes the motion of objects.
 //
 // Pointers:
-// `camera` is null, or a structure as long as it says, whose pointers are null or lead to what it says.
+// `camera` is null, or a structure of its `struct_size`, whose pointers are null or valid.
 EtdStatus etd_scene_set_camera(EtdScene *scene,
                                const EtdCamera *camera);
 
-// Makes pictures of another size or by another filter. On a committed scene this is effective at once, and builds nothing.
+// Sets the image size and the reconstruction filter. On a committed scene this takes effect at once, and builds
+// nothing.
 //
 // Pointers:
-// `film` is null, or a structure as long as it says.
+// `film` is null, or a structure of its `struct_size`.
 EtdStatus etd_scene_set_film(EtdScene *scene,
                              const EtdFilm *film);
 
-// Makes the scene ready: checks it, and builds its acceleration structures. What is added later counts from the next commit on;
-// renders that have begun cannot go on then. `tracing` may be null.
+// Prepares the scene for rendering: checks it, and builds its acceleration structures. Parts that are added later take
+// effect at the next commit, after which renders that were created before cannot continue. `tracing` may be null.
 //
 // Pointers:
-// `tracing` is null, or a structure as long as it says.
+// `tracing` is null, or a structure of its `struct_size`.
 EtdStatus etd_scene_commit(EtdScene *scene,
                            const EtdTracing *tracing);
 
-// Places `count` instances anew: `instances` are their numbers, `transforms` 12 numbers for each, row by row without a gap. On a
-// committed scene this is effective at once; groups are not built again, only the structure above them. What moves keeps its
-// keys, which are applied after the new transform.
+// Sets the transforms of `count` instances: `instances` are their numbers, `transforms` 12 numbers for each, row by row
+// without a gap. On a committed scene this takes effect at once; only the top-level structure is built again, not those
+// of groups. Moving instances keep their keyframes, which are applied after the new transform.
 //
 // Pointers:
-// The pointers are null, or as many numbers are there.
+// The pointers are null, or `count` instances and transforms may be read.
 EtdStatus etd_scene_set_transforms(EtdScene *scene,
                                    const uint32_t *instances,
                                    const double *transforms,
                                    size_t count);
 
-// Tells what was done so far to make the scene ready.
+// Writes statistics about preparing the scene.
 //
 // Pointers:
-// `work` is null, or a structure as long as it says.
+// `work` is null, or a structure of its `struct_size`.
 EtdStatus etd_scene_work(const EtdScene *scene, EtdWork *work);
 
-// A status in words: a text that is always there and never to be freed.
+// Returns the description of a status: a static string, never to be freed.
 const char *etd_status_text(int32_t status);
 
-// The version of the library that runs, such as "0.1.0": a text that is always there and never to be freed. A program that
-// was built with the header of one version runs with every later one of the same major version; while that is 0, of the same
+// Returns the version of the library at run time, such as "0.1.0": a static string, never to be freed. A program built
+// with the header of one version runs with every later one of the same major version; while that is 0, of the same
 // minor version.
 const char *etd_version(void);
 

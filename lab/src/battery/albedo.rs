@@ -2,7 +2,8 @@
 //!
 //! Measure: a fraction; refraction is counted in basic radiance, L / n^2, which is the same in both media of a furnace.
 //! Range: any direction of view that is not in the surface's plane.
-//! Source: the mean of f cos / pdf over a model's own samples. Tested in `lab/tests/reports/battery.rs` and `tests/scattering/furnace.rs`.
+//! Source: the mean of f cos / pdf over a model's own samples. Tested in `lab/tests/reports/battery.rs` and
+//! `tests/scattering/furnace.rs`.
 
 use crate::bench::random::Random;
 use etendue::internals::bsdf::Bsdf;

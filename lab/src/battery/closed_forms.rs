@@ -97,8 +97,8 @@ pub fn bright_texel(row: u32, width: u32, height: u32) -> f64 {
     let centre = (f64::from(row) + 0.5) * step;
     let at_pole = row == 0 || row + 1 == height;
     let over_theta = if at_pole {
-        // Constant from the pole to half a step c, then linear down to 0 within one step h: cos c - (sin (c + h) - sin
-        // c) / h, plus the constant part 1 - cos c.
+        // Constant from the pole to half a step c, then linear down to 0 within one step h:
+        // cos c - (sin (c + h) - sin c) / h, plus the constant part 1 - cos c.
         let c = 0.5 * step;
         1.0 - ((c + step).sin() - c.sin()) / step
     } else {

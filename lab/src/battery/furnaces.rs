@@ -132,9 +132,10 @@ fn tilted(angle: f64) -> DVec3 {
     DVec3::new(angle.sin(), 0.0, angle.cos())
 }
 
-/// Triangles with tilted shading normals. On a matte surface, light below the geometric surface is lost: (1 + cos t) /
-/// 2 remains for a normal at an angle t. Seen along the shading normal, t is its tilt; seen from straight above, the
-/// normal is corrected to 45 degrees. A normal on the other side is flipped, and one of zero length is ignored.
+/// Triangles with tilted shading normals. On a matte surface, light below the geometric surface is lost:
+/// (1 + cos t) / 2 remains for a normal at an angle t. Seen along the shading normal, t is its tilt; seen from straight
+/// above, the normal is corrected to 45 degrees. A normal on the other side is flipped, and one of zero length is
+/// ignored.
 fn tilted_normals() -> Vec<Case> {
     let kept = |t: f64| 0.5 * (1.0 + t.cos());
     let tilt = 60.0_f64.to_radians();

@@ -204,8 +204,8 @@ fn moving_edges() -> Vec<Case> {
     [0.03, 0.5, 0.9].map(case).into()
 }
 
-/// Edges out of focus: with a lens of radius r focused at f, the image of the origin covers a disc of radius r |d / f -
-/// 1| on a plane at distance d.
+/// Edges out of focus: through a lens of radius r, focused at f, the pixels average over a disc of radius
+/// r |d / f - 1| around the origin on a plane at distance d.
 fn blurred_edges() -> Vec<Case> {
     let lenses = [(2.0, 0.1, 1.0), (1.0, 0.05, 1e30), (100.0, 3.0, 80.0)];
     let all = lenses

@@ -34,7 +34,7 @@ pub struct Look {
     pub spp: u64,
     /// Maximum number of scattering events.
     pub max_bounces: Option<u32>,
-    /// The kind of Russian roulette.
+    /// The rule of Russian roulette.
     pub roulette: Roulette,
 }
 

@@ -9,8 +9,8 @@
 //!
 //! Measure: parameters in multiples of the ray's direction, computed in double precision.
 //! Range: finite rays. Where the determinant is not above its error, the parameter is unknown.
-//! Source: Higham 2002, section 3.1, for the sums; Möller and Trumbore 1997, and the edge tests by Plücker coordinates of Woop,
-//! Benthin and Wald 2013, for what is summed. Tested in `lab/tests/bench/agreement.rs`.
+//! Source: Higham 2002, section 3.1, for the sums; Möller and Trumbore 1997, and the edge tests by Plücker coordinates
+//! of Woop, Benthin and Wald 2013, for their terms. Tested in `lab/tests/bench/agreement.rs`.
 
 use etendue::internals::accel::PrimitiveId;
 use etendue::internals::geometry::Geometry;

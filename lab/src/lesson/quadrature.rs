@@ -1,4 +1,4 @@
-//! Quadrature against Monte Carlo, as the dimension grows.
+//! Lesson on quadrature against Monte Carlo, as the dimension grows.
 //!
 //! Measure: integrals over the unit cube of d dimensions; cost in calls of the integrand.
 //! Range: d from 1 to 12, up to 65536 calls.
@@ -27,10 +27,10 @@ pub const TOPIC: Topic = Topic {
 const SMOOTH: Integrand = Integrand::Exponential;
 const EDGE: Integrand = Integrand::HalfSpace;
 
-/// The most calls of one estimate.
+/// The maximum number of calls of one estimate, as an exponent of two.
 const MOST_CALLS: u32 = 16;
 
-/// The calls at which dimensions are compared.
+/// The number of calls at which dimensions are compared.
 const CALLS: usize = 4097;
 
 const RULES: [(Rule, &str); 2] = [(Rule::Trapezoid, "trapezoid"), (Rule::Simpson, "Simpson")];
@@ -159,10 +159,10 @@ fn rule(rule: Rule, integrand: Integrand, d: u32, calls: usize) -> f64 {
     estimate.map_or(f64::NAN, |estimate| estimate.value)
 }
 
-/// The error over the number of calls, and plain Monte Carlo's curve.
+/// Plots the error over the number of calls, and returns the error curve of plain Monte Carlo as well.
 fn by_calls(lesson: &Lesson<'_>, integrand: Integrand, d: u32) -> (ErrorCurve, Plot) {
     let exact = integrand.integral(d);
-    // One more than a power: cells whose borders hit the edge would have no error at all.
+    // One more than a power: a grid whose cell borders coincide with the edge would have no error at all.
     let calls: Vec<usize> = powers_of_two(2, MOST_CALLS, 2)
         .iter()
         .map(|n| n + 1)
@@ -174,7 +174,7 @@ fn by_calls(lesson: &Lesson<'_>, integrand: Integrand, d: u32) -> (ErrorCurve, P
         let estimates = calls.iter().filter_map(|&n| rule.integrate_cube(f, d, n));
         let mut points: Vec<[f64; 2]> = estimates
             .map(|estimate| [estimate.calls as f64, (estimate.value - exact).abs()])
-            // What is left is rounding.
+            // Smaller errors are rounding.
             .filter(|point| point[1] > 1e-14)
             .collect();
         points.dedup_by_key(|point| point[0]);
@@ -234,7 +234,7 @@ fn reading(smooth: bool, d: u32) -> &'static str {
     }
 }
 
-/// The error over the dimension, at a fixed number of calls.
+/// Plots the error over the dimension, at a fixed number of calls.
 fn by_dimension(lesson: &Lesson<'_>, integrand: Integrand, title: &str) -> Plot {
     let runs = lesson.samples(300).max(100);
     let dimensions = || 1..=12_u32;

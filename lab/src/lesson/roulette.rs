@@ -1,7 +1,7 @@
-//! Russian roulette: ending by chance without bias.
+//! Lesson on Russian roulette: random termination without bias.
 //!
 //! Measure: the sum 1 + R + R^2 + ..., which is 1 / (1 - R): the light in a closed box of albedo R that emits 1.
-//! Range: R = 0.5, and chances q of going on above R^2, below which the variance is infinite.
+//! Range: R = 0.5, and continuation probabilities q above R^2, below which the variance is infinite.
 //! Source: E[S^2] = (1 + 2R/(1 - R)) / (1 - R^2/q). Tested in `lab/tests/reports/lesson.rs`.
 
 use super::number::{Number, Technique};
@@ -20,19 +20,20 @@ pub const TOPIC: Topic = Topic {
     run,
 };
 
-/// What each bounce leaves.
+/// The reflectance of the box.
 const R: f64 = 0.5;
 
-/// The chances of the numbers; the first is the course's.
+/// The continuation probabilities of the numbers; the first is the course's.
 const SHOWN: [f64; 2] = [R, 0.8];
 
-/// All chances to go on that are tried.
+/// All continuation probabilities that are measured.
 const CHANCES: [f64; 6] = [R, 0.4, 0.6, 0.7, 0.8, 0.9];
 
 /// Samples for each number.
 const SAMPLES: usize = 1 << 21;
 
-/// A path that goes on with the chance `q` after each bounce: what it gathers, and how many bounces it has.
+/// A path that continues with probability `q` after each bounce: the radiance that it collects, and its number of
+/// bounces.
 fn path(q: f64, uniform: &mut Uniform) -> (f64, u32) {
     let (mut sum, mut beta, mut bounces) = (1.0, 1.0, 0);
     while uniform.double() < q {
@@ -43,7 +44,7 @@ fn path(q: f64, uniform: &mut Uniform) -> (f64, u32) {
     (sum, bounces)
 }
 
-/// The variance of what a path gathers.
+/// The exact variance of the radiance collected by a path.
 fn variance(q: f64) -> f64 {
     (1.0 + 2.0 * R / (1.0 - R)) / (1.0 - R * R / q) - (1.0 - R).powi(-2)
 }
@@ -145,7 +146,7 @@ fn of_paths(lesson: &Lesson<'_>, paths: &[(f64, Samples)]) -> Vec<Number> {
     numbers
 }
 
-/// Roulette for the samples of a plain integral.
+/// Roulette applied to the samples of a plain integral.
 fn of_samples(lesson: &Lesson<'_>) -> Vec<Number> {
     let f = |x: f64| 3.0 * x * x;
     let plain = lesson.sample("plain", SAMPLES, |u| f(u.double()));
@@ -191,7 +192,7 @@ fn variances(measured: Vec<[f64; 2]>) -> Plot {
     }
 }
 
-/// Stopping after a fixed number of bounces, beside roulette.
+/// Termination after a fixed number of bounces, compared with roulette.
 fn truncated(lesson: &Lesson<'_>) -> Plot {
     const PATHS: [u32; 13] = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096];
     let runs = lesson.samples(400);

@@ -1,4 +1,4 @@
-//! Stratified sampling: one sample a cell.
+//! Lesson on stratified sampling: one sample per cell.
 //!
 //! Measure: integrals over the unit interval and square.
 //! Range: grids of up to 4096 cells.
@@ -24,7 +24,7 @@ pub const TOPIC: Topic = Topic {
     run,
 };
 
-/// A way to place samples.
+/// A method of placing samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Estimator {
     Plain,
@@ -43,7 +43,7 @@ impl Estimator {
         }
     }
 
-    /// The estimate of an integral with so many samples.
+    /// Estimates an integral with at most `samples` samples; returns the estimate and the number of samples used.
     fn estimate(
         self,
         f: impl Fn(&[f64]) -> f64,
@@ -63,7 +63,7 @@ impl Estimator {
         estimate.map(|estimate| (estimate.value, estimate.calls))
     }
 
-    /// Its value alone.
+    /// The value of the estimate alone; NaN if there is none.
     fn value(
         self,
         f: impl Fn(&[f64]) -> f64,
@@ -76,12 +76,12 @@ impl Estimator {
     }
 }
 
-/// Climbs along the interval; its integral is 1.
+/// A ramp along the interval; its integral is 1.
 fn ramp(x: &[f64]) -> f64 {
     2.0 * x[0]
 }
 
-/// Climbs along both axes; its integral is 1.
+/// A ramp along both axes; its integral is 1.
 fn slope(x: &[f64]) -> f64 {
     x[0] + x[1]
 }
@@ -161,7 +161,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     ]
 }
 
-/// Variances that have a closed form.
+/// Variances with a closed form.
 fn variances(lesson: &Lesson<'_>) -> Vec<Number> {
     let runs = lesson.samples(20_000).max(8192);
     let of_ramp = |name: &str, samples: usize, way: Estimator, exact: f64| {
@@ -266,7 +266,7 @@ fn technique(lesson: &Lesson<'_>, way: Estimator) -> Technique {
     }
 }
 
-/// Where 64 samples fall: the integrand is called there.
+/// Plots the positions of 64 samples, recorded in the integrand.
 fn scatter(lesson: &Lesson<'_>, way: Estimator) -> Plot {
     let points = RefCell::new(Vec::new());
     let note = |x: &[f64]| {

@@ -1,7 +1,7 @@
-//! A topic of the course, and what it is given to run with.
+//! A topic of the course, with the settings and tools for running it.
 //!
-//! Measure: `effort` is a share of the samples that a whole lesson takes.
-//! Range: effort in (0, 1]; verdicts of numbers hold at any effort that is tested, times and plots get rougher.
+//! Measure: `effort` is the fraction of the samples of a full lesson.
+//! Range: effort in (0, 1]; verdicts of numbers hold at any tested effort, times and plots become noisier.
 //! Source: none needed. Tested in `lab/tests/reports/lesson.rs`.
 
 use super::page::Page;
@@ -16,26 +16,26 @@ use std::time::Instant;
 /// A topic of the course.
 #[derive(Debug, Clone, Copy)]
 pub struct Topic {
-    /// What it is called on the command line.
+    /// Name on the command line.
     pub name: &'static str,
     /// Its title.
     pub title: &'static str,
-    /// What it is about, in a sentence.
+    /// Summary in one sentence.
     pub summary: &'static str,
-    /// Its share of the time that all topics take, roughly.
+    /// Approximate share of the time of all topics.
     pub weight: f64,
-    /// Does its experiment.
+    /// Runs the experiment.
     pub run: fn(&Lesson<'_>) -> Result<Page>,
 }
 
-/// How lessons are run.
+/// The settings of a lesson.
 #[derive(Debug, Clone, Copy)]
 pub struct Settings {
-    /// Picks one of 2^64 sets of random numbers.
+    /// Selects one of 2^64 sets of random numbers.
     pub seed: u64,
-    /// Threads, at least 1.
+    /// Number of threads, at least 1.
     pub threads: usize,
-    /// The share of the samples to take, in (0, 1].
+    /// The fraction of the samples to take, in (0, 1].
     pub effort: f64,
 }
 
@@ -49,31 +49,31 @@ impl Default for Settings {
     }
 }
 
-/// Is told how a lesson goes on, and can end it.
+/// Receives the progress of a lesson, and can cancel it.
 pub trait LessonObserver: Sync {
-    /// A share in [0, 1] of the topic is done.
+    /// Reports the completed fraction of the topic, in [0, 1].
     fn progress(&self, _fraction: f64) {}
-    /// Whether the lesson should end as soon as it can; it is then discarded.
+    /// Whether the lesson should end as soon as possible; it is then discarded.
     fn is_cancelled(&self) -> bool {
         false
     }
 }
 
-/// Nobody watches.
+/// An observer that ignores all events.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unwatched;
 
 impl LessonObserver for Unwatched {}
 
-/// A topic while it runs.
+/// A running topic.
 pub struct Lesson<'a> {
     topic: &'static str,
-    /// How it is run.
+    /// The settings of the run.
     pub settings: Settings,
     observer: &'a dyn LessonObserver,
 }
 
-/// Groups of samples for a standard error.
+/// Number of groups of samples for a standard error.
 pub const GROUPS: usize = 64;
 
 impl<'a> Lesson<'a> {
@@ -89,23 +89,23 @@ impl<'a> Lesson<'a> {
         }
     }
 
-    /// So many samples at full effort; never less than 16.
+    /// The number of samples for the current effort, given that of full effort; at least 16.
     pub fn samples(&self, full: usize) -> usize {
         ((full as f64 * self.settings.effort) as usize).max(16)
     }
 
-    /// A seed of its own for each of these names and indices.
+    /// A distinct seed for each experiment and index.
     pub fn seed(&self, experiment: &str, index: usize) -> u64 {
         seed_of(self.settings.seed, [self.topic, experiment], index as u64)
     }
 
-    /// Random numbers of their own for each of these names and indices.
+    /// A distinct stream of random numbers for each experiment and index.
     pub fn uniform(&self, experiment: &str, index: usize) -> Uniform {
         Uniform::new(self.seed(experiment, index))
     }
 
-    /// Does an experiment `count` times, each with random numbers of its own, on all threads; in order. When the
-    /// lesson is cancelled the rest is left out.
+    /// Runs an experiment `count` times on all threads, each time with its own random numbers, and returns the results
+    /// in order. After cancellation the remaining runs are left out.
     pub fn repeat<T: Send>(
         &self,
         experiment: &str,
@@ -136,18 +136,18 @@ impl<'a> Lesson<'a> {
         Samples { groups }
     }
 
-    /// A share in [0, 1] of the topic is done.
+    /// Reports the completed fraction of the topic, in [0, 1].
     pub fn progress(&self, fraction: f64) {
         self.observer.progress(fraction);
     }
 
-    /// Whether what comes out will be discarded.
+    /// Whether the lesson was cancelled, so that its results will be discarded.
     pub fn is_cancelled(&self) -> bool {
         self.observer.is_cancelled()
     }
 }
 
-/// A render of a lesson can be ended, too.
+/// Lets the renders of a lesson be cancelled, too.
 impl RenderObserver for Lesson<'_> {
     fn progress(&self, _progress: &Progress) {}
 
@@ -156,7 +156,7 @@ impl RenderObserver for Lesson<'_> {
     }
 }
 
-/// Samples in groups: each group's moments, and its seconds a sample.
+/// Samples in groups: the moments of each group, and its seconds a sample.
 #[derive(Debug, Clone)]
 pub struct Samples {
     groups: Vec<(Moments, f64)>,
@@ -169,13 +169,13 @@ impl Samples {
         groups.fold(Moments::default(), Moments::merge)
     }
 
-    /// The moments of the groups' variances: their mean is the variance, and has a standard error.
+    /// The moments of the groups' variances: their mean estimates the variance, with a standard error.
     pub fn variances(&self) -> Moments {
         let groups = self.groups.iter();
         Moments::of(groups.filter_map(|(moments, _)| moments.variance()))
     }
 
-    /// Seconds a sample: the median over the groups, for another program may have taken a thread from some.
+    /// Seconds a sample: the median over the groups, since other programs may have interrupted some.
     pub fn cost(&self) -> f64 {
         if self.groups.is_empty() {
             return f64::NAN;

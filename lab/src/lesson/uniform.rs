@@ -1,4 +1,4 @@
-//! Uniform random numbers for experiments that render nothing.
+//! Uniform random numbers for experiments without rendering.
 //!
 //! Measure: none.
 //! Range: [0, 1 - 2^-53] in double precision, [0, 1 - 2^-24] in single; a stream repeats after 2^128 numbers.
@@ -14,7 +14,7 @@ use rand_pcg::Pcg64;
 pub struct Uniform(Pcg64);
 
 impl Uniform {
-    /// The stream of a seed.
+    /// The stream for a seed.
     pub fn new(seed: u64) -> Self {
         Self(Pcg64::new(u128::from(seed), u128::from(combine(seed, 1))))
     }
@@ -38,7 +38,7 @@ impl Uniform {
     }
 }
 
-/// One seed for each of these names and indices.
+/// A seed derived from `seed`, two names and an index.
 pub fn seed_of(seed: u64, names: [&str; 2], index: u64) -> u64 {
     let letters = names.iter().flat_map(|name| name.bytes().chain([0]));
     let of_names = letters.fold(seed, |seed, letter| combine(seed, u64::from(letter)));

@@ -2,7 +2,8 @@
 //!
 //! Measure: world units.
 //! Range: any seed.
-//! Source: value noise with quintic interpolation, Perlin 2002, "Improving Noise". Tested through `lab/tests/bench/scenes.rs`.
+//! Source: value noise with quintic interpolation, Perlin 2002, "Improving Noise". Tested through
+//! `lab/tests/bench/scenes.rs`.
 
 use etendue::internals::math::vec::{DVec2, DVec3};
 use etendue::internals::sampler::hash::combine;

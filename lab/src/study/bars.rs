@@ -1,9 +1,10 @@
-//! Whether error bars hold what they say: how often the reference is within them.
+//! The reliability of error bars: how often they contain the reference.
 //!
-//! Measure: shares of the channels of pixels; z as normal scores of errors over standard errors.
-//! Range: a film with four samples a pixel at least; pixels without noise are left out. The reference has noise of its own, a share of the bars'
-//! variance that is told: it should be small.
-//! Source: intervals of shares by Wilson 1927, for as many trials as pixels, since channels go together. Tested below.
+//! Measure: fractions of the channels of pixels; z as normal scores of errors over standard errors.
+//! Range: a film with four samples a pixel at least; pixels without noise are left out. The reference has noise of its
+//! own; its share of the bars' variance is reported and should be small.
+//! Source: intervals of proportions by Wilson 1927, for as many trials as pixels, since the channels of a pixel are
+//! correlated. Tested below.
 
 use super::reference::References;
 use etendue::internals::film::Film;
@@ -11,56 +12,56 @@ use etendue::internals::image::Image;
 use etendue::internals::math::stats::{normal_quantile, normal_score};
 use serde::Serialize;
 
-/// Confidences that are tried.
+/// Confidence levels that are tested.
 const CONFIDENCES: [f64; 5] = [0.5, 0.8, 0.9, 0.95, 0.99];
 
-/// Bins of the histogram of z, from -5 to 5; what is farther out is in the first or the last.
+/// Number of bins of the histogram of z, from -5 to 5; values beyond are counted in the first or the last.
 pub const BINS: usize = 40;
-/// Normal scores at the ends of it.
+/// Normal score at the ends of the histogram.
 pub const FARTHEST: f64 = 5.0;
 
-/// A standard error below this share of the value is rounding: samples that are all alike.
+/// A standard error below this fraction of the value is rounding: all samples are equal.
 const ROUNDING: f64 = 1e-6;
 
-/// What came of the bars of one render.
+/// The reliability of the error bars of one render.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BarsReport {
     /// Samples per pixel.
     pub spp: u64,
-    /// The share of pixels whose bars say themselves that they are not to be trusted.
+    /// The fraction of pixels whose error bars are flagged as unreliable.
     pub flagged: f64,
     /// The variance of the reference over that of the bars, on average.
     pub reference_share: f64,
-    /// How often bars held the reference.
+    /// Coverage of the reference, by confidence level.
     pub coverage: Vec<Coverage>,
-    /// Of trusted pixels, how many channels were so far off: errors over standard errors, as normal scores.
+    /// Histogram of the channels of trusted pixels by error over standard error, as normal scores.
     pub z: Vec<u64>,
-    /// The same of flagged pixels.
+    /// Histogram of the channels of flagged pixels.
     pub z_flagged: Vec<u64>,
 }
 
-/// How often bars of a confidence held the reference.
+/// The coverage of the reference by bars of one confidence level.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Coverage {
-    /// How often they should.
+    /// The confidence level, which is the expected coverage.
     pub confidence: f64,
-    /// Of the trusted.
+    /// Coverage for trusted pixels.
     pub trusted: Share,
-    /// Of the flagged.
+    /// Coverage for flagged pixels.
     pub flagged: Share,
 }
 
-/// How many of how many.
+/// A proportion of counts.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Share {
-    /// Channels of pixels that were held.
+    /// Channels of pixels whose bars contain the reference.
     pub held: u64,
-    /// Of so many.
+    /// All channels of pixels.
     pub count: u64,
 }
 
 impl Share {
-    /// The share itself; not a number of nothing.
+    /// The proportion; NaN if the count is 0.
     pub fn value(&self) -> f64 {
         self.held as f64 / self.count as f64
     }
@@ -81,8 +82,8 @@ impl Share {
     }
 }
 
-/// Holds the error bars of a film against the reference; with them, the standard error of each pixel. `None` before every
-/// pixel has four samples.
+/// Compares the error bars of a film with the reference; also returns the standard error of each pixel. `None` before
+/// every pixel has four samples.
 pub fn reliability(film: &Film, spp: u64, references: &References) -> Option<(BarsReport, Image)> {
     let bars = film.has_all_batches().then(|| film.error_bars())?;
     let picture = film.develop();

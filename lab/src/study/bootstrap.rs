@@ -1,32 +1,32 @@
-//! The bootstrap: how far a number that is computed from independent replicates would move with others.
+//! The bootstrap: confidence intervals of numbers computed from independent replicates.
 //!
 //! Measure: that of the number.
-//! Range: at least two replicates in each group. Quantiles are those of the replicas, which may be infinite: a time that
-//! some replicas never reach has an open end.
+//! Range: at least two replicates in each group. Quantiles are those of the replicas, which may be infinite: a time
+//! that some replicas never reach has an open interval.
 //! Source: Efron and Tibshirani 1993, chapter 13 (percentile intervals); Davison and Hinkley 1997, section 2.5, for the
-//! widening by sqrt(n / (n - 1)) that makes up for few replicates. Tested below.
+//! widening by sqrt(n / (n - 1)) that corrects for few replicates. Tested below.
 
 use etendue::internals::sampler::hash::combine;
 use rand_core::Rng;
 use rand_pcg::Pcg64;
 use serde::Serialize;
 
-/// Replicas that intervals come from.
+/// Number of bootstrap replicas for an interval.
 pub const REPLICAS: usize = 2000;
 
-/// A number with an interval that holds the truth 95 times out of 100.
+/// A number with its confidence interval of 95 %.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Ranged {
-    /// The number itself.
+    /// The number.
     pub value: f64,
-    /// Where the interval begins.
+    /// Lower end of the interval.
     pub low: f64,
-    /// Where it ends.
+    /// Upper end of the interval.
     pub high: f64,
 }
 
 impl Ranged {
-    /// The number with the middle 95 % of replicas; those that are no numbers are left out.
+    /// The number with the middle 95 % of its replicas; NaN replicas are left out.
     pub fn of(value: f64, replicas: impl IntoIterator<Item = f64>) -> Self {
         let mut sorted: Vec<f64> = replicas.into_iter().filter(|x| !x.is_nan()).collect();
         sorted.sort_by(f64::total_cmp);
@@ -37,37 +37,38 @@ impl Ranged {
         Self { value, low, high }
     }
 
-    /// Whether the interval holds a number.
+    /// Whether the interval contains a number.
     pub fn holds(&self, number: f64) -> bool {
         self.low <= number && number <= self.high
     }
 }
 
-/// Random choices.
+/// A random number generator for permutations and resampling.
 #[derive(Debug, Clone)]
 pub struct Dealer(Pcg64);
 
 impl Dealer {
-    /// Those of a seed.
+    /// The generator for a seed.
     pub fn new(seed: u64) -> Self {
         Self(Pcg64::new(u128::from(seed), u128::from(combine(seed, 3))))
     }
 
-    /// A whole number below `count`, which is at least 1.
+    /// A uniform integer below `count`, which is at least 1.
     pub fn below(&mut self, count: usize) -> usize {
         // The high half of a product: biased by at most count / 2^64.
         ((u128::from(self.0.next_u64()) * count as u128) >> 64) as usize
     }
 
-    /// Puts items in a random order.
+    /// Shuffles items into a random order.
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for last in (1..items.len()).rev() {
             items.swap(last, self.below(last + 1));
         }
     }
 
-    /// The means of groups of replicates, drawn again from each. Means of n drawn from n are spread by sqrt((n - 1) / n) less
-    /// than means are, which is made up for, on a logarithmic scale where all are positive.
+    /// Means of groups of replicates, resampled with replacement from each group. The standard deviation of means of n
+    /// drawn from n is too small by sqrt((n - 1) / n), which is corrected, on a logarithmic scale where all are
+    /// positive.
     pub fn means(&mut self, groups: &[Vec<f64>]) -> Vec<f64> {
         groups.iter().map(|group| self.mean(group)).collect()
     }

@@ -1,22 +1,22 @@
-//! Two clocks: the time that passed, and the time that processors worked for this process.
+//! Two clocks: wall-clock time, and the processor time of this process.
 //!
 //! Measure: seconds.
-//! Range: Unix tells the processors' time; elsewhere it is not a number, and no run is found to be disturbed.
+//! Range: processor time is available on Unix; elsewhere it is NaN, and no run is detected as disturbed.
 //! Source: clock_gettime(2), through the rustix crate. Tested below.
 
 use serde::Serialize;
 use std::time::Instant;
 
-/// What something took.
+/// The duration of some work.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Seconds {
-    /// That passed.
+    /// Wall-clock time.
     pub wall: f64,
-    /// That all processors together worked for it.
+    /// Processor time, summed over all processors.
     pub cpu: f64,
 }
 
-/// Measures from when it is made.
+/// A stopwatch that runs from its creation.
 #[derive(Debug, Clone, Copy)]
 pub struct Stopwatch {
     wall: Instant,
@@ -24,7 +24,7 @@ pub struct Stopwatch {
 }
 
 impl Stopwatch {
-    /// Begins.
+    /// Starts a stopwatch.
     pub fn start() -> Self {
         let cpu = cpu_seconds();
         Self {
@@ -33,7 +33,7 @@ impl Stopwatch {
         }
     }
 
-    /// Since it began.
+    /// The time since the start.
     pub fn read(&self) -> Seconds {
         let wall = self.wall.elapsed().as_secs_f64();
         Seconds {
@@ -43,7 +43,7 @@ impl Stopwatch {
     }
 }
 
-/// What all processors have worked for this process.
+/// Processor time of this process, over all processors.
 #[cfg(unix)]
 fn cpu_seconds() -> f64 {
     use rustix::time::{ClockId, clock_gettime};
@@ -67,7 +67,7 @@ mod tests {
         std::thread::sleep(Duration::from_millis(30));
         let slept = watch.read().wall;
         assert!(slept >= 0.03, "{slept}");
-        // The clock of all threads of this test program goes on at least as fast as this one works.
+        // The processor clock covers all threads of this test program, and advances at least as fast as this one works.
         let watch = Stopwatch::start();
         let mut number = 1.0_f64;
         while watch.read().cpu < 0.01 {

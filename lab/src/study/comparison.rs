@@ -1,12 +1,15 @@
-//! Two pictures of the same thing: how far one is from the other, where, and whether they tend to different pictures.
+//! Two images of the same scene: metrics of their difference, its distribution over the image, and a test whether their
+//! expected values differ.
 //!
-//! The test of bias takes each pixel's standard error from the layers of `render --layers`. Pixels are independent, so the
-//! variance of a mean over many of them is the sum of theirs. A picture without these layers is taken as exact.
+//! The test of bias takes each pixel's standard error from the layers of `render --layers`. Pixels are independent, so
+//! the variance of a mean over many of them is the sum of their variances over the squared count. An image without
+//! these layers is taken as exact.
 //!
 //! Measure: metrics as in `image/metrics.rs`; means in units of the pixels.
-//! Range: pictures of the same size. Pixels that either picture flags are left out of the test: it says nothing of them. The
-//! random numbers of both renders must not be the same.
-//! Source: docs/accuracy.md, "Comparing two pictures"; `math/difference.rs`. Tested below and in `cli/tests/command/compare.rs`.
+//! Range: images of the same size. Pixels that either image flags are excluded from the test. Both renders must use
+//! different random numbers.
+//! Source: docs/accuracy.md, "Comparing two pictures"; `study/difference.rs`. Tested below and in
+//! `cli/tests/command/compare.rs`.
 
 use crate::study::difference::{Difference, Estimate, MeanDifference, family_p_value, sidak};
 use etendue::internals::film::batches::BATCHES;
@@ -16,37 +19,37 @@ use etendue::internals::image::{LayeredImage, MetadataValue};
 use etendue::{Error, Result};
 use serde::Serialize;
 
-/// The significance at which bias is found, for all tests of a kind together.
+/// The significance of the test of bias, for all tests of a kind together.
 pub const SIGNIFICANCE: f64 = 0.05;
-/// The probability with which a difference is found that is called detectable.
+/// The probability with which a detectable difference is found.
 pub const POWER: f64 = 0.9;
 
-/// All numbers but those that need more than the pixels.
+/// The metrics that are computed from the pixels alone.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Metrics {
     /// The mean of (x - r)^2.
     pub mse: f64,
-    /// Its root.
+    /// The root of the MSE.
     pub rmse: f64,
     /// The mean of (x - r)^2 / (r^2 + eps).
     pub rel_mse: f64,
-    /// Its root: the error that `render --error` speaks of.
+    /// The root of relMSE: the error that `render --error` refers to.
     pub rel_rmse: f64,
-    /// The mean without its worst 0.1 % of pixels.
+    /// The mean of relMSE without the worst 0.1 % of pixels.
     pub trimmed_rel_mse: f64,
-    /// The part of it that the reference's own noise is expected to have, by its standard errors.
+    /// The part of relMSE expected from the reference's own noise, by its standard errors.
     pub reference_noise: Option<f64>,
-    /// The means of R, G and B over those of the reference, less one.
+    /// The means of R, G and B over those of the reference, minus one.
     pub mean_differences: [f64; 3],
-    /// Tiles by their share of relMSE, the worst first.
+    /// Tiles sorted by their share of relMSE, the worst first.
     pub tiles: Vec<TileError>,
 }
 
 impl Metrics {
-    /// The metrics of a picture against a reference, with tiles of so many pixels a side.
+    /// The metrics of an image against a reference, with tiles of `side` pixels a side.
     ///
     /// # Errors
-    /// If their sizes differ, or a standard error is not a number from 0 on.
+    /// If their sizes differ, or a standard error is negative or not finite.
     pub fn of(image: &LayeredImage, reference: &LayeredImage, side: u32) -> Result<Self> {
         let bars = Bars::of(reference)?.errors;
         let (image, reference) = (&image.image, &reference.image);
@@ -66,39 +69,39 @@ impl Metrics {
     }
 }
 
-/// Whether two pictures tend to different ones.
+/// The result of testing whether two images have different expected values.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BiasTest {
-    /// The share of pixels that were tested: those that neither picture flags.
+    /// The fraction of pixels that were tested: those that neither image flags.
     pub tested: f64,
-    /// The means of R, G and B.
+    /// Tests of the means of R, G and B.
     pub channels: [ChannelTest; 3],
     /// The p-value of all three together.
     pub p: f64,
-    /// How many tests of a channel of a tile there were.
+    /// Number of tests, one per channel of a tile.
     pub tile_tests: usize,
     /// The p-value of all of them together.
     pub tiles_p: f64,
-    /// The smallest relative difference that half of them find.
+    /// The smallest relative difference that half of these tests detect.
     pub tiles_detectable: f64,
-    /// The one with the least p-value.
+    /// The test with the least p-value.
     pub worst_tile: TileTest,
 }
 
-/// The means of one channel.
+/// The test of the means of one channel.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ChannelTest {
     /// The test.
     #[serde(flatten)]
     pub means: MeanDifference,
-    /// The smallest relative difference that it finds.
+    /// The smallest relative difference that the test detects.
     pub detectable: f64,
 }
 
-/// The means of one channel in one tile.
+/// The test of the means of one channel in one tile.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TileTest {
-    /// Where it is.
+    /// The tile.
     #[serde(flatten)]
     pub tile: Tile,
     /// 0 is red, 1 green, 2 blue.
@@ -116,11 +119,11 @@ impl BiasTest {
     }
 }
 
-/// Tests two pictures for bias, in tiles of so many pixels a side; `None` if neither has standard errors, or nothing is left to
-/// test: all pixels are flagged, or the pictures are equal without noise.
+/// Tests two images for bias, in tiles of `side` pixels a side; `None` if neither has standard errors, or nothing is
+/// left to test: all pixels are flagged, or the images are equal without noise.
 ///
 /// # Errors
-/// If their sizes differ, or a standard error is not a number from 0 on.
+/// If their sizes differ, or a standard error is negative or not finite.
 pub fn bias_test(
     image: &LayeredImage,
     reference: &LayeredImage,
@@ -138,7 +141,7 @@ pub fn bias_test(
         let differences = tile_differences(&sides, tile, width);
         for (c, difference) in differences.into_iter().enumerate() {
             whole[c] = whole[c].merge(difference);
-            // What is black without noise in both cannot fail: it is no test.
+            // A tile that is black without noise in both images cannot fail, so it is not a test.
             let means = difference.test().filter(MeanDifference::says_something);
             tiles.extend(means.map(|means| TileTest {
                 tile,
@@ -152,9 +155,10 @@ pub fn bias_test(
     Ok(judge(tested, whole, &tiles))
 }
 
-/// The sums over the pixels of a tile that neither picture flags.
+/// The sums over the pixels of a tile that neither image flags.
 fn tile_differences(sides: &[Bars; 2], tile: Tile, width: u32) -> [Difference; 3] {
-    // Those of its own batches: what neighbours add to a pixel's variance, they lack themselves.
+    // The degrees of freedom of the pixel's own batches: variance that neighbours add to a pixel is missing from their
+    // own.
     let freedom = (BATCHES - 1) as f64;
     let mut differences = [Difference::default(); 3];
     for index in tile.indices(width) {
@@ -169,7 +173,7 @@ fn tile_differences(sides: &[Bars; 2], tile: Tile, width: u32) -> [Difference; 3
     differences
 }
 
-/// What the tests say together; `None` if nothing was tested.
+/// Combines the tests; `None` if nothing was tested.
 fn judge(tested: f64, whole: [Difference; 3], tiles: &[TileTest]) -> Option<BiasTest> {
     let significance = sidak(SIGNIFICANCE, whole.len());
     let channel = |difference: Difference| {
@@ -202,7 +206,7 @@ fn judge(tested: f64, whole: [Difference; 3], tiles: &[TileTest]) -> Option<Bias
     })
 }
 
-/// Why the test of bias does not hold for two pictures, if that can be seen.
+/// The reason why the test of bias is not valid for two images, if it can be detected.
 pub fn same_random_numbers(image: &LayeredImage, reference: &LayeredImage) -> Option<String> {
     let fact = |name| Some((image.fact(name)?, reference.fact(name)?));
     let same = |name| fact(name).is_some_and(|(a, b)| a == b);
@@ -219,10 +223,10 @@ pub fn same_random_numbers(image: &LayeredImage, reference: &LayeredImage) -> Op
     })
 }
 
-/// A picture and its standard errors.
+/// An image and its standard errors.
 struct Bars<'a> {
     image: &'a LayeredImage,
-    /// Of R, G and B.
+    /// Standard errors of R, G and B.
     errors: Option<[&'a [f32]; 3]>,
     flags: Option<&'a [f32]>,
 }
@@ -281,7 +285,7 @@ mod tests {
 
     const SIZE: (u32, u32) = (40, 24);
 
-    /// A picture as a render makes it: batches about a gradient, noisier to the right, with `bias` in the tile at (16, 16).
+    /// A synthetic render: batches about a gradient, noisier to the right, with `bias` in the tile at (16, 16).
     fn rendered(seed: u64, bias: f64) -> LayeredImage {
         let mut rng = Pcg64::new(seed.into(), 5);
         let mut pixels = Vec::new();
@@ -328,7 +332,7 @@ mod tests {
             let [a, b] = [2 * trial, 2 * trial + 1].map(|seed| rendered(seed, 0.0));
             test(&a, &b).is_found()
         });
-        // 10 of them, give or take 3; more than 22 in one of 4000 runs of this test.
+        // 10 are expected, with a standard deviation of 3; more than 22 in one of 4000 runs of this test.
         let found = found.count();
         assert!((1..=22).contains(&found), "{found}");
     }
@@ -376,7 +380,7 @@ mod tests {
     #[test]
     fn squares_of_errors_are_those_of_both_pictures() {
         let metrics = Metrics::of(&rendered(1, 0.0), &rendered(2, 0.0), 8).expect("same size");
-        // Both have the same noise: half of the square is the reference's, to within what 2880 squares leave.
+        // Both images have the same noise: half of the square is the reference's, within the noise of 2880 squares.
         let share = metrics.reference_noise.expect("it has bars") / metrics.rel_mse;
         assert!((share - 0.5).abs() < 0.1, "{share}");
         assert_eq!(metrics.rel_rmse, metrics.rel_mse.sqrt());
@@ -396,7 +400,7 @@ mod tests {
             .standard_error;
         assert!(against_noisy > 1.3 * against_exact);
 
-        // A firefly that is flagged says nothing.
+        // A flagged firefly is not tested.
         image.image.pixels_mut()[5] = Rgb::grey(1e6);
         assert!(test(&image, &exact).tiles_p < 1e-9);
         let mut flags = vec![0.0; image.image.pixels().len()];

@@ -1,7 +1,7 @@
-//! The part of a study that asks where variance comes from and where time goes: paths, bounces, effects.
+//! The part of a study that measures the sources of variance and of time: paths, bounces, effects.
 //!
 //! Measure: as in the report.
-//! Range: what there is no time for is left out, and said to be.
+//! Range: measurements that do not fit into the time are left out, with a warning.
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
 use super::effect_cost::{CostSettings, EffectCost, effect_costs};
@@ -18,18 +18,19 @@ use etendue::Result;
 use etendue::internals::plan::Plan;
 use etendue::internals::render::RenderObserver;
 
-/// Rounds of renders with growing limits of bounces.
+/// Number of rounds of renders with growing limits of bounces.
 pub const BOUNCE_ROUNDS: u64 = 5;
 
-/// Pairs of renders for the cost of an effect.
+/// Number of pairs of renders for the cost of an effect.
 const EFFECT_ROUNDS: u64 = 3;
 
-/// Samples of a pixel that are watched, at least and at most.
+/// Minimum and maximum number of observed samples of a pixel.
 const WATCHED: [u64; 2] = [8, 256];
 
-/// Each step is `None` if the study was cancelled.
+/// Each step returns `None` if the study was cancelled.
 impl Study<'_> {
-    /// Where variance comes from, what bounces cost, and what effects do. Each gets a third of the time, or of what is left.
+    /// Measures the sources of variance, the cost of bounces, and that of effects. Each gets a third of the time, or of
+    /// the remaining time.
     pub(super) fn anatomy(
         &mut self,
         references: &References,
@@ -49,7 +50,7 @@ impl Study<'_> {
         self.effects(laws, share(0.9), watch)
     }
 
-    /// Where the variance of each variant comes from.
+    /// Measures the variance of each variant by classes of paths.
     fn paths(&mut self, references: &References, laws: &[TimeLaw], seconds: f64) {
         let share = seconds / laws.len() as f64;
         for (index, law) in laws.iter().enumerate() {
@@ -66,7 +67,7 @@ impl Study<'_> {
         }
     }
 
-    /// What each bounce costs the first variant.
+    /// Measures the cost of each bounce for the first variant.
     fn bounces(&mut self, laws: &[TimeLaw], seconds: f64, watch: &Watch<'_>) -> Result<Option<()>> {
         let Some((law, variant)) = laws.first().zip(self.settings.variants.first()) else {
             return Ok(Some(()));
@@ -86,7 +87,7 @@ impl Study<'_> {
         Ok(is_whole.then_some(()))
     }
 
-    /// What each effect of the scene costs.
+    /// Measures the cost of each effect of the scene.
     fn effects(&mut self, laws: &[TimeLaw], seconds: f64, watch: &Watch<'_>) -> Result<Option<()>> {
         let plan = Plan::new(self.description, self.prepared.scene(self.settings.options));
         let renders = 2 * (plan.on().count() as u64 + 1) * (EFFECT_ROUNDS + 1);

@@ -1,25 +1,25 @@
-//! Whether the means of many noisy numbers differ: Welch's test.
+//! Welch's test: whether the means of many noisy numbers differ.
 //!
-//! Each number comes with the standard error that a few batches gave it, so that the standard error of their mean is itself
-//! only nearly known: the test's degrees of freedom say how nearly.
+//! Each number comes with a standard error from a few batches, so that the standard error of their mean is itself an
+//! estimate: the degrees of freedom of the test account for its uncertainty.
 //!
 //! Measure: the unit of the numbers; p-values as probabilities.
-//! Range: independent numbers that are nearly normal, at least one pair. What rounding to single precision may take is not
-//! called a difference.
-//! Source: Welch 1947, "The Generalization of Student's Problem when Several Different Population Variances are Involved",
-//! whose degrees of freedom those of Satterthwaite 1946 come near to; Šidák 1967. Tested below and, on pictures, in
+//! Range: independent numbers that are nearly normal, at least one pair. Differences within the rounding of single
+//! precision are ignored.
+//! Source: Welch 1947, "The Generalization of Student's Problem when Several Different Population Variances are
+//! Involved", with degrees of freedom close to those of Satterthwaite 1946; Šidák 1967. Tested below and, on images, in
 //! `study/comparison.rs`.
 
 use crate::verdict::ROUNDING;
 use etendue::internals::math::stats::{student_p_value, student_quantile_of};
 use serde::Serialize;
 
-/// A number and how uncertain it is.
+/// A number with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
     /// The number.
     pub value: f64,
-    /// Its standard error; 0 of what is exact.
+    /// Its standard error; 0 for exact numbers.
     pub standard_error: f64,
 }
 
@@ -34,23 +34,23 @@ pub struct Difference {
     of_variance: f64,
 }
 
-/// What the means of the pairs say.
+/// The comparison of the means of the pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MeanDifference {
     /// The mean of the second numbers.
     pub reference: f64,
-    /// The mean of the first less that of the second.
+    /// The mean of the first minus that of the second.
     pub difference: f64,
     /// The standard error of the difference.
     pub standard_error: f64,
-    /// How many degrees of freedom the standard error has.
+    /// The degrees of freedom of the standard error.
     pub freedom: f64,
-    /// The probability of a difference as large, were the expectations the same.
+    /// The p-value: the probability of a difference as large if the expected values are equal.
     pub p: f64,
 }
 
 impl Difference {
-    /// Takes one pair in, whose standard errors have so many degrees of freedom.
+    /// Adds one pair, whose standard errors have `freedom` degrees of freedom.
     pub fn push(&mut self, a: Estimate, b: Estimate, freedom: f64) {
         self.count += 1;
         self.a += a.value;
@@ -74,12 +74,12 @@ impl Difference {
         }
     }
 
-    /// How many pairs.
+    /// The number of pairs.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The test; `None` without a pair.
+    /// Tests the difference of the means; `None` without a pair.
     pub fn test(&self) -> Option<MeanDifference> {
         let n = (self.count > 0).then_some(self.count as f64)?;
         let freedom = match self.variance * self.variance / self.of_variance {
@@ -105,23 +105,23 @@ impl Difference {
 }
 
 impl MeanDifference {
-    /// Whether there was something to find: a number, or noise.
+    /// Whether the test is meaningful: there is a difference or noise.
     pub fn says_something(&self) -> bool {
         self.difference != 0.0 || self.standard_error != 0.0
     }
 
-    /// The difference as a share of the reference's mean: 0 of none, infinite beside a mean of 0.
+    /// The difference relative to the reference's mean: 0 if there is none, infinite for a mean of 0.
     pub fn relative(&self) -> f64 {
         self.of_reference(self.difference)
     }
 
-    /// The standard error of [`relative`](Self::relative), of an exact reference's mean.
+    /// The standard error of [`relative`](Self::relative), for an exact mean of the reference.
     pub fn relative_error(&self) -> f64 {
         self.of_reference(self.standard_error)
     }
 
-    /// The smallest difference, as a share of the reference's mean, that a test at this significance finds with this
-    /// probability.
+    /// The smallest difference, relative to the reference's mean, that a test at this significance detects with
+    /// probability `power`.
     pub fn detectable(&self, significance: f64, power: f64) -> f64 {
         let errors = student_quantile_of(self.freedom, 1.0 - 0.5 * significance)
             + student_quantile_of(self.freedom, power);
@@ -137,12 +137,12 @@ impl MeanDifference {
     }
 }
 
-/// The significance of each of so many independent tests, so that all together have `family`: 1 - (1 - family)^(1/n).
+/// The significance of each of `tests` independent tests for a joint significance of `family`: 1 - (1 - family)^(1/n).
 pub fn sidak(family: f64, tests: usize) -> f64 {
     -f64::exp_m1(f64::ln_1p(-family) / tests.max(1) as f64)
 }
 
-/// The probability that the least of so many independent p-values is as small as this: 1 - (1 - p)^n.
+/// The probability that the least of `tests` independent p-values is at most `least`: 1 - (1 - p)^n.
 pub fn family_p_value(least: f64, tests: usize) -> f64 {
     if least >= 1.0 {
         return 1.0;
@@ -166,7 +166,7 @@ mod tests {
         }
     }
 
-    /// Each pair as a render has it: batches about the truth, with a spread of their own.
+    /// Simulates pairs as in renders: batches around the true value, with a spread of their own.
     fn simulated(rng: &mut Pcg64, pairs: usize, bias: f64) -> MeanDifference {
         let mut normal = || {
             let bits = rng.next_u64() >> 11;
@@ -211,8 +211,8 @@ mod tests {
 
     #[test]
     fn p_values_are_uniform_where_nothing_differs() {
-        // 3000 trials stay within 2.23 / sqrt(3000) = 0.041 but once in 10 000, and the normal distribution in place of
-        // Student's would be away by about as much in the tail that counts: hence that is tested by itself.
+        // 3000 trials stay within 2.23 / sqrt(3000) = 0.041 except once in 10 000. The normal distribution in place of
+        // Student's would differ by about as much in the tail that matters, which is therefore tested separately.
         let trials = 3000;
         for pairs in [1, 2, 5, 40] {
             let values = p_values(pairs, 0.0, trials);
@@ -221,7 +221,8 @@ mod tests {
                 distance < 2.23 / (trials as f64).sqrt(),
                 "{pairs}: {distance}"
             );
-            // Below 1 %: 30 of them, give or take 5.4; were the standard errors exact, one pair would have 60.
+            // Below 1 %: 30 are expected, with a standard deviation of 5.4; if the standard errors were taken as exact,
+            // one pair would have 60.
             let few = values.iter().filter(|&&p| p < 0.01).count();
             assert!((10..=46).contains(&few), "{pairs}: {few}");
         }
@@ -236,7 +237,8 @@ mod tests {
         let trials = 1000;
         let values = p_values(pairs, smallest, trials);
         let found = values.iter().filter(|&&p| p < significance).count();
-        // 0.9 give or take 0.0095, and the standard error that it was told from is known to within 4 %.
+        // 0.9 with a standard deviation of 0.0095; the standard error from which `smallest` is computed is known to
+        // within 4 %.
         let share = found as f64 / trials as f64;
         assert!((0.84..0.95).contains(&share), "{share}");
     }

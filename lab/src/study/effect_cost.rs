@@ -1,9 +1,10 @@
-//! What each effect of a scene costs: time, and the light that it carries, by rendering with and without it in turn.
+//! The cost of each effect of a scene: its time, and the light that it carries, measured by rendering with and without
+//! it in turn.
 //!
-//! Both renders of a pair use the same random numbers, so that what differs between them is the effect.
+//! Both renders of a pair use the same random numbers, so that they differ in the effect only.
 //!
-//! Measure: shares of the time and of the image's mean luminance. A share of time below 0 is an effect that saves time, as
-//! one that ends paths early does.
+//! Measure: shares of the time and of the image's mean luminance. A negative share of time is an effect that saves
+//! time, such as one that terminates paths early.
 //! Range: at least two rounds; each has a seed of its own.
 //! Source: docs/architecture.md, "Effects". Tested in `cli/tests/command/plan.rs`.
 
@@ -20,40 +21,40 @@ use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::scene::prepare::prepare;
 
-/// How to measure.
+/// The settings of a measurement.
 #[derive(Debug, Clone, Copy)]
 pub struct CostSettings {
-    /// How acceleration structures are built.
+    /// Options of the acceleration structures.
     pub accel: AccelOptions,
     /// Samples per pixel of each render, at least 1.
     pub spp: u64,
-    /// Pairs of renders for each number, at least 2.
+    /// Number of pairs of renders for each result, at least 2.
     pub rounds: u64,
 }
 
-/// What one effect costs.
+/// The cost of one effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EffectCost {
     /// The effect.
     pub effect: Effect,
     /// 1 - time without / time with.
     pub time: Spread,
-    /// 1 - luminance without / luminance with; not a number for a black image.
+    /// 1 - luminance without / luminance with; NaN for a black image.
     pub energy: f64,
-    /// Its standard error over the rounds.
+    /// The standard error of `energy` over the rounds.
     pub energy_error: f64,
 }
 
-/// What all effects of a scene cost.
+/// The costs of all effects of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Costs {
     /// The effects that are on.
     pub effects: Vec<EffectCost>,
-    /// Time of the kernel with everything over that of the chosen one.
+    /// Time of the kernel with all effects over that of the selected kernel.
     pub everything: Spread,
 }
 
-/// Measures; `done` is told the share that is done. `None` if the observer cancelled it.
+/// Measures the costs; calls `done` with the completed fraction. `None` if the observer cancelled.
 ///
 /// # Errors
 /// A scene that becomes invalid, or a render that fails.
@@ -98,7 +99,7 @@ pub fn effect_costs(
     }))
 }
 
-/// One render's outcome.
+/// The result of one render.
 #[derive(Debug, Clone, Copy)]
 struct Outcome {
     seconds: f64,
@@ -114,10 +115,10 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Renders of the scene and of another one in turn; `None` if cancelled.
+    /// Renders the scene and another one in turn; `None` if cancelled.
     fn pairs(&self, other: &Scene, kernel: Option<Kernel>) -> Result<Option<Vec<[Outcome; 2]>>> {
         let mut pairs = Vec::new();
-        // The first round warms caches up and does not count.
+        // The first round warms up the caches and is discarded.
         for round in 0..=self.settings.rounds {
             let Some(with) = self.outcome(self.scene, None, round)? else {
                 return Ok(None);

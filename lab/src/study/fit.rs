@@ -1,4 +1,4 @@
-//! Laws through measured points: how time grows with samples, how error falls with time, and when it falls below a limit.
+//! Laws fitted to measured points: time by samples, error by time, and the time at which the error falls below a limit.
 //!
 //! Measure: seconds, samples per pixel, relMSE.
 //! Range: at least two levels of samples for a law, three for a test of its fit. Nothing is extrapolated: an error that was
@@ -10,7 +10,7 @@ use etendue::internals::math::stats::Moments;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-/// t(N) = start + sample N.
+/// The law t(N) = start + sample N.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TimeLaw {
     /// Seconds before the first sample.
@@ -20,7 +20,8 @@ pub struct TimeLaw {
 }
 
 impl TimeLaw {
-    /// The law of (samples, seconds); `None` of nothing. Each second is as uncertain as it is long.
+    /// Fits the law to (samples, seconds); `None` without points. Standard deviations are taken as proportional to the
+    /// seconds.
     pub fn of(points: &[[f64; 2]]) -> Option<Self> {
         let mut sums = [0.0; 5];
         for &[n, t] in points.iter().filter(|[_, t]| *t > 0.0) {
@@ -39,38 +40,39 @@ impl TimeLaw {
         };
         (wnn > 0.0).then(|| Self {
             start,
-            // What is left for the samples; without a line, all of it.
+            // The rest of the time is that of the samples; if no line can be fitted, all of it.
             sample: (wnt - start * wn) / wnn,
         })
     }
 
-    /// Seconds for so many samples.
+    /// Seconds for `samples` samples per pixel.
     pub fn at(&self, samples: f64) -> f64 {
         self.start + self.sample * samples
     }
 }
 
-/// The relMSE of independent renders with so many samples per pixel.
+/// The relMSE of independent renders with equal samples per pixel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ErrorLevel {
     /// Samples per pixel.
     pub spp: f64,
-    /// One for each render; by chance some may be below 0.
+    /// One for each render; some may be negative by chance.
     pub errors: Vec<f64>,
 }
 
-/// log MSE = a - b log t.
+/// The line log MSE = a - b log t.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Slope {
-    /// b.
+    /// The exponent b.
     pub b: Ranged,
-    /// a, for t in samples per pixel.
+    /// The intercept a, for t in samples per pixel.
     pub a: f64,
-    /// The probability of points as far from the line as these are if it is a line; `None` of two levels.
+    /// The p-value of the lack-of-fit test: the probability of points as far from the line if it is a line; `None` for
+    /// two levels.
     pub lack_of_fit: Option<f64>,
 }
 
-/// Levels, and replicas of their mean errors.
+/// Error levels, with bootstrap replicas of their mean errors.
 #[derive(Debug, Clone)]
 pub struct Curve {
     spp: Vec<f64>,
@@ -80,7 +82,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Levels by samples; those of less than two renders are left out.
+    /// The curve of levels sorted by samples; those of less than two renders are left out.
     pub fn new(levels: &[ErrorLevel], seed: u64) -> Self {
         let used = levels.iter().filter(|level| level.errors.len() > 1);
         let (spp, groups): (Vec<f64>, Vec<Vec<f64>>) =
@@ -108,7 +110,7 @@ impl Curve {
         (0..self.spp.len()).map(level).collect()
     }
 
-    /// The slope; time goes by samples, which is what time is made of but for the start.
+    /// The slope over samples per pixel, to which time is proportional except for the start.
     pub fn slope(&self) -> Option<Slope> {
         let [a, b] = self.line(&self.means)?;
         let slopes = self.replicas.iter().filter_map(|means| self.line(means));
@@ -119,12 +121,12 @@ impl Curve {
         })
     }
 
-    /// a and b of these means, weighted by how many renders they are of.
+    /// Fits a and b to these means, weighted by their numbers of renders.
     fn line(&self, means: &[f64]) -> Option<[f64; 2]> {
         let mut sums = [0.0; 5];
         let mut levels = 0;
         for ((spp, group), &mean) in self.spp.iter().zip(&self.groups).zip(means) {
-            // What is 0 or less by chance has no logarithm.
+            // A mean that is 0 or less by chance has no logarithm.
             if mean <= 0.0 {
                 continue;
             }
@@ -139,7 +141,7 @@ impl Curve {
         (levels > 1).then_some([(y + b * x) / w, b])
     }
 
-    /// F-test of the distances from the line against the spread of renders within the levels.
+    /// The F-test of the distances from the line against the variance of renders within the levels.
     fn lack_of_fit(&self, [a, b]: [f64; 2]) -> Option<f64> {
         let (mut off, mut within, mut freedom, mut levels) = (0.0, 0.0, 0.0, 0.0);
         for ((spp, group), &mean) in self.spp.iter().zip(&self.groups).zip(&self.means) {
@@ -159,7 +161,7 @@ impl Curve {
         f.is_finite().then(|| law.sf(f))
     }
 
-    /// Samples per pixel at which the error falls below `rel_mse` for good; see [`Reached`].
+    /// The samples per pixel from which on the error stays below `rel_mse`; see [`Reached`].
     pub fn reached(&self, rel_mse: f64) -> Reached {
         let value = self.crossing(&self.means, rel_mse);
         let replicas = self.replicas.iter();
@@ -176,7 +178,8 @@ impl Curve {
         }
     }
 
-    /// 0 before the first level, infinite after the last; between two, by a power law.
+    /// The last crossing of `rel_mse`: 0 before the first level, infinite after the last; interpolated between two
+    /// levels by a power law.
     fn crossing(&self, means: &[f64], rel_mse: f64) -> f64 {
         let above = means.iter().rposition(|&mean| mean >= rel_mse);
         match above {
@@ -185,14 +188,14 @@ impl Curve {
             Some(last) if last + 1 == means.len() => f64::INFINITY,
             Some(i) => {
                 let [n0, n1] = [self.spp[i].ln(), self.spp[i + 1].ln()];
-                // An error of 0 or less lies farther down than any other.
+                // An error of 0 or less is replaced by the smallest positive number.
                 let [e0, e1] = [means[i].ln(), means[i + 1].max(f64::MIN_POSITIVE).ln()];
                 (n0 + (n1 - n0) * (e0 - rel_mse.ln()) / (e0 - e1)).exp()
             }
         }
     }
 
-    /// Means of the level with the most samples, itself and in each replica.
+    /// The level with the most samples: its samples per pixel, its mean error and the replicas of that.
     pub fn last(&self) -> Option<(f64, f64, Vec<f64>)> {
         let index = self.spp.len().checked_sub(1)?;
         let replicas = self.replicas.iter().map(|means| means[index]).collect();
@@ -200,20 +203,20 @@ impl Curve {
     }
 }
 
-/// When an error is reached.
+/// The number of samples, or the time, at which an error is reached.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reached {
     /// Between two levels.
     At(Ranged),
-    /// Before the first of them, which is this.
+    /// Before the first level, which is this.
     Within(f64),
-    /// Not even at the last of them, which is this.
+    /// Not even at the last level, which is this.
     Beyond(f64),
 }
 
 impl Reached {
-    /// The same in other units.
+    /// This result in other units.
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         match self {
             Self::At(range) => Self::At(Ranged {
@@ -257,7 +260,7 @@ mod tests {
             (law.start - 0.5).abs() < 1e-9 && (law.sample - 0.01).abs() < 1e-9,
             "{law:?}"
         );
-        // A start below 0 is noise; one level tells none.
+        // A negative start is noise; a single level gives no start.
         let law = TimeLaw::of(&[[1.0, 0.9], [2.0, 2.1], [4.0, 4.3]]).expect("three");
         assert!(
             law.start == 0.0 && (law.sample - 1.0).abs() < 0.1,
@@ -291,7 +294,7 @@ mod tests {
                 (slopes.mean() - b).abs() < 5.0 * error && error < 0.002,
                 "{slopes:?}"
             );
-            // 95 of 100, four standard deviations of a share of 120 below.
+            // 95 of 100 are expected; the lower limit is four standard deviations below, for 120 trials.
             assert!((104..=120).contains(&held), "{held}");
         }
     }

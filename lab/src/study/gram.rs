@@ -1,42 +1,43 @@
-//! What independent renders of one kind tell of their error: mean squared error, variance, squared bias.
+//! Error estimates from independent renders with equal settings: mean squared error, variance, squared bias.
 //!
-//! All of it follows from the products G_ij = mean of w (X_i - R1)(X_j - R2) of renders held against two references:
+//! All of them are computed from the products G_ij = mean of w (X_i - R1)(X_j - R2) of renders compared with two
+//! references:
 //!
 //!   mean squared error  mean of G_ii,
 //!   squared bias        mean of G_ij over i != j,
 //!   variance            mean of (G_ii + G_jj - G_ij - G_ji) / 2 over i < j, which is that of w (X_i - X_j)^2 / 2.
 //!
 //! Measure: relMSE, without unit.
-//! Range: at least two renders; estimates that should be small may be below 0 by chance.
-//! Source: docs/accuracy.md, "The study"; standard errors by the jackknife, but for the squared bias: where there is none,
-//! its U-statistic is degenerate, and the jackknife would see twice the variance. There they come from Hoeffding's
-//! decomposition (Hoeffding 1948). Tested below.
+//! Range: at least two renders; estimates of small values may be negative by chance.
+//! Source: docs/accuracy.md, "The study"; standard errors by the jackknife, except for the squared bias: without bias
+//! its U-statistic is degenerate, and the jackknife would give twice the variance. It uses Hoeffding's decomposition
+//! (Hoeffding 1948). Tested below.
 
 use etendue::internals::math::stats::{Moments, student_p_value, student_quantile_of};
 use serde::Serialize;
 
-/// A number with what is known of its error.
+/// A number with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
     /// The number.
     pub value: f64,
     /// Its standard error.
     pub standard_error: f64,
-    /// The degrees of freedom of that.
+    /// The degrees of freedom of the standard error.
     pub freedom: f64,
 }
 
 impl Estimate {
-    /// How far the number may be off, with this probability.
+    /// The half width of the confidence interval with this confidence.
     pub fn margin(&self, confidence: f64) -> f64 {
         match self.freedom > 0.0 {
             true => student_quantile_of(self.freedom, 0.5 + 0.5 * confidence) * self.standard_error,
-            // Without noise there is nothing to be free.
+            // Without noise there are no degrees of freedom.
             false => self.standard_error,
         }
     }
 
-    /// The probability of a number as large as this where there is none.
+    /// The one-sided p-value: the probability of a number as large if the expected value is 0.
     pub fn p_above_zero(&self) -> f64 {
         let t = self.value / self.standard_error;
         let two_sided = match t.is_finite() && self.freedom > 0.0 {
@@ -49,11 +50,11 @@ impl Estimate {
         }
     }
 
-    /// The sum of independent estimates, each times a factor.
+    /// The sum of independent estimates, each multiplied by a factor.
     pub fn sum(parts: &[(f64, Self)]) -> Self {
         let variances = parts.iter().map(|(f, e)| (f * e.standard_error).powi(2));
         let variance: f64 = variances.clone().sum();
-        // Welch and Satterthwaite.
+        // Degrees of freedom by Welch and Satterthwaite.
         let shares = variances.zip(parts).map(|(v, (_, e))| v * v / e.freedom);
         Self {
             value: parts.iter().map(|(f, e)| f * e.value).sum(),
@@ -63,7 +64,7 @@ impl Estimate {
     }
 }
 
-/// The products of renders, as they come in.
+/// The matrix of products of renders, to which renders are added one by one.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Gram {
     /// Row i has the products of (X_i - R1) with each (X_j - R2).
@@ -71,10 +72,11 @@ pub struct Gram {
 }
 
 impl Gram {
-    /// Takes in a render by its products with the earlier ones, (X_new - R1) with each, each with (X_new - R2), and with itself.
+    /// Adds a render by its products with the earlier ones, (X_new - R1) with each, each with (X_new - R2), and with
+    /// itself.
     ///
     /// # Panics
-    /// If these are not as many as there are earlier ones.
+    /// If their numbers differ from that of the earlier renders.
     pub fn push(&mut self, row: Vec<f64>, column: &[f64], own: f64) {
         assert_eq!([row.len(), column.len()], [self.rows.len(); 2]);
         for (row, &product) in self.rows.iter_mut().zip(column) {
@@ -85,7 +87,7 @@ impl Gram {
         self.rows.push(row);
     }
 
-    /// How many renders.
+    /// The number of renders.
     pub fn count(&self) -> usize {
         self.rows.len()
     }
@@ -95,7 +97,7 @@ impl Gram {
         (0..self.count()).map(|i| self.rows[i][i]).collect()
     }
 
-    /// The mean squared error; `None` of less than two renders, as all the others.
+    /// The mean squared error; `None` for less than two renders, as for all estimates.
     pub fn mse(&self) -> Option<Estimate> {
         let moments = Moments::of(self.squared_errors());
         Some(Estimate {
@@ -105,7 +107,7 @@ impl Gram {
         })
     }
 
-    /// The variance.
+    /// The variance of a render.
     pub fn variance(&self) -> Option<Estimate> {
         self.jackknife(|i, j| {
             let g = &self.rows;
@@ -113,7 +115,7 @@ impl Gram {
         })
     }
 
-    /// The squared bias.
+    /// The squared bias of a render.
     pub fn squared_bias(&self) -> Option<Estimate> {
         let n = self.count();
         if n < 2 {
@@ -130,7 +132,7 @@ impl Gram {
         let pairs = 0.5 * count * (count - 1.0);
         let sum = 0.5 * sums.iter().sum::<f64>();
         let value = sum / pairs;
-        // Products of pairs that share one render, and of pairs that share none.
+        // Mean products of pairs that share one render, and of pairs that share none.
         let triples = sums.iter().map(|s| s * s).sum::<f64>() - 2.0 * square;
         let one = triples / (count * (count - 1.0) * (count - 2.0)).max(1.0);
         let apart = 4.0 * sum * sum - 4.0 * (triples + 2.0 * square) + 4.0 * square;
@@ -161,7 +163,7 @@ impl Gram {
         let pairs = 0.5 * count * (count - 1.0);
         let sum = 0.5 * sums.iter().sum::<f64>();
         let value = sum / pairs;
-        // Of two renders, nothing is left without one of them.
+        // With two renders, no pair is left without one of them.
         let standard_error = if n == 2 {
             value.abs()
         } else {
@@ -191,7 +193,7 @@ mod tests {
     use etendue::internals::math::rgb::Rgb;
     use etendue::internals::math::stats::normal_quantile;
 
-    /// Pixels of a synthetic picture, of which the truth is 1 everywhere.
+    /// Number of pixels of a synthetic image, of which the true value is 1 everywhere.
     const PIXELS: usize = 48;
     const RENDERS: usize = 8;
     /// Standard deviations of a pixel of a render and of a reference.
@@ -222,7 +224,7 @@ mod tests {
         gram
     }
 
-    /// All estimates of a study in miniature, with the references' noise.
+    /// The estimates of a small simulated study, and the deviation due to the references' noise.
     fn study(dealer: &mut Dealer, bias: f64) -> ([Estimate; 3], f64) {
         let [one, two] = [0; 2].map(|_| picture(dealer, 1.0, SIGMA_REFERENCE));
         let references = References::new(one, two).expect("it is not black");
@@ -246,8 +248,8 @@ mod tests {
                     mean.push(estimate.value);
                 }
             }
-            // To second order in the noise of r, w = 1 / (r^2 + eps) has the mean 1 + 3 var(r) times that of r = 1, and goes
-            // together with what is squared where there is a bias.
+            // To second order in the noise of r, w = 1 / (r^2 + eps) has the mean 1 + 3 var(r) times that of r = 1, and
+            // is correlated with the squared error where there is a bias.
             let noise = 0.5 * SIGMA_REFERENCE * SIGMA_REFERENCE;
             let variance = SIGMA * SIGMA * (1.0 + 3.0 * noise) / 1.01;
             let squared = (bias * bias * (1.0 + 3.0 * noise) + 4.0 * bias * noise) / 1.01;
@@ -258,7 +260,7 @@ mod tests {
                     off < 5.0 * error + 0.01 * square,
                     "{bias} {mean:?} {square}"
                 );
-                // Taking one reference for the truth would add its variance, which this would see.
+                // Taking one reference as exact would add its variance, which this test would detect.
                 assert!(5.0 * error < 0.5 * SIGMA_REFERENCE * SIGMA_REFERENCE);
             }
         }
@@ -281,8 +283,8 @@ mod tests {
             }
             for (i, (value, told)) in values.iter().zip(variances).enumerate() {
                 let ratio = told.mean() / value.variance().expect("many");
-                // The variance of 1500 numbers is known to 4 %. The error of a biased renderer against two references moves
-                // with these, too, by 2 b (R - r): that is why its lower limit is lower.
+                // The variance of 1500 numbers is known to 4 %. With a bias, the error against two references varies
+                // with these, too, by 2 b (R - r): that is why the lower limit is lower.
                 let least = if bias > 0.0 && i != 1 { 0.5 } else { 0.8 };
                 assert!((least..1.25).contains(&ratio), "{bias} {i} {ratio}");
             }

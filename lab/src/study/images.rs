@@ -1,4 +1,5 @@
-//! The part of a study that looks at pictures: tiles, error bars, and what variants come to at equal time and equal error.
+//! The part of a study that makes and tests images: tiles, error bars, and the variants at equal time and at equal
+//! error.
 //!
 //! Measure: as in the report.
 //! Range: a study whose levels are rendered.
@@ -19,7 +20,7 @@ use etendue::internals::film::batches::BATCHES;
 use etendue::internals::image::metrics::signed_errors;
 use etendue::internals::render::settings::RenderSettings;
 
-/// Each step is `None` if the study was cancelled.
+/// Each step returns `None` if the study was cancelled.
 impl Study<'_> {
     /// Tests tiles for bias, with the last level that has all seeds.
     pub(super) fn tiles(&mut self, references: &References, runner: &Runner<'_>) {
@@ -32,7 +33,8 @@ impl Study<'_> {
         }
     }
 
-    /// One render of each variant with error bars. It is short beside the reference, whose noise they do not know.
+    /// Renders each variant once with error bars. The render is short compared with the reference, whose noise the bars
+    /// do not include.
     pub(super) fn bars(
         &mut self,
         references: &References,
@@ -58,7 +60,7 @@ impl Study<'_> {
         Ok(Some(()))
     }
 
-    /// What variants come to in the same time, and at the same error.
+    /// Renders the variants at equal time and at equal error.
     pub(super) fn pictures(
         &mut self,
         references: &References,

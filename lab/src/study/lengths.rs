@@ -1,9 +1,10 @@
-//! What each further bounce costs and brings: renders with growing limits, the same random numbers, in turn.
+//! The cost and the contribution of each further bounce: renders with growing limits of bounces and the same random
+//! numbers, in turn.
 //!
-//! Roulette ends the same paths under any limit, so that what two limits differ in is one bounce.
+//! Roulette ends the same paths under any limit, so that two limits differ in one bounce only.
 //!
-//! Measure: shares of the time and of the light of the whole picture.
-//! Range: at least one round; shares of time are as rough as timings of that length are.
+//! Measure: shares of the time and of the light of the whole image.
+//! Range: at least one round; shares of time are as uncertain as timings of that length.
 //! Source: none needed. Tested in `lab/tests/reports/study.rs`.
 
 use super::prepared_scene::PreparedScene;
@@ -13,31 +14,31 @@ use etendue::internals::math::stats::{Moments, Spread};
 use etendue::internals::render::RenderObserver;
 use serde::Serialize;
 
-/// Limits that are tried, before none.
+/// Number of limits that are measured, besides no limit.
 const LIMITS: u32 = 5;
 
-/// One bounce more.
+/// The contribution of one more bounce.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BounceCost {
-    /// Scattering events; `None` for all further ones.
+    /// Number of scattering events; `None` for all further ones.
     pub bounces: Option<u32>,
-    /// What it adds to the time, as a share of the whole.
+    /// Its share of the time.
     pub time: Spread,
-    /// What it adds to the light.
+    /// Its share of the light.
     pub energy: f64,
-    /// The standard error of that; 0 of one round.
+    /// The standard error of `energy`; 0 for one round.
     pub energy_error: f64,
 }
 
-/// The limits, the last of which is none.
+/// The limits; the last one is no limit.
 fn limits() -> impl Iterator<Item = Option<u32>> {
     (0..=LIMITS).map(|limit| (limit < LIMITS).then_some(limit))
 }
 
-/// How many renders a round has.
+/// Number of renders in a round.
 pub const RENDERS: u64 = LIMITS as u64 + 1;
 
-/// Renders in rounds; `None` if cancelled.
+/// Renders all limits in rounds; `None` if cancelled.
 ///
 /// # Errors
 /// As a render.
@@ -65,7 +66,7 @@ pub fn bounce_costs(
     Ok(Some(costs(&rounds)))
 }
 
-/// What (seconds, light) of each limit, in rounds, say.
+/// Computes the costs from (seconds, light) of each limit, in rounds.
 fn costs(rounds: &[Vec<[f64; 2]>]) -> Vec<BounceCost> {
     if rounds.is_empty() {
         return Vec::new();

@@ -1,5 +1,4 @@
-//! What renders tell when they stand side by side: how far they are apart, error against
-//! time by many of them, the cost of an effect; plots of whatever was measured.
+//! Statistics of renders: the difference of two, the error against time of many, the cost of an effect.
 
 pub mod bars;
 pub mod bootstrap;

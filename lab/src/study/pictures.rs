@@ -1,38 +1,38 @@
-//! Pictures of a study: what variants come to in the same time and at the same error, and how far off they are.
+//! Images of a study: the variants at equal time and at equal error, and their errors.
 //!
 //! Measure: radiance; relative errors as in relMSE, signed.
-//! Range: pictures of the study's size.
+//! Range: images of the study's size.
 //! Source: none needed. Tested below.
 
 use super::reference::References;
 use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
 
-/// All of them.
+/// All images of a study.
 #[derive(Debug, Clone, Default)]
 pub struct Pictures {
     /// The mean of both references.
     pub reference: Option<Image>,
-    /// Each variant, given as much time as the quickest of their longest renders took.
+    /// The variants at equal time: that of the quickest of their longest renders.
     pub equal_time: Vec<Shown>,
-    /// Each variant, given the samples that bring it to the least error that all of them reached.
+    /// The variants at equal error: the least error that all of them reached.
     pub equal_error: Vec<Shown>,
     /// The relative standard error of each pixel, by variant.
     pub standard_errors: Vec<(usize, Vec<f64>)>,
 }
 
-/// A picture beside how far off it is.
+/// An image with its error.
 #[derive(Debug, Clone)]
 pub struct Shown {
-    /// Which variant.
+    /// Index of the variant.
     pub variant: usize,
     /// Samples per pixel.
     pub spp: u64,
-    /// Seconds that it took.
+    /// Rendering time in seconds.
     pub seconds: f64,
     /// Its relMSE.
     pub rel_mse: f64,
-    /// The picture.
+    /// The image.
     pub image: Image,
     /// The relative error of each pixel.
     pub errors: Vec<f64>,

@@ -1,7 +1,7 @@
-//! A scene, ready to be rendered by any variant, with the time that each render takes.
+//! A scene prepared for rendering by any variant, with the time of each render.
 //!
 //! Measure: pixels, samples per pixel, seconds.
-//! Range: one structure for each way to trace that is asked for.
+//! Range: one acceleration structure for each distinct set of options.
 //! Source: `render/`. Tested in `lab/tests/reports/study.rs`.
 
 use super::clock::{Seconds, Stopwatch};
@@ -17,32 +17,32 @@ use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::scene::prepare::prepare;
 
-/// A scene that is ready.
+/// A prepared scene.
 pub struct PreparedScene {
     filter: Filter,
     size: (u32, u32),
     scenes: Vec<(AccelOptions, Scene)>,
-    /// What was noticed on the way.
+    /// Notes from the preparation.
     pub notes: Vec<String>,
-    /// Seconds that building the structures took, with how they trace.
+    /// Seconds of building each structure, with its options.
     pub builds: Vec<(AccelOptions, f64)>,
 }
 
 /// A finished render.
 pub struct Shot {
-    /// The picture.
+    /// The film.
     pub film: Film,
-    /// What it took.
+    /// The duration of the render.
     pub seconds: Seconds,
-    /// Samples that were not finite.
+    /// Number of samples that were not finite.
     pub rejected: u64,
 }
 
 impl PreparedScene {
-    /// Makes the scene ready for all of these ways to trace.
+    /// Prepares the scene for all of these options.
     ///
     /// # Errors
-    /// A scene that is not valid, or what a backend says.
+    /// A scene that is not valid, or an error of a backend.
     pub fn new(
         description: &SceneDescription,
         options: impl IntoIterator<Item = AccelOptions>,
@@ -69,25 +69,25 @@ impl PreparedScene {
         Ok(this)
     }
 
-    /// What the scene calls for.
+    /// The effects that the scene needs.
     pub fn effects(&self) -> EffectSet {
         self.scenes[0].1.effects
     }
 
-    /// The picture's size.
+    /// The size of the image.
     pub fn size(&self) -> (u32, u32) {
         self.size
     }
 
-    /// The filter.
+    /// The reconstruction filter.
     pub fn filter(&self) -> &Filter {
         &self.filter
     }
 
-    /// The scene as a variant traces it.
+    /// The scene with the structure for these options.
     ///
     /// # Panics
-    /// If it was not made ready for that.
+    /// If the scene was not prepared for them.
     pub fn scene(&self, options: AccelOptions) -> &Scene {
         let found = self.scenes.iter().find(|(known, _)| *known == options);
         &found.expect("it was made ready for every variant").1
@@ -98,14 +98,14 @@ impl PreparedScene {
         RenderSettings {
             budget: Budget::samples(spp),
             seed,
-            // Small pictures are not worth fewer tiles than threads.
+            // Small tiles, so that small images have enough of them for all threads.
             tile_size: 16,
             window: RenderSettings::new(self.size, spp).window,
             ..variant.settings.clone()
         }
     }
 
-    /// Renders; `None` if it was cancelled.
+    /// Renders a variant; `None` if it was cancelled.
     ///
     /// # Errors
     /// As [`render`].

@@ -1,4 +1,4 @@
-//! Two independent references, neither of which is taken for the truth.
+//! Two independent references, neither of which is taken as exact.
 //!
 //! With references R1 and R2 and renders X1 and X2, all independent, the mean over pixels and channels of
 //! w (X1 - R1)(X1 - R2) is an unbiased estimate of the squared error of X1, whatever the references' noise, and that of
@@ -6,8 +6,8 @@
 //! r is the mean of both references.
 //!
 //! Measure: relMSE, without unit.
-//! Range: pictures of one size, not all black. The noise of r in the weight changes the numbers by a share of about the
-//! references' own relMSE, and that of all variants alike; a squared bias by twice that over the bias.
+//! Range: images of one size, not all black. The noise of r in the weight changes the results by a relative amount of
+//! about the references' own relMSE, equally for all variants; a squared bias by twice that over the bias.
 //! Source: docs/accuracy.md, "The study". Tested below.
 
 use etendue::internals::image::Image;
@@ -19,16 +19,16 @@ pub struct References {
     one: Image,
     two: Image,
     mean: Image,
-    /// For each channel of each pixel; without their number.
+    /// The weights of each channel of each pixel, not divided by their number.
     weights: Vec<[f64; 3]>,
 }
 
-/// How far from the truth references are.
+/// The noise of the references.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ReferenceNoise {
-    /// relMSE of each.
+    /// The relMSE of each reference.
     pub rel_mse: f64,
-    /// The standard deviation of the mean of the product of their errors, which all squared biases share.
+    /// The standard deviation of the mean product of their errors, which all squared biases share.
     pub product_deviation: f64,
 }
 
@@ -51,7 +51,7 @@ impl References {
         })
     }
 
-    /// The mean of both.
+    /// The mean of both references.
     pub fn mean(&self) -> &Image {
         &self.mean
     }
@@ -67,7 +67,7 @@ impl References {
         sum / (3 * self.weights.len()) as f64
     }
 
-    /// The relMSE of a render, and the same without the largest 0.1 % of all pixels, of which outliers are part.
+    /// The relMSE of a render, and its mean without the largest 0.1 % of all pixels, which include the outliers.
     pub fn rel_mse(&self, image: &Image) -> [f64; 2] {
         let pixels = self.products(image, image);
         let pixels: Vec<f64> = pixels.map(|p| p.iter().sum::<f64>() / 3.0).collect();
@@ -75,7 +75,7 @@ impl References {
         [all, trimmed_mean(pixels)]
     }
 
-    /// How far from the truth they are, by how far they are apart.
+    /// Estimates the noise of the references from their difference.
     pub fn noise(&self) -> ReferenceNoise {
         let (mut sum, mut squares) = (0.0, 0.0);
         for ((a, b), w) in self
@@ -87,7 +87,8 @@ impl References {
         {
             let [a, b] = [a, b].map(|pixel| pixel.to_array().map(f64::from));
             for c in 0..3 {
-                // (R1 - R2)^2 is twice the variance of one, and its square three times that of a normal number.
+                // The mean of (R1 - R2)^2 is twice the variance of one; for normal numbers, the mean of its square is
+                // three times the square of its mean.
                 let variance = 0.5 * w[c] * (a[c] - b[c]).powi(2);
                 sum += variance;
                 squares += variance * variance / 3.0;
@@ -100,14 +101,14 @@ impl References {
         }
     }
 
-    /// The standard error of the mean luminance of both, by how far they are apart in each pixel.
+    /// The standard error of the mean luminance of both, from their difference in each pixel.
     pub fn luminance_error(&self) -> f64 {
         let pairs = self.one.pixels().iter().zip(self.two.pixels());
         let squares = pairs.map(|(a, b)| 0.25 * f64::from(a.luminance() - b.luminance()).powi(2));
         squares.sum::<f64>().sqrt() / self.weights.len() as f64
     }
 
-    /// The variance of the mean of both, by pixel and channel: of one difference each, so rough.
+    /// The variance of the mean of both, by pixel and channel: from a single difference each, hence imprecise.
     pub fn variance_of_mean(&self) -> Vec<[f64; 3]> {
         let pairs = self.one.pixels().iter().zip(self.two.pixels());
         let of_pixel = |(a, b): (
@@ -151,7 +152,7 @@ mod tests {
         let [all, trimmed] = references.rel_mse(&image);
         assert!((references.product(&image, &image) - expected).abs() < 1e-7);
         assert!((all - expected).abs() < 1e-7);
-        // Of two pixels, none are the worst 0.1 %.
+        // With two pixels, none are the worst 0.1 %.
         assert_eq!(trimmed, all);
         let noise = references.noise().rel_mse;
         let expected = 0.5 * (0.04 / (1.0 + epsilon) + 0.04 / (4.0 + epsilon)) / 2.0;

@@ -1,7 +1,7 @@
-//! What a study measured, as it is written to `study.json`: all that its statistics follow from.
+//! The measurements of a study, as written to `study.json`: all data from which its statistics are computed.
 //!
-//! Measure: seconds, samples per pixel, relMSE; said at each field.
-//! Range: a study that was interrupted has what was done by then.
+//! Measure: seconds, samples per pixel, relMSE; stated at each field.
+//! Range: a study that was interrupted has the results so far.
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
 use super::bars::BarsReport;
@@ -17,38 +17,38 @@ use super::variant::VariantReport;
 use etendue::internals::math::stats::Spread;
 use serde::Serialize;
 
-/// All of a study.
+/// The report of a whole study.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct StudyReport {
-    /// Of the program.
+    /// Version of the program.
     pub version: &'static str,
     /// The scene's file.
     pub scene: String,
-    /// Its picture, as the scene has it.
+    /// Size of the image in the scene file.
     pub full_size: (u32, u32),
-    /// The picture that was rendered.
+    /// Size of the rendered images.
     pub size: (u32, u32),
-    /// Threads that rendered.
+    /// Number of threads that rendered.
     pub threads: usize,
-    /// All seeds follow from it.
+    /// Seed from which all others are derived.
     pub seed: u64,
-    /// Seconds that were asked for.
+    /// Requested seconds.
     pub budget: f64,
-    /// Seconds that all of it took.
+    /// Elapsed seconds.
     pub seconds: f64,
     /// Whether everything was measured.
     pub complete: bool,
-    /// What a reader has to know.
+    /// Warnings to the reader.
     pub warnings: Vec<String>,
-    /// What was to be rendered.
+    /// The planned renders.
     pub schedule: Option<Schedule>,
-    /// What everything is held against.
+    /// The references.
     pub reference: Option<ReferenceReport>,
-    /// What is compared.
+    /// The variants.
     pub variants: Vec<VariantStudy>,
-    /// What each effect of the scene costs.
+    /// The cost of each effect of the scene.
     pub effects: Vec<EffectShare>,
-    /// Pictures, which JSON does not have.
+    /// Images, which are not part of the JSON.
     #[serde(skip)]
     pub pictures: Pictures,
 }
@@ -56,55 +56,55 @@ pub struct StudyReport {
 /// The references.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ReferenceReport {
-    /// Their estimator.
+    /// Their integrator.
     pub integrator: &'static str,
-    /// Where their random numbers come from.
+    /// Their sampler.
     pub sampler: &'static str,
     /// Samples per pixel of each.
     pub spp: u64,
-    /// What each took.
+    /// The duration of each.
     pub seconds: [Seconds; 2],
     /// Their seeds.
     pub seeds: [u64; 2],
     /// Mean luminance of each.
     pub luminances: [f64; 2],
-    /// The standard error of the mean of both.
+    /// The standard error of the mean luminance of both.
     pub luminance_error: f64,
-    /// How far from the truth they are.
+    /// The noise of the references.
     pub noise: ReferenceNoise,
 }
 
-/// A variant, and all of its renders.
+/// A variant with all of its renders.
 #[derive(Debug, Clone, Serialize)]
 pub struct VariantStudy {
-    /// How it renders.
+    /// Its settings.
     pub variant: VariantReport,
-    /// Seconds by samples, as the warm-up told; [`super::summary`] has what all renders tell.
+    /// Seconds by samples, from the warm-up; [`super::summary`] fits all renders.
     pub warm_up: TimeLaw,
-    /// Seconds that building its structure took.
+    /// Seconds of building its structure.
     pub build: f64,
-    /// From few samples to many.
+    /// Levels from few samples to many.
     pub levels: Vec<LevelReport>,
-    /// Renders that were repeated, since something else took a processor.
+    /// Number of renders that were repeated, since other processes disturbed them.
     pub repeated: usize,
-    /// Renders that were disturbed, too, and for whose repetition there was no time.
+    /// Number of renders whose repetition was disturbed, too, or that could not be repeated for lack of time.
     pub disturbed: usize,
-    /// Whether its error bars hold what they say.
+    /// The reliability of its error bars.
     pub bars: Option<BarsReport>,
-    /// The probability of a tile's mean being as far from the references' by chance, for each tile.
+    /// The p-value of each tile's mean against that of the references.
     pub tile_p_values: Vec<f64>,
-    /// Where the variance of a sample comes from.
+    /// The sources of the variance of a sample.
     pub paths: Option<PathShares>,
-    /// What each bounce costs.
+    /// The cost of each bounce.
     pub bounces: Vec<BounceCost>,
 }
 
-/// Renders of a variant with so many samples per pixel.
+/// Renders of a variant with equal samples per pixel.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct LevelReport {
     /// Samples per pixel.
     pub spp: u64,
-    /// One for each seed.
+    /// One render for each seed.
     pub runs: Vec<RunReport>,
     /// Their products against the references.
     pub gram: Gram,
@@ -115,23 +115,23 @@ pub struct LevelReport {
 pub struct RunReport {
     /// Its seed.
     pub seed: u64,
-    /// When it began, in the order of all.
+    /// Its position in the order of all renders.
     pub order: usize,
-    /// What it took; of one that was repeated, the second time.
+    /// Its duration; for a repeated render, that of the second run.
     pub seconds: Seconds,
-    /// Whether it was repeated.
+    /// Whether the render was repeated.
     pub repeated: bool,
-    /// relMSE: what its product with itself is.
+    /// relMSE: its product with itself.
     pub rel_mse: f64,
     /// relMSE without the largest 0.1 % of all pixels.
     pub trimmed: f64,
     /// Mean luminance.
     pub luminance: f64,
-    /// Samples that were not finite.
+    /// Number of samples that were not finite.
     pub rejected: u64,
 }
 
-/// What an effect costs.
+/// The cost of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct EffectShare {
     /// The effect.
@@ -143,7 +143,7 @@ pub struct EffectShare {
 }
 
 impl StudyReport {
-    /// A study of which nothing is measured yet.
+    /// Adds a warning, unless the report has it already.
     pub fn warn(&mut self, warning: impl Into<String>) {
         let warning = warning.into();
         if !self.warnings.contains(&warning) {

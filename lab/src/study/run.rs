@@ -1,8 +1,9 @@
-//! A whole study: what renders cost, two references, all renders in turn, then pictures and where time and variance come from.
+//! Runs a whole study: the cost of renders, two references, all renders in turn, then images and the sources of time
+//! and variance.
 //!
 //! Measure: as in the report.
-//! Range: a budget that is enough for three levels of samples with four seeds for every variant; a smaller one is an error of
-//! usage that says what is enough. A study that is cancelled reports what it has.
+//! Range: a budget that is enough for three levels of samples with four seeds for every variant; a smaller one is a
+//! usage error that states a sufficient budget. A cancelled study reports its results so far.
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
 use super::fit::TimeLaw;
@@ -18,13 +19,13 @@ use etendue::internals::scene::description::SceneDescription;
 use etendue::{Error, Result};
 use std::time::Duration;
 
-/// Bytes of pictures that are kept at most.
+/// Maximum number of bytes of images that are kept.
 const MOST_MEMORY: u64 = 4 << 30;
 
-/// The share of the budget that finding out what a render costs takes, and the seconds at most, over all variants.
+/// The share of the budget for measuring the cost of renders, and its maximum in seconds, over all variants.
 const WARM_UP: (f64, f64) = (0.04, 8.0);
 
-/// Studies the scene as it is described, in the size that it has; `full_size` is the size that it was written for.
+/// Studies the scene in the size of its description; `full_size` is the size in the scene file.
 ///
 /// # Errors
 /// A budget too small, a scene that is black or not valid, or a render that fails.
@@ -51,7 +52,7 @@ pub fn run(
     Ok(study.report)
 }
 
-/// A report of which nothing is measured yet.
+/// An empty report.
 fn blank(
     description: &SceneDescription,
     full_size: (u32, u32),
@@ -96,7 +97,7 @@ fn blank(
     }
 }
 
-/// A study that goes on. Each step is `None` if it was cancelled.
+/// A running study. Each step returns `None` if it was cancelled.
 pub(super) struct Study<'a> {
     pub(super) description: &'a SceneDescription,
     pub(super) settings: &'a StudySettings,
@@ -161,7 +162,7 @@ impl Study<'_> {
         watch.report(&self.report);
     }
 
-    /// The references, which are spread evenly where the integrator knows how.
+    /// The variant that renders the references, with Sobol' points where the integrator supports them.
     fn reference_variant(&self) -> Variant {
         let settings = RenderSettings {
             integrator: self.settings.reference,
@@ -173,7 +174,8 @@ impl Study<'_> {
         Variant::new(settings, self.settings.options)
     }
 
-    /// What each variant and the reference cost, by the least number of samples that each can have. The first render of each warms caches up and does not count.
+    /// Measures the cost of each variant and of the reference, in units of the minimum number of samples of each. The
+    /// first render of each warms up the caches and is discarded.
     fn warm_up(&mut self, watch: &Watch<'_>) -> Result<Option<(Vec<TimeLaw>, TimeLaw)>> {
         let reference = self.reference_variant();
         let variants = self.settings.variants.iter().chain([&reference]);
@@ -197,7 +199,7 @@ impl Study<'_> {
                 };
                 points.push([times as f64, shot.seconds.wall]);
                 spent += shot.seconds.wall;
-                // The next one takes about twice as long.
+                // The next render takes about twice as long.
                 if points.len() > 2 && 2.0 * shot.seconds.wall + spent > each {
                     break;
                 }
@@ -288,7 +290,7 @@ impl Study<'_> {
         Ok(Some(references))
     }
 
-    /// Seconds that are kept for what comes after the levels.
+    /// Seconds that are reserved for the steps after the levels.
     fn reserve(&self, laws: &[TimeLaw], schedule: &Schedule) -> f64 {
         let longest = |(law, &k): (&TimeLaw, &u32)| law.at(f64::from(k).exp2());
         let longest: f64 = laws.iter().zip(&schedule.doublings).map(longest).sum();

@@ -1,10 +1,11 @@
-//! Renders of all variants, levels and seeds, in turn, each held against the references as soon as it is done.
+//! Renders all variants, levels and seeds in turn, and compares each render with the references as soon as it is done.
 //!
-//! A render whose ratio of passed to worked time is more than 5 % off the usual one of its kind shared its processors with
-//! something else. It is repeated once, with the same seed, hence to the same picture: only its time counts anew.
+//! A render whose ratio of wall-clock to processor time is more than 5 % off the usual one of its level shared its
+//! processors with other processes. It is repeated once, with the same seed and hence the same image: only its time is
+//! measured again.
 //!
 //! Measure: seconds, relMSE.
-//! Range: a budget that runs out ends it early; so does whoever watches.
+//! Range: ends early if the budget runs out or the observer cancels.
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
 use super::fit::TimeLaw;
@@ -18,66 +19,66 @@ use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::sampler::hash::combine;
 
-/// How far off the usual a render may be that nothing disturbed.
+/// The maximum relative deviation from the usual ratio for an undisturbed render.
 const DISTURBED: f64 = 0.05;
 
-/// Renders that tell what is usual.
+/// Number of renders needed to determine the usual ratio.
 const USUAL: usize = 3;
 
-/// What random numbers are for: each has seeds of its own.
+/// The purpose of random numbers: each has separate seeds.
 #[derive(Debug, Clone, Copy)]
 pub enum Purpose {
     /// The two references.
     Reference,
-    /// Finding out what a render costs.
+    /// Measuring the cost of a render.
     WarmUp,
     /// The order of renders.
     Order,
-    /// A render that is held against the references.
+    /// A render that is compared with the references.
     Level,
     /// Error bars.
     Bars,
-    /// Pictures to look at.
+    /// Images to be shown.
     Picture,
-    /// Where variance comes from.
+    /// Measuring the sources of variance.
     Paths,
-    /// What bounces cost.
+    /// Measuring the cost of bounces.
     Bounces,
 }
 
-/// A seed for the `index`th of something.
+/// A seed derived from the study's, a purpose and an index.
 pub fn seed_for(study: u64, purpose: Purpose, index: [u64; 3]) -> u64 {
     let [a, b, c] = index;
     let values = [0x5eed, purpose as u64, a, b, c];
     values.into_iter().fold(study, combine)
 }
 
-/// Renders tasks.
+/// Renders the tasks of a schedule.
 pub struct Runner<'a> {
     settings: &'a StudySettings,
     prepared: &'a PreparedScene,
     watch: &'a Watch<'a>,
     references: &'a References,
     laws: &'a [TimeLaw],
-    /// All pictures, by variant and level.
+    /// All images, by variant and level.
     pub images: Vec<Vec<Vec<Image>>>,
-    /// Renders so far.
+    /// Number of renders so far.
     done: usize,
 }
 
-/// How a block of renders ended.
+/// The outcome of a block of renders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ended {
-    /// All are done.
+    /// All renders are done.
     Whole,
-    /// There was no time for so many of them.
+    /// This many renders were left out for lack of time.
     OutOfTime(usize),
-    /// Somebody ended it.
+    /// The observer cancelled it.
     Cancelled,
 }
 
 impl<'a> Runner<'a> {
-    /// Ready for levels of `doublings`.
+    /// A runner for levels up to `doublings` of each variant.
     pub fn new(
         settings: &'a StudySettings,
         prepared: &'a PreparedScene,
@@ -98,7 +99,7 @@ impl<'a> Runner<'a> {
         }
     }
 
-    /// Renders a block, while more than `reserve` seconds are left.
+    /// Renders a block; leaves out tasks that would leave less than `reserve` seconds.
     ///
     /// # Errors
     /// As a render.
@@ -123,7 +124,7 @@ impl<'a> Runner<'a> {
         })
     }
 
-    /// Renders once; `false` if it was cancelled.
+    /// Renders a task; returns `false` if it was cancelled.
     fn task(&mut self, task: Task, reserve: f64, report: &mut StudyReport) -> Result<bool> {
         let index = [task.variant as u64, u64::from(task.level), task.seed];
         let seed = seed_for(self.settings.seed, Purpose::Level, index);
@@ -153,7 +154,7 @@ impl<'a> Runner<'a> {
         Ok(true)
     }
 
-    /// Holds a picture against the references and the earlier ones of its level.
+    /// Compares an image with the references and the earlier images of its level, and adds the results to the report.
     fn take(
         &mut self,
         task: Task,
@@ -187,13 +188,13 @@ impl<'a> Runner<'a> {
     }
 }
 
-/// The mean luminance of a picture.
+/// The mean luminance of an image.
 pub fn luminance(image: &Image) -> f64 {
     let mean = image.mean().map(|channel| channel as f32);
     f64::from(Rgb::from(mean).luminance())
 }
 
-/// Whether something else took a processor from a render.
+/// Whether other processes disturbed a render.
 fn is_disturbed(earlier: &[RunReport], shot: &Shot) -> bool {
     let mut ratios: Vec<f64> = earlier
         .iter()

@@ -1,67 +1,68 @@
-//! What fits in a budget: how many samples per pixel, how many seeds, how long references.
+//! Plans the renders of a study within its budget: samples per pixel, number of seeds, length of the references.
 //!
-//! Every variant gets the same share of the time, so that fast ones come to more samples; what remains for want of another
-//! doubling goes to the references, which are shared by all.
+//! Every variant gets the same share of the time, so that fast ones reach more samples; time that is not enough for
+//! another doubling goes to the references, which are shared by all.
 //!
 //! Measure: seconds, samples per pixel.
-//! Range: a budget for at least three levels of samples with four seeds each; a smaller one is answered by one that is enough.
+//! Range: a budget for at least three levels of samples with four seeds each; for a smaller one, the result is a
+//! sufficient budget.
 //! Source: docs/accuracy.md, "The study"; randomised blocks by Fisher 1935. Tested below.
 
 use super::bootstrap::Dealer;
 use super::fit::TimeLaw;
 use serde::Serialize;
 
-/// The share of the time that both references get, at least.
+/// The minimum share of the time for both references.
 const REFERENCES: f64 = 0.33;
 
-/// The share that all levels of all variants get, at most.
+/// The maximum share for all levels of all variants.
 const LEVELS: f64 = 0.40;
 
-/// The share that finding out where time and variance come from gets.
+/// The share for measuring the sources of time and variance.
 pub const ANATOMY: f64 = 0.10;
 
-/// Seeds of each level and the least number of doublings with which they are worth while, the best first.
+/// Numbers of seeds of each level, with the minimum number of doublings for which they are used, the best first.
 const SEEDS: [(u64, u32); 3] = [(16, 4), (8, 3), (4, 2)];
 
-/// Fewer seeds than these tell no spread.
+/// The minimum number of seeds for an estimate of the spread.
 const FEWEST_SEEDS: u64 = 4;
 
-/// Doublings that no study needs more of.
+/// The maximum number of doublings.
 const MOST_DOUBLINGS: u32 = 20;
 
-/// A reference has at least so many times the samples of the longest render that is held against it ...
+/// The minimum ratio of the samples of a reference to those of the longest render that is compared with it.
 const REFERENCE_OVER_LEVEL: u64 = 4;
 
-/// ... and never fewer than these.
+/// The minimum number of samples of a reference.
 const LEAST_REFERENCE: u64 = 64;
 
-/// What is to be rendered.
+/// The renders of a study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Schedule {
-    /// Samples per pixel of each of the two references, in units of the least number that their integrator takes: 16 of `mlt`,
-    /// else 1.
+    /// Samples per pixel of each of the two references, in units of the minimum number for their integrator: 16 for
+    /// `mlt`, else 1.
     pub reference_spp: u64,
-    /// Seeds of each level.
+    /// Number of seeds of each level.
     pub seeds: u64,
-    /// Seeds of the last level of each variant.
+    /// Number of seeds of the last level of each variant.
     pub last_seeds: u64,
-    /// For each variant, the last level: it has 1, 2, 4 ... 2^k samples per pixel, in the same units.
+    /// The last level k of each variant: its levels have 1, 2, 4 ... 2^k samples per pixel, in units of its minimum.
     pub doublings: Vec<u32>,
 }
 
-/// One render of it.
+/// One render of a schedule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Task {
-    /// Which variant.
+    /// Index of the variant.
     pub variant: usize,
-    /// Which level: it has 2^level samples per pixel.
+    /// The level, with 2^level samples per pixel.
     pub level: u32,
-    /// Which seed.
+    /// Index of the seed.
     pub seed: u64,
 }
 
 impl Schedule {
-    /// The best that variants of these costs leave time for, or the seconds that would be enough for the least.
+    /// The best schedule for variants of these costs, or the seconds that would be enough for the smallest one.
     pub fn fit(costs: &[TimeLaw], reference: TimeLaw, seconds: f64) -> Result<Self, f64> {
         let share = LEVELS * seconds / costs.len() as f64;
         let most_spp = reference_spp(reference, REFERENCES * seconds / 2.0);
@@ -96,15 +97,15 @@ impl Schedule {
         Err(enough(costs, reference))
     }
 
-    /// All renders but the references: blocks of which each has the same ones, with seeds of their own and in a random order. So
-    /// an end at any time leaves as many of each, and a machine that gets slower slows all of them down.
+    /// All renders except the references: blocks with the same renders each, with separate seeds and in a random order.
+    /// An end at any time thus leaves as many of each, and a machine that becomes slower affects all of them.
     pub fn blocks(&self, seed: u64) -> Vec<Vec<Task>> {
         let mut dealer = Dealer::new(seed);
         let block = |index: u64| {
             let mut tasks = Vec::new();
             for (variant, &k) in self.doublings.iter().enumerate() {
                 let whole = (0..k).map(|level| (level, index));
-                // The last level takes part in every second block, if it has half the seeds.
+                // The last level is in every second block, if it has half the seeds.
                 let step = self.seeds / self.last_seeds;
                 let last = index.is_multiple_of(step).then_some((k, index / step));
                 tasks.extend(whole.chain(last).map(|(level, seed)| Task {
@@ -119,7 +120,7 @@ impl Schedule {
         (0..self.seeds).map(block).collect()
     }
 
-    /// Renders that are kept until the end.
+    /// Number of images that are kept until the end.
     pub fn renders(&self) -> u64 {
         let of_variant = |&k: &u32| u64::from(k) * self.seeds + self.last_seeds;
         self.doublings.iter().map(of_variant).sum()
@@ -137,8 +138,8 @@ fn levels_time(cost: TimeLaw, seeds: u64, k: u32) -> f64 {
     seeds as f64 * whole + last_seeds(seeds) as f64 * at(k)
 }
 
-/// Samples per pixel of a reference of so many seconds: a power of two, or one and a half times that, which points that are
-/// spread evenly like.
+/// Samples per pixel of a reference that takes `seconds`: a power of two, or one and a half times that, which suits
+/// evenly distributed points.
 fn reference_spp(cost: TimeLaw, seconds: f64) -> u64 {
     let most = ((seconds - cost.start) / cost.sample).clamp(0.0, 1e12);
     if most < 2.0 {
@@ -152,7 +153,7 @@ fn reference_spp(cost: TimeLaw, seconds: f64) -> u64 {
     }) as u64
 }
 
-/// Seconds that are enough for the least.
+/// The seconds that are enough for the smallest schedule.
 fn enough(costs: &[TimeLaw], reference: TimeLaw) -> f64 {
     let [.., (seeds, least)] = SEEDS;
     let longest = costs
@@ -174,7 +175,7 @@ mod tests {
         TimeLaw { start, sample }
     }
 
-    /// Seconds that a schedule takes on a clock that keeps to the laws.
+    /// The duration of a schedule if all renders follow the time laws.
     fn seconds(schedule: &Schedule, costs: &[TimeLaw], reference: TimeLaw) -> f64 {
         let of_task = |task: &Task| costs[task.variant].at(f64::from(task.level).exp2());
         let blocks = schedule.blocks(1);

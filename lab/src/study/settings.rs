@@ -1,7 +1,7 @@
-//! What a study is asked to do, and who is told how it goes.
+//! The settings of a study, and the observer of its progress.
 //!
 //! Measure: seconds.
-//! Range: at least one variant; all of them render the same picture.
+//! Range: at least one variant; all of them render the same image.
 //! Source: none needed. Tested in `lab/tests/reports/study.rs` and `cli/tests/command/study.rs`.
 
 use super::report::StudyReport;
@@ -12,54 +12,54 @@ use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::{Progress, RenderObserver};
 use std::time::Instant;
 
-/// What a study is asked to do.
+/// The settings of a study.
 #[derive(Debug, Clone)]
 pub struct StudySettings {
-    /// Seconds for all of it.
+    /// Seconds for the whole study.
     pub budget: f64,
-    /// Picks one of 2^64 sets of random numbers.
+    /// Selects one of 2^64 sets of random numbers.
     pub seed: u64,
-    /// What renders the references: it has to be unbiased.
+    /// The integrator of the references, which has to be unbiased.
     pub reference: IntegratorKind,
-    /// How they trace.
+    /// The options of their acceleration structure.
     pub options: AccelOptions,
-    /// What is compared; ratios are to the first.
+    /// The variants to compare; ratios are to the first.
     pub variants: Vec<Variant>,
-    /// What is rendered, however long it takes; `None` for the best that the budget leaves time for. All pictures that are held
-    /// against the references follow from it and the seed.
+    /// The renders, regardless of their time; `None` for the best schedule within the budget. It determines all images
+    /// that are compared with the references, together with the seed.
     pub schedule: Option<Schedule>,
 }
 
-/// Is told how a study goes on, and can end it.
+/// Receives the progress of a study, and can cancel it.
 pub trait StudyObserver: Sync {
-    /// A share in [0, 1] of the time is used up; now this is rendered.
+    /// Reports the fraction of the time used, in [0, 1], and what is rendered now.
     fn progress(&self, _fraction: f64, _what: &str) {}
-    /// Whether the study should end as soon as it can; what was measured so far is kept.
+    /// Whether the study should end as soon as possible; results so far are kept.
     fn is_cancelled(&self) -> bool {
         false
     }
-    /// A part is done: all that was measured so far.
+    /// Reports all results so far, after each completed part.
     fn report(&self, _report: &StudyReport) {}
 }
 
-/// Nobody watches.
+/// An observer that ignores all events.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Unattended;
 
 impl StudyObserver for Unattended {}
 
-/// The time of a study: what of the budget is left, and who is told.
+/// The clock of a study: the remaining budget, and the observer.
 pub struct Watch<'a> {
     observer: &'a dyn StudyObserver,
     start: Instant,
     budget: f64,
-    /// Seconds after which nothing more is begun.
+    /// Seconds after which no further render is started.
     limit: f64,
     what: String,
 }
 
 impl<'a> Watch<'a> {
-    /// Begins.
+    /// Starts the clock.
     pub fn new(observer: &'a dyn StudyObserver, settings: &StudySettings) -> Self {
         Self {
             observer,
@@ -73,29 +73,29 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// From now on, this is done.
+    /// Begins a step and reports its name.
     pub fn begin(&mut self, what: &str) {
         self.what = what.to_owned();
         self.tell();
     }
 
-    /// Seconds since it began.
+    /// Seconds since the start.
     pub fn elapsed(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }
 
-    /// Seconds that are left, or less than 0.
+    /// Remaining seconds, negative after the end of the budget.
     pub fn left(&self) -> f64 {
         self.limit - self.elapsed()
     }
 
-    /// Passes a report on.
+    /// Passes a report to the observer.
     pub fn report(&self, report: &StudyReport) {
         self.observer.report(report);
     }
 
     fn tell(&self) {
-        // Until the end, something is left.
+        // The fraction stays below 1 until the end.
         let fraction = (self.elapsed() / self.budget).min(0.99);
         self.observer.progress(fraction, &self.what);
     }

@@ -1,7 +1,7 @@
-//! What follows from the renders of a variant: when errors are reached, how efficient it is, whether it is biased, and what
-//! a tenth of its error would cost.
+//! Statistics of the renders of a variant: the time to given errors, its efficiency, its bias, and the cost of a tenth
+//! of its error.
 //!
-//! Measure: seconds, relMSE and its root, said at each field.
+//! Measure: seconds, relMSE and its root, stated at each field.
 //! Range: at least two levels with two renders each.
 //! Source: docs/accuracy.md, "The study". Tested below and in `lab/tests/reports/study.rs`.
 
@@ -12,85 +12,85 @@ use super::report::{LevelReport, StudyReport, VariantStudy};
 use etendue::internals::math::stats::{Moments, student_p_value};
 use serde::Serialize;
 
-/// Roots of relMSE of which the time is told.
+/// Roots of relMSE for which the time is reported.
 pub const TARGETS: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
 
-/// A bias is found if chance makes one as large with less than this probability.
+/// The p-value below which a bias is found.
 const SIGNIFICANT: f64 = 1e-3;
 
-/// Levels that the squared bias is taken from: the last ones, where noise hides it least.
+/// Number of levels for the estimate of the squared bias: the last ones, with the least noise.
 const BIAS_LEVELS: usize = 3;
 
-/// What follows from the renders of a variant.
+/// The statistics of the renders of a variant.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
     /// Its name.
     pub name: String,
     /// Seconds by samples per pixel.
     pub time: TimeLaw,
-    /// Processors that worked at a time, on average.
+    /// Number of processors in use, on average.
     pub processors: f64,
-    /// From few samples to many.
+    /// Levels from few samples to many.
     pub levels: Vec<LevelSummary>,
-    /// How its error falls with time; `None` of one level.
+    /// The decrease of its error with time; `None` for one level.
     pub slope: Option<Slope>,
     /// Seconds to each of [`TARGETS`].
     pub times: Vec<(f64, Reached)>,
     /// 1 / (relMSE x seconds) of its longest renders.
     pub efficiency: Ranged,
-    /// The same over that of the first variant.
+    /// The efficiency over that of the first variant.
     pub ratio: Ranged,
-    /// Whether it renders another picture.
+    /// The test of its bias.
     pub bias: Bias,
-    /// What a tenth of the error would cost.
+    /// The cost of a tenth of the error.
     pub tenth: Tenth,
 }
 
-/// What renders of one level say.
+/// The statistics of one level.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct LevelSummary {
     /// Samples per pixel.
     pub spp: u64,
-    /// Renders.
+    /// Number of renders.
     pub runs: usize,
-    /// Seconds of one, on average.
+    /// Seconds of one render, on average.
     pub seconds: f64,
     /// relMSE.
     pub rel_mse: Ranged,
     /// relMSE without the largest 0.1 % of the pixels.
     pub trimmed: f64,
-    /// The part of it that other random numbers would change.
+    /// The variance: the part of relMSE that changes with the random numbers.
     pub variance: Estimate,
-    /// The part that they would not.
+    /// The squared bias: the part that does not.
     pub squared_bias: Estimate,
 }
 
-/// Whether a variant renders another picture than the references show.
+/// The bias of a variant relative to the references.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Bias {
     /// The squared bias, relative, of the last levels together.
     pub squared: Estimate,
-    /// The probability of one as large by chance, in the squares or in the light of the whole picture.
+    /// The p-value of the bias, in the squares or in the light of the whole image.
     pub p: f64,
-    /// Whether that is too little to be chance.
+    /// Whether the p-value is significant.
     pub is_found: bool,
-    /// Whether it is found in the squares already, so that its size is known; else in the light.
+    /// Whether the squares alone are significant, so that the size of the bias is known; else it is found in the light.
     pub is_square_found: bool,
-    /// With a confidence of 95 %, the root of the squared bias is at most this.
+    /// An upper limit of the root of the squared bias, with a confidence of 95 %.
     pub at_most: f64,
-    /// Mean luminance over that of the references - 1, and what it may be off by with a confidence of 95 %.
+    /// Mean luminance over that of the references - 1, and its margin with a confidence of 95 %.
     pub light: [f64; 2],
 }
 
-/// What a tenth of the error of the longest renders would cost.
+/// The cost of a tenth of the error of the longest renders.
 #[derive(Debug, Clone, Copy, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Tenth {
-    /// So many seconds, if the error goes on to fall as it does.
+    /// Seconds, if the error continues to fall as it does.
     Costs(Ranged),
-    /// No time buys it: the bias alone is more, of which this is the root.
+    /// Not reachable: the bias alone is larger. This is its root.
     Never(f64),
-    /// Too little is known.
+    /// Too few data.
     Unknown,
 }
 
@@ -101,7 +101,7 @@ pub fn summaries(report: &StudyReport) -> Vec<(usize, Summary)> {
     };
     let mut dealer = Dealer::new(report.seed);
     let [one, two] = reference.luminances;
-    // Of as many differences as there are pixels, so certain.
+    // The error is computed from as many differences as there are pixels, so it is taken as certain.
     let luminance = [0.5 * (one + two), reference.luminance_error];
     let mut efficiencies: Vec<(usize, Vec<f64>)> = Vec::new();
     let mut all = Vec::new();
@@ -131,7 +131,7 @@ pub fn summaries(report: &StudyReport) -> Vec<(usize, Summary)> {
     all
 }
 
-/// The time law of all renders of a variant.
+/// Fits the time law to all renders of a variant.
 pub fn time_law(levels: &[LevelReport]) -> Option<TimeLaw> {
     let points = levels.iter().flat_map(|level| {
         let of_run = move |run: &super::report::RunReport| [level.spp as f64, run.seconds.wall];
@@ -208,7 +208,7 @@ fn mean(level: &LevelReport, f: impl Fn(&super::report::RunReport) -> f64) -> f6
     Moments::of(level.runs.iter().map(f)).mean()
 }
 
-/// 1 / (relMSE x seconds), with its replicas: errors and seconds are drawn again, each for itself.
+/// 1 / (relMSE x seconds), with its replicas: errors and seconds are resampled separately.
 fn efficiency(level: &LevelReport, dealer: &mut Dealer) -> (Ranged, Vec<f64>) {
     let seconds: Vec<f64> = level.runs.iter().map(|run| run.seconds.wall).collect();
     let groups = [level.gram.squared_errors(), seconds];
@@ -221,7 +221,8 @@ fn efficiency(level: &LevelReport, dealer: &mut Dealer) -> (Ranged, Vec<f64>) {
     (ranged, replicas)
 }
 
-/// The squared bias does not depend on the samples, its noise does: levels count by how little they have.
+/// Estimates the bias. The squared bias does not depend on the number of samples, but its noise does: levels with less
+/// noise have more weight.
 fn bias(levels: &[LevelReport], reference: [f64; 2], shared: f64) -> Option<Bias> {
     let used = levels.iter().rev().take(BIAS_LEVELS);
     let weight = |level: &LevelReport| {
@@ -239,20 +240,20 @@ fn bias(levels: &[LevelReport], reference: [f64; 2], shared: f64) -> Option<Bias
         false => student_p_value(t, light.freedom),
     };
     let of_square = squared.p_above_zero();
-    // Bonferroni: of two tests, either may find it.
+    // Bonferroni correction: either of two tests may find it.
     let p = (2.0 * of_square.min(of_light)).min(1.0);
     Some(Bias {
         squared,
         p,
         is_found: p < SIGNIFICANT,
         is_square_found: 2.0 * of_square < SIGNIFICANT,
-        // One-sided.
+        // One-sided: the margin of 90 % has 5 % above it.
         at_most: (squared.value.max(0.0) + squared.margin(0.90)).sqrt(),
         light: [light.value, light.margin(0.95)],
     })
 }
 
-/// How much brighter the last levels are than the references; they count by their samples.
+/// The relative difference in brightness between the last levels, weighted by their samples, and the references.
 fn light(levels: &[LevelReport], [reference, reference_error]: [f64; 2]) -> Option<Estimate> {
     let used = levels.iter().rev().take(BIAS_LEVELS);
     let weight = |level: &LevelReport| (level.runs.len() as u64 * level.spp) as f64;
@@ -268,7 +269,7 @@ fn light(levels: &[LevelReport], [reference, reference_error]: [f64; 2]) -> Opti
     };
     let mut light = Estimate::sum(&used.map(part).collect::<Option<Vec<_>>>()?);
     light.standard_error = light.standard_error.hypot(reference_error / reference);
-    // Renders without noise leave that of the references.
+    // If the renders have no noise, that of the references remains.
     light.freedom = if light.freedom > 0.0 {
         light.freedom
     } else {
@@ -293,8 +294,8 @@ fn tenth(
     let Some(slope) = slope.filter(|slope| slope.b.low > 0.0 && last.runs.len() > 1) else {
         return Tenth::Unknown;
     };
-    // A hundredth of the relMSE. Independent samples take a hundred times as many, and nothing takes more but what no law
-    // tells; what is steeper so far need not stay so.
+    // A hundredth of the relMSE. With independent samples this takes a hundred times as many, which is the least upper
+    // end: a slope that is steeper so far need not stay so.
     let factor = |b: f64| 100_f64.powf(1.0 / b);
     let value = if slope.b.holds(1.0) {
         1.0

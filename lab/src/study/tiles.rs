@@ -1,9 +1,10 @@
-//! Where a picture is biased: tile by tile, whether its mean could be that of the references by chance.
+//! The local bias of an image: for each tile, the probability that its mean differs from that of the references by
+//! chance.
 //!
 //! Measure: probabilities, one for each tile of 8 x 8 pixels; without bias they are uniform in [0, 1].
-//! Range: at least two renders; tiles without noise tell nothing and are left out.
-//! Source: Welch's t-test on the mean luminance of a tile. The variance of the references' comes from how far apart they are in
-//! each of its pixels, which share no samples. Tested below.
+//! Range: at least two renders; tiles without noise cannot be tested and are left out.
+//! Source: Welch's t-test on the mean luminance of a tile. The variance of the references' mean is computed from their
+//! difference in each of its pixels, which share no samples. Tested below.
 
 use super::reference::References;
 use etendue::internals::image::Image;
@@ -13,7 +14,7 @@ use etendue::internals::math::stats::{Moments, student_p_value};
 /// Edge of a tile in pixels.
 const EDGE: u32 = 8;
 
-/// The probabilities of all tiles.
+/// The p-values of all tiles.
 pub fn p_values(references: &References, renders: &[Image]) -> Vec<f64> {
     let Some(first) = renders.first() else {
         return Vec::new();
@@ -43,7 +44,8 @@ fn p_value(
     };
     let means = Moments::of(renders.iter().map(sum));
     let of_renders = means.standard_error()?.powi(2);
-    // Channels of a pixel go together: the root of a sum of variances is at most the sum of their roots.
+    // The channels of a pixel are correlated: the standard deviation of their sum is at most the sum of their standard
+    // deviations.
     let of_pixel = |&i: &usize| variance[i].iter().map(|v| v.sqrt()).sum::<f64>().powi(2);
     let of_reference = pixels.iter().map(of_pixel).sum::<f64>() / (count * count);
     let both = of_renders + of_reference;

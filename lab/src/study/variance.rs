@@ -1,11 +1,11 @@
-//! Where the variance of a sample comes from: from paths of which length, and found in which way.
+//! The sources of the variance of a sample, by the length of paths and by the technique that found the light.
 //!
-//! A sample is a sum X = sum_k X_k over classes of paths, so that Var X = sum_k Cov(X_k, X) exactly: that is the share of
-//! each class. It may be negative, for a class that makes up for others.
+//! A sample is a sum X = sum_k X_k over classes of paths, so that Var X = sum_k Cov(X_k, X) exactly: that is the share
+//! of each class. It may be negative, for a class that compensates for others.
 //!
 //! Measure: shares of the variance of one sample, relative as relMSE is, and of the light.
-//! Range: integrators that tell of their paths. Samples are taken one by one: what points that are spread evenly save is not
-//! seen.
+//! Range: integrators that report their paths. Each sample is treated on its own: the variance that evenly distributed
+//! points save is not included.
 //! Source: the covariance is linear. Tested below and in `lab/tests/reports/study.rs`.
 
 use super::prepared_scene::PreparedScene;
@@ -21,65 +21,65 @@ use etendue::internals::render::observe_tile;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Scattering events that are told apart; paths of as many or more are one class.
+/// Number of scattering events that are distinguished; paths with as many or more form one class.
 const LONGEST: usize = 5;
 
-/// Seen directly; then by scattering events, each found by scattering and found by looking for a light.
+/// Number of classes: seen directly; then by scattering events, each found by BSDF sampling and by light sampling.
 const CLASSES: usize = 1 + 2 * LONGEST;
 
-/// Parts of the picture, which tell how certain shares are.
+/// Number of parts of the image, for the standard errors of the shares.
 const PARTS: usize = 16;
 
-/// Edge of the tiles that they are made of.
+/// Edge of the tiles that form the parts, in pixels.
 const TILE: u32 = 8;
 
-/// Where the variance comes from.
+/// The sources of the variance of a sample.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PathShares {
-    /// Samples per pixel that were watched.
+    /// Samples per pixel that were observed.
     pub spp: u64,
     /// The relative variance of one sample.
     pub variance: f64,
-    /// What the variances of the classes leave unexplained: 0 but for rounding.
+    /// The part of the variance that the classes do not explain: 0 except for rounding.
     pub unexplained: f64,
-    /// The classes that there are.
+    /// The classes that occur.
     pub classes: Vec<ClassShare>,
 }
 
-/// What one class of paths contributes.
+/// The contribution of one class of paths.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ClassShare {
     /// Scattering events; the last class has longer ones, too.
     pub bounces: usize,
-    /// How the light was found.
+    /// The technique that found the light.
     pub found: LightFoundBy,
     /// Its share of the variance.
     pub variance: f64,
-    /// The standard error of that.
+    /// The standard error of `variance`.
     pub variance_error: f64,
     /// Its share of the light.
     pub energy: f64,
 }
 
-/// How a path found its light.
+/// The technique by which a path found its light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LightFoundBy {
-    /// The camera saw it.
+    /// A camera ray hit the light.
     Seen,
-    /// A scattered ray met it.
+    /// An extension ray hit the light.
     Scattering,
-    /// A ray looked for it.
+    /// A shadow ray to a sampled light.
     LightSampling,
 }
 
-/// Longer paths than these are one class.
+/// Whether this is the class that includes all longer paths.
 pub fn is_longest(bounces: usize) -> bool {
     bounces == LONGEST
 }
 
-/// Watches `spp` samples of each pixel; `None` of an integrator that does not tell of its paths, has parts of them from a
-/// cache, or brings light to other pixels than its sample's own.
+/// Observes `spp` samples of each pixel; `None` for an integrator that does not report its paths, takes parts of them
+/// from a cache, or splats to other pixels than its sample's own.
 pub fn path_shares(
     prepared: &PreparedScene,
     variant: &Variant,
@@ -126,7 +126,7 @@ pub fn path_shares(
     shares(&parts, spp)
 }
 
-/// The shares, with the jackknife over parts of the picture.
+/// Computes the shares, with the jackknife over parts of the image.
 fn shares(parts: &[Sums], spp: u64) -> Option<PathShares> {
     let total = |without: Option<usize>| {
         let mut all = Sums::default();
@@ -200,13 +200,13 @@ impl Sums {
 #[derive(Debug, Clone, Default)]
 struct PixelSums {
     count: f64,
-    /// X, X^2.
+    /// The sums of X and X^2.
     whole: [[f64; 2]; 3],
-    /// X_k, X_k X.
+    /// The sums of X_k and X_k X.
     classes: [[[f64; 2]; CLASSES]; 3],
 }
 
-/// Splits samples into classes. A tile's pixels come one after the other, each with all of its samples.
+/// An observer that splits samples into classes. The pixels of a tile follow one another, each with all of its samples.
 struct Splitter {
     spp: u64,
     weights: Vec<[f64; 3]>,
@@ -232,7 +232,7 @@ impl Splitter {
         }
     }
 
-    /// Light that a ray met.
+    /// Adds light that a camera or extension ray hit.
     fn met(&mut self, contribution: Rgb) {
         let class = match self.bounces.min(LONGEST) {
             0 => 0,
@@ -316,7 +316,7 @@ impl PathObserver for Splitter {
 mod tests {
     use super::*;
 
-    /// A sample of light seen, and of light found by looking for it, each at random.
+    /// A sample with light seen directly and light found by light sampling, both random.
     fn sample(splitter: &mut Splitter, seen: f32, found: f32) {
         splitter.emission(Rgb::grey(seen), 1.0);
         splitter.light(Rgb::grey(2.0 * found), 1.0, 0.5);
@@ -343,7 +343,7 @@ mod tests {
         );
         assert!((seen.variance - 0.2).abs() < 1e-12 && (found.variance - 0.8).abs() < 1e-12);
         assert!((seen.energy - 0.75).abs() < 1e-12 && shares.unexplained.abs() < 1e-12);
-        // Of a sample: 5, with the unbiased estimate from four 4/3 of it.
+        // The variance of a sample is 5; the unbiased estimate from four samples is 4/3 of it.
         assert!(
             (shares.variance - 20.0 / 3.0).abs() < 1e-12,
             "{}",

@@ -1,7 +1,7 @@
-//! What is compared: the settings that are varied, and all combinations of them.
+//! The variants of a study: the settings that are varied, and all combinations of them.
 //!
 //! Measure: none.
-//! Range: each setting is varied once, each value once; what is given again is taken together.
+//! Range: each setting is varied once, each value once; repetitions are merged.
 //! Source: none needed. Tested below.
 
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
@@ -13,17 +13,17 @@ use serde::Serialize;
 /// One value of one setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Choice {
-    /// The estimator.
+    /// The integrator.
     Integrator(IntegratorKind),
-    /// Where random numbers come from.
+    /// The sampler.
     Sampler(SamplerKind),
-    /// The library that traces rays.
+    /// The backend that traces rays.
     Backend(Backend),
-    /// How carefully it does.
+    /// The precision of its intersections.
     Precision(Precision),
-    /// The code that runs.
+    /// The kernel.
     Kernel(Kernel),
-    /// Scattering events at most.
+    /// Maximum number of scattering events.
     MaxBounces(Option<u32>),
 }
 
@@ -55,19 +55,19 @@ impl Choice {
     }
 }
 
-/// A way to render the scene.
+/// A variant of the settings for rendering the scene.
 #[derive(Debug, Clone)]
 pub struct Variant {
-    /// What tells it from the others.
+    /// A name that distinguishes it from the others.
     pub name: String,
-    /// How it renders; seed and samples are not its own.
+    /// Render settings; the study sets seed and samples.
     pub settings: RenderSettings,
-    /// How it traces.
+    /// Options of the acceleration structure.
     pub options: AccelOptions,
 }
 
 impl Variant {
-    /// A way that is not varied yet.
+    /// A variant in which no setting is varied yet.
     pub fn new(settings: RenderSettings, options: AccelOptions) -> Self {
         Self {
             name: String::new(),
@@ -76,7 +76,7 @@ impl Variant {
         }
     }
 
-    /// The same with another value of a setting.
+    /// This variant with another value of a setting.
     fn with(&self, choice: Choice) -> Self {
         let mut changed = self.clone();
         match choice {
@@ -118,7 +118,7 @@ impl Variant {
         all
     }
 
-    /// What is written of it.
+    /// The variant as written to the report.
     pub fn report(&self, bias: Vec<String>) -> VariantReport {
         VariantReport {
             name: self.name.clone(),
@@ -133,24 +133,24 @@ impl Variant {
     }
 }
 
-/// A variant as it is written.
+/// A variant as written to the report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct VariantReport {
-    /// What tells it from the others.
+    /// A name that distinguishes it from the others.
     pub name: String,
-    /// The estimator.
+    /// The integrator.
     pub integrator: &'static str,
-    /// Where random numbers come from.
+    /// The sampler.
     pub sampler: &'static str,
-    /// The library that traces rays.
+    /// The backend that traces rays.
     pub backend: &'static str,
-    /// How carefully it does.
+    /// The precision of its intersections.
     pub precision: &'static str,
-    /// The code that is forced to run.
+    /// The kernel, if it is forced.
     pub kernel: Option<&'static str>,
-    /// Scattering events at most.
+    /// Maximum number of scattering events.
     pub max_bounces: Option<u32>,
-    /// What is known to bias it, in words.
+    /// Known sources of bias, in words.
     pub bias: Vec<String>,
 }
 

@@ -10,7 +10,7 @@ PREFIX ?= /usr/local
 PROFILE ?= release
 FUZZ_TARGETS ?= scene_toml obj mtl image
 
-.PHONY: help setup demo test mutants mutants-some install header battery bench instructions check fuzz accuracy soak clean
+.PHONY: help setup demo test mutants mutants-some nightly install header battery bench instructions check fuzz accuracy soak clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
@@ -32,12 +32,17 @@ demo: setup ## Renders the scenes cornell-box and suzanne-room to out/.
 # Optimised by the profile `test` of Cargo.toml, as most tests are statistics over many samples.
 test: setup ## Runs all tests.
 	$(CARGO) test --workspace
+	@scripts/not-tested.sh
 
 mutants: setup ## Makes each planted bug live and shows that a test finds it.
 	@scripts/mutants.sh
 
-mutants-some: setup ## The same for those that quick tests find.
+mutants-some: setup ## Plants the bugs that quick tests find.
 	@scripts/mutants.sh some
+
+# What .ci/run leaves out because it is slow and rarely fails.
+nightly: test mutants check ## Runs all tests, all planted bugs and the gates.
+	CARGO_TARGET_DIR=target/nightly $(MAKE) install DESTDIR= PREFIX=$(CURDIR)/target/nightly/prefix
 
 # Where cargo puts what it builds.
 BUILT = $(or $(CARGO_TARGET_DIR),target)/$(if $(filter dev test,$(PROFILE)),debug,$(PROFILE))

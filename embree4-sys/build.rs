@@ -130,7 +130,7 @@ fn find() -> Result<Embree, String> {
         "Embree 4 was not found:{reasons}\n\
          Run `scripts/setup.sh`, which finds or fetches one, or set EMBREE_DIR to the folder that\n\
          holds its include/ and lib/. To build without Embree, on a slower ray tracer:\n\
-         cargo build --release --no-default-features --features cli"
+         cargo build --release --no-default-features"
     ))
 }
 

@@ -27,7 +27,7 @@ headers_suite=trixie
 keyring=/usr/share/keyrings/debian-archive-keyring.gpg
 
 no_embree="Without Embree, on a slower ray tracer, Etendue builds with a C compiler alone: \
-cargo build --release --no-default-features --features cli"
+cargo build --release --no-default-features"
 
 say() { echo "setup: $*"; }
 die() {

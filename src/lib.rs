@@ -39,7 +39,7 @@
 //! enumerations, so that kernels know them when they are compiled, and are extended in the source.
 //!
 //! No state is kept for the process but a count of sessions: any number of them may live and render at once, on threads of their
-//! own. Vectors and matrices in the interface are those of glam, as [`vec`] re-exports them; no other dependency shows.
+//! own. Vectors and matrices in the interface are those of glam, as [`mod@vec`] re-exports them; no other dependency shows.
 //!
 //! # Features
 //!

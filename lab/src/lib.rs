@@ -1,5 +1,5 @@
 //! The lab: measurements made with the renderer. Renderings compared with each other ([`study`]), ray tracing backends
-//! compared on the rays of real renderings ([`bench`]), difficult test cases with exact answers ([`battery`]), and the
+//! compared on the rays of real renderings ([`mod@bench`]), difficult test cases with exact answers ([`battery`]), and the
 //! course on Monte Carlo integration ([`lesson`]).
 //!
 //! The command `etendue` presents the results; the lab contains no code for pages or terminals. It uses the renderer's

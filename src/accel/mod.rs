@@ -231,11 +231,11 @@ impl Accel {
         &self,
         ray: &Ray,
         time: f32,
-        departure: Option<ExcludedPrimitive>,
+        excluded: Option<ExcludedPrimitive>,
     ) -> Option<Hit> {
         let hit = self.closest(ray, time)?;
-        match departure {
-            Some(departure) if departure.rules_out(&hit) => self.beyond(ray, time, departure, hit),
+        match excluded {
+            Some(excluded) if excluded.rules_out(&hit) => self.beyond(ray, time, excluded, hit),
             _ => Some(hit),
         }
     }
@@ -256,11 +256,11 @@ impl Accel {
         &self,
         ray: &Ray,
         time: f32,
-        departure: ExcludedPrimitive,
+        excluded: ExcludedPrimitive,
         mut hit: Hit,
     ) -> Option<Hit> {
         let mut ray = *ray;
-        while departure.rules_out(&hit) {
+        while excluded.rules_out(&hit) {
             ray.t_min = hit.t.max(ray.t_min).next_up();
             hit = self.closest(&ray, time)?;
         }
@@ -278,11 +278,11 @@ impl Accel {
             Self::Obvhs(accel) => rays.each(hits, |ray, time| accel.intersect(ray, time)),
         }
         for (lane, hit) in hits.iter_mut().enumerate().take(rays.len()) {
-            if let (Some(departure), Some(found)) = (rays.departure(lane), &hit)
-                && departure.rules_out(found)
+            if let (Some(excluded), Some(found)) = (rays.excluded(lane), &hit)
+                && excluded.rules_out(found)
             {
                 let (ray, time) = rays.get(lane);
-                *hit = self.beyond(&ray, time, departure, *found);
+                *hit = self.beyond(&ray, time, excluded, *found);
             }
         }
     }

@@ -23,7 +23,7 @@ pub struct RayPacket {
     pub(super) active: ActiveLanes<LANES>,
     ends: [f32; LANES],
     /// The primitive that each ray starts on.
-    departure: [Option<ExcludedPrimitive>; LANES],
+    excluded: [Option<ExcludedPrimitive>; LANES],
     len: usize,
 }
 
@@ -36,7 +36,7 @@ impl Default for RayPacket {
             lanes: RayHitLanes::new(),
             active: ActiveLanes::NONE,
             ends: [0.0; LANES],
-            departure: [None; LANES],
+            excluded: [None; LANES],
             len: 0,
         }
     }
@@ -67,7 +67,7 @@ impl RayPacket {
     /// # Panics
     /// If the packet already has [`LANES`] rays.
     #[inline]
-    pub fn push(&mut self, ray: &Ray, time: f32, departure: Option<ExcludedPrimitive>) {
+    pub fn push(&mut self, ray: &Ray, time: f32, excluded: Option<ExcludedPrimitive>) {
         let lane = self.len;
         assert!(lane < LANES, "a packet has {LANES} rays at most");
         let rays = &mut self.lanes.rays;
@@ -80,7 +80,7 @@ impl RayPacket {
         rays.time[lane] = time;
         self.active.0[lane] = -i32::from(ray.is_finite());
         self.ends[lane] = ray.t_max;
-        self.departure[lane] = departure;
+        self.excluded[lane] = excluded;
         self.len = lane + 1;
     }
 
@@ -103,8 +103,8 @@ impl RayPacket {
 
     /// The primitive that one ray starts on.
     #[inline]
-    pub(super) fn departure(&self, lane: usize) -> Option<ExcludedPrimitive> {
-        self.departure[lane]
+    pub(super) fn excluded(&self, lane: usize) -> Option<ExcludedPrimitive> {
+        self.excluded[lane]
     }
 
     /// Traces the rays one by one.
@@ -150,12 +150,12 @@ impl RayQueue {
 
     /// Adds a ray, with the primitive that it starts on.
     #[inline]
-    pub fn push(&mut self, ray: &Ray, time: f32, departure: Option<ExcludedPrimitive>) {
+    pub fn push(&mut self, ray: &Ray, time: f32, excluded: Option<ExcludedPrimitive>) {
         let packet = self.len / LANES;
         if packet == self.packets.len() {
             self.packets.push(RayPacket::default());
         }
-        self.packets[packet].push(ray, time, departure);
+        self.packets[packet].push(ray, time, excluded);
         self.len += 1;
     }
 

@@ -69,7 +69,7 @@ pub trait Integrator: Copy + Send + Sync {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [Sample],
-        _waiting: &mut PathQueues,
+        _queues: &mut PathQueues,
         observer: &mut O,
     ) {
         for (sampler, sample) in samplers.iter_mut().zip(samples) {

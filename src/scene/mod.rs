@@ -140,11 +140,11 @@ impl Scene {
         &self,
         ray: &Ray,
         time: f32,
-        departure: Option<ExcludedPrimitive>,
+        excluded: Option<ExcludedPrimitive>,
         u_alpha: f32,
     ) -> Option<Interaction<E>> {
-        let found = self.accel.intersect(ray, time, departure);
-        self.surface_interaction(ray, time, departure, u_alpha, found)
+        let found = self.accel.intersect(ray, time, excluded);
+        self.surface_interaction(ray, time, excluded, u_alpha, found)
     }
 
     /// Returns the closest interaction along a ray, given its closest hit.
@@ -153,7 +153,7 @@ impl Scene {
         &self,
         ray: &Ray,
         time: f32,
-        departure: Option<ExcludedPrimitive>,
+        excluded: Option<ExcludedPrimitive>,
         u_alpha: f32,
         found: Option<Hit>,
     ) -> Option<Interaction<E>> {
@@ -181,7 +181,7 @@ impl Scene {
                 let rest = (u_alpha - alpha) / (1.0 - alpha);
                 u_alpha = planted!("alpha-number-reused", u_alpha, rest.min(ONE_MINUS_EPSILON));
                 ray.t_min = hit.t.next_up();
-                found = self.accel.intersect(&ray, time, departure);
+                found = self.accel.intersect(&ray, time, excluded);
                 continue;
             }
             if E::NormalMaps::ON

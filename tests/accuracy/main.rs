@@ -68,7 +68,7 @@ fn main() {
     closed_forms(seeds, &mut off);
     pictures(seeds, &mut off);
     println!(
-        "\n| error sample_range for | kept by | true error, as a share of it | foreseen within |\n|---|---|---|---|"
+        "\n| error asked for | kept by | true error, as a share of it | foreseen within |\n|---|---|---|---|"
     );
     targets((seeds / 8).max(1), &mut off);
     assert!(off.is_empty(), "off: {off:#?}");

@@ -124,15 +124,15 @@ fn answers_do_not_depend_on_who_asks_as_well() {
     let mut rng = TestRng::new(71);
     for (i, lights) in all.iter().enumerate() {
         for points in [PointRule::SolidAngle, PointRule::Area] {
-            let (mut sample_range, mut answered) = (0, 0);
+            let (mut asked, mut answered) = (0, 0);
             for count in 0..=40 {
                 for _ in 0..50 {
-                    sample_range += count;
+                    asked += count;
                     answered += agree(lights, count, points, &mut rng);
                 }
             }
-            println!("lights {i}, {points:?}: {answered} of {sample_range} questions have answers");
-            assert!(2 * answered > sample_range);
+            println!("lights {i}, {points:?}: {answered} of {asked} questions have answers");
+            assert!(2 * answered > asked);
         }
     }
 }

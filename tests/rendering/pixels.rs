@@ -54,7 +54,7 @@ fn beyond(filter: FilterDescription, d: f64) -> f64 {
             0.5 - (5.25 * d.powi(4) - 12.0 * d.powi(3) + 16.0 * d) / 18.0
         }
         FilterKind::Mitchell => (1.75 * left.powi(4) - 2.0 * left.powi(3)) / 18.0,
-        kind => unreachable!("{kind:?} is not sample_range for"),
+        kind => unreachable!("{kind:?} is not asked for"),
     }
 }
 

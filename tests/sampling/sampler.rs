@@ -404,7 +404,7 @@ fn draw_alike<S: Sampler, const N: usize>(
     S::draw_each(&mut started, &places, decision, |numbers: [f32; N]| {
         assert_eq!(Some(numbers), alone.next(), "{samples:?}, {decision:?}");
     });
-    assert!(alone.next().is_none(), "as many as were sample_range for");
+    assert!(alone.next().is_none(), "as many as were asked for");
 }
 
 fn side_by_side<S: Sampler>(sampler: S) {

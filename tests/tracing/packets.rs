@@ -23,8 +23,8 @@ fn traced(accel: &Accel, rays: &[SampleRange]) -> Vec<(Option<Hit>, bool)> {
     let mut packet = RayPacket::default();
     let push = |packet: &mut RayPacket| {
         packet.clear();
-        for (ray, time, departure) in rays {
-            packet.push(ray, *time, *departure);
+        for (ray, time, excluded) in rays {
+            packet.push(ray, *time, *excluded);
         }
     };
     // What an earlier packet has left.
@@ -137,11 +137,11 @@ fn packets_meet_what_single_rays_meet_also_beyond_what_they_leave() {
         for (accel_name, accel) in every_accel(&world) {
             let mut left = 0;
             let mut rays = aimed(&mesh, RAYS, &mut rng);
-            for (index, (ray, time, departure)) in rays.iter_mut().enumerate() {
+            for (index, (ray, time, excluded)) in rays.iter_mut().enumerate() {
                 // Every second ray leaves what it would meet first.
                 let first = accel.intersect(ray, *time, None);
                 if let Some(hit) = first.filter(|_| index.is_multiple_of(2)) {
-                    *departure = Some(ExcludedPrimitive {
+                    *excluded = Some(ExcludedPrimitive {
                         id: hit.id,
                         free_distance: 1.001 * hit.t,
                     });
@@ -154,15 +154,15 @@ fn packets_meet_what_single_rays_meet_also_beyond_what_they_leave() {
             );
             let mut off = 0;
             for some in rays.chunks(LANES) {
-                for ((ray, time, departure), (hit, occluded)) in
+                for ((ray, time, excluded), (hit, occluded)) in
                     some.iter().zip(traced(&accel, some))
                 {
-                    let single = accel.intersect(ray, *time, *departure);
+                    let single = accel.intersect(ray, *time, *excluded);
                     let is_returned = |it: &ExcludedPrimitive| {
                         hit.is_some_and(|hit| hit.id == it.id && hit.t < it.free_distance)
                     };
                     assert!(
-                        !departure.as_ref().is_some_and(is_returned),
+                        !excluded.as_ref().is_some_and(is_returned),
                         "{name}, {accel_name}"
                     );
                     let agree = same(hit, single) && occluded == accel.occluded(ray, *time);

@@ -138,7 +138,10 @@ fn a_bench_is_printed_and_written_with_the_same_numbers() {
         });
         let row = row.unwrap_or_else(|| panic!("no {kind} by {contender} in\n{printed}"));
         // Of three digits, the last one may be rounded either way.
-        let shown = row.split('|').map(str::trim).find_map(|cell| cell.split_once(" ("));
+        let shown = row
+            .split('|')
+            .map(str::trim)
+            .find_map(|cell| cell.split_once(" ("));
         let shown: f64 = shown.map_or(f64::NAN, |(median, _)| median.parse().expect("a number"));
         assert!((shown / time - 1.0).abs() < 0.0051, "no {time} in {row}");
     }

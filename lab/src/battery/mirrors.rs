@@ -69,9 +69,9 @@ fn corridor(end: f64) -> SceneDescription {
 /// Traces a ray through its reflections: its final direction and the number of reflections; `None` if it does not leave
 /// the mirrors.
 fn follow(scene: &Scene, mut ray: Ray) -> Option<(Vec3, u32)> {
-    let mut departure = None;
+    let mut excluded = None;
     for bounces in 0..100 {
-        let Some(at) = scene.intersect::<Everything>(&ray, 0.0, departure, 0.5) else {
+        let Some(at) = scene.intersect::<Everything>(&ray, 0.0, excluded, 0.5) else {
             return Some((ray.dir, bounces));
         };
         let bsdf = scene.bsdf(&at)?;
@@ -79,7 +79,7 @@ fn follow(scene: &Scene, mut ray: Ray) -> Option<(Vec3, u32)> {
         let sample = bsdf.sample::<Everything>(wo, 0.5, Vec2::splat(0.5))?;
         let wi = at.frame.to_world(sample.wi);
         let (next, leaves) = scene.spawn(&at, 0.0, wi, false);
-        (ray, departure) = (next, Some(leaves));
+        (ray, excluded) = (next, Some(leaves));
     }
     None
 }

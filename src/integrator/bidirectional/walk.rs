@@ -127,7 +127,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
             most,
         } = start;
         let mut walked = Walked::nowhere();
-        let mut departure = None;
+        let mut excluded = None;
         // The throughput for Russian roulette.
         let mut left = Rgb::WHITE;
         for bounce in 0.. {
@@ -135,7 +135,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
             let u_alpha = self.u_alpha::<E>(kind, bounce);
             let met = self
                 .scene
-                .surface_interaction::<E>(&ray, self.time, departure, u_alpha, found);
+                .surface_interaction::<E>(&ray, self.time, excluded, u_alpha, found);
             let Some(at) = met else {
                 self.watch(kind, |observer| observer.escaped(ray.dir));
                 walked.escape = Some(Escape {
@@ -189,12 +189,12 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
             }
             let through = step.scattering.goes_through;
             let (next, left_behind) = self.scene.spawn(&at, self.time, step.w, through);
-            (ray, departure, origin) = (next, Some(left_behind), at.p);
+            (ray, excluded, origin) = (next, Some(left_behind), at.p);
             ray_density = RayDensity::Point(step.forwards.0.into());
             self.rays.closest += 1;
             let ray_kind = RayKind::extension(bounce, step.sample.pdf.is_none());
             self.observer.traced(ray_kind, &ray, self.time);
-            found = self.scene.accel.intersect(&ray, self.time, departure);
+            found = self.scene.accel.intersect(&ray, self.time, excluded);
         }
         walked
     }

@@ -94,8 +94,8 @@ impl Gatherer<'_> {
                 if !at.agrees(wi, false) {
                     continue;
                 }
-                let (ray, departure) = self.scene.spawn(at, time, wi, false);
-                let mut path = PathState::<E>::new(ray, Some(departure), time);
+                let (ray, excluded) = self.scene.spawn(at, time, wi, false);
+                let mut path = PathState::<E>::new(ray, Some(excluded), time);
                 path.scattered_from = planted!(
                     "cache-counts-lights-twice",
                     None,
@@ -103,7 +103,7 @@ impl Gatherer<'_> {
                 );
                 let mut sample = Sample::new(CameraRay { ray, time });
                 sample.rays.closest += 1;
-                sample.found = self.scene.accel.intersect(&ray, time, Some(departure));
+                sample.found = self.scene.accel.intersect(&ray, time, Some(excluded));
                 let clear = sample.found.map_or(f32::INFINITY, |hit| hit.t);
                 asked.push((cell, clear));
                 samplers.push(sampler.clone());

@@ -26,13 +26,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         paths: &mut Paths<'_, E, S, O>,
         interactions: &mut Vec<Interaction<E>>,
     ) {
-        for place in 0..paths.queues.active.len() {
-            let path_index = paths.queues.active[place];
-            if self.add_emission(paths, path_index, interactions) {
-                paths.queues.active[interactions.len() - 1] = path_index;
-            }
-        }
-        paths.queues.active.truncate(interactions.len());
+        paths.compact(|paths, _, path_index| self.add_emission(paths, path_index, interactions));
     }
 
     /// Adds the emission at the vertex of one path, and returns whether the path continues.
@@ -52,13 +46,9 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let (chosen, time) = (paths.queues.chosen[path_index], path.time.or(0.0));
         let u_alpha = draw_alpha::<E, S>(sampler, bounce);
         let found = paths.samples[path_index].found;
-        let Some(at) = scene.surface_interaction::<E>(
-            &path.ray,
-            time,
-            path.departure.or(None),
-            u_alpha,
-            found,
-        ) else {
+        let Some(at) =
+            scene.surface_interaction::<E>(&path.ray, time, path.excluded.or(None), u_alpha, found)
+        else {
             observer.escaped(path.ray.dir);
             let contribution = path.beta * environment(scene, path, technique, chosen);
             path.radiance += contribution;

@@ -48,23 +48,21 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         );
         S::draw_each(paths.samplers, active, decision, |[u]| roulette.push(u));
 
-        for (place, (at, shading)) in interactions.iter().zip(shading).enumerate() {
-            let path_index = paths.queues.active[place];
-            let numbers = paths.queues.bsdf_inputs[place];
+        let mut surfaces = interactions.iter().zip(shading);
+        paths.compact(|paths, place, path_index| {
+            let Some((at, shading)) = surfaces.next() else {
+                return false;
+            };
+            let input = paths.queues.bsdf_inputs[place];
             let u_roulette = paths.queues.roulette[place];
-            let extension_rays =
-                self.sample_bsdf(paths, path_index, at, shading, &numbers, u_roulette);
-            if let Some((ray, departure)) = extension_rays {
-                let time = paths.states[path_index].time.or(0.0);
-                let extension_rays = &mut paths.queues.extension_rays;
-                paths.queues.active[extension_rays.len()] = path_index;
-                extension_rays.push(&ray, time, Some(departure));
-            }
-        }
-        paths
-            .queues
-            .active
-            .truncate(paths.queues.extension_rays.len());
+            let extension = self.sample_bsdf(paths, path_index, at, shading, &input, u_roulette);
+            let Some((ray, excluded)) = extension else {
+                return false;
+            };
+            let time = paths.states[path_index].time.or(0.0);
+            paths.queues.extension_rays.push(&ray, time, Some(excluded));
+            true
+        });
     }
 
     /// Scatters one path, and returns its extension ray and the primitive that the ray leaves; `None` where the path
@@ -117,11 +115,11 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             observer.terminated(survival);
             return None;
         }
-        let (ray, departure) = path.spawn_ray(paths.scene, at, wi, scattered.pdf, goes_through);
+        let (ray, excluded) = path.spawn_ray(paths.scene, at, wi, scattered.pdf, goes_through);
         paths.samples[path_index].rays.closest += 1;
         let kind = RayKind::extension(bounce, path.scattered_from.is_none());
         observer.traced(kind, &ray, path.time.or(0.0));
-        Some((ray, departure))
+        Some((ray, excluded))
     }
 }
 

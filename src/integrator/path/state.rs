@@ -21,7 +21,7 @@ pub struct PathState<E: Effects> {
     /// The current ray.
     pub ray: Ray,
     /// The primitive that the ray leaves, which is needed to continue the ray behind a surface with alpha.
-    pub departure: State<E::Alpha, Option<ExcludedPrimitive>>,
+    pub excluded: State<E::Alpha, Option<ExcludedPrimitive>>,
     /// The time, from 0 to 1 while the shutter is open.
     pub time: State<E::Motion, f32>,
     /// The path throughput: the factor of the radiance along the ray.
@@ -39,10 +39,10 @@ pub struct PathState<E: Effects> {
 impl<E: Effects> PathState<E> {
     /// Begins a path with a ray, which leaves a primitive or comes from the camera.
     #[inline]
-    pub fn new(ray: Ray, departure: Option<ExcludedPrimitive>, time: f32) -> Self {
+    pub fn new(ray: Ray, excluded: Option<ExcludedPrimitive>, time: f32) -> Self {
         Self {
             ray,
-            departure: Slot::new(|| departure),
+            excluded: Slot::new(|| excluded),
             time: Slot::new(|| time),
             beta: Rgb::WHITE,
             radiance: Rgb::BLACK,
@@ -89,9 +89,9 @@ impl<E: Effects> PathState<E> {
             None
         );
         self.scattered_from = pdf.map(|p_bsdf| (at.p, p_bsdf)).or(forgotten);
-        let (ray, departure) = scene.spawn(at, self.time.or(0.0), wi, goes_through);
-        (self.ray, self.departure) = (ray, Slot::new(|| Some(departure)));
-        (ray, departure)
+        let (ray, excluded) = scene.spawn(at, self.time.or(0.0), wi, goes_through);
+        (self.ray, self.excluded) = (ray, Slot::new(|| Some(excluded)));
+        (ray, excluded)
     }
 
     /// The MIS weight of light found by scattering, where light sampling has the density `p_light`.

@@ -4,6 +4,9 @@
 //! Range: arguments are split at spaces: names in tests have none.
 //! Source: none needed.
 
+// Each test program uses a part of it.
+#![allow(dead_code)]
+
 use crate::common::scene_folder::{HEAD, SceneFolder};
 use std::process::{Command, Output, Stdio};
 

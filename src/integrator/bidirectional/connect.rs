@@ -83,7 +83,7 @@ pub struct Connector<'a, 'w, E: Effects, O: ?Sized> {
 
 impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
     /// Computes all contributions of paths with at least one edge of the camera subpath, one strategy after the other.
-    pub fn to_pixel(&mut self, mut take: impl FnMut(Contribution)) {
+    pub fn pixel_contributions(&mut self, mut take: impl FnMut(Contribution)) {
         for j in 0..self.eye.vertices.len() {
             self.emission_s0(j).into_iter().for_each(&mut take);
             if !self.eye.vertices[j].is_connectible() {
@@ -103,7 +103,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
 
     /// Computes all contributions of connections to the lens, at the places on the film for which `reaches` returns
     /// true.
-    pub fn to_film(
+    pub fn film_contributions(
         &mut self,
         viewpoint: impl Fn(Vec2) -> Viewpoint,
         reaches: &dyn Fn(Vec2) -> bool,

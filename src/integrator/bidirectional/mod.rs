@@ -121,8 +121,8 @@ impl Bidirectional {
         let eye = self.eye_path::<E, S, O>(&mut walker, camera_ray, found, of_eye);
         let mut connector = self.connector(scene, camera_ray.time, light, &eye, rays, observer);
         let viewpoint = |u| scene.camera.viewpoint::<E>(u, camera_ray.time);
-        connector.to_film(viewpoint, reaches, &mut take);
-        connector.to_pixel(take);
+        connector.film_contributions(viewpoint, reaches, &mut take);
+        connector.pixel_contributions(take);
     }
 
     /// Computes the contributions of one strategy for the numbers of `sampler`, equal to those of

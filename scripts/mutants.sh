@@ -30,7 +30,7 @@ build() {
         if [ "$target" = lib ]; then arguments+=(--lib); else arguments+=(--test "$target"); fi
     done
     [ $# -gt 0 ] || arguments=(--tests)
-    "${CARGO:-cargo}" test --workspace --no-run "${arguments[@]}" 2>&1 | tee "$log" >&2
+    "${CARGO:-cargo}" test --no-run "${arguments[@]}" 2>&1 | tee "$log" >&2
     while read -r line; do
         case "$line" in
             *"Executable unittests src/lib.rs ("*/etendue-*) target=lib ;;

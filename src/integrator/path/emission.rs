@@ -26,7 +26,13 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         paths: &mut Paths<'_, E, S, O>,
         interactions: &mut Vec<Interaction<E>>,
     ) {
-        paths.compact(|paths, _, path_index| self.add_emission(paths, path_index, interactions));
+        for place in 0..paths.queues.active.len() {
+            let path_index = paths.queues.active[place];
+            if self.add_emission(paths, path_index, interactions) {
+                paths.queues.active[interactions.len() - 1] = path_index;
+            }
+        }
+        paths.queues.active.truncate(interactions.len());
     }
 
     /// Adds the emission at the vertex of one path, and returns whether the path continues.

@@ -192,23 +192,6 @@ pub struct Paths<'a, E: Effects, S, O: ?Sized> {
 }
 
 impl<E: Effects, S, O: PathObserver + ?Sized> Paths<'_, E, S, O> {
-    /// Keeps those of the active paths, in their order, for which `continues` returns true. It is called with the place of each
-    /// among the active paths and with its index.
-    #[inline(always)]
-    fn compact(&mut self, mut continues: impl FnMut(&mut Self, usize, usize) -> bool) {
-        let mut active = std::mem::take(&mut self.queues.active);
-        let mut kept = 0;
-        for place in 0..active.len() {
-            let path_index = active[place];
-            if continues(self, place, path_index) {
-                active[kept] = path_index;
-                kept += 1;
-            }
-        }
-        active.truncate(kept);
-        self.queues.active = active;
-    }
-
     /// Traces the queued shadow rays, and then the extension rays of the paths that continue.
     fn trace(&mut self) {
         let states = &mut *self.states;

@@ -48,21 +48,20 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         );
         S::draw_each(paths.samplers, active, decision, |[u]| roulette.push(u));
 
-        let mut surfaces = interactions.iter().zip(shading);
-        paths.compact(|paths, place, path_index| {
-            let Some((at, shading)) = surfaces.next() else {
-                return false;
-            };
+        for (place, (at, shading)) in interactions.iter().zip(shading).enumerate() {
+            let path_index = paths.queues.active[place];
             let input = paths.queues.bsdf_inputs[place];
             let u_roulette = paths.queues.roulette[place];
             let extension = self.sample_bsdf(paths, path_index, at, shading, &input, u_roulette);
-            let Some((ray, excluded)) = extension else {
-                return false;
-            };
-            let time = paths.states[path_index].time.or(0.0);
-            paths.queues.extension_rays.push(&ray, time, Some(excluded));
-            true
-        });
+            if let Some((ray, excluded)) = extension {
+                let time = paths.states[path_index].time.or(0.0);
+                let extension_rays = &mut paths.queues.extension_rays;
+                paths.queues.active[extension_rays.len()] = path_index;
+                extension_rays.push(&ray, time, Some(excluded));
+            }
+        }
+        let continuing = paths.queues.extension_rays.len();
+        paths.queues.active.truncate(continuing);
     }
 
     /// Scatters one path, and returns its extension ray and the primitive that the ray leaves; `None` where the path

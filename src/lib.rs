@@ -102,7 +102,6 @@ pub use session::{Met, QueryRay, Rendering, Session, Work, tracing};
 /// The parts of the renderer, for the packages of this workspace and for tests: no promise is kept of them.
 #[cfg(feature = "internals")]
 #[doc(hidden)]
-#[allow(missing_docs)]
 pub mod internals {
     pub mod accel {
         pub use crate::accel::*;

@@ -109,7 +109,7 @@ fn read_path<'a>(text: &'a str, before: &[String], paths: &mut Vec<Vec<String>>)
                     return after;
                 }
                 let after = read_path(group, &path, paths);
-                // What is no path, such as `*` or ` as name`.
+                // Skips `*` and ` as name`, which are no paths.
                 group = after.trim_start_matches(|c| !matches!(c, ',' | '}'));
                 if group.is_empty() {
                     return group;

@@ -9,7 +9,7 @@
 pub struct Planted {
     /// Its name, there and in `ETENDUE_MUTANT`.
     pub name: &'static str,
-    /// What is wrong.
+    /// A description of the bug.
     pub wrong: &'static str,
     /// The test that finds it: the target, `lib` for the renderer's own tests, and the name in it.
     pub killer: &'static str,

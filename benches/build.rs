@@ -1,6 +1,6 @@
-//! Seconds to build each backend's structure in each quality, on all threads.
+//! Seconds to build each backend's acceleration structure in each quality, on all threads.
 //!
-//! In fast precision: Embree builds robust scenes in one quality, and to obvhs it makes no difference.
+//! The precision is fast: Embree builds robust scenes in only one quality, and for obvhs precision makes no difference.
 //! Run: `cargo bench --bench build`.
 
 mod common;

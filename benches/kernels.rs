@@ -1,4 +1,4 @@
-//! Nanoseconds of the parts that a path is made of: random numbers, warps, scattering, textures,
+//! Timings of the parts of a path, in nanoseconds: random numbers, warps, scattering, textures,
 //! filters, light sampling.
 //!
 //! Run: `cargo bench --bench kernels`.
@@ -33,7 +33,7 @@ fn samplers(c: &mut Criterion) {
     sampler(c, "sobol", Sobol::new(0));
 }
 
-/// What a sample costs before its first number, its numbers by how many are drawn at once, and all those of a bounce.
+/// Times the start of a sample, draws of one, two and four numbers at once, and all draws of the camera and one bounce.
 fn sampler(c: &mut Criterion, name: &str, mut sampler: impl Sampler) {
     let mut group = c.benchmark_group(format!("sampler/{name}"));
     let mut sample = 0;
@@ -138,7 +138,7 @@ fn scattering(c: &mut Criterion) {
     }
 }
 
-/// Lookups all over a picture of a size that no near cache holds, packed and not.
+/// Times lookups all over an image too large for the inner caches, packed and unpacked.
 fn textures(c: &mut Criterion) {
     let (width, height) = (2048, 2048);
     let pixels = (0..width * height)
@@ -178,8 +178,9 @@ fn filters(c: &mut Criterion) {
     }
 }
 
-/// A rectangle and its half, from so far away that their points are chosen, from where directions are, and from where that
-/// takes double precision. The receivers are below the light, in all directions within 60 degrees of its normal.
+/// Times sampling and pdf of a rectangle and its half at three distances: far, where points are sampled; middle, where
+/// directions are sampled; near, where sampling directions takes double precision. The receivers are below the light, in all
+/// directions within 60 degrees of its normal.
 fn flat_lights(c: &mut Criterion) {
     let u = numbers(1024);
     let (corner, edges) = (Vec3::new(-0.6, -0.8, 0.0), [1.2 * Vec3::X, 1.6 * Vec3::Y]);
@@ -228,7 +229,7 @@ fn flat_lights(c: &mut Criterion) {
     }
 }
 
-/// The choice of a light and a point on it, from what the camera sees of the suzanne-room.
+/// Times the choice of a light and of a point on it, for the camera's hits in the suzanne-room.
 fn lights_of_a_room(c: &mut Criterion) {
     let description = common::written("suzanne-room");
     let scene = common::ready(&description);

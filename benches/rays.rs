@@ -1,5 +1,5 @@
-//! Nanoseconds a ray in the suzanne-room, for every kind that its render traces: each backend and precision, Embree in
-//! packets too; and obvhs traversed as the crate itself does it, beside ours.
+//! Time per ray in the suzanne-room, for every kind of ray that its render traces: each backend and precision, Embree
+//! also with packets; and obvhs with the traversal loops of the crate itself, compared with ours.
 //!
 //! An iteration traces all recorded rays of a kind on one thread. Criterion's "thrpt" is rays per second.
 //! Run: `cargo bench --bench rays`.
@@ -25,10 +25,10 @@ use obvhs::triangle::Triangle;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Rays of the most frequent kind.
+/// Number of recorded rays of the most frequent kind.
 const RAYS: usize = 1 << 15;
 
-/// The world of the suzanne-room, and the rays of its render.
+/// Returns the world of the suzanne-room and the recorded rays of its render.
 fn suzanne_room() -> (Arc<World>, Recording) {
     let description = common::written("suzanne-room");
     let scene = common::ready(&description);
@@ -45,7 +45,7 @@ fn group<'a>(c: &'a mut Criterion, name: String, rays: usize) -> BenchmarkGroup<
     group
 }
 
-/// Every backend, precision and packet width on every kind of ray.
+/// Benchmarks every backend, precision and packet width on every kind of ray.
 fn kinds(c: &mut Criterion) {
     let (world, recording) = suzanne_room();
     let pool = pool(1).expect("one thread");
@@ -67,7 +67,7 @@ fn kinds(c: &mut Criterion) {
     }
 }
 
-/// Whether shadow rays are free, and the closest hits of others.
+/// Benchmarks occlusion queries for shadow rays and closest hits for all other kinds.
 fn trace(
     group: &mut BenchmarkGroup<'_, WallTime>,
     variant: Variant,
@@ -87,8 +87,9 @@ fn trace(
     });
 }
 
-/// obvhs's trees of the same triangles, traversed by the crate's own loops with its own test of triangles in single
-/// precision, beside our loops in fast precision. The crate's preset splits triangles, which ours does without: both ways.
+/// Benchmarks obvhs's trees of the same triangles, traversed by the crate's own loops with its own single-precision
+/// triangle test, against our loops in fast precision. The crate's preset splits triangles, ours does not: the crate is
+/// measured with and without splitting.
 fn obvhs_itself(c: &mut Criterion) {
     let (world, recording) = suzanne_room();
     let triangles = triangles(&world);
@@ -121,14 +122,14 @@ fn obvhs_itself(c: &mut Criterion) {
     }
 }
 
-/// Traces all rays and says how many meet something.
+/// Traces all rays and returns the number of hits.
 fn met<T>(rays: &[Ray], closest: impl Fn(&Ray) -> Option<T>) -> usize {
     rays.iter().filter(|ray| closest(ray).is_some()).count()
 }
 
-/// The triangles of a world in which there is nothing else.
+/// Returns the triangles of a world that contains nothing else.
 fn triangles(world: &World) -> Vec<Triangle> {
-    assert!(world.instances().is_empty(), "shapes stand in the world");
+    assert!(world.instances().is_empty(), "the scene has no instances");
     let of = |geometry: &Geometry| -> Vec<Triangle> {
         let Geometry::Mesh(mesh) = geometry else {
             panic!("every shape is a mesh");
@@ -142,14 +143,14 @@ fn triangles(world: &World) -> Vec<Triangle> {
     world.geometries().iter().flat_map(of).collect()
 }
 
-/// A tree of the crate with its triangles in the order of the leaves, which is how the crate is meant to be used.
+/// A tree of the crate with its triangles in the order of the leaves, as the crate intends.
 enum Theirs {
     Binary(obvhs::bvh2::Bvh2, Vec<Triangle>),
     Wide(obvhs::cwbvh::CwBvh, Vec<Triangle>),
 }
 
 impl Theirs {
-    /// Both layouts, without and with triangles split, with names.
+    /// Builds both layouts, without and with split triangles, with names.
     fn all(triangles: &[Triangle]) -> [(&'static str, Self); 4] {
         let parameters = BvhBuildParams::very_slow_build();
         let time = &mut Duration::default();
@@ -205,7 +206,7 @@ impl Theirs {
     }
 }
 
-/// Both find the same hits, but for a few by rounding: what is compared is the same work.
+/// Asserts that both find the same hits, except for a few because of rounding, so that the work compared is the same.
 fn agree(name: &str, rays: &[Ray], ours: &Accel, theirs: &Theirs) {
     let differs = |ray: &&Ray| {
         let ours: Option<Hit> = ours.intersect(ray, 0.0, None);
@@ -216,7 +217,7 @@ fn agree(name: &str, rays: &[Ray], ours: &Accel, theirs: &Theirs) {
         }
     };
     let count = rays.iter().filter(differs).count();
-    assert!(count * 100 <= rays.len(), "{name}: {count} differ");
+    assert!(count * 100 <= rays.len(), "{name}: {count} hits differ");
 }
 
 criterion_group!(benches, kinds, obvhs_itself);

@@ -1,6 +1,6 @@
-//! Samples per second of whole renders: what `--precision fast` gains over `robust`, and Embree over obvhs.
+//! Samples per second of whole renders: the gain of `--precision fast` over `robust`, and of Embree over obvhs.
 //!
-//! Each iteration renders one picture on all threads, its scene loaded and built before. Criterion's "thrpt" is samples
+//! Each iteration renders one image on all threads; its scene is loaded and built before. Criterion's "thrpt" is samples
 //! per second over all threads. Run: `cargo bench --bench render`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -12,7 +12,7 @@ use etendue::internals::scene::load::load;
 use etendue::internals::scene::prepare::prepare;
 use std::path::Path;
 
-/// A scene, the size of its picture, and its bounce limit.
+/// A scene, its image size, and its bounce limit.
 type Case = (&'static str, (u32, u32), Option<u32>);
 
 const CASES: &[Case] = &[
@@ -26,7 +26,7 @@ const SPP: u64 = 2;
 fn renders(c: &mut Criterion) {
     for &(name, size, max_bounces) in CASES {
         let file = format!("{}/scenes/{name}/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-        let mut description = load(Path::new(&file)).expect("a scene of our own loads");
+        let mut description = load(Path::new(&file)).expect("a bundled scene loads");
         description.film.size = size;
         let filter = Filter::new(&description.film.filter);
         let mut group = c.benchmark_group(name);

@@ -1,17 +1,17 @@
-//! Documents, comments and committed reports name no folder of the machine that they were made on, and the files of the repository
-//! that they name are there.
+//! Documents, comments and committed reports contain no path of the machine that they were made on, and the files of the
+//! repository that they name exist.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Folders of people and of machines, by what their names begin with.
+/// Prefixes of paths that belong to a user or a machine.
 const FOREIGN: [&str; 4] = ["/home/", "/root/", "/Users/", "/work/"];
 
 /// Folders that are not part of the sources.
 const NOT_OURS: [&str; 6] = [".git", ".embree", "target", "out", "found", "artifacts"];
 
-/// Files with text that people read.
+/// Extensions of text files.
 const TEXTS: [&str; 12] = [
     "rs", "md", "toml", "sh", "py", "c", "h", "cpp", "in", "mtl", "json", "lock",
 ];
@@ -20,7 +20,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The files below a folder whose names end as texts do, and those without an ending.
+/// The files below a folder that have an extension of [`TEXTS`] or none.
 fn texts(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("a folder of the sources can be read");
     let paths = entries.map(|entry| entry.expect("its entries can be read").path());
@@ -37,7 +37,7 @@ fn texts(folder: &Path) -> Vec<PathBuf> {
     files.collect()
 }
 
-/// Words of a text that name a folder of a machine: `root` is where these sources lie.
+/// Words of a text that are paths of a machine; `root` is the path of these sources.
 fn foreign_paths<'a>(text: &'a str, root: &str) -> Vec<&'a str> {
     let is_end = |c: char| c.is_whitespace() || "`'\"()[]|,;".contains(c);
     let words = text.split(is_end);
@@ -97,7 +97,7 @@ fn files_that_texts_name_are_there() {
         };
         // From the root of the repository or of the file's package.
         let names_nothing = |name: &&str| !file.ancestors().any(|it| it.join(name).exists());
-        // Within a line: backticks pair there.
+        // Line by line, as backticks are paired within a line.
         for name in text.lines().flat_map(named_files).filter(names_nothing) {
             missing.insert(format!("{}: {name}", file.display()));
         }

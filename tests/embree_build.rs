@@ -1,5 +1,5 @@
-//! What Embree builds with: the threads and the quality asked for. One test alone in its process, as the threads of others
-//! would count too.
+//! Tests that Embree builds with the requested number of threads and quality. This is the only test of its process,
+//! because the threads of others would be counted, too.
 #![cfg(all(feature = "embree", target_os = "linux"))]
 
 mod common;
@@ -11,7 +11,7 @@ use etendue::internals::geometry::{Geometry, mesh::Mesh};
 
 const NEEDLES: u32 = 20_000;
 
-/// Long thin triangles in every direction: their boxes overlap, and splitting some pays.
+/// Long thin triangles in every direction: their boxes overlap, so spatial splits pay off.
 fn needles() -> Mesh {
     let mut rng = TestRng::new(36);
     let needles = (0..NEEDLES).map(|_| {
@@ -43,14 +43,19 @@ fn embree_builds_with_the_threads_and_at_the_quality_asked_for() {
     };
     let before = threads();
     let first = build(Precision::Fast, Quality::Medium);
-    assert_eq!(threads(), before, "one thread builds: the one that asks");
-    // Nine coordinates a triangle in a leaf, two numbers, and nodes; what building needed besides has been given back.
+    assert_eq!(
+        threads(),
+        before,
+        "the build runs on the calling thread only"
+    );
+    // A triangle takes nine coordinates and two integers in a leaf, and its share of the nodes. Temporary memory of the
+    // build has been freed.
     let bytes_each = first.memory() / NEEDLES as usize;
     println!("{bytes_each} bytes a triangle");
     assert!((44..100).contains(&bytes_each), "{bytes_each}");
     drop(first);
 
-    // Triangles that are split need more memory. Robust scenes do not have that.
+    // Split triangles need more memory. Robust scenes are built without splits.
     for (precision, splits) in [(Precision::Fast, true), (Precision::Robust, false)] {
         let [medium, high] = [Quality::Medium, Quality::High].map(|q| build(precision, q).memory());
         println!("{precision:?}: {medium} and {high} bytes");

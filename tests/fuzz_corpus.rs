@@ -1,6 +1,6 @@
-//! The corpus of the fuzzer once more, on every push: no panic, and memory bounded by the size of what is read.
+//! The fuzzer's corpus as a test on every push: no panic, and memory bounded by the size of the input.
 //!
-//! One test, as memory is counted for the whole process.
+//! It is a single test, because memory is counted for the whole process.
 
 #[path = "../fuzz/src/lib.rs"]
 mod fuzz;
@@ -13,7 +13,7 @@ use std::path::Path;
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// To this many bytes a line of the corpus is repeated.
+/// The size in bytes up to which a line of the corpus is repeated.
 const REPEATED: usize = 1 << 18;
 
 #[test]
@@ -34,7 +34,7 @@ fn the_corpus_and_its_lines_many_times_over_are_read_within_bounds() {
     }
 }
 
-/// Each line that a valid input starts with or goes on with, as often as makes a large file.
+/// Feeds, for each line of the corpus, a large input: a valid start, followed by the line many times.
 fn repeat_lines(target: &Target, inputs: &[(String, Vec<u8>)]) {
     let texts = inputs
         .iter()

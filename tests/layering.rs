@@ -1,15 +1,15 @@
-//! The renderer has floors: a module imports what stands before it, never upwards; and no two modules of any package import each
-//! other, at any depth of folders.
+//! The renderer has layers: a module imports only modules listed before it in `LAYERS`; and no modules of any package import each
+//! other in a cycle, at any depth of folders.
 //!
 //! Reads every path that begins with `crate::` or `super::` in the sources of all packages, `mod.rs` files and groups in braces
-//! included. Cargo itself keeps packages from importing in a circle.
+//! included. Cargo itself rejects cycles of packages.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Every module of the crate's root, from the ground up, with its floor.
-const HOUSE: &[(&str, u32)] = &[
+/// Every module of the crate's root with its layer, from the lowest to the highest.
+const LAYERS: &[(&str, u32)] = &[
     ("error", 0),
     ("planted", 0),
     ("memory", 0),
@@ -32,8 +32,8 @@ const HOUSE: &[(&str, u32)] = &[
     ("session", 7),
 ];
 
-/// Where `unsafe` may stand.
-const UNSAFE_ROOMS: &[&str] = &["src/accel/embree", "src/post/oidn.rs", "capi/src"];
+/// The places where `unsafe` is allowed.
+const UNSAFE_PLACES: &[&str] = &["src/accel/embree", "src/post/oidn.rs", "capi/src"];
 
 /// A module as its path from the crate's root, such as `["render", "adaptive"]`; the root itself has none.
 type Module = Vec<String>;
@@ -57,7 +57,7 @@ fn files_below(folder: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The sources of a package, below its folder `src`.
+/// Reads the sources of a package, below its folder `src`.
 fn package(sources: &str) -> Package {
     let root = repository().join(sources);
     let read = |file: PathBuf| {
@@ -68,7 +68,7 @@ fn package(sources: &str) -> Package {
     files_below(&root).into_iter().map(read).collect()
 }
 
-/// The module that a file below `src/` is.
+/// The module of a file below `src/`.
 fn module_of(file: &Path) -> Module {
     let file = file.with_extension("");
     let mut module: Module = file
@@ -80,7 +80,7 @@ fn module_of(file: &Path) -> Module {
     module
 }
 
-/// The code of a file: without comments and without its tests, which may reach further.
+/// The code of a file: without comments and without its tests, which may import more.
 fn code(text: &str) -> String {
     let before_tests = text.split("#[cfg(test)]\nmod tests").next();
     let lines = before_tests.expect("split yields one part").lines();
@@ -88,7 +88,7 @@ fn code(text: &str) -> String {
     code.collect::<Vec<_>>().join("\n")
 }
 
-/// Reads the path that `text` begins with and adds it to `paths`, each one of a group in braces; yields what follows.
+/// Reads the path at the start of `text` and adds it to `paths`, with one path for each item in braces. Returns the rest.
 fn read_path<'a>(text: &'a str, before: &[String], paths: &mut Vec<Vec<String>>) -> &'a str {
     let is_name = |c: char| c.is_alphanumeric() || c == '_';
     let mut path = before.to_vec();
@@ -109,7 +109,7 @@ fn read_path<'a>(text: &'a str, before: &[String], paths: &mut Vec<Vec<String>>)
                     return after;
                 }
                 let after = read_path(group, &path, paths);
-                // Skips `*` and ` as name`, which are no paths.
+                // Skips `*` and ` as name`, which are not paths.
                 group = after.trim_start_matches(|c| !matches!(c, ',' | '}'));
                 if group.is_empty() {
                     return group;
@@ -150,8 +150,8 @@ fn named_paths(module: &[String], code: &str) -> Vec<Vec<String>> {
     paths
 }
 
-/// Which modules of one folder import which: an import counts where the ways of both modules part. What a module names of its own
-/// children or of its parents' own items does not count.
+/// The imports between modules of the same folder: an import counts for the two modules at which the paths of importer and
+/// imported diverge. Imports of a module's own children or of its parents' own items do not count.
 fn imports(package: &Package) -> BTreeMap<Module, BTreeSet<Module>> {
     let mut imports: BTreeMap<Module, BTreeSet<Module>> = BTreeMap::new();
     for (module, code) in package {
@@ -173,19 +173,24 @@ fn imports(package: &Package) -> BTreeMap<Module, BTreeSet<Module>> {
     imports
 }
 
-/// Modules of the crate's root that import one that stands above them.
+/// Modules of the crate's root that import one listed after them.
 fn upward_imports(package: &Package) -> Vec<String> {
-    let place = |module: &Module| HOUSE.iter().position(|(name, _)| *name == module[0]);
+    let place = |module: &Module| LAYERS.iter().position(|(name, _)| *name == module[0]);
     let imports = imports(package);
     let at_root = imports.iter().filter(|(module, _)| module.len() == 1);
     let pairs = at_root.flat_map(|(module, named)| named.iter().map(move |it| (module, it)));
     pairs
         .filter(|(module, named)| place(named) > place(module))
-        .map(|(module, named)| format!("{} imports {}, which stands above it", module[0], named[0]))
+        .map(|(module, named)| {
+            format!(
+                "{} imports {}, which is listed after it",
+                module[0], named[0]
+            )
+        })
         .collect()
 }
 
-/// Modules that import themselves by way of others.
+/// Modules that are part of an import cycle.
 fn circles(package: &Package) -> Vec<String> {
     let imports = imports(package);
     let is_in_circle = |start: &&Module| {
@@ -210,7 +215,7 @@ fn circles(package: &Package) -> Vec<String> {
 
 #[test]
 fn every_module_has_its_place_in_the_house() {
-    let known: BTreeSet<&str> = HOUSE.iter().map(|(name, _)| *name).collect();
+    let known: BTreeSet<&str> = LAYERS.iter().map(|(name, _)| *name).collect();
     let package = package("src");
     let unknown: Vec<_> = package
         .keys()
@@ -219,11 +224,11 @@ fn every_module_has_its_place_in_the_house() {
         .collect();
     assert!(
         unknown.is_empty(),
-        "no floor for {unknown:?}: add it to HOUSE in tests/layering.rs"
+        "no layer for {unknown:?}: add it to LAYERS in tests/layering.rs"
     );
     assert!(
-        HOUSE.windows(2).all(|pair| pair[0].1 <= pair[1].1),
-        "floors go up"
+        LAYERS.windows(2).all(|pair| pair[0].1 <= pair[1].1),
+        "layers of LAYERS are in ascending order"
     );
 }
 
@@ -258,8 +263,8 @@ fn unsafe_code_stays_in_its_rooms_and_gives_its_reason() {
             }
             let place = format!("{relative}:{}", index + 1);
             assert!(
-                UNSAFE_ROOMS.iter().any(|room| relative.starts_with(room)),
-                "{place}: unsafe code outside {UNSAFE_ROOMS:?}"
+                UNSAFE_PLACES.iter().any(|room| relative.starts_with(room)),
+                "{place}: unsafe code outside {UNSAFE_PLACES:?}"
             );
             if statement.contains("unsafe {") || statement.contains("unsafe impl") {
                 let reason = lines[index.saturating_sub(4)..index]
@@ -323,14 +328,14 @@ fn a_circle_is_found_through_folders_and_mod_files() {
         let found = circles(&small(&package));
         assert_eq!(found, ["render/adaptive", "render/settings"], "{file:?}");
     }
-    // By way of a third one.
+    // A cycle of three modules.
     let three = [
         ("a.rs", "use super::b::B;"),
         ("b.rs", "use crate::c::C;"),
         ("c/mod.rs", "use crate::a::A;"),
     ];
     assert_eq!(circles(&small(&three)), ["a", "b", "c"]);
-    // Children may name what their parent has of its own, and a parent its children.
+    // A child may import items of its parent, and a parent items of its children.
     let family = [
         ("a/mod.rs", "use b::B; pub struct A;"),
         ("a/b.rs", "use super::A;"),

@@ -1,7 +1,7 @@
-//! What memory a scene takes while it is made ready is not above what is told beforehand, nor far below. One test alone in its
-//! process, as what others allocate would count too.
+//! Tests that the peak memory of preparing a scene is at most the memory predicted beforehand, and not far below it. This
+//! is the only test of its process, because the allocations of others would be counted, too.
 //!
-//! What Embree holds while it builds and gives back before it is done is not seen here.
+//! Temporary memory of Embree's build is not measured.
 
 mod common;
 
@@ -43,7 +43,7 @@ fn hills(side: u32) -> MeshDescription {
     }
 }
 
-/// The same with vertices, normals and texture coordinates for each triangle.
+/// A hilly floor with separate vertices, normals and texture coordinates for each triangle.
 fn soup(side: u32) -> MeshDescription {
     let shared = hills(side);
     let corners = shared.indices.iter().flatten();
@@ -148,7 +148,7 @@ fn panorama() -> SceneDescription {
     scene
 }
 
-/// None so large that it is asked whether there is memory: the question would count.
+/// Test scenes, small enough that the available memory is not checked, as the check itself allocates.
 fn scenes() -> Vec<(&'static str, SceneDescription)> {
     let stripes = ColourDescription::Texture(Arc::new(Texture::Checker {
         colours: [Rgb::WHITE, Rgb::BLACK],
@@ -195,12 +195,13 @@ fn a_scene_takes_what_is_told_beforehand() {
                 threads: 2,
             };
             for (name, scene) in scenes() {
-                let told = footprint::of_scene(&scene, &layout(&scene).expect("no circle"));
+                let told =
+                    footprint::of_scene(&scene, &layout(&scene).expect("no cycle of groups"));
                 let before = MEMORY.current_usage();
                 MEMORY.reset_peak_usage();
                 let prepared = prepare(&scene, options).expect("valid");
                 let own = MEMORY.peak_usage() - before;
-                // What the allocator of this process does not see.
+                // Embree's memory is not seen by this process's Rust allocator.
                 let of_embree = match backend.name() {
                     "embree" => prepared.scene.accel.memory(),
                     _ => 0,

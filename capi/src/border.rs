@@ -30,7 +30,7 @@ pub fn call(errors: &LastError, work: impl FnOnce() -> Outcome) -> EtdStatus {
     let outcome = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
         let words = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let words = words.or_else(|| panic.downcast_ref::<String>().cloned());
-        let words = words.unwrap_or_else(|| "a panic without words".to_owned());
+        let words = words.unwrap_or_else(|| "a panic without a message".to_owned());
         Err(Failure::new(EtdStatus::Internal, words))
     });
     match outcome {

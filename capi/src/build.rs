@@ -102,7 +102,7 @@ impl EtdTracing {
         };
         if self.threads > MOST_THREADS {
             return Err(Failure::argument(format!(
-                "threads: {}, but there may be {MOST_THREADS} at most",
+                "threads: {}, expected at most {MOST_THREADS}",
                 self.threads
             )));
         }

@@ -123,7 +123,7 @@ pub fn checked_stride<T>(count: usize, stride: usize, what: &str) -> Result<usiz
     let stride = if stride == 0 { size_of::<T>() } else { stride };
     if stride < size_of::<T>() {
         return Err(Failure::argument(format!(
-            "{what}: a stride of {stride} bytes, but an item has {}",
+            "{what}: a stride of {stride} bytes, but the size of an item is {}",
             size_of::<T>()
         )));
     }
@@ -131,7 +131,7 @@ pub fn checked_stride<T>(count: usize, stride: usize, what: &str) -> Result<usiz
     match bytes.filter(|&bytes| isize::try_from(bytes).is_ok()) {
         Some(_) => Ok(stride),
         None => Err(Failure::argument(format!(
-            "{what}: {count} items of {stride} bytes are more than there is memory to address"
+            "{what}: {count} items of {stride} bytes exceed the address space"
         ))),
     }
 }

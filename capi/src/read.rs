@@ -50,7 +50,7 @@ impl Target {
         let needed = before.checked_add(row).ok_or_else(overflow)?;
         if needed > self.size {
             return Err(Failure::argument(format!(
-                "size: {width} x {height} pixels with these strides take {needed} bytes, but there are {}",
+                "size: {width} x {height} pixels with these strides take {needed} bytes, but the buffer has {}",
                 self.size
             )));
         }
@@ -115,7 +115,7 @@ pub unsafe extern "C" fn etd_render_read_standard_errors(
         let errors = render.with(|state| {
             let bars = state.rendering.error_bars().ok_or_else(|| {
                 Failure::argument(
-                    "there are fewer than four samples a pixel: expected to have rendered four",
+                    "fewer than four samples per pixel: error bars need at least four",
                 )
             })?;
             Ok(bars.standard_errors)

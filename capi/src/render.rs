@@ -161,7 +161,7 @@ impl Render {
 fn busy() -> Failure {
     Failure::new(
         EtdStatus::Busy,
-        "the render is under way: that call has to end first",
+        "the render is in progress: that call has to end first",
     )
 }
 

@@ -73,7 +73,7 @@ impl EtdSettings {
     pub unsafe fn options(&self) -> Result<RenderOptions, Failure> {
         if self.flags & !ALL_FLAGS != 0 {
             let unknown = self.flags & !ALL_FLAGS;
-            return Err(Failure::argument(format!("flags: nobody knows {unknown}")));
+            return Err(Failure::argument(format!("flags: unknown bits {unknown}")));
         }
         let has = |flag: u32| self.flags & flag != 0;
         let mut options = RenderOptions::default();
@@ -109,7 +109,7 @@ fn duration(seconds: f64) -> Result<Option<Duration>, Failure> {
     };
     match Duration::try_from_secs_f64(seconds) {
         Ok(time) => Ok(Some(time)),
-        Err(_) => Err(Failure::argument("seconds: more than can be counted")),
+        Err(_) => Err(Failure::argument("seconds: too large")),
     }
 }
 

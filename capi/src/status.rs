@@ -85,7 +85,7 @@ fn words(status: i32) -> &'static CStr {
         8 => c"busy",
         9 => c"the scene is not committed",
         10 => c"internal error",
-        _ => c"no status of this library",
+        _ => c"unknown status",
     }
 }
 

@@ -101,7 +101,7 @@ fn chosen(mut cases: Vec<Case>, rows: &[u32]) -> Result<Vec<Case>> {
     if let Some(row) = rows.iter().find(|row| !known.contains(row)) {
         let known: Vec<String> = known.iter().map(u32::to_string).collect();
         return Err(Error::usage(format!(
-            "there is no case of row {row}; there are cases of the rows {}",
+            "no case of row {row}; the rows with cases are {}",
             known.join(", ")
         )));
     }

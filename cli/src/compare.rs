@@ -79,8 +79,8 @@ fn notes(image: &LayeredImage, reference: &LayeredImage, bias: Option<&BiasTest>
     let tested = bias.map_or(0.0, |bias| bias.tested);
     if tested < 0.5 {
         notes.push(format!(
-            "of {} of the pixels the test of bias says nothing: their standard errors are flagged as not to be \
-             trusted, or there is no noise; more samples help",
+            "the bias test excludes {} of the pixels: their standard errors are flagged as unreliable, or they \
+             have no noise; more samples help",
             format_percent(1.0 - tested)
         ));
     }

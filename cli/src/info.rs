@@ -66,9 +66,9 @@ fn table(info: &Info) -> String {
                 .map(usize::to_string)
                 .collect();
             let fits = if embree.fits {
-                "they fit"
+                "compatible"
             } else {
-                "they do NOT fit: rebuild"
+                "NOT compatible: rebuild"
             };
             rows.push((
                 "embree",

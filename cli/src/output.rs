@@ -48,7 +48,7 @@ impl Watcher {
                 std::process::exit(130);
             }
         })
-        .map_err(|error| Error::render("cannot watch for Ctrl-C").because(error))?;
+        .map_err(|error| Error::render("cannot install a handler for Ctrl-C").because(error))?;
         Ok(Self {
             display: Display::new(mode),
             predicted: AtomicU8::new(0),
@@ -121,7 +121,7 @@ fn describe_prediction(predicted: &Predicted) -> String {
         "about"
     };
     format!(
-        "after {} spp the error is below {}; what is asked for takes {about} {} spp, {}",
+        "after {} spp the error is below {}; the requested error takes {about} {} spp, {}",
         predicted.pilot,
         format_percent(predicted.error),
         predicted.spp,
@@ -174,12 +174,12 @@ pub fn explain(doubt: Doubt) -> String {
             format_percent(share)
         ),
         Doubt::OneSample { times, .. } => {
-            format!("rare bright paths: a single one may be {times:.1} times the squared error")
+            format!("rare bright paths: a single sample may be {times:.1} times the squared error")
         }
         Doubt::Rising {
             samples, rel_rmse, ..
         } => format!(
-            "it has not fallen as it should from {} after {samples:.0} spp: rare bright paths",
+            "it has not fallen as expected from {} after {samples:.0} spp: rare bright paths",
             format_percent(rel_rmse)
         ),
     }

@@ -240,7 +240,7 @@ fn describe_cost(cost: &CostReport) -> String {
             format_percent(energy),
             format_percent(error)
         ),
-        _ => "no light to share".to_owned(),
+        _ => "the image is black".to_owned(),
     };
     format!(
         "{} of the time ({} to {}), {energy}",

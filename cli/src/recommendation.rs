@@ -59,7 +59,7 @@ impl RecommendationReport {
     /// Returns the lines that `etendue plan` prints.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = vec![format!(
-            "integrator: {} is what --integrator auto takes: {}",
+            "integrator: --integrator auto selects {}: {}",
             self.recommended, self.why
         )];
         if !self.held_against.is_empty() {
@@ -70,7 +70,7 @@ impl RecommendationReport {
             let all: Vec<String> = self.held_against.iter().map(of_one).collect();
             let all = all.join(", ");
             lines.push(format!(
-                "squared error for the same work in a pilot, over path's: {all}"
+                "squared error at equal work in a pilot, relative to path: {all}"
             ));
         }
         lines.extend(self.option.clone());

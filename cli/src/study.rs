@@ -101,7 +101,7 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
         refuse_endless(&variant.settings)?;
         if variant.settings.integrator == IntegratorKind::Auto {
             return Err(Error::usage(
-                "a study compares what is named, and auto stands for others: give --vary integrator=path,bdpt, say",
+                "a study compares named integrators, and auto selects one of several: give --vary integrator=path,bdpt, for example",
             ));
         }
     }

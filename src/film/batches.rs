@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_dealt_out_in_turn() {
+    fn samples_are_distributed_in_turn() {
         for n in 0..40 {
             let mut counts = [0; COUNT];
             (0..n).for_each(|index| counts[index % COUNT] += 1);

@@ -33,7 +33,8 @@ impl Film {
         let mut estimates: Vec<PixelEstimate> = (0..self.pixel_count())
             .map(|index| {
                 let batches = self.batch_means(index);
-                let n = batches.samples() as f64;
+                // A pixel without samples has neither mean nor variance: both stay 0.
+                let n = batches.samples().max(1) as f64;
                 PixelEstimate {
                     variance: batches.variance().unwrap_or_default().map(|it| it / n),
                     ..PixelEstimate::default()

@@ -181,7 +181,7 @@ fn file_bytes(path: &Path) -> Result<Vec<u8>> {
     let cannot_read = |cause| Error::io("cannot read", path, cause);
     // Reading a device such as /dev/zero would take long, and a pipe would block.
     if !std::fs::metadata(path).map_err(cannot_read)?.is_file() {
-        return Err(cannot_read(std::io::Error::other("it is no regular file")));
+        return Err(cannot_read(std::io::Error::other("not a regular file")));
     }
     let mut bytes = Vec::new();
     File::open(path)

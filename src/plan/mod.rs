@@ -33,7 +33,8 @@ pub struct Finding {
 pub struct Plan {
     /// One finding for each effect, in the order of [`Effect::ALL`].
     pub findings: Vec<Finding>,
-    /// The smallest kernel with every effect that is on.
+    /// The kernel of `path` for the scene: the smallest with every effect that is on. Other integrators have two kernels
+    /// only (`src/render/dispatch.rs`).
     pub kernel: Kernel,
 }
 
@@ -96,13 +97,13 @@ fn lights(count: usize) -> String {
 /// The reason why an effect in the description of an object has no result.
 fn vanishes(effect: Effect) -> &'static str {
     match effect {
-        Effect::ShadingNormals => "has just the normals of its triangles",
+        Effect::ShadingNormals => "has only the geometric normals of its triangles",
         Effect::Textures => "has a texture of one colour",
-        Effect::NormalMaps => "has a normal map that is level everywhere",
+        Effect::NormalMaps => "has a flat normal map",
         Effect::Alpha => "has an alpha of 1 everywhere",
-        Effect::Motion => "has keys, but stands still while the shutter is open",
+        Effect::Motion => "has keyframes, but does not move while the shutter is open",
         Effect::Environment | Effect::DeltaLights | Effect::AreaLights => "is black",
-        Effect::EnvironmentMap => "is a picture of one colour",
+        Effect::EnvironmentMap => "is an image of one colour",
         Effect::Lens => "has a lens_radius of 0",
         Effect::OneSided
         | Effect::Glossy
@@ -116,18 +117,18 @@ fn vanishes(effect: Effect) -> &'static str {
 /// The reason why an effect is off that no description contains.
 fn nothing(effect: Effect) -> &'static str {
     match effect {
-        Effect::ShadingNormals => "no shape has normals of its own",
+        Effect::ShadingNormals => "no shape has shading normals",
         Effect::Textures => "every colour is constant",
         Effect::NormalMaps => "no material has a normal map",
-        Effect::Alpha => "every surface is there in full",
+        Effect::Alpha => "no material has an alpha below 1",
         Effect::OneSided => "every surface scatters on both sides",
-        Effect::Glossy => "no surface is rough and shiny",
-        Effect::Specular => "no surface is smooth and shiny",
+        Effect::Glossy => "no surface is glossy",
+        Effect::Specular => "no surface is specular",
         Effect::Transmission => "every surface is opaque",
         Effect::Lens => "lens_radius is 0",
-        Effect::Motion => "nothing has keys",
+        Effect::Motion => "nothing has keyframes",
         Effect::Environment => "there is no environment",
-        Effect::EnvironmentMap => "no environment is a picture",
+        Effect::EnvironmentMap => "no environment is an image",
         Effect::DeltaLights => "every light has a size",
         Effect::AreaLights => "no shape emits",
         Effect::ManyLights => "there is at most one light",

@@ -29,24 +29,24 @@ impl Object {
     pub fn what(&self, effect: Effect) -> &'static str {
         match effect {
             Effect::ShadingNormals if self.calls_for.has(Effect::NormalMaps) => "has a normal map",
-            Effect::ShadingNormals => "has normals of its own",
-            Effect::Textures => "varies over its surface",
+            Effect::ShadingNormals => "has shading normals",
+            Effect::Textures => "has a colour that varies over its surface",
             Effect::NormalMaps => "has a normal map",
-            Effect::Alpha => "is only partly there",
+            Effect::Alpha => "has an alpha below 1",
             Effect::OneSided => "is not two_sided",
-            Effect::Glossy => "is rough and shiny",
-            Effect::Specular => "is smooth and shiny",
-            Effect::Transmission => "lets light through",
+            Effect::Glossy => "is glossy",
+            Effect::Specular => "is specular",
+            Effect::Transmission => "transmits light",
             Effect::Lens => "has a lens",
             Effect::Motion => "moves while the shutter is open",
-            Effect::Environment => "shines from everywhere",
+            Effect::Environment => "emits",
             Effect::EnvironmentMap => "varies with direction",
             Effect::DeltaLights => "has no size",
             Effect::AreaLights => "emits",
             Effect::ManyLights => "is one of several lights",
             Effect::Instances if self.calls_for.has(Effect::Motion) => "moves",
             Effect::Instances if self.written.has(Effect::Instances) => "places a group",
-            Effect::Instances => "is stretched by its keys",
+            Effect::Instances => "is stretched by its keyframes",
         }
     }
 }

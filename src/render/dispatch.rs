@@ -47,7 +47,7 @@ pub fn kernel(scene: &Scene, settings: &RenderSettings) -> Kernel {
 pub fn check(scene: &Scene, settings: &RenderSettings) -> Result<()> {
     if settings.integrator == IntegratorKind::Auto {
         return Err(Error::usage(
-            "auto stands for an integrator that is still to be chosen: name one here, such as path",
+            "auto selects one of several integrators: name one here, such as path",
         ));
     }
     let kernel = kernel(scene, settings);
@@ -72,8 +72,8 @@ pub fn check(scene: &Scene, settings: &RenderSettings) -> Result<()> {
     }
     if settings.integrator == IntegratorKind::IrradianceCache && scene.effects.has(Effect::Motion) {
         return Err(Error::usage(
-            "the records of an irradiance cache hold for one moment, and this scene moves while the shutter is open: take \
-             --integrator path, or shutter = [0, 0] in the scene's [camera]",
+            "the records of an irradiance cache are valid for one time only, and this scene moves while the shutter is \
+             open: use --integrator path, or shutter = [0, 0] in the scene's [camera]",
         ));
     }
     Ok(())

@@ -210,7 +210,7 @@ pub fn resume(
     check(view.scene, settings)?;
     if settings.adaptive != Adaptive::Off && rendered.film.sample_count() > 0 {
         return Err(Error::usage(
-            "an adaptive render cannot go on: begin another one with a larger budget",
+            "an adaptive render cannot be continued: start another one with a larger budget",
         ));
     }
     let run = Run {
@@ -227,7 +227,7 @@ pub fn resume(
     let is_dark = || rendered.film.mean() == [0.0; 3];
     if settings.integrator == IntegratorKind::Metropolis && !rendered.cancelled && is_dark() {
         return Err(Error::render(
-            "none of the paths that chains could begin with has found any light: is there a light, and can it reach what the camera sees? Others find it more easily where it is rare: try --integrator path",
+            "no bootstrap path of the Markov chains found any light: is there a light, and can it reach what the camera sees? Other integrators find rare light more easily: try --integrator path",
         ));
     }
     Ok(())

@@ -132,7 +132,7 @@ impl Adaptive {
     /// The bias of the image, in words.
     pub fn bias(self) -> Option<String> {
         (self == Self::Greedy).then(|| {
-            "greedy adaptive sampling: a pixel stops when its own samples are alike, also by chance"
+            "greedy adaptive sampling: a pixel stops when its own samples are similar, even if by chance"
                 .to_owned()
         })
     }
@@ -285,7 +285,7 @@ impl RenderSettings {
             )),
             _ if self.adaptive != Adaptive::Off && self.integrator.splats() => {
                 Err(Error::usage(format!(
-                    "the integrator {} has no adaptive sampling, as its paths from the lights go to pixels of their own choosing: take --adaptive off, or --integrator path",
+                    "the integrator {} has no adaptive sampling, as its light subpaths contribute to any pixel: use --adaptive off, or --integrator path",
                     self.integrator.name()
                 )))
             }
@@ -341,7 +341,7 @@ impl RenderSettings {
             self.integrator == IntegratorKind::IrradianceCache && self.cache_error > 0.0;
         let cache = is_cached.then(|| {
             format!(
-                "irradiance-cache: indirect light on matte surfaces is interpolated, within about {} % of it, which error bars do not tell",
+                "irradiance-cache: indirect light on matte surfaces is interpolated, with an error of up to about {} % that error bars do not include",
                 100.0 * self.cache_error
             )
         });

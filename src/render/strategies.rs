@@ -52,13 +52,13 @@ pub fn check(settings: &RenderSettings) -> Result<u64> {
         .is_some_and(|most| most <= MOST_BOUNCES);
     match settings.budget.spp {
         _ if settings.integrator != IntegratorKind::Bidirectional => Err(Error::usage(
-            "strategies are those of bidirectional path tracing: give --integrator bdpt",
+            "only bidirectional path tracing has strategies: give --integrator bdpt",
         )),
         _ if !is_limited => Err(Error::usage(format!(
-            "each length of paths has strategies of its own: limit it by --max-bounces {MOST_BOUNCES} or less, such as --max-bounces 3"
+            "each path length has its own strategies: limit it by --max-bounces {MOST_BOUNCES} or less, such as --max-bounces 3"
         ))),
         None => Err(Error::usage(
-            "strategies are shown after a number of samples: give --spp",
+            "strategies are written after a fixed number of samples: give --spp",
         )),
         Some(spp) => Ok(spp),
     }

@@ -1,10 +1,10 @@
-//! Whether error bars hold the truth as often as they say, and renders keep the error that they were asked for, with as many
-//! seeds as it takes to know: `make accuracy`. It prints the tables of docs/accuracy.md.
+//! The coverage of error bars, and the true errors of renders to a requested error, over enough seeds to be significant:
+//! `make accuracy`. It prints the tables of docs/accuracy.md.
 //!
-//! Measure: shares of intervals in percent; true errors as multiples of those asked for.
-//! Range: ACCURACY_SEEDS pictures of each case, an eighth as many of each error asked for, where the scene's name has
-//! ACCURACY_SCENES in it (default: all have); ends with a panic that names the cases that are off.
-//! Source: accuracy protocol of docs/accuracy.md. It is a program and no test, since it takes hours.
+//! Measure: shares of intervals in percent; true errors as multiples of the requested ones.
+//! Range: ACCURACY_SEEDS images of each case, an eighth as many of each requested error, of the scenes whose name contains
+//! ACCURACY_SCENES (default: all); ends with a panic that names the cases out of tolerance.
+//! Source: accuracy protocol of docs/accuracy.md. It is a program, not a test, since it takes hours.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -20,7 +20,7 @@ use etendue::internals::scene::description::{GeometryDescription, SceneDescripti
 use etendue::internals::scene::load::load;
 use std::path::Path;
 
-/// Scenes that come with the program, samples a pixel, and the share of pixels that have to be unflagged at least.
+/// Bundled scenes, samples per pixel, and the least share of pixels that have to be unflagged.
 const SCENES: [(&str, u64, f64); 6] = [
     ("cornell-box/cornell-box", 256, 0.9),
     ("environment/environment", 256, 0.8),
@@ -30,10 +30,10 @@ const SCENES: [(&str, u64, f64); 6] = [
     ("materials/materials", 1024, 0.6),
 ];
 
-/// The size of their pictures.
+/// The image size of these scenes.
 const SIZE: (u32, u32) = (96, 64);
 
-/// Scenes that are rendered until an error is reached, and the size of their pictures.
+/// Scenes that are rendered until an error is reached, and their image sizes.
 const TARGET_SCENES: [(&str, (u32, u32)); 6] = [
     ("cornell-box/cornell-box", (32, 32)),
     ("suzanne-room/suzanne-room", (32, 24)),
@@ -43,13 +43,13 @@ const TARGET_SCENES: [(&str, (u32, u32)); 6] = [
     ("motion-blur/motion-blur", (32, 24)),
 ];
 
-/// Errors that are asked for.
+/// Requested errors.
 const TARGETS: [f64; 3] = [0.10, 0.05, 0.02];
 
-/// The seed of truths: no picture that is held against one has it.
+/// The seed of reference images: no image compared with one has it.
 const SEED_OF_TRUTH: u64 = 1 << 32;
 
-/// Whether a scene is asked for.
+/// Whether a scene is selected by ACCURACY_SCENES.
 fn is_wanted(name: &str) -> bool {
     let part = std::env::var("ACCURACY_SCENES").unwrap_or_default();
     name.contains(&part)
@@ -71,10 +71,10 @@ fn main() {
         "\n| error asked for | kept by | true error, as a share of it | foreseen within |\n|---|---|---|---|"
     );
     targets((seeds / 8).max(1), &mut off);
-    assert!(off.is_empty(), "off: {off:#?}");
+    assert!(off.is_empty(), "out of tolerance: {off:#?}");
 }
 
-/// Lamps above a floor, of which every pixel is a number with a closed form.
+/// Runs the cases of a floor under a lamp, where every pixel has a closed form.
 fn closed_forms(seeds: u64, off: &mut Vec<String>) {
     let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
     let strip = rectangle([-2.0, 0.1, -0.1], [4.0, 0.0, 0.0], [0.0, 0.0, 0.2]);
@@ -87,7 +87,7 @@ fn closed_forms(seeds: u64, off: &mut Vec<String>) {
         center: 2.0 * DVec3::Y,
         radius: 1.0,
     };
-    // Half of what each lamp's form factor is: the floor's albedo.
+    // The floor's albedo, 0.5, times each lamp's form factor.
     let cases = [
         (
             "square lamp",
@@ -124,7 +124,7 @@ fn closed_forms(seeds: u64, off: &mut Vec<String>) {
     }
 }
 
-/// Whole pictures, each held against the mean of the others.
+/// Runs the cases of whole images, each compared with the mean of the others.
 fn pictures(seeds: u64, off: &mut Vec<String>) {
     for (name, spp, least) in SCENES.into_iter().filter(|(name, ..)| is_wanted(name)) {
         let description = ours(name, SIZE);
@@ -150,7 +150,7 @@ fn judge(case: &str, coverage: &Coverage, off: &mut Vec<String>) {
     );
 }
 
-/// Pictures that are rendered until an error is reached.
+/// Runs the cases of images that are rendered until an error is reached.
 fn targets(renders: u64, off: &mut Vec<String>) {
     for (name, size) in TARGET_SCENES
         .into_iter()
@@ -176,10 +176,10 @@ fn targets(renders: u64, off: &mut Vec<String>) {
     }
 }
 
-/// A scene that comes with the program, small.
+/// A bundled scene with a small film.
 fn ours(name: &str, size: (u32, u32)) -> SceneDescription {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.toml"));
-    let mut description = load(&file).expect("a scene of our own is valid");
+    let mut description = load(&file).expect("a bundled scene is valid");
     description.film.size = size;
     description
 }

@@ -430,7 +430,7 @@ static void wrong_arguments(void) {
     const double flat[12] = {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0};
     FAILS(scene, etd_scene_set_transforms(scene, &nobody, flat, 1), argument, "instances: 4");
     const uint32_t ball = 0;
-    FAILS(scene, etd_scene_set_transforms(scene, &ball, flat, 1), invalid, "flatten");
+    FAILS(scene, etd_scene_set_transforms(scene, &ball, flat, 1), invalid, "singular");
 
     /* A picture of 2 terabytes. */
     film.width = film.height = 65536;

@@ -377,7 +377,7 @@ static void wrong_arguments(void) {
     flat.transform[0] = 0;
     surface.motion = &flat;
     surface.motion_count = 1;
-    FAILS(scene, etd_scene_add_sphere(scene, &surface, center, 1, NULL), invalid, "flatten");
+    FAILS(scene, etd_scene_add_sphere(scene, &surface, center, 1, NULL), invalid, "singular");
 
     EtdLight light;
     memset(&light, 0, sizeof light);

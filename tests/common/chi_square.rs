@@ -1,11 +1,11 @@
-//! Pearson's chi-square test: are directions drawn with the density that is claimed?
+//! Pearson's chi-square test of sampled directions against the claimed density.
 //!
-//! The sphere is cut into cells of about equal probability by halving a pilot sample at its medians, so that cells follow a
-//! peak of any width. The claimed density is integrated over each cell, a fresh sample is counted, and
+//! The sphere is divided into cells of about equal probability by halving a pilot sample at its medians, so that cells adapt
+//! to a peak of any width. The claimed density is integrated over each cell, a second sample is counted, and
 //! sum (observed - expected)^2 / expected follows chi-square.
 //!
-//! Measure: densities per steradian; cells are rectangles in (height below the pole, azimuth), which keep area.
-//! Range: cells that expect fewer than 5 are pooled. "No sample" (or a delta) is one more cell.
+//! Measure: densities per steradian; cells are rectangles in (height below the pole, azimuth), which preserve area.
+//! Range: cells with an expected count below 5 are pooled. "No sample" (or a delta) is one more cell.
 //! Source: Pearson 1900. Tested on right densities and planted bugs in `tests/sampling/harness.rs`.
 
 use super::TestRng;
@@ -14,14 +14,14 @@ use etendue::internals::math::vec::Vec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::{PI, TAU};
 
-/// How finely to look.
+/// The settings of the test.
 #[derive(Debug, Clone, Copy)]
 pub struct ChiSquareTest {
-    /// Directions drawn for counting; a quarter as many make the cells.
+    /// The number of directions counted; a quarter as many form the pilot sample.
     pub samples: u32,
-    /// The cells are 2^levels for each hemisphere.
+    /// Each hemisphere has 2^levels cells.
     pub levels: u32,
-    /// The probability that nothing is drawn, where the model states it; else what the density leaves to one.
+    /// The probability of "no sample", if the model states it; otherwise one minus the integral of the density.
     pub probability_of_none: Option<f64>,
     /// The seed of both samples.
     pub seed: u64,
@@ -38,14 +38,14 @@ impl Default for ChiSquareTest {
     }
 }
 
-/// What the test found.
+/// The result of the test.
 #[derive(Debug, Clone, Copy)]
 pub struct ChiSquareResult {
-    /// The probability of at least this deviation, were the density right.
+    /// The probability of at least this deviation if the density is right.
     pub p_value: f64,
     /// The integral of the claimed density over the sphere.
     pub integral: f64,
-    /// The share of draws that gave nothing.
+    /// The share of draws that returned no sample.
     pub none: f64,
 }
 
@@ -157,7 +157,7 @@ impl Cells {
 }
 
 impl ChiSquareTest {
-    /// Compares `sample` with `pdf`.
+    /// Tests `sample` against `pdf`.
     pub fn run(
         &self,
         mut sample: impl FnMut(&mut TestRng) -> Option<Vec3>,
@@ -170,7 +170,7 @@ impl ChiSquareTest {
         let mut leaves = Vec::new();
         let mut trees = Vec::new();
         let mut expected = Vec::new();
-        // A hundredth of the noise in a cell.
+        // The tolerance is a hundredth of the noise in a cell.
         let cells = f64::from(2_u32 << self.levels);
         let quadrature = Adaptive::new(0.01 / (cells * f64::from(self.samples)).sqrt(), 40);
         for hemisphere in [Hemisphere::Upper, Hemisphere::Lower] {
@@ -183,7 +183,7 @@ impl ChiSquareTest {
                 x: (0.0, 1.0),
                 y: (0.0, TAU),
             };
-            // Nothing seen in a hemisphere needs no fine cells, but its density still counts.
+            // A hemisphere without pilot samples needs no fine cells, but its density still counts.
             let levels = if points.is_empty() { 2 } else { self.levels };
             trees.push(Cells::build(&mut points, domain, levels, &mut leaves));
             let density = |s: f64, phi: f64| f64::from(pdf(direction(hemisphere, s, phi)));
@@ -229,7 +229,7 @@ impl ChiSquareTest {
     }
 }
 
-/// The probability of at least the deviation of `cells`, pairs of expected and observed counts, were what is expected right.
+/// The probability of at least the deviation of `cells`, pairs of expected and observed counts, if the expected counts are right.
 pub fn pearson(cells: &mut [(f64, f64)]) -> f64 {
     cells.sort_by(|a, b| a.0.total_cmp(&b.0));
     let (mut statistic, mut used) = (0.0, 0_u32);
@@ -242,7 +242,7 @@ pub fn pearson(cells: &mut [(f64, f64)]) -> f64 {
             pool = (0.0, 0.0);
         }
     }
-    // What is left expects almost nothing: seeing much there is a failure of its own.
+    // The remaining cells expect almost no samples: many observed there fail the test.
     let leftover_ok = pool.1 <= 20.0;
     match ChiSquared::new(f64::from(used.max(2) - 1)) {
         Ok(distribution) if leftover_ok => distribution.sf(statistic),
@@ -250,7 +250,7 @@ pub fn pearson(cells: &mut [(f64, f64)]) -> f64 {
     }
 }
 
-/// [`pearson`] for counts that should all be alike.
+/// The p-value of [`pearson`] for counts with equal expectations.
 pub fn uniformity(observed: &[u32]) -> f64 {
     let total: f64 = observed.iter().map(|&o| f64::from(o)).sum();
     let expected = total / observed.len() as f64;
@@ -258,5 +258,5 @@ pub fn uniformity(observed: &[u32]) -> f64 {
     pearson(&mut cells)
 }
 
-/// The area of the sphere, for densities that are uniform.
+/// The solid angle of the sphere, for uniform densities.
 pub const SPHERE: f64 = 4.0 * PI;

@@ -1,4 +1,4 @@
-//! Exact answers that tests compare with, beside those of the battery.
+//! Closed forms that tests compare with, in addition to those of the battery.
 //!
 //! Measure: as said at each.
 //! Range: as said at each.
@@ -34,8 +34,8 @@ pub fn rectangle_solid_angle(corner: DVec3, edges: [DVec3; 2]) -> f64 {
     )
 }
 
-/// The solid angle of a triangle relative to the viewpoint: the integral of cos / r^2 over it where it looks small, else
-/// the excess of its angles over pi.
+/// The solid angle of a triangle relative to the viewpoint: the integral of cos / r^2 over it if it subtends a small
+/// angle, else the excess of its angles over pi.
 pub fn triangle_solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
     let (e1, e2) = (b - a, c - a);
     let normal = e1.cross(e2);

@@ -1,8 +1,8 @@
-//! How often error bars hold the truth, and whether renders keep the error that they were asked for.
+//! The coverage of error bars, and the true errors of renders to a requested error.
 //!
-//! Measure: shares of intervals; true errors as multiples of those asked for.
-//! Range: films of four samples a pixel at least; truths known much better than the pictures that are held against them.
-//! Source: docs/accuracy.md, "Error bars". A share of intervals is a binomial number.
+//! Measure: shares of intervals; true errors as multiples of the requested ones.
+//! Range: films of at least four samples per pixel; references known much better than the images compared with them.
+//! Source: docs/accuracy.md, "Error bars". A share of intervals is a binomial variable.
 
 use super::scene::film;
 use etendue::internals::film::Film;
@@ -15,8 +15,8 @@ use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 use std::fmt;
 
-/// Confidences, and how far the share of intervals that hold the truth may be from each. The middle of an interval is told
-/// worst: rare bright samples leave most pixels a little too dark.
+/// Confidence levels, and the tolerance of the coverage at each. Coverage is least accurate at the lowest level: rare bright
+/// samples leave most pixels a little too dark.
 const LEVELS: [(f64, f64); 5] = [
     (0.5, 0.08),
     (0.8, 0.045),
@@ -25,10 +25,11 @@ const LEVELS: [(f64, f64); 5] = [
     (0.99, 0.012),
 ];
 
-/// Standard deviations that the share of a few intervals may be off by: each of the five levels by chance once in a thousand.
+/// The tolerance of the coverage of few intervals, in standard deviations: each of the five levels exceeds it by chance once in
+/// a thousand.
 const SIGMAS: f64 = 3.3;
 
-/// Settings for so many samples.
+/// The settings of a render with `spp` samples per pixel.
 pub fn settings(
     scene: &SceneDescription,
     sampler: SamplerKind,
@@ -42,7 +43,7 @@ pub fn settings(
     }
 }
 
-/// Counts of intervals that hold the truth, of unflagged pixels and of flagged ones.
+/// Counts of intervals that contain the true value, of unflagged pixels and of flagged ones.
 #[derive(Default)]
 pub struct Coverage {
     held: [[u64; LEVELS.len()]; 2],
@@ -61,28 +62,28 @@ impl Coverage {
         );
     }
 
-    /// Counts the green channel of every pixel, given its value and the truth's, whose own noise makes their difference so many
-    /// times as wide.
+    /// Counts the green channel of every pixel, given its value and the reference's; the noise of the reference widens the
+    /// distribution of their difference by the factor `widening`.
     fn add_bars(&mut self, bars: &ErrorBars, green: impl Fn(usize) -> (f64, f64), widening: f64) {
         for (index, error) in bars.standard_errors.pixels().iter().enumerate() {
             let (x, truth) = green(index);
             let se = f64::from(error.to_array()[1]);
             let off = (x - truth).abs() / widening;
             if se == 0.0 && off == 0.0 {
-                // Of black that is known to be black, any interval holds it.
+                // A pixel that is exactly right with a standard error of 0, such as black, says nothing of the intervals.
                 continue;
             }
             let kind = usize::from(bars.flags[index]);
             self.counts[kind] += 1;
             for (held, (level, _)) in self.held[kind].iter_mut().zip(LEVELS) {
-                // Rounding to single precision comes on top.
+                // Plus rounding to single precision.
                 let reach = bars.quantile(index, level) * se + 2e-7 * x.abs();
                 *held += u64::from(off <= reach);
             }
         }
     }
 
-    /// Renders pictures of several seeds, at least two, and holds each against the mean of the others.
+    /// Renders images of several seeds, at least two, and compares each with the mean of the others.
     pub fn add_pictures_against_others(
         &mut self,
         (scene, description): (&Scene, &SceneDescription),
@@ -107,7 +108,7 @@ impl Coverage {
         }
     }
 
-    /// Takes pictures of several seeds in, given their expectation.
+    /// Renders images of several seeds and counts their pixels, given their expectation.
     pub fn add_pictures(
         &mut self,
         (scene, description): (&Scene, &SceneDescription),
@@ -125,13 +126,13 @@ impl Coverage {
         self.held[kind][level] as f64 / self.counts[kind].max(1) as f64
     }
 
-    /// The share of pixels whose bars are not to be trusted.
+    /// The share of flagged pixels, whose bars are not reliable.
     pub fn flagged(&self) -> f64 {
         self.counts[1] as f64 / (self.counts[0] + self.counts[1]) as f64
     }
 
-    /// Whether the intervals of unflagged pixels hold the truth as often as they say, or within what chance does to so few of
-    /// them: which one does not.
+    /// The first confidence level at which the coverage of unflagged pixels is out of tolerance, or none; the tolerance includes
+    /// the statistical fluctuation of so few intervals.
     pub fn miscalibrated(&self) -> Option<String> {
         let count = self.counts[0] as f64;
         let is_off = |(level, (confidence, tolerance)): &(usize, (f64, f64))| {
@@ -160,25 +161,26 @@ impl fmt::Display for Coverage {
     }
 }
 
-/// How renders kept the error that they were asked for.
+/// Statistics of the true errors of renders to a requested error.
 #[derive(Default)]
 pub struct Kept {
-    /// Renders.
+    /// The number of renders.
     pub renders: u64,
-    /// Those whose true error was at most that.
+    /// Renders whose true error was at most the requested one.
     pub kept: u64,
     sum: f64,
-    /// Renders whose samples were foreseen within a factor of [`FORESEEN`].
+    /// Renders whose sample count was predicted within a factor of [`FORESEEN`].
     foreseen: u64,
-    /// Renders of which anything was foreseen.
+    /// Renders with a prediction.
     predicted: u64,
 }
 
-/// The factor within which samples count as foreseen.
+/// The factor within which a predicted sample count is correct.
 const FORESEEN: f64 = 1.25;
 
 impl Kept {
-    /// Renders with several seeds until the error is reached, and compares with the truth, whose own error is no part of theirs.
+    /// Renders with several seeds until the error is reached, and compares with the reference, whose own squared error is
+    /// subtracted.
     pub fn of(
         (scene, description): (&Scene, &SceneDescription),
         (sampler, rel_rmse): (SamplerKind, f64),
@@ -219,12 +221,12 @@ impl Kept {
         this
     }
 
-    /// The mean of the true errors, as a share of what was asked for.
+    /// The mean of the true errors, as a share of the requested one.
     pub fn mean(&self) -> f64 {
         self.sum / self.renders as f64
     }
 
-    /// The share of renders whose samples were foreseen within a factor of 1.25; 1 if all took the pilot alone.
+    /// The share of renders whose sample count was predicted within a factor of 1.25; 1 if all needed the pilot only.
     pub fn foreseen(&self) -> f64 {
         match self.predicted {
             0 => 1.0,

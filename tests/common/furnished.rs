@@ -1,7 +1,7 @@
-//! Rooms with things in them, each with another kind of light to be found.
+//! Rooms with objects in them, each with a different kind of light transport.
 //!
 //! Measure: world units; radiance.
-//! Range: as [`room`], but for [`furnished`], which is seen in 32 x 32 pixels.
+//! Range: as [`room`], except [`furnished`], which has 32 x 32 pixels.
 //! Source: none needed.
 
 use super::room::{LAMP, room};
@@ -106,7 +106,7 @@ edge_v = [0, 0, 1.8]
     ))
 }
 
-/// A plain sky, a lamp, a mirror.
+/// A constant sky, a lamp, a mirror.
 pub fn outside() -> SceneDescription {
     room(&format!(
         "{LAMP}
@@ -128,7 +128,7 @@ radiance = [0.2, 0.3, 0.5]
     ))
 }
 
-/// A block and a ball that is a mirror, in a room with a lamp under a plain sky.
+/// A block and a mirror ball in a room with a lamp under a constant sky.
 pub fn furnished() -> SceneDescription {
     let mut scene = room(&format!(
         "{LAMP}

@@ -1,7 +1,7 @@
-//! Random scenes that call for chosen effects: shapes of all kinds on a floor, lamps over them, a sky around.
+//! Random scenes that use chosen effects: shapes of all kinds on a floor, lamps above them, and an environment.
 //!
 //! Measure: world units; radiance. Everything lies within 4 units of the origin.
-//! Range: any set of effects; a scene may call for fewer of them, never for others.
+//! Range: any set of effects; a scene may use fewer of them, never others.
 //! Source: none needed.
 
 use super::TestRng;
@@ -18,14 +18,14 @@ use etendue::internals::scene::description::{
 };
 use std::sync::Arc;
 
-/// The picture's size, in pixels.
+/// The image's size, in pixels.
 pub const SIZE: (u32, u32) = (16, 12);
 
-/// Scenes with random effects.
+/// A generator of scenes with random effects.
 pub struct Generator(TestRng);
 
 impl Generator {
-    /// The generator of one seed.
+    /// Creates a generator from a seed.
     pub fn new(seed: u64) -> Self {
         Self(TestRng::new(seed))
     }
@@ -192,7 +192,7 @@ impl Generator {
         }
     }
 
-    /// A scene that may call for any of the wanted effects, and for nothing else.
+    /// Generates a scene that may use any of the wanted effects, and no others.
     pub fn scene(&mut self, wanted: EffectSet) -> SceneDescription {
         let mut scene = looking(
             DVec3::new(0.0, 1.5, 5.0),
@@ -300,7 +300,7 @@ impl Generator {
         }
     }
 
-    /// Sets of effects of all sizes.
+    /// Generates a random set of effects, of any size.
     pub fn wanted(&mut self) -> EffectSet {
         let p = self.0.uniform();
         Effect::ALL.into_iter().filter(|_| self.chance(p)).collect()

@@ -1,9 +1,10 @@
-//! What integration tests share: random numbers, statistical verdicts, numeric integration, closed
+//! Code shared by the integration tests: random numbers, statistical verdicts, numeric integration, closed
 //! forms, scenes, the command.
 //!
-//! Measure: as said in each module.
+//! Measure: stated in each module.
 //! Range: every check is deterministic: its seed is fixed.
-//! Source: the acceptance rule of the project's catalogue of hard cases. The harness itself is tested in `tests/sampling/harness.rs`.
+//! Source: the acceptance rule of the project's catalogue of hard cases. The harness itself is tested in
+//! `tests/sampling/harness.rs`.
 
 // Each test binary compiles this library anew and uses a part of it.
 #![allow(dead_code, unused_imports)]
@@ -28,7 +29,7 @@ use rand_pcg::Pcg32;
 pub struct TestRng(Pcg32);
 
 impl TestRng {
-    /// The stream of one seed.
+    /// The random stream of one seed.
     pub fn new(seed: u64) -> Self {
         Self(Pcg32::new(
             seed.wrapping_mul(0x9e37_79b9_7f4a_7c15),
@@ -36,17 +37,17 @@ impl TestRng {
         ))
     }
 
-    /// Uniform in [0, 1 - 2^-24].
+    /// A uniform number in [0, 1 - 2^-24].
     pub fn uniform(&mut self) -> f32 {
         (self.0.next_u32() >> 8) as f32 * (1.0 / 16_777_216.0)
     }
 
-    /// Two of them.
+    /// Two uniform numbers.
     pub fn uniform_2d(&mut self) -> Vec2 {
         Vec2::new(self.uniform(), self.uniform())
     }
 
-    /// Uniform in [0, 1 - 2^-48], for what is computed in double precision.
+    /// A uniform number in [0, 1 - 2^-48], for computations in double precision.
     pub fn uniform_f64(&mut self) -> f64 {
         f64::from(self.uniform()) + f64::from(self.uniform()) / 16_777_216.0
     }

@@ -1,7 +1,7 @@
 //! Numeric integration in double precision.
 //!
 //! Measure: that of the integrand times the domain.
-//! Range: bounded integrands; adaptive rules stop at their depth, so that kinks and edges cost accuracy, not time.
+//! Range: bounded integrands; adaptive rules stop at a maximum depth, so that kinks and edges cost accuracy, not time.
 //! Source: Gauss-Legendre nodes by Newton's method on P_n. Tested in `tests/sampling/harness.rs`.
 
 use std::f64::consts::PI;
@@ -48,9 +48,9 @@ pub fn integrate(f: impl Fn(f64) -> f64, a: f64, b: f64, panels: usize) -> f64 {
 /// A rectangle [x0, x1] x [y0, y1].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rectangle {
-    /// From and to along the first axis.
+    /// The interval along the first axis.
     pub x: (f64, f64),
-    /// From and to along the second.
+    /// The interval along the second axis.
     pub y: (f64, f64),
 }
 
@@ -75,15 +75,15 @@ impl Rectangle {
 /// Adaptive integration over rectangles.
 pub struct Adaptive {
     rule: Vec<(f64, f64)>,
-    /// Rectangles whose two estimates differ by no more than this are not halved further. It stays the same for the
-    /// parts: errors at an edge have random signs.
+    /// The difference of two estimates below which a rectangle is not halved further. The same tolerance holds for
+    /// the halves: errors at an edge have random signs.
     pub tolerance: f64,
-    /// How often a rectangle may be halved.
+    /// The maximum number of successive halvings.
     pub depth: u32,
 }
 
 impl Adaptive {
-    /// Rules of 5 x 5 points, halved until `tolerance` or `depth` is reached.
+    /// Builds an integrator with rules of 5 x 5 points, which halves until `tolerance` or `depth` is reached.
     pub fn new(tolerance: f64, depth: u32) -> Self {
         Self {
             rule: gauss_legendre(5),
@@ -109,7 +109,7 @@ impl Adaptive {
         sum * hx * hy
     }
 
-    /// Halves `domain` across the axis along which the integrand changes more, until halving changes nothing.
+    /// Halves `domain` across the axis along which the integrand changes more, until the estimate changes within the tolerance.
     fn refine(
         &self,
         f: &impl Fn(f64, f64) -> f64,
@@ -120,7 +120,7 @@ impl Adaptive {
         let halves = [domain.halves_x(), domain.halves_y()];
         let parts = halves.map(|pair| pair.map(|half| self.once(f, half)));
         let [error_x, error_y] = parts.map(|[low, high]| (low + high - coarse).abs());
-        // A peak at a corner can be too narrow for the rules to see; the corners themselves tell.
+        // A peak at a corner can be too narrow for the rules; values at the corners detect it.
         let [x, y] = [domain.x, domain.y];
         let [c00, c01, c10, c11] =
             [f(x.0, y.0), f(x.0, y.1), f(x.1, y.0), f(x.1, y.1)].map(f64::abs);

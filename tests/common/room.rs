@@ -1,7 +1,7 @@
-//! A room to be furnished, and a floor below a lamp.
+//! Test scenes: a room, and a floor below a lamp.
 //!
 //! Measure: world units; radiance.
-//! Range: the room is seen in 16 x 16 pixels through a box filter; of the floor, one point in 32.
+//! Range: the room is rendered in 16 x 16 pixels with a box filter; the floor in 32 pixels that all see one point.
 //! Source: none needed.
 
 use super::scene::{diffuse, looking, rectangle, surface};
@@ -55,12 +55,12 @@ edge_u = [0.8, 0, 0]
 edge_v = [0, 0, 0.8]
 "#;
 
-/// The room, with more tables of the scene's file.
+/// The room, with additional tables in its scene file.
 pub fn room(more: &str) -> SceneDescription {
     load_text(&format!("{ROOM}{more}"))
 }
 
-/// The room with its lamp and a ball of gold, given how rough that is.
+/// The room with its lamp and a gold ball of the given roughness.
 pub fn with_metal_ball(roughness: f64, center: [f64; 3], radius: f64) -> SceneDescription {
     room(&format!(
         r#"{LAMP}
@@ -79,7 +79,7 @@ radius = {radius}
     ))
 }
 
-/// A floor of albedo 0.5, of which one point is seen, below a shape that emits.
+/// A floor of albedo 0.5 below an emissive shape; the camera sees one point of the floor.
 pub fn floor_below(lamp: GeometryDescription) -> SceneDescription {
     let mut scene = looking(DVec3::new(0.0, 0.5, 0.8), DVec3::ZERO, diffuse(0.5));
     let ground = rectangle([-1.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]);

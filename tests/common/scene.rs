@@ -1,4 +1,4 @@
-//! Scenes built in code as those of the battery are, and what a tiny patch of one looks like.
+//! Scenes built in code, as those of the battery are, and renders of them or of a tiny patch.
 //!
 //! Measure: world units; radiance.
 //! Range: a film of 32 pixels that all look at one point, so that each is an independent replicate.
@@ -26,14 +26,14 @@ use etendue_lab::battery::patch::{self, Look};
 pub use etendue_lab::scene_builder::{diffuse, polygon, rectangle, sky, surface};
 use std::sync::Arc;
 
-/// A scene made ready, robustly.
+/// Prepares a scene with robust precision.
 pub fn ready(description: &SceneDescription, backend: Backend) -> Scene {
     prepare(description, robust(backend))
         .expect("a valid scene")
         .scene
 }
 
-/// How rays are traced robustly.
+/// The options of robust ray tracing, built on one thread.
 pub fn robust(backend: Backend) -> AccelOptions {
     AccelOptions {
         backend,
@@ -50,7 +50,7 @@ pub fn film(scene: &Scene, description: &SceneDescription, settings: &RenderSett
     rendered.expect("the settings are valid").film
 }
 
-/// What each pixel of the patch saw, with `spp` samples a pixel.
+/// The moments of the pixels of the patch, with `spp` samples per pixel.
 pub fn see(
     description: &SceneDescription,
     backend: Backend,
@@ -72,7 +72,7 @@ pub fn see(
     Moments::of(patch::see(&trial, description, look).expect("a valid scene"))
 }
 
-/// An octahedron with shading normals of its own, wound the wrong way round on one side.
+/// An octahedron with shading normals; half of its triangles have reversed winding.
 pub fn mirrored_octahedron(center: DVec3, radius: f64) -> GeometryDescription {
     let axes = [
         DVec3::X,
@@ -98,7 +98,7 @@ pub fn mirrored_octahedron(center: DVec3, radius: f64) -> GeometryDescription {
     }))
 }
 
-/// A small sky with a bright spot.
+/// A small environment texture with a bright spot.
 pub fn panorama() -> Texture {
     let pixel = |i: u8| match i {
         10 => Rgb::new(20.0, 18.0, 15.0),
@@ -110,7 +110,7 @@ pub fn panorama() -> Texture {
     }
 }
 
-/// The bits of a whole picture, with the film that the scene asks for.
+/// The bits of a whole image, rendered with the film of the scene.
 pub fn picture(description: &SceneDescription, backend: Backend, spp: u64) -> Vec<[u32; 3]> {
     let size = description.film.size;
     let scene = ready(description, backend);
@@ -122,7 +122,7 @@ pub fn picture(description: &SceneDescription, backend: Backend, spp: u64) -> Ve
     pixels.map(|p| p.to_array().map(f32::to_bits)).collect()
 }
 
-/// A room without walls for whole pictures: a lit floor, a ball that shines, and a stone with shading normals.
+/// A scene for whole images: a lit floor, an emissive sphere, and an octahedron with shading normals.
 pub fn gallery() -> SceneDescription {
     let mut scene = looking(DVec3::new(1.0, -4.0, 2.0), DVec3::ZERO, diffuse(0.6));
     scene.film.size = (16, 12);
@@ -138,13 +138,13 @@ pub fn gallery() -> SceneDescription {
     scene
 }
 
-/// Keys of motion.
+/// Motion keys from times and transforms.
 pub fn keys<const N: usize>(keys: [(f64, DAffine3); N]) -> Vec<Key> {
     keys.map(|(time, transform)| Key { time, transform })
         .to_vec()
 }
 
-/// Evenly from one place to another, from time 0 to 1.
+/// The motion keys of a translation at constant speed, from time 0 to 1.
 pub fn slide(from: DVec3, to: DVec3) -> Vec<Key> {
     keys([
         (0.0, DAffine3::from_translation(from)),
@@ -166,7 +166,7 @@ pub fn as_instance(scene: &mut SceneDescription, transform: DAffine3, motion: Ve
     }];
 }
 
-/// The mean of a whole picture.
+/// The mean of the green channel of a whole image, without bounces.
 pub fn seen_whole(description: &SceneDescription, backend: Backend, spp: u64, seed: u64) -> f64 {
     let size = description.film.size;
     let scene = ready(description, backend);

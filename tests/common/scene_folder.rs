@@ -1,7 +1,7 @@
-//! Small scenes, and a folder of their own to load them from.
+//! Small scenes, and temporary folders to load them from.
 //!
 //! Measure: none.
-//! Range: the folder vanishes with its value.
+//! Range: the folder is deleted when its value is dropped.
 //! Source: none needed.
 
 use etendue::internals::accel::{AccelOptions, Backend, Precision, Quality};
@@ -15,10 +15,10 @@ use etendue::internals::scene::prepare::prepare;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// The least that a scene must have; shapes and more can follow.
+/// The required part of a scene file; shapes and more can follow.
 pub const HEAD: &str = "version = 1\n[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n";
 
-/// A picture of 24 x 16 pixels with every kind of event: diffuse, glossy and refracted light, lamps and a sky.
+/// A scene of 24 x 16 pixels with every kind of event: diffuse, glossy and refracted light, lamps and a sky.
 pub const SMALL: &str = r#"version = 1
 
 [camera]
@@ -81,10 +81,10 @@ type = "environment"
 radiance = [0.1, 0.12, 0.15]
 "#;
 
-/// A triangle as a model, without its materials.
+/// A triangle as a model without materials.
 pub const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-/// A file in the repository, of whichever package the test is.
+/// The path of a file in the repository, from a test of any package.
 pub fn in_repository(path: &str) -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let root = package.ancestors().find(|it| it.join("scenes").is_dir());
@@ -95,7 +95,7 @@ pub fn in_repository(path: &str) -> PathBuf {
 pub struct SceneFolder(TempDir);
 
 impl SceneFolder {
-    /// A folder with these files.
+    /// Creates a folder with these files.
     pub fn new<T: AsRef<[u8]>>(files: impl IntoIterator<Item = (&'static str, T)>) -> Self {
         let folder = Self(tempfile::tempdir().expect("a temporary folder"));
         for (name, content) in files {
@@ -104,24 +104,24 @@ impl SceneFolder {
         folder
     }
 
-    /// The folder itself.
+    /// The path of the folder.
     pub fn root(&self) -> &Path {
         self.0.path()
     }
 
-    /// A file in it.
+    /// The path of a file in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    /// Loads a scene in it that has to be valid.
+    /// Loads a scene in the folder, which has to be valid.
     pub fn load(&self, name: &str) -> SceneDescription {
         load(&self.path(name)).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The names in it, in order.
+    /// The sorted names of the files in the folder.
     pub fn listing(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(self.root()).expect("the folder is there");
+        let entries = std::fs::read_dir(self.root()).expect("the folder exists");
         let mut names: Vec<String> = entries
             .map(|entry| entry.expect("it is readable").file_name())
             .map(|name| name.to_string_lossy().into_owned())

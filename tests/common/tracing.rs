@@ -1,4 +1,4 @@
-//! What tests of ray queries share: worlds, every way of tracing them, random rays.
+//! Helpers for tests of ray queries: worlds, acceleration structures of every kind, random rays.
 //!
 //! Measure: normalised scene units.
 //! Range: small scenes.
@@ -12,17 +12,17 @@ use etendue::internals::math::vec::{DAffine3, DVec3, Vec3};
 use etendue_lab::bench::closed::cube_surface;
 use std::sync::Arc;
 
-/// A world of shapes that stand in it themselves.
+/// A world of static shapes without instances.
 pub fn standing(geometries: Vec<Geometry>) -> Arc<World> {
     Arc::new(World::new(geometries, vec![], vec![]))
 }
 
-/// Every way of tracing that this build has.
+/// Builds an acceleration structure for every backend and precision of this build, with names.
 pub fn every_accel(world: &Arc<World>) -> Vec<(String, Accel)> {
     let precisions = [Precision::Robust, Precision::Fast];
     let both = |&backend| precisions.map(|precision| (backend, precision, None));
     let mut all: Vec<_> = Backend::ALL.iter().flat_map(both).collect();
-    // Of structures that are not of a backend's own quality, those whose triangles are cut: Embree's, if it is there.
+    // One more structure with high quality: with split triangles, if Embree is available.
     all.push((Backend::ALL[0], Precision::Fast, Some(Quality::High)));
     let build = |(backend, precision, quality)| {
         let options = AccelOptions {
@@ -41,12 +41,12 @@ pub fn every_accel(world: &Arc<World>) -> Vec<(String, Accel)> {
     all.into_iter().map(build).collect()
 }
 
-/// A uniform direction.
+/// Samples a uniform direction.
 pub fn direction(rng: &mut TestRng) -> Vec3 {
     etendue::internals::sampling::warp::sample_sphere_uniform(rng.uniform_2d())
 }
 
-/// A uniform point of the cube from -1 to 1.
+/// Samples a uniform point in the cube from -1 to 1.
 pub fn point(rng: &mut TestRng) -> Vec3 {
     2.0 * Vec3::new(rng.uniform(), rng.uniform(), rng.uniform()) - Vec3::ONE
 }
@@ -61,7 +61,7 @@ pub fn triangle(vertices: [Vec3; 3]) -> Geometry {
     ))
 }
 
-/// Triangles of all sizes, spheres and disks.
+/// Random triangles, spheres and disks of all sizes.
 pub fn soup(rng: &mut TestRng) -> Vec<Geometry> {
     let mut shapes = Vec::new();
     for i in 0..60 {
@@ -76,7 +76,7 @@ pub fn soup(rng: &mut TestRng) -> Vec<Geometry> {
     shapes
 }
 
-/// The same hit up to rounding: another primitive only at the same distance.
+/// Whether two hits are equal up to rounding: primitives may differ only at the same distance.
 pub fn same(a: Option<Hit>, b: Option<Hit>) -> bool {
     match (a, b) {
         (None, None) => true,
@@ -85,13 +85,13 @@ pub fn same(a: Option<Hit>, b: Option<Hit>) -> bool {
     }
 }
 
-/// A closed mesh: the cube's surface in `n` x `n` squares a face, pushed out onto a sphere or left as it is.
+/// A closed mesh: the surface of a cube with `n` x `n` squares per face, projected onto a sphere if `round`.
 pub fn closed_mesh(n: u32, round: bool) -> Mesh {
     let (positions, indices) = cube_surface(n, |p| if round { p.normalize() } else { p });
     Mesh::new(positions, vec![], vec![], indices)
 }
 
-/// The matrix with entries in single precision, as instances have them.
+/// Rounds the entries of a matrix to single precision, in which instances store them.
 pub fn in_single(m: DAffine3) -> DAffine3 {
     DAffine3::from_cols_array(&m.to_cols_array().map(|entry| f64::from(entry as f32)))
 }
@@ -102,7 +102,7 @@ pub fn rotation(rng: &mut TestRng) -> DAffine3 {
     DAffine3::from_axis_angle(direction(rng).as_dvec3(), angle)
 }
 
-/// Transforms of every sort, with names; those that deform also turn.
+/// Transforms of every kind, with names; those that scale or shear also rotate.
 pub fn transforms(rng: &mut TestRng) -> Vec<(&'static str, DAffine3)> {
     let scale = |x: f64, y: f64, z: f64| DAffine3::from_scale(DVec3::new(x, y, z));
     let mut shear = DAffine3::IDENTITY;
@@ -128,7 +128,7 @@ pub fn transforms(rng: &mut TestRng) -> Vec<(&'static str, DAffine3)> {
     all.map(|(name, m)| (name, in_single(m))).collect()
 }
 
-/// Steps of a motion that starts at a transform, turns and wanders.
+/// The steps of a motion that starts at a transform, rotates and translates.
 pub fn moving(rng: &mut TestRng, start: DAffine3, steps: usize) -> Vec<DAffine3> {
     let size = start.matrix3.determinant().abs().cbrt();
     let (axis, towards) = (direction(rng).as_dvec3(), size * direction(rng).as_dvec3());

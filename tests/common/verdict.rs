@@ -1,4 +1,4 @@
-//! When a statistical test passes, fails, or says nothing: the battery's acceptance rule.
+//! The battery's acceptance rule: when a statistical test passes, fails, or is inconclusive.
 //!
 //! Measure: the unit of the estimated quantity; significance as a probability.
 //! Range: standard errors come from at least 16 independent numbers.
@@ -8,8 +8,8 @@ use etendue::internals::math::stats::Moments;
 use etendue_lab::battery::claim::Claim;
 use etendue_lab::verdict::Verdict;
 
-/// Panics unless the mean of independent numbers is `exact`; `power` is the greatest standard error that counts, relative to
-/// `exact`.
+/// Panics unless the mean of independent numbers is `exact`; `power` is the largest standard error that is accepted, relative
+/// to `exact`.
 pub fn assert_mean(what: &str, numbers: &Moments, exact: f64, power: f64) {
     let judged = Claim::mean(exact, power).judge_mean(numbers);
     assert_eq!(
@@ -21,7 +21,8 @@ pub fn assert_mean(what: &str, numbers: &Moments, exact: f64, power: f64) {
     );
 }
 
-/// The significance of each of `checks` independent checks, so that all together have `family`: 1 - (1 - family)^(1/n).
+/// The significance level of each of `checks` independent checks, so that all together have the level `family`:
+/// 1 - (1 - family)^(1/n).
 pub fn sidak(family: f64, checks: usize) -> f64 {
     -f64::exp_m1(f64::ln_1p(-family) / checks as f64)
 }

@@ -1,5 +1,5 @@
-//! Point, spot and distant lights: what each samples, and that pictures do not show them. Their closed forms in
-//! pictures are row 31 of the battery.
+//! Tests of point, spot and distant lights: their samples, and that they are invisible to the camera. Row 31 of the
+//! battery compares images with their closed forms.
 
 use crate::common::quadrature::integrate;
 use crate::common::scene::{diffuse, looking, rectangle, see, surface};
@@ -22,14 +22,16 @@ fn a_point_lights_by_the_inverse_square_of_its_distance() {
     let light = PointLight::new(position, Rgb::new(8.0, 4.0, 0.0));
     let s = light
         .sample(position - 2.0 * Vec3::Y)
-        .expect("some way off");
+        .expect("a distance above 0");
     assert_eq!(
         (s.wi, s.radiance, s.pdf),
         (Vec3::Y, Rgb::new(2.0, 1.0, 0.0), None)
     );
     assert!(matches!(s.end, ShadowRayEnd::Point(p) if p == position));
-    // Squares of these distances leave single precision; neither the direction nor the result is wrong.
-    let far = light.sample(position + 1e25 * Vec3::X).expect("far off");
+    // The squares of these distances overflow or underflow single precision; direction and radiance are still right.
+    let far = light
+        .sample(position + 1e25 * Vec3::X)
+        .expect("a distance above 0");
     assert_eq!((far.wi, far.radiance), (Vec3::NEG_X, Rgb::BLACK));
     assert!(light.sample(position).is_none());
     let origin = PointLight::new(Vec3::ZERO, Rgb::WHITE);
@@ -42,7 +44,7 @@ fn a_point_lights_by_the_inverse_square_of_its_distance() {
 fn a_spot_falls_off_smoothly_over_its_penumbra() {
     for (cone, penumbra) in [(0.5, 0.2), (PI, PI), (2.5, 0.3), (1e-4, 5e-5), (0.3, 0.3)] {
         let light = SpotLight::new(Vec3::ZERO, Vec3::Z, Rgb::grey(3.0), cone, penumbra);
-        // With distance 1 the irradiance is the intensity.
+        // At distance 1 the irradiance equals the intensity.
         let at = |angle: f64| {
             let p = DVec3::new(angle.sin(), 0.0, angle.cos()).as_vec3a();
             light
@@ -59,13 +61,16 @@ fn a_spot_falls_off_smoothly_over_its_penumbra() {
         close(at(0.0), 3.0);
         close(at(0.999 * full), 3.0);
         assert_eq!(at((1.001 * cone).min(PI)), 0.0);
-        // Half way in the cosine, it is half.
+        // In the middle of the penumbra, measured by the cosine, the intensity is half.
         let half_way = 0.5 * ((0.5 * cone).sin().powi(2) + (0.5 * full).sin().powi(2));
         close(at(2.0 * half_way.sqrt().asin()), 1.5);
         let mut before = f64::INFINITY;
         for i in 0..=100 {
             let value = at(full + penumbra * f64::from(i) / 100.0);
-            assert!(value <= before * (1.0 + 1e-6), "it falls");
+            assert!(
+                value <= before * (1.0 + 1e-6),
+                "the intensity never increases"
+            );
             before = value;
         }
         // The power is the integral of the intensity.
@@ -111,7 +116,7 @@ fn a_distant_light_is_the_same_everywhere() {
     assert!((light.power(2.0) - 12.0 * PI).abs() < 1e-5);
 }
 
-/// A floor of albedo 0.5 around the origin, seen from above, and lights.
+/// A scene with a floor of albedo 0.5 around the origin, seen from above, and lights.
 fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDescription {
     let mut scene = looking(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
     let side = 2.0 * half;
@@ -126,7 +131,7 @@ fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDescri
     scene
 }
 
-/// That every pixel sees the radiance of an irradiance: albedo / pi times it.
+/// Asserts that every pixel has the radiance albedo / pi times `irradiance`.
 #[track_caller]
 fn assert_irradiance(what: &str, scene: &SceneDescription, irradiance: f64, tolerance: f64) {
     for backend in Backend::ALL {
@@ -157,7 +162,7 @@ fn distant(direction: DVec3, irradiance: f32) -> LightModel {
 
 #[test]
 fn a_delta_light_is_not_seen_and_scattered_rays_do_not_find_it() {
-    // Looking straight at the light, and at a mirror that shows it: nothing.
+    // The camera looks straight at the light, in front of a wall.
     let towards = looking(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, diffuse(0.5));
     let mut scene = towards;
     scene.shapes.push(surface(
@@ -165,9 +170,9 @@ fn a_delta_light_is_not_seen_and_scattered_rays_do_not_find_it() {
         0.0,
     ));
     scene.lights = floor(1.0, [point(DVec3::ZERO, 4.0)]).lights;
-    // Behind it the wall at distance 1 has irradiance 4; the light adds nothing of its own.
+    // The wall behind it, at distance 1, has irradiance 4; the light itself adds nothing.
     assert_irradiance("behind", &scene, 4.0, 3e-4);
     scene.lights = floor(1.0, [distant(DVec3::Z, 4.0)]).lights;
     let dark = see(&scene, Backend::ALL[0], 4, None, Roulette::default());
-    assert_eq!(dark.mean(), 0.0, "from behind the wall");
+    assert_eq!(dark.mean(), 0.0, "lit from behind the wall");
 }

@@ -1,5 +1,5 @@
-//! Rays of light as they leave each kind of light: their directions and points have the density that is claimed, and they
-//! carry the light's power.
+//! Emission sampling of each kind of light: directions and points have the density that is claimed, and the rays carry the
+//! light's power.
 
 use crate::common::TestRng;
 use crate::common::chi_square::{ChiSquareTest, uniformity};
@@ -65,7 +65,7 @@ fn lights() -> Vec<(&'static str, Light)> {
         ]);
     }
     let Texture::Image { image, scale } = panorama() else {
-        unreachable!("a panorama is a picture")
+        unreachable!("a panorama is an image texture")
     };
     let map = EnvironmentMap::new(image, scale, DMat3::from_rotation_x(0.7)).expect("not black");
     let intensity = Rgb::new(2.0, 1.0, 3.0);
@@ -90,7 +90,7 @@ fn sampled(light: &Light, rng: &mut TestRng) -> Option<EmissionSample> {
     light.sample_emission::<Everything>(TIME, position, direction, &AROUND)
 }
 
-/// The normal at the end of a ray; none of what has no surface.
+/// The geometric normal at the sampled point; zero for a light without a surface.
 fn normal_of(sample: &EmissionSample) -> Vec3 {
     match &sample.end {
         ShadowRayEnd::Surface(point, _) => point.ng,
@@ -98,7 +98,7 @@ fn normal_of(sample: &EmissionSample) -> Vec3 {
     }
 }
 
-/// What a ray carries: radiance, the cosine, and one over the densities.
+/// The power of a ray: the luminance of its radiance times the cosine over the densities.
 fn power_of(sample: &EmissionSample) -> f64 {
     let cos = match &sample.end {
         ShadowRayEnd::Surface(point, _) => point.ng.dot(sample.direction).abs(),
@@ -119,7 +119,7 @@ fn the_rays_of_a_light_carry_its_power() {
             powers.sum::<f64>() / f64::from(n)
         });
         let expected = match &light {
-            // Its power is that of the mean over all times.
+            // `power` of a moving light is the mean over all times.
             Light::MovingTriangle(light) => light.at(TIME).power(),
             _ => light.power(f64::from(AROUND.radius)),
         };
@@ -134,7 +134,7 @@ fn directions_have_the_density_that_is_claimed() {
             continue;
         }
         let normal = sampled(&light, &mut TestRng::new(1)).map_or(Vec3::ZERO, |s| normal_of(&s));
-        // Of a sphere those that leave near one point are told by their cosine, below.
+        // The directions from a sphere depend on the sampled point; their cosines are tested below.
         if name == "sphere" {
             continue;
         }
@@ -154,13 +154,13 @@ fn directions_have_the_density_that_is_claimed() {
     }
 }
 
-/// A uniform number of a ray, or two: which share of the light lies before its point.
+/// One or two numbers that are uniform if the sampled point is: the shares of the light's area that lie before it.
 fn shares(name: &str, sample: &EmissionSample) -> [f32; 2] {
     let corner = Vec3::new(-0.5, -0.4, 1.0);
     match &sample.end {
         ShadowRayEnd::Surface(point, b) => match name {
             "triangle" | "moving triangle" => {
-                // Barycentric coordinates: the square root of what is left of the first edge is uniform.
+                // Barycentric coordinates: the square of 1 - b[0] is uniform.
                 let rest = 1.0 - b[0];
                 [1.0 - rest * rest, b[1] / rest.max(f32::MIN_POSITIVE)]
             }
@@ -187,7 +187,7 @@ fn shares(name: &str, sample: &EmissionSample) -> [f32; 2] {
         ShadowRayEnd::Infinity => {
             let from_center = sample.origin - AROUND.center;
             let along = from_center.dot(sample.direction);
-            assert!(along < 0.0, "it begins before the scene");
+            assert!(along < 0.0, "the ray starts outside the scene");
             let across = (from_center - along * sample.direction) / AROUND.radius;
             [across.length_squared(), 0.5]
         }
@@ -235,7 +235,7 @@ fn a_sphere_shines_from_each_of_its_points_by_the_cosine() {
         let mut cells = [0_u32; 32];
         let mut rng = TestRng::new(9);
         for _ in 0..1 << 14 {
-            let sample = sampled(&light, &mut rng).expect("it shines everywhere");
+            let sample = sampled(&light, &mut rng).expect("a sphere emits everywhere");
             let cos = sample.direction.dot(normal_of(&sample));
             cells[((32.0 * cos * cos) as usize).min(31)] += 1;
         }

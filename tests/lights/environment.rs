@@ -1,4 +1,4 @@
-//! Environment maps: where each texel is seen, and that sampling agrees with looking.
+//! Environment maps: the direction of each texel, and the agreement of sampling with evaluation.
 
 use crate::common::TestRng;
 use crate::common::chi_square::ChiSquareTest;
@@ -54,7 +54,7 @@ fn random(width: u32, height: u32, brightest: f32, to_world: DMat3) -> Environme
     turned(width, height, value, to_world).expect("not black")
 }
 
-/// The direction at (u, v) of the panorama, as docs/scene-format.md says.
+/// The direction at (u, v) of the panorama, as defined in docs/scene-format.md.
 fn direction(u: f64, v: f64) -> DVec3 {
     let (azimuth, theta) = (TAU * (u - 0.5), PI * v);
     DVec3::new(
@@ -103,14 +103,14 @@ fn the_middle_is_along_minus_z_the_right_half_towards_x_and_the_first_row_on_top
             "{w}: {value}, not {expected}"
         );
     };
-    // Between columns 7 and 8, 11 and 12, 3 and 4; and rows 3 and 4.
+    // The directions lie between columns 7 and 8, 11 and 12, 3 and 4; and rows 3 and 4.
     near(DVec3::NEG_Z, 357.5);
     near(DVec3::X, 361.5);
     near(DVec3::NEG_X, 353.5);
     // Across the seam, from column 15 to 0.
     near(DVec3::Z, 357.5);
     near(direction(1.0 / 64.0, 0.5), 350.0 + 0.75 * 0.0 + 0.25 * 15.0);
-    // At the poles, the last row goes on.
+    // The first and the last row extend to the poles.
     let rows = map_of(16, 8, |_, y| y as f32 + 1.0).expect("not black");
     for w in [
         DVec3::Y,
@@ -149,7 +149,7 @@ fn directions_follow_their_density() {
     }
 }
 
-/// The borders of the rows of patches, as angles from +y.
+/// The upper border of a row of patches, as angle from +y.
 fn border(row: u32, height: u32) -> f64 {
     (PI * (f64::from(row) - 0.5) / f64::from(height)).clamp(0.0, PI)
 }
@@ -191,7 +191,7 @@ fn samples_know_what_is_seen_and_how_often() {
         let us: Vec<Vec2> = corners.chain((0..5000).map(|_| rng.uniform_2d())).collect();
         let mut nothing = 0;
         for u in us {
-            // At the border to a black patch, rounding can find that patch, where radiance has fallen to nothing.
+            // At the border to a black patch, rounding can place a sample in that patch, where radiance is zero.
             let Some(s) = map.sample(u) else {
                 nothing += 1;
                 continue;
@@ -203,12 +203,12 @@ fn samples_know_what_is_seen_and_how_often() {
         }
         assert!(
             nothing <= 9,
-            "{nothing}: not only at the ends of the interval"
+            "{nothing} samples failed, not only at the ends of the interval"
         );
     }
 }
 
-/// The mean of what light sampling says that the sphere around a point receives.
+/// Estimates by light sampling of the integral of the radiance over the sphere, one for each replicate.
 fn estimated(map: &EnvironmentMap, samples: u32) -> Moments {
     Moments::of((0..32).map(|replicate| {
         let mut rng = TestRng::new(replicate);
@@ -221,7 +221,7 @@ fn estimated(map: &EnvironmentMap, samples: u32) -> Moments {
     }))
 }
 
-/// What light sampling makes of it is row 32 of the battery.
+/// The power and the peak radiance of a map with one bright texel. Its light sampling is row 32 of the battery.
 #[test]
 fn one_bright_texel_among_eight_million_is_seen_and_counts_as_its_tent() {
     let (width, height) = (4096, 2048);
@@ -234,7 +234,7 @@ fn one_bright_texel_among_eight_million_is_seen_and_counts_as_its_tent() {
             (by_power / exact - 1.0).abs() < 1e-6,
             "row {row}: {by_power:e} {exact:e}"
         );
-        // Seen where it is.
+        // The radiance at the centre of the texel.
         let theta = (f64::from(row) + 0.5) / f64::from(height);
         let centre = direction(1000.5 / 4096.0, theta);
         assert!((seen(&map, centre) / 1e6 - 1.0).abs() < 3e-3, "row {row}");
@@ -269,7 +269,7 @@ fn a_map_of_one_colour_is_sampled_evenly_and_a_black_one_is_no_light() {
         let map = map_of(width, height, |_, _| 0.5).expect("not black");
         let mut rng = TestRng::new(6);
         for _ in 0..1000 {
-            let s = map.sample(rng.uniform_2d()).expect("all is lit");
+            let s = map.sample(rng.uniform_2d()).expect("no direction is black");
             let pdf = f64::from(s.pdf.expect("no delta").0);
             assert!((pdf * 4.0 * PI - 1.0).abs() < 3e-7, "{width}: {pdf}");
             assert!((s.radiance.to_array()[0] - 0.5).abs() < 1e-6);
@@ -289,13 +289,13 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
     for _ in 0..1000 {
         let (a, b) = (rng.uniform_2d(), rng.uniform_2d());
         let choice = lights.choose::<Everything>([b.x, b.y]);
-        let choice = choice.expect("both shine");
+        let choice = choice.expect("both lights have power");
         let light = choice.0;
         let s = lights
             .sample::<Everything>(choice, PointRule::SolidAngle, Vec3::ZERO, 0.0, a)
-            .expect("both shine anywhere");
+            .expect("both lights reach every point");
         let Some(pdf) = s.pdf else {
-            // The irradiance, too, counts four times where it is found once.
+            // The irradiance of the point light is divided by its selection probability, 1 / 4.
             assert_eq!((light, s.radiance), (0, Rgb::grey(4.0)));
             continue;
         };
@@ -310,7 +310,7 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
     }
     // 750 +- 14.
     assert!((680..820).contains(&found), "{found}");
-    // A map that is never chosen is still seen.
+    // A map that is never chosen is still evaluated, with pdf 0.
     let lights = Lights::new(vec![Light::Environment(map)], &[0.0]);
     assert!(
         lights
@@ -324,7 +324,7 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
     );
 }
 
-/// A floor of albedo 0.5 under a sky of a picture, seen from above.
+/// A floor of albedo 0.5 under an environment map, seen from above.
 fn floor_under(texture: Texture, to_world: DMat3) -> SceneDescription {
     let mut scene = looking(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
     let ground = rectangle([-3.0, 0.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]);
@@ -348,17 +348,17 @@ fn picture_of(width: u32, height: u32, texel: impl Fn(u32, u32) -> f32) -> Textu
 
 #[test]
 fn a_floor_under_a_panorama_has_its_irradiance() {
-    // A dim sky with a sun in column 3 of row 4, which the tilt below leaves above the horizon.
+    // A dim sky with a sun in column 3 of row 4, which is above the horizon after the tilt below.
     let (width, height) = (32, 16);
     let texel = |x, y| if (x, y) == (3, 4) { 1000.0 } else { 0.25 };
     let to_world = DMat3::from_rotation_z(0.2) * DMat3::from_rotation_y(1.0);
     let map = turned(width, height, |x, y| 2.0 * texel(x, y), to_world).expect("not black");
-    // The dim part alone is pi L; the sun is the tent above it, between the centres of its neighbours.
+    // The irradiance of the dim part is pi L; the sun is a tent above it, between the centres of its neighbours.
     let [u, v] = [|x: f64| x / 32.0, |y: f64| y / 16.0];
     let over_u = |theta: f64| {
         let one = |x: f64| {
             let w = to_world * direction(u(x), theta / PI);
-            assert!(w.y > 0.0, "the sun is up");
+            assert!(w.y > 0.0, "the sun is above the horizon");
             w.y * f64::from(seen(&map, w) - 0.5)
         };
         theta.sin() * TAU / 32.0 * (integrate(one, 2.5, 3.5, 1) + integrate(one, 3.5, 4.5, 1))

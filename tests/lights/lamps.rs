@@ -1,4 +1,4 @@
-//! Lamps whose light is found in one way, and in two that share it.
+//! Tests of area lights that BSDF sampling and light sampling both find (combined by MIS), or only one of them.
 
 use crate::common::scene::{diffuse, looking, rectangle, see, surface};
 use crate::common::verdict::assert_mean;
@@ -13,7 +13,7 @@ use etendue_lab::battery::closed_forms::parallel_rectangle;
 
 const REFLECTANCE: f32 = 0.99;
 
-/// A large lamp close by, which scattering and light sampling find about as often.
+/// A large, close lamp, which BSDF sampling and light sampling find about equally often.
 #[test]
 fn a_large_lamp_lights_by_its_form_factor() {
     let albedo = 0.5;
@@ -28,8 +28,8 @@ fn a_large_lamp_lights_by_its_form_factor() {
     }
 }
 
-/// A lamp that shines up at a mirror lights the floor as its image behind the mirror would: what the floor's scattering finds
-/// there, no light sampling does.
+/// A lamp that faces up to a mirror lights the floor like its mirror image. Only BSDF sampling at the floor finds this
+/// light, not light sampling.
 #[test]
 fn a_lamp_in_a_mirror_lights_as_its_image_does() {
     let albedo = 0.5;
@@ -45,7 +45,7 @@ fn a_lamp_in_a_mirror_lights_as_its_image_does() {
     let above = rectangle([-2.0, -2.0, 1.0], [0.0, 4.0, 0.0], [4.0, 0.0, 0.0]);
     scene.shapes = vec![surface(floor, 0.0), surface(lamp, 1.0), surface(above, 0.0)];
     scene.shapes[2].material = 1;
-    // From x = 0.6 to 1.6, as far above the mirror as the lamp is below it.
+    // The mirror image extends from x = 0.6 to 1.6, as far above the mirror as the lamp is below it.
     let up_to = |x: f64| 2.0 * parallel_rectangle(x, 0.5, 1.7);
     let exact = f64::from(albedo * REFLECTANCE) * (up_to(1.6) - up_to(0.6));
     for &backend in Backend::ALL {

@@ -1,4 +1,4 @@
-//! Lights that are asked by many places at once answer as they do to each alone, bit for bit.
+//! Light samples taken for many reference points at once are those of each point alone, bit for bit.
 
 use crate::common::TestRng;
 use etendue::internals::effects::kernel::types::Everything;
@@ -15,7 +15,7 @@ use etendue::internals::math::vec::Vec3;
 
 const EDGES: [Vec3; 2] = [Vec3::new(0.0, 0.8, 0.0), Vec3::new(1.0, 0.0, 0.0)];
 
-/// Some of these, by their powers.
+/// The selection of lights by their powers.
 fn lights(lights: Vec<Light>) -> Lights {
     let powers: Vec<f64> = lights.iter().map(|light| light.power(1.0)).collect();
     Lights::new(lights, &powers)
@@ -40,7 +40,7 @@ fn triangle(corner: Vec3, two_sided: bool) -> Light {
     Light::Triangle(TriangleLight::new(vertices, emission))
 }
 
-/// All that a sample says, as bits.
+/// All numbers of a light sample, as bits.
 fn bits(sample: Option<LightSample>) -> Option<Vec<u32>> {
     let sample = sample?;
     let mut numbers = sample.wi.to_array().to_vec();
@@ -59,13 +59,13 @@ fn bits(sample: Option<LightSample>) -> Option<Vec<u32>> {
     Some(numbers.into_iter().map(f32::to_bits).collect())
 }
 
-/// How many of so many questions have an answer.
+/// Compares `count` light samples taken at once with those taken one by one; returns the number of valid samples.
 fn agree(lights: &Lights, count: usize, points: PointRule, rng: &mut TestRng) -> usize {
     let questions: Vec<LightSampleContext> = (0..count)
         .map(|_| {
             let u_choice = rng.uniform_2d().to_array();
             let choice = lights.choose::<Everything>(u_choice);
-            let (light, pmf) = choice.expect("they shine");
+            let (light, pmf) = choice.expect("the lights have power");
             // From a thousandth of the lamps' size to a thousand times it, on both sides and in their plane.
             let reach = 10.0_f32.powf(6.0 * rng.uniform() - 3.0);
             let mut p = Vec3::new(0.0, 0.0, 1.0) + reach * rng.direction_log_uniform(1e-6);
@@ -83,7 +83,7 @@ fn agree(lights: &Lights, count: usize, points: PointRule, rng: &mut TestRng) ->
         .collect();
     let mut samples = vec![];
     lights.sample_each::<Everything>(&questions, points, &mut samples);
-    assert_eq!(samples.len(), count, "every question is answered once");
+    assert_eq!(samples.len(), count, "one result for each context");
     let mut answers = 0;
     for (question, together) in questions.iter().zip(samples) {
         let LightSampleContext {
@@ -98,7 +98,7 @@ fn agree(lights: &Lights, count: usize, points: PointRule, rng: &mut TestRng) ->
         assert_eq!(
             bits(together),
             bits(alone),
-            "{count} questions, {question:?}"
+            "{count} contexts, {question:?}"
         );
     }
     answers

@@ -1,4 +1,4 @@
-//! Every light against its own claims: what it samples, with which density, and how one light is chosen among many.
+//! Lights: their samples, the densities of these, and the choice of one light among many.
 
 use crate::common::TestRng;
 use crate::common::chi_square::pearson;
@@ -34,20 +34,20 @@ const EDGES: [Vec3; 2] = [Vec3::new(0.0, 0.8, 0.0), Vec3::new(1.0, 0.0, 0.0)];
 const RADIUS: f32 = 0.4;
 const CENTER: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
-/// The density of a sample of a light that has one.
+/// The density of a sample of a light that is not a delta light.
 fn density(sample: &LightSample) -> f32 {
     sample.pdf.expect("no delta").0
 }
 
-/// The point that a sample of a shape lies on.
+/// The point on the light of a sample of a shape.
 fn end_of(sample: &LightSample) -> SurfacePoint {
     match sample.end {
         ShadowRayEnd::Surface(point, _) => point,
-        ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => panic!("a shape"),
+        ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => panic!("the light is a shape"),
     }
 }
 
-/// A choice by power, in a scene of radius 1.
+/// Lights that are chosen by power, in a scene of radius 1.
 fn by_power(lights: Vec<Light>) -> Lights {
     let powers: Vec<f64> = lights.iter().map(|light| light.power(1.0)).collect();
     Lights::new(lights, &powers)
@@ -58,7 +58,7 @@ fn sampled(lights: &Lights, p: Vec3, [u, v, a, b]: [f32; 4]) -> Option<LightSamp
     lights.sample::<Everything>(choice, PointRule::SolidAngle, p, 0.0, Vec2::new(u, v))
 }
 
-/// Whether a ray from `p` along `w` meets a light.
+/// Whether a ray from `p` along `w` hits a light.
 type Meets = fn(Vec3, Vec3) -> bool;
 
 /// One light of each kind about (0, 0, 1), the flat ones looking down.
@@ -94,14 +94,14 @@ fn lights(two_sided: bool) -> [(&'static str, Light, Meets); 4] {
     ]
 }
 
-/// Where a ray meets the plane z = 1, in units of the edges.
+/// The point where a ray hits the plane z = 1, in units of the edges.
 fn at_height_one(p: Vec3, w: Vec3) -> Option<[f32; 2]> {
     let t = (1.0 - p.z) / w.z;
     let q = p + t * w - CORNER;
     (t > 0.0).then_some([q.y / EDGES[0].y, q.x / EDGES[1].x])
 }
 
-/// Near, beside, far, grazing, above (behind the flat ones), and inside the sphere.
+/// Receivers near, beside, far, grazing, above (behind the flat lights), and inside the sphere.
 const RECEIVERS: [Vec3; 7] = [
     Vec3::ZERO,
     Vec3::new(0.1, -0.2, 0.55),
@@ -114,7 +114,7 @@ const RECEIVERS: [Vec3; 7] = [
 
 #[test]
 fn samples_cover_the_solid_angle() {
-    // The mean of 1 / pdf over light samples is the solid angle: the share of directions that meet the light.
+    // The mean of 1 / pdf over light samples is the solid angle: measured as the share of directions that hit the light.
     for (name, light, meets) in lights(true) {
         for p in RECEIVERS {
             let replicates = |seed: u64, n: u32, f: &dyn Fn(&mut TestRng) -> f64| {
@@ -127,7 +127,7 @@ fn samples_cover_the_solid_angle() {
                 let s = light.sample::<Everything>(p, 0.0, rng.uniform_2d());
                 s.map_or(0.0, |s| 1.0 / f64::from(density(&s)))
             });
-            // All lights are within 0.7 of the centre: chance need not look elsewhere.
+            // All lights are within 0.7 of the centre: random directions are restricted to that sphere.
             let to_center = (CENTER - p).length();
             let sin2 = (0.7 / to_center).powi(2).min(1.0);
             let cone = if sin2 < 1.0 {
@@ -182,13 +182,13 @@ fn samples_know_their_density_and_lie_on_their_light() {
                 assert!((pdf.0 / s_pdf - 1.0).abs() < 1e-4, "{what} {pdf:?}");
                 misses += u32::from(!meets(p, s.wi));
             }
-            // Only rounding at the rim misses: a grazing view has much rim.
+            // Only samples at the rim miss, by rounding; in a grazing view many samples are at the rim.
             assert!(misses <= 20, "{name} from {p}: {misses}");
         }
     }
 }
 
-/// Half of a rectangle about the origin or all of it, with half diagonal 1, and its solid angle from anywhere.
+/// A rectangle about the origin, or half of it, with half diagonal 1, and its solid angle from any point.
 fn flat_light(rng: &mut TestRng, is_triangle: bool) -> (Light, impl Fn(Vec3) -> f64 + use<>) {
     let (sin, cos) = (std::f32::consts::FRAC_PI_2 * rng.uniform()).sin_cos();
     let edges = [2.0 * cos * Vec3::X, 2.0 * sin * Vec3::Y];
@@ -210,8 +210,8 @@ fn flat_light(rng: &mut TestRng, is_triangle: bool) -> (Light, impl Fn(Vec3) -> 
     (light, solid_angle)
 }
 
-/// Mean and relative variance of 1 / pdf, integrated over the numbers that samples are made from; each sample's density is
-/// asked for again.
+/// The mean and relative variance of 1 / pdf, integrated over the random numbers of samples; the density of each sample is
+/// also compared with that of `Light::pdf`.
 fn over_samples(light: &Light, p: Vec3) -> (f64, f64) {
     let (mut mean, mut mean_square) = (0.0, 0.0);
     let nodes = gauss_legendre(16);
@@ -223,7 +223,7 @@ fn over_samples(light: &Light, p: Vec3) -> (f64, f64) {
                 .expect("off the plane");
             let point = end_of(&s);
             let pdf = light.pdf::<Everything>(p, 0.0, point.p - p, point.ng);
-            let ratio = pdf.expect("a surface").0 / density(&s);
+            let ratio = pdf.expect("the light is a surface").0 / density(&s);
             assert!((ratio - 1.0).abs() < 1e-4, "{p} {u} {s:?} {pdf:?}");
             let value = 1.0 / f64::from(density(&s));
             mean += 0.25 * weight_x * weight_y * value;
@@ -242,7 +242,7 @@ fn flat_lights_know_their_density_from_every_distance() {
         let p = distance * rng.direction_log_uniform(0.05);
         let (mean, variance) = over_samples(&light, p);
         let exact = solid_angle(p);
-        // The map to a triangle has a kink, over which the rule errs by some of the spread.
+        // The mapping to a triangle has a kink, where the error of the rule is a fraction of the spread.
         let tolerance = 4e-6 + 0.01 * variance.max(0.0).sqrt();
         assert!(
             (mean / exact - 1.0).abs() < tolerance,
@@ -264,7 +264,7 @@ fn choosing_points_costs_no_more_variance_than_stated() {
         }));
         variances.mean()
     };
-    // Just inside the limits there is none. The triangles' radii, from their centroids, are up to twice 0.5.
+    // Just inside the limits the variance is zero. The triangles' radii, from their centroids, are up to twice 0.5.
     assert!(mean_variance(false, rectangle::CLEAR * 0.999) < 1e-12);
     assert!(mean_variance(true, triangle::FAR * 0.4) < 1e-11);
     for (is_triangle, distance, stated) in [
@@ -320,7 +320,7 @@ fn one_sided_lights_are_dark_from_behind() {
                 assert_eq!(!s.radiance.is_black(), lit, "{name} {p} {s:?}");
             }
         }
-        // From inside a sphere only a two-sided one is seen.
+        // Only a two-sided sphere emits to its inside.
         if name == "sphere" {
             let s = light
                 .sample::<Everything>(CENTER, 0.0, Vec2::splat(0.3))
@@ -363,7 +363,7 @@ fn power_is_pi_area_radiance() {
 
 #[test]
 fn lights_are_chosen_by_power() {
-    // Spheres far apart tell by direction which was chosen; every third is black.
+    // The spheres are far apart, so that the direction identifies the chosen one; every third is black.
     let brightness = |i: usize| if i % 3 == 2 { 0.0 } else { (1 + i) as f32 };
     let sphere = |i: usize| {
         let angle = i as f32 * std::f32::consts::TAU / 30.0;
@@ -399,12 +399,12 @@ fn lights_are_chosen_by_power() {
             .0,
         0.0
     );
-    // None of them, and black ones only.
+    // No lights, and black lights only.
     assert!(by_power(vec![]).is_empty() && by_power(vec![sphere(2)]).is_empty());
     assert!(sampled(&by_power(vec![sphere(2)]), Vec3::ZERO, [0.5; 4]).is_none());
 }
 
-/// A million emitters: one of them shines on the origin, the others have no weight, a denormal one, or no area.
+/// A million emitters: one of them lights the origin, the others have zero weight, a denormal weight, or no area.
 #[test]
 fn one_light_among_a_million_of_no_weight_is_as_good_as_alone() {
     let flat = TriangleLight::new([CORNER; 3], emission(false));
@@ -442,7 +442,7 @@ fn one_light_among_a_million_of_no_weight_is_as_good_as_alone() {
     }
 }
 
-/// A million emitters of the same power, all but one of them dark for the origin: the mean over all choices is exact.
+/// A million emitters of the same power, all but one facing away from the origin: the mean over all choices is exact.
 #[test]
 fn one_visible_light_among_a_million_counts_as_often_as_it_is_chosen() {
     let towards = [CORNER, CORNER + EDGES[0], CORNER + EDGES[1]];

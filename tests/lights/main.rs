@@ -1,4 +1,4 @@
-//! How lights are sampled.
+//! Tests of lights and their sampling.
 
 #[path = "../common/mod.rs"]
 mod common;

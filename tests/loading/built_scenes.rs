@@ -1,4 +1,4 @@
-//! Scenes that are put together in code obey the rules of those that are loaded.
+//! Scenes that are built in code are checked by the rules for scenes that are loaded.
 
 use crate::common::scene_folder::{SMALL, in_repository, load_text};
 use etendue::ErrorKind;
@@ -20,13 +20,13 @@ fn whatever_is_loaded_would_have_been_let_through() {
         "scenes/cornell-box/cornell-box.toml",
         "scenes/suzanne-room/suzanne-room.toml",
     ] {
-        let scene = load(&in_repository(file)).expect("a scene of our own");
+        let scene = load(&in_repository(file)).expect("a bundled scene");
         check::scene(&scene).unwrap_or_else(|error| panic!("{file}: {error}"));
     }
     check::scene(&load_text(SMALL)).expect("it was loaded");
 }
 
-/// A scene, one of whose parts is about to be spoilt.
+/// A valid scene with parts of every kind, for tests to make invalid.
 fn scene() -> SceneDescription {
     let mut scene = load_text(SMALL);
     scene.add_group("group");

@@ -1,4 +1,4 @@
-//! Colours in scene files: every spelling, and pictures in their colour space.
+//! Colours in scene files: every notation, and images in their colour space.
 
 use crate::common::scene_folder::{HEAD, SceneFolder, load_text};
 use etendue::internals::geometry::texture::Texture;
@@ -7,7 +7,7 @@ use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::Vec2;
 use etendue::internals::scene::description::{ColourDescription, MaterialModel};
 
-/// A colour as it is read for a mirror.
+/// Reads a colour as the reflectance of a mirror.
 fn read(text: &str) -> ColourDescription {
     let material = "[[material]]\nname = \"it\"\ntype = \"mirror\"\nreflectance = ";
     let scene = load_text(&format!("{HEAD}{material}{text}"));

@@ -1,4 +1,4 @@
-//! Scenes, models and libraries that are damaged at random: an error is fine, a panic is not.
+//! Fuzz tests of randomly damaged scenes, models and material libraries: errors are allowed, panics are not.
 
 use crate::common::scene_folder::{SMALL, SceneFolder};
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
@@ -6,7 +6,7 @@ use etendue::internals::scene::load::load;
 use etendue::internals::scene::prepare::prepare;
 use proptest::prelude::{Just, ProptestConfig, Strategy, any, prop_oneof, proptest};
 
-/// One thing that happens to a file.
+/// A random change of a file.
 #[derive(Debug, Clone)]
 enum Damage {
     Replace(u8),
@@ -48,7 +48,7 @@ fn damaged(text: &str, damages: &[(usize, Damage)]) -> Vec<u8> {
     bytes
 }
 
-/// Loads what may be damaged, and makes it ready if it is valid: an error is fine, a panic is not.
+/// Loads a scene that may be damaged, and prepares it if it is valid: errors are allowed, panics are not.
 fn survives(files: [(&'static str, Vec<u8>); 2], scene: &str) {
     let folder = SceneFolder::new(files);
     if let Ok(description) = load(&folder.path(scene)) {

@@ -1,5 +1,5 @@
-//! Scenes and models put together at random from pieces that are valid, nearly valid and absurd: what loads is sound and can
-//! be made ready, and what does not says in which line of which file. `damaged_files.rs` damages whole files instead.
+//! Scenes and models composed at random of valid, nearly valid and invalid pieces: what loads is consistent and can be
+//! prepared, and any error names the file and the line. `damaged_files.rs` damages whole files instead.
 
 use crate::common::scene_folder::{HEAD, SceneFolder};
 use etendue::ErrorKind;
@@ -11,7 +11,7 @@ use proptest::collection::vec;
 use proptest::prelude::{Just, ProptestConfig, Strategy, prop_oneof, proptest};
 use proptest::sample::select;
 
-/// Numbers as files have them, and as none should.
+/// Valid and invalid numbers.
 const NUMBERS: &[&str] = &[
     "0",
     "1",
@@ -191,7 +191,7 @@ fn value() -> impl Strategy<Value = String> {
     prop_oneof![number(), triple, select(VALUES).prop_map(str::to_owned)]
 }
 
-/// One table: its keys in any order, now and then one twice, or one of another table.
+/// A table with keys in any order, sometimes one twice, or one of another table.
 fn table() -> impl Strategy<Value = String> {
     let line = |keys: &'static [&'static str]| {
         (select(keys), value()).prop_map(|(key, value)| {
@@ -211,7 +211,7 @@ fn table() -> impl Strategy<Value = String> {
     })
 }
 
-/// One line of a model: mostly its own words, sometimes any.
+/// A line of a model: vertex data, a face, or another statement, not always valid.
 fn model_line() -> impl Strategy<Value = String> {
     let number = || select(&NUMBERS[..13]);
     let corner = || {
@@ -261,7 +261,7 @@ fn model_line() -> impl Strategy<Value = String> {
     prop_oneof![4 => numbers, 4 => face, 2 => other.prop_map(str::to_owned)]
 }
 
-/// What loads is sound, and can be made ready; what does not says why on one line, after the place.
+/// Checks that the scene is consistent and can be prepared, or that the error is one line that begins with the place.
 fn check(folder: &SceneFolder, scene: &str) {
     let path = folder.path(scene);
     let error = match load(&path) {
@@ -275,8 +275,8 @@ fn check(folder: &SceneFolder, scene: &str) {
     );
     assert!(!message.contains('\n') && message.len() < 2000, "{message}");
     let rest = message.strip_prefix(&path.display().to_string());
-    let rest = rest.unwrap_or_else(|| panic!("no file: {message}"));
-    // Only of these is no line to blame.
+    let rest = rest.unwrap_or_else(|| panic!("no file named: {message}"));
+    // Only these errors have no line.
     if rest.contains("found no faces") || rest.contains("too large to be framed") {
         return;
     }
@@ -288,7 +288,7 @@ fn check(folder: &SceneFolder, scene: &str) {
     let lines = 1..=text.lines().count().max(1);
     assert!(
         line.is_some_and(|line| lines.contains(&line)),
-        "no line: {message}"
+        "no valid line named: {message}"
     );
 }
 

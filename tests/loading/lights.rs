@@ -1,4 +1,4 @@
-//! Tables of lights: every key becomes what docs/scene-format.md says, and every mistake an error that names it.
+//! Light tables: every key is read as docs/scene-format.md says, and every mistake is an error that names it.
 
 use crate::common::scene_folder::{HEAD, SceneFolder, load_text};
 use etendue::ErrorKind;
@@ -9,7 +9,7 @@ use etendue::internals::math::vec::{DMat3, DVec3};
 use etendue::internals::scene::description::{ColourDescription, LightModel};
 use etendue::internals::scene::load::load;
 
-/// The only light of a scene; its table starts in line 5.
+/// The only light of a scene; its table starts on line 5.
 fn light(body: &str) -> LightModel {
     let mut scene = load_text(&format!("{HEAD}[[light]]\n{body}"));
     assert_eq!(scene.lights.len(), 1);
@@ -18,7 +18,7 @@ fn light(body: &str) -> LightModel {
     light.model
 }
 
-/// What is said of a table of a light, next to these pictures.
+/// The line and the message of the error of a light table, in a folder with these images.
 fn refusal(folder: &SceneFolder, body: &str) -> (Option<usize>, String) {
     let path = folder.path("scene.toml");
     std::fs::write(&path, format!("{HEAD}{body}")).expect("the folder is writable");
@@ -210,7 +210,7 @@ fn mistakes_in_lights_are_named() {
             sky,
             "radiance = { checker = [0, 1] }",
             7,
-            "the sky is no checker",
+            "an environment cannot be a checker",
         ),
         (
             sky,

@@ -1,4 +1,4 @@
-//! How files become scenes, and what is said of bad ones.
+//! Tests of loading scenes from files, and of the error messages for invalid ones.
 
 #[path = "../common/mod.rs"]
 mod common;

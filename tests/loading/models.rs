@@ -9,7 +9,7 @@ use etendue::internals::scene::description::{
 };
 use etendue::internals::scene::load::load;
 
-/// A model with its library `a.mtl`.
+/// Loads a model with its library `a.mtl`.
 fn load_model(model: &str, library: &str) -> SceneDescription {
     SceneFolder::new([("a.obj", model), ("a.mtl", library)]).load("a.obj")
 }
@@ -237,7 +237,7 @@ fn a_bare_model_is_framed_and_lit() {
         let (x, y) = (seen.x / -seen.z, seen.y / -seen.z);
         assert!(
             seen.z < 0.0 && x.abs() < right && y.abs() < top,
-            "{position} is out of sight"
+            "{position} is outside the image"
         );
     }
     let lamp = load_model(
@@ -334,7 +334,7 @@ fn the_examples_of_the_documentation_load() {
     let sky = Image::filled(2, 1, Rgb::WHITE);
     write(&folder.path("sky.hdr"), &sky, &WriteOptions::default()).expect("writable");
     for example in examples {
-        // An example shows one table; the rest of a scene goes without saying.
+        // An example shows one table; the rest of the scene is added here.
         let head = match (example.contains("version ="), example.contains("[camera]")) {
             (true, _) => "",
             (false, true) => "version = 1\n",

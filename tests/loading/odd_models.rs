@@ -1,4 +1,4 @@
-//! Models as other programs write them, and as no program should: read as docs/scene-format.md says, in bounded time
+//! Models with unusual syntax of other programs, and malformed ones: read as docs/scene-format.md says, in bounded time
 //! and memory.
 
 use crate::common::scene_folder::{HEAD, SceneFolder, TRIANGLE};
@@ -25,7 +25,7 @@ fn complaint(model: &str, library: &str) -> String {
 fn mesh(shape: &ShapeDescription) -> &MeshDescription {
     match &shape.geometry {
         GeometryDescription::Mesh(mesh) => mesh,
-        other => panic!("{other:?} is no mesh"),
+        other => panic!("{other:?} is not a mesh"),
     }
 }
 
@@ -45,7 +45,7 @@ fn corners_with_and_without_texture_coordinates_stay_apart() {
 #[test]
 fn a_group_keeps_one_shape_for_each_material_however_often_they_change() {
     let again = "usemtl red\nf 1 2 3\nusemtl dark blue\nf 1 2 3\n".repeat(3);
-    // The library comes last, and has a material whose picture is missing but which no face has.
+    // The library comes last, and has a material whose texture file is missing but which no face uses.
     let model = format!("{TRIANGLE}g one\n{again}g two\nf 3 2 1\n  mtllib\ta.mtl \n");
     let library = "newmtl red\nnewmtl dark blue\nPr 0.5\nnewmtl none\nmap_Kd none.png\n";
     let scene = load_model(&model, library);
@@ -112,7 +112,7 @@ fn a_material_of_the_scene_needs_no_library() {
 
 #[test]
 fn what_other_programs_write_is_not_taken_for_glass() {
-    // As 3ds Max writes what is opaque.
+    // An opaque material as written by 3ds Max.
     let library =
         "newmtl m\nNs 10\nNi 0\nd 1\nTr 0\nTf 1 1 1\nillum 2\nKd .5 .5 .5\nmap_Bump none.png\n";
     let scene = load_model(&format!("mtllib a.mtl\nusemtl m\n{TRIANGLE}"), library);

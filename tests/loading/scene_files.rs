@@ -1,4 +1,4 @@
-//! Scene files: every key becomes what docs/scene-format.md says it does.
+//! Scene files: every key is read as docs/scene-format.md specifies.
 
 use crate::common::scene_folder::{HEAD, SceneFolder, TRIANGLE, in_repository, load_text};
 use etendue::internals::geometry::texture::Texture;
@@ -178,7 +178,7 @@ fn a_camera_moves_from_key_to_key() {
     );
     assert_near(moving.motion[0].transform.translation, [0.0, 0.0, 7.0]);
     assert_near(moving.motion[1].transform.translation, [1.0, 2.0, 3.0]);
-    // What stands still looks from the first key, and the lens is set to what it looks at there.
+    // `to_world` is the transform of the first key, and the lens is focused on that key's target.
     assert_eq!(moving.to_world, moving.motion[0].transform);
     assert_eq!(moving.focus_distance, 7.0);
     let placed = "{ time = 0, transform = [] }";
@@ -268,7 +268,7 @@ fn a_group_that_nothing_places_is_told_of() {
     assert_eq!(scene.groups, ["a", "b"]);
     assert_eq!(
         scene.notes,
-        ["group `a` is placed by no instance: it is not seen"]
+        ["group `a` is placed by no instance: it is not rendered"]
     );
 }
 
@@ -382,7 +382,7 @@ fn phong_and_plastic_are_read() {
         other => panic!("{other:?}"),
     };
     assert_eq!(phong(""), (Rgb::grey(0.5), Rgb::grey(0.2), 32.0));
-    // Together at most 1 in every channel, not over all channels.
+    // The sum of the two is at most 1 in each channel, not over all channels.
     assert_eq!(
         phong("diffuse = [1, 0.7, 0]\nspecular = [0, 0.3, 1]\nexponent = 1e6"),
         (Rgb::new(1.0, 0.7, 0.0), Rgb::new(0.0, 0.3, 1.0), 1e6)
@@ -416,7 +416,7 @@ fn every_material_has_alpha_a_normal_map_and_sides() {
     assert_eq!(plain.alpha.constant(), Some(Rgb::WHITE));
     assert!(plain.normal_map.is_none() && plain.two_sided);
 
-    // 51 is a fifth of 255: linear values, but for what says otherwise.
+    // 51 is a fifth of 255: values are linear unless `space` says otherwise.
     let alpha = |text: &str| read(&format!("alpha = {text}")).alpha.constant();
     assert_eq!(alpha("0.25"), Some(Rgb::grey(0.25)));
     assert_eq!(alpha("{ texture = \"t.png\" }"), Some(Rgb::grey(0.2)));

@@ -1,4 +1,4 @@
-//! The planted bugs are all in the table, each once, and no build that leaves the house can hold them.
+//! The planted bugs are all in the table, each once, and no build without debug assertions can contain them.
 
 mod table;
 
@@ -26,7 +26,7 @@ fn source_files(folder: &Path) -> Vec<PathBuf> {
     files.collect()
 }
 
-/// The names of the bugs that a source text plants.
+/// The names of the bugs planted in a source text.
 fn planted_in(text: &str) -> impl Iterator<Item = &str> {
     text.split("planted!(").skip(1).map(|after| {
         let quoted = after.trim_start().strip_prefix('"');
@@ -54,15 +54,19 @@ fn file_of(killer: &str) -> (PathBuf, &str) {
     (root().join(format!("src/{modules}/mod.rs")), test)
 }
 
-/// `scripts/mutants.sh` reads what this prints.
+/// The output of this test is read by `scripts/mutants.sh`.
 #[test]
 fn the_table_names_each_bug_once_and_a_test_that_exists() {
     let mut names = BTreeSet::new();
     println!();
     for bug in PLANTED {
         println!("planted\t{}\t{}\t{}", bug.name, bug.killer, bug.wrong);
-        assert!(names.insert(bug.name), "{} stands there twice", bug.name);
-        assert!(!bug.wrong.is_empty(), "{}: what is wrong?", bug.name);
+        assert!(names.insert(bug.name), "{} is in the table twice", bug.name);
+        assert!(
+            !bug.wrong.is_empty(),
+            "{}: the description is empty",
+            bug.name
+        );
         let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
         assert!(bug.name.chars().all(is_plain), "{}", bug.name);
         let (file, test) = file_of(bug.killer);
@@ -90,7 +94,7 @@ fn the_table_is_what_is_planted() {
     assert_eq!(sites, table);
 }
 
-/// What the compiler says of the macro's file with the bugs in it.
+/// The output of the compiler for the macro's file, with the planted bugs enabled.
 fn compiled(debug_assertions: bool) -> Output {
     let compiler = std::env::var_os("RUSTC").unwrap_or("rustc".into());
     let flag = if debug_assertions { "on" } else { "off" };

@@ -1,5 +1,5 @@
-//! Adaptive sampling of pictures: that two phases have no bias and greed has, that error bars hold, and that pictures, adaptive
-//! or not, are means of the samples that their settings tell.
+//! Tests of adaptive sampling of whole images: two-phase sampling has no bias and greedy sampling has, error bars are
+//! calibrated, and every image, adaptive or not, is the mean of the samples that its settings determine.
 
 use crate::common::error_bars::Coverage;
 use crate::common::room::with_metal_ball;
@@ -20,7 +20,7 @@ use etendue::internals::scene::description::SceneDescription;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// A room with a small ball of rough metal, which throws light about beside it.
+/// A room with a small ball of rough metal, which casts caustics.
 fn room_with_metal(size: (u32, u32), roughness: f64) -> SceneDescription {
     let mut description = with_metal_ball(roughness, [0.5, 0.25, 0.4], 0.25);
     description.film.size = size;
@@ -58,7 +58,7 @@ fn rendered(
     render(scene, &filter, size, settings, observer).expect("the settings are valid")
 }
 
-/// The green of each quadrant and of the whole of a picture.
+/// The mean green of each quadrant of an image and of the whole image.
 fn parts(image: &Image) -> [f64; 5] {
     let (width, height) = (image.width(), image.height());
     let mut sums = [0.0; 5];
@@ -72,7 +72,7 @@ fn parts(image: &Image) -> [f64; 5] {
     sums.map(|sum| 4.0 * sum / f64::from(width * height))
 }
 
-/// The parts of so many pictures, with the seeds of each its own.
+/// The moments of these means over images with different seeds.
 fn parts_of(
     scene: &Scene,
     description: &SceneDescription,
@@ -91,9 +91,9 @@ fn parts_of(
     moments
 }
 
-/// Standard errors between two means, and the standard error relative to the second.
+/// The difference of two means in standard errors, and the standard error relative to the second mean.
 fn welch(a: &Moments, b: &Moments) -> (f64, f64) {
-    let [va, vb] = [a, b].map(|it| it.standard_error().expect("many").powi(2));
+    let [va, vb] = [a, b].map(|it| it.standard_error().expect("many images").powi(2));
     let error = (va + vb).sqrt();
     ((a.mean() - b.mean()) / error, error / b.mean())
 }
@@ -131,7 +131,7 @@ fn pictures_have_the_mean_of_uniform_ones_in_two_phases_and_not_with_greed() {
             assert!(z.abs() < limit, "part {part} is {z} standard errors off");
         }
         let (_, error) = welch(&ours[4], &even[4]);
-        // 0.3 % are at least 4 of them.
+        // A bias of 0.3 % is at least 4 standard errors.
         assert!(error < 0.00075, "inconclusive: {error}");
     }
     let greedy = parts_of(&scene, &description, 0, 400, |settings| RenderSettings {
@@ -142,8 +142,8 @@ fn pictures_have_the_mean_of_uniform_ones_in_two_phases_and_not_with_greed() {
     let (z, _) = welch(&greedy[4], &even[4]);
     let off = greedy[4].mean() / even[4].mean() - 1.0;
     println!("greedy: {:.2} %, {z:.1} standard errors", 100.0 * off);
-    // Of either sign: pixels stop where rare bright samples are missing, and where rare dark ones are.
-    assert!(z.abs() > 5.2, "the bias of greed is not found: {z}");
+    // The bias may have either sign: pixels stop early where rare bright samples are missing, or rare dark ones.
+    assert!(z.abs() > 5.2, "no bias of greedy sampling found: {z}");
 }
 
 #[test]
@@ -170,7 +170,7 @@ fn bars_of_unflagged_pixels_cover_as_often_as_they_say() {
     }
 }
 
-/// All that a film tells: bits of the picture and counts.
+/// The output of a film: the bits of the image and the sample counts.
 fn bits(film: &Film) -> (Vec<[u32; 3]>, Vec<u64>) {
     let image = film.develop();
     let pixels = image.pixels().iter();
@@ -203,7 +203,7 @@ fn pictures_do_not_depend_on_threads_or_tiles() {
         let counts = &one.0.1;
         assert!(
             counts.iter().min() < counts.iter().max(),
-            "{adaptive:?}: all the same"
+            "{adaptive:?}: all sample counts are equal"
         );
         for (threads, tile_size) in [(3, 32), (2, 5), (4, 1)] {
             assert!(
@@ -214,7 +214,7 @@ fn pictures_do_not_depend_on_threads_or_tiles() {
     }
 }
 
-/// Every pixel is the mean of its first samples, whichever it has.
+/// Asserts that every pixel is the mean of its first samples, however many it has.
 fn assert_means_of_first_samples(
     film: &Film,
     scene: &Scene,
@@ -263,7 +263,7 @@ fn every_pixel_is_the_mean_of_samples_that_can_be_replayed() {
     }
 }
 
-/// Ends a render once it has so many samples.
+/// Cancels a render once it has this number of samples.
 struct EndsAfter {
     samples: u64,
     so_far: AtomicU64,
@@ -361,7 +361,7 @@ fn a_budget_of_the_pilot_alone_is_the_uniform_picture() {
     }
 }
 
-/// The root of relMSE of a picture.
+/// The square root of an image's relMSE.
 fn error_of(picture: &Image, truth: &Image) -> f64 {
     let channels = |image: &Image| -> Vec<f64> {
         let pixels = image.pixels().iter();
@@ -419,8 +419,8 @@ fn an_error_that_is_asked_for_is_kept_foreseen_and_reached_with_fewer_samples() 
             spp[0],
             spp[1]
         );
-        // Of 16 renders of which 95 % keep it, fewer than 12 do with probability 1e-3.
-        assert!(kept >= 12, "{kept} of {renders}");
+        // If each of 16 renders reaches the target with probability 95 %, fewer than 12 do so with probability 1e-3.
+        assert!(kept >= 12, "{kept} of {renders} renders reach the target");
         assert!(mean > 0.7, "{mean}");
         assert!(off < 1.7_f64.ln(), "{}", off.exp());
         assert!(spp[0] < spp[1], "{spp:?}");
@@ -447,7 +447,9 @@ fn greed_needs_an_error_to_stop_at() {
         adaptive: Adaptive::Greedy,
         ..settings(&description, 0, 16)
     };
-    let error = settings.validate((8, 8)).expect_err("no error to stop at");
+    let error = settings
+        .validate((8, 8))
+        .expect_err("there is no error target");
     assert!(error.to_string().contains("--error"), "{error}");
     settings.budget = to_error(0.5, None);
     assert!(settings.validate((8, 8)).is_ok());

@@ -1,5 +1,5 @@
-//! Adaptive sampling of pixels that are random numbers of which all is known: what it gives to each, that two phases have no
-//! bias and greed has.
+//! Adaptive sampling of pixels that are random numbers of known distribution: the sample counts, that two-phase sampling is
+//! unbiased, and that greedy sampling is biased.
 
 use crate::common::TestRng;
 use crate::common::verdict::assert_mean;
@@ -9,7 +9,7 @@ use etendue::internals::math::stats::Moments;
 use etendue::internals::render::adaptive::allocation::Allocation;
 use etendue::internals::render::adaptive::{SampleAllocation, SampleAllocator};
 
-/// A square film of so many pixels along its edge, with counts.
+/// A square film of `edge` pixels along each edge, with sample counts per pixel.
 fn film_of(edge: u32) -> Film {
     let window = Window {
         x: 0,
@@ -20,7 +20,7 @@ fn film_of(edge: u32) -> Film {
     Film::new(window, edge).with_counts()
 }
 
-/// Brings every pixel to its count, with samples that are `value` of the pixel and a random number.
+/// Adds samples to every pixel up to its count; each is `value` of the pixel's index and a uniform number.
 fn fill(film: &mut Film, counts: &[u64], rng: &mut TestRng, value: impl Fn(usize, f32) -> f32) {
     let tile = &mut film.tiles_mut()[0];
     let now = tile.counts.as_mut().expect("it has counts");
@@ -34,12 +34,12 @@ fn fill(film: &mut Film, counts: &[u64], rng: &mut TestRng, value: impl Fn(usize
     tile.samples = now.iter().copied().min().expect("there are pixels");
 }
 
-/// `height` with probability 1 / `height`: the mean is 1.
+/// A sample of `height` with probability 1 / `height`, else 0: the mean is 1.
 fn rare(height: f32) -> impl Fn(usize, f32) -> f32 + Copy {
     move |_, u| if u * height < 1.0 { height } else { 0.0 }
 }
 
-/// Means of films of 16 x 16 pixels, of which a pilot decides up to which counts they go.
+/// The means of films of 16 x 16 pixels, whose sample counts are determined by a pilot.
 fn two_phase(seeds: u64, level: u64, value: impl Fn(usize, f32) -> f32 + Copy) -> Moments {
     Moments::of((0..seeds).map(|seed| {
         let (mut film, mut rng) = (film_of(16), TestRng::new(seed));
@@ -52,7 +52,7 @@ fn two_phase(seeds: u64, level: u64, value: impl Fn(usize, f32) -> f32 + Copy) -
 
 #[test]
 fn rare_events_have_their_mean_in_two_phases() {
-    // Standard errors that find a bias of 1 % for sure.
+    // The standard errors are small enough to detect a bias of 1 % reliably.
     for (height, seeds) in [(20.0, 3000), (200.0, 12_000)] {
         let means = two_phase(seeds, 64, rare(height));
         println!(
@@ -62,7 +62,7 @@ fn rare_events_have_their_mean_in_two_phases() {
         );
         assert_mean("two phases", &means, 1.0, 1.9e-3);
     }
-    // A quarter of the picture where they are rare, beside one where they are not.
+    // A quarter of the image with rare events, the rest with frequent ones.
     let patch = |i: usize, u: f32| {
         let is_rare = i % 16 < 8 && i < 128;
         rare(if is_rare { 50.0 } else { 2.0 })(i, u)
@@ -72,7 +72,8 @@ fn rare_events_have_their_mean_in_two_phases() {
 
 #[test]
 fn pixels_that_asked_their_own_pilot_would_lose_their_mean() {
-    // What the test above is to find: who saw something goes on, who did not stops, to about the same number in all.
+    // The bias that the test above would detect: pixels with variance in their own pilot continue, the others stop, at about
+    // the same total sample count.
     let means = Moments::of((0..200).map(|seed| {
         let (mut film, mut rng) = (film_of(16), TestRng::new(seed));
         fill(&mut film, &[16; 256], &mut rng, rare(20.0));
@@ -103,7 +104,7 @@ fn rare_events_lose_their_mean_where_pixels_stop_by_themselves() {
             film.mean()[0]
         }));
         println!("{height}: {:.4}", means.mean());
-        // Of 5120 pixels, of which each ends near 0 or near 1; which error exactly stops a pixel counts little.
+        // The mean of 5120 pixels, each of which ends near 0 or near 1; the exact error at which a pixel stops matters little.
         assert!((means.mean() - expected).abs() < 0.03, "{}", means.mean());
     }
 }
@@ -128,29 +129,35 @@ fn no_pixel_is_asked_about_itself() {
         let mut changed = 0;
         for i in 0..256 {
             if colour(i) == colour(strange) {
-                assert_eq!(unusual[i], usual[i], "{strange} tells of {i}");
+                assert_eq!(
+                    unusual[i], usual[i],
+                    "pixel {strange} changes the count of pixel {i}"
+                );
             } else {
                 changed += u32::from(unusual[i] != usual[i]);
             }
         }
-        assert!(changed > 10, "{strange} tells of nobody");
+        assert!(changed > 10, "pixel {strange} changes too few counts");
     }
 }
 
 #[test]
 fn samples_are_given_to_the_noise_and_none_is_lost() {
     let (mut film, mut rng) = (film_of(16), TestRng::new(1));
-    // The left half has 16 times the standard deviation, of the same mean.
+    // The left half has 16 times the standard deviation, at the same mean.
     let noise = |i: usize, u: f32| 1.0 + if i % 16 < 8 { 0.8 } else { 0.05 } * (u - 0.5);
     fill(&mut film, &[64; 256], &mut rng, noise);
     let allocation = Allocation::by_pilot(&film, 64);
     for level in [64, 80, 128, 1024, 1 << 20] {
         let counts = allocation.counts(&[64; 256], level);
         let sum: u64 = counts.iter().sum();
-        // To a round of batches for each colour.
+        // Up to one round of batches for each colour of the checkerboard.
         assert!(sum.abs_diff(256 * level) <= 32, "{level}: {sum}");
         assert!(counts.iter().all(|n| n % 4 == 0 && *n >= 64));
-        assert!(counts.iter().all(|&n| 10 * n >= level), "{level}: starved");
+        assert!(
+            counts.iter().all(|&n| 10 * n >= level),
+            "{level}: a pixel below the minimum count"
+        );
         let worth = allocation.worth(level);
         let back = allocation.level_of(worth);
         assert!((back / level as f64 - 1.0).abs() < 0.01, "{level}: {back}");
@@ -162,7 +169,7 @@ fn samples_are_given_to_the_noise_and_none_is_lost() {
             .map(|i| counts[i]);
         of.sum::<u64>() as f64
     };
-    // Away from the border the quiet half has the least share, an eighth of the mean before scaling.
+    // Away from the border the half with little noise has the minimum share, an eighth of the mean before scaling.
     let ratio = far(0..4) / far(12..16);
     assert!((8.0..16.0).contains(&ratio), "{ratio}");
 }
@@ -180,7 +187,7 @@ fn samples_that_take_more_rays_are_fewer() {
         let far = (0..256).filter(|i| columns.contains(&(i % 16)));
         far.map(|i| counts[i]).sum::<u64>() as f64
     };
-    // The root of what they cost, but for what the noise of the pilot does to the means over four columns.
+    // The square root of the ratio of costs, up to the noise of the pilot in the means over four columns.
     let ratio = of(12..16) / of(0..4);
     assert!((ratio - 3.0).abs() < 0.3, "{ratio}");
 }

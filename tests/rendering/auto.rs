@@ -1,4 +1,4 @@
-//! `auto` gives the picture of the integrator that it names, always names the same, and names one that suits the scene.
+//! `auto` renders the image of the integrator that it selects, always selects the same, and selects one that suits the scene.
 
 use crate::common::furnished::{glass, matte, outside, small_light};
 use crate::common::room::room;
@@ -10,7 +10,7 @@ use etendue::internals::render::settings::Adaptive;
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::session::{Session, tracing};
 
-/// A bulb in a shade that is open above and below: all but two spots has its light from ceiling and floor.
+/// A bulb in a shade that is open above and below: all but two spots is lit indirectly, by ceiling and floor.
 fn shaded() -> SceneDescription {
     room(
         r#"
@@ -37,7 +37,7 @@ radius = 0.02
     )
 }
 
-/// A mirror under a point light, whose light no path from the eye finds by way of it.
+/// A mirror under a point light, whose reflection in it no camera path can sample.
 fn mirrored_point() -> SceneDescription {
     room(
         r#"
@@ -59,7 +59,7 @@ intensity = 1
     )
 }
 
-/// The scene in pixels enough for a pilot.
+/// A session of the scene with enough pixels for a pilot.
 fn session(scene: SceneDescription, threads: usize) -> Session {
     let mut scene = scene;
     scene.film.size = (64, 64);
@@ -80,7 +80,7 @@ fn options(integrator: IntegratorKind) -> RenderOptions {
 fn recommended(session: &Session, options: &RenderOptions) -> Recommendation {
     session
         .recommend(options, &Unwatched)
-        .expect("a valid scene and valid wishes")
+        .expect("a valid scene and valid options")
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn the_picture_is_that_of_the_integrator_that_it_names() {
         let session = session(scene, 2);
         let see = |integrator| {
             let rendering = session.render(&options(integrator), &Unwatched);
-            rendering.expect("valid wishes")
+            rendering.expect("valid options")
         };
         let auto = see(IntegratorKind::Auto);
         let told = auto.recommendation().expect("it was left to auto");
@@ -114,15 +114,15 @@ fn it_names_what_suits_the_scene() {
     let path = &[IntegratorKind::Path][..];
     let both_ends = &[IntegratorKind::Bidirectional, IntegratorKind::Metropolis];
     for (what, scene, expected, says) in [
-        ("matte", matte(), path, "nothing else"),
+        ("matte", matte(), path, "no other integrator"),
         (
             "a ball of glass under a large lamp",
             glass(0.0),
             path,
-            "nothing else",
+            "no other integrator",
         ),
-        ("a small lamp", small_light(), path, "nothing else"),
-        ("a lamp in a shade", shaded(), both_ends, "hard to reach"),
+        ("a small lamp", small_light(), path, "no other integrator"),
+        ("a lamp in a shade", shaded(), both_ends, "rarely find"),
         (
             "a mirror",
             mirrored_point(),
@@ -148,14 +148,14 @@ fn what_settings_leave_out_is_not_chosen() {
     options.adaptive = Some(Adaptive::TwoPhase);
     let told = recommended(&session, &options);
     assert_eq!(told.integrator, IntegratorKind::Path);
-    assert!(told.why.contains("path alone"), "{told:?}");
+    assert!(told.why.contains("only path"), "{told:?}");
     assert!(session.render(&options, &Unwatched).is_ok());
 }
 
 #[test]
 fn a_biased_integrator_is_named_and_not_chosen() {
     let told = recommended(&session(matte(), 2), &options(IntegratorKind::Auto));
-    let option = told.option.expect("all is matte there");
+    let option = told.option.expect("all materials are matte");
     assert!(option.contains("irradiance-cache") && option.contains("biased"));
     // A mirror is not matte.
     let told = recommended(&session(outside(), 2), &options(IntegratorKind::Auto));

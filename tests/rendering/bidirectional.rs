@@ -1,8 +1,8 @@
-//! Bidirectional path tracing estimates what path tracing does: in every part of the picture, for each number of bounces,
-//! each kind of light and each effect; and its error bars tell the truth.
+//! Tests that bidirectional path tracing agrees with path tracing in every part of the image, for each number of
+//! bounces, each kind of light and each effect, and that its error bars are calibrated.
 //!
-//! Splats of one light path fall on several pixels. So pictures are compared by their blocks of pixels over independent
-//! renders, by Welch's test with Student's distribution, at a significance of 1e-4 for all tests of this file together.
+//! Splats of one light subpath fall on several pixels. Images are therefore compared by their blocks of pixels over
+//! independent renders, by Welch's t-test, at a significance of 1e-4 for all tests of this file together.
 
 use crate::common::furnished::{glass, glossy, matte, outside, small_light};
 use crate::common::generated::Generator;
@@ -23,10 +23,10 @@ use etendue::internals::scene::description::{
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::sync::Arc;
 
-/// Independent renders of each picture.
+/// Number of independent renders of each image.
 const RENDERS: u64 = 12;
 
-/// Blocks of a picture along each axis.
+/// Number of blocks of an image along each axis.
 const BLOCKS: u32 = 4;
 
 pub fn settings(scene: &SceneDescription, integrator: IntegratorKind, spp: u64) -> RenderSettings {
@@ -38,7 +38,7 @@ pub fn settings(scene: &SceneDescription, integrator: IntegratorKind, spp: u64) 
     }
 }
 
-/// The moments over several renders of each block, row by row, and last of the whole picture: for each channel.
+/// The moments over several renders of each block's mean, row by row, and last of the whole image's: for each channel.
 fn seen(scene: &SceneDescription, settings: &RenderSettings) -> Vec<[Moments; 3]> {
     let ready = ready(scene, Backend::ALL[0]);
     let mut blocks = vec![[Moments::default(); 3]; (BLOCKS * BLOCKS + 1) as usize];
@@ -70,8 +70,8 @@ fn seen(scene: &SceneDescription, settings: &RenderSettings) -> Vec<[Moments; 3]
     blocks
 }
 
-/// Welch's test of every block and channel, of some three thousand in this file. The standard error of the whole has to be
-/// below `power` of it.
+/// Compares every block and channel by Welch's test; there are about three thousand tests in this file. The relative
+/// standard error of the whole image has to be below `power`.
 fn assert_same(what: &str, a: &[[Moments; 3]], b: &[[Moments; 3]], power: f64) {
     let significance = sidak(1e-4, 6000);
     for (block, (a, b)) in a.iter().zip(b).enumerate() {
@@ -82,7 +82,7 @@ fn assert_same(what: &str, a: &[[Moments; 3]], b: &[[Moments; 3]], power: f64) {
             if off <= 1e-6 * a.mean().abs() {
                 continue;
             }
-            // Welch and Satterthwaite.
+            // Welch-Satterthwaite degrees of freedom.
             let degrees = sum * sum
                 / squares
                     .map(|s| s * s / (RENDERS - 1) as f64)
@@ -93,7 +93,7 @@ fn assert_same(what: &str, a: &[[Moments; 3]], b: &[[Moments; 3]], power: f64) {
             let t = off / sum.sqrt();
             assert!(
                 t < limit,
-                "{what}, block {block}, channel {channel}: {} and {}, {t:.2} standard errors apart, of {limit:.2}",
+                "{what}, block {block}, channel {channel}: {} and {}, {t:.2} standard errors apart, limit {limit:.2}",
                 a.mean(),
                 b.mean()
             );
@@ -113,7 +113,7 @@ fn assert_same(what: &str, a: &[[Moments; 3]], b: &[[Moments; 3]], power: f64) {
     );
 }
 
-/// An integrator and `path` on a scene, with so many samples a pixel of each in each render.
+/// Compares an integrator with `path` on a scene, each with its number of samples per pixel in each render.
 pub fn compare_with_path(
     what: &str,
     scene: &SceneDescription,
@@ -134,7 +134,7 @@ pub fn compare_with_path(
     assert_same(what, &a, &b, power);
 }
 
-/// The same of bidirectional path tracing, without a limit of bounces.
+/// Compares bidirectional path tracing with `path`, without a limit on bounces.
 fn compare(what: &str, scene: &SceneDescription, spp: [u64; 2], power: f64) {
     compare_limited(what, scene, spp, power, None);
 }
@@ -181,8 +181,8 @@ fn light(model: LightModel) -> LightDescription {
     }
 }
 
-/// Things of several kinds in a room without a lamp. No delta lobes: path tracing finds nothing that a light without a size throws
-/// through smooth glass.
+/// Objects of several materials in a room without a lamp. They have no delta lobes, because path tracing cannot find
+/// caustics of delta lights.
 fn unlit() -> SceneDescription {
     room(
         r#"
@@ -264,7 +264,7 @@ fn every_kind_of_light_is_found_from_both_ends() {
     let mut scene = unlit();
     scene.lights.push(light(environment));
     scenes.push(("environment", scene.clone()));
-    // All at once, so that one is chosen among many, under a plain sky.
+    // All lights at once, so that one of many is sampled.
     for (_, other) in &scenes[..6] {
         scene.lights.extend(other.lights.iter().cloned());
         scene
@@ -279,7 +279,7 @@ fn every_kind_of_light_is_found_from_both_ends() {
 
 #[test]
 fn shading_normals_are_the_same_from_both_ends() {
-    // Normals that are up to 55 degrees from the geometric ones: of matte, rough, mirroring and transparent stones.
+    // Shading normals up to 55 degrees off the geometric ones, on diffuse, mirror, smooth glass and rough glass shapes.
     let mut scene = room(LAMP);
     let materials = [
         MaterialModel::Diffuse {
@@ -312,8 +312,8 @@ fn shading_normals_are_the_same_from_both_ends() {
     compare("stones", &scene, [64, 256], 0.01);
 }
 
-/// Scenes with lenses, motion, instances, textures, normal maps, surfaces that are partly there or have one side: by a light
-/// path as by an eye path. Scenes in which path tracing converges too slowly to say anything are not counted.
+/// Light and camera subpaths agree in scenes with lenses, motion, instances, textures, normal maps, alpha and one-sided
+/// surfaces. Effects for which path tracing converges too slowly are left out of some scenes.
 #[test]
 fn random_scenes_are_the_same_from_both_ends() {
     let mut generator = Generator::new(42);
@@ -332,7 +332,7 @@ fn random_scenes_are_the_same_from_both_ends() {
     }
 }
 
-/// Pictures of parts, through wide filters, also with negative lobes, and through a lens.
+/// Crops with wide filters, one of them with negative lobes, and with a lens and motion.
 #[test]
 fn filters_crops_and_lenses_take_splats_as_they_take_samples() {
     let mut scene = matte();
@@ -360,7 +360,7 @@ fn filters_crops_and_lenses_take_splats_as_they_take_samples() {
     }
 }
 
-/// The variance that renders claim for their pixels is that of renders among one another, in the mean over the picture.
+/// The variance that renders estimate for their pixels equals the variance between renders, averaged over the image.
 #[test]
 fn error_bars_hold_what_splats_add_to_the_noise() {
     let scene = glass(0.0);
@@ -380,14 +380,14 @@ fn error_bars_hold_what_splats_add_to_the_noise() {
         let values = estimates.iter().map(|it| it[pixel].mean[1]);
         let spread = Moments::of(values).variance().expect("many renders");
         let stated = estimates.iter().map(|it| it[pixel].variance[1]);
-        // Relative, so that bright pixels do not decide alone.
+        // Relative to the mean, so that bright pixels do not dominate.
         let mean = Moments::of(estimates.iter().map(|it| it[pixel].mean[1])).mean();
         claimed += Moments::of(stated).mean() / (mean * mean);
         true_one += spread / (mean * mean);
     }
     let ratio = claimed / true_one;
     println!("claimed over true variance {ratio:.3}");
-    // 256 pixels with 47 degrees of freedom each tell it to 1.3 %, were they normal; caustics are not.
+    // 256 pixels with 47 degrees of freedom each give a precision of 1.3 % for normal values; caustics are not normal.
     assert!((ratio - 1.0).abs() < 0.15, "{ratio}");
 }
 
@@ -405,8 +405,8 @@ fn threads_and_tiles_change_no_bit() {
         (film.develop(), film.develop_half(), film.error_bars())
     };
     let one = picture(1, 16);
-    assert!(one == picture(4, 16), "threads");
-    assert!(one == picture(3, 5), "tiles");
+    assert!(one == picture(4, 16), "the image depends on threads");
+    assert!(one == picture(3, 5), "the image depends on tiles");
 }
 
 #[test]
@@ -418,12 +418,12 @@ fn adaptive_sampling_is_refused_with_another_way() {
     };
     let error = settings
         .validate(scene.film.size)
-        .expect_err("it is refused");
+        .expect_err("it is not supported");
     assert!(error.to_string().contains("--integrator path"), "{error}");
 }
 
-/// From within a ball of glass, a wall in it: light that has come into glass is thinned, and what leaves it again has it undone, so
-/// that only what is scattered inside can tell.
+/// A wall inside a glass ball, seen from inside. Radiance is scaled when it enters glass and scaled back when it leaves,
+/// so that only scattering inside the glass reveals a wrong factor.
 #[test]
 fn a_wall_within_glass_is_lit_the_same_from_both_ends() {
     let scene = crate::common::scene_folder::load_text(
@@ -464,8 +464,8 @@ radius = 0.3
     compare_limited("a wall within glass", &scene, [256, 2048], 0.02, Some(2));
 }
 
-/// A mirror beside a floor, and a spot that shines on nothing but the mirror; or, for the same light, a spot behind where the
-/// mirror was.
+/// A floor beside a mirror, and a spot light that illuminates only the mirror; or, without the mirror, the spot light's
+/// mirror image, which gives the same illumination.
 pub fn by_a_mirror(is_there: bool) -> SceneDescription {
     let (x, intensity) = if is_there {
         (0.5, 4.0)
@@ -512,8 +512,8 @@ intensity = {intensity}
     ))
 }
 
-/// By a mirror nothing but walks from the spot find light, so that their way of scattering power counts in full: at a stone
-/// whose shading normals are up to 55 degrees from the geometric ones.
+/// With the mirror only light subpaths from the spot find light, so their importance scattering (the adjoint BSDF) has
+/// full weight: at a shape whose shading normals are up to 55 degrees off the geometric ones.
 #[test]
 fn a_stone_scatters_power_as_it_scatters_radiance() {
     let with = |integrator, is_there, spp, max_bounces| {
@@ -531,7 +531,8 @@ fn a_stone_scatters_power_as_it_scatters_radiance() {
     assert_same("a stone by a mirror", &mirror, &image, 0.02);
 }
 
-/// What path tracing cannot find at all: light of a point that a mirror throws on a floor. It is that of the point's image.
+/// A caustic of a delta light, which path tracing cannot find: a mirror reflects a spot light onto a floor. The result
+/// equals the illumination by the light's mirror image.
 #[test]
 fn what_a_mirror_throws_of_a_point_is_the_light_of_its_image() {
     let with = |integrator, is_there, spp, max_bounces| {

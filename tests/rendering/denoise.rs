@@ -1,27 +1,27 @@
-//! The noise filter on pictures whose truth is known: what it keeps, what it gains, and what it says of its own error.
+//! The noise filter on images with known pixels: its bias, its reduction of noise, and its estimate of its own error.
 
 use crate::common::TestRng;
 use etendue::internals::image::{Image, Layer, LayeredImage};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::post::denoise::{Denoiser, Filtered, Noisy};
 
-/// Samples of a pixel are dealt out to as many batches, half of which make a half of the picture.
+/// The number of batches to which the samples of a pixel are distributed; half of the batches make the half image.
 const BATCHES: usize = 16;
 
-/// A picture whose pixels are known, with what first hits tell of it.
+/// An image with known pixels.
 struct Truth {
     size: [usize; 2],
     pixel: fn(f32, f32) -> [f32; 3],
 }
 
-/// One sample of noise about 0, with variance 1.
+/// Draws a sample of noise with mean 0 and variance 1.
 type Noise = fn(&mut TestRng) -> f32;
 
 fn uniform(rng: &mut TestRng) -> f32 {
     12.0_f32.sqrt() * (rng.uniform() - 0.5)
 }
 
-/// One sample in a hundred is ten, the others make up for it.
+/// One sample in a hundred is ten; the others are slightly negative, so that the mean is 0.
 fn fireflies(rng: &mut TestRng) -> f32 {
     let x = if rng.uniform() < 0.01 { 1.0 } else { 0.0 };
     (x - 0.01) / (0.01_f32 * 0.99).sqrt()
@@ -36,7 +36,7 @@ impl Truth {
         pixels.collect()
     }
 
-    /// The picture from `n` samples a pixel, whose noise is a share of its brightness.
+    /// The image from `n` samples per pixel, whose noise is `share` times the pixel's brightness.
     fn noisy(&self, n: usize, share: f32, noise: Noise, seed: u64) -> LayeredImage {
         let mut rng = TestRng::new(seed);
         let truth = self.pixels();
@@ -61,7 +61,7 @@ impl Truth {
         self.layered(planes)
     }
 
-    /// A picture, one half of it and its standard errors, with first hits of a flat white wall.
+    /// An image with the layers of its half image, its standard errors, and the first hits of a flat white wall.
     fn layered(&self, planes: [Vec<f32>; 9]) -> LayeredImage {
         let [width, height] = self.size;
         let pixels = (0..width * height).map(|i| Rgb::from([0, 1, 2].map(|c| planes[c][i])));
@@ -97,14 +97,14 @@ fn filtered(picture: &LayeredImage) -> Filtered {
     filtered.expect("this filter cannot fail")
 }
 
-/// The mean of the squared error over pixels and channels, relative as relMSE is.
+/// The relative mean squared error (relMSE) over pixels and channels.
 fn rel_mse(image: &Image, truth: &[[f32; 3]]) -> f64 {
     let pixels: Vec<Rgb> = truth.iter().map(|&pixel| Rgb::from(pixel)).collect();
     let reference = Image::new(image.width(), image.height(), pixels);
     etendue::internals::image::metrics::rel_mse(image, &reference).expect("the same size")
 }
 
-/// A wall with a slope of light, the edge of a shadow, a texture, a thin line and a dim colour.
+/// A wall with a gradient of light, the edge of a shadow, a texture, a thin line and a dim channel.
 fn wall(x: f32, y: f32) -> [f32; 3] {
     let slope = 0.3 + 0.4 * x;
     let shadow = if x + 0.3 * y > 0.7 { 0.3 } else { 1.0 };
@@ -143,8 +143,8 @@ fn what_is_constant_stays_as_it_is_to_the_bit() {
     }
 }
 
-/// Weights of one half know nothing of the noise in the other: where the truth is flat, filtered values have its mean,
-/// also where rare samples carry much of it. 36 pictures tell a mean to 0.1 %, so that 0.7 % would be found.
+/// The weights from one half are independent of the noise in the other: where the truth is flat, filtered values have its
+/// mean, also where rare samples carry much of it. 36 images determine the mean to 0.1 %, so that 0.7 % would be detected.
 #[test]
 fn noise_of_any_distribution_keeps_its_mean() {
     for noise in [uniform as Noise, fireflies] {
@@ -153,7 +153,7 @@ fn noise_of_any_distribution_keeps_its_mean() {
             .collect();
         let moments = etendue::internals::math::stats::Moments::of(means);
         let error = moments.standard_error().expect("36 pictures");
-        assert!(error < 1.5e-3, "no power: {error}");
+        assert!(error < 1.5e-3, "too noisy for a conclusion: {error}");
         let z = (moments.mean() - 1.0) / error;
         assert!(
             z.abs() < 4.5,
@@ -176,7 +176,7 @@ fn noise_falls_and_its_estimate_with_it() {
         assert!(after < before / 4.0, "{n}: {before} before, {after} after");
         let ratio = filtered.error.expect("it is not black") / after.sqrt();
         assert!((0.65..1.5).contains(&ratio), "{n}: {ratio}");
-        // And for each pixel, over the picture: the mean of the squares of the stated errors.
+        // Also for single pixels: the sum over the image of the squares of the stated errors.
         let stated: f64 = filtered
             .errors
             .pixels()
@@ -192,13 +192,13 @@ fn noise_falls_and_its_estimate_with_it() {
     }
 }
 
-/// While the noise falls by 4096, the error falls by more than 1000, which a bias that stays would not let it; and it stays
-/// below that of the unfiltered picture.
+/// While the variance of the noise falls by a factor of 4096, the squared error falls by more than 1000, which a constant bias
+/// would prevent; and it stays below that of the unfiltered image.
 #[test]
 fn bias_vanishes_as_the_noise_does() {
     let truth = WALL.pixels();
     let errors = [16, 256, 4096, 65_536].map(|n| {
-        // n samples have the noise of 16 of a smaller variance.
+        // The noise of n samples is that of 16 samples with a smaller variance.
         let share = (16.0 / n as f32).sqrt();
         let picture = WALL.noisy(16, share, uniform, 5);
         let after = rel_mse(&filtered(&picture).image, &truth);
@@ -223,7 +223,7 @@ fn the_bits_do_not_depend_on_threads() {
 
 #[test]
 fn edges_between_first_hits_are_not_crossed() {
-    // Two walls of the same brightness at another angle each: noise of one does not reach the other.
+    // Two walls with different normals: the noise of one does not reach the other.
     let mut picture = FLAT.noisy(16, 1.0, uniform, 9);
     let [width, height] = FLAT.size;
     let is_left = |i: usize| i % width < width / 2;

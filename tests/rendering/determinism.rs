@@ -1,4 +1,4 @@
-//! The picture depends on the scene, the seed and the samples alone: not on threads, tiles, or the scene's units.
+//! The image depends on the scene, the seed and the samples alone: not on threads, tiles, or the scene's units.
 
 use crate::common::scene_folder::{SMALL, in_repository, load_text, picture};
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
@@ -34,7 +34,7 @@ fn moved(scene: &SceneDescription, factor: f64, by: DVec3) -> SceneDescription {
     moved
 }
 
-/// Scales every length that is written in the scene, instead of its transforms.
+/// Scales every length in the scene's description, instead of its transforms.
 fn rewritten(scene: &SceneDescription, factor: f64) -> SceneDescription {
     let mut scaled = scene.clone();
     let camera = &mut scaled.camera;
@@ -68,13 +68,13 @@ fn rewritten(scene: &SceneDescription, factor: f64) -> SceneDescription {
                 *min *= factor;
                 *max *= factor;
             }
-            other => panic!("{other:?} would not be scaled"),
+            other => panic!("no scaling implemented for {other:?}"),
         }
     }
     scaled
 }
 
-/// The Cornell box, smaller and through a lens.
+/// The Cornell box, at a lower resolution and through a lens.
 fn cornell_box() -> SceneDescription {
     let path = in_repository("scenes/cornell-box/cornell-box.toml");
     let mut scene = load(&path).expect("it is valid");
@@ -83,7 +83,7 @@ fn cornell_box() -> SceneDescription {
     scene
 }
 
-/// Equal bits; `assert_eq` would print all pixels.
+/// Asserts that pixels are bit-identical; `assert_eq` would print all of them.
 #[track_caller]
 fn assert_same(got: &Image, want: &Image, what: &str) {
     let differ = |(a, b): &(_, _)| a != b;
@@ -93,10 +93,10 @@ fn assert_same(got: &Image, want: &Image, what: &str) {
         .zip(want.pixels())
         .filter(differ)
         .count();
-    assert_eq!(differing, 0, "{what}: so many pixels differ");
+    assert_eq!(differing, 0, "{what}: number of pixels that differ");
 }
 
-/// Surfaces at exactly the same place, of which each ray sees one: which one is a matter of how rays are traced together.
+/// Coincident surfaces, of which each ray hits one: which one could depend on how rays are traced together.
 fn coincident() -> SceneDescription {
     let mut text = String::from(
         "version = 1\n[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n[film]\nsize = [24, 16]\n",
@@ -174,7 +174,7 @@ fn a_sample_does_not_depend_on_those_that_are_taken_with_it() {
 fn threads_and_tiles_change_nothing() {
     let scene = load_text(SMALL);
     for sampler in SamplerKind::ALL {
-        // 37 samples are passes of 1, 1, 2, 4, 8, 16 and 5.
+        // 37 samples are taken in passes of 1, 1, 2, 4, 8, 16 and 5.
         let base = RenderSettings {
             sampler: *sampler,
             threads: 1,
@@ -255,7 +255,7 @@ fn units_that_differ_by_a_power_of_two_change_nothing() {
 
 #[test]
 fn a_scene_far_from_the_origin_looks_the_same() {
-    // Places are rounded to 2^-29 there, in double precision: only a path that grazes an edge may take another way.
+    // Positions are rounded to 2^-29 there, in double precision: only a path that grazes an edge may differ.
     for scene in [load_text(SMALL), cornell_box()] {
         for sampler in SamplerKind::ALL {
             let settings = RenderSettings {

@@ -1,5 +1,5 @@
-//! A scene pays only for the effects that it calls for, and gets the same picture: every kernel that fits a scene gives
-//! the image of the kernel with everything, bit for bit, and state of absent effects has no size.
+//! Tests that a scene pays only for the effects that it uses, and gets the same image: every kernel that supports a scene
+//! gives the image of the kernel with all effects, bit for bit, and the state of absent effects has no size.
 
 use crate::common::generated::{Generator, SIZE};
 use crate::common::scene::{diffuse, looking, rectangle, sky, surface};
@@ -39,7 +39,7 @@ fn ready(description: &SceneDescription, backend: Backend) -> Scene {
     prepare(description, options).expect("a valid scene").scene
 }
 
-/// The picture that one kernel makes.
+/// Renders a scene with one kernel.
 fn picture(description: &SceneDescription, scene: &Scene, kernel: Option<Kernel>) -> Image {
     let settings = RenderSettings {
         kernel,
@@ -48,11 +48,11 @@ fn picture(description: &SceneDescription, scene: &Scene, kernel: Option<Kernel>
     };
     let filter = Filter::new(&description.film.filter);
     let rendered = render(scene, &filter, SIZE, &settings, &Unwatched).expect("the kernel fits");
-    assert_eq!(rendered.rejected.count, 0, "not finite");
+    assert_eq!(rendered.rejected.count, 0, "samples that are not finite");
     rendered.film.develop()
 }
 
-/// Renders with every kernel that fits, and compares bit for bit.
+/// Renders with every kernel that supports the scene, and compares bit for bit.
 fn every_fitting_kernel_agrees(
     name: &str,
     description: &SceneDescription,
@@ -78,7 +78,7 @@ fn every_fitting_kernel_agrees(
 fn scenes_of_ours() -> Vec<PathBuf> {
     fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
         for entry in std::fs::read_dir(folder).expect("scenes/ is readable") {
-            let path = entry.expect("as is its entry").path();
+            let path = entry.expect("a readable entry").path();
             if path.is_dir() {
                 walk(&path, found);
             } else if path.extension().is_some_and(|e| e == "toml") {
@@ -149,7 +149,8 @@ fn a_scene_is_not_rendered_by_a_kernel_that_lacks_one_of_its_effects() {
         ..RenderSettings::new(SIZE, 1)
     };
     let filter = Filter::new(&scene.film.filter);
-    let error = render(&ready, &filter, SIZE, &settings, &Unwatched).expect_err("no sky");
+    let error = render(&ready, &filter, SIZE, &settings, &Unwatched)
+        .expect_err("the kernel has no environment");
     assert!(error.to_string().contains("environment"), "{error}");
 }
 
@@ -158,12 +159,12 @@ fn state_of_absent_effects_has_no_size() {
     assert!(Matte::SET.len() == 1 && Everything::SET == EffectSet::ALL);
     assert_eq!(size_of::<State<Off, [f32; 3]>>(), 0);
     assert_eq!(size_of::<State<On, [f32; 3]>>(), 12);
-    // A time, the scale of roulette and what the ray leaves, in a structure whose size goes in steps of a vector's 16 bytes.
+    // Time, eta scale and excluded primitive; the size of the structure is a multiple of 16 bytes, a vector's alignment.
     assert_eq!(
         size_of::<PathState<Everything>>() - size_of::<PathState<Matte>>(),
         32
     );
-    // A texture coordinate, the shading normal and whether it is the geometric one, likewise.
+    // Texture coordinate, shading normal and whether it is the geometric one; also a multiple of 16 bytes.
     assert_eq!(
         size_of::<Interaction<Everything>>() - size_of::<Interaction<Matte>>(),
         32
@@ -221,12 +222,12 @@ fn what_says_nothing_is_folded_away() {
             .findings
             .iter()
             .find(|finding| finding.effect == effect);
-        finding.expect("every effect has one").why.clone()
+        finding.expect("every effect has a finding").why.clone()
     };
     for (effect, words) in [
         (Effect::Textures, "one colour"),
         (Effect::Alpha, "alpha of 1"),
-        (Effect::Motion, "stands still"),
+        (Effect::Motion, "does not move"),
         (Effect::Environment, "is black"),
         (Effect::DeltaLights, "is black"),
         (Effect::AreaLights, "is black"),
@@ -238,7 +239,7 @@ fn what_says_nothing_is_folded_away() {
             why(effect)
         );
     }
-    // An environment of one colour is a constant one.
+    // An environment map of one colour becomes a constant environment.
     scene.lights = vec![LightDescription {
         place: Place::default(),
         model: LightModel::Environment {

@@ -1,7 +1,7 @@
-//! Error bars cover the truth as often as they say, and where they do not, they say so.
+//! Error bars have their nominal coverage, and pixels where they do not are flagged.
 //!
-//! Every pixel of a closed form is a number with a known expectation: the share of seeds for which its interval holds it is
-//! a binomial number. Bars of whole pictures are held against pictures of many more samples.
+//! Every pixel of a closed form has a known expectation: the share of seeds for which its interval contains it is a binomial
+//! variable. Bars of whole images are compared with images of many more samples.
 
 use crate::common::closed_forms::parallel_rectangle;
 use crate::common::error_bars::{Coverage, Kept, settings};
@@ -55,7 +55,7 @@ fn bars_of_closed_forms_cover_as_often_as_they_say() {
 
 #[test]
 fn bars_of_rare_events_are_flagged() {
-    // Directions by the cosine meet the lamp with the probability of its form factor: the planted events of row 63.
+    // Cosine-distributed directions hit the lamp with the probability of its form factor: the planted events of row 63.
     for (side, probability) in [(0.056, 1e-3), (0.0177, 1e-4)] {
         let half = side / 2.0;
         let lamp = rectangle([-half, 1.0, -half], [side, 0.0, 0.0], [0.0, 0.0, side]);
@@ -80,17 +80,17 @@ fn bars_of_rare_events_are_flagged() {
     }
 }
 
-/// A room with a lamp and a ball of metal, given how rough that is.
+/// A room with a lamp and a metal sphere of this roughness.
 fn room_with_metal(roughness: f64) -> SceneDescription {
     let mut description = with_metal_ball(roughness, [0.3, 0.5, 0.0], 0.5);
     description.film.size = (32, 32);
     description
 }
 
-/// What the room with the roughest metal looks like; made once for all tests, since it takes half a minute.
+/// The reference film of the room with the roughest metal; rendered once for all tests, since it takes half a minute.
 static MATTE_ROOM: LazyLock<Film> = LazyLock::new(|| truth(1.0, 1 << 15));
 
-/// A picture of the room with so many samples.
+/// A reference film of the room with `spp` samples per pixel.
 fn truth(roughness: f64, spp: u64) -> Film {
     let description = room_with_metal(roughness);
     let scene = ready(&description, Backend::ALL[0]);
@@ -98,7 +98,7 @@ fn truth(roughness: f64, spp: u64) -> Film {
     film(&scene, &description, &truth)
 }
 
-/// The coverage of 20 pictures of a room, given how rough its metal is and what it looks like.
+/// The coverage of 20 images of a room, given the roughness of its metal and its reference film.
 fn of_room(roughness: f64, truth: &Film, sampler: SamplerKind, spp: u64) -> Coverage {
     let description = room_with_metal(roughness);
     let scene = ready(&description, Backend::ALL[0]);
@@ -124,7 +124,7 @@ fn bars_of_a_picture_cover_as_often_as_they_say() {
 
 #[test]
 fn bars_of_pixels_that_rare_events_have_yet_to_reach_cover_by_their_neighbours() {
-    // Paths from the floor over the metal to the lamp are rare and bright: by its own samples alone one pixel in eight would
+    // Paths from the floor via the metal to the lamp are rare and bright: from its own samples alone one pixel in eight would
     // have a bar that is far too short.
     let coverage = of_room(0.3, &truth(0.3, 1 << 14), SamplerKind::Sobol, 256);
     assert_eq!(coverage.miscalibrated(), None);
@@ -139,7 +139,7 @@ fn an_error_that_is_asked_for_is_kept_and_hardly_undercut() {
         for target in [0.08, 0.04] {
             let kept = Kept::of((&scene, &description), (sampler, target), 24, &MATTE_ROOM);
             println!("| {}, {target} |{kept}", sampler.name());
-            // Of 24 renders of which 95 % keep it, fewer than 19 do with probability 1e-3.
+            // If each of 24 renders keeps it with probability 95 %, fewer than 19 do with probability 1e-3.
             assert!(kept.kept >= 19, "{kept}");
             assert!(kept.mean() > 0.75, "{kept}");
             assert!(kept.foreseen() > 0.7, "{kept}");

@@ -1,5 +1,5 @@
-//! The integrators of the course estimate the same integral: each agrees with `path` in every part of the picture, for
-//! each number of bounces, with any roulette; and those that are no path tracers agree with closed forms.
+//! The integrators of the course estimate the same integral: each agrees with `path` in every tile of the image, for
+//! each number of bounces, with any roulette; and those that are not path tracers agree with closed forms.
 //!
 //! Tiles are compared by Welch's test, at a significance of 1e-4 for all tests of this file together.
 
@@ -20,7 +20,7 @@ use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-/// The path tracers of the course but the last.
+/// The path tracers of the course except the last.
 const COURSE: [IntegratorKind; 5] = [
     IntegratorKind::Naive,
     IntegratorKind::EmitOrReflect,
@@ -48,7 +48,7 @@ fn settings(
     }
 }
 
-/// Mean and squared standard error of a channel, of each tile and, last, of the whole picture.
+/// The mean and squared standard error of a channel, for each tile and, last, for the whole image.
 fn means(film: &Film, channel: usize) -> Vec<(f64, f64)> {
     let mean_of = |parts: &mut dyn ExactSizeIterator<Item = (f64, f64)>| {
         let count = parts.len() as f64;
@@ -70,10 +70,10 @@ fn means(film: &Film, channel: usize) -> Vec<(f64, f64)> {
     means
 }
 
-/// Welch's test of every tile and of the whole, whose standard error has to be below `power` of it; the tests of this
-/// file are about three thousand.
+/// Asserts equal means by Welch's test of every tile and of the whole image, whose relative standard error has to be below
+/// `power`. The tests of this file are about three thousand.
 fn assert_same(what: &str, a: &Film, b: &Film, power: f64) {
-    // Sixteen pixels of a tile have three degrees of freedom each.
+    // Each of the sixteen pixels of a tile has three degrees of freedom.
     let limit = student_quantile_of(48.0, 1.0 - 0.5 * sidak(1e-4, 3000));
     for channel in 0..3 {
         let pairs = means(a, channel).into_iter().zip(means(b, channel));
@@ -97,7 +97,7 @@ fn assert_same(what: &str, a: &Film, b: &Film, power: f64) {
 
 #[test]
 fn every_path_tracer_agrees_with_path() {
-    // The greatest standard error of the whole picture, with which a bias of five times as much is found for sure.
+    // The largest allowed relative standard error of the whole image; a bias of five times as much is detected reliably.
     let scenes = [
         ("matte", matte(), 0.01),
         ("glossy", glossy(), 0.02),
@@ -110,8 +110,8 @@ fn every_path_tracer_agrees_with_path() {
         let path = rendered(scene, &settings(scene, IntegratorKind::Path, 1, 1 << 12));
         for integrator in COURSE {
             if integrator == IntegratorKind::Naive && *name == "rough glass" {
-                // Every vertex in the glass doubles the throughput by the coin, and a uniform direction multiplies its
-                // square by more than 1/2 in the mean: the variance is infinite, and no standard error means anything.
+                // At every vertex in the glass the coin flip doubles the throughput, and a uniform direction multiplies its
+                // square by more than 1/2 on average: the variance is infinite, and the standard error is meaningless.
                 continue;
             }
             let spp = match integrator {
@@ -170,7 +170,7 @@ fn no_roulette_changes_the_mean() {
 
 #[test]
 fn lights_of_every_kind_are_found_by_those_who_look_for_them() {
-    // Four lights, one of them a picture of the sky, two of them without a size.
+    // Four lights, one of them an environment map, two of them delta lights.
     let mut scene = outside();
     let lights = room(
         r#"
@@ -205,7 +205,7 @@ intensity = 2
         let other = rendered(&scene, &settings(&scene, integrator, 8, 1 << 12));
         assert_same(integrator.name(), &other, &path, 0.01);
     }
-    // Those who do not look for lights say that they miss some.
+    // Integrators without light sampling report that they miss delta lights.
     let effects = ready(&scene, Backend::ALL[0]).effects;
     assert!(effects.has(Effect::DeltaLights));
     for integrator in COURSE {
@@ -222,7 +222,7 @@ intensity = 2
 
 #[test]
 fn lamps_that_are_no_lights_to_look_for_are_found_by_scattering() {
-    // A sphere that moves is in no list of lights, and here the list is empty.
+    // A moving sphere is not in the list of lights, so that the list is empty here.
     let mut scene = floor_below(GeometryDescription::Sphere {
         center: 2.0 * DVec3::Y,
         radius: 1.0,
@@ -246,7 +246,7 @@ fn lamps_that_are_no_lights_to_look_for_are_found_by_scattering() {
     }
 }
 
-/// One number for each pixel, all of which look at the same point.
+/// The moments over pixels that all see the same point.
 fn seen(
     scene: &SceneDescription,
     integrator: IntegratorKind,
@@ -292,7 +292,7 @@ fn direct_light_is_that_of_the_closed_forms() {
         ("sphere", sphere, 0.25),
     ] {
         let scene = floor_below(lamp);
-        // What a scattered ray finds does not depend on the kind of lamp: one is enough.
+        // Scattered rays hit any shape of lamp in the same way: one shape is enough.
         let by_scattering = [
             (IntegratorKind::DirectDirectional, 1 << 15),
             (IntegratorKind::Bsdf, 1 << 15),
@@ -324,7 +324,7 @@ fn ambient_occlusion_is_the_share_of_the_sky() {
     let open = 1.0 - 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
     let ambient = |far| seen(&scene, IntegratorKind::AmbientOcclusion, 1 << 14, far);
     assert_mean("unlimited", &ambient(None), open, 0.002);
-    // Of the square at height 1, a distance of sqrt(4/3) reaches a disk of radius sqrt(1/3).
+    // Rays of length sqrt(4/3) reach a disk of radius sqrt(1/3) on the square at height 1.
     let near = 1.0 - (1.0 / 3.0) / (1.0 / 3.0 + 1.0);
     assert_mean(
         "limited",
@@ -364,7 +364,7 @@ fn variance_falls_as_one_over_n_and_faster_for_sobol_points_on_smooth_pixels() {
         let products = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>();
         products / points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>()
     };
-    // 2048 pixels tell each variance to 3 %, and the slope to 0.01.
+    // 2048 pixels determine each variance to 3 %, and the slope to 0.01.
     let independent = slope(SamplerKind::Independent);
     assert!((independent + 1.0).abs() < 0.05, "{independent}");
     let sobol = slope(SamplerKind::Sobol);
@@ -405,7 +405,7 @@ fn the_test_of_tiles_finds_a_bias_and_only_that() {
             &settings(&scene, IntegratorKind::Path, seed, 1 << 10),
         )
     };
-    // z-scores of tiles of the same integrator are those of a normal distribution.
+    // The z-scores of tiles of the same integrator are normally distributed.
     let normal = Normal::standard();
     let mut cells = [0_u32; 8];
     for seed in 0..16 {
@@ -418,7 +418,7 @@ fn the_test_of_tiles_finds_a_bias_and_only_that() {
     }
     let p = uniformity(&cells);
     assert!(p > 1e-4, "{cells:?}: p = {p}");
-    // A scene that is brighter by one part in a hundred is told apart.
+    // A scene that is brighter by 1 % is detected.
     let mut brighter = scene.clone();
     for shape in &mut brighter.shapes {
         if let Some(etendue::internals::scene::description::ColourDescription::Constant(light)) =

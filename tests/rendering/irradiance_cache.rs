@@ -1,4 +1,5 @@
-//! The irradiance cache is as wrong as its bound allows and no more: by a closed form at every point, and by the path tracer.
+//! Tests that the error of the irradiance cache stays within its bound: against a closed form at every point, and
+//! against the path tracer.
 
 use crate::common::furnished::furnished;
 use crate::common::room::{LAMP, room};
@@ -42,11 +43,11 @@ fn what_it_tells_is_within_the_bound_of_the_truth() {
         assert!(told.worst < bound && told.known > 0.9, "{bound} {told:?}");
         counts.push(told.records);
     }
-    // A quarter of the bound is half the distance.
+    // A quarter of the error bound halves the spacing of records.
     assert!(counts[1] > 2 * counts[0], "{counts:?}");
 }
 
-/// Means over quarters.
+/// The moments of luminance in each quadrant of the image.
 fn tiles(film: &Film) -> Vec<Moments> {
     let image = film.develop();
     let side = image.width() as usize;
@@ -61,12 +62,12 @@ fn tiles(film: &Film) -> Vec<Moments> {
 #[test]
 fn a_room_is_as_path_shows_it() {
     let mut description = furnished();
-    // So large that the cache tells most of it: a smaller one is left to paths.
+    // Large enough that the cache is used for most of the image: smaller images are left to path tracing.
     description.film.size = (64, 64);
     let scene = ready(&description, Backend::ALL[0]);
     let bound = 0.3;
     for max_bounces in [None, Some(2)] {
-        // Of both, some pictures that know nothing of each other.
+        // Several independent images of both integrators.
         let pictures = |integrator, count: u64, spp| -> Vec<Vec<Moments>> {
             let one = |seed| {
                 let settings = RenderSettings {
@@ -87,13 +88,13 @@ fn a_room_is_as_path_shows_it() {
                 Moments::of(pictures.iter().map(|tiles| tiles[tile].mean()))
             };
             let (a, b) = (means(&cached), means(&path));
-            let error = |it: &Moments| it.standard_error().expect("there are some");
+            let error = |it: &Moments| it.standard_error().expect("several images");
             let noise = quantile * error(&a).hypot(error(&b));
-            // Of 8 numbers each: Student's t has heavier tails than the normal distribution.
+            // The factor 2 allows for the heavier tails of Student's t with 8 images each.
             let allowed = 2.0 * noise + bound * b.mean();
             assert!(
                 noise < 0.06 * b.mean(),
-                "the test can tell nothing: {noise} {}",
+                "inconclusive: noise {noise}, mean {}",
                 b.mean()
             );
             println!(
@@ -148,7 +149,7 @@ fn the_same_bits_on_any_number_of_threads_and_for_one_pixel_alone() {
                 pair.iter()
                     .all(|path| path.events.last().is_some_and(is_known))
             })
-            .expect("the cache knows most of the picture");
+            .expect("the cache is used for most pixels");
         let mean = pixels
             .iter()
             .fold(Rgb::BLACK, |sum, path| sum + path.radiance)
@@ -172,7 +173,7 @@ fn an_interrupted_overture_leaves_what_there_is() {
     };
     let (some, _) = cache_prepass(&scene, &filter, &settings, &watch);
     let (all, rays) = cache_prepass(&scene, &filter, &settings, &|_, _| true);
-    let [some, all] = [some, all].map(|cache| cache.expect("it is the integrator's"));
+    let [some, all] = [some, all].map(|cache| cache.expect("the integrator has a cache"));
     assert_eq!(calls.get(), 3);
     assert!((1..all.records().len()).contains(&some.records().len()));
     assert_eq!(some.records(), &all.records()[..some.records().len()]);
@@ -203,7 +204,7 @@ motion = [{{ time = 0, transform = [{{ translate = [0, 0, 0] }}] }}, {{ time = 1
         &settings,
         &Unwatched,
     );
-    let error = refused.expect_err("it moves").to_string();
+    let error = refused.expect_err("the scene has motion").to_string();
     assert!(error.contains("--integrator path"), "{error}");
     assert!(replay(&scene, &filter, &settings, [0, 0], 0).is_err());
 }

@@ -1,5 +1,5 @@
-//! The thin lens in pictures: a lens of no width is a pinhole bit for bit, and what is out of focus is blurred by the
-//! circle of confusion. Its closed form is row 45 of the battery.
+//! Images of the thin lens: a lens of radius 0 is a pinhole bit for bit, and objects out of focus are blurred by the circle of
+//! confusion. Its closed form is row 45 of the battery.
 
 use crate::common::scene::{diffuse, gallery, keys, looking, picture, rectangle, see, surface};
 use crate::common::verdict::assert_mean;
@@ -21,11 +21,15 @@ fn a_lens_of_no_width_is_a_pinhole_bit_for_bit() {
         let mut scene = gallery();
         scene.camera.lens_radius = 0.1;
         scene.camera.focus_distance = 2.0;
-        assert_ne!(picture(&scene, backend, 4), pinhole, "a lens shows");
+        assert_ne!(
+            picture(&scene, backend, 4),
+            pinhole,
+            "a lens changes the image"
+        );
     }
 }
 
-/// Far from all edges, a lens of 1e-8 sees what a pinhole sees.
+/// Far from all edges, a lens of radius 1e-8 gives the radiance of a pinhole.
 #[test]
 fn a_tiny_lens_is_as_good_as_a_pinhole() {
     for &backend in Backend::ALL {
@@ -46,16 +50,19 @@ fn a_tiny_lens_is_as_good_as_a_pinhole() {
                     apart <= tolerance,
                     "{focus_distance}: {apart} > {tolerance}"
                 );
-                assert!(joint <= 2e-3 * pinhole.mean(), "too noisy to tell: {joint}");
+                assert!(
+                    joint <= 2e-3 * pinhole.mean(),
+                    "too noisy for a conclusion: {joint}"
+                );
             }
         }
     }
 }
 
-/// Radiance 1 on the half-plane x >= `edge` at z = 0, seen around the origin from a height.
+/// A half-plane x >= `edge` at z = 0 with radiance 1, seen around the origin from a height.
 fn half_plane(edge: f64, height: f64, lens_radius: f64, focus_distance: f64) -> SceneDescription {
     let mut scene = looking(height * DVec3::Z, DVec3::ZERO, diffuse(0.0));
-    // As far as any ray goes, and no farther: single precision is shared by the whole scene.
+    // As large as rays can reach, and no larger: the absolute precision depends on the size of the scene.
     let far = 1.0 + 4.0 * lens_radius * f64::abs(height / focus_distance - 1.0);
     let half = rectangle([edge, -far, 0.0], [far, 0.0, 0.0], [0.0, 2.0 * far, 0.0]);
     scene.shapes = vec![surface(half, 1.0)];
@@ -66,7 +73,7 @@ fn half_plane(edge: f64, height: f64, lens_radius: f64, focus_distance: f64) -> 
 
 #[test]
 fn an_edge_in_focus_is_sharp() {
-    // A patch of 1e-4 about the origin, and the rounding of a lens a thousand times as wide.
+    // Edges outside a patch of 1e-4 about the origin, with a margin for the rounding of a lens a thousand times as wide.
     for (edge, radiance) in [(-2.5e-4, 1.0), (2.5e-4, 0.0)] {
         let scene = half_plane(edge, 2.0, 0.3, 2.0);
         for &backend in Backend::ALL {
@@ -76,8 +83,8 @@ fn an_edge_in_focus_is_sharp() {
     }
 }
 
-/// The lens moves with its camera: an edge seen through a lens that flies along it is as blurred as ever, and turning the
-/// lens about its axis changes nothing.
+/// The lens moves with its camera: moving the camera along an edge does not change the blur of the edge, nor does turning the
+/// lens about its axis.
 #[test]
 fn a_lens_moves_with_its_camera() {
     for x in [-0.5, 0.2, 0.8] {

@@ -1,4 +1,4 @@
-//! Pictures: the integrators, their samples, their error bars, what is made of them.
+//! Rendered images: the integrators, their samples, their error bars, and post-processing.
 
 #[path = "../common/mod.rs"]
 mod common;

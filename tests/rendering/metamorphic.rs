@@ -1,6 +1,6 @@
-//! How the picture changes with the scene, where that is known exactly: brighter lamps, other units, another place, surfaces
-//! that are there twice, inside out, in another order, along other axes. On generated scenes and with every backend;
-//! `determinism.rs` asks the same of whole pictures with the preferred one.
+//! Metamorphic tests: changes of the scene whose effect on the image is known exactly. Lights are scaled, units and
+//! position changed; surfaces are duplicated, turned inside out, reordered, and rotated to other axes. They run on
+//! generated scenes with every backend; `determinism.rs` does the same for whole images with the preferred backend.
 
 use crate::common::generated::{Generator, SIZE};
 use crate::common::scene::{ready, see};
@@ -19,7 +19,7 @@ use etendue::internals::scene::description::{
 };
 use std::sync::Arc;
 
-/// Scenes with random effects: the index, the backend that is its turn, and the scene.
+/// Scenes with random effects: the index, one backend in turn, and the scene.
 fn generated(seed: u64, count: usize) -> impl Iterator<Item = (usize, Backend, SceneDescription)> {
     let mut generator = Generator::new(seed);
     (0..count).map(move |index| {
@@ -42,27 +42,27 @@ fn picture(description: &SceneDescription, backend: Backend, settings: &RenderSe
     let filter = Filter::new(&description.film.filter);
     let size = description.film.size;
     let rendered = render(&scene, &filter, size, settings, &Unwatched).expect("valid settings");
-    assert_eq!(rendered.rejected.count, 0, "not finite");
+    assert_eq!(rendered.rejected.count, 0, "samples that are not finite");
     rendered.film.develop()
 }
 
-/// Equal bits, after the second picture was multiplied.
+/// Asserts that the first image equals `factor` times the second one, bit for bit.
 #[track_caller]
 fn assert_same(what: &str, got: &Image, want: &Image, factor: f32) {
     let pairs = got.pixels().iter().zip(want.pixels());
     let bits = |colour: etendue::internals::math::rgb::Rgb| colour.to_array().map(f32::to_bits);
     let differing = pairs.filter(|(got, want)| bits(**got) != bits(**want * factor));
-    assert_eq!(differing.count(), 0, "{what}: so many pixels differ");
+    assert_eq!(differing.count(), 0, "{what}: number of pixels that differ");
 }
 
-/// Equal but for the rounding of places: a path that grazes an edge may take another way.
+/// Asserts equality up to the rounding of positions, by which a path near an edge may diverge.
 #[track_caller]
 fn assert_close(what: &str, got: &Image, want: &Image) {
     let error = metrics::rel_mse(got, want).expect("same size").sqrt();
-    assert!(error <= 1e-4, "{what}: {error}");
+    assert!(error <= 1e-4, "{what}: root of relMSE {error}");
 }
 
-/// Equal but for the rounding of places in all but a few pixels: few samples that graze an edge make a pixel another.
+/// Asserts equality up to the rounding of positions in all but a few pixels, where samples near an edge may differ.
 #[track_caller]
 fn assert_mostly_close(what: &str, got: &Image, want: &Image) {
     let pairs = got.pixels().iter().zip(want.pixels());
@@ -79,7 +79,7 @@ fn assert_mostly_close(what: &str, got: &Image, want: &Image) {
     );
 }
 
-/// Everything that shines, so many times brighter.
+/// The scene with all lights and emission multiplied by `factor`.
 fn brighter(scene: &SceneDescription, factor: f32) -> SceneDescription {
     let scaled = |colour: &mut ColourDescription| match colour {
         ColourDescription::Constant(constant) => *constant *= factor,
@@ -101,14 +101,14 @@ fn brighter(scene: &SceneDescription, factor: f32) -> SceneDescription {
                 *intensity *= factor;
             }
             LightModel::Distant { irradiance, .. } => *irradiance *= factor,
-            other => panic!("{other:?} would not be scaled"),
+            other => panic!("{other:?} is not scaled by this test"),
         }
     }
     scene
 }
 
-/// The whole scene, turned by `turn`, scaled by `factor` and moved; point lights shine so much brighter that nothing else
-/// changes.
+/// The whole scene, rotated by `turn`, scaled by `factor` and translated; the intensity of point and spot lights is
+/// scaled so that the image stays the same.
 fn moved(scene: &SceneDescription, turn: DMat3, factor: f64, by: DVec3) -> SceneDescription {
     let matrix = DAffine3::from_mat3_translation(factor * turn, by);
     let within = |keys: &mut Vec<Key>| {
@@ -156,7 +156,7 @@ fn moved(scene: &SceneDescription, turn: DMat3, factor: f64, by: DVec3) -> Scene
                 *intensity *= area;
             }
             LightModel::Distant { direction, .. } => *direction = turn * *direction,
-            other => panic!("{other:?} would not be moved"),
+            other => panic!("{other:?} is not moved by this test"),
         }
     }
     scene
@@ -232,7 +232,7 @@ fn threads_and_tiles_change_nothing_with_any_backend() {
     }
 }
 
-/// Of these effects, those of scenes whose shapes are opaque, and whose lamps are not shapes.
+/// The subset of these effects with opaque shapes and without area lights.
 fn opaque(wanted: EffectSet) -> EffectSet {
     use Effect::{Alpha, AreaLights, Transmission};
     let others = wanted.without(Transmission).without(Alpha);
@@ -245,7 +245,7 @@ fn an_opaque_shape_that_is_there_twice_looks_as_if_it_were_there_once() {
     for index in 0..12 {
         let wanted = opaque(generator.wanted());
         let mut scene = generator.scene(wanted);
-        // Two-sided: of two faces back to back, which one a ray meets first is left open.
+        // Two-sided, because either of two coincident faces may be hit first.
         scene
             .materials
             .iter_mut()
@@ -300,7 +300,7 @@ fn shapes_in_another_order_look_the_same() {
             .iter()
             .cloned()
             .partition(|shape| shape.emission.is_some());
-        // Lamps keep theirs: it says which random number picks which.
+        // Area lights keep their order, as it determines which random number selects which light.
         others.reverse();
         others.append(&mut lamps);
         let reversed = SceneDescription {
@@ -351,10 +351,10 @@ fn two_sided_triangles_look_the_same_inside_out() {
 
 #[test]
 fn no_axis_is_special() {
-    // x to y, y to z, z to x.
+    // Maps x to y, y to z and z to x.
     let turn = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
     for (index, backend, mut scene) in generated(17, 12) {
-        // The pixels become replicates of one.
+        // All pixels see the same point and are replicates.
         scene.camera.fov = 1e-4;
         scene.film.size = (8, 4);
         let turned = moved(&scene, turn, 1.0, DVec3::ZERO);
@@ -365,7 +365,7 @@ fn no_axis_is_special() {
         let error = a.1.hypot(b.1);
         let what = format!("scene {index}, {}: {a:?}, turned {b:?}", backend.name());
         assert!((a.0 - b.0).abs() <= 5.2 * error + 4e-6 * a.0, "{what}");
-        assert!(error <= 0.05 * a.0, "not precise enough: {what}");
+        assert!(error <= 0.05 * a.0, "inconclusive: {what}");
     }
 }
 

@@ -1,5 +1,5 @@
-//! Metropolis light transport has the mean of path tracing, from the first step of the shortest chain on, and the error that it
-//! says.
+//! Metropolis light transport has the mean of path tracing, from the first step of the shortest chain on, and its stated
+//! errors are correct.
 
 use super::bidirectional::{compare_with_path, settings};
 use crate::common::error_bars::Coverage;
@@ -43,7 +43,7 @@ fn it_agrees_for_every_number_of_bounces() {
     }
 }
 
-/// Each render has 512 chains of 8 steps: thousands in all, too short to forget where they began.
+/// Each render has 512 chains of 8 steps: thousands in all, too short to become independent of their initial states.
 #[test]
 fn short_chains_are_unbiased() {
     compare("short chains", &glass(0.0), [16, 128], 0.03, None);
@@ -72,11 +72,11 @@ fn error_bars_hold_the_spread_of_chains() {
     }
     let ratio = claimed / true_one;
     println!("claimed over true variance {ratio:.3}");
-    // 256 pixels, of which neighbours move together, with 31 degrees of freedom each.
+    // 256 pixels with 31 degrees of freedom each; neighbours are correlated.
     assert!((ratio - 1.0).abs() < 0.15, "{ratio}");
 }
 
-/// One step of each batch for a pixel says nothing of it; 64 steps do.
+/// One step per pixel in each batch is too few for the batches to agree; 64 steps are enough.
 #[test]
 fn chains_that_have_not_found_the_same_are_told_from_those_that_have() {
     let scene = glass(0.0);
@@ -105,7 +105,7 @@ fn where_no_light_is_found_the_render_says_so() {
     assert!(error.to_string().contains("found any light"), "{error}");
 }
 
-/// Chains stay long where they are; their batches know nothing of each other all the same.
+/// Successive states of a chain are strongly correlated; the batches of chains are independent of each other nevertheless.
 #[test]
 fn bars_that_are_trusted_cover_as_often_as_they_say() {
     let scene = matte();
@@ -127,7 +127,7 @@ fn bars_that_are_trusted_cover_as_often_as_they_say() {
     };
     for coverage in [coverage(64, 8), coverage(8192, 8)] {
         assert!(coverage.flagged() < 0.1, "{}", coverage.flagged());
-        // Some 2000 intervals, of which neighbours move together.
+        // About 2000 intervals; neighbours are correlated.
         assert_eq!(coverage.miscalibrated(), None);
     }
 }

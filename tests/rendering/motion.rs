@@ -1,5 +1,5 @@
-//! Motion in pictures: what stands still is bit-identical to the same without keys, and what moves is the average over
-//! the time that the shutter is open, in closed form and on every backend.
+//! Motion blur: static objects with keys are bit-identical to those without keys, and moving ones match closed forms of the
+//! average over the time that the shutter is open, on every backend.
 
 use crate::common::closed_forms::parallel_rectangle;
 use crate::common::quadrature::integrate;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 const SHUTTER: [f64; 2] = [0.0, 1.0];
 const ALBEDO: f32 = 0.5;
 
-/// Holds the mean of what is seen against its exact value, on all backends; a standard error of `power` is enough.
+/// Asserts that the rendered mean is the exact value, on all backends, with a relative standard error of at most `power`.
 fn check(what: &str, scene: &SceneDescription, bounces: u32, exact: f64, power: f64) {
     for &backend in Backend::ALL {
         let spp = if bounces == 0 { 1 << 12 } else { 1 << 14 };
@@ -32,13 +32,13 @@ fn check(what: &str, scene: &SceneDescription, bounces: u32, exact: f64, power: 
     }
 }
 
-/// Ways of writing that something stays where `there` takes it, with the shutter: row 44 of the catalogue of hard cases.
+/// Sets of keys, each with a shutter, that leave an object at `there`: row 44 of the catalogue of hard cases.
 fn standing(
     there: DVec3,
     at: impl Fn(DVec3) -> DAffine3,
 ) -> Vec<(&'static str, [f64; 2], Vec<Key>)> {
     let far = DVec3::new(-3.0, 8.0, 5.0);
-    // At a quarter of the way, exactly: 4 p - 3 q is as far behind p as 3 (p - q) is before it.
+    // Exactly p at a quarter of the way: 0.75 q + 0.25 (4 p - 3 q) = p, with p = `there` and q = `far`.
     let behind = 4.0 * there - 3.0 * far;
     vec![
         (
@@ -92,7 +92,11 @@ fn what_stands_still_is_bit_identical_to_the_same_without_keys() {
         let mut written = gallery();
         written.shapes[0].transform = at(there);
         let shape_written = picture(&written, backend, 4);
-        assert_ne!(shape_written, picture(&gallery(), backend, 4), "it shows");
+        assert_ne!(
+            shape_written,
+            picture(&gallery(), backend, 4),
+            "the transform changes the image"
+        );
         let mut written = gallery();
         as_instance(&mut written, at(there), vec![]);
         let instance_written = picture(&written, backend, 4);
@@ -134,7 +138,7 @@ fn what_stands_still_is_bit_identical_to_the_same_without_keys() {
     }
 }
 
-/// A wall of radiance 1 at z = 0, seen in the middle from above.
+/// A wall of radiance 1 at z = 0, whose centre is seen from above.
 fn wall() -> SceneDescription {
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.0));
     scene.camera.shutter = SHUTTER;
@@ -143,7 +147,7 @@ fn wall() -> SceneDescription {
     scene
 }
 
-/// A black plate that starts at x = 0, halfway to the eye.
+/// A black plate that starts at x = 0, halfway to the camera.
 fn plate() -> GeometryDescription {
     rectangle([0.0, -1.0, 0.5], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0])
 }
@@ -151,7 +155,7 @@ fn plate() -> GeometryDescription {
 #[test]
 fn an_occluder_hides_the_share_of_time_that_it_is_there() {
     for share in [0.03, 0.25, 0.5, 0.9] {
-        // With unit speed the edge passes the line of sight at that time.
+        // At unit speed the edge crosses the camera ray at the time `share`.
         let path = slide(-share * DVec3::X, (1.0 - share) * DVec3::X);
         let mut scene = wall();
         scene.shapes = vec![surface(plate(), 0.0)];
@@ -166,14 +170,14 @@ fn keys_count_while_the_shutter_is_open() {
     let at = |x: f64| DAffine3::from_translation(x * DVec3::X);
     let path = |time: f64| at(time - 2.0);
     for (name, shutter, keys, seen) in [
-        // The edge passes at 2.
+        // The edge crosses the camera ray at time 2.
         (
             "longer than the shutter",
             [1.0, 2.5],
             keys([(0.0, path(0.0)), (4.0, path(4.0))]),
             1.0 / 3.0,
         ),
-        // It stops for half of the time.
+        // The plate rests for half of the time.
         (
             "a rest",
             [0.0, 4.0],
@@ -185,14 +189,14 @@ fn keys_count_while_the_shutter_is_open() {
             ]),
             0.1875,
         ),
-        // Over the wall in the last tenth, at rest before and after.
+        // The plate moves in the last tenth, and rests before and after.
         (
             "a late start",
             [0.0, 1.0],
             keys([(0.9, at(-0.5)), (0.95, at(1.5))]),
             0.087_5,
         ),
-        // Back and forth: away for the middle half.
+        // The plate moves back and forth: the ray is free for half of the time, in the middle.
         (
             "and back",
             [0.0, 2.0],
@@ -250,7 +254,7 @@ fn an_emitting_disk_leaves_the_trace_of_its_chords() {
 
 #[test]
 fn a_camera_that_flies_over_a_checker_sees_each_field_for_its_time() {
-    // Fields of length 1 from -2 on, of radiance 1 and 3 in turn.
+    // Fields of length 1 from x = -2 on, of radiance 1 and 3 alternately.
     let exact = |from: f64, to: f64| {
         let radiance = |x: f64| {
             if x.floor().rem_euclid(2.0) < 0.5 {
@@ -282,8 +286,8 @@ fn a_camera_that_flies_over_a_checker_sees_each_field_for_its_time() {
     }
 }
 
-/// A blade turns evenly: over every angle it stands for the same time. On a chord from key to key it would hurry in the
-/// middle.
+/// A blade turns at constant angular speed: it covers every angle for the same time. With linear interpolation of points
+/// between keys it would be faster in the middle.
 #[test]
 fn a_turntable_turns_evenly() {
     // A wedge of 22.5 degrees whose tip is the axis.
@@ -314,8 +318,8 @@ fn a_turntable_turns_evenly() {
     }
 }
 
-/// Turning the camera about its eye, or moving it, is turning or moving everything else the other way. The lamp of the
-/// scene that moves, a ball, is found by scattering alone, that of the other one by light sampling, too.
+/// Rotating the camera about its position, or moving it, equals the inverse motion of everything else. The lamp, a ball, is
+/// hit by scattered rays alone if the scene moves, and sampled as a light, too, if the camera moves.
 #[test]
 fn a_camera_moves_as_if_everything_else_moved_the_other_way() {
     let ball = |center: [f64; 3], radius: f64| GeometryDescription::Sphere {
@@ -366,7 +370,7 @@ fn a_camera_moves_as_if_everything_else_moved_the_other_way() {
                 joint <= 5e-3 * a.mean(),
                 "{name}: too noisy to tell, {joint}"
             );
-            // It is not what the scene shows when nothing moves.
+            // The result differs from that of the static scene.
             let still = see(&room, backend, 1 << 10, Some(2), Roulette::None);
             assert!(
                 (still.mean() - a.mean()).abs() > 20.0 * joint,
@@ -376,7 +380,7 @@ fn a_camera_moves_as_if_everything_else_moved_the_other_way() {
     }
 }
 
-/// A floor at z = 0 whose middle is seen from 0.2 above it.
+/// A floor at z = 0 whose centre is seen from 0.2 above it.
 fn floor() -> SceneDescription {
     let eye = DVec3::new(0.15, 0.1, 0.2);
     let mut scene = looking(eye, DVec3::ZERO, diffuse(ALBEDO));
@@ -391,8 +395,8 @@ fn ceiling(z: f64) -> GeometryDescription {
     rectangle([-1.0, -1.0, z], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0])
 }
 
-/// The edge of a plate moves evenly across everything between a point of the floor and its light. What crosses the
-/// plate's plane at x is hidden for (x + 1 - c) / 2 of the time, and the mean of x over the light is 0.
+/// The edge of a plate moves at constant speed across all segments from a point of the floor to the light. A segment through
+/// the plate's plane at x is occluded for (x + 1 - c) / 2 of the time, and the mean of x over the light is 0.
 #[test]
 fn moving_shadows_average_over_time() {
     let lit = f64::from(ALBEDO) * 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
@@ -421,7 +425,7 @@ fn moving_shadows_average_over_time() {
     }
 }
 
-/// The mean of configuration factors, whichever way the lamp is found.
+/// The irradiance is the mean of configuration factors, with light sampling and with scattered rays.
 #[test]
 fn a_moving_lamp_lights_as_it_does_on_the_average() {
     for (height, from, to) in [(0.5, -1.5, 1.0), (1.0, 0.5, 3.0), (0.3, 0.0, 0.2)] {

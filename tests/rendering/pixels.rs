@@ -1,5 +1,5 @@
-//! What a pixel is: the mean of what is seen, weighted by the filter about the pixel's middle. Beside a straight edge that
-//! is the filter's integral beyond the edge, which has a closed form.
+//! Tests of pixel reconstruction: a pixel is the mean radiance weighted by the reconstruction filter about its centre. At
+//! a straight edge it is the filter's integral beyond the edge, which has a closed form.
 
 use crate::common::scene::{diffuse, looking, ready, rectangle, surface};
 use etendue::internals::accel::Backend;
@@ -10,11 +10,11 @@ use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::render::{Unwatched, render};
 use etendue::internals::scene::description::{CameraDescription, SceneDescription};
 
-/// Pixels across the edge, and along it, where they are replicates of one another.
+/// Number of pixels across the edge. Pixels along the edge are replicates.
 const ACROSS: u32 = 10;
 const ALONG: u32 = 32;
 
-/// Radiance 1 from beyond an edge so many pixels from the picture's left or, if `turned`, from its top.
+/// A scene with radiance 1 beyond an edge, which is `edge` pixels from the image's left or, if `turned`, from its top.
 fn half_lit(edge: f64, turned: bool) -> SceneDescription {
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.0));
     scene.film.size = if turned {
@@ -22,7 +22,7 @@ fn half_lit(edge: f64, turned: bool) -> SceneDescription {
     } else {
         (ACROSS, ALONG)
     };
-    // A pixel is 1/100 wide at the distance 1, rows go down.
+    // A pixel has width 1/100 at distance 1; rows run downwards.
     let pixel = 0.01;
     let fov = 2.0 * (0.5 * pixel * f64::from(scene.film.size.1)).atan();
     scene.camera = CameraDescription::pinhole(DAffine3::from_translation(DVec3::Z), fov);
@@ -40,7 +40,7 @@ fn half_lit(edge: f64, turned: bool) -> SceneDescription {
     scene
 }
 
-/// The integral of a filter over what is more than `d` pixels to one side of its middle.
+/// The integral of a filter over the half-plane more than `d` pixels to one side of its centre.
 fn beyond(filter: FilterDescription, d: f64) -> f64 {
     if d < 0.0 {
         return 1.0 - beyond(filter, -d);
@@ -49,7 +49,7 @@ fn beyond(filter: FilterDescription, d: f64) -> f64 {
     match filter.kind {
         FilterKind::Box => 0.5 * left / filter.radius,
         FilterKind::Tent => 0.5 * (left / filter.radius).powi(2),
-        // Of the published cubics, for a radius of 2.
+        // From the published cubics, for a radius of 2.
         FilterKind::Mitchell if d < 1.0 => {
             0.5 - (5.25 * d.powi(4) - 12.0 * d.powi(3) + 16.0 * d) / 18.0
         }
@@ -83,7 +83,7 @@ fn beside_an_edge_a_pixel_is_the_integral_of_its_filter() {
                 let exact = beyond(description, edge - (f64::from(i) + 0.5));
                 let error = seen.standard_error().expect("32 pixels");
                 let what = format!("{kind:?} {edge} {turned} {i}: {seen:?}, exact {exact}");
-                // The filter's table is within 1e-4 of its shape.
+                // The filter's table has an error of at most 1e-4.
                 assert!((seen.mean() - exact).abs() <= 5.2 * error + 2e-4, "{what}");
                 assert!(error <= 2e-3, "{what}");
             }

@@ -1,4 +1,4 @@
-//! A render that goes on has the picture of one that never stopped.
+//! A resumed render has the same image as one without interruption.
 
 use crate::common::scene::ready;
 use crate::common::scene_folder::{SMALL, load_text};
@@ -100,7 +100,7 @@ fn samples_in_parts_are_those_at_once() {
     }
 }
 
-/// Ends a render after so many tiles.
+/// Cancels a render after a number of tiles.
 struct Impatient {
     tiles: AtomicU64,
 }
@@ -132,7 +132,10 @@ fn an_interrupted_render_goes_on_and_loses_nothing() {
     assert!(parts.cancelled);
     let samples = parts.film.tiles().iter().map(|tile| tile.samples);
     let (least, most) = (samples.clone().min(), samples.max());
-    assert!(least < most, "it ended within a pass: {least:?} {most:?}");
+    assert!(
+        least < most,
+        "it was not cancelled within a pass: {least:?} {most:?}"
+    );
     stage
         .go_on(&settings, settings.budget, &mut parts, &Unwatched)
         .expect("valid settings");
@@ -147,7 +150,7 @@ struct Album(Mutex<Vec<Image>>);
 
 impl RenderObserver for Album {
     fn pass(&self, film: &Film) {
-        let mut album = self.0.lock().expect("nobody panics");
+        let mut album = self.0.lock().expect("no thread panicked");
         album.push(film.develop());
     }
 }
@@ -161,7 +164,7 @@ fn every_pass_shows_the_picture_so_far() {
     stage
         .go_on(&settings, settings.budget, &mut rendered, &album)
         .expect("valid settings");
-    let pictures = album.0.into_inner().expect("nobody panics");
+    let pictures = album.0.into_inner().expect("no thread panicked");
     // Passes of 1, 1 and 2 samples.
     assert_eq!(pictures.len(), 3);
     assert_eq!(
@@ -182,7 +185,7 @@ fn what_cannot_go_on_is_refused_and_stays() {
     let before = rendered.film.develop();
     let until = Budget::samples(32);
     let refused = stage.go_on(&adaptive, until, &mut rendered, &Unwatched);
-    let refused = refused.expect_err("it cannot go on");
+    let refused = refused.expect_err("it cannot be resumed");
     assert_eq!(refused.kind(), ErrorKind::Usage, "{refused}");
     assert_eq!(rendered.film.develop(), before);
 }

@@ -1,4 +1,5 @@
-//! Roulette ends paths by chance and changes no mean: on a surface whose lobes see light and darkness, and weigh less than 1.
+//! Russian roulette ends paths at random and does not change the mean: tested on a surface whose lobes see a lamp and
+//! darkness, with an albedo below 1.
 
 use crate::common::scene::{looking, see, surface};
 use etendue::internals::accel::Backend;
@@ -9,7 +10,7 @@ use etendue::internals::scene::description::{
     ColourDescription, GeometryDescription, MaterialModel, SceneDescription,
 };
 
-/// A floor with a highlight, and a lamp where its mirror direction leads.
+/// A floor with a highlight, and a lamp in its mirror direction.
 fn highlight() -> SceneDescription {
     let grey = |value: f32| ColourDescription::Constant(Rgb::grey(value));
     let model = MaterialModel::Phong {

@@ -1,4 +1,4 @@
-//! A session renders, goes on, answers rays, and builds nothing anew that has not changed.
+//! Tests of sessions: rendering, continuing a rendering, ray queries, and no rebuild of unchanged parts.
 
 use crate::common::scene_folder::{SMALL, load_text};
 use etendue::ErrorKind;
@@ -37,7 +37,7 @@ fn session(description: SceneDescription, backend: Backend) -> Session {
 
 fn picture(session: &Session, spp: u64) -> Image {
     let rendering = session.render(&RenderOptions::samples(spp), &Unwatched);
-    rendering.expect("valid wishes").image()
+    rendering.expect("valid options").image()
 }
 
 fn sphere(center: DVec3, radius: f64) -> GeometryDescription {
@@ -48,7 +48,7 @@ fn shape(name: &str, geometry: GeometryDescription) -> ShapeDescription {
     ShapeDescription::new(name, Place::default(), geometry)
 }
 
-/// A floor of many boxes, and a group of a stone and a lamp that stands aside of its middle.
+/// A floor of many boxes, and one instance, off the centre, of a group with a stone and a lamp.
 fn movable() -> SceneDescription {
     let eye = DVec3::new(0.0, 4.0, 8.0);
     let camera = CameraDescription::look_at(eye, DVec3::ZERO, DVec3::Y, 0.8).expect("a direction");
@@ -130,7 +130,7 @@ fn another_camera_builds_nothing_and_shows_what_it_should() {
         let work = changed.work();
         assert_eq!((work.builds, work.cameras, work.placements), (1, 2, 0));
         assert!(Arc::ptr_eq(&world, &changed.scene().world));
-        // The kernel that runs has lenses anyway: what the scene calls for is asked itself.
+        // The kernel in use may support lenses anyway, so the scene's own effects are checked.
         assert!(changed.scene().effects.has(Effect::Lens));
         assert_eq!(picture(&changed, 4), picture(&session(moved, backend), 4));
     }
@@ -151,7 +151,7 @@ fn another_place_builds_no_group_and_shows_what_it_should() {
         assert_eq!(changed.scene().world.groups().as_ptr(), shapes);
         let mut moved = movable();
         moved.instances[0].transform = turned;
-        // Most of the scene is where it was, so that its frame is the same: then every bit is.
+        // Most of the scene has not moved, so its normalisation is unchanged and the images are bit-identical.
         let after = picture(&changed, 4);
         assert_ne!(after, before);
         assert_eq!(after, picture(&session(moved, backend), 4), "{backend:?}");
@@ -174,14 +174,16 @@ fn a_change_that_is_refused_changes_nothing() {
     ] {
         session
             .set_transforms(&transforms)
-            .expect_err("it cannot stand there");
+            .expect_err("an invalid transform");
     }
     let mut camera = session.description().camera.clone();
     camera.fov = 4.0;
-    session.set_camera(camera).expect_err("too wide");
+    session
+        .set_camera(camera)
+        .expect_err("the field of view is too wide");
     let mut film = session.description().film.clone();
     film.size = (0, 5);
-    session.set_film(film).expect_err("empty");
+    session.set_film(film).expect_err("the film is empty");
     assert_eq!(session.work().builds + session.work().placements, 1);
     rendering
         .go_on(&session, Budget::samples(2), &Unwatched)
@@ -195,7 +197,7 @@ fn a_rendering_goes_on_until_its_scene_changes() {
     let whole = picture(&here, 6);
     let mut rendering = here
         .render(&RenderOptions::samples(2), &Unwatched)
-        .expect("valid wishes");
+        .expect("valid options");
     rendering.add_samples(&here, 4, &Unwatched).expect("valid");
     assert_eq!((rendering.spp(), rendering.image()), (6, whole.clone()));
     let elsewhere = session(movable(), Backend::ALL[0]);
@@ -203,7 +205,7 @@ fn a_rendering_goes_on_until_its_scene_changes() {
     here.set_camera(camera).expect("valid");
     for changed in [&here, &elsewhere] {
         let refused = rendering.add_samples(changed, 1, &Unwatched);
-        let refused = refused.expect_err("it is another scene");
+        let refused = refused.expect_err("the scene has changed");
         assert_eq!(refused.kind(), ErrorKind::Usage);
     }
     assert_eq!(rendering.image(), whole);
@@ -214,13 +216,13 @@ fn layers_are_there_for_those_who_ask() {
     let session = session(load_text(SMALL), Backend::ALL[0]);
     let mut options = RenderOptions::samples(16);
     let bare = session.render(&options, &Unwatched).expect("valid");
-    let bars = bare.error_bars().expect("there are sixteen samples");
+    let bars = bare.error_bars().expect("sixteen samples");
     assert!(bare.layered(&session).is_err());
     options.layers = true;
     let layered = session.render(&options, &Unwatched).expect("valid");
     assert_eq!(layered.error_bars().as_ref(), Some(&bars));
     let errors = bars.standard_errors;
-    let picture = layered.layered(&session).expect("as above");
+    let picture = layered.layered(&session).expect("layers were requested");
     let red: Vec<f32> = errors.pixels().iter().map(|p| p.to_array()[0]).collect();
     assert_eq!(picture.layer("se.R"), Some(red.as_slice()));
     assert!(picture.layer("albedo.G").is_some());
@@ -233,18 +235,18 @@ fn a_picture_that_fits_in_no_memory_is_refused() {
         size: (65536, 65536),
         ..session.description().film.clone()
     };
-    session.set_film(film).expect("a size");
+    session.set_film(film).expect("a valid size");
     let mut options = RenderOptions::samples(1);
     options.layers = true;
-    // 4 billion pixels of 96 bytes.
-    let error = session.start(&options).expect_err("400 gigabytes");
+    // 4 billion pixels of 96 bytes each.
+    let error = session.start(&options).expect_err("400 GB are too much");
     assert_eq!(error.kind(), ErrorKind::Memory, "{error}");
 }
 
 #[test]
 fn rays_meet_what_is_there() {
     let session = session(movable(), Backend::ALL[0]);
-    // From above onto the lamp: it ends at a height of 1.2.
+    // The ray hits the lamp from above, whose top is at a height of 1.2.
     let down = QueryRay::new(DVec3::new(1.5, 5.0, 0.0), DVec3::new(0.0, -7.0, 0.0));
     let met = session.intersect(&down).expect("valid").expect("the lamp");
     assert!((met.distance - 3.8).abs() < 1e-5, "{met:?}");
@@ -262,7 +264,10 @@ fn rays_meet_what_is_there() {
         min_distance: 3.9,
         ..down
     };
-    let met = session.intersect(&beyond).expect("valid").expect("inside");
+    let met = session
+        .intersect(&beyond)
+        .expect("valid")
+        .expect("a hit from inside the lamp");
     assert!((met.distance - 4.2).abs() < 1e-5, "{met:?}");
     let away = QueryRay::new(down.origin, DVec3::Y);
     assert_eq!(session.intersect(&away).expect("valid"), None);
@@ -304,7 +309,8 @@ fn radiance_along_rays_is_what_a_closed_form_says() {
     options.roulette = Some(Roulette::None);
     options.max_bounces = Some(1);
     let seen = session.radiance(&options, &rays, 100).expect("valid");
-    // A convex body under an even sky sends back its albedo of it, whatever the sample; beside it is the sky itself.
+    // Under a constant environment a convex body reflects albedo times its radiance in every sample. The third ray misses
+    // the body and sees the environment.
     for (along, expected) in seen
         .iter()
         .zip([[1.4, 1.0, 0.4], [1.4, 1.0, 0.4], [2.0; 3]])
@@ -314,7 +320,7 @@ fn radiance_along_rays_is_what_a_closed_form_says() {
         }
         assert_eq!(along.rejected, 0);
     }
-    // Nothing of the sky is out of a convex body's sight.
+    // No point of a convex body is occluded by it.
     options.integrator = Some(IntegratorKind::AmbientOcclusion);
     let share = session.radiance(&options, &rays[..1], 16).expect("valid");
     assert_eq!(share[0].mean, Rgb::WHITE);
@@ -322,7 +328,7 @@ fn radiance_along_rays_is_what_a_closed_form_says() {
     options.integrator = Some(IntegratorKind::Bidirectional);
     let refused = session.radiance(&options, &rays[..1], 16);
     assert_eq!(
-        refused.expect_err("no camera is there").kind(),
+        refused.expect_err("it needs a camera").kind(),
         ErrorKind::Usage
     );
 }

@@ -1,5 +1,5 @@
-//! The strategies of bidirectional path tracing: weighted they add up to the picture, and unweighted each is the light of its
-//! number of bounces.
+//! The strategies of bidirectional path tracing: the weighted images add up to the render, and the unweighted image of each
+//! strategy is the light of its path length.
 
 use super::bidirectional::settings;
 use crate::common::furnished::matte;
@@ -53,7 +53,7 @@ fn weighted_strategies_add_up_to_the_picture() {
     let whole = film(&scene, &description, &settings).develop();
     let pictures = pictures(&description, &scene, &settings);
     let made: Vec<Strategy> = pictures.iter().map(|it| it.strategy).collect();
-    // Every way of making paths of one, two and three edges, but for s = t = 1.
+    // Every strategy for paths of one, two and three edges, except s = t = 1.
     let all = (0..4).flat_map(|s| (1..5).map(move |t| Strategy { s, t }));
     let possible = |it: &Strategy| {
         let edges = it.s + it.t - 1;
@@ -69,7 +69,7 @@ fn weighted_strategies_add_up_to_the_picture() {
                 |it: &StrategyPictures| f64::from(it.weighted.pixels()[index].to_array()[channel]);
             let sum: f64 = pictures.iter().map(of).sum();
             let expected = f64::from(pixel.to_array()[channel]);
-            // Each of nine pictures is rounded to single precision, and so are its contributions.
+            // Each of nine images is rounded to single precision, and so are its contributions.
             assert!(
                 (sum - expected).abs() <= 1e-5 * expected,
                 "{index}: {sum} {expected}"
@@ -92,7 +92,7 @@ fn unweighted_strategies_of_a_length_are_the_same_light() {
         };
         Moments::of(renders.iter().map(picture))
     };
-    // Light that scattered once, and twice. Strategies that go through s = 0 wait for chance, with more noise.
+    // Light that scattered once, and twice. Strategies with s = 0 hit the light by chance, with more noise.
     for (edges, strategies) in [
         (2, [(0, 3), (1, 2), (2, 1)].as_slice()),
         (3, &[(0, 4), (1, 3), (2, 2), (3, 1)]),

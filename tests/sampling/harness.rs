@@ -1,4 +1,4 @@
-//! The test harness, tested: it lets right code pass and catches planted bugs.
+//! Tests of the test harness: correct code passes and planted bugs are caught.
 
 use crate::common::TestRng;
 use crate::common::chi_square::ChiSquareTest;
@@ -28,7 +28,7 @@ fn p_value(
 
 #[test]
 fn p_values_of_right_densities_are_uniform() {
-    // A cosine that is lost a tenth of the time: also the cell of "no sample" must behave.
+    // Cosine sampling that fails a tenth of the time, to include the cell of "no sample".
     let mut p_values: Vec<f64> = (0..200)
         .map(|seed| {
             let test = ChiSquareTest {
@@ -126,7 +126,7 @@ fn planted_bugs_are_caught() {
     );
     let facets = |rng: &mut TestRng| Some(ggx.sample_visible(wo, rng.uniform_2d()));
     let shifted = |m: Vec3| {
-        // The peak turned by a degree about y.
+        // The peak, rotated by a degree about y.
         let (sin, cos) = 1.0_f32.to_radians().sin_cos();
         let m = Vec3::new(cos * m.x + sin * m.z, m.y, cos * m.z - sin * m.x);
         if m.z > 0.0 {

@@ -1,4 +1,4 @@
-//! How random numbers become points, directions and integrals; the harness that judges it.
+//! Tests of samplers, warps and sampling densities, and of the harness that tests them.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! All samplers: uniform, independent where they should be, stratified where they can be, and addressed by meaning.
+//! All samplers: uniform, independent where they should be, stratified where they can be, and addressed by decision.
 
 use crate::common::chi_square::uniformity;
 use crate::common::verdict::sidak;
@@ -49,7 +49,7 @@ fn count(decision: Decision) -> usize {
     }
 }
 
-/// All numbers of a decision, as integers below 2^24; what is beyond its count is left 0.
+/// All numbers of a decision, as integers below 2^24; those beyond its count are 0.
 fn numbers<S: Sampler>(sampler: &mut S, decision: Decision) -> [u32; 4] {
     let mut numbers = match count(decision) {
         4 => sampler.draw(decision),
@@ -92,7 +92,7 @@ impl PValues {
         self.single(what, pairs.into_iter().map(high));
     }
 
-    /// Significance 0.1 % for all together.
+    /// Checks all p-values at a joint significance of 0.1 %.
     fn check(&self) {
         let threshold = sidak(1e-3, self.0.len());
         for (what, p) in &self.0 {
@@ -102,7 +102,7 @@ impl PValues {
     }
 }
 
-/// Indices from the start, past 2^16, and where the Sobol' sequence begins anew.
+/// First sample indices of the tested ranges: 0, 2^16, and before 2^32, where the Sobol' sequence restarts.
 const STARTS: [u64; 3] = [0, 1 << 16, (1 << 32) - (1 << 13)];
 
 fn samples_are_uniform<S: Sampler>(mut sampler: S, p: &mut PValues, name: &str) {
@@ -128,7 +128,7 @@ fn samples_are_uniform<S: Sampler>(mut sampler: S, p: &mut PValues, name: &str) 
     }
 }
 
-/// One sample of each of many pixels: neighbours know nothing of one another, nor do the decisions within one pixel.
+/// One sample of each of many pixels: neighbouring pixels are independent, and so are the decisions of one pixel.
 ///
 /// Within one pixel the pairs of two Sobol' decisions are shuffled strata, not independent; over pixels they have to be.
 /// The same holds for stratified ones.
@@ -204,9 +204,9 @@ fn successive_independent_samples_are_independent() {
     p.check();
 }
 
-/// Of one pixel's samples, the products of two decisions' numbers: shuffled independently, their mean has about the variance of
-/// shuffled strata, (1/12)^2 / (n - 1). In one and the same order, first digits would agree in all samples or in none, which
-/// is more than ten times as much.
+/// The mean, over the samples of a pixel, of the product of two decisions' numbers: if they are shuffled independently, its
+/// variance is about that of shuffled strata, (1/12)^2 / (n - 1). In one and the same order, leading digits would agree in all
+/// samples or in none, and the variance would be more than ten times as large.
 #[test]
 fn sobol_decisions_take_orders_of_their_own() {
     let n = 16;
@@ -249,7 +249,7 @@ fn nothing_repeats<S: Sampler>(samplers: [S; 2]) {
             }
         }
     }
-    // Of n tuples of 72 bits, n^2 / 2^73 < 1e-9 collide by chance.
+    // The expected number of chance collisions of n tuples of 72 bits is n^2 / 2^73 < 1e-9.
     let drawn = tuples.len();
     tuples.sort_unstable();
     tuples.dedup();
@@ -307,7 +307,8 @@ fn a_number_is_the_same_however_it_is_reached() {
     order_does_not_matter(Stratified::new(4, Some(100)));
 }
 
-/// The least t such that all boxes of area 2^(t - m) hold the same number of the 2^m `points`.
+/// The quality parameter t of a (t, m, 2)-net: the least t such that all boxes of area 2^(t - m) hold the same number of the
+/// 2^m `points`.
 fn quality(points: &[(u32, u32)]) -> u32 {
     let m = points.len().trailing_zeros();
     let balanced = |bits: u32| {
@@ -350,7 +351,8 @@ fn sobol_points_are_stratified_in_every_prefix() {
                     "{decision:?} {d}, 2^{m} points"
                 );
             }
-            // The first two are as good as can be; t of the others is at most the polynomials' degrees less one each.
+            // The first two dimensions have the best t, 0; t of the others is at most the sum of the
+            // polynomials' degrees less one.
             for (a, b, limit) in [(0, 1, 0), (0, 2, 1), (1, 2, 1), (2, 3, 3)] {
                 let pairs: Vec<_> = prefix.iter().map(|p| (p[a], p[b])).collect();
                 let t = quality(&pairs);
@@ -377,7 +379,7 @@ fn sobol_beats_independent_numbers_on_smooth_integrands() {
         });
         Moments::of(means).variance().expect("64 pixels")
     };
-    // The pairs that the film, the light's choice, its point and the BSDF's direction use.
+    // The pairs used for the film, the choice of a light, its point, and the direction of the BSDF.
     for dimensions in [[0, 1], [2, 3], [1, 2]] {
         let slope = (variance(12, dimensions) / variance(4, dimensions)).log2() / 8.0;
         println!("dimensions {dimensions:?}: variance ~ N^{slope:.2}");
@@ -385,7 +387,7 @@ fn sobol_beats_independent_numbers_on_smooth_integrands() {
     }
 }
 
-/// Draws as a sampler alone does, and as those of a whole block do side by side.
+/// Compares the numbers that a sampler draws alone with those drawn for a block of samples side by side.
 fn draw_alike<S: Sampler, const N: usize>(
     sampler: &S,
     pixel: [u32; 2],
@@ -404,7 +406,7 @@ fn draw_alike<S: Sampler, const N: usize>(
     S::draw_each(&mut started, &places, decision, |numbers: [f32; N]| {
         assert_eq!(Some(numbers), alone.next(), "{samples:?}, {decision:?}");
     });
-    assert!(alone.next().is_none(), "as many as were asked for");
+    assert!(alone.next().is_none(), "fewer draws than samples");
 }
 
 fn side_by_side<S: Sampler>(sampler: S) {

@@ -1,4 +1,4 @@
-//! The stratified sampler: its strata and cells are full, its mean is right, its variance small, its decisions unrelated.
+//! The stratified sampler: strata and cells are filled, the mean is right, the variance small, decisions are uncorrelated.
 
 use crate::common::verdict::assert_mean;
 use etendue::internals::math::stats::Moments;
@@ -18,7 +18,7 @@ const GRIDS: [(u64, usize, usize); 9] = [
     (97, 9, 11),
 ];
 
-/// A decision's numbers for one set of samples.
+/// The numbers of a decision for one set of samples.
 fn set<const N: usize>(
     sampler: &mut impl Sampler,
     pixel: [u32; 2],
@@ -33,19 +33,19 @@ fn set<const N: usize>(
         .collect()
 }
 
-/// The stratum that a number lies in.
+/// The stratum of a number.
 fn stratum(number: f64, strata: usize) -> usize {
     (number * strata as f64) as usize
 }
 
-/// Panics unless no place of so many is taken twice; where there are as many as samples, each is then taken once.
+/// Panics if one of `places` strata is taken twice; with as many strata as samples, each is then taken once.
 #[track_caller]
 fn assert_shared_out(what: &str, places: usize, taken: impl Iterator<Item = usize>) {
     let mut free = vec![true; places];
     for place in taken {
         assert!(
             std::mem::take(&mut free[place]),
-            "{what}: two in {place} of {places}"
+            "{what}: two samples in stratum {place} of {places}"
         );
     }
 }
@@ -85,7 +85,7 @@ fn samples_share_out_strata_rows_columns_and_cells() {
     }
 }
 
-/// A smooth function, not a sum of functions of one number each, and its integral over the unit square.
+/// A smooth function that is not a sum of functions of one number each; its integral over the unit square follows.
 fn smooth(x: f64, y: f64) -> f64 {
     (1.0 + x * y) * (x + y).exp()
 }
@@ -120,7 +120,7 @@ fn the_mean_is_right_for_any_number_of_samples() {
 
 #[test]
 fn every_sample_of_a_set_is_uniform_by_itself() {
-    // The last samples of a set whose cells are not all filled are those that could be off.
+    // The last samples are the most likely to be biased if not all cells of a set are filled.
     for n in [7, 97] {
         for sample in [0, n / 2, n - 1] {
             let values = (0..1 << 16).map(|seed| {
@@ -152,8 +152,8 @@ fn it_beats_independent_numbers_on_smooth_integrands() {
 
 #[test]
 fn decisions_and_pixels_know_nothing_of_one_another() {
-    // If the orders of their strata were related, the mean of a product of two numbers would not be 1/4; and if they were
-    // so in some pixels one way and in others the other way, the variance of its mean over a set would exceed that of
+    // If the orders of strata were correlated, the mean of a product of two numbers would not be 1/4. If the correlation
+    // were positive in some pixels and negative in others, the variance of the mean over a set would exceed that of
     // shuffled strata: (1/12)^2 / (n - 1) and what the sets' own means add.
     let n = 16;
     let mut sampler = Stratified::new(4, Some(n));

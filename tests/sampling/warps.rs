@@ -1,4 +1,4 @@
-//! Every warp against its own claims: densities, inverses, and extreme numbers; solid angles against closed forms.
+//! Tests of every warp: density, inverse, and extreme random numbers; solid angles against closed forms.
 
 use crate::common::TestRng;
 use crate::common::chi_square::{ChiSquareTest, pearson, uniformity};
@@ -19,7 +19,7 @@ fn extreme_pairs() -> impl Iterator<Item = Vec2> {
         .flat_map(|x| EXTREMES.map(|y| Vec2::new(x, y)))
 }
 
-/// From a hemisphere down to cones of R / d = 1e-4.
+/// Heights 1 - cos of cones, from a hemisphere down to R / d = 1e-4.
 const CONES: [f32; 5] = [1.0, 0.3, 1e-2, 1e-5, 5e-9];
 
 #[test]
@@ -37,7 +37,7 @@ fn directions_follow_their_density() {
     }
 }
 
-/// The p-value of uniform counts of points in [0, 1]^2, in 24 x 24 cells.
+/// The p-value of uniformity of points in [0, 1]^2, counted in 24 x 24 cells.
 fn square_uniformity(points: impl Iterator<Item = [f64; 2]>) -> f64 {
     let cell = |x: f64| ((24.0 * x) as usize).min(23);
     let mut counts = vec![0; 24 * 24];
@@ -52,8 +52,8 @@ fn uniform_pairs(seed: u64) -> impl Iterator<Item = Vec2> {
 
 #[test]
 fn cones_disk_and_triangle_are_uniform() {
-    // By coordinates that keep area: fraction of the cap's height and azimuth; squared radius and angle; the triangle
-    // unfolded by 1 - (1 - b1)^2 = the area to one side of a line, and where on that line.
+    // Points are mapped to area-preserving coordinates: fraction of the cap's height and azimuth; squared radius and
+    // angle; for the triangle 1 - (1 - b1)^2, the area to one side of a line, and the position on that line.
     let turn = |y: f32, x: f32| f64::from(y).atan2(f64::from(x)) / std::f64::consts::TAU + 0.5;
     for (seed, h) in (0..).zip(CONES) {
         let p = square_uniformity(uniform_pairs(seed).map(|u| {
@@ -90,13 +90,13 @@ fn cones_disk_and_triangle_are_uniform() {
 #[test]
 fn inverses_lead_back() {
     let close = |what: &str, u: Vec2, back: Vec2, tolerance: f32| {
-        // Azimuths are the same a whole turn on.
+        // Azimuths are periodic.
         let d = (back - u).abs();
         let d = d.x.max(d.y.min(1.0 - d.y));
         assert!(d < tolerance, "{what} {u} {back}");
     };
     for u in uniform_pairs(3).take(1 << 14) {
-        // Near the poles and the centre one coordinate says little about the other.
+        // Near the poles and the centre the inverse is ill-conditioned.
         let u = 0.01 + 0.98 * u;
         let inverse = warp::invert_disk_concentric(warp::sample_disk_concentric(u));
         close("disk", u, inverse, 1e-6);
@@ -131,7 +131,7 @@ fn extreme_numbers_stay_in_the_domain() {
     }
 }
 
-/// Views of a figure of unit size: height above its plane, and the foot of the viewpoint in its two axes.
+/// Viewpoints relative to a figure of unit size: height above its plane, and foot point along its two axes.
 const VIEWS: [[f64; 3]; 8] = [
     [1.0, 0.5, 0.5],
     [1.0, 0.0, 0.0],
@@ -144,7 +144,8 @@ const VIEWS: [[f64; 3]; 8] = [
 ];
 const SIZES: [f64; 6] = [10.0, 1.0, 0.1, 1e-2, 1e-3, 1e-4];
 
-/// Vertices relative to the viewpoint, in skewed axes; the height and foot stay while `size` shrinks the figure.
+/// The corner and edges of a figure of this size relative to the viewpoint, in rotated axes; the viewpoint's height and
+/// foot point do not depend on `size`.
 fn seen(view: [f64; 3], size: f64) -> (DVec3, [DVec3; 2]) {
     let x = DVec3::new(0.36, 0.48, -0.8);
     let y = DVec3::new(-0.8, 0.6, 0.0);
@@ -161,9 +162,10 @@ fn solid_angles_are_exact() {
             let (corner, edges) = seen(view, size);
             let lengths = edges.map(|e| e.length());
             let axes = edges.map(|e| e.normalize());
-            let rectangle = SphericalRectangle::new(corner, axes, lengths).expect("off the plane");
+            let rectangle =
+                SphericalRectangle::new(corner, axes, lengths).expect("a viewpoint off the plane");
             let exact = rectangle_solid_angle(corner, edges);
-            // Below this both kinds of light are sampled by area.
+            // Below this solid angle both kinds of light are sampled by area.
             if exact < 1e-8 {
                 continue;
             }
@@ -200,7 +202,8 @@ fn directions_to_rectangles_are_uniform() {
             let (corner, edges) = seen(view, size);
             let lengths = edges.map(|e| e.length());
             let axes = edges.map(|e| e.normalize());
-            let rectangle = SphericalRectangle::new(corner, axes, lengths).expect("off the plane");
+            let rectangle =
+                SphericalRectangle::new(corner, axes, lengths).expect("a viewpoint off the plane");
             if rectangle.solid_angle() < 1e-8 {
                 continue;
             }
@@ -255,7 +258,7 @@ fn directions_to_triangles_are_uniform() {
                     "{view:?} {size} {u} {b:?}"
                 );
             }
-            // Cells between lines of equal barycentric coordinates: upright triangles and, beside them, reversed ones.
+            // Cells between lines of equal barycentric coordinates: upright triangles and the reversed ones between them.
             let at = |i: usize, j: usize| {
                 corner + (i as f64 * edges[0] + j as f64 * edges[1]) / CELLS as f64
             };
@@ -285,14 +288,15 @@ fn directions_to_triangles_are_uniform() {
     }
 }
 
-/// A vector with coordinates in [-1, 1).
+/// A random vector with coordinates in [-1, 1).
 fn in_cube(rng: &mut TestRng) -> Vec3 {
     let mut coordinate = || 2.0 * rng.uniform() - 1.0;
     Vec3::new(coordinate(), coordinate(), coordinate())
 }
 
-/// What the point with these barycentric coordinates cuts off: with C' where the line from B through it meets AC, the share
-/// of the triangle's solid angle in A B C', and that of 1 - cos of the arc BC' up to the point.
+/// The random numbers that correspond to a point with these barycentric coordinates. With C' where the line from B
+/// through the point intersects AC: the fraction of the triangle's solid angle in A B C', and the fraction of 1 - cos
+/// of the arc BC' up to the point.
 fn shares_cut_off([a, b, c]: [DVec3; 3], [b1, b2]: [f64; 2]) -> DVec2 {
     let cut = a + b2 / (1.0 - b1) * (c - a);
     let point = (1.0 - b1 - b2) * a + b1 * b + b2 * c;
@@ -311,7 +315,7 @@ fn clear_triangles_are_sampled_uniformly_in_single_precision() {
     let mut seen = 0;
     let tried = 200_000;
     for _ in 0..tried {
-        // Sizes and distances over eight orders of magnitude, needles among them.
+        // Sizes and distances vary over eight orders of magnitude; some triangles are needles.
         let size = 10.0_f32.powf(2.0 - 6.0 * rng.uniform());
         let unit = 10.0_f32.powf(4.0 - 8.0 * rng.uniform());
         let needle = 10.0_f32.powf(-2.0 * rng.uniform());
@@ -370,7 +374,7 @@ fn linear_densities_are_what_is_sampled() {
                 "{name} {u} {at}"
             );
         }
-        // The mean over a cell is the value in its middle.
+        // The mean of a bilinear function over a cell is the value at its centre.
         let factor = |x: f64, [a, b]: [f32; 2]| {
             let [a, b] = [a, b].map(f64::from);
             2.0 * (a + x * (b - a)) / (a + b)

@@ -1,4 +1,4 @@
-//! Every scattering model against its own claims: densities, weights, reciprocity.
+//! Consistency of every BSDF: densities, weights, reciprocity.
 
 use crate::common::TestRng;
 use crate::common::chi_square::ChiSquareTest;
@@ -13,7 +13,7 @@ use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{ONE_MINUS_EPSILON, Vec2, Vec3};
 
 const ROUGHNESSES: [f32; 4] = [0.05, 0.2, 0.5, 1.0];
-/// Hard case 10.
+/// Phong exponents: hard case 10.
 const EXPONENTS: [f32; 5] = [0.0, 1.0, 1e2, 1e4, 1e6];
 const INDICES: [f32; 5] = [1.0, 1.0001, 1.5, 1.0 / 1.5, 2.4];
 
@@ -27,7 +27,7 @@ fn principled(base_color: Rgb, metallic: f32, roughness: f32, transmission: f32)
     }))
 }
 
-/// Every model at many parameters, named; and the index inside.
+/// Every BSDF with many parameters: its name, the BSDF, and the index of refraction inside.
 fn models() -> Vec<(String, Bsdf, f32)> {
     let colour = Rgb::new(0.8, 0.5, 0.2);
     let (eta, k) = preset("gold").expect("gold is a preset");
@@ -93,11 +93,11 @@ fn directions_follow_their_density() {
             continue;
         }
         for wo in views() {
-            // Opaque models treat both sides by one code path; the chi-square of one side says all.
+            // Opaque models treat both sides by one code path; the chi-square test of one side is enough.
             if wo.z < 0.0 && !(name.starts_with("glass") || name.starts_with("principled 0.3")) {
                 continue;
             }
-            // An exponent of 0 cuts the lobe off at a right angle to the mirror direction. No quadrature of ours takes such
+            // An exponent of 0 cuts the lobe off at a right angle to the mirror direction. No quadrature of ours resolves such
             // a step; `tests/scattering/furnace.rs` has closed forms for it.
             if name.ends_with(" 0") && name.starts_with(['p', 'h']) && wo.z != 1.0 {
                 continue;
@@ -117,7 +117,7 @@ fn directions_follow_their_density() {
     let threshold = sidak(0.001, checks.len());
     for (name, result) in &checks {
         assert!(result.p_value > threshold, "{name}: {result:?}");
-        // Density and "nothing" share out the whole probability.
+        // The integral of the density and the probability of no sample add up to 1.
         let total = result.integral + result.none;
         assert!((total - 1.0).abs() < 0.02, "{name}: {result:?}");
     }
@@ -260,7 +260,7 @@ fn presets_are_metals() {
     assert!(reflectance("aluminium").into_iter().all(|x| x > 0.88));
 }
 
-/// Rounding of the two would differ in a vector that fuses what it should not.
+/// Both would be rounded differently if vector code used fused multiply-adds where scalar code does not.
 #[test]
 fn numbers_of_many_are_those_of_each_alone() {
     let mut rng = TestRng::new(25);

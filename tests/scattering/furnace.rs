@@ -1,5 +1,5 @@
-//! White furnaces over all of the range of each scattering model: how much light it gives back. What has exact answers in
-//! between is in the battery.
+//! White furnace tests over the whole range of each scattering model: its albedo. Cases with exact answers are in the
+//! battery.
 
 use crate::common::closed_forms::GGX_NORMAL_ALBEDO;
 use crate::common::quadrature::{Adaptive, Rectangle};
@@ -20,7 +20,7 @@ use etendue::internals::scene::material::Material;
 use etendue_lab::battery::albedo::view;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A metal that reflects everything: in f32, |k| = 1e6 leaves nothing to absorb.
+/// A metal that reflects everything: in f32, |k| = 1e6 has no absorption.
 fn white_metal(roughness: f32) -> Bsdf {
     Bsdf::Conductor(Conductor::new(Rgb::WHITE, Rgb::grey(1e6), roughness))
 }
@@ -35,13 +35,14 @@ fn principled(metallic: f32, roughness: f32, transmission: f32) -> Bsdf {
     }))
 }
 
-/// The green albedo towards `wo`, as the means of `replicates` jittered grids.
+/// The albedo of the green channel towards `wo`, as the means of `replicates` jittered grids.
 fn albedo(bsdf: &Bsdf, ior: f32, wo: Vec3, replicates: u64, grid: u32) -> Moments {
     let numbers = etendue_lab::battery::albedo::albedo(bsdf, ior, wo, (replicates, grid), 1);
     Moments::of(numbers)
 }
 
-/// [`albedo`] of one medium, to a standard error of 1e-3: narrow lobes with little light between facets need more samples.
+/// The [`albedo`] without a change of medium, to a standard error of 1e-3: narrow lobes with little multiple scattering
+/// between facets need more samples.
 fn precise_albedo(bsdf: &Bsdf, wo: Vec3) -> Moments {
     let moments = albedo(bsdf, 1.0, wo, 16, 48);
     if moments.standard_error() < Some(0.7e-3) {
@@ -133,9 +134,9 @@ fn compensated_white_metal_gives_everything_back() {
     println!("white metal: worst furnace error {worst:.1e}");
 }
 
-/// Hard case 10. Along the normal the lobe gives back `specular` for any exponent. Elsewhere there are closed forms: the
-/// integral of cos over two half spaces at an angle t is pi (1 + cos t) / 2, and that of both cosines is
-/// 2 / 3 (sin t + (pi - t) cos t). A narrow lobe keeps cos t of the light.
+/// Hard case 10. Along the normal the lobe's albedo is `specular` for any exponent. Elsewhere there are closed forms: the
+/// integral of cos over the intersection of two half spaces at an angle t is pi (1 + cos t) / 2, and that of both cosines is
+/// 2 / 3 (sin t + (pi - t) cos t). A narrow lobe reflects cos t of the light.
 #[test]
 fn phong_gives_back_what_its_closed_forms_say() {
     let specular = 0.75;
@@ -159,7 +160,7 @@ fn phong_gives_back_what_its_closed_forms_say() {
             } else if exponent == 1.0 {
                 (t.sin() + (PI - t) * cos) / PI
             } else if exponent >= 1e4 && cos > 0.2 {
-                // The mean cosine about the mirror direction is (n + 1) / (n + 2), which the normalisation takes out.
+                // The mean cosine about the mirror direction is (n + 1) / (n + 2), which the normalisation cancels.
                 cos
             } else {
                 continue;
@@ -169,7 +170,7 @@ fn phong_gives_back_what_its_closed_forms_say() {
         }
         println!();
     }
-    // With a matte part, never more than both together.
+    // With a diffuse lobe, the albedo is at most the sum of both.
     for exponent in [0.0, 1.0, 1e2, 1e4, 1e6] {
         let phong = Bsdf::Phong(Phong::new(Rgb::grey(0.6), Rgb::grey(0.4), exponent));
         let normal = albedo(&phong, 1.0, view(1.0), 64, 64);
@@ -193,7 +194,7 @@ fn phong_gives_back_what_its_closed_forms_say() {
 
 #[test]
 fn visible_normals_are_a_density() {
-    // Row 6, the weak white furnace: reflecting every visible normal, without shadowing towards wi, loses nothing.
+    // Row 6, the weak white furnace: reflection at every visible normal, without shadowing towards wi, loses no energy.
     let quadrature = Adaptive::new(1e-7, 60);
     for alpha in [1e-4, 3e-4, 1e-3, 1e-2, 0.1, 0.5, 1.0] {
         let ggx = Ggx::new(alpha);
@@ -205,7 +206,7 @@ fn visible_normals_are_a_density() {
                 let m = Vec3::new(x as f32, y as f32, (1.0 - below_pole) as f32);
                 f64::from(ggx.pdf_visible(wo, m))
             };
-            // The peak is at the pole; quarters of the circle put it into a corner.
+            // The peak is at the pole; quarters of the azimuth place it at a corner of the domain.
             let sum: f64 = (0..4)
                 .map(|k| {
                     let from = f64::from(k) * FRAC_PI_2;
@@ -236,7 +237,7 @@ fn rough_glass_loses_what_facets_shadow() {
             moments.mean()
         });
         println!("  alpha {alpha}: {a:.4} {b:.4}   {c:.4} {d:.4}");
-        // A loss as in other single-scattering models, no more.
+        // The loss is that of other single-scattering models, and not larger.
         let least = [(0.1, 0.98), (0.3, 0.85), (0.5, 0.66), (1.0, 0.3)]
             .iter()
             .find(|&&(known, _)| known == alpha)
@@ -259,7 +260,7 @@ fn principled_white_gives_everything_back_and_never_more() {
                     worst = worst.max(error.abs());
                     let what = format!("{metallic} {roughness} {cos} {error} {standard_error}");
                     assert!(standard_error <= 1e-3, "{what}");
-                    // The tables' error, 0.25 %, bounds both what is lost and what is gained.
+                    // The tables' error, 0.25 %, bounds both the loss and the gain.
                     assert!(error.abs() <= 2.5e-3 + 5.2 * standard_error, "{what}");
                 }
             }
@@ -281,7 +282,7 @@ fn principled_white_gives_everything_back_and_never_more() {
     println!("principled white: worst furnace error {worst:.1e}");
 }
 
-/// Hard case 8: the base takes all that the coat lets through, at any index.
+/// Hard case 8: the base receives all light that the coat transmits, at any index.
 #[test]
 fn white_plastic_gives_everything_back() {
     let mut worst = 0.0_f64;

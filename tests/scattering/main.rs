@@ -1,4 +1,4 @@
-//! How surfaces scatter light.
+//! Tests of BSDFs and materials.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! Materials through the whole renderer: surfaces that are partly there, normal maps, and surfaces with one side.
+//! Materials in whole renders: alpha, normal maps, and one-sided surfaces.
 
 use crate::common::closed_forms::parallel_rectangle;
 use crate::common::scene::{diffuse, looking, ready, rectangle, see, sky, surface};
@@ -29,7 +29,7 @@ fn checker(colours: [f32; 2], repeat: Vec2) -> Arc<Texture> {
     Arc::new(Texture::Checker { colours, repeat })
 }
 
-/// A black material, of which `alpha` is there.
+/// A black material with this alpha.
 fn partly_there(alpha: ColourDescription) -> MaterialDescription {
     MaterialDescription {
         alpha,
@@ -46,7 +46,7 @@ fn square(z: f64, material: usize) -> ShapeDescription {
     }
 }
 
-/// A floor at z = 0 that emits 1, seen from straight above through squares of one more material.
+/// A floor at z = 0 of radiance 1, seen from straight above through squares of the material `veil`.
 fn glowing_floor(veil: MaterialDescription, heights: &[f64]) -> SceneDescription {
     let eye = DVec3::new(0.1, 0.2, 3.0);
     let mut scene = looking(eye, DVec3::new(0.1, 0.2, 0.0), diffuse(0.0));
@@ -61,7 +61,7 @@ fn glowing_floor(veil: MaterialDescription, heights: &[f64]) -> SceneDescription
     scene
 }
 
-/// What is partly there mixes with what is behind it.
+/// A surface with alpha is composited over what is behind it.
 #[test]
 fn a_veil_mixes_with_what_is_behind() {
     for &backend in Backend::ALL {
@@ -71,7 +71,7 @@ fn a_veil_mixes_with_what_is_behind() {
             let exact = 1.0 - f64::from(alpha);
             assert_mean(&format!("veil of {alpha}"), &seen, exact, 1e-2);
 
-            // The veil's own light and the floor's.
+            // The veil's emission and the floor's.
             let mut bright = scene;
             bright.shapes[1].emission = Some(grey(3.0));
             let seen = see(&bright, backend, 1 << 12, Some(0), Roulette::None);
@@ -90,7 +90,8 @@ fn a_veil_mixes_with_what_is_behind() {
     }
 }
 
-/// Through a sphere of alpha a one sees the share (1 - a)^2; of its light, which only its outside emits, that of the front.
+/// A sphere of alpha a transmits the share (1 - a)^2; of its emission, which is on the outside only, that of the front is
+/// seen.
 #[test]
 fn a_veiled_sphere_is_met_twice() {
     for &backend in Backend::ALL {
@@ -130,7 +131,7 @@ fn shadows_of_veils_are_exact() {
             assert_eq!(visible, expected, "{} veils of {alpha}", heights.len());
         }
 
-        // And by light that is sampled in both ways: a floor under a lamp, with a veil between.
+        // Also for light that is sampled by NEE and by the BSDF: a floor under a lamp, with a veil between.
         let eye = DVec3::new(0.3, 0.2, 0.4);
         let mut scene = looking(eye, DVec3::ZERO, diffuse(ALBEDO));
         let alpha = 0.75_f32;
@@ -148,7 +149,7 @@ fn shadows_of_veils_are_exact() {
 
 #[test]
 fn cut_outs_are_there_or_not() {
-    // Fields of half a square each: the view meets the one with u, v = 0.55, 0.6.
+    // Checker fields of half the square's edge: the view ray hits the one at u, v = 0.55, 0.6.
     for (colours, expected) in [([1.0, 0.0], 0.0), ([0.0, 1.0], 1.0)] {
         let alpha = ColourDescription::Texture(checker(colours, Vec2::splat(2.0)));
         for &backend in Backend::ALL {
@@ -166,7 +167,7 @@ fn cut_outs_are_there_or_not() {
     }
 }
 
-/// A lamp that is only partly there shines as much less, whichever way its light is found.
+/// The light of an emitter is scaled by its alpha, whether sampled by NEE or by the BSDF.
 #[test]
 fn a_lamp_that_is_partly_there_shines_as_much_less() {
     let lit = |alpha: ColourDescription, lamp| {
@@ -193,7 +194,7 @@ fn a_lamp_that_is_partly_there_shines_as_much_less() {
     for lamp in lamps {
         let whole = lit(grey(1.0), lamp.clone());
         let half = lit(grey(0.25), lamp.clone());
-        // Behind the near side of a sphere its far side is met from within, which does not emit.
+        // Behind the near side of a sphere a ray hits the far side from the inside, which does not emit.
         assert_mean("a quarter of a lamp", &half, 0.25 * whole.mean(), 3e-3);
         let fields = checker([1.0, 0.0], Vec2::new(64.0, 64.0));
         let cut = lit(ColourDescription::Texture(fields), lamp);
@@ -205,12 +206,12 @@ fn a_lamp_that_is_partly_there_shines_as_much_less() {
 fn nothing_is_there_where_alpha_is_zero() {
     for &backend in Backend::ALL {
         let eye = DVec3::new(0.3, 0.2, 2.4);
-        // Not on the diagonal, where either of two triangles may be met.
+        // Not on the diagonal, where either of two triangles may be hit.
         let target = DVec3::new(0.1, 0.3, 0.0);
         let mut without = looking(eye, target, diffuse(ALBEDO));
         let lamp = rectangle([-1.0, -1.0, 1.5], [0.0, 0.5, 0.0], [2.0, 0.0, 0.0]);
         without.shapes = vec![square(0.0, 0), surface(lamp, 1.0)];
-        // The middle of most shapes is the origin of single precision: these keep it where it is.
+        // The scene's coordinates are normalised about the middle of most shapes: these shapes keep it in place.
         without.shapes.extend(vec![square(-0.5, 0); 9]);
         let mut with = without.clone();
         with.materials.push(partly_there(grey(0.0)));
@@ -224,7 +225,7 @@ fn nothing_is_there_where_alpha_is_zero() {
     }
 }
 
-/// What is left of the largest random number behind a veil may round to 1, and still passes through nothing that is there.
+/// The largest random number, rescaled behind a veil, may round to 1; an opaque surface is hit nevertheless.
 #[test]
 fn the_largest_number_is_stopped_by_what_is_there() {
     let u = ONE_MINUS_EPSILON;
@@ -251,7 +252,7 @@ fn the_largest_number_is_stopped_by_what_is_there() {
     }
 }
 
-/// What is everywhere there, level, or without a highlight asks nothing of a kernel.
+/// Alpha that is 1 everywhere and a normal map without tilt require no effects of a kernel.
 #[test]
 fn what_changes_nothing_is_folded_away() {
     let all_there = |alpha| Material::new(&partly_there(alpha)).effects();
@@ -278,7 +279,7 @@ fn what_changes_nothing_is_folded_away() {
     assert_eq!(effects, EffectSet::NONE.with(Effect::OneSided));
 }
 
-/// A lamp of which one half glows is a lamp of half the size; the light that arrives has a closed form.
+/// A lamp of which one half emits is equivalent to a lamp of half the size; the irradiance has a closed form.
 #[test]
 fn emission_textures_shine_where_they_are_bright() {
     let corner = [-1.0, -1.0, 1.5];
@@ -328,7 +329,7 @@ fn tilted(n: Vec3, strength: f32) -> NormalMapDescription {
     }
 }
 
-/// A triangle around the origin, in z = 0, whose texture coordinates are `uv` of each corner's place.
+/// A triangle around the origin, in z = 0, whose texture coordinates are `uv` of each vertex's position.
 fn triangle(uv: impl Fn(DVec2) -> DVec2) -> GeometryDescription {
     let corners = [(-3.0, -3.0), (3.0, -3.0), (0.0, 4.0)];
     GeometryDescription::Mesh(Arc::new(MeshDescription {
@@ -354,7 +355,7 @@ fn normal_maps_tilt_as_the_picture_says() {
         normal: z,
         radius: 3.0,
     };
-    // Its point nearest to the viewer has u along -x and v along y.
+    // Its point nearest to the camera has u along -x and v along y.
     let sphere = GeometryDescription::Sphere {
         center: -z,
         radius: 1.0,
@@ -421,7 +422,7 @@ fn the_back_of_a_one_sided_surface_is_black_and_casts_shadows() {
             [(3.0, false), (-3.0, false), (3.0, true), (-3.0, true)].map(|(z, s)| seen_from(z, s));
         assert_eq!(seen, [all, nothing, all, all]);
 
-        // From either side nothing passes.
+        // No light passes, from either side.
         let mut scene = looking(DVec3::new(0.1, 0.2, 3.0), DVec3::ZERO, diffuse(1.0));
         scene.materials[0].two_sided = false;
         scene.shapes = vec![square(0.0, 0)];

@@ -1,5 +1,5 @@
-//! Hard case 17: shading normals far from the geometric one, on its other side, and of no length. No surface reflects more
-//! than arrives, and no light comes through it. How much a matte one reflects is row 17 of the battery.
+//! Hard case 17: shading normals far from the geometric normal, on its other side, and of zero length. No surface reflects
+//! more than arrives, and no light leaks through it. The albedo of a diffuse one is row 17 of the battery.
 
 use crate::common::scene::{diffuse, looking, see, sky, surface};
 use etendue::internals::accel::Backend;
@@ -18,7 +18,7 @@ fn tilted(angle: f64) -> DVec3 {
     DVec3::new(angle.sin(), 0.0, angle.cos())
 }
 
-/// A triangle around the origin in z = 0, facing up, of this shading normal, seen from the direction `wo`.
+/// A triangle around the origin in z = 0, facing up, with this shading normal, seen from the direction `wo`.
 fn plane(model: MaterialModel, normal: DVec3, wo: DVec3) -> SceneDescription {
     let mut scene = looking(3.0 * wo, DVec3::ZERO, model);
     let corners = [(-3.0, -3.0), (3.0, -3.0), (0.0, 4.0)];
@@ -97,11 +97,12 @@ fn nothing_reflects_more_than_arrives() {
                 scene.lights = vec![sky(Rgb::WHITE)];
                 let seen = see(&scene, Backend::ALL[0], 1 << 9, Some(1), Roulette::None);
                 let error = seen.standard_error().expect("32 pixels");
-                // Refraction into the denser side makes radiance n^2 times as large, and tables are 0.25 % wrong.
+                // Refraction into the denser side scales radiance by n^2, and the tables have an error of 0.25 %.
                 let through = matches!(name, "frosted" | "glass" | "rough glass");
                 let most = if through && wo.z < 0.0 { 2.25 } else { 1.0025 };
                 let what = format!("{name} {wo} {normal}: {} +- {error:.1e}", seen.mean());
-                // A mirror seen in a mended normal reflects along the surface, where rounding decides what is below.
+                // With a corrected normal a mirror reflects along the surface: rounding decides which directions are
+                // below it.
                 assert!(error <= 1e-2, "{what}");
                 assert!(seen.mean() <= most + 5.2 * error, "{what}");
             }
@@ -117,7 +118,7 @@ fn no_light_comes_through_what_is_opaque() {
         }
         for normal in [tilted(TILT), -tilted(TILT), DVec3::ZERO] {
             for wo in [0.3, 1.0, 1.5, -1.0, -1.5].map(tilted) {
-                // Lamps all over the other side.
+                // Lamps on the other side of the surface.
                 let mut scene = plane(model.clone(), normal, wo);
                 for direction in [-tilted(0.0), -tilted(1.2), -tilted(-1.2)] {
                     let center = 2.0 * direction;

@@ -13,10 +13,10 @@ use etendue::internals::math::ray::Ray;
 use etendue::internals::math::vec::Vec3;
 use std::sync::Arc;
 
-/// Around the packets of 8 and 16, and many of them.
+/// Batch lengths around the packet widths 8 and 16, and one of many packets.
 const LENGTHS: [usize; 9] = [1000, 17, 16, 15, 9, 8, 7, 1, 0];
 
-/// How far rounding may move a ray in scenes of about unit size, or the end of one in multiples of its length.
+/// The rounding error of a ray's origin in scenes of about unit size, and the relative one of its `t_min` and `t_max`.
 const ROUNDING: f32 = 1e-5;
 
 fn every_accel(world: &Arc<World>) -> Vec<(String, Accel)> {
@@ -52,7 +52,7 @@ fn is_finite(ray: &Ray) -> bool {
     ray.origin.is_finite() && ray.dir.is_finite()
 }
 
-/// Rays through the cube from -1 to 1, one in eight not finite, one in four not active, half of them within ranges.
+/// Rays through the cube from -1 to 1: one in eight not finite, one in four inactive, half of them with a `t` range.
 fn random_rays(length: usize, rng: &mut TestRng) -> RayBatch {
     let mut rays = RayBatch::default();
     for index in 0..length {
@@ -90,7 +90,7 @@ fn camera_rays(side: usize) -> RayBatch {
     rays
 }
 
-/// Whether some ray that is off by no more than rounding has this property.
+/// Whether some ray that differs from this one by no more than rounding has this property.
 fn nearly(ray: &Ray, rng: &mut TestRng, has: impl Fn(&Ray) -> bool) -> bool {
     (0..200).any(|_| {
         let near = |t: f32, u: f32| t * (1.0 + ROUNDING * (2.0 * u - 1.0));
@@ -115,7 +115,7 @@ fn agree(a: Option<Hit>, b: Option<Hit>) -> bool {
     }
 }
 
-/// What was traced, for tests to make sure that it was something.
+/// Counts of the compared rays, to check that no category is empty.
 #[derive(Debug, Default)]
 struct Count {
     rays: usize,
@@ -123,11 +123,11 @@ struct Count {
     free: usize,
     /// Inactive rays that would have hit.
     held_back: usize,
-    /// Answers that are those of rays off by rounding.
+    /// Results that differ from the single ray's by rounding.
     off: usize,
 }
 
-/// Holds all ways of tracing a batch against single rays. Answers may differ as rounding makes them, and rarely.
+/// Compares all ways of tracing a batch with single rays. Results may differ by rounding only, and rarely.
 fn compare(
     world: &World,
     accels: &[(String, Accel)],
@@ -135,7 +135,7 @@ fn compare(
     rng: &mut TestRng,
     count: &mut Count,
 ) {
-    // Larger than needed, and full of what is not to stay.
+    // Larger than needed, with values that must be overwritten.
     let mut hits = HitBatch::default();
     hits.resize(rays.len() + 100);
     let mut occluded = vec![true; rays.len() + 100];
@@ -183,7 +183,7 @@ fn compare(
     }
 }
 
-/// Holds random batches of every length, and the rays of a camera, against single rays in a world.
+/// Compares random batches of every length, and the rays of a camera, with single rays in a world.
 fn compare_all(world: &Arc<World>, rng: &mut TestRng) {
     let accels = every_accel(world);
     let mut count = Count::default();
@@ -210,7 +210,7 @@ fn compare_all(world: &Arc<World>, rng: &mut TestRng) {
 fn batches_of_any_length_meet_shapes_of_every_kind_as_single_rays_do() {
     let mut rng = TestRng::new(31);
     compare_all(&standing(soup(&mut rng)), &mut rng);
-    // One kind by itself, as Embree has a tree for each and other kernels with one.
+    // Each kind by itself, since Embree has a tree for each kind, and other kernels where there is only one.
     for kind in 0..3 {
         let shapes = soup(&mut rng).into_iter().skip(kind).step_by(3);
         let shapes: Vec<_> = shapes
@@ -276,7 +276,7 @@ fn batches_in_empty_space_hit_nothing() {
     }
 }
 
-/// As single rays do not, see `tests/tracing/rays.rs`.
+/// Rays in batches do not escape a closed mesh; for single rays see `tests/tracing/rays.rs`.
 #[test]
 fn robust_batches_let_nothing_out_of_a_closed_mesh() {
     const RAYS: usize = 20_000;

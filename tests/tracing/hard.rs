@@ -1,8 +1,8 @@
-//! Rays that are hard on a tree of boxes, of both layouts and qualities of obvhs, against the brute-force oracle: parallel
-//! to axes, from far away, from the faces of boxes, of extreme directions, with a beginning and an end; and trees that are
-//! hard on rays: deep, flat, with tiny and huge triangles side by side.
+//! Rays that are difficult for a BVH, in both layouts and qualities of obvhs, against brute-force intersection: parallel to
+//! axes, from far away, from the faces of boxes, with extreme directions, with t_min and t_max; and geometry that is
+//! difficult for a BVH: deep trees, flat boxes, tiny and huge triangles side by side.
 //!
-//! In robust precision triangles are met as by the oracle, so that a hit at another distance means that a box was missed.
+//! In robust precision triangles are intersected as by brute force, so that a hit at another distance means a missed box.
 
 use crate::common::TestRng;
 use crate::common::tracing::{
@@ -16,7 +16,7 @@ use etendue::internals::math::ray::Ray;
 use etendue::internals::math::vec::{DAffine3, Vec3};
 use std::sync::Arc;
 
-/// Every way in which obvhs traces in a precision.
+/// The acceleration structures of every obvhs backend and quality in a precision.
 fn accels(world: &Arc<World>, precision: Precision) -> Vec<(String, Accel)> {
     let mut all = Vec::new();
     for backend in [Backend::ObvhsBvh2, Backend::ObvhsCwbvh] {
@@ -35,7 +35,7 @@ fn accels(world: &Arc<World>, precision: Precision) -> Vec<(String, Accel)> {
     all
 }
 
-/// Triangles from 10^-5 to 10^5 units, all about the origin, on which the large ones lie flat.
+/// Triangles from 10^-5 to 10^5 units, all about the origin; the large ones lie in the plane y = 0.
 fn all_sizes(rng: &mut TestRng) -> Vec<Geometry> {
     let detail = (0..100).map(|_| {
         let size = 10.0_f32.powf(-5.0 * rng.uniform());
@@ -50,7 +50,7 @@ fn all_sizes(rng: &mut TestRng) -> Vec<Geometry> {
     detail.into_iter().chain(flat).collect()
 }
 
-/// Squares of a grid in a plane of constant y: every box is flat, and every edge is one of boxes too.
+/// The squares of a grid in a plane of constant y: every box is flat, and every edge is also an edge of boxes.
 fn grid(n: u32, y: f32) -> Geometry {
     let at = |i: u32, j: u32| Vec3::new(i as f32 / n as f32, y, j as f32 / n as f32);
     let corners = (0..=n).flat_map(|i| (0..=n).map(move |j| at(i, j)));
@@ -64,7 +64,7 @@ fn grid(n: u32, y: f32) -> Geometry {
     Geometry::Mesh(Mesh::new(corners, vec![], vec![], halves))
 }
 
-/// A point of a shape: at random, on an edge, or a vertex.
+/// A point of a random triangle: inside, on an edge, or a vertex; the centre of any other shape.
 fn target(rng: &mut TestRng, shapes: &[Geometry]) -> Vec3 {
     let shape = &shapes[(rng.uniform() * shapes.len() as f32) as usize];
     let primitive = (rng.uniform() * shape.primitive_count() as f32) as u32;
@@ -80,7 +80,7 @@ fn target(rng: &mut TestRng, shapes: &[Geometry]) -> Vec3 {
     }
 }
 
-/// A ray of any hard kind at a point, which it reaches about the parameter 1, or 1 over the direction's scale.
+/// A ray of a random difficult kind towards a point, which it reaches at about t = 1, or 1 over the direction's scale.
 fn hard_ray(rng: &mut TestRng, target: Vec3) -> Ray {
     let distance = 10.0_f32.powf(9.0 * rng.uniform() - 5.0);
     let mut dir = distance * direction(rng);
@@ -101,14 +101,14 @@ fn hard_ray(rng: &mut TestRng, target: Vec3) -> Ray {
     let scale = [1.0, 1.0, 1e-30, 1e20][(4.0 * rng.uniform()) as usize];
     let mut ray = Ray::new(origin, scale * dir);
     if rng.uniform() < 0.3 {
-        // A beginning and an end on either side of the target, or at it.
+        // t_min and t_max on either side of the target, or at it.
         let around = |rng: &mut TestRng| [0.5, 1.0, 1.5][(3.0 * rng.uniform()) as usize] / scale;
         (ray.t_min, ray.t_max) = (around(rng).min(0.9 / scale), around(rng));
     }
     ray
 }
 
-/// Worlds that are hard on a tree.
+/// Geometry that is difficult for a BVH.
 fn worlds(rng: &mut TestRng) -> Vec<(&'static str, Vec<Geometry>)> {
     let axes = [false, true].map(|round| Geometry::Mesh(closed_mesh(6, round)));
     let [cube, ball] = axes;
@@ -142,12 +142,12 @@ fn robust_tracing_finds_on_hard_rays_what_the_oracle_finds() {
             }
         }
         println!("{kind}: {found} of {RAYS} hit");
-        assert!(found * 4 > RAYS, "{kind}: only {found} hit anything");
+        assert!(found * 4 > RAYS, "{kind}: only {found} rays hit");
     }
 }
 
-/// Single precision moves a triangle by roundings of the distance: rays from further than its size are left out, and of
-/// those that are aimed at edges and vertices some pass.
+/// Single precision displaces a triangle by the rounding error of the distance: rays from further than its size are left out,
+/// and some rays that are aimed at edges and vertices miss.
 #[test]
 fn fast_tracing_finds_what_the_oracle_finds_but_for_edges() {
     const RAYS: usize = 20_000;
@@ -173,7 +173,7 @@ fn fast_tracing_finds_what_the_oracle_finds_but_for_edges() {
             println!("{kind} {name}: {off} of {RAYS} differ, {aimed} hit");
             let one_of = if kind == "all sizes" { 10 } else { 1_000 };
             assert!(off * one_of <= RAYS, "{kind} {name}: {off}");
-            assert!(aimed * 20 > RAYS, "{kind} {name}: only {aimed} hit");
+            assert!(aimed * 20 > RAYS, "{kind} {name}: only {aimed} rays hit");
         }
     }
 }
@@ -232,7 +232,8 @@ fn a_hit_at_the_end_counts_and_one_at_the_beginning_does_not() {
     }
 }
 
-/// Each triangle half as large as the one before and half as far: the tree is one long branch, deeper than obvhs's stacks.
+/// Triangles, each half as large as the one before and half as far: the tree is one long branch, deeper than the traversal
+/// stacks of obvhs.
 #[test]
 fn a_deep_tree_is_searched_to_its_end() {
     let nested = (0..120).map(|k| {

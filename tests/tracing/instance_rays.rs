@@ -1,4 +1,4 @@
-//! Rays against instances, standing and moving, of every backend and precision: what they find, held against the
+//! Tests of rays against static and moving instances with every backend and precision: hits are compared with a
 //! brute-force oracle in double precision.
 
 use crate::common::TestRng;
@@ -13,10 +13,10 @@ use etendue::internals::math::ray::Ray;
 use etendue::internals::math::vec::{DAffine3, DVec3, Vec3};
 use std::sync::Arc;
 
-/// How much less than a ray's own length scale a query may be off: a hundred roundings.
+/// The allowed error of a query relative to the ray's length scale: a hundred rounding errors.
 const ROUNDINGS: f64 = 100.0 / 16_777_216.0;
 
-/// A random ray through the neighbourhood of an instance at a time, and how far rounding in a query may move it.
+/// Generates a random ray near an instance at a time, and a bound on the offset that rounding in a query may cause.
 fn ray_at(rng: &mut TestRng, instance: &Instance, time: f32) -> (Ray, f64) {
     let m = instance.at(time);
     let (from, to) = (1.5 * point(rng).as_dvec3(), 0.5 * point(rng).as_dvec3());
@@ -39,7 +39,7 @@ fn agree(a: Option<Hit>, b: Option<Hit>, bound: f64) -> bool {
     }
 }
 
-/// Whether the oracle gives this answer for a ray that is off by no more than the bound.
+/// Whether the oracle gives this hit for a ray that is shifted by no more than the bound.
 fn is_rounding(
     world: &World,
     ray: &Ray,
@@ -58,8 +58,8 @@ fn is_rounding(
     })
 }
 
-/// Holds all backends against the oracle with rays around every instance. A disagreement has to be one of rounding, and
-/// rare.
+/// Compares all backends with the oracle, with rays near every instance. Differences have to be explained by rounding,
+/// and to be rare.
 fn compare(world: &Arc<World>, rays: usize, rng: &mut TestRng) {
     for (name, accel) in every_accel(world) {
         let (mut found, mut off) = (0, 0);
@@ -142,7 +142,7 @@ fn shapes_and_instances_of_several_groups_stand_side_by_side() {
     assert_eq!(world.placement(119).map(|instance| instance.group), Some(0));
     assert_eq!(world.placement(120).map(|instance| instance.group), Some(2));
     compare(&world, 4_000, &mut rng);
-    // Identity of what is hit: the oracle numbers shapes by itself.
+    // The identifiers of the hits agree with those of the oracle, which numbers shapes independently.
     let mut instanced = 0;
     for (name, accel) in every_accel(&world) {
         for _ in 0..2_000 {
@@ -154,7 +154,7 @@ fn shapes_and_instances_of_several_groups_stand_side_by_side() {
             instanced += usize::from(id.is_some_and(|id| id.shape >= 60));
         }
     }
-    assert!(instanced > 500, "only {instanced} on instances");
+    assert!(instanced > 500, "only {instanced} hits on instances");
 }
 
 #[test]
@@ -176,8 +176,8 @@ fn an_instance_that_changes_nothing_gives_the_hits_of_its_shapes() {
     assert!(found > 1_000);
 }
 
-/// obvhs gives them bit for bit. Embree inverts a moving transform for each ray and a standing one when it builds, and
-/// rounds them differently: its hits are the same up to that.
+/// With obvhs the hits agree bit for bit. Embree inverts a moving transform for each ray and a static one at build time,
+/// and rounds the two differently: its hits agree up to rounding.
 #[test]
 fn motion_that_goes_nowhere_gives_the_hits_of_a_standing_instance() {
     let mut rng = TestRng::new(15);
@@ -198,13 +198,13 @@ fn motion_that_goes_nowhere_gives_the_hits_of_a_standing_instance() {
                     off += usize::from(!agree(hit, expected, bound));
                 }
             }
-            assert!(off < 20, "{kind} {name}: {off}");
+            assert!(off < 20, "{kind} {name}: {off} hits differ");
         }
     }
 }
 
-/// As of meshes that stand in the world, see `tests/tracing/rays.rs`: the check of hits in robust precision rejects none that
-/// was true.
+/// Closed meshes are watertight in instances as they are in the world (`tests/tracing/rays.rs`): the check of hits in
+/// robust precision rejects no true hit.
 #[test]
 fn robust_tracing_lets_nothing_out_of_an_instance_of_a_closed_mesh() {
     const RAYS: usize = 2_000;
@@ -249,12 +249,12 @@ fn robust_tracing_lets_nothing_out_of_an_instance_of_a_closed_mesh() {
 
 #[test]
 fn an_instance_that_collapses_on_its_way_is_an_error() {
-    // Half a turn in one step: every point passes through the axis.
+    // Half a turn in one step: the interpolated transform moves every point through the axis.
     let half_turn = DAffine3::from_scale(DVec3::new(-1.0, 1.0, -1.0));
     for &backend in Backend::ALL {
         let steps = vec![DAffine3::IDENTITY, half_turn];
         let world = placed_once(soup(&mut TestRng::new(16)), steps);
-        let error = Accel::build(world, robust(backend)).expect_err("it cannot be inverted");
+        let error = Accel::build(world, robust(backend)).expect_err("a singular transform");
         assert!(error.to_string().contains("inverted"), "{error}");
     }
 }
@@ -284,6 +284,7 @@ fn rays_that_are_not_finite_miss_instances() {
 fn more_steps_than_embree_knows_are_an_error() {
     let mut rng = TestRng::new(18);
     let world = placed_once(soup(&mut rng), vec![DAffine3::IDENTITY; 130]);
-    let error = Accel::build(world, robust(Backend::Embree)).expect_err("Embree knows 129");
+    let error =
+        Accel::build(world, robust(Backend::Embree)).expect_err("Embree supports 129 steps");
     assert!(error.to_string().contains("129 steps"), "{error}");
 }

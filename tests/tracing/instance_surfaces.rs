@@ -1,4 +1,4 @@
-//! Surfaces of instances as they are in the world: points, normals and error bounds against the transformed shape in double
+//! Surfaces of instances in world space: points, normals and error bounds against the transformed shape in double
 //! precision, and rays that leave them.
 
 use crate::common::TestRng;
@@ -18,7 +18,7 @@ const ID: PrimitiveId = PrimitiveId {
     primitive: 0,
 };
 
-/// Every transform, still and in 2 and in 3 steps.
+/// Every transform, static and moving in 2 and in 3 steps.
 fn motions(rng: &mut TestRng) -> Vec<(String, Vec<DAffine3>)> {
     let mut all = Vec::new();
     for (kind, transform) in transforms(rng) {
@@ -31,7 +31,7 @@ fn motions(rng: &mut TestRng) -> Vec<(String, Vec<DAffine3>)> {
     all
 }
 
-/// Group to world, mixed afresh.
+/// The transform from group to world at `time`, interpolated here in double precision.
 fn at(steps: &[DAffine3], time: f32) -> DAffine3 {
     let Some(last) = steps.len().checked_sub(2) else {
         return steps[0];
@@ -43,7 +43,7 @@ fn at(steps: &[DAffine3], time: f32) -> DAffine3 {
     DAffine3::from_cols_array(&std::array::from_fn(|k| (1.0 - f) * a[k] + f * b[k]))
 }
 
-/// The ray between two points of the group, and the distance.
+/// The ray in the world between two points of the group, and their distance in the world.
 fn between(m: &DAffine3, from: DVec3, target: DVec3) -> (Ray, f32) {
     let (origin, end) = (m.transform_point3(from), m.transform_point3(target));
     let ray = Ray::new(origin.as_vec3a(), (end - origin).normalize().as_vec3a());
@@ -86,7 +86,7 @@ fn a_triangle_has_the_points_and_normals_of_the_same_triangle_in_the_world() {
             let p = weights[0] * a + weights[1] * b + weights[2] * c;
             assert!(within(p, &surface), "{name} {p} {surface:?}");
 
-            // A mirror image swaps the sides of a winding: the outside stays outside.
+            // A mirroring transform reverses the winding; the normal still points to the outside.
             let side = m.matrix3.determinant().signum();
             let ng = side * (b - a).cross(c - a).normalize();
             assert!(surface.ng.as_dvec3().distance(ng) < 1e-6, "{name}");
@@ -104,7 +104,7 @@ fn a_triangle_has_the_points_and_normals_of_the_same_triangle_in_the_world() {
                 world.uv_at::<Everything>(ID, time, surface.p, [u, v]),
                 mesh.uv_at(0, [u, v])
             );
-            // p(u, v) is linear: the tangents carry the texture's edges to the triangle's.
+            // p(u, v) is linear: the tangents map the edges in texture space to those of the triangle.
             let [along_u, along_v] = world.tangents_at::<Everything>(ID, time, surface.p);
             let edge = uvs[1] - uvs[0];
             let carried = edge.x * along_u + edge.y * along_v;
@@ -207,7 +207,7 @@ fn rays_that_leave_flat_shapes_of_instances_do_not_meet_them_again() {
                     let u = etendue::internals::sampling::warp::sample_triangle_uniform(
                         rng.uniform_2d(),
                     );
-                    // For a disk, the point nearest to one beside its plane.
+                    // For a disk, the surface point nearest to a point off its plane.
                     let beside = away + 0.5 * size * direction(&mut rng);
                     let beside = at(&steps, time).transform_point3(beside.as_dvec3());
                     let near = Ray::new(beside.as_vec3a(), Vec3::X);
@@ -226,7 +226,7 @@ fn rays_that_leave_flat_shapes_of_instances_do_not_meet_them_again() {
                     assert_eq!(hit, None, "{name} {backend} {shape:?} {ray:?}");
                     assert!(
                         !accel.occluded(&ray, time),
-                        "{name} {backend}: shadows itself, {shape:?} {surface:?} {ray:?}"
+                        "{name} {backend}: self-shadowing, {shape:?} {surface:?} {ray:?}"
                     );
                 }
             }
@@ -268,21 +268,21 @@ fn a_ray_from_an_ellipsoid_meets_it_again_at_the_end_of_its_chord_or_never() {
                         assert!(!accel.occluded(&ray, time), "{name} {backend} {ray:?}");
                         continue;
                     }
-                    // The far root of the quadratic in the sphere's own frame, from where the ray really starts.
+                    // The far root of the quadratic in the sphere's own frame, from the actual origin of the ray.
                     let local = m.inverse();
                     let d = local.transform_vector3(w.as_dvec3());
                     let o = local.transform_point3(ray.origin.as_dvec3()) - center.as_dvec3();
                     let (a, b) = (d.length_squared(), o.dot(d));
                     let c = o.length_squared() - f64::from(radius).powi(2);
                     let exit = (-b + (b * b - a * c).sqrt()) / a;
-                    // Of a chord no longer than what rounding does, nothing can be said.
+                    // Chords that are not longer than the rounding error are inconclusive.
                     let error = f64::from(surface.error.length());
                     if exit < 10.0 * error {
                         short += 1;
                         continue;
                     }
                     long += 1;
-                    let t = f64::from(hit.expect("from inside there is no way past").t);
+                    let t = f64::from(hit.expect("a ray from inside hits the ellipsoid").t);
                     let size = f64::from(radius) / a.sqrt();
                     let bound = size.mul_add(1e-3, 20.0 * error);
                     assert!((t - exit).abs() < bound, "{name} {backend} {t} {exit}");
@@ -297,7 +297,7 @@ fn a_ray_from_an_ellipsoid_meets_it_again_at_the_end_of_its_chord_or_never() {
     );
 }
 
-/// Row 42 of the catalogue of hard cases: mirrored, a closed shape still turns its outside to who looks at it.
+/// Row 42 of the catalogue of hard cases: the normals of a mirrored closed shape still point to the outside.
 #[test]
 fn a_mirrored_box_shows_its_outside() {
     let corner = |i: usize| {
@@ -333,7 +333,7 @@ fn a_mirrored_box_shows_its_outside() {
                 let from = 4.0 * direction(&mut rng).as_dvec3();
                 let (ray, _) = between(&m, from, 0.5 * point(&mut rng).as_dvec3());
                 let Some(hit) = accel.intersect(&ray, time, None) else {
-                    panic!("{name} {backend}: {ray:?} passes the box");
+                    panic!("{name} {backend}: {ray:?} misses the box");
                 };
                 let surface = world.surface_at::<Everything>(hit.id, &ray, time, hit.t, hit.uv);
                 assert!(surface.ng.dot(ray.dir) < 0.0, "{name} {backend} {ray:?}");

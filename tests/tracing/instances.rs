@@ -1,5 +1,5 @@
-//! Instances in pictures: a group placed is the same as its shapes written out, also when it is mirrored, stretched,
-//! nested or lit by what is in it, on every backend.
+//! Rendering of instances: an instanced group equals its shapes written out, also if it is mirrored, stretched, nested or
+//! contains emitters, on every backend.
 
 use crate::common::TestRng;
 use crate::common::scene::{
@@ -44,7 +44,7 @@ fn standard_error(seen: &Moments) -> f64 {
     seen.standard_error().expect("32 pixels")
 }
 
-/// Where a ray of the world meets a scene, with the geometric and the shading normal there.
+/// The point where a ray in world space hits a scene, with the geometric and the shading normal.
 fn meets(scene: &Scene, origin: DVec3, dir: DVec3, time: f32) -> Option<[DVec3; 3]> {
     let ray = Ray::new(scene.normalisation.point(origin), dir.as_vec3a());
     let at = scene.intersect::<Everything>(&ray, time, None, 0.0)?;
@@ -52,7 +52,7 @@ fn meets(scene: &Scene, origin: DVec3, dir: DVec3, time: f32) -> Option<[DVec3; 
     Some([p, at.ng.as_dvec3(), at.frame.n.as_dvec3()])
 }
 
-/// Groups within groups, one of them moving within another that moves, against the product of all transforms at a time.
+/// Nested groups, one moving within another that moves, against the product of all transforms at a given time.
 #[test]
 fn nested_groups_are_their_shapes_with_multiplied_transforms() {
     let leaf = [
@@ -130,14 +130,14 @@ fn nested_groups_are_their_shapes_with_multiplied_transforms() {
                 "{time} {}: {found} of {RAYS} hit, {off} off",
                 backend.name()
             );
-            assert!(found * 40 > RAYS, "only {found}");
-            // Rays along edges may pass on either side.
+            assert!(found * 40 > RAYS, "only {found} rays hit");
+            // Rays at edges may hit or miss.
             assert!(off * 2_000 < RAYS, "{time} {}: {off}", backend.name());
         }
     }
 }
 
-/// A floor at z = 0 whose middle is seen from 0.2 above it.
+/// A floor at z = 0 whose centre is seen from 0.2 above it.
 fn floor() -> SceneDescription {
     let eye = DVec3::new(0.15, 0.1, 0.2);
     let mut scene = looking(eye, DVec3::ZERO, diffuse(0.5));
@@ -146,7 +146,7 @@ fn floor() -> SceneDescription {
     scene
 }
 
-/// Forms with a front that looks down.
+/// Shapes of lamps; the flat ones face down.
 fn lamps() -> Vec<(&'static str, GeometryDescription)> {
     let disk = GeometryDescription::Disk {
         center: DVec3::ZERO,
@@ -162,8 +162,8 @@ fn lamps() -> Vec<(&'static str, GeometryDescription)> {
     ]
 }
 
-/// The same mean as of the lamp written out, and no more noise: light sampling knows it. A ball or disk that
-/// moves by next to nothing is found by scattering alone, with much more noise: the comparison can tell.
+/// A lamp in a group has the same mean as the lamp written out, and no more noise, for it is sampled as a light. A ball or
+/// disk with a tiny motion is hit by scattered rays alone, with much more noise: the comparison can detect that.
 #[test]
 fn a_lamp_in_a_group_lights_like_the_lamp_written_out() {
     let place = |mirror: DVec3| {
@@ -211,14 +211,14 @@ fn a_lamp_in_a_group_lights_like_the_lamp_written_out() {
     }
 }
 
-/// A unit sphere, stretched and turned.
+/// The transform of a unit sphere, stretched and rotated.
 fn ellipsoid() -> DAffine3 {
     DAffine3::from_translation(DVec3::new(0.2, 0.1, -0.3))
         * DAffine3::from_axis_angle(DVec3::new(1.0, 1.0, 0.3).normalize(), 0.8)
         * DAffine3::from_scale(DVec3::new(1.0, 2.0, 0.4))
 }
 
-/// The unit sphere's point in direction `n`, and the outward normal there, after a transform.
+/// The transformed point of the unit sphere in direction `n`, and the outward normal there.
 fn on_ellipsoid(m: &DAffine3, n: DVec3) -> (DVec3, DVec3) {
     let normal = m.matrix3.inverse().transpose() * n;
     (m.transform_point3(n), normal.normalize())
@@ -245,7 +245,7 @@ fn a_white_ellipsoid_cannot_be_told_from_the_sky() {
     }
 }
 
-/// Lambert's cosine with the normal of the ellipsoid's equation: without noise, for the light is parallel.
+/// Lambert's cosine law with the normal of the ellipsoid's equation, without noise under a distant light.
 #[test]
 fn an_ellipsoid_is_shaded_by_the_normals_of_its_equation() {
     let towards = DVec3::new(0.3, 0.5, 0.8).normalize();
@@ -269,7 +269,7 @@ fn an_ellipsoid_is_shaded_by_the_normals_of_its_equation() {
             for &backend in Backend::ALL {
                 let seen = see(&scene, backend, 1 << 8, Some(1), Roulette::None);
                 if cosine < 0.0 {
-                    assert_eq!(seen.mean(), 0.0, "in its own shadow");
+                    assert_eq!(seen.mean(), 0.0, "the point faces away from the light");
                 } else {
                     lit += 1;
                     assert_mean("Lambert", &seen, 0.5 / PI * cosine, 1e-3);
@@ -280,15 +280,15 @@ fn an_ellipsoid_is_shaded_by_the_normals_of_its_equation() {
     }
 }
 
-/// The picture of an ellipsoid with axes a, b and c along the view, seen from d: an ellipse of half axes
-/// a d / sqrt(d^2 - c^2) and b d / sqrt(d^2 - c^2) in the plane through its middle.
+/// The projection of an ellipsoid with half axes a, b, and c along the view, seen from d: an ellipse of half axes
+/// a d / sqrt(d^2 - c^2) and b d / sqrt(d^2 - c^2) in the plane through its centre.
 #[test]
 fn the_outline_of_an_ellipsoid_has_the_area_of_its_ellipse() {
     let [a, b, c, d] = [0.4, 0.9, 1.5, 4.0_f64];
     let mut scene = looking(d * DVec3::Z, DVec3::ZERO, diffuse(0.0));
     scene.camera.fov = 2.0 * (2.0 / d).atan();
     scene.shapes = vec![surface(sphere(DVec3::ZERO, 1.0), 1.0)];
-    // The film is 8 x 4 at the middle, whichever way is up.
+    // The film covers 8 x 4 in that plane, whichever way is up.
     let exact = PI * a * b * d * d / (d * d - c * c) / 32.0;
     for mirror in [1.0, -1.0] {
         let mut scene = scene.clone();
@@ -320,7 +320,7 @@ fn checker(low: f32, high: f32) -> ColourDescription {
     }))
 }
 
-/// A rectangle in a group, seen at (u, v), and whether the checker is low there.
+/// A rectangle in a group, seen at (u, v), and whether the checker has its low value there.
 fn seen_field(m: &DAffine3, [u, v]: [f64; 2], motion: Vec<Key>) -> (SceneDescription, bool) {
     let target = m.transform_point3(DVec3::new(u, v, 0.0));
     let normal = (m.matrix3.inverse().transpose() * DVec3::Z).normalize();
@@ -341,7 +341,7 @@ const FIELDS: [[f64; 2]; 6] = [
     [0.3, 0.4],
 ];
 
-/// Rectangles, whose two sides a mirror image could mix up.
+/// Textured rectangles, whose two sides a mirroring transform could swap.
 #[test]
 fn textures_stay_where_they_are_on_instances() {
     for m in mirrors() {
@@ -391,18 +391,18 @@ fn what_is_not_there_of_an_instance_lets_light_through() {
     }
 }
 
-/// Row 42 of the catalogue of hard cases: what shines on its outside still does so when it is mirrored.
+/// Row 42 of the catalogue of hard cases: an emitter that emits to its outside still does so if it is mirrored.
 #[test]
 fn a_mirrored_lamp_shines_on_its_outside_alone() {
     for m in mirrors() {
-        // A ball may be stretched unevenly; a flat lamp's front is where its normal's image is.
+        // A ball may be stretched non-uniformly; the front of a flat lamp is given by its transformed normal.
         let normal = (m.matrix3.inverse().transpose() * -DVec3::Z).normalize();
         for (form, geometry) in lamps() {
             for (side, expected) in [(1.0, 2.0), (-1.0, 0.0)] {
                 let inside = side < 0.0 && form == "sphere";
                 let point = DVec3::new(0.0, 0.0, if form == "sphere" { -0.2 } else { 0.0 });
                 let target = m.transform_point3(point);
-                // From inside of the ball, its middle.
+                // The inside of the ball is seen from its centre.
                 let eye = if inside {
                     m.transform_point3(DVec3::ZERO)
                 } else {

@@ -1,4 +1,4 @@
-//! How rays meet shapes, on every backend.
+//! Tests of ray queries on every backend.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,5 +1,5 @@
-//! Packets of rays, of every backend, precision and number of rays, against packets of one and against single rays: what a ray
-//! meets does not depend on those beside it, to the last bit.
+//! Packets of rays, of every backend, precision and number of rays, against packets of one and against single rays: the hit of a
+//! ray does not depend on the other rays of its packet, bit for bit.
 
 use crate::common::TestRng;
 use crate::common::tracing::{
@@ -15,10 +15,10 @@ use etendue::internals::math::ray::Ray;
 use etendue::internals::math::vec::Vec3;
 use std::sync::Arc;
 
-/// A ray, its time, and what it leaves.
+/// A ray, its time, and the primitive that it leaves.
 type SampleRange = (Ray, f32, Option<ExcludedPrimitive>);
 
-/// The closest hit of each ray, and whether there is any.
+/// The closest hit of each ray, and whether the ray is occluded.
 fn traced(accel: &Accel, rays: &[SampleRange]) -> Vec<(Option<Hit>, bool)> {
     let mut packet = RayPacket::default();
     let push = |packet: &mut RayPacket| {
@@ -27,7 +27,7 @@ fn traced(accel: &Accel, rays: &[SampleRange]) -> Vec<(Option<Hit>, bool)> {
             packet.push(ray, *time, *excluded);
         }
     };
-    // What an earlier packet has left.
+    // Results of an earlier packet, to be overwritten.
     let mut hits = [None; LANES];
     let mut occluded = [true; LANES];
     push(&mut packet);
@@ -38,7 +38,7 @@ fn traced(accel: &Accel, rays: &[SampleRange]) -> Vec<(Option<Hit>, bool)> {
 }
 
 /// Rays at vertices of a mesh, at its edges, and anywhere; from within, from outside, and one in 101 not finite: few enough that
-/// most packets are whole.
+/// most packets have finite rays only.
 fn aimed(mesh: &Mesh, count: usize, rng: &mut TestRng) -> Vec<SampleRange> {
     let ray = |index: usize| {
         let reach = if index.is_multiple_of(2) { 0.5 } else { 1.5 };
@@ -58,7 +58,7 @@ fn aimed(mesh: &Mesh, count: usize, rng: &mut TestRng) -> Vec<SampleRange> {
     (0..count).map(ray).collect()
 }
 
-/// Meshes, one of them twice at the same place, shapes of all kinds, and instances that stand or move.
+/// Worlds of meshes, one of them twice at the same place, of shapes of all kinds, and of static and moving instances.
 fn worlds(mesh: &Mesh, rng: &mut TestRng) -> Vec<(&'static str, Arc<World>)> {
     let mesh = || Geometry::Mesh(mesh.clone());
     let groups = vec![vec![Geometry::Mesh(closed_mesh(4, true))], soup(rng)];
@@ -92,8 +92,8 @@ fn worlds(mesh: &Mesh, rng: &mut TestRng) -> Vec<(&'static str, Arc<World>)> {
     ]
 }
 
-/// Of 100 000 rays that are traced sixteen by sixteen with Embree's packets as they are, some 30 are occluded by an edge that
-/// they pass by themselves.
+/// Of 100 000 rays that are traced in packets of 16 by Embree's own packet functions, about 30 are occluded at an edge that
+/// they miss when traced alone.
 #[test]
 fn what_a_ray_meets_does_not_depend_on_those_beside_it() {
     const RAYS: usize = 60_000;
@@ -118,7 +118,7 @@ fn what_a_ray_meets_does_not_depend_on_those_beside_it() {
                     assert_eq!(got, want, "{name}, {accel_name}, {length} rays: {ray:?}");
                 }
                 rest = (others, others_want);
-                // Half of the packets are whole.
+                // Half of the packets are full.
                 length = match length {
                     LANES => 1 + (rng.uniform() * LANES as f32) as usize,
                     _ => LANES,
@@ -138,7 +138,7 @@ fn packets_meet_what_single_rays_meet_also_beyond_what_they_leave() {
             let mut left = 0;
             let mut rays = aimed(&mesh, RAYS, &mut rng);
             for (index, (ray, time, excluded)) in rays.iter_mut().enumerate() {
-                // Every second ray leaves what it would meet first.
+                // Every second ray leaves the primitive that it would hit first.
                 let first = accel.intersect(ray, *time, None);
                 if let Some(hit) = first.filter(|_| index.is_multiple_of(2)) {
                     *excluded = Some(ExcludedPrimitive {
@@ -150,7 +150,7 @@ fn packets_meet_what_single_rays_meet_also_beyond_what_they_leave() {
             }
             assert!(
                 left * 20 > RAYS,
-                "{name}, {accel_name}: {left} left something"
+                "{name}, {accel_name}: {left} rays leave a primitive"
             );
             let mut off = 0;
             for some in rays.chunks(LANES) {

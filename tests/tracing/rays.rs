@@ -1,5 +1,5 @@
-//! Ray queries of every backend and precision against the brute-force oracle in double precision, rays that leave a
-//! surface, and rays aimed at the seams of closed meshes.
+//! Ray queries of every backend and precision against brute-force intersection in double precision, rays that leave a
+//! surface, and rays aimed at the edges and vertices of closed meshes.
 
 use crate::common::TestRng;
 use crate::common::tracing::{
@@ -33,7 +33,7 @@ fn every_backend_finds_what_the_oracle_finds() {
                     same(expected, hit),
                     "{name}: {hit:?} instead of {expected:?} on {ray:?}"
                 );
-                // A segment that ends before the first hit is free, one that ends behind it is not.
+                // A segment that ends before the first hit is unoccluded, one that ends behind it is occluded.
                 if let Some(expected) = expected {
                     let until = |t_max| Ray { t_max, ..ray };
                     assert!(
@@ -52,7 +52,7 @@ fn every_backend_finds_what_the_oracle_finds() {
     }
     assert!(
         found > 2_000,
-        "only {found} rays hit anything: the test has no power"
+        "only {found} rays hit: the test has no power"
     );
 }
 
@@ -80,12 +80,12 @@ fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
                 if outwards {
                     assert_eq!(hit, None, "{name} {sphere:?} {ray:?}");
                 } else {
-                    // The far root of the quadratic, from where the ray really starts.
+                    // The far root of the quadratic, from the actual origin of the ray.
                     let offset = ray.origin.as_dvec3() - sphere.center.as_dvec3();
                     let b = offset.dot(w.as_dvec3());
                     let c = offset.length_squared() - f64::from(radius).powi(2);
                     let exit = -b + (b * b - c).sqrt();
-                    let t = f64::from(hit.expect("from inside there is no way past").t);
+                    let t = f64::from(hit.expect("every ray from inside hits the sphere").t);
                     assert!(
                         (t - exit).abs() < 1e-3 * f64::from(radius),
                         "{name} {t} {exit}"
@@ -96,7 +96,7 @@ fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
     }
 }
 
-/// A ray that begins a little before what it has left, as rounding may have it.
+/// A ray whose origin lies slightly in front of the primitive that it left, as rounding may place it.
 #[test]
 fn what_has_just_been_left_is_passed_up_to_its_free_distance() {
     let square = |z: f32| {
@@ -114,7 +114,7 @@ fn what_has_just_been_left_is_passed_up_to_its_free_distance() {
                 free_distance,
             };
             let hit = accel.intersect(&ray, 0.0, Some(left));
-            hit.expect("both are ahead").id
+            hit.expect("both triangles are ahead").id
         };
         assert_eq!(met(0, f32::INFINITY), id(1), "{name}");
         assert_eq!(met(0, 0.25), id(1), "{name}");
@@ -123,11 +123,11 @@ fn what_has_just_been_left_is_passed_up_to_its_free_distance() {
     }
 }
 
-/// Escapes from within closed meshes, of 20,000 rays each: aimed at vertices, at points of edges, anywhere.
+/// Counts rays that escape from within closed meshes, of 20,000 each: aimed at vertices, at points of edges, anywhere.
 ///
 /// Embree's robust mode is watertight along edges. At a vertex it is not quite (Embree issue 181): of rays aimed
-/// exactly at one, about one in 10^4 passes here, and more if the mesh is finer. obvhs's lets none out. Fast mode is
-/// measured and printed, not judged.
+/// exactly at one, about one in 10^4 escapes here, and more if the mesh is finer. That of obvhs lets none escape. Fast mode
+/// is measured and printed without a limit.
 #[test]
 fn robust_tracing_lets_nothing_out_of_a_closed_mesh() {
     const RAYS: usize = 20_000;
@@ -185,7 +185,7 @@ fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
     for gap in [0.0, 1e-2, 1e-4, 1e-5] {
         let mut shapes = vec![square(0.0, 1.0), square(1.0, 0.5)];
         if gap > 0.0 {
-            // A little larger, so that it covers the light from everywhere below.
+            // Slightly larger than the light, to occlude it from everywhere below.
             shapes.push(square(1.0 - gap, 0.51));
         }
         for (name, accel) in every_accel(&standing(shapes.clone())) {
@@ -217,7 +217,7 @@ fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
     }
 }
 
-/// Where the light of a lamp in a ceiling is, rounding decides.
+/// A point light in the plane of a surface, as in a ceiling: rounding decides on which side it is.
 #[test]
 fn a_surface_through_a_point_light_hides_it_from_neither_side() {
     let mut rng = TestRng::new(11);
@@ -225,7 +225,7 @@ fn a_surface_through_a_point_light_hides_it_from_neither_side() {
     for round in 0..200 {
         let light = point(&mut rng);
         let [u, v] = [0, 1].map(|_| direction(&mut rng));
-        // Of slivers, fast tracing does not even find the plane.
+        // Slivers are left out: fast tracing does not resolve their plane.
         if u.cross(v).length() < 0.3 {
             continue;
         }
@@ -241,7 +241,7 @@ fn a_surface_through_a_point_light_hides_it_from_neither_side() {
         for (name, accel) in every_accel(&standing(vec![around])) {
             for _ in 0..20 {
                 let from = point(&mut rng);
-                // Seen flat, the surface's rounding is as long as its cosine is small.
+                // Grazing views are left out: the rounding error along the ray grows with 1 / cosine.
                 if (from - light).normalize().dot(normal).abs() < 0.3 {
                     continue;
                 }
@@ -249,11 +249,11 @@ fn a_surface_through_a_point_light_hides_it_from_neither_side() {
                     !accel.occluded(&Ray::to_point(from, light), 0.0),
                     "{name}, round {round}: {from} {light}"
                 );
-                // Nor is it for who is right at it.
+                // The light is unoccluded from a point right at it, too.
                 for near in [light, light.map(f32::next_up)] {
                     assert!(!accel.occluded(&Ray::to_point(near, light), 0.0), "{name}");
                 }
-                // Behind the surface by much more than rounding, it is hidden.
+                // A point behind the surface by much more than rounding is occluded.
                 let behind = light + 1e-4 * (light - from).normalize();
                 assert!(accel.occluded(&Ray::to_point(from, behind), 0.0), "{name}");
                 met += 1;
@@ -263,7 +263,8 @@ fn a_surface_through_a_point_light_hides_it_from_neither_side() {
     assert!(met > 5000, "{met}");
 }
 
-/// The end of a segment is rounded as its length is: a small light about the origin is exact, a ray from afar is not.
+/// The rounding error at the end of a segment grows with its length: a small light about the origin is exact, the end of a
+/// ray from far away is not.
 #[test]
 fn a_long_segment_does_not_end_on_its_light() {
     let mut rng = TestRng::new(7);

@@ -1,7 +1,8 @@
-//! Shadow rays that leave slivers, and such as end on them: a triangle is not in the way of its own light, however thin.
+//! Tests of shadow rays that leave slivers or end on them: a triangle does not shadow itself, however thin it is.
 //!
-//! Rays in all directions, and rays that graze the triangle at a cosine down to 10^-4, from places all over it. The error bound
-//! of a point has a part that matters for slivers alone (`geometry/mesh.rs`): without it, one ray in a hundred meets the triangle.
+//! Rays in all directions, and rays at grazing angles with cosines down to 10^-4, from points all over the triangle. The
+//! error bound of a point has a term that matters only for slivers (`geometry/mesh.rs`): without it, one ray in a hundred
+//! hits the triangle.
 
 use crate::common::TestRng;
 use crate::common::tracing::{
@@ -25,11 +26,11 @@ struct Sliver {
     size: f32,
 }
 
-/// A triangle whose height is 1 to 10^-4 of its longest edge, anywhere on which its third vertex may be; in any place, any
-/// order of its vertices and any size.
+/// A random triangle whose height is 1 to 10^-4 of its longest edge; the third vertex is above any point of that edge.
+/// Position, size and the order of the vertices are random, too.
 fn sliver(rng: &mut TestRng) -> Sliver {
     let height = 10.0_f64.powf(-4.0 * rng.uniform_f64());
-    // Right above an end, and all between.
+    // The foot of the height is at either end of the edge or between them.
     let foot = (1.5 * rng.uniform_f64() - 0.25).clamp(0.0, 1.0);
     let corners = [DVec3::ZERO, DVec3::X, DVec3::new(foot, height, 0.0)];
     let size = 10.0_f64.powf(6.0 * rng.uniform_f64() - 3.0);
@@ -42,7 +43,8 @@ fn sliver(rng: &mut TestRng) -> Sliver {
     Sliver { corners, size }
 }
 
-/// A ray that leaves the one primitive of a world, and one that ends there, from three times its size away.
+/// Generates a ray that leaves the only primitive of a world, and one that ends on it and starts at three times its size
+/// from it.
 fn rays(rng: &mut TestRng, world: &World, size: f32) -> [Ray; 2] {
     let id = PrimitiveId {
         shape: 0,
@@ -61,7 +63,7 @@ fn rays(rng: &mut TestRng, world: &World, size: f32) -> [Ray; 2] {
     } else {
         surface.ng
     };
-    // As a light sample ends.
+    // The second ray ends as a shadow ray ends on a light sample.
     let start = surface.p + 3.0 * size * dir;
     let error = surface.error + gamma(8) * (start - surface.p).abs();
     let from = offset_point(surface.p, surface.error, above);
@@ -71,7 +73,8 @@ fn rays(rng: &mut TestRng, world: &World, size: f32) -> [Ray; 2] {
     ]
 }
 
-/// Counts, for each way of tracing, the rays that leave a sliver and meet it, and those that end on it and meet it before.
+/// Counts for each acceleration structure the rays that hit the sliver that they leave or end on, and asserts that there
+/// are none in robust precision.
 fn assert_none_meets(seed: u64, world: impl Fn(&mut TestRng, [Vec3; 3]) -> Arc<World>) {
     let mut rng = TestRng::new(seed);
     let mut counts = BTreeMap::<String, [u32; 2]>::new();

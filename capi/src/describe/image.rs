@@ -47,7 +47,7 @@ pub unsafe fn texture(pointer: *const EtdImage) -> Result<Arc<Texture>, Failure>
     let is_side = |side| (1..=renderer::MAX_SIDE).contains(&side);
     if !(is_side(width) && is_side(height)) {
         return Err(Failure::argument(format!(
-            "EtdImage: {width} x {height} pixels, but there are 1 to 65536 on each side"
+            "EtdImage: {width} x {height} pixels, expected 1 to 65536 on each side"
         )));
     }
     not_null(image.rgb, "EtdImage: rgb")?;

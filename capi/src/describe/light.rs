@@ -111,7 +111,7 @@ impl EtdLight {
             return Ok(turned.matrix3);
         }
         Err(Failure::argument(
-            "transform: expected a rotation only: what is beyond the scene has no place",
+            "transform: expected a rotation only: an environment has no position",
         ))
     }
 }

@@ -27,10 +27,7 @@ use renderer::vec::DVec3;
 pub fn choice<T: Copy>(number: i32, all: &[(i32, T)], what: &str) -> Result<T, Failure> {
     let found = all.iter().find(|(known, _)| *known == number);
     found.map(|(_, choice)| *choice).ok_or_else(|| {
-        Failure::argument(format!(
-            "{what}: {number}, but there are 0 to {}",
-            all.len() - 1
-        ))
+        Failure::argument(format!("{what}: {number}, expected 0 to {}", all.len() - 1))
     })
 }
 

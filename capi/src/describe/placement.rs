@@ -123,7 +123,7 @@ impl EtdInstance {
     pub unsafe fn describe(&self) -> Result<InstanceDescription, Failure> {
         let Some(of) = group(self.of) else {
             return Err(Failure::argument(
-                "of: expected a group, which are numbered from 1",
+                "of: expected the number of a group, from 1",
             ));
         };
         // SAFETY: the caller's promise.

@@ -94,7 +94,7 @@ pub fn parse_small(text: &str) -> Result<f64, String> {
 pub fn parse_limit(text: &str) -> Result<f64, String> {
     parse_ratio(text)
         .filter(|limit| limit.is_finite() && *limit >= 0.0)
-        .ok_or_else(|| "expected a number from 0 on, such as 1% or 0.01".to_owned())
+        .ok_or_else(|| "expected a number of at least 0, such as 1% or 0.01".to_owned())
 }
 
 /// Parses a finite number above 0.

@@ -23,7 +23,7 @@ pub fn given(arguments: &[PathBuf], note: &dyn Fn(&str)) -> Result<Vec<GivenScen
     let without = |name: &&str| {
         let missing = *name == SUZANNE_ROOM && suzanne_room().is_none();
         if missing {
-            note("suzanne-room is left out: scenes/suzanne-room is not below this folder");
+            note("suzanne-room is skipped: scenes/suzanne-room is not below the current folder");
         }
         !missing
     };
@@ -65,11 +65,11 @@ fn scene(argument: &Path) -> Result<GivenScene> {
 fn missing(argument: &Path) -> Error {
     let names: Vec<&str> = names().collect();
     let message = format!(
-        "there is no such file, and of its own the bench has {}",
+        "no such file, and no scene of this name among the benchmark's own: {}",
         names.join(", ")
     );
     let message = match argument == Path::new(SUZANNE_ROOM) {
-        true => "its files are expected in scenes/suzanne-room below this folder".to_owned(),
+        true => "its files are expected in scenes/suzanne-room below the current folder".to_owned(),
         false => message,
     };
     Error::new(ErrorKind::Io, message).in_file(argument)

@@ -51,7 +51,7 @@ impl Job<'_> {
         let (width, height) = self.description.film.size;
         let effects: Vec<&str> = self.scene.effects.iter().map(Effect::name).collect();
         let effects = if effects.is_empty() {
-            "the scene calls for no effect".to_owned()
+            "the scene needs no effect".to_owned()
         } else {
             format!("effects {}", effects.join(", "))
         };

@@ -74,7 +74,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     if let (Some(pixel), Some(sample)) = (arguments.pixel, arguments.sample) {
         if settings.integrator == IntegratorKind::Metropolis {
             return Err(Error::usage(
-                "the steps of mlt belong to no pixel and cannot be replayed: --integrator bdpt replays samples of the same kind",
+                "the mutations of mlt belong to no pixel and cannot be replayed: --integrator bdpt replays paths of the same kind",
             ));
         }
         return replay::run(&job, session.filter(), pixel, sample);
@@ -103,7 +103,7 @@ fn announce(job: &Job<'_>, session: &Session) {
             eprintln!("note: {note}");
         }
         if arguments.denoise.is_some() && arguments.error.is_some() {
-            eprintln!("note: the error asked for is that of the picture before it is filtered");
+            eprintln!("note: the requested error is that of the image before filtering");
         }
     }
     if arguments.verbose {
@@ -159,7 +159,7 @@ fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
     };
     if arguments.layers && !outputs.iter().any(is_exr) {
         return Err(Error::usage(
-            "--layers needs an output with room for them, such as -o image.exr",
+            "--layers needs an output format that stores layers, such as -o image.exr",
         ));
     }
     if let Some(filter) = arguments.denoise {

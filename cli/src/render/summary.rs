@@ -227,7 +227,7 @@ fn last_line(
     };
     let missed = match &stats.target {
         Some(target) if !target.reached => format!(
-            "the error {} asked for was not reached; ",
+            "the requested error {} was not reached; ",
             format_percent(target.rel_rmse)
         ),
         _ => String::new(),
@@ -237,7 +237,7 @@ fn last_line(
         [least, most] => format!(" in the mean ({least} to {most})"),
     };
     let chosen = match &stats.auto {
-        Some(_) => format!(" by {}, which auto chose", stats.integrator),
+        Some(_) => format!(" by {}, chosen by auto", stats.integrator),
         None => String::new(),
     };
     format!(
@@ -289,7 +289,7 @@ fn warn_of_disagreement(rendered: &Rendered) {
     let share = rendered.film.disagreement();
     if share > MANY {
         eprintln!(
-            "warning: the chains disagree: in {} of the picture their means are uncertain by more than a fifth, and the brightness there by as much; give them more time",
+            "warning: the Markov chains disagree: in {} of the image their means, and so the brightness, are uncertain by more than 20 %; render longer",
             format_percent(share)
         );
     }

@@ -1,4 +1,4 @@
-//! `--adaptive` through the command: what it writes of itself, and that the scene's word counts where the flag is absent.
+//! `--adaptive` on the command line: what it reports, and that the scene's setting applies where the flag is absent.
 
 use crate::common::scene_folder::{SMALL, SceneFolder};
 use crate::support::{USAGE, fails, scene_fails, succeed};
@@ -9,7 +9,7 @@ fn stats(folder: &SceneFolder) -> Value {
     serde_json::from_str(&text).expect("it is JSON")
 }
 
-/// Whether the bytes of the EXR hold this text.
+/// Whether the bytes of the EXR contain this text.
 fn exr_says(folder: &SceneFolder, words: &str) -> bool {
     let bytes = std::fs::read(folder.path("a.exr")).expect("it was written");
     bytes

@@ -1,11 +1,11 @@
-//! `--integrator auto` says what it chose and why: before the render, on the last line, in statistics and in the image; and
-//! `etendue plan` says it without rendering.
+//! Tests that `--integrator auto` reports its choice and the reason before the render, on the last line, in the
+//! statistics and in the image, and that `etendue plan` reports it without rendering.
 
 use crate::common::scene_folder::{SMALL, SceneFolder};
 use crate::support::{USAGE, fails, succeed};
 use serde_json::Value;
 
-/// The small scene under a point light, too, whose light the glass ball throws.
+/// The small scene, alone and with a point light, for which the glass ball casts a caustic.
 fn folder() -> SceneFolder {
     let point = "\n[[light]]\ntype = \"point\"\nposition = [-1, 3, 0]\nintensity = 5\n";
     let auto = SMALL.replace("spp = 4", "spp = 4\nintegrator = \"auto\"");
@@ -24,8 +24,8 @@ fn the_choice_and_its_reason_are_said_everywhere() {
         "render auto.toml --stats it.json -o it.exr",
     ] {
         let said = succeed(&folder, arguments).stderr;
-        let stats = std::fs::read_to_string(folder.path("it.json")).expect("it was written");
-        let stats: Value = serde_json::from_str(&stats).expect("one object");
+        let stats = std::fs::read_to_string(folder.path("it.json")).expect("the file was written");
+        let stats: Value = serde_json::from_str(&stats).expect("a JSON object");
         let chosen = stats["integrator"].as_str().expect("a name");
         assert!(["bdpt", "mlt"].contains(&chosen), "{chosen}");
         let why = stats["auto"].as_str().expect("a reason");
@@ -36,9 +36,9 @@ fn the_choice_and_its_reason_are_said_everywhere() {
             "no `{first}` in {said}"
         );
         let last = said.lines().last().expect("a last line");
-        let words = format!("spp by {chosen}, which auto chose in ");
+        let words = format!("spp by {chosen}, chosen by auto in ");
         assert!(last.contains(&words), "no `{words}` in {last}");
-        let image = std::fs::read(folder.path("it.exr")).expect("it was written");
+        let image = std::fs::read(folder.path("it.exr")).expect("the file was written");
         for words in ["etendue.auto", why] {
             let holds = image.windows(words.len()).any(|it| it == words.as_bytes());
             assert!(holds, "no `{words}` in the image");
@@ -49,7 +49,7 @@ fn the_choice_and_its_reason_are_said_everywhere() {
 #[test]
 fn nothing_is_said_where_an_integrator_is_named() {
     let finished = succeed(&folder(), "render small.toml --json -o it.png");
-    let stats: Value = serde_json::from_str(&finished.stdout).expect("one object");
+    let stats: Value = serde_json::from_str(&finished.stdout).expect("a JSON object");
     assert_eq!(
         (&stats["integrator"], &stats["auto"]),
         (&"path".into(), &Value::Null)
@@ -62,13 +62,14 @@ fn a_plan_names_the_integrator_with_what_it_was_held_against() {
     let folder = folder();
     let table = succeed(&folder, "plan point.toml").stdout;
     for words in [
-        "is what --integrator auto takes: paths from the eye do not find",
-        "squared error for the same work in a pilot, over path's: path 1.00, bdpt ",
+        "integrator: --integrator auto selects ",
+        ": camera subpaths do not find",
+        "squared error at equal work in a pilot, relative to path: path 1.00, bdpt ",
     ] {
         assert!(table.contains(words), "no `{words}` in\n{table}");
     }
     let printed = succeed(&folder, "plan small.toml --json").stdout;
-    let report: Value = serde_json::from_str(&printed).expect("one object");
+    let report: Value = serde_json::from_str(&printed).expect("a JSON object");
     let integrator = &report["integrator"];
     let held = integrator["held_against"].as_array().expect("a list");
     let names: Vec<&str> = held
@@ -83,7 +84,7 @@ fn a_plan_names_the_integrator_with_what_it_was_held_against() {
 
 #[test]
 fn a_study_wants_names() {
-    let words = ["auto stands for others", "--vary integrator=path,bdpt"];
+    let words = ["auto selects one of several", "--vary integrator=path,bdpt"];
     fails(
         &folder(),
         "study auto.toml -o study --budget 1s",

@@ -1,4 +1,4 @@
-//! Bad flags and outputs, through the command: the exit code, the flag, what was expected; and nothing is written.
+//! Invalid flags and outputs of the command: the exit code, the flag and the expected value are reported; nothing is written.
 
 use crate::common::scene_folder::{SMALL, SceneFolder};
 use crate::support::{INPUT_OUTPUT, USAGE, fails};

@@ -1,4 +1,4 @@
-//! Bad scenes and models, through the command: the exit code, the place, what was expected; and nothing is written.
+//! Invalid scenes and models on the command line: the exit code, the place, the expected value; and no file is written.
 
 use crate::common::scene_folder::{HEAD, SceneFolder, TRIANGLE};
 use crate::support::{INPUT_OUTPUT, SCENE, USAGE, fails, scene_fails};
@@ -106,7 +106,7 @@ fn values_of_the_wrong_type() {
     scene_fails(
         "[[shape]]\ntype = true",
         2,
-        &["shape[0].type", "a text in quotes, found true"],
+        &["shape[0].type", "a string in quotes, found true"],
     );
     scene_fails(
         "[material]",
@@ -154,7 +154,7 @@ fn numbers_that_are_not_finite_or_out_of_range() {
             &["a finite number", wrong],
         );
     }
-    // Finite as it is written, infinite in the single precision that shading is done in.
+    // Finite in the file, infinite in the single precision that shading uses.
     let glass = "[[material]]\nname = \"a\"\ntype = \"dielectric\"\nior = 1e300";
     scene_fails(glass, 4, &["material[0].ior", "expected a number"]);
     let lamp = "[[shape]]\ntype = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\nemission = 1e300";
@@ -191,7 +191,7 @@ fn what_is_too_far_away_is_named() {
         ball("[1e308, -1e308, 0]", "1e308", ""),
         ball("[0, 1e15, 0]", "1", ""),
         ball("[0, 0, 0]", "1e20", ""),
-        // Only where it stands.
+        // Too large only after its transform.
         ball("[0, 0, 0]", "1e308", "transform = [{ scale = 10 }]\n"),
     ] {
         scene_fails(&format!("{near}{far}"), 9, &["sphere 3 reaches farther"]);

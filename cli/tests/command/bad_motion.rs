@@ -1,4 +1,5 @@
-//! Bad motion, groups, instances and lamps in scenes, through the command: the place, and what was expected.
+//! Tests that the command reports invalid motion, groups, instances and emission in scenes with the place in the file
+//! and what was expected there.
 
 use crate::common::scene_folder::{HEAD, SceneFolder};
 use crate::support::{INPUT_OUTPUT, SCENE, fails, scene_fails};
@@ -58,7 +59,7 @@ fn cameras_that_move_wrongly() {
         &[
             "camera.motion: ",
             "expected either motion, or",
-            "`eye` is there too",
+            "`eye` is given too",
         ],
     );
     let fails_alone = |body: &str, line: usize, words: &[&str]| {
@@ -76,7 +77,7 @@ fn cameras_that_move_wrongly() {
         fails_alone(
             &format!("{other}\nmotion = [{key}]"),
             4,
-            &["camera.motion: ", &format!("`{name}` is there too")],
+            &["camera.motion: ", &format!("`{name}` is given too")],
         );
     }
     fails_alone("motion = []", 3, &["camera.motion: ", "at least one key"]);
@@ -92,7 +93,7 @@ fn cameras_that_move_wrongly() {
     fails_alone(
         both,
         3,
-        &["camera.motion[0].transform: ", "`eye` is there too"],
+        &["camera.motion[0].transform: ", "`eye` is given too"],
     );
     fails_alone(
         "motion = [{ time = 1 }]",
@@ -147,11 +148,11 @@ fn groups_that_are_none_and_groups_in_circles() {
         2,
         &["unknown group `tree`; there are none"],
     );
-    // That something is placed as a group does not make it one.
+    // An instance that refers to a group does not define it.
     let twice = instance("b", "a") + &instance("a", "");
     scene_fails(&twice, 2, &["unknown group `b`", "Expected one of: a"]);
 
-    let circle = "groups are placed within one another in a circle: ";
+    let circle = "groups are placed within one another in a cycle: ";
     let own = tree.clone() + &instance("tree", "tree");
     scene_fails(
         &own,
@@ -164,7 +165,7 @@ fn groups_that_are_none_and_groups_in_circles() {
         5,
         &["instance[1].of: ", &format!("{circle}b -> a -> b")],
     );
-    // From the world through a way in that is no part of the circle.
+    // The cycle is reached from the world through an instance that is not part of it.
     let three = tree
         + &instance("a", "tree")
         + &instance("b", "a")
@@ -181,7 +182,7 @@ fn groups_that_are_none_and_groups_in_circles() {
     scene_fails(
         "[[instance]]\nof = 1",
         2,
-        &["instance[0].of: ", "a text in quotes"],
+        &["instance[0].of: ", "a string in quotes"],
     );
     let tree = format!("{member}group = \"tree\"\n") + &instance("tree", "");
     scene_fails(
@@ -205,7 +206,7 @@ fn groups_that_are_none_and_groups_in_circles() {
     scene_fails(
         &format!("{member}group = 7"),
         5,
-        &["shape[0].group: ", "a text in quotes"],
+        &["shape[0].group: ", "a string in quotes"],
     );
     scene_fails(
         "[instance]",
@@ -216,7 +217,7 @@ fn groups_that_are_none_and_groups_in_circles() {
 
 #[test]
 fn a_chain_of_groups_may_be_as_long_as_its_file() {
-    // Followed by recursion, it would exceed the stack.
+    // Recursion along this chain would overflow the stack.
     let mut chain = String::new();
     for i in 0..100_000 {
         chain += &format!("[[instance]]\nof = \"{}\"\ngroup = \"{i}\"\n", i + 1);
@@ -225,7 +226,7 @@ fn a_chain_of_groups_may_be_as_long_as_its_file() {
     scene_fails(
         &chain,
         3 * 99_999 + 2 + 3,
-        &["in a circle: 0 -> 1 -> 2", "-> 100000 -> 0"],
+        &["in a cycle: 0 -> 1 -> 2", "-> 100000 -> 0"],
     );
 }
 
@@ -294,7 +295,7 @@ fn groups_that_multiply_without_end_are_refused_at_once() {
         chain += &place(level - 1, level);
     }
     chain += &root(20_000);
-    // Each group is known from the world before it is met further down.
+    // Each group has already been visited from the world before the chain reaches it.
     let mut known = ball("0");
     for level in 1..=2000 {
         known += &place(level - 1, level);

@@ -1,4 +1,4 @@
-//! `etendue battery`: wrong requests, what it prints and writes, exit codes, and what is left of it after Ctrl-C.
+//! `etendue battery`: invalid requests, printed and written output, exit codes, and the results kept after Ctrl-C.
 
 use crate::common::scene_folder::SceneFolder;
 use crate::support::{Finished, INPUT_OUTPUT, USAGE, command, fails, run, succeed};
@@ -94,7 +94,7 @@ fn rows_are_measured_and_written() {
     for text in [finished.stdout, page] {
         for word in [
             "passed",
-            "Beside other renderers",
+            "Comparison with other renderers",
             "LuxCore",
             "cos 1e-6",
             "etendue battery 29 28",
@@ -113,7 +113,7 @@ fn json_is_what_is_written() {
     assert_eq!(json(&finished.stdout)["results"][0]["row"], 13);
 }
 
-/// In fast precision rays slip through vertices, which the battery has to see: the exit code says so.
+/// With fast precision rays slip through vertices: the battery has to detect it and report it by the exit code.
 #[test]
 fn a_case_that_fails_makes_the_command_fail() {
     let folder = empty();
@@ -147,7 +147,7 @@ fn a_full_battery_says_how_to_repeat_it() {
 #[test]
 fn an_interrupted_battery_keeps_what_was_measured() {
     let folder = empty();
-    // Nobody waits for all of it; and the long cases come first.
+    // It is interrupted long before its end; the long cases come first.
     let child = command(&folder, "battery --full -o out").spawn();
     let child = child.expect("the command starts");
     std::thread::sleep(std::time::Duration::from_secs(3));

@@ -1,11 +1,11 @@
-//! `etendue bench`: wrong requests, what it prints and writes, and what is left of it after Ctrl-C.
+//! `etendue bench`: invalid arguments, its output and files, and what it keeps after Ctrl-C.
 
 use crate::common::scene_folder::{HEAD, SMALL, SceneFolder};
 use crate::support::{Finished, INPUT_OUTPUT, SCENE, USAGE, command, fails, succeed};
 use etendue::internals::accel::Backend;
 use serde_json::Value;
 
-/// The least that a bench can be asked for.
+/// The options of a minimal bench.
 const LITTLE: &str = "--rays 256 --compare 1000 --segments 1000 --render-time 0.01s -o out";
 
 fn small() -> SceneFolder {
@@ -137,7 +137,7 @@ fn a_bench_is_printed_and_written_with_the_same_numbers() {
             cells.next() == Some(kind) && cells.next() == Some(contender)
         });
         let row = row.unwrap_or_else(|| panic!("no {kind} by {contender} in\n{printed}"));
-        // Of three digits, the last one may be rounded either way.
+        // Three digits are printed; the last one may be rounded either way.
         let shown = row
             .split('|')
             .map(str::trim)
@@ -182,12 +182,12 @@ fn one_backend_alone_is_printed_as_json() {
 #[test]
 fn an_interrupted_bench_keeps_what_was_measured() {
     let folder = small();
-    // Nobody waits for so many rounds.
+    // More rounds than can finish before the interrupt.
     let arguments = "bench small.toml --rounds 1000 --render-time 1h -o out";
     let child = command(&folder, arguments)
         .spawn()
         .expect("the command starts");
-    // Its first part is done once there is a file.
+    // The first part is done once the file exists.
     let begun = std::time::Instant::now();
     while !folder.path("out/bench.json").exists() && begun.elapsed().as_secs() < 300 {
         std::thread::sleep(std::time::Duration::from_millis(20));

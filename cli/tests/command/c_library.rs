@@ -1,5 +1,5 @@
-//! The C library as `make install` leaves it: its symbols, its header, and clients in C and C++ that are compiled against it and
-//! run.
+//! Tests of the C library as `make install` installs it: its symbols, its header, and clients in C and C++ that are
+//! compiled against it and run.
 
 use crate::common::scene_folder::{SMALL, SceneFolder, in_repository};
 use crate::support::succeed;
@@ -10,27 +10,27 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 use tempfile::TempDir;
 
-/// Installed once for all tests, into a folder that goes with the last of them.
+/// Returns the prefix of an installation that all tests share, in a temporary folder.
 fn prefix() -> &'static Path {
     static PREFIX: OnceLock<(TempDir, ())> = OnceLock::new();
     let (folder, ()) = PREFIX.get_or_init(|| {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let install = Command::new("make")
             .current_dir(in_repository(""))
-            // Built with a test, dependencies have the features that they have in tests: then they are there already.
+            // Built together with a test, the dependencies have the same features as in tests and are not built again.
             .args(["install", "PROFILE=test"])
             .arg("CARGO_FLAGS=--lib --bins --test command")
             .arg(format!("CARGO={}", env!("CARGO")))
             .arg(format!("PREFIX={}", folder.path().display()))
             .env("CARGO_TARGET_DIR", target_folder())
             .output();
-        expect_success("make install", install.expect("make is there"));
+        expect_success("make install", install.expect("make is installed"));
         (folder, ())
     });
     folder.path()
 }
 
-/// Where this test was built: then what it was built of is there already.
+/// The target folder of this test, whose dependencies are already built.
 fn target_folder() -> PathBuf {
     let command = Path::new(env!("CARGO_BIN_EXE_etendue"));
     let folder = command.ancestors().nth(2);
@@ -49,14 +49,14 @@ fn expect_success(what: &str, output: Output) -> String {
     text(&output.stdout)
 }
 
-/// What `pkg-config` says of the installed library.
+/// The output of `pkg-config` for the installed library, as words.
 fn pkg_config(flags: &[&str]) -> Vec<String> {
     let output = Command::new("pkg-config")
         .env("PKG_CONFIG_PATH", prefix().join("lib/pkgconfig"))
         .args(flags)
         .arg("etendue")
         .output();
-    let words = expect_success("pkg-config", output.expect("pkg-config is there"));
+    let words = expect_success("pkg-config", output.expect("pkg-config is installed"));
     words.split_whitespace().map(str::to_owned).collect()
 }
 
@@ -72,11 +72,11 @@ fn compile(compiler: &str, flags: &[&str], source: &Path, folder: &SceneFolder) 
         .args(pkg_config(&["--cflags", "--libs"]))
         .args(["-lpthread", "-lm"])
         .output();
-    expect_success(compiler, output.expect("a compiler is there"));
+    expect_success(compiler, output.expect("a compiler is installed"));
     program
 }
 
-/// A program that finds the installed library.
+/// A command that runs a client with the installed library in its search path.
 fn client(program: impl AsRef<OsStr>, folder: &SceneFolder) -> Command {
     let mut client = Command::new(program);
     client
@@ -86,7 +86,7 @@ fn client(program: impl AsRef<OsStr>, folder: &SceneFolder) -> Command {
 }
 
 fn run(client: &mut Command) -> String {
-    expect_success("the client", client.output().expect("it was compiled"))
+    expect_success("the client", client.output().expect("the client starts"))
 }
 
 fn source(name: &str) -> PathBuf {
@@ -114,11 +114,11 @@ fn a_client_in_c_renders_what_the_command_does_and_everything_else() {
 }
 
 fn assert_same_files(folder: &SceneFolder, a: &str, b: &str) {
-    let read = |name| std::fs::read(folder.path(name)).expect("it was written");
+    let read = |name| std::fs::read(folder.path(name)).expect("the file was written");
     assert!(read(a) == read(b), "{a} and {b} differ");
 }
 
-/// Motion, cut-outs, relief and textured light.
+/// The scene has motion, alpha, normal maps and textured emission.
 #[test]
 fn what_a_client_builds_in_memory_is_what_a_scene_file_says() {
     let scene = std::fs::read_to_string(source("everything.toml")).expect("the scene");
@@ -151,8 +151,11 @@ fn the_example_of_the_guide_compiles_and_runs() {
     let guide = std::fs::read_to_string(in_repository("docs/c-api.md")).expect("the guide");
     let readme = std::fs::read_to_string(in_repository("README.md")).expect("the README");
     for page in [guide, readme] {
-        let example = page.split("```c\n").nth(1).expect("it has an example");
-        let example = example.split("```").next().expect("it ends");
+        let example = page
+            .split("```c\n")
+            .nth(1)
+            .expect("the page has an example");
+        let example = example.split("```").next().expect("the code block ends");
         let folder = SceneFolder::new([("example.c", example), ("scene.toml", SMALL)]);
         let program = compile("cc", &["-std=c11"], &folder.path("example.c"), &folder);
         run(&mut client(program, &folder));
@@ -176,7 +179,7 @@ fn the_example_in_python_renders() {
     }
 }
 
-/// Whether `cc` can sanitize addresses here: some systems lack the library for it.
+/// Whether `cc` supports AddressSanitizer on this system: some systems lack its library.
 fn has_sanitizer(folder: &SceneFolder) -> bool {
     let empty = folder.path("empty.c");
     std::fs::write(&empty, "int main(void) { return 0; }\n").expect("written");
@@ -188,7 +191,7 @@ fn has_sanitizer(folder: &SceneFolder) -> bool {
     output.is_ok_and(|output| output.status.success())
 }
 
-/// How a client in C is compiled that is to be watched for wrong addresses and leaks.
+/// The compiler flags of a C client that is checked for invalid addresses and leaks.
 fn sanitized(folder: &SceneFolder) -> Vec<&'static str> {
     let mut flags = vec!["-std=c11"];
     if has_sanitizer(folder) {
@@ -199,9 +202,9 @@ fn sanitized(folder: &SceneFolder) -> Vec<&'static str> {
     flags
 }
 
-/// A client that is watched so.
+/// Sets the environment of a client that was compiled with these flags.
 fn guarded<'a>(client: &'a mut Command, folder: &SceneFolder) -> &'a mut Command {
-    // What Embree keeps for the process is not ours.
+    // Memory that Embree keeps until the process ends is not our leak.
     std::fs::write(folder.path("leaks"), "leak:libembree4\nleak:libtbb\n").expect("written");
     client
         .env("LSAN_OPTIONS", "suppressions=leaks")
@@ -224,7 +227,7 @@ fn arbitrary_arguments_end_in_a_status_and_a_text_and_leak_nothing() {
     assert!(says.contains("all is well"), "{says}");
 }
 
-/// The functions that the header declares.
+/// Names of the functions that the header declares.
 fn declared() -> BTreeSet<String> {
     let header = std::fs::read_to_string(in_repository("capi/include/etendue.h"));
     let header = header.expect("the header");
@@ -249,7 +252,7 @@ fn the_library_shows_the_functions_of_its_header_and_nothing_else() {
         .args(["-D", "--defined-only"])
         .arg(prefix().join("lib/libetendue.so"))
         .output();
-    let symbols = expect_success("nm", output.expect("nm is there"));
+    let symbols = expect_success("nm", output.expect("nm is installed"));
     let symbols: BTreeSet<String> = symbols
         .lines()
         .filter_map(|line| line.split_whitespace().last())
@@ -262,7 +265,7 @@ fn the_library_shows_the_functions_of_its_header_and_nothing_else() {
 
 #[test]
 fn the_header_is_that_of_the_sources() {
-    // Whole where cbindgen is there; its functions and structures everywhere.
+    // The whole header is compared if cbindgen is installed; functions and structures always.
     let folders = ["capi/src", "capi/src/describe"].map(in_repository);
     let entries = folders.iter().flat_map(|folder| {
         let entries = std::fs::read_dir(folder).expect("the sources");
@@ -321,7 +324,7 @@ fn the_static_library_links_too() {
         .args(pkg_config(&["--cflags"]))
         .arg(&archive)
         .args(&private);
-    expect_success("cc", compiler.output().expect("a compiler is there"));
+    expect_success("cc", compiler.output().expect("a compiler is installed"));
     let says = run(&mut Command::new(&program));
     assert_eq!(says.trim(), env!("CARGO_PKG_VERSION"));
 }
@@ -330,7 +333,7 @@ fn the_static_library_links_too() {
 fn what_is_installed_needs_nothing_of_the_folder_it_was_built_in() {
     for file in ["bin/etendue", "lib/libetendue.so"] {
         let output = Command::new("ldd").arg(prefix().join(file)).output();
-        let libraries = expect_success("ldd", output.expect("ldd is there"));
+        let libraries = expect_success("ldd", output.expect("ldd is installed"));
         assert!(libraries.contains("libembree4"), "{file}: {libraries}");
         assert!(!libraries.contains("not found"), "{file}: {libraries}");
         let source = in_repository("");

@@ -1,5 +1,4 @@
-//! `etendue compare`: its numbers, its exit codes, its map, and whether it finds a bias in real renders and none where there is
-//! none.
+//! `etendue compare`: its numbers, its exit codes, its map, and its test for bias on real renders with and without bias.
 
 use crate::common::scene_folder::{SMALL, SceneFolder};
 use crate::support::{INPUT_OUTPUT, USAGE, fails, run, succeed};
@@ -48,7 +47,7 @@ edge_u = [18, 0, 0]
 edge_v = [0, 0, 18]
 "#;
 
-/// 64 x 40 pixels of (1, 0.5, 0.25), times some factor, one of them another.
+/// An image of 64 x 40 pixels of `factor` times (1, 0.5, 0.25); `at` replaces one pixel.
 fn constant(factor: f32, at: Option<(u32, u32, Rgb)>) -> Image {
     let mut image = Image::filled(64, 40, factor * Rgb::new(1.0, 0.5, 0.25));
     if let Some((x, y, pixel)) = at {
@@ -180,7 +179,7 @@ fn scripts_learn_from_the_exit_code() {
         (1, &Value::Bool(false))
     );
 
-    // Nothing but black to compare with: the error is infinite, and above everything.
+    // Against a black reference the error is infinite, above any tolerance.
     save(&folder, "black.exr", &Image::filled(64, 40, Rgb::BLACK));
     assert_eq!(
         run(&folder, "compare a.exr black.exr -q --tolerance 1e300").code,
@@ -215,7 +214,7 @@ fn every_format_is_compared_with_every_other() {
         save(&folder, name, &image);
     }
     for (a, b) in names.iter().flat_map(|a| names.map(|b| (*a, b))) {
-        // A PNG keeps half a code of 255, an HDR one part in 256 of the largest channel.
+        // A PNG rounds by half a code of 255, an HDR by one part in 256 of the largest channel.
         let it = json(&folder, &format!("{a} {b}"));
         assert!(number(&it["rel_rmse"]) < 0.01, "{a} {b}: {it}");
     }
@@ -246,12 +245,12 @@ fn a_map_shows_what_is_too_dark_and_too_bright() {
         said.contains("it.png") && said.contains("0.5 (red"),
         "{said}"
     );
-    // What it shows stands in the file.
+    // The file contains the description of the map.
     let bytes = std::fs::read(folder.path("it.png")).expect("read");
     let text = String::from_utf8_lossy(&bytes);
     assert!(text.contains("a.exr against r.exr") && text.contains("0.5 (red"));
 
-    // Two pixels in 2560 are less than 1 %: the scale is that of the greater of them.
+    // Two pixels in 2560 are less than 1 %: the default scale is that of the greater of them.
     let it = json(&folder, "a.exr r.exr --map it.png");
     let greatest = number(&it["map"]["scale"]);
     let (paler, _) = shown("--scale 1000");
@@ -287,7 +286,7 @@ fn what_cannot_be_compared_is_refused_in_words() {
             INPUT_OUTPUT,
             &["missing.exr: cannot read"],
         ),
-        ("r.exr .", INPUT_OUTPUT, &["no regular file"]),
+        ("r.exr .", INPUT_OUTPUT, &["not a regular file"]),
         ("text.exr r.exr", INPUT_OUTPUT, &["text.exr: not a picture"]),
         (
             "r.exr nan.pfm",
@@ -314,12 +313,12 @@ fn what_cannot_be_compared_is_refused_in_words() {
         (
             "r.exr r.exr --tolerance -1",
             USAGE,
-            &["--tolerance", "from 0 on"],
+            &["--tolerance", "of at least 0"],
         ),
         (
             "r.exr r.exr --tolerance nan",
             USAGE,
-            &["--tolerance", "from 0 on"],
+            &["--tolerance", "of at least 0"],
         ),
         (
             "r.exr r.exr --metric psnr",
@@ -396,11 +395,11 @@ fn renders_of_other_seeds_agree_and_a_bias_of_one_per_cent_is_found() {
         let detectable = number(&bias["channels"][channel]["detectable"]);
         assert!(detectable > 0.0 && detectable < 0.004, "{detectable}");
     }
-    // Both are as noisy: half of the square is the reference's.
+    // Both are equally noisy: half of the squared error is the reference's.
     let share = number(&it["reference_noise"]) / number(&it["rel_mse"]);
     assert!((0.4..0.6).contains(&share), "{share}");
 
-    // Brighter by 1 %, which is more than twice what is found nine times in ten.
+    // Brighter by 1 %, more than twice the bias that is detected with a probability of 90 %.
     let read = LayeredImage::read(&folder.path("1.exr"), ColourSpace::Srgb).expect("a picture");
     let brighter = read.image.pixels().iter().map(|&pixel| 1.01 * pixel);
     let brighter = Image::new(32, 24, brighter.collect());
@@ -412,9 +411,9 @@ fn renders_of_other_seeds_agree_and_a_bias_of_one_per_cent_is_found() {
     let bias = &json(&folder, "brighter.exr 2.exr")["bias"];
     assert!(number(&bias["p"]) < 1e-3, "{bias}");
     let said = succeed(&folder, "compare brighter.exr 2.exr").stdout;
-    assert!(said.contains("tend to different ones"), "{said}");
+    assert!(said.contains("converge to different limits"), "{said}");
 
-    // A limit on bounces leaves out what comes by way of the ceiling.
+    // A bounce limit leaves out the indirect light from the ceiling.
     succeed(
         &folder,
         "render matte.toml --spp 1024 --seed 3 --max-bounces 1 --layers -q -o direct.exr",
@@ -441,7 +440,7 @@ fn the_test_of_bias_says_where_it_does_not_hold() {
     );
     let quiet = succeed(&folder, "compare a.exr b.exr -q");
     assert_eq!((quiet.stdout, quiet.stderr), (String::new(), String::new()));
-    // A picture without layers has no standard errors, and says how to get them.
+    // An image without layers has no standard errors; the command says how to get them.
     succeed(&folder, "render small.toml -q -o plain.exr");
     let plain = succeed(&folder, "compare plain.exr plain.exr").stdout;
     assert!(plain.contains("etendue render --layers"), "{plain}");

@@ -1,4 +1,4 @@
-//! Filtering noise by the command: at the end of a render, from a file, and what is said when it cannot be.
+//! Denoising on the command line: at the end of a render, from a file, and the errors where it is impossible.
 
 use crate::common::scene_folder::{SMALL, SceneFolder, in_repository};
 use crate::support::{INPUT_OUTPUT, SCENE, USAGE, fails, run, succeed};
@@ -13,7 +13,7 @@ fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("an object")
 }
 
-/// The mean of (x - r)^2 / (r^2 + eps) without the noise of the reference: its halves are independent of each other.
+/// The mean of (x - r)^2 / (r^2 + eps) without the noise of the reference, whose two halves are independent.
 fn rel_mse(picture: &LayeredImage, reference: &LayeredImage) -> f64 {
     let r = &reference.image;
     let mean = r.mean().iter().sum::<f64>() / 3.0;
@@ -51,7 +51,7 @@ fn a_render_and_its_file_are_filtered_alike() {
             let layer = picture.layer(name).expect("the unfiltered picture is kept");
             assert!(before.eq(layer.iter().copied()), "{name}");
         }
-        // The other layers are those of the render, but for the error.
+        // The other layers are those of the render, except the error.
         for layer in &plain.layers {
             let is_kept = picture.layer(&layer.name) == Some(layer.samples.as_slice());
             let is_error = ["se.R", "se.G", "se.B"].contains(&layer.name.as_str());
@@ -94,8 +94,8 @@ fn a_render_and_its_file_are_filtered_alike() {
     assert_eq!(short.layer("noisy.R"), it.layer("noisy.R"));
 }
 
-/// On a hard scene: glass, gold, a small lamp. The reference has 16 times as many samples, and what noise it has is not
-/// counted.
+/// Denoises a hard scene: glass, gold, a small lamp. Each half of the reference has 16 times as many samples, and its noise
+/// is not counted.
 #[test]
 fn the_filter_pays_at_few_samples_and_keeps_its_word() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
@@ -112,16 +112,16 @@ fn the_filter_pays_at_few_samples_and_keeps_its_word() {
     let (before, after) = (rel_mse(&noisy, &reference), rel_mse(&it, &reference));
     println!("relMSE {before} before, {after} after; told {told}");
     assert!(after < before / 5.0, "{before} before, {after} after");
-    // Of rare events that 16 samples have hardly met, little is known, and that is told on the safe side.
+    // Rare events are undersampled by 16 samples, so the stated error is conservative.
     let told = told["rel_rmse_after"].as_f64().expect("a number");
     assert!(
         (0.5..3.0).contains(&(told / after.sqrt())),
-        "{told} of {}",
+        "{told} stated, {} measured",
         after.sqrt()
     );
 }
 
-/// Within a grey box whose walls emit 1 and reflect half, every pixel is 2.
+/// Denoises a grey box whose walls emit 1 and reflect half: every pixel is 2.
 #[test]
 fn a_closed_form_is_kept_within_the_stated_error() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
@@ -139,7 +139,7 @@ fn a_closed_form_is_kept_within_the_stated_error() {
     assert!(after < before / 3.0, "{before} before, {after} after");
     assert!(
         (0.6..1.6).contains(&(after / actual)),
-        "{after} told, {actual} true"
+        "{after} stated, {actual} measured"
     );
     let mean = it.image.mean()[0] / 2.0 - 1.0;
     assert!(mean.abs() < after, "{mean}");
@@ -209,7 +209,7 @@ fn with_an_error_asked_for_it_is_said_whose_it_is() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
     let said = run(&folder, "render small.toml --denoise --error 10% -o it.png");
     assert_eq!(said.code, 0, "{}", said.stderr);
-    for word in ["before it is filtered", "filtered by nlm"] {
+    for word in ["before filtering", "filtered by nlm"] {
         assert!(said.stderr.contains(word), "{}", said.stderr);
     }
 }

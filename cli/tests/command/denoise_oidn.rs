@@ -1,4 +1,4 @@
-//! Open Image Denoise, where it is found; and what is said where it is not.
+//! Tests of denoising with Open Image Denoise if the library is found, and of the error message if it is not.
 #![cfg(feature = "oidn")]
 
 use crate::common::scene_folder::{SMALL, SceneFolder};
@@ -19,7 +19,7 @@ fn a_folder_without_the_library_is_named() {
         let output = command
             .env("OIDN_DIR", empty.path())
             .output()
-            .expect("it starts");
+            .expect("the command starts");
         let message = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(USAGE), "{message}");
         for word in [
@@ -33,7 +33,7 @@ fn a_folder_without_the_library_is_named() {
     }
 }
 
-/// A file of that name that is no library is no panic either.
+/// A file of that name that is not a library leads to an error, not a panic.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_library_that_is_none_is_named() {
@@ -44,13 +44,13 @@ fn a_library_that_is_none_is_named() {
     let output = command
         .env("OIDN_DIR", fake.path())
         .output()
-        .expect("it starts");
+        .expect("the command starts");
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(USAGE), "{message}");
     assert!(message.contains("libOpenImageDenoise.so.2"), "{message}");
 }
 
-/// Runs where OIDN_DIR names the library or the system has it.
+/// Runs only if OIDN_DIR names the library or the system has it.
 #[test]
 fn where_the_library_is_found_it_filters() {
     if let Err(error) = Denoiser::OpenImageDenoise.check() {
@@ -79,5 +79,8 @@ fn where_the_library_is_found_it_filters() {
         etendue::internals::image::metrics::rel_mse(image, &reference).expect("the same size")
     };
     let (before, after) = (error(&it), error(&out));
-    assert!(after < before / 2.0, "{before} before, {after} after");
+    assert!(
+        after < before / 2.0,
+        "relMSE {before} before, {after} after"
+    );
 }

@@ -1,5 +1,5 @@
-//! The layers of an EXR say how wrong each pixel is and what is seen first in it; an error that is asked for is reached, or
-//! the command says that it was not.
+//! The layers of an EXR hold the standard error and the first-hit features of each pixel; a requested error is reached, or
+//! the command reports that it was not.
 
 use crate::common::scene_folder::{SMALL, SceneFolder};
 use crate::support::{fails, run, succeed};
@@ -119,17 +119,17 @@ fn layers_hold_what_they_are_named_after() {
         assert!((5.0..5.4).contains(&at("depth.Z", x, y)));
     }
     assert_eq!(at("depth.Z", nothing.0, nothing.1), f32::INFINITY);
-    // One albedo and one normal are seen in all of the pixel, at distances that differ a little.
+    // All samples of the pixel have one albedo and one normal, at distances that differ a little.
     let (x, y) = red;
     assert_eq!([at("se.albedo", x, y), at("se.normal", x, y)], [0.0; 2]);
     assert!((1e-5..1e-2).contains(&at("se.depth", x, y)));
-    // Half of the samples tell half of the picture: of a noisy pixel, not quite the same.
+    // The half image has half of the samples: a noisy pixel differs a little.
     let (x, y) = glass;
     let (half, whole) = (at("half.R", x, y), at("R", x, y));
     assert!(half != whole && (half - whole).abs() < 6.0 * at("se.R", x, y));
-    // 1001 samples are 1004 in four equal batches.
+    // 1001 samples are rounded up to 1004, four equal batches.
     assert!(channels["spp.Y"].iter().all(|&n| n == 1004.0));
-    // A matte surface that nothing shadows has no noise under a white sky; glass chooses between two directions.
+    // An unoccluded diffuse surface has no noise under a white sky; glass chooses between reflection and transmission.
     let [still, noisy] = [red, glass].map(|(x, y)| at("se.R", x, y));
     assert!(still < 1e-6 && noisy > 1e-3, "{still} {noisy}");
     assert!(
@@ -163,8 +163,8 @@ fn standard_errors_are_those_of_other_seeds() {
             flagged[i] |= channels["flag.Y"][i] > 0.0;
         }
     }
-    // The mean of the squared standard errors is the variance between seeds: over all pixels that are not doubtful, to
-    // within what the noise of both leaves.
+    // The mean of the squared standard errors is the variance between seeds: over all unflagged pixels, within the noise
+    // of both.
     let n = f64::from(seeds);
     let sums = sums
         .iter()
@@ -179,7 +179,7 @@ fn standard_errors_are_those_of_other_seeds() {
     let told: f64 = sums.iter().map(|s| s[2] / n).sum();
     assert!(
         (told / between - 1.0).abs() < 0.3,
-        "{told} told, {between} between seeds"
+        "variance: {told} stated, {between} between seeds"
     );
 }
 

@@ -1,4 +1,4 @@
-//! `etendue lesson`: the contents, pages that need nothing else, JSON, and what goes wrong.
+//! `etendue lesson`: the contents, self-contained pages, JSON, and errors.
 
 use crate::common::scene_folder::SceneFolder;
 use crate::support::{INPUT_OUTPUT, USAGE, fails, run, succeed};
@@ -16,10 +16,10 @@ fn json(text: &str) -> serde_json::Value {
     serde_json::from_str(text).expect("valid JSON")
 }
 
-/// A page needs nothing from outside, runs nothing, and has no formula that could not be set.
+/// Asserts that a page has no external resources, no scripts and no formula that failed to render.
 fn stands_alone(page: &str) {
     assert!(page.ends_with("</html>"), "{page}");
-    // Without the letters of pictures, which may spell anything.
+    // Image data is left out: its base64 letters may spell anything.
     let mut text = String::new();
     for (index, part) in page.split("src=\"").enumerate() {
         if index == 0 {
@@ -33,7 +33,7 @@ fn stands_alone(page: &str) {
     let outside = [
         "http:", "https:", "//", "url(", "@import", "<script", "<link", "<iframe",
     ];
-    // A formula that is not well formed, and a number that is none.
+    // `merror` marks a malformed formula.
     for unwanted in outside.into_iter().chain(["merror", "NaN"]) {
         assert!(!text.contains(unwanted), "{unwanted} in {text}");
     }
@@ -77,7 +77,7 @@ fn a_folder_that_cannot_be_written_is_found_before_anything_is_measured() {
         INPUT_OUTPUT,
         &["taken"],
     );
-    // A page in whose place a folder stands.
+    // A folder has the name of the page.
     std::fs::create_dir_all(folder.path("out/lesson/dice.html")).expect("a folder");
     fails(&folder, "lesson dice", INPUT_OUTPUT, &["dice.html"]);
 }
@@ -149,7 +149,7 @@ fn an_interrupted_site_keeps_the_pages_that_are_done() {
     stands_alone(&index);
     assert!(index.contains("href=\"dice.html\"") && !index.contains("href=\"ladder.html\""));
     assert!(!folder.path("out/lesson/ladder.html").exists());
-    // And nothing is left half-written.
+    // No partly written file is left.
     let names = std::fs::read_dir(folder.path("out/lesson")).expect("a folder");
     for name in names.map(|entry| entry.expect("an entry").file_name()) {
         assert!(name.to_string_lossy().ends_with(".html"), "{name:?}");

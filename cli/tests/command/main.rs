@@ -1,4 +1,4 @@
-//! The command, as its users call it.
+//! Tests of the command line program.
 
 #[path = "../../../tests/common/mod.rs"]
 mod common;

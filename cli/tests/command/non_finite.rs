@@ -1,5 +1,5 @@
-//! Samples that are not finite numbers: counted, left out of their pixels alone, and located by a command that replays the
-//! first. The scenes make them honestly: lamps within single precision whose sum is not.
+//! Non-finite samples: counted, left out of their own pixels only, and located by a command that replays the first. The
+//! scenes produce them from valid input: lamps within the range of single precision whose sum overflows.
 
 use crate::common::scene_folder::SceneFolder;
 use crate::support::{Finished, run};
@@ -7,10 +7,10 @@ use etendue::internals::image::{ColourSpace, Image};
 use std::path::Path;
 use std::process::Command;
 
-/// The exit code of too many samples that are not finite.
+/// The exit code of too many non-finite samples.
 const NON_FINITE: i32 = 6;
 
-/// Two skies whose sum leaves single precision; a wall in front of them covers the left half of a picture of 4 x 2 pixels.
+/// Two skies whose sum overflows single precision; a wall in front of them covers the left half of an image of 4 x 2 pixels.
 const HALF: &str = r#"version = 1
 [camera]
 eye = [0, 0, 1]
@@ -35,7 +35,7 @@ type = "environment"
 radiance = 3e38
 "#;
 
-/// The command after `the first: `, run by a shell that finds ours.
+/// Runs the command printed after `the first: ` in a shell whose PATH contains the program under test.
 fn replayed(folder: &SceneFolder, stderr: &str) -> Finished {
     let line = stderr
         .lines()
@@ -58,7 +58,7 @@ fn replayed(folder: &SceneFolder, stderr: &str) -> Finished {
 
 #[test]
 fn they_are_counted_and_left_out_and_the_first_can_be_replayed() {
-    // A name that a shell would take apart.
+    // A name that a shell would split.
     let folder = SceneFolder::new([("it's half $HOME.toml", HALF)]);
     let scene = "it's half $HOME.toml";
     for flags in [
@@ -98,7 +98,7 @@ fn they_are_counted_and_left_out_and_the_first_can_be_replayed() {
             said.contains(&format!("--pixel {},0 --sample 0", width / 2)),
             "{said}"
         );
-        // What was left out is not made up; its neighbours keep all of theirs.
+        // Rejected samples leave their pixels black; the neighbours keep all of their samples.
         for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
             let [r, ..] = image.get(x, y).to_array();
             assert_eq!(r == 0.0, x >= width / 2, "{flags:?}: pixel {x}, {y} is {r}");

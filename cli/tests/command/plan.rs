@@ -1,4 +1,4 @@
-//! `etendue plan`: every effect with its reason, and what it costs.
+//! `etendue plan`: every effect with its reason and its cost.
 
 use crate::common::scene::{diffuse, looking, panorama, rectangle, sky, slide, surface};
 use crate::common::scene_folder::{SMALL, SceneFolder};
@@ -44,8 +44,8 @@ fn the_table_names_every_effect_with_its_reason_and_place() {
         assert!(row.is_some(), "no {} in\n{printed}", effect.name());
     }
     for words in [
-        "on   material `floor` varies over its surface (small.toml:13)",
-        "on   material `glass` lets light through (small.toml:18)",
+        "on   material `floor` has a colour that varies over its surface (small.toml:13)",
+        "on   material `glass` transmits light (small.toml:18)",
         "on   shape `lamp` emits (small.toml:",
         "off  lens_radius is 0",
         "left out: a point on the lens for every camera ray",
@@ -155,7 +155,7 @@ fn the_kernel_can_be_named_and_changes_nothing() {
 fn a_scene_without_an_effect_does_not_call_for_it() {
     let folder = SceneFolder::new([("all.toml", ALL_EFFECTS)]);
     let Texture::Image { image, .. } = panorama() else {
-        panic!("it is a picture")
+        panic!("the panorama is an image")
     };
     write(
         &folder.path("picture.pfm"),
@@ -177,7 +177,7 @@ fn a_scene_without_an_effect_does_not_call_for_it() {
     }
 }
 
-/// A scene that calls for every effect.
+/// A scene that needs every effect.
 const ALL_EFFECTS: &str = r#"version = 1
 [camera]
 eye = [0, 0, 5]
@@ -230,7 +230,7 @@ radiance = { texture = "picture.pfm" }
 
 #[test]
 fn the_light_that_an_effect_carries_is_what_is_missing_without_it() {
-    // A white floor under a sky of radiance 1 and a lamp that fills the view above it: what each adds is known.
+    // An emitting floor under a sky of radiance 1: the contribution of each is known.
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     scene.shapes = vec![surface(
         rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]),
@@ -239,7 +239,7 @@ fn the_light_that_an_effect_carries_is_what_is_missing_without_it() {
     scene.lights = vec![sky(Rgb::WHITE)];
     let settings = CostSettings {
         accel: OPTIONS,
-        // Four in each batch, so that roulette has its strata.
+        // Four samples in each batch, so that roulette has its strata.
         spp: 16,
         rounds: 4,
     };
@@ -250,7 +250,7 @@ fn the_light_that_an_effect_carries_is_what_is_missing_without_it() {
         let cost = costs.effects.iter().find(|cost| cost.effect == effect);
         cost.expect("it is on").energy
     };
-    // Emitted 3, reflected 0.5 of the sky.
+    // The floor emits 3 and reflects 0.5 of the sky.
     assert!((energy(Effect::AreaLights) - 3.0 / 3.5).abs() < 1e-6);
     assert!((energy(Effect::Environment) - 0.5 / 3.5).abs() < 1e-6);
 }
@@ -273,7 +273,7 @@ fn an_instance_that_nothing_places_is_no_reason() {
     let folder = SceneFolder::new([("lost.toml", LOST_INSTANCE)]);
     let plan = plan_of(&folder.load("lost.toml"));
     for (effect, on, why) in [
-        (Effect::Motion, false, "nothing has keys"),
+        (Effect::Motion, false, "nothing has keyframes"),
         (
             Effect::Instances,
             true,
@@ -285,7 +285,7 @@ fn an_instance_that_nothing_places_is_no_reason() {
     }
 }
 
-/// An instance that moves, in a group that stands nowhere; and another one.
+/// A moving instance in a group that no instance places, and a second instance that is placed.
 const LOST_INSTANCE: &str = r#"version = 1
 [camera]
 eye = [0, 0, 5]
@@ -306,7 +306,7 @@ of = "ball"
 
 #[test]
 fn a_panorama_becomes_its_mean_over_all_directions() {
-    // White but for the rows at the poles: those between 45 degrees and a pole are 1 - cos(45 degrees) of the sphere.
+    // White except the rows at the poles: those between 45 degrees and a pole are 1 - cos(45 degrees) of the sphere.
     let rows = 64;
     let texels = (0..2 * rows * rows).map(|i| {
         let row = i / (2 * rows);

@@ -1,4 +1,4 @@
-//! The command: its verbs, its flags, what it prints where.
+//! Tests of the command: subcommands, flags, and what is printed to which stream.
 
 use crate::common::scene_folder::{SMALL, SceneFolder};
 use crate::support::{Finished, command, run, succeed};
@@ -22,12 +22,12 @@ fn read(folder: &SceneFolder, name: &str) -> Image {
 }
 
 fn json(text: &str) -> Value {
-    serde_json::from_str(text).expect("it is JSON")
+    serde_json::from_str(text).expect("valid JSON")
 }
 
-/// The names in an object, those of objects within it after a dot, in order.
+/// The keys of a JSON object in order; those of nested objects follow their parent's key and a dot.
 fn names(value: &Value) -> Vec<String> {
-    let object = value.as_object().expect("it is an object");
+    let object = value.as_object().expect("a JSON object");
     let mut names: Vec<String> = object
         .iter()
         .flat_map(|(name, value)| match value {
@@ -47,9 +47,9 @@ fn last_line(finished: &Finished) -> &str {
         .expect("something was printed")
 }
 
-/// What an EXR file states of itself, as text.
+/// The attributes of an EXR file, as text.
 fn metadata(folder: &SceneFolder, name: &str) -> Vec<(String, String)> {
-    let facts = MetaData::read_from_file(folder.path(name), false).expect("it is an EXR file");
+    let facts = MetaData::read_from_file(folder.path(name), false).expect("an EXR file");
     let header = &facts.headers[0];
     let all = header
         .shared_attributes
@@ -88,7 +88,7 @@ fn every_format_is_written_and_holds_the_same_picture() {
     assert_eq!(exr, pfm);
     for (other, tolerance) in [(&hdr, 0.01), (&png, 0.01)] {
         for (got, want) in other.pixels().iter().zip(exr.pixels()) {
-            // A PNG ends at white; a shared exponent follows the largest channel.
+            // PNG clips at 1; with a shared exponent, precision is relative to the largest channel.
             let want = if std::ptr::eq(other, &png) {
                 want.map(|x| x.min(1.0))
             } else {
@@ -118,7 +118,7 @@ fn statistics_have_the_names_that_stay() {
     let arguments = "render small.toml --spp 8 --seed 3 -t 1 --json --stats it.json -o it.exr";
     let finished = succeed(&folder, arguments);
     let printed = json(&finished.stdout);
-    let written = std::fs::read_to_string(folder.path("it.json")).expect("it was written");
+    let written = std::fs::read_to_string(folder.path("it.json")).expect("the file was written");
     assert_eq!(printed, json(&written));
     for name in "version scene width height spp integrator sampler backend precision quality seed threads time.load \
                  time.build time.render time.write time.total samples rays.camera rays.closest rays.shadow \
@@ -164,7 +164,7 @@ fn the_last_line_says_what_came_of_it() {
         );
     }
     assert!(!finished.stderr.contains("biased"));
-    // With more samples there is a bound, and a price.
+    // With more samples the line has an error bound and the cost of a smaller error.
     let finished = succeed(&folder, "render small.toml --spp 16384 -o it.exr");
     for words in ["(below ", "at 95 % confidence)", "would take "] {
         assert!(
@@ -279,7 +279,7 @@ fn every_backend_and_precision_sees_the_same_scene() {
             let picture = render(&folder, &flags);
             let error =
                 etendue::internals::image::metrics::rel_mse(&picture, &base).expect("same size");
-            // Their rounding differs, so that a few paths part; a wrong hit would be an error of the order of one.
+            // Rounding differs between them, so a few paths diverge; wrong hits would give errors of the order of one.
             assert!(error.sqrt() < 0.05, "{flags}: {}", error.sqrt());
         }
     }
@@ -300,13 +300,13 @@ fn an_interrupted_render_keeps_its_samples() {
     let child = command(&folder, arguments)
         .spawn()
         .expect("the command starts");
-    // Far longer than loading takes: the render goes on then. The handler is in place before its first sample.
+    // Much longer than loading takes, so that the render is running. The handler is installed before the first sample.
     std::thread::sleep(std::time::Duration::from_secs(2));
     let killed = std::process::Command::new("kill")
         .args(["-INT", &child.id().to_string()])
         .status();
-    assert!(killed.expect("kill(1) is there").success());
-    let finished: Finished = child.wait_with_output().expect("it ends").into();
+    assert!(killed.expect("kill(1) is installed").success());
+    let finished: Finished = child.wait_with_output().expect("the command ends").into();
     assert_eq!(finished.code, 130, "{}", finished.stderr);
     assert!(
         last_line(&finished).contains("interrupted"),
@@ -411,7 +411,7 @@ fn the_command_explains_itself() {
 #[test]
 fn a_replay_names_shapes_of_instances_and_those_that_move() {
     let folder = SceneFolder::new([("placed.toml", PLACED)]);
-    // The instances fill the left and the right third, what moves the middle.
+    // The instances cover the left and the right third of the image, the moving disk the middle.
     for (x, name) in [(2, "placed"), (15, "moving"), (27, "placed")] {
         let replay = format!("render placed.toml --pixel {x},1 --sample 0");
         let printed = succeed(&folder, &replay).stdout;
@@ -420,7 +420,7 @@ fn a_replay_names_shapes_of_instances_and_those_that_move() {
     }
 }
 
-/// Rays number the shapes of this scene in another order, and one of them twice.
+/// A scene whose shapes are numbered differently in the acceleration structure; one of them is there twice.
 const PLACED: &str = r#"version = 1
 [camera]
 eye = [0, 0, 1]
@@ -468,7 +468,7 @@ fn the_replay_of_a_sample_that_is_not_finite_has_the_flags_of_its_render() {
     assert!(said.contains(&replay), "no `{replay}` in\n{said}");
 }
 
-/// Two skies whose sum leaves single precision.
+/// Two constant environments whose sum overflows single precision.
 const TOO_BRIGHT: &str = r#"version = 1
 [camera]
 eye = [0, 0, 5]

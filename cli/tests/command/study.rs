@@ -1,4 +1,4 @@
-//! `etendue study`: wrong requests, what it prints and writes, and what is left of it after Ctrl-C.
+//! `etendue study`: invalid requests, printed and written output, and the report kept after Ctrl-C.
 
 use crate::common::scene_folder::{HEAD, SMALL, SceneFolder};
 use crate::support::{INPUT_OUTPUT, SCENE, USAGE, command, fails, run, succeed};
@@ -17,7 +17,7 @@ fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("it is JSON")
 }
 
-/// A page needs nothing from outside, runs nothing, and has no number that is none.
+/// Checks that a page has no external resources, no scripts, and no NaN or infinity.
 fn stands_alone(page: &str) {
     assert!(page.ends_with("</html>"), "{page}");
     let mut text = String::new();
@@ -175,7 +175,7 @@ fn json_is_printed_where_it_is_asked_for_and_nothing_else_is() {
     assert_eq!(finished.stderr, "");
     let report = json(&finished.stdout);
     assert_eq!(report["size"], json("[8, 6]"));
-    // By default, whether points that are spread evenly pay.
+    // By default, the study compares the independent with the Sobol' sampler.
     let names = ["independent", "sobol"];
     for (variant, name) in report["variants"]
         .as_array()
@@ -198,7 +198,7 @@ fn ctrl_c_leaves_a_report_that_says_so() {
     )
     .spawn()
     .expect("the command starts");
-    // What is measured is written while it goes on.
+    // Results are written during the study.
     let begun = std::time::Instant::now();
     while begun.elapsed().as_millis() < 1500 {
         std::thread::sleep(std::time::Duration::from_millis(50));
@@ -214,7 +214,7 @@ fn ctrl_c_leaves_a_report_that_says_so() {
     let page = read(&folder, "out/study.html");
     stands_alone(&page);
     assert!(page.contains("was interrupted"));
-    // And nothing is left half-written.
+    // No file is left partially written.
     let names = std::fs::read_dir(folder.path("out")).expect("a folder");
     for name in names.map(|entry| entry.expect("an entry").file_name()) {
         assert!(name.to_string_lossy().starts_with("study."), "{name:?}");

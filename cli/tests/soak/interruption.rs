@@ -1,7 +1,7 @@
-//! The command, ended at a random moment while it replaces a picture.
+//! The command, interrupted or killed at a random moment while it replaces an image file.
 //!
 //! Measure: pixels; exit codes.
-//! Range: signals, so Unix alone.
+//! Range: Unix only, for it sends signals.
 //! Source: none needed.
 
 use super::common::TestRng;
@@ -14,13 +14,13 @@ use std::time::{Duration, Instant};
 /// The exit code of an interrupted render, whose samples so far are kept.
 const INTERRUPTED: i32 = 130;
 
-/// A render whose picture is large, so that writing it takes a good part of its time.
+/// A render of a large image, so that writing takes a good part of its time.
 const RENDER: &str = "render small.toml --size 1024x512 --spp 1 -t 2 -q -o a.exr -o a.pfm";
 
-/// A folder with a picture, and how the attempts on it went.
+/// A folder with an image, and counts of how its renders ended.
 pub struct Victim {
     folder: SceneFolder,
-    /// What an undisturbed render takes.
+    /// The duration of an undisturbed render.
     usual: Duration,
     interrupted: u64,
     killed: u64,
@@ -28,7 +28,7 @@ pub struct Victim {
 }
 
 impl Victim {
-    /// With a picture already there.
+    /// Creates the folder with an image already in it.
     pub fn new() -> Self {
         let folder = SceneFolder::new([("small.toml", SMALL)]);
         let start = Instant::now();
@@ -42,7 +42,7 @@ impl Victim {
         }
     }
 
-    /// Ends a render at a random moment; a whole picture has to be there afterwards.
+    /// Ends a render at a random moment; a complete image has to exist afterwards.
     pub fn kill_once(&mut self, rng: &mut TestRng) {
         let interrupt = rng.uniform() < 0.3;
         let seed = (1e6 * rng.uniform()) as u32;
@@ -53,19 +53,19 @@ impl Victim {
         if interrupt {
             signal(&child, "-INT");
         } else {
-            // An error says that it has ended already.
+            // An error means that the process has already ended.
             child.kill().unwrap_or_default();
         }
         self.judge(&mut child, interrupt);
         for name in ["a.exr", "a.pfm"] {
             let image = Image::read(&self.folder.path(name), ColourSpace::Linear);
-            let image = image.unwrap_or_else(|error| panic!("the picture is damaged: {error}"));
+            let image = image.unwrap_or_else(|error| panic!("the image is damaged: {error}"));
             assert_eq!((image.width(), image.height()), (1024, 512));
         }
         self.sweep(interrupt);
     }
 
-    /// How it ended: by the signal, or before it came.
+    /// Counts how the process ended: by the signal, or before it arrived.
     fn judge(&mut self, child: &mut Child, interrupt: bool) {
         let code = child.wait().expect("it was started here").code();
         match code {
@@ -76,7 +76,7 @@ impl Victim {
         }
     }
 
-    /// Who is killed leaves a temporary file behind; who is interrupted does not.
+    /// Removes temporary files: a killed process leaves one behind, an interrupted one must not.
     fn sweep(&self, interrupt: bool) {
         let ours = ["a.exr", "a.pfm", "small.toml"];
         for name in self
@@ -108,7 +108,7 @@ impl std::fmt::Display for Victim {
 
 fn signal(child: &Child, name: &str) {
     let id = child.id().to_string();
-    // An error says that it has ended already.
+    // An error means that the process has already ended.
     let sent = Command::new("kill").args([name, &id]).output();
-    sent.expect("there is a command kill");
+    sent.expect("the command kill exists");
 }

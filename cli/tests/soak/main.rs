@@ -1,12 +1,12 @@
-//! Half an hour of random scenes on every backend: `make soak`.
+//! A soak test of half an hour: random scenes on every backend. Run it with `make soak`.
 //!
-//! Each round renders a generated scene with every backend, and holds it to four things: no sample that is not finite; the
-//! same radiance from every backend; no memory that grows from round to round; and a picture on the disk that is whole,
-//! however the command that was about to replace it was ended.
+//! Each round renders a generated scene with every backend and checks four properties: all samples are finite; all
+//! backends give the same radiance; memory does not grow from round to round; and the image on disk is complete, however
+//! the command that was replacing it was ended.
 //!
-//! Measure: seconds of the variable SOAK_SECONDS; bytes of resident memory, where /proc tells them.
-//! Range: a finding ends it with a panic that names the round, from which the round can be repeated: ROUND=n.
-//! Source: none needed. It is a program and no test, since how long it runs is what it is for.
+//! Measure: seconds, set by the variable SOAK_SECONDS; bytes of resident memory, where /proc reports them.
+//! Range: a failure ends the program with a panic that names the round; ROUND=n repeats round n.
+//! Source: none needed. This is a program and not a `#[test]`, because of its long running time.
 
 #[path = "../../../tests/common/mod.rs"]
 mod common;
@@ -26,11 +26,12 @@ use etendue::internals::render::{Unwatched, render};
 use etendue::internals::scene::description::SceneDescription;
 use std::time::{Duration, Instant};
 
-/// Samples a pixel.
+/// Samples per pixel.
 const SPP: u64 = 64;
-/// Rounds between two attempts on the command's life.
+/// Rounds between two attempts to kill the command.
 const ROUNDS_BETWEEN_KILLS: u64 = 10;
-/// What resident memory may gain between the first third and the last: allocators keep some of what is returned.
+/// Largest allowed growth of resident memory in bytes between the first third and the last: allocators keep some of
+/// the freed memory.
 const MOST_GAINED: u64 = 32 << 20;
 
 fn main() {
@@ -61,12 +62,12 @@ fn main() {
     memory.judge();
 }
 
-/// Renders one scene with every backend, and compares.
+/// Renders one scene with every backend and compares the images.
 fn round(index: u64) {
     let mut generator = Generator::new(index);
     let wanted = generator.wanted();
     let mut description = generator.scene(wanted);
-    // Beside whole pictures, patches of them: there every pixel looks at one point, between the same few surfaces.
+    // Every second round has a tiny field of view, so that all pixels see the same point.
     if index % 2 == 1 {
         description.camera.fov = 1e-4;
     }
@@ -104,8 +105,8 @@ fn picture(index: u64, description: &SceneDescription, backend: Backend) -> Film
     rendered.film
 }
 
-/// The means of two pictures of the same samples. Where a backend's rounding sends a path another way, the two differ by
-/// chance; by no more than two pictures of other samples would, at 5.2 sigma.
+/// Compares the means of two images rendered with the same seed. Where rounding makes a path diverge, the two differ
+/// randomly, but by no more than images of independent samples would, at 5.2 sigma.
 fn compare(what: &str, a: &Film, b: &Film) {
     let [a, b] = [a, b].map(|film| {
         let tiles = film.tiles().iter();
@@ -129,12 +130,12 @@ fn compare(what: &str, a: &Film, b: &Film) {
     );
 }
 
-/// The most resident memory in each third of the time, in bytes.
+/// The peak resident memory in each third of the running time, in bytes.
 #[derive(Debug, Default)]
 struct Memory([u64; 3]);
 
 impl Memory {
-    /// Looks, when this share of the time is over.
+    /// Records the resident memory when this fraction of the time has passed.
     fn look(&mut self, share: f64) {
         let third = &mut self.0[((3.0 * share) as usize).min(2)];
         *third = (*third).max(resident());
@@ -156,7 +157,7 @@ impl std::fmt::Display for Memory {
     }
 }
 
-/// Resident memory in bytes; 0 where it cannot be told.
+/// Resident memory in bytes; 0 if unknown.
 fn resident() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));

@@ -4,20 +4,20 @@
 //! Range: arguments are split at spaces: names in tests have none.
 //! Source: none needed.
 
-// Each test program uses a part of it.
+// Each test program uses a part of this module.
 #![allow(dead_code)]
 
 use crate::common::scene_folder::{HEAD, SceneFolder};
 use std::process::{Command, Output, Stdio};
 
-/// The exit code of a request that makes no sense.
+/// The exit code of an invalid request.
 pub const USAGE: i32 = 2;
 /// The exit code of an invalid scene.
 pub const SCENE: i32 = 3;
 /// The exit code of a file that cannot be read or written.
 pub const INPUT_OUTPUT: i32 = 4;
 
-/// What the command left behind.
+/// The exit code and the output of the command.
 #[derive(Debug)]
 pub struct Finished {
     /// The exit code.
@@ -53,7 +53,8 @@ pub fn succeed(folder: &SceneFolder, arguments: &str) -> Finished {
     finished
 }
 
-/// Runs the command, and makes sure that it fails with this code, says all of `words`, and leaves nothing behind.
+/// Runs the command, and checks that it fails with this code, prints all of `words` on standard error, and leaves the folder
+/// unchanged.
 #[track_caller]
 pub fn fails(folder: &SceneFolder, arguments: &str, code: i32, words: &[&str]) {
     let before = folder.listing();

@@ -34,11 +34,11 @@ const SQUARES: u32 = 16;
 /// The backend that misses the mesh with some segments.
 const EMBREE: &str = "embree";
 
-const AT_VERTICES: &str = "Embree's robust mode is not watertight at vertices (its issue 181): of segments aimed at the \
-     very bits of one some pass, one in 10^4 to one in 100 by the fineness of the mesh";
+const AT_VERTICES: &str = "Embree's robust mode is not watertight at vertices (its issue 181): of segments aimed \
+     exactly at one some pass, one in 10^4 to one in 100 depending on the resolution of the mesh";
 
-const AT_EDGES: &str = "of segments aimed at the very bits of an edge of a mesh that is a hundred times its size away from \
-     where the scene's detail is, Embree's robust mode lets one in 10^7 pass";
+const AT_EDGES: &str = "of segments aimed exactly at an edge of a mesh that is a hundred times its size away from the \
+     scene's detail, Embree's robust mode lets one in 10^7 pass";
 
 /// Every case.
 pub fn cases(effort: Effort) -> Vec<Case> {

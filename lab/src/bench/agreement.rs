@@ -130,7 +130,7 @@ impl Pair<'_> {
                 let Some(hit) = hit else { continue };
                 *found = self.meeting(hit, ray, time);
                 if found.is_none() {
-                    return real(&format!("nothing of {} is at {:?}", name(hit.id), hit.t));
+                    return real(&format!("{} is not at {:?}", name(hit.id), hit.t));
                 }
             }
             let met = match (found, hits) {
@@ -160,7 +160,7 @@ impl Pair<'_> {
                 && f64::from(skipped[far]) < meeting.from;
             if meeting.certain && passes {
                 let passing = self.sides[far].0.name();
-                return real(&format!("{passing} passes {}", name(hit.id)));
+                return real(&format!("{passing} misses {}", name(hit.id)));
             }
             passed_edge = true;
             skipped[near] = hit.t;
@@ -186,7 +186,10 @@ impl Pair<'_> {
             while let Some(hit) = next {
                 match self.meeting(hit, ray, time) {
                     Some(meeting) if meeting.certain => {
-                        return real(format!("{free} says free, {} is there", name(hit.id)));
+                        return real(format!(
+                            "{free} reports no occlusion, but the ray hits {}",
+                            name(hit.id)
+                        ));
                     }
                     found => candidates |= found.is_some(),
                 }
@@ -197,9 +200,14 @@ impl Pair<'_> {
             return Verdict::Edge;
         }
         match self.anything_on(ray, time) {
-            (Some(id), _) => real(format!("{free} says free, {} is there", name(id))),
+            (Some(id), _) => real(format!(
+                "{free} reports no occlusion, but the ray hits {}",
+                name(id)
+            )),
             (None, true) => Verdict::Edge,
-            (None, false) => real(format!("nothing is there, only {free} says so")),
+            (None, false) => real(format!(
+                "the ray hits nothing, but only {free} reports no occlusion"
+            )),
         }
     }
 
@@ -246,7 +254,7 @@ impl Pair<'_> {
             let name = self.sides[side].0.name();
             match hits[side] {
                 Some(hit) => format!("{name}: {} at {:?}", self::name(hit.id), hit.t),
-                None => format!("{name}: nothing"),
+                None => format!("{name}: no hit"),
             }
         };
         format!(

@@ -119,9 +119,7 @@ impl Bench<'_> {
 
     fn scene(&mut self, given: &GivenScene, work: &Work) -> Result<Option<()>> {
         let name = &given.name;
-        let stage = self
-            .meter
-            .stage(format!("{name}: making it ready"), work.prepare);
+        let stage = self.meter.stage(format!("{name}: preparing"), work.prepare);
         let mut ready = self.ready(given)?;
         self.report.scenes.push(SceneReport {
             name: name.clone(),
@@ -235,7 +233,7 @@ impl Bench<'_> {
     ) -> Result<Option<()>> {
         let stage = self
             .meter
-            .stage(format!("{name}: our own render"), work.render);
+            .stage(format!("{name}: Etendue render"), work.render);
         let Some(floor) = Floor::of(ready.target, recording, &self.last().traces) else {
             return Ok(Some(()));
         };

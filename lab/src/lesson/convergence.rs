@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 pub const TOPIC: Topic = Topic {
     name: "convergence",
     title: "Variance falls as 1/N, the error as 1/√N",
-    summary: "Four times the samples for half the error, and how often an error bar is right.",
+    summary: "Four times the samples for half the error, and the coverage of error bars.",
     weight: 3.0,
     run,
 };
@@ -50,18 +50,18 @@ fn estimate_evenly(samples: usize, uniform: &mut Uniform) -> f64 {
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "The mean of N samples of f/p is an unbiased estimate of the integral. Its \
-                variance is that of one sample divided by N, and the root of it, the standard \
-                error, falls as one over the root of N: one more digit takes a hundred times the \
-                samples, in whatever dimension. By the central limit theorem the errors are \
-                spread like a bell curve, so that 68 of 100 are within one standard error, and 95 \
-                within two."
-            .to_owned(),
+        claim:
+            "The mean of N samples of f/p is an unbiased estimate of the integral. Its variance \
+                is that of one sample divided by N, and the root of it, the standard error, falls \
+                as one over the root of N: one more digit takes a hundred times the samples, in \
+                any dimension. By the central limit theorem the errors are approximately \
+                normally distributed, so that 68 of 100 are within one standard error, and 95 within two."
+                .to_owned(),
         formulas: vec![
             Formula::new(
                 r"\langle I\rangle_N = \frac{1}{N}\sum_{i=1}^{N}\frac{f(x_i)}{p(x_i)}, \qquad
                   E\big[\langle I\rangle_N\big] = \int f(x)\,\mathrm{d}x = I",
-                "The estimator, and that it is unbiased.",
+                "The estimator, which is unbiased.",
             ),
             Formula::new(
                 r"V\big[\langle I\rangle_N\big] = \frac{1}{N}\,V\Big[\frac{f(X)}{p(X)}\Big] =
@@ -72,7 +72,7 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
             Formula::new(
                 r"f(x) = \frac{e^x}{e-1}, \quad p(x) = 1: \qquad I = 1, \qquad V =
                   \frac{e+1}{2(e-1)} - 1 = 0.0820",
-                "What is integrated here.",
+                "The integrand.",
             ),
             Formula::new(
                 r"\epsilon = \frac{1}{V\,T}",
@@ -82,9 +82,9 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
             ),
         ],
         experiment: format!(
-            "The integral is estimated by N samples, {RUNS} times over with new random numbers \
-             for each of N = 1, 4, 16 … 4096. The spread of these estimates is the variance, and \
-             the root of their mean squared distance from 1 the error."
+            "The integral is estimated by N samples, {RUNS} times with new random numbers for each \
+             of N = 1, 4, 16 … 4096. The spread of these estimates is the variance, and the root \
+             of their mean squared distance from 1 the error."
         ),
         findings: findings(lesson),
     })
@@ -117,8 +117,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     });
     vec![
         Finding::Numbers {
-            reading: "Estimates with more samples are as right on average, and less spread."
-                .to_owned(),
+            reading: "Estimates with more samples have the same mean and less variance.".to_owned(),
             numbers: numbers(&spreads, [&curve, &evenly], &shares),
         },
         Finding::Plots {
@@ -126,7 +125,8 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         },
         Finding::Techniques {
             reading: "One estimate of N samples as a technique: its variance falls as its time \
-                      grows, and the efficiency stays, but for what starting an estimate costs."
+                      grows, and the efficiency stays, except for the cost of starting an \
+                      estimate."
                 .to_owned(),
             techniques: techniques.collect(),
         },
@@ -184,9 +184,9 @@ fn errors(curve: &ErrorCurve, evenly: &ErrorCurve) -> Plot {
         title: "Root mean square error".to_owned(),
         reading: "A power of N is a straight line on logarithmic axes, and its exponent is the \
                   slope: the error loses one power of ten while N gains two. The band is two \
-                  standard errors wide to each side. Points that are spread evenly are not \
-                  independent, and on a function as smooth as this one their error falls three \
-                  times as steeply: that is what the sampler `sobol` is for."
+                  standard errors wide to each side. Low-discrepancy points are not independent, \
+                  and on a function as smooth as this one their error falls three times as \
+                  steeply: this is the purpose of the sampler `sobol`."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("samples N"),
@@ -232,9 +232,10 @@ impl Shares {
         let bell = |x: f64| (-0.5 * x * x).exp() / TAU.sqrt();
         Plot {
             title: "Errors of estimates of 64 samples".to_owned(),
-            reading: "In units of the standard error. The samples themselves follow an \
-                      exponential curve; their means follow the bell."
-                .to_owned(),
+            reading:
+                "In units of the standard error. The samples themselves follow an exponential \
+                      curve; their means follow the normal distribution."
+                    .to_owned(),
             shape: Shape::Wide,
             x: Axis::linear("error / σ").over(-4.0, 4.0),
             y: Axis::linear("density"),

@@ -49,8 +49,9 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
         claim: "The mean of N independent throws is itself a random variable. Its expected value \
                 is that of one throw, E[X] = 3.5, however large N is; its variance is that of one \
-                throw, V[X] = 35/12, divided by N. So means gather around 3.5, and as N grows \
-                they do so in the shape of a bell, although a single throw is flat."
+                throw, V[X] = 35/12, divided by N. So means concentrate around 3.5, and as N grows \
+                their distribution approaches the normal one, although that of a single throw is \
+                flat."
             .to_owned(),
         formulas: vec![
             Formula::new(
@@ -72,10 +73,10 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
         ],
         experiment: format!(
             "A die is thrown {} million times, by uniform numbers that are mapped to six faces of \
-             equal probability. Then means of 2, 5 and 20 throws are taken again and again, and \
-             their histogram is held against the exact probabilities, which follow from those of \
-             one die by convolution. Last, twelve people throw 10 000 times each and write down \
-             the mean after every throw.",
+             equal probability. Then means of 2, 5 and 20 throws are taken many times, and their \
+             histogram is compared with the exact probabilities, which follow from those of one \
+             die by convolution. Last, twelve people throw 10 000 times each and write down the \
+             mean after every throw.",
             THROWS >> 20
         ),
         findings: vec![
@@ -99,9 +100,8 @@ fn numbers(lesson: &Lesson<'_>, die: &Die) -> Finding {
         f64::from(u8::from(die.throw(uniform) == 6.0))
     });
     Finding::Numbers {
-        reading: "Each number stands beside its exact value, with its standard error: the spread \
-                  that chance leaves. It passes if both are within 5.2 standard errors, and these \
-                  are small enough to tell."
+        reading: "Each number is listed with its exact value and its standard error. It passes if \
+                  both are within 5.2 standard errors, and these are below a limit."
             .to_owned(),
         numbers: vec![
             Number::mean(
@@ -144,8 +144,8 @@ fn faces(lesson: &Lesson<'_>, die: &Die) -> Plot {
     Plot {
         title: format!("{SHOWN} throws"),
         reading: "The bars are the shares of the faces, the dashed line is 1/6. The band holds \
-                  about 95 of 100 such shares: none of the faces is special, chance alone makes \
-                  the bars uneven."
+                  about 95 of 100 such shares: all faces are equally likely, and the differences \
+                  are noise."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("pips").over(0.5, 6.5),
@@ -197,9 +197,9 @@ fn bells(lesson: &Lesson<'_>, die: &Die) -> Plot {
         });
     Plot {
         title: "Means of more and more throws".to_owned(),
-        reading: "Lines are exact, dots were thrown. One throw is flat, the mean of two a \
-                  triangle, that of twenty a bell: four times as many throws make it half as \
-                  wide."
+        reading: "Lines are exact, dots are measured. One throw is flat, the mean of two a \
+                  triangle, that of twenty nearly normal: four times as many throws make it half \
+                  as wide."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("mean of the throws"),
@@ -257,8 +257,8 @@ fn running_means(lesson: &Lesson<'_>, die: &Die) -> Plot {
     );
     Plot {
         title: "The mean after N throws".to_owned(),
-        reading: "No line is drawn towards 3.5 by anything: each throw merely counts less and \
-                  less. Almost all lines stay within two standard deviations of the mean, and \
+        reading: "No line is pulled towards 3.5: each throw only has less weight than the one \
+                  before. Almost all lines stay within two standard deviations of the mean, and \
                   this funnel narrows as one over the root of N."
             .to_owned(),
         shape: Shape::Wide,

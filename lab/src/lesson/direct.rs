@@ -25,7 +25,7 @@ pub const TOPIC: Topic = Topic {
     name: "direct",
     title: "Directional against area sampling",
     summary: "Direct light by directions over the hemisphere, or by points on the lamp: each is \
-              good where the other is bad.",
+              efficient where the other is not.",
     weight: 16.0,
     run,
 };
@@ -94,13 +94,13 @@ impl Estimator {
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "The light that a point reflects is an integral over directions. It can as well be \
-                written over the points of the lamp: a piece of area seen from afar, and at a \
-                slant, covers little solid angle. Both integrals are the same, their estimators \
-                are not. Directions rarely meet a small lamp, and the variance grows without \
-                limit as it shrinks. Points on the lamp always do, but near a large lamp 1/r² \
-                varies without limit, and most points are far off. Neither is best: this is why a \
-                renderer combines them, or samples the solid angle of the lamp itself."
+        claim: "The light that a point reflects is an integral over directions. It can also be \
+                written over the points of the lamp: a distant or tilted area covers little solid \
+                angle. Both integrals are the same, their estimators are not. Directions rarely \
+                hit a small lamp, and the variance grows without bound as it shrinks. Points on \
+                the lamp always do, but near a large lamp 1/r² varies without bound, and most \
+                points are far away. Neither is best: this is why a renderer combines them, or \
+                samples the solid angle of the lamp itself."
             .to_owned(),
         formulas: vec![
             Formula::new(
@@ -123,8 +123,8 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
                 r"E\big[\langle L_o\rangle_\omega^2\big] = \frac{4}{3}\Big(1 -
                   (1+a^2)^{-3/2}\Big)(\rho L_e)^2, \qquad E\big[\langle L_o\rangle_A^2\big] =
                   \frac{a^2}{3}\Big(1 - (1+a^2)^{-3}\Big)(\rho L_e)^2",
-                "The second moments of both estimators there; the variance is what they exceed \
-                 the square of the radiance by.",
+                "The second moments of both estimators there; the variance is their excess over \
+                 the square of the radiance.",
             ),
         ],
         experiment: format!(
@@ -242,10 +242,10 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
     };
     let plots = vec![deviations(series)];
     let readings = [
-        "A small lamp, of a tenth of its height: hardly a direction meets it.",
+        "A small lamp, of a tenth of its height: few directions hit it.",
         "A lamp whose radius is its height.",
-        "A large lamp, ten times as far to its rim as to its centre: most of its points add next \
-         to nothing.",
+        "A large lamp, ten times as far to its rim as to its centre: most of its points contribute \
+         almost nothing.",
     ];
     let tables = readings.into_iter().zip(techniques);
     let tables = tables.map(|(reading, techniques)| Finding::Techniques {
@@ -264,7 +264,8 @@ fn deviations(series: Vec<Series>) -> Plot {
     Plot {
         title: "Relative standard deviation of one sample".to_owned(),
         reading: "Lines are exact, dots rendered. Where the lamp's radius is about twice its \
-                  height both are even; from there on each goes its own way."
+                  height both are equal; area sampling is better below, directional sampling \
+                  above."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("radius of the lamp / its height"),
@@ -300,9 +301,8 @@ fn pictures(lesson: &Lesson<'_>) -> Result<Finding> {
     Ok(Finding::Pictures {
         title: "Direct light of the Cornell box, at equal time".to_owned(),
         reading: format!(
-            "{seconds} seconds each. The lamp is small: of all directions only a few percent meet \
-             it. On the ceiling's edge beside the lamp nothing arrives, for the lamp shines \
-             downwards."
+            "{seconds} seconds each. The lamp is small: only a few percent of all directions hit \
+             it. The ceiling beside the lamp receives nothing, as the lamp emits downwards."
         ),
         pictures,
     })

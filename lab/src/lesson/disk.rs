@@ -20,7 +20,7 @@ use std::f64::consts::{FRAC_PI_4, PI};
 pub const TOPIC: Topic = Topic {
     name: "disk",
     title: "Points on a disk",
-    summary: "Why r = U crowds the centre, r = √U does not, and what rejection costs.",
+    summary: "Why r = U oversamples the centre, r = √U does not, and the cost of rejection.",
     weight: 1.0,
     run,
 };
@@ -46,10 +46,10 @@ const WAYS: [Estimator; 4] = [
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
         claim: "A uniform radius does not make uniform points. Half of all radii are below 1/2, \
-                but the disk within 1/2 has only a quarter of the area: r = U crowds the centre. \
-                The share of the area within r is r², and its inverse is the root: r = √U. \
-                Rejection needs no such thought; it throws points at the square around the disk \
-                until one lies inside, and misses with probability 1 − π/4."
+                but the disk within 1/2 has only a quarter of the area: r = U oversamples the \
+                centre. The share of the area within r is r², and its inverse is the root: r = √U. \
+                Rejection needs no such derivation; it samples the square around the disk until a \
+                point lies inside, and rejects with probability 1 − π/4."
             .to_owned(),
         formulas: vec![
             Formula::new(
@@ -67,9 +67,9 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
                 "The efficiency of rejection; it takes 4/π = 1.27 trials on average.",
             ),
         ],
-        experiment: "Two million points are drawn in each way. They are asked how many lie within \
-                     half of the radius, and for the integral of x² over the disk, which is π/4. \
-                     The mistake, taken for uniform, comes out at π/6."
+        experiment: "Two million points are drawn by each technique. They give the share within \
+                     half of the radius, and the integral of x² over the disk, which is π/4. The \
+                     mistake, treated as uniform, gives π/6."
             .to_owned(),
         findings: findings(lesson),
     })
@@ -87,8 +87,8 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     let right = WAYS.into_iter().zip(&integrals).skip(1);
     vec![
         Finding::Numbers {
-            reading: "The three right ways agree. The mistake does not, and no number of samples \
-                      would make it: an error that does not fall is a bias."
+            reading: "The three correct techniques agree. The mistake does not, at any number of \
+                      samples: an error that does not fall is a bias."
                 .to_owned(),
             numbers: numbers(lesson, &integrals),
         },
@@ -96,12 +96,13 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             plots: [0, 1, 3].map(|way| scatter(lesson, WAYS[way])).to_vec(),
         },
         Finding::Techniques {
-            reading: "The integral of x² by the right ways. Their density is the same, and so is \
-                      their variance; only the time differs. Rejection pays for its misses, and \
-                      each point takes an unknown count of random numbers, which stratification \
-                      cannot cope with; the concentric map keeps neighbours in the square \
+            reading:
+                "The integral of x² by the correct techniques. Their density is the same, and \
+                      so is their variance; only the time differs. Rejection wastes the rejected \
+                      points, and each point takes a varying count of random numbers, which \
+                      prevents stratification; the concentric map keeps neighbours in the square \
                       together on the disk."
-                .to_owned(),
+                    .to_owned(),
             techniques: right.map(technique).collect(),
         },
     ]

@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 pub const TOPIC: Topic = Topic {
     name: "hemisphere",
     title: "Directions over the hemisphere",
-    summary: "Uniform directions and directions by the cosine, by rejection and by inversion.",
+    summary: "Uniform and cosine-weighted directions, by rejection and by inversion.",
     weight: 1.0,
     run,
 };
@@ -88,11 +88,11 @@ impl Estimator {
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "A surface receives light from all directions above it, each weighed by its \
-                cosine. Uniform directions spend half of their number within 30 degrees of the \
-                horizon, where the cosine leaves little. Directions whose density follows the \
-                cosine spare that: what is left to average is the light alone. Under an even sky \
-                not even that varies, and a single sample is exact."
+        claim: "A surface receives light from all directions above it, each weighted by its \
+                cosine. Half of all uniform directions are within 30 degrees of the horizon, where \
+                the cosine is small. Directions whose density is proportional to the cosine avoid \
+                that: only the radiance is averaged. Under a constant sky not even that varies, \
+                and a single sample is exact."
             .to_owned(),
         formulas: vec![
             Formula::new(
@@ -114,10 +114,10 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
                  variance by 6.4.",
             ),
         ],
-        experiment: "Two skies light a surface: an even one, with E = π, and one of radiance cos \
-                     θ, with E = 2π/3. A million directions are drawn in each of four ways. \
-                     Malley's way lifts uniform points of the disk up to the hemisphere, which \
-                     makes their density that of the cosine."
+        experiment: "Two skies light a surface: a constant one, with E = π, and one of radiance \
+                     cos θ, with E = 2π/3. A million directions are drawn by each of four \
+                     techniques. Malley's method projects uniform points of the disk up to the \
+                     hemisphere, which makes their density proportional to the cosine."
             .to_owned(),
         findings: findings(lesson),
     })
@@ -130,9 +130,9 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     };
     vec![
         Finding::Numbers {
-            reading: "All ways have the same expected value; their variance depends on the \
-                      density alone. Under an even sky the cosine leaves none but that of \
-                      rounding."
+            reading: "All techniques have the same expected value; their variance depends on the \
+                      density alone. Under a constant sky cosine-weighted directions have none but \
+                      that of rounding."
                 .to_owned(),
             numbers: numbers(lesson, &bright),
         },
@@ -147,7 +147,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         },
         Finding::Techniques {
             reading: "Irradiance under the sky of radiance cos θ. A better density gains a factor \
-                      of 6.4; a better program for the same density gains what its time does."
+                      of 6.4; a faster program for the same density gains the ratio of the times."
                 .to_owned(),
             techniques: WAYS.into_iter().zip(&bright).map(technique).collect(),
         },
@@ -208,9 +208,9 @@ fn from_above(lesson: &Lesson<'_>, title: &str, way: Estimator) -> Plot {
     Plot {
         title: title.to_owned(),
         reading: if way.by_cosine {
-            "The projections fill the disk evenly: that is Malley's method, seen backwards."
+            "The projections fill the disk evenly: that is Malley's method in reverse."
         } else {
-            "Uniform on the sphere, the projections crowd the rim, where the sphere is steep."
+            "Uniform on the sphere, the projections are dense at the rim, where the sphere is steep."
         }
         .to_owned(),
         shape: Shape::Square,
@@ -248,9 +248,10 @@ fn cosines(lesson: &Lesson<'_>) -> Plot {
     };
     let range = [0.0, 1.0];
     Plot {
-        title: "How often each cosine comes".to_owned(),
-        reading: "Lines are exact, dots were drawn. Among uniform directions all cosines are \
-                  alike; by the cosine, their density grows with the cosine itself."
+        title: "Histogram of the cosines".to_owned(),
+        reading: "Lines are exact, dots are measured. For uniform directions all cosines are \
+                  equally likely; for cosine-weighted ones their density is proportional to the \
+                  cosine."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("cos θ").over(0.0, 1.0),

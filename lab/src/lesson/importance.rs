@@ -51,18 +51,18 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
         claim: "Any density that is positive where the integrand is not zero estimates the \
                 integral without bias. The variance is in the ratio f/p: a density that follows f \
-                makes it even, and one in proportion to f makes it constant, so that a single \
-                sample is exact. A density that goes to zero faster than f does lets the ratio \
-                grow without limit, rare as that may be, and the variance can be infinite. Such \
-                an estimate looks right most of the time, which is what makes it dangerous."
+                makes it nearly constant, and one in proportion to f makes it constant, so that a \
+                single sample is exact. A density that goes to zero faster than f does lets the \
+                ratio grow without limit, rare as that may be, and the variance can be infinite. \
+                Such an estimate looks right most of the time, which is what makes it dangerous."
             .to_owned(),
         formulas: vec![
             Formula::new(
                 r"\langle I\rangle_N = \frac{1}{N}\sum_{i=1}^{N}\frac{f(x_i)}{p(x_i)}, \qquad V =
                   \int\frac{f^2(x)}{p(x)}\,\mathrm{d}x - I^2, \qquad p = \frac{f}{I}
                   \;\Rightarrow\; V = 0",
-                "What would be perfect takes the integral itself to norm it; what is close to f \
-                 is what can be had.",
+                "The perfect density needs the integral itself as its normalisation; practical \
+                 ones are close to f.",
             ),
             Formula::new(
                 r"f(x) = 5x^4, \quad p_k(x) = (k+1)\,x^k: \qquad V_k = \frac{25}{(k+1)(9-k)} - 1
@@ -130,7 +130,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         },
         Finding::Techniques {
             reading: "At k = 12 the measured variance is finite, as that of any finite number of \
-                      samples is; with another seed it is another one, and it does not settle."
+                      samples is; it differs with another seed, and does not converge."
                 .to_owned(),
             techniques: [0.0, 2.0, 4.0, 6.0, 12.0].map(technique).to_vec(),
         },
@@ -144,8 +144,8 @@ fn shapes() -> Plot {
     };
     Plot {
         title: "The integrand and densities".to_owned(),
-        reading: "Below f a density misses what matters, and above it wastes samples. Look at the \
-                  left: there p₁₂ is far below f, and f/p goes to infinity."
+        reading: "A density below f undersamples it, and one above it wastes samples. At the left \
+                  p₁₂ is far below f, and f/p goes to infinity."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("x").over(0.0, 1.0),
@@ -162,8 +162,8 @@ fn shapes() -> Plot {
 fn variances(measured: Vec<[f64; 2]>) -> Plot {
     Plot {
         title: "Variance of one sample".to_owned(),
-        reading: "It is zero at k = 4 and rises to both sides, but not alike: to the left it ends \
-                  at that of plain Monte Carlo, to the right it leaves every bound at k = 9. Too \
+        reading: "It is zero at k = 4 and rises to both sides, but not equally: to the left it \
+                  ends at that of plain Monte Carlo, to the right it is infinite from k = 9. Too \
                   flat is safe, too steep is not."
             .to_owned(),
         shape: Shape::Wide,
@@ -234,9 +234,9 @@ fn runs(lesson: &Lesson<'_>) -> Plot {
     let all = (0..4).flat_map(|index| [run(12.0, 1, index), run(2.0, 2, index)]);
     Plot {
         title: "Eight single runs".to_owned(),
-        reading: "Most runs of k = 12 settle below 1, because the rare large ratios have not come \
-                  yet; when one comes, the mean leaps. An error bar from the same samples would \
-                  have called them right."
+        reading: "Most runs of k = 12 settle below 1, because the rare large ratios have not \
+                  occurred yet; when one occurs, the mean jumps. An error bar from the same \
+                  samples would not have shown the error."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("samples N"),

@@ -21,8 +21,8 @@ use std::time::Duration;
 pub const TOPIC: Topic = Topic {
     name: "ladder",
     title: "The ladder of path tracers",
-    summary: "From the naive path tracer to next event estimation with weights, at equal time on \
-              the Cornell box.",
+    summary: "From the naive path tracer to next event estimation with MIS, at equal time on the \
+              Cornell box.",
     weight: 70.0,
     run,
 };
@@ -48,65 +48,67 @@ const SECONDS: f64 = 3.0;
 const RUNGS: [(IntegratorKind, &str); 6] = [
     (
         IntegratorKind::Naive,
-        "a coin at every surface: take what it emits, or go on, anywhere",
+        "a coin at every surface: its emission, or a uniform direction",
     ),
     (
         IntegratorKind::EmitOrReflect,
-        "the coin knows whether the surface emits",
+        "the coin depends on whether the surface emits",
     ),
-    (IntegratorKind::Bsdf, "no coin, and directions by the BSDF"),
+    (IntegratorKind::Bsdf, "no coin, and BSDF sampling"),
     (
         IntegratorKind::LightOrRest,
-        "a ray to the lamp, and one anywhere else",
+        "a shadow ray to the lamp, and a uniform direction for the rest",
     ),
     (
         IntegratorKind::NextEvent,
-        "a ray to the lamp at every surface, directions by the BSDF",
+        "a shadow ray to the lamp at every surface, BSDF sampling",
     ),
-    (IntegratorKind::Path, "both ways to the lamp, weighted"),
+    (
+        IntegratorKind::Path,
+        "light and BSDF sampling, combined by MIS",
+    ),
 ];
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
         claim: "The light in a pixel is one integral over all paths. Every path tracer here \
-                estimates it without bias, so that all come to the same picture; they differ in \
-                the variance that one path leaves, and in what it costs. Each step of the ladder \
-                uses something that is known: where light is emitted, how surfaces reflect, where \
-                the lamps are. What counts at the end is efficiency, one over variance times \
-                time: a trick that halves the variance and takes twice the time gains nothing."
+                estimates it without bias, so that all converge to the same image; they differ in \
+                the variance of one path, and in its cost. Each step of the ladder uses something \
+                that is known: where light is emitted, how surfaces reflect, where the lamps are. \
+                The measure is efficiency, one over variance times time: a technique that halves \
+                the variance and takes twice the time gains nothing."
             .to_owned(),
         formulas: vec![
             Formula::new(
                 r"L(x,\omega_o) = L_e(x,\omega_o) + \int_{H}
                   f_r(\omega_i,\omega_o)\,L(y,-\omega_i)\cos\theta_i\,\mathrm{d}\omega_i",
-                "The rendering equation: what leaves x is emitted there, or came from elsewhere \
-                 and is reflected.",
+                "The rendering equation: the radiance that leaves x is emitted there, or \
+                 reflected.",
             ),
             Formula::new(
                 r"\text{naive:}\quad \langle L\rangle = \frac{L_e}{q} \;\text{ with probability }
                   q, \qquad \langle L\rangle = \frac{2\pi f_r \cos\theta}{1-q}\,\langle
                   L(y)\rangle \;\text{ else}",
-                "The first rung reads it as it stands: a coin chooses a term, a uniform direction \
-                 the point y.",
+                "The first path tracer samples it directly: a coin chooses a term, a uniform \
+                 direction the point y.",
             ),
             Formula::new(
                 r"\text{next event:}\quad L_r = \int_{A} f_r\, L_e\,
                   V\,\frac{\cos\theta\cos\theta'}{r^2}\,\mathrm{d}A + \int_{H} f_r\,
                   L_r(y)\cos\theta\,\mathrm{d}\omega",
-                "The reflected light in two parts: straight from the lamps, and what was \
-                 reflected before.",
+                "The reflected light in two parts: direct and indirect.",
             ),
             Formula::new(
                 r"w_i = \frac{p_i^2}{\sum_k p_k^2}, \qquad \epsilon = \frac{1}{V\,T}",
-                "Two ways to the same light are weighted by the power heuristic; estimators are \
-                 compared by their efficiency.",
+                "Two techniques for the same light are weighted by the power heuristic; estimators \
+                 are compared by their efficiency.",
             ),
         ],
         experiment: format!(
             "The Cornell box in {} × {} pixels is rendered by all six, compiled alike and with \
-             independent random numbers. Each renders it with {}, {} and {} samples a pixel, \
-             {SEEDS} times with different seeds, and is held against a reference of {} samples a \
-             pixel by the last of them. Last, each gets {SECONDS} seconds.",
+             independent random numbers. Each renders it with {}, {} and {} samples per pixel, \
+             {SEEDS} times with different seeds, and is compared with a reference of {} samples \
+             per pixel by the last of them. Finally, each renders for {SECONDS} seconds.",
             SIZE.0,
             SIZE.1,
             SPP[0],
@@ -244,7 +246,7 @@ impl Rung {
     fn picture(&self) -> Picture {
         Picture {
             name: self.kind.name().to_owned(),
-            says: format!("{}; {} samples a pixel", self.says, self.picture_spp),
+            says: format!("{}; {} samples per pixel", self.says, self.picture_spp),
             image: self.picture.clone(),
         }
     }
@@ -262,7 +264,7 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
     pictures.push(Picture {
         name: "reference".to_owned(),
         says: format!(
-            "{} samples a pixel by `path`",
+            "{} samples per pixel by `path`",
             REFERENCES * lesson.samples(REFERENCE_SPP)
         ),
         image: reference.image.clone(),
@@ -271,7 +273,7 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
     Ok(vec![
         Finding::Pictures {
             title: "At equal time".to_owned(),
-            reading: format!("{seconds} seconds each. They differ in noise alone."),
+            reading: format!("{seconds} seconds each. They differ only in noise."),
             pictures,
         },
         Finding::Techniques {
@@ -286,8 +288,8 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
             plots: vec![against_time(&rungs)],
         },
         Finding::Numbers {
-            reading: "The mean luminance of each, held against that of the reference: all \
-                      estimate the same picture."
+            reading: "The mean luminance of each, compared with that of the reference: all \
+                      estimate the same image."
                 .to_owned(),
             numbers: rungs.iter().map(|rung| rung.number(&reference)).collect(),
         },
@@ -301,9 +303,9 @@ fn against_time(rungs: &[Rung]) -> Plot {
         .map(|(hue, rung)| Series::new(rung.kind.name(), Mark::Marks, hue, rung.errors.clone()));
     Plot {
         title: "Error against time".to_owned(),
-        reading: "All lines fall as one over the root of the time: no step changes the law, each \
-                  shifts the line. The horizontal distance between two lines is how much longer \
-                  one has to wait."
+        reading: "All lines fall as one over the root of the time: no step changes the rate of \
+                  convergence, each shifts the line. The horizontal distance between two lines is \
+                  the ratio of their times to the same error."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("seconds"),

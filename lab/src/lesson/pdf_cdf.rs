@@ -34,8 +34,8 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
         claim: "A density p says how likely numbers are, relative to each other; it may exceed 1, \
                 but its integral is 1. The distribution function P(x) is the probability of a \
                 number up to x. It climbs from 0 to 1, steeply where the density is high. Uniform \
-                numbers between 0 and 1, read off through P from its ordinate to its abscissa, \
-                therefore gather where the density is high: they have just this density."
+                numbers between 0 and 1, mapped by the inverse of P, are therefore dense where the \
+                density is high: they have exactly this density."
             .to_owned(),
         formulas: vec![
             Formula::new(
@@ -58,9 +58,9 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
         experiment: format!(
             "A density of five straight lines is tabulated, as a renderer tabulates a measured \
              one. {} million uniform numbers are mapped by its inverse. Expected value and \
-             variance are held against exact integrals, and the histogram against the density. \
-             Then the numbers are put through P again: what comes out has to be uniform, with E = \
-             1/2 and V = 1/12.",
+             variance are compared with exact integrals, and the histogram with the density. Then \
+             the numbers are mapped by P again: the results have to be uniform, with E = 1/2 and V \
+             = 1/12.",
             SAMPLES >> 20
         ),
         findings: vec![
@@ -90,8 +90,7 @@ fn numbers(lesson: &Lesson<'_>, density: &PiecewiseLinear) -> Finding {
     });
     let below_half = density.invert(0.5);
     Finding::Numbers {
-        reading: "The numbers have the moments of the density, and put through P they are \
-                  uniform."
+        reading: "The numbers have the moments of the density, and mapped by P they are uniform."
             .to_owned(),
         numbers: vec![
             Number::certain("∫ p(x) dx", 1.0, moment(0)),
@@ -122,8 +121,8 @@ fn histogram(lesson: &Lesson<'_>, density: &PiecewiseLinear) -> Plot {
     Plot {
         title: "Density p, and a histogram".to_owned(),
         reading: format!(
-            "{SHOWN} samples fall into {BINS} bins as the density asks. Where p exceeds 1 numbers \
-             are more frequent than uniform ones."
+            "{SHOWN} samples in {BINS} bins follow the density. Where p exceeds 1 numbers are more \
+             frequent than uniform ones."
         ),
         shape: Shape::Wide,
         x: Axis::linear("x").over(0.0, 1.0),
@@ -146,8 +145,8 @@ fn inversion(density: &PiecewiseLinear) -> Plot {
     let curve = Series::curve("P(x)", Mark::Line, 1, [0.0, 1.0], |x| density.invert(x));
     Plot {
         title: "Distribution function P, and its inverse".to_owned(),
-        reading: "Sixteen evenly spaced u on the ordinate are read off through P. On the abscissa \
-                  they stand close where P is steep, that is, where p is high."
+        reading: "Sixteen evenly spaced u on the ordinate are mapped by the inverse of P. On the \
+                  abscissa they are dense where P is steep, that is, where p is high."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("x").over(0.0, 1.0),

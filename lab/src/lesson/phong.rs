@@ -84,15 +84,15 @@ impl Density {
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
         claim: "A glossy surface reflects into a lobe that is the narrower, the higher its \
-                exponent n. Directions that do not know of it rarely hit it, and when they do, \
-                the value is high: their variance grows in proportion to n. Directions that \
-                follow the lobe's own density keep only what the lobe does not know, here the \
-                cosine, and that varies the less, the narrower the lobe."
+                exponent n. Directions sampled without regard to it rarely hit it, and when they \
+                do, the value is high: their variance grows in proportion to n. With the lobe's \
+                own density only the factor outside the lobe remains, here the cosine, and that \
+                varies the less, the narrower the lobe."
             .to_owned(),
         formulas: vec![
             Formula::new(
                 r"\rho = \int_{H} \frac{n+2}{2\pi}(\cos\theta)^n\,\cos\theta\,\mathrm{d}\omega = 1",
-                "The quantity: what share of the light the lobe reflects, seen along the normal.",
+                "The quantity: the albedo of the lobe, seen along the normal.",
             ),
             Formula::new(
                 r"p(\omega) = \frac{n+1}{2\pi}(\cos\theta)^n: \qquad \cos\theta =
@@ -155,7 +155,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     };
     vec![
         Finding::Numbers {
-            reading: "All three are right on average, whatever they cost.".to_owned(),
+            reading: "All three are unbiased, whatever they cost.".to_owned(),
             numbers,
         },
         Finding::Plots { plots: vec![plot] },

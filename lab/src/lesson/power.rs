@@ -15,7 +15,7 @@ use etendue::Result;
 pub const TOPIC: Topic = Topic {
     name: "power-function",
     title: "The power function",
-    summary: "p(x) = (n + 1) xⁿ, by inversion and as the greatest of n + 1 uniform numbers.",
+    summary: "p(x) = (n + 1) xⁿ, by inversion and as the maximum of n + 1 uniform numbers.",
     weight: 1.0,
     run,
 };
@@ -36,9 +36,9 @@ fn as_maximum(n: u32, uniform: &mut Uniform) -> f64 {
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "The density of the power function can be sampled by inversion, at the price of a \
-                root. It can also be sampled without any: the greatest of n + 1 uniform numbers \
-                has the same density, for it is at most x just if all of them are."
+        claim: "The density of the power function can be sampled by inversion, at the cost of a \
+                root. It can also be sampled without one: the maximum of n + 1 uniform numbers has \
+                the same density, as it is at most x if and only if all of them are."
             .to_owned(),
         formulas: vec![
             Formula::new(
@@ -54,12 +54,12 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
             ),
             Formula::new(
                 r"E[X] = \frac{n+1}{n+2}, \qquad V[X] = \frac{n+1}{(n+2)^2 (n+3)}",
-                "What both have to come out at.",
+                "The exact moments for both.",
             ),
         ],
-        experiment: "For n = 1, 4 and 15 a million numbers are drawn in each way. Expected values \
-                     and variances are held against the exact ones, histograms against the \
-                     density, and the time of both ways against each other."
+        experiment: "For n = 1, 4 and 15 a million numbers are drawn by each technique. Expected \
+                     values and variances are compared with the exact ones, histograms with the \
+                     density, and the times of both techniques with each other."
             .to_owned(),
         findings: findings(lesson),
     })
@@ -97,11 +97,11 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     }
     vec![
         Finding::Numbers {
-            reading: "Both ways have the moments of the density.".to_owned(),
+            reading: "Both techniques have the moments of the density.".to_owned(),
             numbers,
         },
         Finding::Techniques {
-            reading: "The variance is that of the density, whichever way: efficiency 1/(V·T) here \
+            reading: "The variance is that of the density for both: efficiency 1/(V·T) here \
                       compares times alone. The maximum takes time in proportion to n + 1, the \
                       root takes the same for any n."
                 .to_owned(),
@@ -136,7 +136,7 @@ fn densities(lesson: &Lesson<'_>) -> Plot {
     Plot {
         title: "Densities, and histograms of maxima".to_owned(),
         reading: "Lines are (n + 1) xⁿ, dots the shares of maxima in 40 bins. The more numbers \
-                  there are, the closer to 1 is the greatest of them."
+                  there are, the closer to 1 is their maximum."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("x").over(0.0, 1.0),

@@ -19,7 +19,8 @@ use etendue::internals::math::stats::Moments;
 pub const TOPIC: Topic = Topic {
     name: "quadrature",
     title: "Quadrature against Monte Carlo",
-    summary: "Rules win in one dimension, chance in many: where the one overtakes the other.",
+    summary: "Quadrature rules win in one dimension, Monte Carlo in many: where the one overtakes \
+              the other.",
     weight: 12.0,
     run,
 };
@@ -52,10 +53,10 @@ fn stratified(
 
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
-        claim: "A rule such as the trapezoid's places its nodes on a grid. With N calls in d \
-                dimensions a grid is only N^(1/d) nodes fine along each axis: at d = 12, four \
-                thousand calls are two nodes an axis. The error of Monte Carlo does not know of \
-                d. So rules win by far in one dimension, and chance wins in many; for an \
+        claim: "A rule such as the trapezoidal one places its nodes on a grid. With N calls in d \
+                dimensions a grid has only N^(1/d) nodes along each axis: at d = 12, four thousand \
+                calls are two nodes per axis. The convergence rate of Monte Carlo does not depend \
+                on d. So rules win by far in one dimension, and Monte Carlo wins in many; for an \
                 integrand with an edge, where rules lose their order, it wins earlier. Light \
                 transport has two dimensions for every bounce, and edges everywhere."
             .to_owned(),
@@ -69,7 +70,7 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
             Formula::new(
                 r"\text{trapezoid: } O(N^{-2/d}), \qquad \text{Simpson: } O(N^{-4/d}), \qquad
                   \text{Monte Carlo: } \sigma\,N^{-1/2}",
-                "How the errors fall for smooth integrands. By order alone chance overtakes the \
+                "Convergence rates for smooth integrands. By order alone Monte Carlo overtakes the \
                  trapezoid from d = 4 on, Simpson from d = 8 on.",
             ),
             Formula::new(
@@ -81,9 +82,9 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
         experiment: format!(
             "Both integrands are integrated by two rules, by plain and by stratified Monte Carlo, \
              with up to {} calls in 1, 2, 4 and 8 dimensions. Stratified means jittered where the \
-             calls pay for a grid, else a Latin hypercube. For Monte Carlo the root mean square \
-             error of many runs is shown, for rules the error itself, which has no chance in it. \
-             Then the calls are fixed at {CALLS}, and d runs from 1 to 12.",
+             calls suffice for a grid, else a Latin hypercube. For Monte Carlo the root mean \
+             square error of many runs is shown, for rules the error itself, which is \
+             deterministic. Then the calls are fixed at {CALLS}, and d runs from 1 to 12.",
             1 << MOST_CALLS
         ),
         findings: findings(lesson),
@@ -209,27 +210,27 @@ fn by_calls(lesson: &Lesson<'_>, integrand: Integrand, d: u32) -> (ErrorCurve, P
 fn reading(smooth: bool, d: u32) -> &'static str {
     match (smooth, d) {
         (true, 1) => {
-            "A few hundred nodes bring Simpson's rule to what double precision can hold. By 65 \
+            "A few hundred nodes bring Simpson's rule to the limit of double precision. By 65 \
              thousand samples Monte Carlo has three digits."
         }
         (true, 2) => {
-            "Still rules, but every digit costs them twice as many powers of ten as before."
+            "Rules still win, but each digit takes twice as many powers of ten in calls as before."
         }
         (true, 4) => {
-            "The trapezoid falls as fast as chance now, and lies beside it; Simpson still falls \
-             faster."
+            "The trapezoid's error falls as fast as that of Monte Carlo now, and is close to it; \
+             Simpson's still falls faster."
         }
         (true, _) => {
-            "A grid of 65536 calls has four nodes an axis: the trapezoid is far behind, and \
-             Simpson can pay for one grid only."
+            "A grid of 65536 calls has four nodes per axis: the trapezoid is far behind, and the \
+             calls suffice for only one grid of Simpson's rule."
         }
         (false, 1) => {
-            "An edge leaves all but plain Monte Carlo an error of about 1/N: that of the one cell \
-             or interval with the edge in it."
+            "With an edge, all but plain Monte Carlo have an error of about 1/N: that of the one \
+             cell or interval with the edge in it."
         }
         (false, _) => {
-            "The errors of rules jump about without an order: one lucky grid says nothing about \
-             the next, and nothing warns of it."
+            "The errors of rules vary irregularly: a small error on one grid says nothing about \
+             the next, and no error estimate shows it."
         }
     }
 }
@@ -274,8 +275,8 @@ fn by_dimension(lesson: &Lesson<'_>, integrand: Integrand, title: &str) -> Plot 
     Plot {
         title: title.to_owned(),
         reading: "The error in standard deviations of the integrand. Monte Carlo is a horizontal \
-                  line. A rule ends where not even its least grid, two or three nodes an axis, \
-                  can be paid for."
+                  line. A rule's line ends where the calls do not suffice for its smallest grid, \
+                  two or three nodes per axis."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("dimension d").over(0.5, 12.5),

@@ -15,7 +15,8 @@ use etendue::internals::math::stats::Moments;
 pub const TOPIC: Topic = Topic {
     name: "roulette",
     title: "Russian roulette",
-    summary: "The course's example with R = 0.5: paths end by chance, and their sum stays right.",
+    summary: "The course's example with R = 0.5: paths end at random, and the estimate stays \
+              unbiased.",
     weight: 1.0,
     run,
 };
@@ -52,16 +53,16 @@ fn variance(q: f64) -> f64 {
 fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
         claim: "Light bounces for ever, a program cannot. To stop after a fixed number of bounces \
-                loses light: a bias that more samples do not mend. Russian roulette stops by \
-                chance. With probability q the path goes on, and what it finds is divided by q; \
-                else it ends. The expected value stays what it was. The variance grows, but the \
-                time saved goes into more paths."
+                loses light: a bias that more samples do not remove. Russian roulette stops at \
+                random. With probability q the path continues, and its contribution is divided by \
+                q; else it ends. The expected value is unchanged. The variance grows, but the time \
+                saved pays for more paths."
             .to_owned(),
         formulas: vec![
             Formula::new(
                 r"F_{\text{RR}} = \frac{F}{q} \;\text{ with probability } q, \quad F_{\text{RR}} =
                   0 \;\text{ else:} \qquad E[F_{\text{RR}}] = q\,\frac{E[F]}{q} = E[F]",
-                "Roulette leaves the expected value as it is.",
+                "Roulette does not change the expected value.",
             ),
             Formula::new(
                 r"V[F_{\text{RR}}] = \frac{V[F] + E[F]^2}{q} - E[F]^2 \;\ge\; V[F]",
@@ -75,15 +76,16 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
             Formula::new(
                 r"V = \frac{1 + \frac{2R}{1-R}}{1 - R^2/q} - \frac{1}{(1-R)^2}, \qquad q = R:\; V
                   = \frac{R}{(1-R)^2} = 2, \quad E[\text{bounces}] = \frac{q}{1-q} = 1",
-                "Variance and length of paths that go on with probability q. Below q = R² = 1/4 \
+                "Variance and length of paths that continue with probability q. Below q = R² = 1/4 \
                  the variance is infinite.",
             ),
         ],
-        experiment: "Two million paths each walk through the box, for several q. With q = R \
-                     nothing has to be divided: every bounce counts 1, and the result is the mean \
-                     number of surfaces that a path sees. A second experiment plays roulette, q = \
-                     1/2, for the samples of a plain integral, ∫ 3x² dx = 1."
-            .to_owned(),
+        experiment:
+            "Two million paths are traced in the box for each of several q. With q = R the \
+                     throughput stays 1: every bounce counts 1, and the result is the mean number \
+                     of surfaces on a path. A second experiment applies roulette, q = 1/2, to the \
+                     samples of a plain integral, ∫ 3x² dx = 1."
+                .to_owned(),
         findings: findings(lesson),
     })
 }
@@ -106,14 +108,15 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     measured.sort_by(|a, b| a[0].total_cmp(&b[0]));
     vec![
         Finding::Numbers {
-            reading: "The box shines with 2, whatever the chance to go on.".to_owned(),
+            reading: "The radiance is 2, whatever the probability of continuing.".to_owned(),
             numbers: [of_paths(lesson, &paths), of_samples(lesson)].concat(),
         },
         Finding::Techniques {
-            reading: "Here every path is worth its length, as all of its bounces tell the same: \
-                      the longer, the more efficient. In a picture a dim path tells less than a \
-                      new one, so that q follows what the path still carries."
-                .to_owned(),
+            reading:
+                "Here all bounces of a path contribute equally: the longer the path, the more \
+                      efficient. In an image, continuing a dim path contributes less than a new \
+                      path, so that q follows the path throughput."
+                    .to_owned(),
             techniques: paths.iter().map(technique).collect(),
         },
         Finding::Plots {
@@ -177,12 +180,11 @@ fn of_samples(lesson: &Lesson<'_>) -> Vec<Number> {
 fn variances(measured: Vec<[f64; 2]>) -> Plot {
     Plot {
         title: "Variance of a path, R = 0.5".to_owned(),
-        reading: "Dots are measured. Going on more rarely than the walls reflect is dear; below q \
-                  = 1/4 the variance is infinite, as dividing by q makes the path heavier faster \
-                  than it dies."
+        reading: "Dots are measured. Below q = R the variance rises steeply; below q = 1/4 it is \
+                  infinite, as the division by q raises the throughput faster than paths end."
             .to_owned(),
         shape: Shape::Wide,
-        x: Axis::linear("probability q of going on").over(0.2, 1.0),
+        x: Axis::linear("probability q of continuing").over(0.2, 1.0),
         y: Axis::linear("variance").over(0.0, 10.0),
         series: vec![
             Series::curve("exact", Mark::Line, 0, [0.251, 1.0], variance),
@@ -209,9 +211,9 @@ fn truncated(lesson: &Lesson<'_>) -> Plot {
         Series::new(name, Mark::Guide, hue, vec![[1.0, left], [4096.0, left]])
     };
     Plot {
-        title: "Chance against a limit".to_owned(),
-        reading: "Stopping after so many bounces costs no variance here, but its error stays for \
-                  ever. That of roulette falls below any limit, if one waits."
+        title: "Roulette against a bounce limit".to_owned(),
+        reading: "A bounce limit costs no variance here, but its error remains. That of roulette \
+                  falls below any limit with enough paths."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("paths N"),

@@ -90,22 +90,21 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
     Ok(Page {
         claim: "Independent samples leave gaps and clusters. If the domain is cut into N cells of \
                 equal size with one sample in each, only the variance within the cells remains; \
-                that between them is gone. It is never worse than plain sampling. How much better \
-                it is depends on the integrand: within small cells a smooth one is almost \
+                that between them is removed. It is never worse than plain sampling. How much \
+                better it is depends on the integrand: within small cells a smooth one is almost \
                 constant, one with an edge is not where the edge runs through. And it depends on \
-                the dimension d, as N cells are only N^(1/d) fine along each axis."
+                the dimension d, as N cells are only N^(1/d) along each axis."
             .to_owned(),
         formulas: vec![
             Formula::new(
                 r"\langle I\rangle = \frac{1}{N}\sum_{j=1}^{N} f(x_j), \quad x_j \in S_j, \qquad
                   V_{\text{strat}} = \frac{1}{N^2}\sum_{j=1}^{N} V_j \;\le\; V_{\text{plain}}",
-                "One sample x in each stratum S; the variances within the strata are all that is \
-                 left.",
+                "One sample x in each stratum S; only the variances within the strata remain.",
             ),
             Formula::new(
                 r"V \sim N^{-1-2/d} \;\text{(smooth)}, \qquad V \sim N^{-1-1/d}
                   \;\text{(with an edge)}, \qquad V \sim N^{-1} \;\text{(plain)}",
-                "How it falls. The error is the root of it.",
+                "Convergence of the variance. The error is its root.",
             ),
             Formula::new(
                 r"f = 2x:\; V = \frac{1}{3N^3}, \qquad f = x + y:\; V = \frac{1}{6N^2}",
@@ -114,7 +113,7 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
         ],
         experiment: "Ramps and a quarter of a disk are integrated by plain samples, by jittered \
                      ones (one in each cell of a grid), and by a Latin hypercube (one in each row \
-                     and one in each column, for any N), each many times over."
+                     and one in each column, for any N), each many times."
             .to_owned(),
         findings: findings(lesson),
     })
@@ -130,7 +129,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     );
     let readings = [
         "Jittered samples gain half a power of N. The Latin hypercube gains a whole one here, \
-         since x + y is a sum of functions of one coordinate each; it is rarely that lucky.",
+         since x + y is a sum of functions of one coordinate each; this is a special case.",
         "The share of a square in a quarter of a disk. Cells that the edge runs through keep \
          their variance, but these are only about √N of them: the error falls as N to the power \
          −0.75. A Latin hypercube does not see a curved edge.",
@@ -153,8 +152,8 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         },
         Finding::Techniques {
             reading: "One estimate of the quarter disk from 256 samples as a technique. This \
-                      integrand costs next to nothing, so that placing the samples counts; beside \
-                      a traced path it would not."
+                      integrand costs next to nothing, so that the time to place the samples \
+                      matters; compared with a traced path it would not."
                 .to_owned(),
             techniques: Estimator::ALL.map(|way| technique(lesson, way)).to_vec(),
         },

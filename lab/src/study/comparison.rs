@@ -217,8 +217,8 @@ pub fn same_random_numbers(image: &LayeredImage, reference: &LayeredImage) -> Op
     };
     same("sampler").then(|| {
         format!(
-            "both pictures were rendered with seed {seed}: their errors are not independent, and \
-             the test of bias does not hold"
+            "both images were rendered with seed {seed}: their errors are not independent, and the \
+             bias test is not valid"
         )
     })
 }
@@ -242,7 +242,7 @@ impl<'a> Bars<'a> {
             if let Some(place) = errors.iter().position(is_wrong) {
                 let width = image.image.width() as usize;
                 let error = Error::scene(format!(
-                    "the standard error of pixel ({}, {}) is {}: expected a number from 0 on",
+                    "the standard error of pixel ({}, {}) is {}: expected a number of at least 0",
                     place % width,
                     place / width,
                     errors[place]

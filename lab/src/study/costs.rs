@@ -57,7 +57,7 @@ impl Study<'_> {
             let spp = ((share / law.sample) as u64).clamp(WATCHED[0], WATCHED[1]);
             if share < 0.5 * law.at(spp as f64) {
                 self.report
-                    .warn("there was no time to find out which paths the variance comes from");
+                    .warn("no time was left to measure the variance by class of paths");
                 return;
             }
             let variant = &self.settings.variants[index];
@@ -76,7 +76,7 @@ impl Study<'_> {
         let spp = ((each - law.start) / law.sample) as u64;
         if spp == 0 {
             self.report
-                .warn("there was no time to find out what each bounce costs");
+                .warn("no time was left to measure the cost of each bounce");
             return Ok(Some(()));
         }
         let seed = |round| seed_for(self.settings.seed, Purpose::Bounces, [round, 0, 0]);
@@ -103,7 +103,7 @@ impl Study<'_> {
         let spp = ((each - law.start) / law.sample) as u64;
         if spp == 0 {
             self.report.warn(
-                "there was no time to find out what each effect costs: see `etendue plan --cost`",
+                "no time was left to measure the cost of each effect: see `etendue plan --cost`",
             );
             return Ok(Some(()));
         }

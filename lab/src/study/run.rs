@@ -36,7 +36,7 @@ pub fn run(
     observer: &dyn StudyObserver,
 ) -> Result<StudyReport> {
     let mut watch = Watch::new(observer, settings);
-    watch.begin("making the scene ready");
+    watch.begin("preparing the scene");
     let options = settings.variants.iter().map(|variant| variant.options);
     let prepared = PreparedScene::new(description, [settings.options].into_iter().chain(options))?;
     let mut study = Study {
@@ -107,7 +107,7 @@ pub(super) struct Study<'a> {
 
 impl Study<'_> {
     fn all(&mut self, watch: &mut Watch<'_>) -> Result<Option<()>> {
-        watch.begin("finding out what renders cost");
+        watch.begin("measuring the cost of renders");
         let Some((laws, reference_law)) = self.warm_up(watch)? else {
             return Ok(None);
         };
@@ -142,7 +142,7 @@ impl Study<'_> {
         }
         if left_out > 0 {
             self.report.warn(format!(
-                "{left_out} renders were left out: the machine was slower than the warm-up foretold"
+                "{left_out} renders were left out: the machine was slower than predicted by the warm-up"
             ));
         }
         self.tiles(&references, &runner);
@@ -153,7 +153,7 @@ impl Study<'_> {
             return Ok(None);
         }
         self.tell(watch);
-        watch.begin("where time and variance come from");
+        watch.begin("breakdown of time and variance");
         self.anatomy(&references, &laws, watch)
     }
 
@@ -234,7 +234,7 @@ impl Study<'_> {
         let schedule = schedule.map_err(|enough| {
             let enough = Duration::from_secs_f64((1.1 * enough + watch.elapsed()).ceil());
             Error::usage(format!(
-                "a budget of {} s is too small to say anything: {} variants of {width} x {height} pixels take at least {} s; give more by --budget, a smaller picture by --size, or vary less",
+                "a budget of {} s is too small: {} variants of {width} x {height} pixels take at least {} s; give more by --budget, a smaller picture by --size, or vary less",
                 self.settings.budget,
                 laws.len(),
                 enough.as_secs()
@@ -274,8 +274,9 @@ impl Study<'_> {
         }
         let [one, two] = [0, 1].map(|index| shots[index].1.film.develop());
         let luminances = [luminance(&one), luminance(&two)];
-        let references = References::new(one, two)
-            .ok_or_else(|| Error::render("the references are black: nothing can be relative"))?;
+        let references = References::new(one, two).ok_or_else(|| {
+            Error::render("the references are black: relative errors are undefined")
+        })?;
         self.report.pictures.reference = Some(references.mean().clone());
         self.report.reference = Some(ReferenceReport {
             integrator: variant.settings.integrator.name(),

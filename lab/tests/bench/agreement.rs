@@ -1,4 +1,4 @@
-//! The judge of backends: differences that are planted are classed right, and the backends of this build have none that
+//! The comparison of backends: planted differences are classified correctly, and the backends of this build have none that
 //! rounding does not explain.
 
 use crate::common::TestRng;
@@ -42,7 +42,7 @@ fn build(world: &Arc<World>, target: Target) -> Accel {
     Accel::build(Arc::clone(world), target.options(2)).expect("a small scene")
 }
 
-/// What is seen of `world` if the two sides are built over worlds that may be others.
+/// The counts of differences in `world` between two acceleration structures, which may be built over other worlds.
 fn between(world: &World, sides: [&Arc<World>; 2], rays: &RayBatch, occlusion: bool) -> Counts {
     let [a, b] = sides.map(|world| build(world, EXACT));
     let mut report = AgreementReport::new(EXACT, EXACT);
@@ -99,7 +99,7 @@ fn random_triangles(count: usize) -> Vec<[Vec3; 3]> {
     (0..count).map(|_| triangle()).collect()
 }
 
-/// The right angle at the origin, in the plane z = 0.
+/// A triangle with its right angle at the origin, in the plane z = 0.
 const CORNER: [Vec3; 3] = [
     Vec3::ZERO,
     Vec3::new(4.0, 0.0, 0.0),
@@ -129,20 +129,23 @@ fn a_missing_triangle_is_a_real_difference_on_every_ray_that_meets_it_first() {
     let expected = (0..rays.len())
         .filter(|&i| first(i).is_some_and(|hit| hit.id.primitive == missing as u32))
         .count() as u64;
-    assert!(expected > 100, "{expected} rays say nothing");
+    assert!(
+        expected > 100,
+        "only {expected} rays: the test has no power"
+    );
     for sides in [[&world, &without], [&without, &world]] {
         let found = between(&world, sides, &rays, false);
         assert_eq!((found.ties, found.edges), (0, 0));
         assert_eq!(found.real, expected);
     }
-    // A shadow ray tells only where nothing else is on it.
+    // A shadow ray differs only where no other triangle occludes it.
     let occluded = between(&world, [&world, &without], &rays, true);
     let alone = (0..rays.len()).filter(|&i| {
         let (ray, time) = rays.get(i);
         brute::occluded(&world, &ray, time) && !brute::occluded(&without, &ray, time)
     });
     let alone = alone.count() as u64;
-    assert!(alone > 10, "{alone} rays say nothing");
+    assert!(alone > 10, "only {alone} rays: the test has no power");
     assert_eq!((occluded.real, occluded.edges), (alone, 0));
 }
 
@@ -157,7 +160,7 @@ fn a_triangle_that_was_moved_is_a_real_difference_that_can_be_traced_again() {
     let mut report = AgreementReport::new(EXACT, EXACT);
     compare(&world, (EXACT, &b), (EXACT, &a), &rays, false, &mut report);
     assert!(report.real > 100, "{report:?}");
-    // The first ray that differs, in numbers that are read back as they were.
+    // The first ray that differs is reported in numbers that parse to the same values.
     let words = report.first_real.expect("there are some");
     let differs = |&index: &usize| {
         let (ray, time) = rays.get(index);
@@ -189,7 +192,7 @@ fn two_triangles_in_one_place_are_a_tie() {
             ..Counts::default()
         }
     );
-    // A hundredth apart they are not.
+    // At a distance of 0.01 they are no tie.
     let apart = triangles(&[CORNER, CORNER.map(|p| p - 0.01 * Vec3::Z)]);
     let second = triangles(&[far, CORNER.map(|p| p - 0.01 * Vec3::Z)]);
     let found = between(&apart, [&first, &second], &rays, false);
@@ -205,7 +208,7 @@ fn two_triangles_in_one_place_are_a_tie() {
 #[test]
 fn what_one_counts_on_an_edge_or_at_an_end_is_an_edge_and_a_hair_inside_is_real() {
     let (world, empty) = (triangles(&[CORNER]), standing(vec![]));
-    // Both legs, the hypotenuse and a vertex; the ends of rays; and a hair inside of all of these.
+    // Hits on both legs, the hypotenuse and a vertex, and at the ends of rays; then hits slightly inside of all of these.
     let until = |t_max: f32| Ray {
         t_max,
         ..down(1.0, 1.0)
@@ -230,7 +233,7 @@ fn what_one_counts_on_an_edge_or_at_an_end_is_an_edge_and_a_hair_inside_is_real(
         down(3.999, 5e-4),
         until(1.0001),
         from(0.9999),
-        // At a slant of one in a thousand it is still met where it should be.
+        // At a slope of 1e-3 the hit is still where it should be.
         Ray::new(Vec3::new(0.5, 0.5, 1e-3), Vec3::new(1.0, 0.0, -1e-3)),
     ];
     for occlusion in [false, true] {
@@ -260,7 +263,7 @@ fn what_one_counts_on_an_edge_or_at_an_end_is_an_edge_and_a_hair_inside_is_real(
 fn a_hit_where_nothing_is_is_real_also_for_shadow_rays() {
     let (world, empty) = (triangles(&[CORNER]), standing(vec![]));
     let rays = batch([down(1.0, 1.0)]);
-    // The scene has its triangle elsewhere than both sides say.
+    // The triangle of the scene is not where a side reports it.
     let elsewhere = triangles(&[CORNER.map(|p| p + 0.1 * Vec3::Z)]);
     let wrong = Counts {
         real: 1,
@@ -273,7 +276,7 @@ fn a_hit_where_nothing_is_is_real_also_for_shadow_rays() {
 
 #[test]
 fn behind_an_edge_both_have_to_go_on_to_the_same_place() {
-    // One side passes an edge, as it may, and then also what is certain behind it.
+    // One side misses an edge, which is allowed, and then, which is not, the certain hit behind it as well.
     let behind = CORNER.map(|p| p - Vec3::new(1.0, 1.0, 1.0));
     let far = CORNER.map(|p| p + Vec3::splat(100.0));
     let world = triangles(&[CORNER, behind]);
@@ -293,7 +296,7 @@ fn behind_an_edge_both_have_to_go_on_to_the_same_place() {
 
 #[test]
 fn what_is_grazed_may_hide_what_is_at_the_same_place() {
-    // The ray lies in the plane of the first triangle, and meets the second at 2 for certain.
+    // The ray lies in the plane of the first triangle and certainly hits the second at t = 2.
     let grazed = [
         Vec3::new(-1.0, 0.0, -1.0),
         Vec3::new(1.0, 0.0, -1.0),
@@ -316,7 +319,7 @@ fn what_is_grazed_may_hide_what_is_at_the_same_place() {
         ..Counts::default()
     };
     let only_met = triangles(&[far, met]);
-    // One side says that it meets the first at 2, or a little behind.
+    // One side reports a hit on the first triangle at 2, or slightly behind.
     for (behind, expected) in [(0.0, edge), (1e-2, wrong)] {
         let instead = triangles(&[met.map(|p| p + behind * Vec3::X), far]);
         for sides in [[&only_met, &instead], [&instead, &only_met]] {
@@ -325,7 +328,7 @@ fn what_is_grazed_may_hide_what_is_at_the_same_place() {
     }
 }
 
-/// Triangles, spheres and disks: standing, and placed by transforms of every sort, still and moving.
+/// Triangles, spheres and disks: without instances, and instanced by transforms of every kind, still and moving.
 fn worlds() -> Vec<(String, Arc<World>)> {
     let mut rng = TestRng::new(21);
     let mut worlds = vec![("soup".to_owned(), standing(soup(&mut rng)))];
@@ -372,12 +375,12 @@ fn the_judge_holds_every_hit_of_the_oracle_and_is_certain_of_no_other() {
             }
         }
     }
-    assert!(hits > 3_000, "{hits} hits say little");
-    // Most hits are nowhere near an edge.
+    assert!(hits > 3_000, "only {hits} hits: the test has no power");
+    // Most hits are far from any edge.
     assert!(certain * 2 > hits, "{certain} of {hits}");
 }
 
-/// Compares every target with the exact one, on random and on aimed rays.
+/// Compares every target with [`EXACT`], on random and on aimed rays.
 fn agree(name: &str, world: &Arc<World>, count: usize) -> Counts {
     let reference = build(world, EXACT);
     let mut sum = Counts::default();

@@ -1,4 +1,4 @@
-//! The bench: its scenes, its report, and whether backends agree.
+//! Tests of the bench: its scenes, its report, and the agreement of the backends.
 
 #[path = "../../../tests/common/mod.rs"]
 mod common;

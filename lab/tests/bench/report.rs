@@ -1,5 +1,5 @@
-//! The bench measures what it says: the rays are those of the render, and the numbers of a report add up. Nothing about
-//! speed itself.
+//! Correctness of the bench: the recorded rays are those of the render, and the numbers of a report add up. Speed itself is
+//! not tested.
 
 use crate::common::scene::ready;
 use crate::common::scene_folder::{SMALL, load_text};
@@ -60,7 +60,7 @@ impl Small {
     }
 }
 
-/// Every tile with samples has the sums of `want`; how many there are.
+/// Checks that every tile with samples has the sums of `want`; returns the number of such tiles.
 #[track_caller]
 fn assert_part_of(film: &Film, want: &Film) -> usize {
     let pairs = film.tiles().iter().zip(want.tiles());
@@ -75,7 +75,7 @@ fn assert_part_of(film: &Film, want: &Film) -> usize {
 #[test]
 fn recording_everything_yields_the_render_and_all_its_rays() {
     for &sampler in SamplerKind::ALL {
-        // More than are watched at once, and not a multiple of them.
+        // More samples than are observed at once, and not a multiple of that number.
         let small = Small::new(6, sampler);
         let rendered = small
             .subject()
@@ -87,7 +87,7 @@ fn recording_everything_yields_the_render_and_all_its_rays() {
         let rays = RayKind::ALL.iter().map(|&kind| recording.rays(kind).len());
         assert_eq!(rays.sum::<usize>() as u64, rendered.rays.total());
         assert_eq!(recording.per_sample(RayKind::Camera), 1.0);
-        // The scene has them all.
+        // The scene has rays of all kinds.
         assert_eq!(recording.kinds().count(), RayKind::ALL.len());
     }
 }
@@ -149,13 +149,13 @@ impl PathObserver for Count {
     }
 }
 
-/// What the render's own rays met, kind by kind in the order of a recording.
+/// The hits of the render's own rays; within each kind, in the order of a recording.
 #[derive(Default)]
 struct Meetings {
-    /// Rays under way: their kinds, and what they have left. Paths side by side arrive in the order in which their rays were
-    /// traced.
+    /// Rays in flight: their kinds, and the primitives that they leave. Hits of paths traced side by side are reported in the
+    /// order in which their rays were traced.
     under_way: VecDeque<(RayKind, Option<PrimitiveId>)>,
-    /// The surface that the path is on.
+    /// The primitive that the path's current vertex is on.
     left: Option<PrimitiveId>,
     closest: Vec<(RayKind, Option<PrimitiveId>, Option<PrimitiveId>)>,
     visible: Vec<f32>,
@@ -163,7 +163,7 @@ struct Meetings {
 
 impl Meetings {
     fn met(&mut self, id: Option<PrimitiveId>) {
-        let (kind, left) = self.under_way.pop_front().expect("a ray is under way");
+        let (kind, left) = self.under_way.pop_front().expect("a ray is in flight");
         self.closest.push((kind, left, id));
         self.left = id;
     }
@@ -218,7 +218,7 @@ fn recorded_rays_meet_what_they_met_in_the_render() {
         assert_eq!(of_kind.clone().count(), hits.len(), "{}", kind.name());
         for (index, (_, left, met)) in of_kind.enumerate() {
             let hit = hits.get(index).map(|hit| hit.id);
-            // Back to the primitive just left, by rounding: the render knows better.
+            // The ray hits the primitive that it leaves, by rounding; the render excludes that primitive.
             let is_return = hit.is_some() && hit == *left && hit != *met;
             assert!(is_return || hit == *met, "{} ray {index}", kind.name());
             compared += 1;
@@ -253,7 +253,7 @@ fn the_parts_of_a_sample_sum_up_to_it() {
     assert!(parts.iter().all(|part| part.nanoseconds >= 0.0));
 }
 
-/// A bench that takes seconds.
+/// The scenes and settings of a bench that takes seconds.
 fn short() -> (Vec<GivenScene>, BenchSettings) {
     let scene = |name: &str, scene: SceneDescription| GivenScene {
         name: name.into(),
@@ -265,7 +265,7 @@ fn short() -> (Vec<GivenScene>, BenchSettings) {
         scene("one", load_text(SMALL)),
         scene("two", load_text(SMALL)),
     ];
-    // Four ways of building the preferred backend, and another one.
+    // Four configurations of the preferred backend, and one of another backend.
     let mut targets = Target::all(&Backend::ALL[..1]);
     targets.extend(Target::all(&[Backend::ObvhsCwbvh]).first());
     let settings = BenchSettings {
@@ -282,7 +282,7 @@ fn short() -> (Vec<GivenScene>, BenchSettings) {
     (scenes, settings)
 }
 
-/// Looks on, and cancels when it has been told of progress so often.
+/// Records progress and reports, and cancels after `patience` reports of progress.
 struct Onlooker {
     patience: usize,
     told: AtomicUsize,
@@ -352,7 +352,7 @@ fn the_numbers_of_a_bench_add_up() {
             assert!(spread.min <= spread.median && spread.median <= spread.max);
         }
     }
-    // Six meshes, three aims.
+    // Six meshes, three kinds of targets.
     assert_eq!(report.leaks.len(), 18 * settings.targets.len());
     assert!(
         report
@@ -360,7 +360,7 @@ fn the_numbers_of_a_bench_add_up() {
             .iter()
             .all(|leak| leak.segments == settings.segments)
     );
-    // Both scenes are the same one, and so are their rays.
+    // The two scenes are identical, and so are their rays.
     let rays = |index: usize| report.scenes[index].rays.iter();
     assert!(
         rays(0)
@@ -405,10 +405,10 @@ fn without_embree_there_is_no_floor() {
     let small = Small::new(1, SamplerKind::Sobol);
     let recording = record(&small.subject(), 100);
     let [_, target, ..] = Target::all(&[Backend::ObvhsBvh2])[..] else {
-        panic!("there are four");
+        panic!("a backend has four targets");
     };
     assert!(Floor::of(target, &recording, &[]).is_none());
-    // Nor where a kind of rays was not timed.
+    // No floor either where a kind of rays was not timed.
     let target = Target::all(&[Backend::ALL[0]])[0];
     assert!(Floor::of(target, &recording, &[]).is_none());
 }
@@ -427,7 +427,7 @@ fn a_cancelled_bench_reports_what_it_has() {
         let onlooker = Onlooker::new(patience);
         let report = run(&scenes, &settings, &onlooker).expect("it was cancelled");
         assert!(!report.complete, "{patience} of {steps}");
-        // It ends within a step, and tells the last state.
+        // It ends within one step, and reports the last state.
         assert!(onlooker.told.into_inner() <= patience + 1);
         assert!(onlooker.reports.into_inner() > 0);
         let scenes = report.scenes.iter().map(|scene| scene.traces.len());

@@ -1,4 +1,4 @@
-//! The scenes that the bench makes, and the closed meshes that it looks for leaks in.
+//! The scenes that the bench generates, and the closed meshes that it tests for leaks.
 
 use crate::common::scene_folder::in_repository;
 use crate::common::tracing::every_accel;
@@ -63,7 +63,7 @@ fn scenes_have_the_size_asked_for_and_show_something_that_is_lit() {
         )
         .expect("the settings are valid");
         let rays = rendered.rays;
-        // Paths go on from what they hit: the camera looks at something.
+        // Paths continue from hits: the camera sees geometry.
         assert!(
             (rays.shadow + rays.closest) * 3 > rays.camera,
             "{}: {rays:?}",
@@ -72,7 +72,7 @@ fn scenes_have_the_size_asked_for_and_show_something_that_is_lit() {
         let image = rendered.film.develop();
         let mean = image.mean()[1];
         assert!((0.05..2.0).contains(&mean), "{}: mean {mean}", scene.name);
-        // And something is to be seen there: it is not the same everywhere.
+        // The image is not constant.
         let flat = etendue::internals::image::Image::filled(48, 32, [mean as f32; 3].into());
         let mse = metrics::mse(&image, &flat).expect("the same size");
         let contrast = mse.sqrt() / mean;
@@ -111,7 +111,7 @@ fn the_cornell_box_is_the_one_in_the_folder_of_scenes() {
     let sorted = |geometry: &GeometryDescription| match geometry {
         GeometryDescription::Mesh(mesh) => {
             let mut triangles = mesh.indices.clone();
-            // The same triangle, whichever vertex it begins with.
+            // Triangles compare equal whichever vertex is first.
             for t in &mut triangles {
                 let first = (0..3).min_by_key(|&k| t[k]).expect("three");
                 t.rotate_left(first);
@@ -145,7 +145,7 @@ fn the_furnished_room_is_found_in_the_sources() {
 
 #[test]
 fn every_segment_leads_out_of_its_mesh() {
-    // In double precision, by brute force: what the counts rest on.
+    // The counts of leaks rely on this; tested in double precision by brute force.
     for mesh in ClosedMesh::all(4) {
         let world = mesh.world();
         let mut random = etendue_lab::bench::random::Random::new(1, 0);
@@ -160,7 +160,7 @@ fn every_segment_leads_out_of_its_mesh() {
     }
 }
 
-/// At vertices Embree lets some segments out even so (Embree issue 181): 1 to 5 of 20,000 here, and 1.4 % of them with a
+/// Embree's robust mode leaks some segments at vertices (Embree issue 181): 1 to 5 of 20,000 here, and 1.4 % of them with a
 /// bumpy sphere as fine as that of `etendue bench`.
 #[test]
 fn what_is_robust_lets_nothing_through_faces_edges_and_vertices() {
@@ -172,7 +172,7 @@ fn what_is_robust_lets_nothing_through_faces_edges_and_vertices() {
                 let counted = (report.segments, report.aim.as_str());
                 assert_eq!(counted, (SEGMENTS, aim.name()));
                 println!("{name}, {}, {}: {}", report.mesh, report.aim, report.leaks);
-                // Fast mode is measured, not judged, where it says that rays slip through.
+                // Where fast mode is known to leak, its leaks are counted without a limit.
                 let allowed = match aim {
                     Aim::Edge | Aim::Vertex if name.ends_with("fast") => SEGMENTS,
                     Aim::Vertex if name.starts_with("embree") => SEGMENTS / 100,
@@ -203,7 +203,7 @@ fn without_a_side(room: &ClosedMesh) -> Arc<World> {
 
 #[test]
 fn an_open_room_leaks_a_sixth_of_all_directions() {
-    // Where segments begin is as symmetric as the room: each of its sides fills a sixth of the sphere on average.
+    // The origins of segments are distributed as symmetrically as the room: each side fills a sixth of the sphere on average.
     let room = ClosedMesh::new(Form::Room, 5, 1.0, 0.0);
     let open = build(&without_a_side(&room));
     let segments = 200_000;
@@ -211,7 +211,7 @@ fn an_open_room_leaks_a_sixth_of_all_directions() {
     let p = 1.0 / 6.0;
     let sigma = (p * (1.0 - p) / segments as f64).sqrt();
     let z = (report.leaks as f64 / segments as f64 - p) / sigma;
-    // A share that is off by half a percent of the sixth would be one sigma; by 4 %, as a wall that hides some, eight.
+    // One sigma is half a percent of the sixth; an error of 4 %, as by a wall that hides some, is eight.
     assert!(z.abs() < 4.5, "{} leaks, z = {z}", report.leaks);
 }
 

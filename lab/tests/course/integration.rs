@@ -1,4 +1,4 @@
-//! The course's quadrature: rules of their orders, estimators without bias, variances as theory has them.
+//! Tests of the course's numerical integration: orders of the rules, unbiased estimators, and variances as in theory.
 
 use crate::common::TestRng;
 use crate::common::verdict::assert_mean;
@@ -14,12 +14,12 @@ use etendue_lab::course::quadrature::{Estimate, Rule};
 use std::cell::RefCell;
 use std::f64::consts::{E, FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 
-/// The greatest standard error of a mean that counts, relative to the exact value.
+/// The largest standard error for which a comparison of means is conclusive, relative to the exact value.
 const POWER: f64 = 2e-3;
-/// The same for variances, which take more to know.
+/// The limit for variances, which need more samples than means.
 const VARIANCE_POWER: f64 = 2e-2;
 
-/// Uniform numbers of 48 bits.
+/// A generator of uniform numbers of 48 bits.
 fn generator(seed: u64) -> impl FnMut() -> f64 {
     let mut rng = TestRng::new(seed);
     move || rng.uniform_f64()
@@ -50,8 +50,8 @@ fn rules_are_exact_for_their_polynomials() {
     }
 }
 
-/// What the composite rules yield for one factor of the products, with the distance h between nodes: sums of sines and
-/// of geometric series.
+/// The result of the composite rules for one factor of the products, with node spacing h, in closed form: sums of sines
+/// and of geometric series.
 fn factor_by_rule(rule: Rule, integrand: Integrand, h: f64) -> f64 {
     let e = h.exp();
     match (rule, integrand) {
@@ -70,7 +70,7 @@ fn factor_by_rule(rule: Rule, integrand: Integrand, h: f64) -> f64 {
 fn tensor_products_are_what_their_rules_make_of_each_axis() {
     for dimension in 1..=12 {
         for (rule, least) in [(Rule::Trapezoid, 2_usize), (Rule::Simpson, 3)] {
-            // 2^12 and 3^12 are what the last dimension needs at least.
+            // Dimension 12 needs at least 2^12 and 3^12 calls.
             for calls in [1000, 4096, if dimension == 12 { 531_441 } else { 40_000 }] {
                 for integrand in [Integrand::Sine, Integrand::Exponential] {
                     let f = |x: &[f64]| {
@@ -84,7 +84,7 @@ fn tensor_products_are_what_their_rules_make_of_each_axis() {
                     };
                     assert!(estimate.calls <= calls, "{what}");
                     let nodes = (1..).find(|n: &usize| n.pow(dimension) == estimate.calls);
-                    let nodes = nodes.expect("a power");
+                    let nodes = nodes.expect("a perfect power");
                     let is_finest = (nodes + least - 1).pow(dimension) > calls;
                     assert!(is_finest, "{what}: {nodes}");
                     let h = 1.0 / (nodes - 1) as f64;
@@ -101,13 +101,15 @@ fn tensor_products_are_what_their_rules_make_of_each_axis() {
 
 #[test]
 fn errors_fall_with_the_order_of_the_rule() {
-    // Half the distance: a quarter of the error for lines, a sixteenth for parabolas, in every dimension.
+    // Halving the spacing divides the error by 4 for the trapezoidal rule and by 16 for Simpson's, in every dimension.
     for (rule, factor) in [(Rule::Trapezoid, 4.0), (Rule::Simpson, 16.0)] {
         for dimension in 1..=3 {
             let error = |nodes: usize| {
                 let calls = nodes.pow(dimension);
                 let f = |x: &[f64]| Integrand::Exponential.eval(x);
-                let estimate = rule.integrate_cube(f, dimension, calls).expect("enough");
+                let estimate = rule
+                    .integrate_cube(f, dimension, calls)
+                    .expect("enough calls");
                 assert_eq!(estimate.calls, calls);
                 (estimate.value - 1.0).abs()
             };
@@ -124,7 +126,7 @@ fn errors_fall_with_the_order_of_the_rule() {
 fn integrals_and_variances_are_what_is_stated() {
     for integrand in Integrand::ALL {
         for dimension in 1..=2 {
-            // Edges cost the rule its order.
+            // Simpson's rule loses its order for discontinuous integrands.
             let tolerance = if integrand.is_smooth() { 1e-8 } else { 2e-3 };
             let value = |f: &dyn Fn(&[f64]) -> f64| {
                 let estimate = Rule::Simpson.integrate_cube(f, dimension, 401 * 401);
@@ -144,7 +146,7 @@ fn integrals_and_variances_are_what_is_stated() {
     // V_12 = pi^6 / 720.
     assert!((share(Integrand::Ball, 12) * 4096.0 * 720.0 / PI.powi(6) - 1.0).abs() < 1e-14);
     assert_eq!(share(Integrand::HalfSpace, 1), 0.75);
-    // The square without the triangle beyond the edge.
+    // The unit square without the triangle outside the half-space.
     assert!((share(Integrand::HalfSpace, 2) - (1.0 - 0.5 * 0.75 * 0.75)).abs() < 1e-15);
 }
 
@@ -153,7 +155,7 @@ fn plain_monte_carlo_has_the_exact_mean_and_variance() {
     for (seed, integrand) in (1..).zip(Integrand::ALL) {
         for dimension in [1, 2, 3, 5, 8, 12] {
             let (mean, variance) = (integrand.integral(dimension), integrand.variance(dimension));
-            // A variance that is known within 2 % takes 5000 numbers and more.
+            // A variance with a standard error of 2 % needs at least 5000 samples.
             let calls = (1.1 * variance / (POWER * mean).powi(2)).max(2e4);
             if calls > 4e6 {
                 continue;
@@ -169,7 +171,7 @@ fn plain_monte_carlo_has_the_exact_mean_and_variance() {
             let numbers = integrate_plain(f, dimension, calls as usize, &mut uniform);
             assert_eq!(numbers.count(), calls as u64);
             assert_mean(&what, &numbers, mean, POWER);
-            // Variances of rare events and of the steepest products take more numbers than means.
+            // Variances of rare events and of the steepest products need more samples than means.
             if squares.borrow().standard_error() < Some(VARIANCE_POWER * variance) {
                 assert_mean(&what, &squares.borrow(), variance, VARIANCE_POWER);
             }
@@ -189,7 +191,7 @@ const LATIN: Integrator = |integrand, dimension, calls, uniform| {
     integrate_latin_hypercube(|x| integrand.eval(x), dimension, calls, &mut || uniform())
 };
 
-/// The results of independent runs, their squared deviations from the exact value, and the calls of a run.
+/// The results of independent runs, their squared deviations from the exact value, and the number of calls per run.
 fn runs(
     integrator: Integrator,
     (integrand, dimension, calls): (Integrand, u32, usize),
@@ -199,7 +201,8 @@ fn runs(
     let (mut values, mut squares) = (Moments::default(), Moments::default());
     let mut spent = 0;
     for _ in 0..count {
-        let estimate = integrator(integrand, dimension, calls, &mut uniform).expect("calls");
+        let estimate =
+            integrator(integrand, dimension, calls, &mut uniform).expect("a valid number of calls");
         assert!(estimate.calls <= calls);
         spent = estimate.calls;
         values.push(estimate.value);
@@ -218,17 +221,17 @@ fn stratified_estimates_have_no_bias_and_no_more_variance_than_plain_ones() {
             if needed > 4e6 {
                 continue;
             }
-            // A grid may spend half of the calls; the variance is known within 5 % from 2000 runs.
+            // A grid may use only half of the calls. 2000 runs determine the variance within 5 %.
             let count = (2.0 * needed / calls as f64).max(2000.0) as u32;
             let (values, squares, spent) = runs(STRATIFIED, (integrand, dimension, calls), count);
             let plain = variance / spent as f64;
             assert_mean(&what, &values, exact, POWER);
-            // Owen's bound for Latin hypercubes holds for jittered grids all the more; and what its own noise allows.
+            // Owen's bound for Latin hypercubes also holds for jittered grids; the noise of the estimate is allowed for.
             let bound = plain * spent as f64 / (spent as f64 - 1.0);
-            let noise = 5.2 * squares.standard_error().expect("runs");
+            let noise = 5.2 * squares.standard_error().expect("many runs");
             let found = squares.mean();
             assert!(found <= bound + noise, "{what}: {found:e} {bound:e}");
-            // On a line, and for what is smooth in the plane, the gain is beyond doubt; the ball of one dimension is all.
+            // Stratification clearly gains in 1D, and in 2D for smooth integrands. The 1D ball is the whole interval.
             let gains = dimension == 1 || (dimension == 2 && integrand.is_smooth());
             if gains && plain > 0.0 {
                 assert!(found < 0.2 * plain, "{what}: {found:e} {plain:e}");
@@ -237,7 +240,7 @@ fn stratified_estimates_have_no_bias_and_no_more_variance_than_plain_ones() {
     }
 }
 
-/// The variance of 3 x^2 in an interval of width h, averaged over all of them: h^2 - h^4 / 5.
+/// The variance of 3 x^2 within an interval of width h, averaged over all intervals of [0, 1]: h^2 - h^4 / 5.
 fn squares_in_interval(h: f64) -> f64 {
     h * h - h.powi(4) / 5.0
 }
@@ -255,7 +258,7 @@ fn jittered_and_latin_variances_are_exact() {
         assert_mean(&what, &values, 1.0, POWER);
         assert_mean(&what, &squares, exact, VARIANCE_POWER);
     }
-    // Of a sum each axis is stratified as finely as there are calls.
+    // For a sum of 1D functions, a Latin hypercube stratifies each axis into as many strata as there are calls.
     for (dimension, calls) in [(1, 10), (2, 7), (5, 20), (12, 30)] {
         let (values, squares, _) = runs(LATIN, case(dimension, calls), 40_000);
         let h = 1.0 / calls as f64;
@@ -280,10 +283,13 @@ fn every_stratum_gets_one_point() {
         } else {
             integrate_stratified(f, dimension, calls, &mut uniform)
         };
-        assert_eq!(points.borrow().len(), estimate.expect("calls").calls);
+        assert_eq!(
+            points.borrow().len(),
+            estimate.expect("a valid number of calls").calls
+        );
         points.into_inner()
     };
-    // 4^3 = 64 cells of 70 calls.
+    // 70 calls give 4^3 = 64 cells.
     let mut cells: Vec<Vec<u32>> = points_of(false, 3, 70)
         .iter()
         .map(|p| p.iter().map(|x| (4.0 * x) as u32).collect())
@@ -291,12 +297,15 @@ fn every_stratum_gets_one_point() {
     cells.sort();
     cells.dedup();
     assert_eq!(cells.len(), 64);
-    // Below two cells along each of 12 axes, the stratified one is a Latin hypercube, too.
+    // With fewer calls than two cells along each of 12 axes need, stratified sampling uses a Latin hypercube, too.
     for latin in [true, false] {
         let points = points_of(latin, 12, 100);
         for axis in 0..12 {
             let mut intervals: Vec<u32> = points.iter().map(|p| (100.0 * p[axis]) as u32).collect();
-            assert!(!intervals.is_sorted(), "axes are matched by chance");
+            assert!(
+                !intervals.is_sorted(),
+                "the permutation of each axis is random"
+            );
             intervals.sort_unstable();
             assert_eq!(intervals, (0..100).collect::<Vec<_>>());
         }
@@ -323,14 +332,15 @@ fn extreme_numbers_stay_in_the_cube() {
             integrate_latin_hypercube,
         ] {
             for (dimension, calls) in [(1, 7), (3, 30), (12, 20)] {
-                let estimate = integrate(f, dimension, calls, &mut || u).expect("calls");
+                let estimate =
+                    integrate(f, dimension, calls, &mut || u).expect("a valid number of calls");
                 assert_eq!(estimate.value, 1.0);
             }
         }
     }
 }
 
-/// 3 x^2 with the density (n + 1) x^n: the squared ratio has the integral 9 / ((n + 1) (5 - n)).
+/// Integrates 3 x^2 with the density (n + 1) x^n: the second moment of the estimator is 9 / ((n + 1) (5 - n)).
 #[test]
 fn importance_sampling_is_as_good_as_its_density() {
     let f = |x: &f64| 3.0 * x * x;
@@ -342,17 +352,17 @@ fn importance_sampling_is_as_good_as_its_density() {
             (x, pdf_power(x, n))
         });
         assert_mean(&format!("n = {n}"), &numbers, 1.0, POWER);
-        let variance = numbers.variance().expect("a million");
+        let variance = numbers.variance().expect("a million samples");
         if n == 2.0 {
-            // The density is the integrand.
+            // The density is proportional to the integrand.
             assert!(variance < 1e-28, "{variance:e}");
         } else if n < 2.0 {
-            // Above, the variance's own variance is infinite.
+            // For n >= 3 the variance's own variance is infinite.
             let error = (variance / exact - 1.0).abs();
             assert!(error < 0.01, "{n}: {variance} {exact}");
         }
     }
-    // A good density in one dimension is a good one in five: 1.125^5 - 1 instead of 1.8^5 - 1.
+    // A product of good 1D densities is also good in five dimensions: variance 1.125^5 - 1 instead of 1.8^5 - 1.
     let mut uniform = generator(7);
     let numbers = integrate_importance(
         |x: &[f64; 5]| x.iter().map(f).product(),
@@ -363,7 +373,7 @@ fn importance_sampling_is_as_good_as_its_density() {
         },
     );
     assert_mean("five dimensions", &numbers, 1.0, POWER);
-    let variance = numbers.variance().expect("many") / (1.125_f64.powi(5) - 1.0);
+    let variance = numbers.variance().expect("many samples") / (1.125_f64.powi(5) - 1.0);
     assert!((variance - 1.0).abs() < 0.02, "{variance}");
 }
 
@@ -382,7 +392,7 @@ fn a_tabulated_integrand_is_its_own_best_density() {
             },
         );
         assert_mean(&format!("{integrand:?}"), &numbers, 1.0, 1e-4);
-        let gain = integrand.variance(1) / numbers.variance().expect("many");
+        let gain = integrand.variance(1) / numbers.variance().expect("many samples");
         assert!(gain > 1e3, "{integrand:?}: {gain}");
     }
     assert!((Integrand::Exponential.eval(&[1.0]) - E / (E - 1.0)).abs() < 1e-15);
@@ -396,7 +406,7 @@ fn a_density_that_misses_the_integrand_is_not_hidden() {
     assert_eq!(nothing_to_miss.mean(), 0.0);
 }
 
-/// Two points of a hypercube lie on one diagonal or on the other, each half of the time.
+/// Two points of a Latin hypercube in 2D lie on either diagonal with probability 1/2.
 #[test]
 fn intervals_are_matched_in_every_way_alike() {
     let mut rng = TestRng::new(31);

@@ -1,4 +1,4 @@
-//! Densities on a line by inversion: the power function, and functions tabulated.
+//! One-dimensional densities sampled by inversion: the power function, and tabulated functions.
 
 use crate::common::TestRng;
 use crate::common::chi_square::{pearson, uniformity};
@@ -10,12 +10,12 @@ use etendue_lab::course::power::{invert_power, pdf_power, sample_power, sample_p
 use std::f64::consts::PI;
 
 const DRAWS: u32 = 1 << 17;
-/// Uniform numbers where maps break first.
+/// Extreme uniform numbers, where sampling functions fail first.
 const EXTREMES: [f32; 4] = [0.0, 1.0 / 16_777_216.0, 0.5, ONE_MINUS_EPSILON];
 /// Exponents of the power function.
 const POWERS: [f64; 7] = [0.0, 0.5, 1.0, 2.0, 10.0, 1e3, 1e6];
 
-/// The p-value of uniform counts of numbers in [0, 1].
+/// The p-value of the uniformity of numbers in [0, 1].
 fn line_uniformity(numbers: impl Iterator<Item = f64>) -> f64 {
     let mut counts = vec![0; 512];
     numbers.for_each(|x| counts[((512.0 * x) as usize).min(511)] += 1);
@@ -38,7 +38,7 @@ fn the_power_function_is_drawn_by_inversion_and_as_a_maximum() {
         let mut rng = TestRng::new(100 + n);
         let draws = (0..DRAWS).map(|_| {
             let numbers = (0..=n).map(|_| rng.uniform_f64());
-            let x = sample_power_as_maximum(numbers).expect("one number at least");
+            let x = sample_power_as_maximum(numbers).expect("at least one number");
             x.powf(n as f64 + 1.0)
         });
         checks.push((format!("maximum, n = {n}"), line_uniformity(draws)));
@@ -57,7 +57,7 @@ fn the_power_function_has_its_inverse_and_keeps_to_its_domain() {
             assert!((0.0..=1.0).contains(&x) && pdf_power(x, n) > 0.0, "{n} {u}");
             assert!(pdf_power(x, n).is_finite());
             let back = invert_power(x, n);
-            // Next to 1, x itself has no more digits than this.
+            // Near 1, x itself has no more significant digits than this.
             assert!(
                 (back - u).abs() <= 1e-15 * (n + 10.0),
                 "{n}: {u} {back} {x}"
@@ -66,7 +66,7 @@ fn the_power_function_has_its_inverse_and_keeps_to_its_domain() {
     }
 }
 
-/// Functions tabulated, with pieces and nodes of no density.
+/// Tabulated functions, some with pieces and nodes of density 0.
 fn polylines() -> Vec<([f64; 2], Vec<f64>)> {
     vec![
         ([0.0, 1.0], vec![1.0, 1.0]),
@@ -182,8 +182,9 @@ fn tabulated_densities_bear_extremes_and_refuse_what_is_no_density() {
 
 #[test]
 fn a_function_tabulated_is_as_close_as_its_pieces_are_short() {
-    let sine = PiecewiseLinear::tabulate(f64::sin, [0.0, PI], 64).expect("a hill");
-    // Between nodes a line is off by at most h^2 / 8, and the area by as much.
+    let sine =
+        PiecewiseLinear::tabulate(f64::sin, [0.0, PI], 64).expect("the sine is a valid density");
+    // Between nodes linear interpolation of the sine is off by at most h^2 / 8, and the area by as much.
     let bound = 3.0 * (PI / 64.0).powi(2) / 8.0;
     for i in 1..1000 {
         let x = PI * f64::from(i) / 1000.0;

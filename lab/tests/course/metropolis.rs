@@ -1,5 +1,5 @@
-//! Metropolis chains in one dimension: they keep the density, find it from anywhere, and accept as often as they
-//! should.
+//! Tests of Metropolis chains in one dimension: the target density is stationary, the chains converge to it from any
+//! start, and the acceptance rates are exact.
 
 use crate::common::TestRng;
 use crate::common::chi_square::uniformity;
@@ -15,7 +15,7 @@ const PROPOSALS: [Proposal; 4] = [
     Proposal::Step { width: 3.0 },
 ];
 
-/// 2 x on [0, 1], times a norm that the chain does not need to know.
+/// The density 2 x on [0, 1], times a constant that the chain does not need to know.
 fn ramp(x: f64) -> f64 {
     17.0 * x
 }
@@ -24,7 +24,7 @@ fn chain(proposal: Proposal, start: f64) -> Chain<fn(f64) -> f64> {
     Chain::new(ramp as fn(f64) -> f64, [0.0, 1.0], proposal, start).expect("a valid start")
 }
 
-/// The p-value of the last numbers of independent chains of so many steps, were they from the density 2 x.
+/// The p-value of the final states of independent chains of `steps` steps, if they follow the density 2 x.
 fn p_after(seed: u64, steps: u32, proposal: Proposal, start: impl Fn(f64) -> f64) -> f64 {
     let mut rng = TestRng::new(seed);
     let mut counts = vec![0; 128];
@@ -50,8 +50,8 @@ fn a_chain_that_starts_from_the_density_stays_in_it() {
 
 #[test]
 fn a_chain_finds_the_density_from_anywhere() {
-    // Uniform proposals with a density at most twice the uniform one are off by at most 2^-steps (Mengersen and Tweedie
-    // 1996); steps of 0.7 forget about as fast. Steps of 0.1 have not arrived yet: the test can tell.
+    // With uniform proposals and a density of at most 2, the total variation distance is at most 2^-steps (Mengersen and
+    // Tweedie 1996). Steps of 0.7 mix about as fast. Steps of 0.1 have not converged yet, which the test detects.
     for (seed, proposal) in (11..).zip([Proposal::Uniform, Proposal::Step { width: 0.7 }]) {
         for start in [1e-3, 1.0] {
             let p = p_after(seed, 100, proposal, |_| start);
@@ -62,7 +62,7 @@ fn a_chain_finds_the_density_from_anywhere() {
     assert!(p < 1e-12, "{p:.1e}");
 }
 
-/// Chains of 200 steps from the density: their means of x, and their rates.
+/// Runs chains of 200 steps that start from the density; returns the means of x and the acceptance rates.
 fn chains(seed: u64, proposal: Proposal, count: u32) -> (Moments, Moments) {
     let mut rng = TestRng::new(seed);
     let (mut means, mut rates) = (Moments::default(), Moments::default());
@@ -81,9 +81,9 @@ fn chains(seed: u64, proposal: Proposal, count: u32) -> (Moments, Moments) {
     (means, rates)
 }
 
-/// How often steps are accepted under 2 x: the mean of min(p(x), p(y)) over all proposals. With the half width h <= 1
-/// it is (2 / h) (h (1 - h)^2 / 2 + integral of x (1 - x) over [1 - h, 1]), which is 1 - h + h^2 / 3; with h >= 1, 1 /
-/// (3 h).
+/// The acceptance rate for the density 2 x: the mean of min(p(x), p(y)) over all proposals. With the half width h <= 1
+/// it is (2 / h) (h (1 - h)^2 / 2 + integral of x (1 - x) over [1 - h, 1]), which is 1 - h + h^2 / 3; with h >= 1 it is
+/// 1 / (3 h).
 fn exact_rate(proposal: Proposal) -> f64 {
     match proposal {
         Proposal::Uniform => 2.0 / 3.0,
@@ -120,7 +120,7 @@ fn extremes_stay_in_the_domain_and_what_cannot_start_is_refused() {
                 let mut chain = chain(proposal, 0.3);
                 let mut numbers = [u, v].into_iter().cycle();
                 for _ in 0..10 {
-                    let x = chain.step(&mut || numbers.next().expect("without end"));
+                    let x = chain.step(&mut || numbers.next().expect("an endless iterator"));
                     assert!(x > 0.0 && x <= 1.0, "{proposal:?} {u} {v}: {x}");
                 }
             }
@@ -141,7 +141,7 @@ fn extremes_stay_in_the_domain_and_what_cannot_start_is_refused() {
     ] {
         assert!(!refused);
     }
-    // Where the density is no number, or endless, the chain does not go.
+    // The chain never moves to where the density is NaN, infinite or negative.
     for hole in [f64::NAN, f64::INFINITY, -1.0] {
         let density = |x: f64| if x < 0.5 { 1.0 } else { hole };
         let chain = Chain::new(density, [0.0, 1.0], Proposal::Uniform, 0.2);

@@ -1,4 +1,4 @@
-//! Rejection: what is drawn, how often it takes, and what happens where nothing can be drawn.
+//! Rejection sampling: the distribution, the number of trials, and inputs of which nothing can be drawn.
 
 use crate::common::TestRng;
 use crate::common::chi_square::{ChiSquareTest, pearson, uniformity};
@@ -17,7 +17,7 @@ use etendue_lab::course::rejection::{
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
 
 const DRAWS: u32 = 1 << 18;
-/// The greatest standard error that counts, relative to what is measured.
+/// The largest standard error that is accepted, relative to the measured quantity.
 const POWER: f64 = 2e-3;
 
 fn bounds<const D: usize>(min: f64, max: f64) -> BoundingBox<D> {
@@ -34,7 +34,7 @@ fn the_disk_by_rejection_is_uniform_at_its_efficiency() {
     let mut counts = vec![0; 24 * 24];
     let mut trials = Moments::default();
     for _ in 0..DRAWS {
-        let drawn = sample_disk_by_rejection(&mut || rng.uniform()).expect("half of the box");
+        let drawn = sample_disk_by_rejection(&mut || rng.uniform()).expect("a point is accepted");
         let p = drawn.value.as_dvec2();
         trials.push(f64::from(drawn.trials));
         let ring = ((24.0 * p.length_squared()) as usize).min(23);
@@ -52,7 +52,8 @@ fn directions_by_rejection_are_uniform_at_their_efficiency() {
     let mut trials = Moments::default();
     let sphere = test.run(
         |rng| {
-            let drawn = sample_sphere_by_rejection(&mut || rng.uniform()).expect("half of the box");
+            let drawn =
+                sample_sphere_by_rejection(&mut || rng.uniform()).expect("a point is accepted");
             trials.push(f64::from(drawn.trials));
             Some(drawn.value)
         },
@@ -61,7 +62,7 @@ fn directions_by_rejection_are_uniform_at_their_efficiency() {
     let hemisphere = test.run(
         |rng| {
             let drawn =
-                sample_hemisphere_by_rejection(&mut || rng.uniform()).expect("half of the box");
+                sample_hemisphere_by_rejection(&mut || rng.uniform()).expect("a point is accepted");
             trials.push(f64::from(drawn.trials));
             Some(drawn.value)
         },
@@ -88,12 +89,12 @@ fn points_of_a_set_are_uniform_in_it() {
     let unit = |p: &[f64; 2]| [0, 1].map(|i| (p[i] - min[i]) / (max[i] - min[i]));
     let inside = |p: &[f64; 2]| unit(p).iter().sum::<f64>() < 1.0;
     let mut rng = TestRng::new(3);
-    // In these coordinates the set is a square, and area keeps its share.
+    // In these coordinates the set is a square, and the mapping preserves ratios of areas.
     let mut counts = vec![0; 24 * 24];
     let mut trials = Moments::default();
     for _ in 0..DRAWS {
         let drawn = sample_inside(&box_2d, inside, MOST_TRIALS, &mut || rng.uniform_f64());
-        let drawn = drawn.expect("half of the box");
+        let drawn = drawn.expect("a point is accepted");
         trials.push(f64::from(drawn.trials));
         let [x, y] = unit(&drawn.value);
         let cell = |x: f64| ((24.0 * x) as usize).min(23);
@@ -123,7 +124,7 @@ fn the_measured_efficiency_is_the_share_of_the_box() {
         &mut uniform,
     );
     assert_mean("ball", &ball, PI / 6.0, POWER);
-    // Of the box, the share falls with the dimension: pi^2 / 32, pi^3 / 384.
+    // The efficiency falls with the dimension: pi^2 / 32, pi^3 / 384.
     let ball = measure_efficiency(
         &bounds(-1.0, 1.0),
         |p: &[f64; 4]| square_norm(p) <= 1.0,
@@ -138,7 +139,7 @@ fn the_measured_efficiency_is_the_share_of_the_box() {
         &mut uniform,
     );
     assert_mean("6-ball", &ball, PI.powi(3) / 384.0, POWER);
-    // In a box of another size: the area is the share times the box's.
+    // In a box of another size: the area of the set is the efficiency times the area of the box.
     let wide: BoundingBox<2> = bounds(-2.0, 1.0);
     let disk = measure_efficiency(&wide, |p: &[f64; 2]| square_norm(p) <= 1.0, n, &mut uniform);
     assert_mean("disk in a wide box", &disk, PI / wide.volume(), POWER);
@@ -161,7 +162,7 @@ fn a_bounded_density_is_what_is_drawn() {
         let drawn = sample_density(&bounds(0.0, 1.0), hill, 1.0, MOST_TRIALS, &mut || {
             rng.uniform_f64()
         });
-        let drawn = drawn.expect("most of the box lies under the graph");
+        let drawn = drawn.expect("a point is accepted");
         trials.push(f64::from(drawn.trials));
         cells[((CELLS as f64 * drawn.value[0]) as usize).min(CELLS - 1)].1 += 1.0;
     }
@@ -187,7 +188,7 @@ fn nothing_to_find_ends() {
     let none = sample_density(&unit, |_| 0.0, 1.0, 1000, &mut uniform);
     assert_eq!(none, Err(Rejected::All));
     assert_eq!(sample_inside(&unit, |_| true, 0, &mut uniform), None);
-    // A generator that is stuck in a corner, or in the centre, which has no direction.
+    // A generator that always returns a corner of the box, or the centre, which has no direction.
     assert_eq!(
         sample_disk_by_rejection(&mut || ONE_MINUS_EPSILON).map(|d| d.trials),
         None

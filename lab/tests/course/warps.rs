@@ -1,4 +1,4 @@
-//! The course's samplers against their own claims: densities, inverses, and extreme numbers. Its wrong one has to fail.
+//! The samplers of the course against their stated densities and inverses, also at extreme numbers. The wrong one has to fail.
 
 use crate::common::TestRng;
 use crate::common::chi_square::{ChiSquareTest, uniformity};
@@ -24,9 +24,9 @@ use etendue_lab::course::disk::{
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 const DRAWS: u32 = 1 << 17;
-/// Uniform numbers where maps break first: no generator of this house gives more than the last.
+/// Uniform numbers where mappings fail first: no generator of this project returns more than the last.
 const EXTREMES: [f32; 4] = [0.0, 1.0 / 16_777_216.0, 0.5, ONE_MINUS_EPSILON];
-/// Exponents of Phong's lobe, from the uniform hemisphere to the narrowest.
+/// Exponents of the Phong lobe, from the uniform hemisphere to the narrowest.
 const EXPONENTS: [f32; 6] = [0.0, 0.5, 1.0, 20.0, 1e3, 1e6];
 
 fn extreme_pairs() -> impl Iterator<Item = Vec2> {
@@ -35,7 +35,7 @@ fn extreme_pairs() -> impl Iterator<Item = Vec2> {
         .flat_map(|x| EXTREMES.map(|y| Vec2::new(x, y)))
 }
 
-/// Uniform pairs away from the poles and centres, where one number says little about the other.
+/// Uniform pairs away from the poles and centres, where the inverse is ill-conditioned.
 fn inner_pairs(seed: u64) -> impl Iterator<Item = Vec2> {
     let mut rng = TestRng::new(seed);
     (0..1 << 14).map(move |_| Vec2::splat(0.01) + 0.98 * rng.uniform_2d())
@@ -49,13 +49,13 @@ fn square_uniformity(points: impl Iterator<Item = [f64; 2]>) -> f64 {
     uniformity(&counts)
 }
 
-/// The radius and the azimuth in turns.
+/// The radius, and the azimuth in units of a full turn.
 fn polar(p: Vec2) -> (f64, f64) {
     let p = p.as_dvec2();
     (p.length(), p.y.atan2(p.x) / TAU + 0.5)
 }
 
-/// Azimuths are the same a whole turn on.
+/// Asserts that two pairs are equal; the second number, an azimuth, is compared modulo one turn.
 fn assert_close(what: &str, u: Vec2, back: Vec2, tolerance: f32) {
     let d = (back - u).abs();
     let d = d.x.max(d.y.min(1.0 - d.y));
@@ -71,14 +71,14 @@ fn the_right_disk_is_uniform_and_the_wrong_one_fails_the_same_test() {
             [radius(r), turn]
         }))
     };
-    // Rings of equal area hold equally many; of the wrong points equally many lie in rings of equal width.
+    // Rings of equal area hold equally many uniform points; rings of equal width hold equally many of the wrong points.
     let right = p_of(1, sample_disk_polar, |r| r * r);
     let wrong = p_of(1, sample_disk_crowded_at_the_centre, |r| r * r);
     let wrong_as_it_is = p_of(2, sample_disk_crowded_at_the_centre, |r| r);
     assert!(right > sidak(1e-3, 2), "{right:.1e}");
     assert!(wrong_as_it_is > sidak(1e-3, 2), "{wrong_as_it_is:.1e}");
     assert!(wrong < 1e-100, "the wrong disk passes: {wrong:.1e}");
-    // What lies within r is r of the wrong points and r^2 of the right ones.
+    // The share of points within r is r for the wrong sampler and r^2 for the right one.
     let (p, r) = (Vec2::new(-0.12, 0.16), 0.2);
     assert!((f64::from(pdf_disk_uniform(p)) * PI - 1.0).abs() < 1e-6);
     assert!((f64::from(pdf_disk_crowded_at_the_centre(p)) * TAU * r - 1.0).abs() < 1e-6);
@@ -152,7 +152,7 @@ fn lobes_of_exponent_0_and_1_are_the_uniform_and_the_cosine_hemisphere() {
 #[test]
 fn the_triangle_by_the_square_root_is_uniform() {
     const N: usize = 16;
-    // Lines of equal coordinates cut the triangle into N^2 alike: upright ones and, beside them, reversed ones.
+    // Lines of constant coordinates divide the triangle into N^2 equal ones: upright ones and, beside them, reversed ones.
     let mut counts = vec![0; 2 * N * N];
     let mut rng = TestRng::new(11);
     for _ in 0..DRAWS {
@@ -247,7 +247,7 @@ fn the_irradiance_is_the_same_by_every_density() {
         let exact = TAU / f64::from(n + 2);
         assert_mean("uniform", &irradiance(n, uniform), exact, 2e-3);
         assert_mean("cosine", &irradiance(n, cosine), exact, 2e-3);
-        // Under an even sky, cos / cos^3 has no finite variance.
+        // Under a uniform sky, cos / cos^3 has infinite variance.
         if n > 0 {
             assert_mean("lobe", &irradiance(n, lobe), exact, 2e-3);
         }
@@ -256,7 +256,7 @@ fn the_irradiance_is_the_same_by_every_density() {
 
 #[test]
 fn the_distribution_function_of_phongs_lobe_is_its_closed_form() {
-    // Within the angle a lies the share 1 - cos^(n + 1) a.
+    // The share within the angle a is 1 - cos^(n + 1) a.
     for n in EXPONENTS.map(f64::from) {
         for share in [0.1, 0.5, 0.9] {
             let cos = (1.0_f64 - share).powf(1.0 / (n + 1.0));

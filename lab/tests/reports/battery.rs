@@ -1,4 +1,4 @@
-//! The battery of hard cases on every backend, and that it bites.
+//! Runs the battery of hard cases on every backend, and tests that the battery detects errors.
 
 use etendue::internals::accel::Backend;
 use etendue_lab::battery::case::{Case, Effort, Trial};
@@ -8,7 +8,7 @@ use etendue_lab::battery::{BatteryObserver, BatterySettings, Unattended, cases, 
 use etendue_lab::verdict::Verdict;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Prints what is done.
+/// Prints each finished case.
 struct Told(&'static str);
 
 impl BatteryObserver for Told {
@@ -69,7 +69,7 @@ fn the_battery_bites() {
         measured(noisy(1e-3), Claim::mean(1.0, 1e-3)),
         Verdict::Passed
     );
-    // A wrong exact value, and noise in which it would hide.
+    // A wrong exact value fails; with noise that could hide it, the verdict is inconclusive.
     assert_eq!(
         measured(noisy(1e-3), Claim::mean(1.01, 1e-3)),
         Verdict::Failed
@@ -78,7 +78,7 @@ fn the_battery_bites() {
         measured(noisy(1.0), Claim::mean(1.01, 1e-3)),
         Verdict::Inconclusive
     );
-    // What cannot be measured has failed.
+    // A case that cannot be measured has failed.
     let error = |_: &Trial<'_>| Err(etendue::Error::render("no rays today"));
     let case = Case::new(1, "made up", Claim::exactly(0.0), error);
     let report = quick(&[case], Backend::ALL[0]);
@@ -86,11 +86,11 @@ fn the_battery_bites() {
     assert!(report.complete && !report.all_passed());
 }
 
-/// Every case whose exact number is moved by a tenth fails, or by one where it is a count.
+/// Every case fails if its exact value is changed by 10 %, or by 1 if it is 0.
 #[test]
 fn no_case_passes_with_another_exact_number() {
     let mut wrong = cases(Effort::Quick);
-    // What is white to a tolerance of a quarter of a percent is so, too.
+    // Upper bounds are lowered to a fifth. The changes also exceed the tolerance of 0.25 % of white materials.
     for case in &mut wrong {
         let exact = case.claim.exact;
         let away = if exact == 0.0 { 1.0 } else { 0.1 * exact };

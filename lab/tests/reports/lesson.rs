@@ -1,5 +1,5 @@
-//! The lessons: each topic's numbers against their exact values, by their own verdicts; the shape of its page; and that a
-//! seed is all that its numbers depend on.
+//! The lessons: each topic's numbers against their exact values, by their own verdicts; the content of its page; and that
+//! its numbers depend on nothing but the seed.
 
 use etendue_lab::lesson::page::{Finding, Page};
 use etendue_lab::lesson::topic::{LessonObserver, Settings, Topic, Unwatched};
@@ -8,7 +8,7 @@ use etendue_lab::plot::Plot;
 use etendue_lab::verdict::Verdict;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-/// A share of the samples that leaves every verdict its power.
+/// The share of the full sample count; every verdict keeps its statistical power.
 const EFFORT: f64 = 0.1;
 
 fn settings(seed: u64) -> Settings {
@@ -21,7 +21,7 @@ fn settings(seed: u64) -> Settings {
 
 fn page(topic: &Topic, settings: &Settings) -> Page {
     let page = run(topic, settings, &Unwatched).expect("the topic runs");
-    page.expect("nobody ended it")
+    page.expect("the lesson was not cancelled")
 }
 
 fn topic(name: &str) -> &'static Topic {
@@ -36,7 +36,7 @@ fn plots(page: &Page) -> impl Iterator<Item = &Plot> {
     })
 }
 
-/// Runs a topic: every number is right, and the page has all that a page has.
+/// Runs a topic, and checks that every number passes and that the page is complete.
 fn holds(name: &str) -> Page {
     let topic = topic(name);
     let page = page(topic, &settings(0));
@@ -50,7 +50,7 @@ fn holds(name: &str) -> Page {
         let finite = drawn.filter(|point| point.iter().all(|x| x.is_finite()));
         assert!(
             finite.count() > 1,
-            "{name}: nothing to see in {}",
+            "{name}: too few finite points in {}",
             plot.title
         );
         assert!(!plot.reading.is_empty(), "{name}: {}", plot.title);
@@ -59,7 +59,7 @@ fn holds(name: &str) -> Page {
     page
 }
 
-/// A test for each topic, so that they run side by side.
+/// Defines a test for each topic, so that they run in parallel.
 macro_rules! topics_hold {
     ($($test:ident: $name:literal),* $(,)?) => {
         $(#[test]
@@ -91,7 +91,7 @@ topics_hold! {
     ladder: "ladder",
 }
 
-/// Numbers and plots, without what depends on the time.
+/// The names and measured values of a page's numbers, without timings.
 fn numbers(page: &Page) -> Vec<(String, f64)> {
     page.numbers()
         .map(|number| (number.name.clone(), number.ours))
@@ -142,7 +142,7 @@ fn settings_out_of_their_range_are_usage_errors() {
     }
 }
 
-/// Ends a lesson as soon as it has been asked so often.
+/// Cancels a lesson after `patience` calls of `is_cancelled`.
 struct Impatient {
     patience: u32,
     asked: AtomicU32,
@@ -168,7 +168,7 @@ fn a_lesson_that_is_ended_leaves_no_page() {
                 asked: AtomicU32::new(0),
                 ended: AtomicBool::new(false),
             };
-            let page = run(topic, &settings(0), &observer).expect("it ends well");
+            let page = run(topic, &settings(0), &observer).expect("cancelling is no error");
             assert!(page.is_none(), "{}", topic.name);
         }
     }

@@ -1,4 +1,4 @@
-//! Whole studies of a small room: who is biased, who is efficient, what is reported of it, and what an end leaves.
+//! Tests of whole studies of a small room: detected bias, measured efficiency, the report, and interruption.
 
 use crate::common::room::{LAMP, room};
 use etendue::ErrorKind;
@@ -41,7 +41,7 @@ fn study(settings: &StudySettings) -> StudyReport {
     run(&scene(), (64, 64), settings, &Unattended).expect("a valid study")
 }
 
-/// A schedule whose pictures depend on nothing but the seed.
+/// A fixed schedule, with which the images depend only on the seed.
 fn fixed(variants: usize) -> Schedule {
     Schedule {
         reference_spp: 1024,
@@ -77,14 +77,14 @@ fn biased_integrators_are_found_and_others_are_ordered_by_their_efficiency() {
         assert!(!right.bias.is_found, "{}: {:?}", right.name, right.bias);
         let [off, margin] = right.bias.light;
         assert!(off.abs() < 3.0 * margin && margin < 0.2, "{:?}", right.bias);
-        // Independent samples: one over the samples, within what 8 seeds can tell.
+        // With independent samples relMSE falls as 1 / spp, within the uncertainty of 8 seeds.
         let slope = right.slope.expect("six levels").b;
         assert!(
             (slope.value - 1.0).abs() < 0.15,
             "{}: {slope:?}",
             right.name
         );
-        // What the references' noise and the estimates leave: the squared error is all variance.
+        // Without bias relMSE is all variance, up to the noise of the references and of the estimates.
         let last = right.levels.last().expect("levels");
         let ratio = last.variance.value / last.rel_mse.value;
         assert!((ratio - 1.0).abs() < 0.2, "{}: {ratio}", right.name);
@@ -94,12 +94,13 @@ fn biased_integrators_are_found_and_others_are_ordered_by_their_efficiency() {
         "{:?}",
         direct.bias
     );
-    // The light that scatters more than once is a good part of this room's.
+    // Light that scatters more than once is a large part of this room's light.
     assert!(direct.bias.light[0] < -0.2, "{:?}", direct.bias);
     assert!(direct.bias.squared.value.sqrt() > 0.1);
     assert!(!report.variants[2].variant.bias.is_empty());
 
-    // At as many samples, which no timing moves; a lamp that is looked for is found more often than one that is met.
+    // Compared at equal sample counts, which do not depend on timing. Sampling the light has less variance than hitting
+    // it by BSDF sampling.
     let error = |summary: &Summary| summary.levels.last().expect("levels").rel_mse.value;
     assert!(error(bsdf) > 10.0 * error(path));
     assert!(bsdf.efficiency.value < path.efficiency.value);
@@ -108,7 +109,7 @@ fn biased_integrators_are_found_and_others_are_ordered_by_their_efficiency() {
     let biased_much = direct.bias.squared.value > 0.01 * error(direct);
     assert_eq!(matches!(direct.tenth, Tenth::Never(_)), biased_much);
 
-    // Tiles without bias are as likely below as above a half; those of the biased one are not.
+    // Without bias the p-values of tiles are uniform in [0, 1]; with this bias all are small.
     let below = |index: usize| {
         let all: &[f64] = &report.variants[index].tile_p_values;
         all.iter().filter(|&&p| p < 0.05).count() as f64 / all.len() as f64
@@ -125,8 +126,16 @@ fn biased_integrators_are_found_and_others_are_ordered_by_their_efficiency() {
 fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
     let choices = [IntegratorKind::Path, IntegratorKind::Bsdf].map(Choice::Integrator);
     let mut settings = settings(&choices, 20.0, Some(fixed(2)));
-    settings.schedule.as_mut().expect("given").doublings = vec![8, 2];
-    settings.schedule.as_mut().expect("given").reference_spp = 4096;
+    settings
+        .schedule
+        .as_mut()
+        .expect("a given schedule")
+        .doublings = vec![8, 2];
+    settings
+        .schedule
+        .as_mut()
+        .expect("a given schedule")
+        .reference_spp = 4096;
     for variant in &mut settings.variants {
         variant.settings.sampler = SamplerKind::Independent;
     }
@@ -135,10 +144,10 @@ fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
     assert_eq!(bars.spp, 64);
     assert!(bars.reference_share < 0.05, "{}", bars.reference_share);
     let ninety_five = bars.coverage.iter().find(|c| c.confidence == 0.95);
-    let ninety_five = ninety_five.expect("it is tried");
+    let ninety_five = ninety_five.expect("the level of 95 % is reported");
     let held = ninety_five.trusted.held + ninety_five.flagged.held;
     let count = ninety_five.trusted.count + ninety_five.flagged.count;
-    // Of some two hundred pixels, whose channels go together: four standard deviations of a share below 95 %.
+    // About 200 pixels with correlated channels: 88 % is four standard deviations below 95 %.
     assert!(
         count > 600 && held as f64 > 0.88 * count as f64,
         "{ninety_five:?}"
@@ -153,11 +162,11 @@ fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
         .iter()
         .zip([LightFoundBy::LightSampling, LightFoundBy::Scattering])
     {
-        let paths = study.paths.as_ref().expect("they were watched");
+        let paths = study.paths.as_ref().expect("shares of paths");
         assert!(paths.unexplained.abs() < 1e-6, "{paths:?}");
         let light: f64 = paths.classes.iter().map(|class| class.energy).sum();
         assert!((light - 1.0).abs() < 1e-9);
-        // Path finds most of its light by looking for it, bsdf none.
+        // `path` finds most of its light by sampling lights, `bsdf` none.
         let share = |found: LightFoundBy| {
             let classes = paths.classes.iter().filter(|class| class.found == found);
             classes.map(|class| class.energy).sum::<f64>()
@@ -168,13 +177,13 @@ fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
         };
         assert!(share(found) > share(other), "{paths:?}");
     }
-    let bsdf = report.variants[1].paths.as_ref().expect("watched");
+    let bsdf = report.variants[1].paths.as_ref().expect("shares of paths");
     assert!(
         bsdf.classes
             .iter()
             .all(|class| class.found != LightFoundBy::LightSampling)
     );
-    // One bounce brings most of the light, and all of them all.
+    // Paths with one bounce carry more light than those with two, and all lengths together carry all of it.
     let bounces = &report.variants[0].bounces;
     let light: f64 = bounces.iter().map(|bounce| bounce.energy).sum();
     assert!(
@@ -191,7 +200,7 @@ fn everything_needed_to_compute_again_is_in_the_report() {
         let levels = report.variants[0].levels.iter();
         levels.map(|level| level.gram.clone()).collect::<Vec<_>>()
     };
-    // The same pictures, whatever the order and the times.
+    // The images are the same, in whatever order and time they were rendered.
     assert_eq!(errors(&one), errors(&two));
     let levels = &one.variants[0].levels;
     assert_eq!(
@@ -222,7 +231,8 @@ fn a_budget_too_small_names_one_that_is_enough() {
     scene.film.size = (512, 512);
     let mut settings = settings(&[], 0.05, None);
     settings.variants[0].settings = RenderSettings::new((512, 512), 1);
-    let error = run(&scene, (512, 512), &settings, &Unattended).expect_err("too little");
+    let error =
+        run(&scene, (512, 512), &settings, &Unattended).expect_err("the budget is too small");
     assert_eq!(error.kind(), ErrorKind::Usage);
     let text = error.to_string();
     assert!(
@@ -234,11 +244,11 @@ fn a_budget_too_small_names_one_that_is_enough() {
 #[test]
 fn a_black_scene_has_no_relative_error() {
     let error = run(&room(""), (16, 16), &settings(&[], 5.0, None), &Unattended);
-    let text = error.expect_err("nothing shines").to_string();
+    let text = error.expect_err("there is no emitter").to_string();
     assert!(text.contains("black"), "{text}");
 }
 
-/// Ends a study after so many reports: one of the references, then one of each block.
+/// Cancels a study after `most` reports: the first follows the references, each further one a block.
 struct Impatient {
     reports: AtomicUsize,
     most: usize,
@@ -273,7 +283,7 @@ fn a_study_that_is_ended_early_says_so_and_keeps_what_it_has() {
     let with_references = ended(1);
     assert!(with_references.reference.is_some());
     assert_eq!(counts(&with_references), [0; 6]);
-    // Three blocks have as many of each; the last level is in every second one.
+    // Three blocks contain each level three times, but the last level only in every second block.
     let three_blocks = ended(4);
     assert_eq!(counts(&three_blocks), [3, 3, 3, 3, 3, 2]);
     assert_eq!(summaries(&three_blocks)[0].1.levels.len(), 6);

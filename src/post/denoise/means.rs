@@ -15,7 +15,7 @@
 //! Distances of all pixels to those at one offset are computed together and averaged by a box filter, so that the
 //! time does not depend on the size of patches (Darbon et al. 2008).
 //!
-//! Measure: radiance, or radiance over albedo; its variance.
+//! Measure: radiance and its variance.
 //! Range: finite numbers; variances may be 0. Pixels beyond the border have no weight.
 //! Source: Buades, Coll and Morel 2005; Rousselle, Knaus and Zwicker 2012, "Adaptive Rendering with Non-Local Means
 //! Filtering", section 4 for the distance and the halves. Tested below and in `tests/rendering/denoise.rs`.

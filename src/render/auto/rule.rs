@@ -40,7 +40,7 @@ pub fn choose(facts: &Facts) -> (IntegratorKind, String) {
     };
     let (path, bidirectional, chains) = (of(Path), of(Bidirectional), of(Metropolis));
     if !facts.candidates.iter().any(|it| it.integrator != Path) {
-        return (Path, "these settings are for path alone".to_owned());
+        return (Path, "only path supports these settings".to_owned());
     }
     let (second, second_name) = if facts.is_missed_by_path || path > MARGIN * bidirectional {
         (bidirectional, Bidirectional)
@@ -59,16 +59,16 @@ pub fn choose(facts: &Facts) -> (IntegratorKind, String) {
 fn why(facts: &Facts, best: IntegratorKind, ratio: f64) -> String {
     let name = best.name();
     if facts.is_missed_by_path {
-        return "paths from the eye do not find what point, spot and distant lights throw by way of smooth surfaces".to_owned();
+        return "camera subpaths do not find light of point, spot and distant lights that arrives by way of smooth surfaces".to_owned();
     }
     if best == IntegratorKind::Path {
-        return "nothing else did so much better in a pilot that it would be worth it".to_owned();
+        return "no other integrator had a sufficiently smaller error in a pilot".to_owned();
     }
     // A pilot does not distinguish the two causes.
     let cause = if facts.has_smooth_surfaces {
-        "some light is hard to reach from the eye, as it is thrown by smooth surfaces, or comes through a gap or out of a shade"
+        "camera subpaths rarely find some of the light, as it comes by way of smooth surfaces, through a gap or out of a lampshade"
     } else {
-        "some light is hard to reach from the eye, as through a gap or out of a shade"
+        "camera subpaths rarely find some of the light, as through a gap or out of a lampshade"
     };
     format!(
         "in a pilot {name} had {:.1} times less squared error than path for the same work: {cause}",
@@ -133,12 +133,12 @@ mod tests {
         says(&facts(false, &[1.0, 0.25, 0.2]), "bdpt had 4.0 times less");
         says(&facts(false, &[1.0, 0.25, 0.2]), "gap");
         says(&facts(true, &[1.0, 0.25, 0.2]), "point, spot and distant");
-        says(&facts(false, &[1.0]), "path alone");
+        says(&facts(false, &[1.0]), "only path");
         let smooth = Facts {
             has_smooth_surfaces: true,
             ..facts(false, &[1.0, 0.25, 0.01])
         };
-        says(&smooth, "thrown by smooth surfaces");
+        says(&smooth, "by way of smooth surfaces");
         says(&smooth, "mlt had 100.0 times less");
     }
 }

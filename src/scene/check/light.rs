@@ -22,7 +22,7 @@ pub fn light(light: &LightDescription) -> Result<()> {
             colour(radiance, f32::MAX, || field("radiance"))?;
             if let ColourDescription::Texture(texture) = radiance {
                 let is_picture = matches!(**texture, Texture::Image { .. });
-                let expected = "expected a colour or a picture: the sky is no checker";
+                let expected = "expected a colour or an image: an environment cannot be a checker";
                 require(is_picture, || field("radiance"), expected)?;
             }
             let is_turned = to_world.is_finite() && is_rotation(to_world);
@@ -79,6 +79,6 @@ pub fn panoramas(lights: &[LightDescription]) -> Result<()> {
     require(
         lights.iter().filter(is_panorama).count() <= 1,
         || "light: radiance".to_owned(),
-        "there is a picture as environment already: at most one, and any number of colours",
+        "there is an image environment already: expected at most one, and any number of constant ones",
     )
 }

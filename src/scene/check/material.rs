@@ -103,7 +103,7 @@ pub fn material(material: &MaterialDescription) -> Result<()> {
     require(
         material.two_sided || !material.model.transmits(),
         || field("two_sided"),
-        "what light passes through has two sides",
+        "a transmissive material has two sides",
     )
 }
 

@@ -27,7 +27,7 @@ pub fn placed(transform: &DAffine3, field: impl Fn() -> String) -> Result<()> {
     require(
         transform.is_finite() && is_invertible(&transform.matrix3),
         field,
-        "expected finite numbers, and a transform that does not flatten space",
+        "expected finite numbers, and a transform that is not singular",
     )
 }
 

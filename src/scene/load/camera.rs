@@ -56,7 +56,7 @@ fn standing_or_moving(table: &Table<'_>) -> Result<(DAffine3, f64, Vec<Key>)> {
     };
     if let Some(other) = present(table, &["eye", "target", "up", "transform"]) {
         let message = format!(
-            "expected either motion, or the place of a camera that stands still, but `{other}` is there too"
+            "expected either motion, or the placement of a static camera, but `{other}` is given too"
         );
         return Err(motion.error(message));
     }
@@ -77,7 +77,7 @@ fn placement(table: &Table<'_>) -> Result<(DAffine3, f64)> {
         Some(value) => {
             if let Some(other) = present(table, &["eye", "target", "up"]) {
                 let message = format!(
-                    "expected either transform, or eye and target, but `{other}` is there too"
+                    "expected either transform, or eye and target, but `{other}` is given too"
                 );
                 return Err(value.error(message));
             }

@@ -209,9 +209,9 @@ fn no_colour(texture: &Texture) -> Option<String> {
     );
     let texel = image.pixels()[index].to_array();
     let expected = if texel.iter().any(|x| *x < 0.0) {
-        "a colour has no values below 0".to_owned()
+        "expected no values below 0".to_owned()
     } else {
-        format!("times {scale}, that is too large for single precision")
+        format!("multiplied by {scale} it is too large for single precision")
     };
     Some(format!("pixel ({x}, {y}) is {texel:?}: {expected}"))
 }

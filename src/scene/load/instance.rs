@@ -43,7 +43,7 @@ fn note_unseen(contents: &mut Contents) {
     for group in unseen {
         let name = shown(&contents.groups[group]);
         contents.note(format!(
-            "group `{name}` is placed by no instance: it is not seen"
+            "group `{name}` is placed by no instance: it is not rendered"
         ));
     }
 }
@@ -145,7 +145,7 @@ fn refuse_circles(
                     let circle = circle.skip_while(|group| *group != of).chain([of]);
                     let names: Vec<String> = circle.map(|group| shown(&groups[group])).collect();
                     return Err(placed[next].error(format!(
-                        "groups are placed within one another in a circle: {}",
+                        "groups are placed within one another in a cycle: {}",
                         names.join(" -> ")
                     )));
                 }

@@ -59,7 +59,7 @@ pub fn lights(
         let light = light(value, file, textures)?;
         if is_panorama(&light) && lights.iter().any(is_panorama) {
             return Err(value.error(
-                "there is a picture as environment already: at most one, and any number of colours",
+                "there is an image environment already: expected at most one, and any number of constant ones",
             ));
         }
         lights.push(light);
@@ -170,7 +170,7 @@ fn radiance(value: &Value<'_>, file: &Path, textures: &mut Textures) -> Result<C
     let radiance = colour(value, Bound::NonNegative, folder, textures)?;
     match &radiance {
         ColourDescription::Texture(texture) if matches!(**texture, Texture::Checker { .. }) => {
-            Err(value.error("expected a colour or a picture: the sky is no checker"))
+            Err(value.error("expected a colour or an image: an environment cannot be a checker"))
         }
         _ => Ok(radiance),
     }
@@ -181,6 +181,6 @@ fn rotation(value: &Value<'_>) -> Result<DMat3> {
     if is_rotation(&placed.matrix3) && placed.translation == DVec3::ZERO {
         Ok(placed.matrix3)
     } else {
-        Err(value.error("expected rotations only: what is beyond the scene has no place or size"))
+        Err(value.error("expected rotations only: an environment has no position or size"))
     }
 }

@@ -65,7 +65,7 @@ pub fn material(
     if let Some(two_sided) = table.optional("two_sided") {
         material.two_sided = two_sided.truth()?;
         if !material.two_sided && material.model.transmits() {
-            return Err(two_sided.error("what light passes through has two sides"));
+            return Err(two_sided.error("a transmissive material has two sides"));
         }
     }
     table.finish()?;

@@ -56,7 +56,7 @@ fn read_text(path: &Path) -> Result<String> {
     let cannot_read = |error| Error::io("cannot read", path, error);
     // Reading a device such as /dev/zero would not terminate.
     if !std::fs::metadata(path).map_err(cannot_read)?.is_file() {
-        return Err(cannot_read(std::io::Error::other("it is no regular file")));
+        return Err(cannot_read(std::io::Error::other("not a regular file")));
     }
     let bytes = std::fs::read(path).map_err(cannot_read)?;
     let text = String::from_utf8(bytes).map_err(|error| {

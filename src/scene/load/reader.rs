@@ -266,7 +266,7 @@ impl<'a> Value<'a> {
     pub fn text(&self) -> Result<&'a str> {
         self.value
             .as_str()
-            .ok_or_else(|| self.expected("a text in quotes"))
+            .ok_or_else(|| self.expected("a string in quotes"))
     }
 
     /// Returns the value as a boolean.

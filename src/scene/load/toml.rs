@@ -52,7 +52,7 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
     let motions = contents.shapes.iter().map(|shape| &shape.motion);
     let motions = motions.chain(contents.instances.iter().map(|instance| &instance.motion));
     if open == close && motions.chain([&camera.motion]).any(|keys| keys.len() > 1) {
-        contents.note("motion is written, but the shutter is never open: everything stands still");
+        contents.note("motion is given, but the shutter is never open: nothing moves");
     }
     Ok(SceneDescription {
         file: path.to_path_buf(),

@@ -19,10 +19,10 @@ pub fn of_report(report: &BatteryReport, command: &str) -> String {
         p { code { (command) } }
         p.says { (conditions(report)) "." }
         p.says {
-            "A case passes if its mean is within 5.2 standard errors of the exact number, and its standard error is below \
-             the limit that makes this tell something; without a standard error every single number has to be exact to \
-             the claimed rounding. One that is too noisy to tell is inconclusive, which counts as a failure. Rows are \
-             those of the catalogue in docs/hard-cases.md."
+            "A case passes if its mean is within 5.2 standard errors of the exact number, and its standard error is \
+             below the case's limit; without a standard error every single number has to be exact up to the stated \
+             rounding. A case with a larger standard error is inconclusive, which counts as a failure. Rows are those of \
+             the catalogue in docs/hard-cases.md."
         }
         @for table in all(report) {
             section {

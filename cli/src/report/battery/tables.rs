@@ -74,9 +74,10 @@ fn peers(report: &BatteryReport) -> Table {
     let cases = report.results.iter();
     let rows = cases.filter_map(|case| case.peers.map(|peers| row(case, peers)));
     Table {
-        title: "Beside other renderers".to_owned(),
+        title: "Comparison with other renderers".to_owned(),
         says: "A light of 2 x 2 and radiance 1 over a floor of 2 x 2 and albedo 1/2, unless the case says otherwise: \
-               the radiance of the floor's middle, by direct light. `ok` is right within the noise, `-` was not run."
+               the radiance at the centre of the floor under direct light. `ok` is correct within the noise, `-` was \
+               not run."
             .to_owned(),
         head: vec![
             words("case"),
@@ -135,7 +136,7 @@ fn left_out(report: &BatteryReport) -> Table {
     Table {
         title: "Left out".to_owned(),
         says:
-            "Cases that this backend is known to fail, and the reason. They are measured if the row is named."
+            "Cases that this backend is known to fail, and the reason. They run if their row is named."
                 .to_owned(),
         head: vec![numbers("row"), words("case"), words("why")],
         rows: rows

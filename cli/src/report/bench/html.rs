@@ -119,10 +119,10 @@ fn how_to_read(report: &BenchReport, command: &str) -> Markup {
     html! {
         section {
             h2 { "What was measured, and how to read it" }
-            p { "Each scene is rendered, and the rays of that render are recorded by kind: from the camera, to the lights, and \
-                 after each scattering event. Every backend then traces these very rays again, in every way that it has. \
-                 A bar ends at the median of " (report.rounds) " interleaved runs; its whisker goes from the least to the \
-                 greatest. Shorter bars are better throughout." }
+            p { "Each scene is rendered, and the rays of that render are recorded by kind: from the camera, to the \
+                 lights, and after each scattering event. Every backend then traces the same rays in each of its \
+                 configurations. A bar ends at the median of " (report.rounds) " interleaved runs; its whisker spans the \
+                 minimum to the maximum. Shorter bars are better throughout." }
             (chart::bars(&[example]))
             p { "Measured by " code { (command) } "." }
             p.says { (prose(&machine.says)) }

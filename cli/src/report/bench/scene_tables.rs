@@ -16,7 +16,7 @@ use etendue_lab::bench::target::Variant;
 
 /// Describes the spread of the numbers.
 fn runs(rounds: usize) -> String {
-    format!("median (least to greatest) of {rounds} interleaved runs")
+    format!("median (minimum to maximum) of {rounds} interleaved runs")
 }
 
 /// Returns the table of the recorded rays, with the size of the scene.
@@ -33,12 +33,12 @@ pub fn scene(scene: &SceneReport) -> Table {
         text => format!("{} ", sentence(text)),
     };
     says += &of_things(scene.primitives, "primitive", "primitives");
-    says += ". The table has the rays that a sample of its render needs on average, by kind, and how many of them were \
+    says += ". The table has the mean number of rays per sample of its render, by kind, and how many of them were \
              recorded and traced again.";
     Table {
         title: scene.name.clone(),
         says,
-        head: vec![words("rays"), numbers("a sample"), numbers("recorded")],
+        head: vec![words("rays"), numbers("per sample"), numbers("recorded")],
         rows: rows.collect(),
     }
 }
@@ -64,8 +64,9 @@ pub fn builds(report: &BenchReport, scene: &SceneReport) -> Table {
     Table {
         title: "Building".to_owned(),
         says: format!(
-            "Milliseconds to build each structure, and its size: lower is better. Times are the {}; a dash stands where \
-             a library does not tell. obvhs builds the same for both precisions, which is listed once.",
+            "Milliseconds to build each structure, and its size: lower is better. Times are the {}; a dash means that \
+             the library does not report it. obvhs builds the same structure for both precisions, which is listed \
+             once.",
             runs(report.build_rounds)
         ),
         head: vec![
@@ -95,15 +96,15 @@ pub fn rays(report: &BenchReport, scene: &SceneReport) -> Table {
     Table {
         title: "Tracing".to_owned(),
         says: format!(
-            "Nanoseconds of one core for a ray, each backend in the way that is fastest for rays of the kind: lower is \
-             better. They are the {}. `Mrays/s` is millions of rays a second and core (higher is better), `ratio` the time \
-             over that of {reference} in its fastest way.",
+            "Nanoseconds per ray on one core, each backend in its fastest configuration for this kind of rays: lower is \
+             better. They are the {}. `Mrays/s` is millions of rays per second and core (higher is better), `ratio` the \
+             time over that of {reference} in its fastest configuration.",
             runs(report.rounds)
         ),
         head: vec![
             words("rays"),
             words("backend"),
-            words("fastest way"),
+            words("fastest configuration"),
             numbers("ns"),
             numbers("Mrays/s"),
             numbers("ratio"),
@@ -139,14 +140,14 @@ pub fn variants(report: &BenchReport, scene: &SceneReport) -> Table {
     let name = backend.map_or("the first backend", Backend::name);
     let names = kinds.iter().map(|kind| numbers(kind.name()));
     Table {
-        title: format!("Every way of {name}"),
+        title: format!("All configurations of {name}"),
         says: format!(
-            "Nanoseconds of one core for a ray, by precision, quality of the structure and packets (of so many rays, \
-             said to be coherent or not): lower is better. They are medians of {} interleaved runs; `spread` is the \
-             widest distance from the least to the greatest in its row, over the median.",
+            "Nanoseconds per ray on one core, by precision, quality of the structure and packets (their width, and \
+             whether they are marked as coherent): lower is better. They are medians of {} interleaved runs; \
+             `spread` is the largest distance from minimum to maximum in the row, over the median.",
             report.rounds
         ),
-        head: [words("way")]
+        head: [words("configuration")]
             .into_iter()
             .chain(names)
             .chain([numbers("spread")])
@@ -189,9 +190,9 @@ pub fn agreement(scene: &SceneReport) -> Table {
             .chain([verdict(agreement).to_owned()])
             .collect()
     });
-    let mut says = "Hits of each structure against those of another, ray by ray. `ties` met another primitive at the \
-                    same distance, `edges` passed within rounding of an edge or of an end of the ray: rounding explains \
-                    both. `real` is what it does not explain, and has to be 0."
+    let mut says = "Hits of each structure compared with those of another, ray by ray. `ties` hit another primitive at \
+                    the same distance, `edges` passed within rounding of an edge or of an end of the ray: rounding \
+                    explains both. `real` counts the differences that rounding does not explain, and has to be 0."
         .to_owned();
     for agreement in &scene.agreement {
         if let Some(first) = &agreement.first_real {
@@ -230,17 +231,17 @@ pub fn overhead(report: &BenchReport, overhead: &OverheadReport) -> Table {
         ]
     });
     let whole = vec![
-        "all of a sample".to_owned(),
+        "whole sample".to_owned(),
         digits(total),
         "100.0 %".to_owned(),
     ];
     Table {
-        title: "Our own render".to_owned(),
+        title: "Render by Etendue".to_owned(),
         says: format!(
-            "The render takes {} times as long as its floor (lower is better; 1 cannot be beaten): {} ns of one core a \
-             sample over {} ns, which is what its rays alone take, each kind in the fastest way of {}. Numbers are the {}, \
-             with {} spp and `{}`. {} are {} times as fast as one. Before the first sample: {} ms of loading, {} ms of \
-             building. The table says where the time of a sample goes, in nanoseconds of one core.",
+            "The render takes {} times as long as its floor (lower is better; 1 cannot be beaten): {} ns per sample on \
+             one core over {} ns, the time of its rays alone, each kind in the fastest configuration of {}. Numbers are \
+             the {}, with {} spp and `{}`. {} are {} times as fast as one. Before the first sample: {} ms of loading, {} \
+             ms of building. The table breaks down the time of a sample, in nanoseconds on one core.",
             spread(&overhead.factor, 1.0),
             spread(&overhead.sample, 1.0),
             digits(overhead.floor),
@@ -253,7 +254,7 @@ pub fn overhead(report: &BenchReport, overhead: &OverheadReport) -> Table {
             digits(overhead.load * 1e3),
             digits(overhead.build * 1e3),
         ),
-        head: vec![words("part"), numbers("ns a sample"), numbers("share")],
+        head: vec![words("part"), numbers("ns per sample"), numbers("share")],
         rows: rows.chain([whole]).collect(),
     }
 }
@@ -325,7 +326,7 @@ mod tests {
             "-",
         ];
         assert_eq!(row(&builds(&report, scene), &built[..1]), built);
-        let whole = ["all of a sample", "500", "100.0 %"];
+        let whole = ["whole sample", "500", "100.0 %"];
         let overhead = overhead(&report, scene.overhead.as_ref().expect("it has one"));
         assert_eq!(row(&overhead, &whole[..1]), whole);
         assert!(

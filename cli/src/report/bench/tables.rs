@@ -15,15 +15,18 @@ use etendue_lab::bench::target::Target;
 pub fn machine(report: &BenchReport) -> Table {
     let mut rows = machine_rows(&report.machine, report.version);
     rows.extend([
-        vec!["threads that traced".to_owned(), report.threads.to_string()],
         vec![
-            "runs for each number".to_owned(),
+            "threads of the benchmark".to_owned(),
+            report.threads.to_string(),
+        ],
+        vec![
+            "runs per number".to_owned(),
             format!("{} ({} of building)", report.rounds, report.build_rounds),
         ],
     ]);
     Table {
         title: "The machine".to_owned(),
-        says: "What everything here was measured on. Times of another machine differ, and so may their ratios."
+        says: "The machine of all measurements. Times of another machine differ, and so may their ratios."
             .to_owned(),
         head: vec![words("what"), words("which")],
         rows,
@@ -39,7 +42,7 @@ pub fn machine_rows(machine: &Machine, version: &str) -> Vec<Vec<String>> {
     let rows = [
         ("etendue", version.to_owned()),
         ("processor", or_unknown(&machine.processor, "unknown")),
-        ("processors that it may use", machine.processors.to_string()),
+        ("available processors", machine.processors.to_string()),
         ("system", machine.system.clone()),
         ("Embree", or_unknown(&machine.embree, "not in this build")),
     ];
@@ -72,7 +75,7 @@ pub fn summary(report: &BenchReport) -> Table {
     Table {
         title: "Summary".to_owned(),
         says: format!(
-            "How many times as long as {reference} each backend takes for the same rays, each in its fastest way: the \
+            "Time of each backend over that of {reference} for the same rays, each in its fastest configuration: the \
              geometric mean over the kinds of rays of a scene. Lower is better; {reference} is 1.00."
         ),
         head: [words("scene")].into_iter().chain(names).collect(),
@@ -106,9 +109,9 @@ pub fn leaks(report: &BenchReport) -> Table {
     let names = aims.iter().map(|aim| numbers(format!("aim: {aim}")));
     Table {
         title: "Leaks".to_owned(),
-        says: "Segments from inside of closed meshes to their outside that met nothing on their way, in a million (and \
-               how many there were), by what they were aimed at: lower is better, and nothing leaks in theory. All \
-               meshes are taken together; bench.json has them one by one."
+        says: "Segments from the inside of closed meshes to the outside that hit nothing, per million (and their \
+               number), by what they were aimed at: lower is better, and the exact number is 0. All meshes are taken \
+               together; bench.json has each of them."
             .to_owned(),
         head: [words("structure")].into_iter().chain(names).collect(),
         rows: targets.iter().map(row).collect(),

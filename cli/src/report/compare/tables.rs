@@ -33,7 +33,7 @@ fn whole(report: &Report) -> Table {
         row(
             "rel-rmse",
             format_percent(metrics.rel_rmse),
-            "root of relMSE, as `render --error` has it",
+            "root of relMSE, as in `render --error`",
         ),
         row(
             "trimmed-rel-rmse",
@@ -58,12 +58,12 @@ fn whole(report: &Report) -> Table {
         row("MSE", significant(metrics.mse, 5), "its square"),
     ];
     if let Some(noise) = metrics.reference_noise {
-        let meaning = "of rel-rmse: squares add up";
+        let meaning = "its part of rel-rmse: squares add up";
         let noise = format_percent(noise.sqrt());
         rows.push(row("noise of the reference", noise, meaning));
     }
     if let Some(flip) = report.flip {
-        let meaning = "what is seen of it, from 0 to 1";
+        let meaning = "perceived difference, from 0 to 1";
         rows.push(row("flip", significant(flip, 4), meaning));
     }
     Table {
@@ -72,7 +72,7 @@ fn whole(report: &Report) -> Table {
             "{} x {} pixels. Lower is better.",
             report.width, report.height
         ),
-        head: vec![words("error"), numbers("value"), words("what it is")],
+        head: vec![words("error"), numbers("value"), words("meaning")],
         rows,
     }
 }
@@ -89,7 +89,7 @@ fn channels(report: &Report) -> Table {
     });
     let mut head = vec![words("channel"), numbers("difference")];
     if bias.is_some() {
-        let tested = ["tested", "standard error", "p", "finds"];
+        let tested = ["tested", "standard error", "p", "detectable"];
         head.extend(tested.map(numbers));
     }
     Table {
@@ -113,23 +113,22 @@ fn test_cells(channel: &ChannelTest) -> [String; 4] {
 }
 
 fn without_test() -> String {
-    "Relative to those of the reference. They are not tested for bias: that takes standard errors which are not flagged, \
-     from `etendue render --layers`."
+    "Relative to those of the reference. They are not tested for bias: that requires standard errors that are not \
+     flagged, from `etendue render --layers`."
         .to_owned()
 }
 
 fn describe_bias(bias: &BiasTest) -> String {
     let found = if bias.is_found() {
-        "**The pictures tend to different ones**"
+        "**The images converge to different limits**"
     } else {
         "No bias was found"
     };
     let tile = &bias.worst_tile;
     format!(
         "{found}: p = {} for the three means, and p = {} for {} means over tiles, of which the worst is {} at {}, {} \
-         ({} +- {}). Tested are the {} of the pixels that are not flagged. \
-         The last column is the difference that such a test finds {} of the time (in half of the tiles: {}); \
-         where nothing differs, it finds something {} of the time.",
+         ({} +- {}). The {} of the pixels that are not flagged are tested. The last column is the difference that \
+         such a test detects with a probability of {} (in half of the tiles: {}); its false positive rate is {}.",
         significant(bias.p, 2),
         significant(bias.tiles_p, 2),
         bias.tile_tests,
@@ -161,7 +160,7 @@ fn worst_tiles(report: &Report) -> Table {
     Table {
         title: "Worst tiles".to_owned(),
         says: format!(
-            "By their share of relMSE, of {} tiles; spread evenly, it would be {}.",
+            "By their share of relMSE, of {} tiles; the mean share is {}.",
             report.metrics.tiles.len(),
             format_percent(even)
         ),

@@ -31,7 +31,7 @@ pub fn of_page(topic: &Topic, lesson: &Page, neighbours: &[Topic], command: &str
             p.text { (prose(&lesson.experiment)) }
         }
         section {
-            h2 { "What came out" }
+            h2 { "The results" }
             @for finding in &lesson.findings { (found(finding)) }
         }
         (foot(command))
@@ -46,8 +46,8 @@ pub fn index(done: &[Done], topics: &[Topic], seed: u64) -> String {
     let is_done = |topic: &Topic| done.iter().any(|done| done.topic.name == topic.name);
     let body = html! {
         h1 { "Monte Carlo integration, by experiment" }
-        p.text { "Each page claims something, tries it, and holds what came out against the exact \
-                  value. All random numbers, distributions and pictures come from the renderer \
+        p.text { "Each page states a claim, tests it, and compares the results with their exact \
+                  values. All random numbers, distributions and images come from the renderer \
                   itself." }
         ol.contents {
             @for topic in topics {
@@ -87,12 +87,11 @@ fn way(topic: &Topic, all: &[Topic]) -> Markup {
 fn foot(command: &str) -> Markup {
     html! {
         p.says.foot {
-            "Made by " code { (command) } " with etendue " (env!("CARGO_PKG_VERSION")) ". The \
-                                                                                        same seed \
-                                                                                        gives the \
-                                                                                        same \
+            "Made by " code { (command) } " with etendue " (env!("CARGO_PKG_VERSION")) ". The same \
+                                                                                        seed gives \
+                                                                                        the same \
                                                                                         numbers, \
-                                                                                        but for \
+                                                                                        except for \
                                                                                         times and \
                                                                                         what \
                                                                                         follows \

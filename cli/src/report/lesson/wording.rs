@@ -115,7 +115,7 @@ pub fn technique_table(reading: &str, all: &[Technique]) -> Table {
     if exact {
         head.push(numbers("V, exact"));
     }
-    head.extend(["cost T", "efficiency 1/(V·T)", "to the first", "estimate"].map(numbers));
+    head.extend(["cost T", "efficiency 1/(V·T)", "× first", "estimate"].map(numbers));
     Table {
         title: "The techniques".to_owned(),
         says: reading.to_owned(),

@@ -14,7 +14,7 @@ use etendue_lab::study::summary::{Summary, Tenth};
 pub fn of_findings(findings: &Findings<'_>) -> Vec<String> {
     let all: Vec<&Summary> = findings.summaries.iter().map(|(_, s)| s).collect();
     let Some(&first) = all.first() else {
-        return vec!["Too little was rendered to say anything.".to_owned()];
+        return vec!["Too little was rendered for a conclusion.".to_owned()];
     };
     let mut sentences = Vec::new();
     let (wrong, right): (Vec<&Summary>, Vec<&Summary>) =
@@ -29,7 +29,7 @@ pub fn of_findings(findings: &Findings<'_>) -> Vec<String> {
             false => String::new(),
         };
         sentences.push(format!(
-            "`{}` renders another picture: its light is off by {}{pixels}, however long it renders.",
+            "`{}` converges to a different image: its brightness is off by {}{pixels}, however long it renders.",
             summary.name,
             signed_percent(summary.bias.light[0], summary.bias.light[1]),
         ));
@@ -55,7 +55,7 @@ fn disturbance(findings: &Findings<'_>) -> Option<String> {
     let all: usize = levels.map(|level| level.runs.len()).sum();
     (disturbed as f64 > MANY_DISTURBED * all as f64).then(|| {
         format!(
-            "Something else kept the processors busy: {disturbed} of {all} renders were disturbed. Errors stand, but times are longer than on a quiet machine, and ratios of times are rougher."
+            "Other processes used the processors: {disturbed} of {all} renders were disturbed. Errors are valid, but times are longer than on an idle machine, and ratios of times less precise."
         )
     })
 }
@@ -70,7 +70,7 @@ fn best(right: &[&Summary], first: &Summary) -> Option<String> {
         let ratio = ranged(&best.ratio, number);
         let by = match best.ratio.low > 1.0 {
             true => "is the most efficient",
-            false => "seems the most efficient, though chance may explain it",
+            false => "seems the most efficient, but not significantly",
         };
         return Some(format!(
             "`{}` {by}: {ratio} times as efficient as `{}`.",
@@ -81,7 +81,7 @@ fn best(right: &[&Summary], first: &Summary) -> Option<String> {
     let factor = 1.0 / next.ratio.value;
     let by = match next.ratio.high < 1.0 {
         true => "is the most efficient",
-        false => "seems the most efficient, though chance may explain it",
+        false => "seems the most efficient, but not significantly",
     };
     Some(format!(
         "`{}` {by}: {} ({} to {}) times as efficient as `{}`.",
@@ -103,7 +103,7 @@ fn price(best: &Summary) -> Option<String> {
     let now = found.map(|(target, time)| {
         let time = reached(time, false);
         format!(
-            "`{}` comes to an error of {} in {time}",
+            "`{}` reaches an error of {} in {time}",
             best.name,
             percent(*target)
         )
@@ -112,7 +112,7 @@ fn price(best: &Summary) -> Option<String> {
     let longest = percent(last.rel_mse.value.max(0.0).sqrt());
     let tenth = match &best.tenth {
         Tenth::Costs(range) => Some(format!(
-            "{} tenth of the {longest} that `{}` came to in {} would take {} ({} to {})",
+            "{} tenth of the {longest} that `{}` reached in {} would take {} ({} to {})",
             if now.is_some() { "a" } else { "A" },
             best.name,
             seconds(last.seconds),
@@ -136,12 +136,12 @@ mod tests {
         let report = report();
         let text = of_findings(&findings(&report)).join("\n");
         for words in [
-            "`bsdf, sobol` renders another picture",
-            "that `path, sobol` came to",
+            "`bsdf, sobol` converges to a different image",
+            "that `path, sobol` reached",
         ] {
             assert!(text.contains(words), "no {words} in {text}");
         }
-        assert!(!text.contains("Something else"));
+        assert!(!text.contains("Other processes"));
         let mut busy = report.clone();
         busy.variants[0].disturbed = 12;
         let text = of_findings(&findings(&busy)).join("\n");

@@ -41,19 +41,19 @@ pub fn of_findings(findings: &Findings<'_>) -> String {
         }
         section #pictures { h2 { "3. Pictures" } (pictures(findings)) }
         section #trust {
-            h2 { "4. Can error bars and pictures be trusted?" }
+            h2 { "4. Reliability of error bars and images" }
             (plot::figures(&plots::trust(findings)))
             @for text in reference_shares(findings) { p.says { (prose(&text)) } }
         }
         section #anatomy {
-            h2 { "5. Where time and variance go" }
+            h2 { "5. Breakdown of time and variance" }
             (path_charts(findings))
             (tabled(&tables::bounces(findings)))
             (tabled(&tables::effects(findings)))
         }
-        section #better { h2 { "6. What better costs" } (tabled(&tables::tenth(findings))) }
+        section #better { h2 { "6. Cost of a smaller error" } (tabled(&tables::tenth(findings))) }
         section #again {
-            h2 { "7. To run it again" }
+            h2 { "7. How to reproduce it" }
             p { code { (findings.command) } }
             p.says { "The same seed gives the same pictures; times and what follows from them differ." }
             (tabled(&tables::environment(findings)))
@@ -68,10 +68,10 @@ fn contents() -> Markup {
         ("verdict", "Verdict"),
         ("errors", "Error against time"),
         ("pictures", "Pictures"),
-        ("trust", "Trust"),
+        ("trust", "Reliability"),
         ("anatomy", "Time and variance"),
-        ("better", "What better costs"),
-        ("again", "To run it again"),
+        ("better", "Cost of a smaller error"),
+        ("again", "How to reproduce it"),
     ];
     html! { nav { @for (id, name) in parts { a href={ "#" (id) } { (name) } " " } } }
 }
@@ -96,10 +96,10 @@ fn pictures(findings: &Findings<'_>) -> Markup {
     let end = round_up(2.0 * middle).min(1.0);
     let ends = percent(end);
     html! {
-        div.pictures { (picture("reference", "the mean of both", reference)) }
+        div.pictures { (picture("reference", "mean of both renders", reference)) }
         @for (title, reading, shown) in [
-            ("At equal time", "Each variant in the time that the longest renders of the quickest took.", &all.equal_time),
-            ("At equal error", "Each variant with the samples that bring it to the error that all of them reached, or with one sample if that errs less: what differs is the time.", &all.equal_error),
+            ("At equal time", "Each variant in the time of the longest renders of the fastest variant.", &all.equal_time),
+            ("At equal error", "Each variant with the samples that it needs for an error that all of them reached, or with one sample if its error is smaller: only the time differs.", &all.equal_error),
         ] {
             @if !shown.is_empty() {
                 h3 { (title) }
@@ -115,7 +115,7 @@ fn pictures(findings: &Findings<'_>) -> Markup {
 fn pair(findings: &Findings<'_>, shown: &Shown, end: f64) -> Markup {
     let name = &findings.report.variants[shown.variant].variant.name;
     let says = format!(
-        "{} a pixel, {}, error {}",
+        "{} per pixel, {}, error {}",
         samples(shown.spp),
         seconds(shown.seconds),
         percent(shown.rel_mse.max(0.0).sqrt())
@@ -140,14 +140,14 @@ fn standard_errors(findings: &Findings<'_>, reference: &Image) -> Markup {
     let size = (reference.width(), reference.height());
     html! {
         @if !all.is_empty() {
-            h3 { "Where the noise is" }
-            p.says { "The standard error of each pixel, as the renderer itself tells it: dark is none, yellow "
+            h3 { "Noise of each pixel" }
+            p.says { "The standard error of each pixel, as estimated by the renderer: dark is none, yellow "
                 (percent(end)) " or more of the pixel's value." }
             div.pictures {
                 @for (index, errors) in all {
                     @let study = &findings.report.variants[*index];
                     @let says = study.bars.as_ref().map_or(String::new(), |bars| {
-                        format!("{} a pixel; {} of the pixels are flagged", samples(bars.spp), percent(bars.flagged))
+                        format!("{} per pixel; {} of the pixels are flagged", samples(bars.spp), percent(bars.flagged))
                     });
                     (picture(&study.variant.name, &says, &map(errors, size, end, sequential)))
                 }
@@ -160,7 +160,7 @@ fn reference_shares(findings: &Findings<'_>) -> Vec<String> {
     let shares = findings.report.variants.iter().filter_map(|study| {
         let bars = study.bars.as_ref()?;
         Some(format!(
-            "`{}`: {} (with {} samples a pixel)",
+            "`{}`: {} (with {} samples per pixel)",
             study.variant.name,
             percent(bars.reference_share),
             bars.spp
@@ -171,7 +171,7 @@ fn reference_shares(findings: &Findings<'_>) -> Vec<String> {
         return Vec::new();
     }
     vec![format!(
-        "The reference has noise of its own, of which the bars know nothing. Its variance over theirs: {}. Much more than a few percent makes bars seem too narrow.",
+        "The error bars do not include the noise of the reference. Its variance over theirs: {}. With much more than a few percent, bars seem too narrow.",
         shares.join(", ")
     )]
 }

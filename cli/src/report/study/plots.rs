@@ -17,7 +17,7 @@ const P_BINS: usize = 20;
 pub fn errors(findings: &Findings<'_>) -> Vec<Plot> {
     let time = Plot {
         title: "Error against time".to_owned(),
-        reading: "The lower and the farther left, the better: the horizontal distance between two lines is how much longer one has to wait. The bands hold the mean error 95 times out of 100. A line that flattens is biased. The dashed horizontal line is how far off one reference alone is; errors below it are known only since there are two. Short dashes at the bottom: where a variant's first sample begins."
+        reading: "The lower and the farther left, the better: the horizontal distance between two lines is the ratio of their times to the same error. The bands are 95 % confidence intervals of the mean error. A line that flattens is biased. The dashed horizontal line is the error of one reference alone; smaller errors can be measured because there are two. Short dashes at the bottom: the start of a variant's first sample."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("seconds"),
@@ -26,7 +26,7 @@ pub fn errors(findings: &Findings<'_>) -> Vec<Plot> {
     };
     let samples = Plot {
         title: "Error against samples".to_owned(),
-        reading: "The same by samples per pixel: what a sample is worth, whatever it costs. The thin dashes fall as independent samples do."
+        reading: "The same by samples per pixel, whatever the cost of a sample. The thin dashes have the slope of independent samples."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("samples per pixel"),
@@ -90,7 +90,7 @@ fn with_floor(
     } else if let Some(first) = curves.first().and_then(|series| series.points.first()) {
         let end = first[1] * (first[0] / xs[1]).sqrt();
         all.push(Series::new(
-            "as independent samples",
+            "independent samples",
             Mark::Guide,
             5,
             vec![*first, [xs[1], end]],
@@ -120,8 +120,8 @@ fn residuals(findings: &Findings<'_>) -> Plot {
         )
     });
     Plot {
-        title: "Distance from the power law".to_owned(),
-        reading: "relMSE over what the fitted law 1 / tᵇ says. Where it bends, the slope in the table is a mean over what changes with time: only single stretches are straight."
+        title: "Residuals of the power law".to_owned(),
+        reading: "relMSE over the fitted law 1 / tᵇ. Where a line bends, the slope changes with time, and that in the table is a mean."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("samples per pixel"),
@@ -147,7 +147,7 @@ fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
         return Vec::new();
     }
     let mut shares = vec![Series::new(
-        "as they say",
+        "exact coverage",
         Mark::Guide,
         6,
         vec![[50.0, 50.0], [99.0, 99.0]],
@@ -194,17 +194,17 @@ fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
     }
     vec![
         Plot {
-            title: "Do error bars hold what they say?".to_owned(),
-            reading: "Of the bars of trusted pixels, how many held the reference, by how many should: on the dashed line they are right, below it too narrow. Bands are Wilson's intervals of 95 %. A biased variant cannot know its bias."
+            title: "Coverage of error bars".to_owned(),
+            reading: "The share of the bars of trusted pixels that contain the reference, over their confidence: on the dashed line they are correct, below it too narrow. Bands are Wilson's intervals of 95 %. Error bars do not include bias."
                 .to_owned(),
             shape: Shape::Wide,
             x: Axis::linear("confidence, %").over(45.0, 100.0),
-            y: Axis::linear("held the reference, %"),
+            y: Axis::linear("contain the reference, %"),
             series: shares,
         },
         Plot {
-            title: "How far off, in standard errors".to_owned(),
-            reading: "Errors of trusted pixels over their standard errors, as normal scores by the degrees of freedom of each: they follow the normal distribution if the bars are right; what is beyond the ends is counted at them."
+            title: "Errors in standard errors".to_owned(),
+            reading: "Errors of trusted pixels over their standard errors, converted to normal scores by the degrees of freedom of each: they follow the normal distribution if the bars are correct; errors beyond the ends are counted in the last bins."
                 .to_owned(),
             shape: Shape::Wide,
             x: Axis::linear("normal score of the error").over(-FARTHEST, FARTHEST),
@@ -240,8 +240,8 @@ fn bias(findings: &Findings<'_>) -> Option<Plot> {
     }
     let even = Series::new("without bias", Mark::Guide, 6, vec![[0.0, 1.0], [1.0, 1.0]]);
     (!series.is_empty()).then(|| Plot {
-        title: "Is the picture another one anywhere?".to_owned(),
-        reading: "For each tile of 8 × 8 pixels, the probability p of a mean as far from the references' by chance. Without bias all p are as likely, and the lines are level; a peak at 0 is bias."
+        title: "Test of bias in tiles".to_owned(),
+        reading: "For each tile of 8 × 8 pixels, the p-value of the difference of its mean from that of the references. Without bias p is uniformly distributed, and the lines are level; a peak at 0 is bias."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::linear("p of a tile").over(0.0, 1.0),

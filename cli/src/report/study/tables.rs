@@ -62,7 +62,7 @@ pub fn times(findings: &Findings<'_>) -> Table {
     Table {
         title: "Time to an error".to_owned(),
         says: format!(
-            "Seconds of {} threads until the root of relMSE is below so much, with intervals of 95 %, for {width} × {height} pixels{}. Less is better; `>` stands before the longest that was measured, nothing is extrapolated; `never` is less than its bias.",
+            "Seconds on {} threads until the root of relMSE is below the given error, with intervals of 95 %, for {width} × {height} pixels{}. Less is better; `>` marks the longest time that was measured, nothing is extrapolated; `never` means an error below the variant's bias.",
             findings.report.threads,
             full_size(findings)
         ),
@@ -117,7 +117,7 @@ pub fn efficiency(findings: &Findings<'_>) -> Table {
     Table {
         title: "Efficiency".to_owned(),
         says: format!(
-            "1 / (relMSE × seconds) of the longest renders, more is better, and its ratio to that of `{first}`. The slope b says how relMSE falls, as 1 / tᵇ: 1 for independent samples, more for points that are spread evenly, less for one that is biased; a small p of fit says that it is no power law. Outliers: the share of relMSE in the worst 0.1 % of the pixels. Time is start + N × sample, both of the whole picture."
+            "1 / (relMSE × seconds) of the longest renders, more is better, and its ratio to that of `{first}`. relMSE falls as 1 / tᵇ with the slope b: 1 for independent samples, more for low-discrepancy samples, less for a biased variant; a small p of fit rejects the power law. Outliers: the share of relMSE in the worst 0.1 % of the pixels. Time is start + N × sample, both for the whole image."
         ),
         head: vec![
             words("variant"),
@@ -162,7 +162,7 @@ pub fn bias(findings: &Findings<'_>) -> Table {
     };
     Table {
         title: "Bias and error bars".to_owned(),
-        says: "Bias is what no time takes away. It is found where chance alone makes one as large with p < 0.001, in the squares of pixels or in the light of the whole picture; its size is the root of its share of relMSE, or what it is below with 95 % confidence; light is how much brighter the whole picture is. The last columns say how often 95 % bars held the reference, and how many pixels said that their bars are not to be trusted."
+        says: "Bias is the error that remains however long a render runs. It is found if its p-value is below 0.001, in the squared errors of pixels or in the brightness of the whole image; its size is the root of its share of relMSE, or an upper bound with 95 % confidence; light is the relative difference in brightness of the whole image. The last columns are how often 95 % bars contain the reference, and the share of pixels whose bars are flagged as unreliable."
             .to_owned(),
         head: vec![
             words("variant"),
@@ -170,7 +170,7 @@ pub fn bias(findings: &Findings<'_>) -> Table {
             numbers("p"),
             numbers("size"),
             numbers("light"),
-            numbers("95 % bars hold"),
+            numbers("95 % coverage"),
             numbers("flagged"),
         ],
         rows: findings.summaries.iter().map(row).collect(),
@@ -196,15 +196,15 @@ pub fn tenth(findings: &Findings<'_>) -> Table {
         ]
     };
     Table {
-        title: "What ten times better costs".to_owned(),
-        says: "The error of the longest renders and what a tenth of it would take if it goes on to fall: by the law of independent samples where that fits, which takes a hundred times as long; steeper where it was steeper so far, with the hundredfold as the upper end, since it need not stay so. Time buys no less bias: what was left out by a limit of bounces or by the technique, and what single precision rounds (about 10⁻⁶), stay."
+        title: "Cost of a tenth of the error".to_owned(),
+        says: "The error of the longest renders, and the extrapolated time for a tenth of it: by the law of independent samples where that fits, a hundred times as long; by the steeper slope where it was steeper so far, with a hundred times as the upper end, since it need not stay so. Time does not reduce bias: the light lost by a limit of bounces or by the technique, and the rounding of single precision (about 10⁻⁶), remain."
             .to_owned(),
         head: vec![
             words("variant"),
-            numbers("error now"),
-            numbers("time now"),
+            numbers("error"),
+            numbers("time"),
             numbers("a tenth"),
-            words("time for that"),
+            words("time for a tenth"),
         ],
         rows: findings.summaries.iter().map(row).collect(),
     }
@@ -215,7 +215,7 @@ pub fn path_class(bounces: usize, found: LightFoundBy) -> String {
     let more = if is_longest(bounces) { " or more" } else { "" };
     match found {
         LightFoundBy::Seen => "seen directly".to_owned(),
-        LightFoundBy::Scattering => format!("{bounces}{more}, met by scattering"),
+        LightFoundBy::Scattering => format!("{bounces}{more}, BSDF sampled"),
         LightFoundBy::LightSampling => format!("{bounces}{more}, light sampled"),
     }
 }
@@ -242,7 +242,7 @@ pub fn paths(findings: &Findings<'_>) -> Table {
     }
     Table {
         title: "Where the variance comes from".to_owned(),
-        says: "Shares of the variance of one sample and of the light, by how often a path scattered and by who found the light. A class with much variance and little light is what a better technique should find in another way; a share below 0 makes up for others; classes of less than 0.1 % of both are left out. ± has a confidence of 95 %."
+        says: "Shares of the variance of one sample and of the light, by the number of bounces and by the technique that found the light. A class with much variance and little light calls for a better technique; a share below 0 offsets others; classes of less than 0.1 % of both are left out. ± has a confidence of 95 %."
             .to_owned(),
         head: vec![
             words("variant"),
@@ -261,7 +261,7 @@ pub fn bounces(findings: &Findings<'_>) -> Table {
         let bounces = match cost.bounces {
             Some(0) => "emitters only".to_owned(),
             Some(limit) => format!("bounce {limit}"),
-            None => "all further ones".to_owned(),
+            None => "all further bounces".to_owned(),
         };
         let [median, min, max] = [cost.time.median, cost.time.min, cost.time.max].map(percent);
         vec![
@@ -274,7 +274,7 @@ pub fn bounces(findings: &Findings<'_>) -> Table {
     Table {
         title: "What each bounce costs".to_owned(),
         says: format!(
-            "What one bounce more adds to the time and to the light of `{}`: renders with growing limits and the same random numbers, in turn; the middle of {} rounds, with the least and the greatest. The last bounces' light is what a limit would leave out.",
+            "The share of the time and of the light of `{}` that each bounce adds: renders with increasing limits and the same random numbers, in turn; the median of {} rounds, with minimum and maximum. A limit would lose the light of the bounces beyond it.",
             first.map_or("", |study| &study.variant.name),
             BOUNCE_ROUNDS
         ),
@@ -299,7 +299,7 @@ pub fn effects(findings: &Findings<'_>) -> Table {
     };
     Table {
         title: "What each effect costs".to_owned(),
-        says: "How much of the time and of the light would be gone without it, by rendering with and without it in turn (`etendue plan --cost` does the same at length). Below 0, it saves time: paths end sooner with it."
+        says: "The share of the time and of the light that is gone without the effect, by rendering with and without it in turn (`etendue plan --cost` measures the same for longer). Below 0, it saves time: paths end sooner with it."
             .to_owned(),
         head: vec![words("effect"), numbers("of the time"), numbers("of the light")],
         rows: findings.report.effects.iter().map(row).collect(),
@@ -311,7 +311,7 @@ pub fn environment(findings: &Findings<'_>) -> Table {
     let report = findings.report;
     let mut rows = machine_tables::machine_rows(findings.machine, report.version);
     let mut add = |what: &str, which: String| rows.push(vec![what.to_owned(), which]);
-    add("threads that rendered", report.threads.to_string());
+    add("threads of the renders", report.threads.to_string());
     add("seed of the study", report.seed.to_string());
     add(
         "time",
@@ -325,7 +325,7 @@ pub fn environment(findings: &Findings<'_>) -> Table {
         add(
             "seeds",
             format!(
-                "{} for each number of samples, {} for the greatest of each variant",
+                "{} for each sample count, {} for the largest of each variant",
                 schedule.seeds, schedule.last_seeds
             ),
         );
@@ -335,7 +335,7 @@ pub fn environment(findings: &Findings<'_>) -> Table {
         add(
             "references",
             format!(
-                "two of {} samples a pixel by {}, {}, without a limit of bounces, in {one} and {two}; each is off by {} (root of relMSE)",
+                "two of {} samples per pixel by {}, {}, without a limit of bounces, in {one} and {two}; the error of each is {} (root of relMSE)",
                 reference.spp,
                 reference.integrator,
                 reference.sampler,
@@ -349,7 +349,7 @@ pub fn environment(findings: &Findings<'_>) -> Table {
         add(
             &summary.name,
             format!(
-                "{runs} renders, of which {} were repeated because something else took a processor, and {} stayed disturbed; {} processors busy on average; structure built in {}",
+                "{runs} renders, of which {} were repeated because another process used a processor, and {} remained disturbed; {} processors busy on average; structure built in {}",
                 study.repeated,
                 study.disturbed,
                 rough(summary.processors),
@@ -382,12 +382,12 @@ pub fn warnings(findings: &Findings<'_>) -> Table {
     let all = report.warnings.iter().cloned().chain(biases);
     let mut rows: Vec<Vec<String>> = all.map(|warning| vec![warning]).collect();
     rows.push(vec![match rejected {
-        0 => "no sample was other than a finite number".to_owned(),
-        count => format!("{count} samples were no finite numbers, and were left out"),
+        0 => "all samples were finite".to_owned(),
+        count => format!("{count} samples were not finite, and were left out"),
     }]);
     Table {
         title: "Notes and warnings".to_owned(),
-        says: "What was noticed while the scene was read and rendered.".to_owned(),
+        says: "Messages from reading and rendering the scene.".to_owned(),
         head: vec![words("what")],
         rows,
     }

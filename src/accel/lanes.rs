@@ -24,21 +24,28 @@ impl<const N: usize> ActiveLanes<N> {
 #[repr(C, align(64))]
 #[derive(Debug, Clone)]
 pub struct RayLanes<const N: usize> {
+    /// The origins.
     pub origin: [[f32; N]; 3],
+    /// Hits at or before these parameters do not count.
     pub t_min: [f32; N],
+    /// The directions.
     pub dir: [[f32; N]; 3],
+    /// The times of the shutter.
     pub time: [f32; N],
     /// The ends of the rays. Embree overwrites them with the parameter of the closest hit, or with minus infinity
     /// where a ray is occluded.
     pub t_max: [f32; N],
+    /// The shapes that count; all of them.
     pub mask: [u32; N],
+    /// Unused.
     pub id: [u32; N],
+    /// Unused.
     pub flags: [u32; N],
 }
 
-impl<const N: usize> RayLanes<N> {
+impl<const N: usize> Default for RayLanes<N> {
     /// Creates a packet of rays that are not loaded yet, with masks that accept every shape.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
             origin: [[0.0; N]; 3],
             t_min: [0.0; N],
@@ -56,19 +63,25 @@ impl<const N: usize> RayLanes<N> {
 #[repr(C)]
 #[derive(Debug, Clone)]
 pub struct HitLanes<const N: usize> {
+    /// The normals of triangles, not of unit length.
     pub normal: [[f32; N]; 3],
+    /// The first barycentric coordinates on triangles.
     pub u: [f32; N],
+    /// The second barycentric coordinates.
     pub v: [f32; N],
+    /// The primitives.
     pub primitive: [u32; N],
+    /// Embree's ids of geometries.
     pub geometry: [u32; N],
+    /// Embree's ids of instances.
     pub instance: [u32; N],
     /// Present since Embree 4.3; unused padding in earlier versions.
     instance_primitive: [u32; N],
 }
 
-impl<const N: usize> HitLanes<N> {
+impl<const N: usize> Default for HitLanes<N> {
     /// Creates lanes that all miss.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
             normal: [[0.0; N]; 3],
             u: [0.0; N],
@@ -85,16 +98,18 @@ impl<const N: usize> HitLanes<N> {
 #[repr(C, align(64))]
 #[derive(Debug, Clone)]
 pub struct RayHitLanes<const N: usize> {
+    /// The rays.
     pub rays: RayLanes<N>,
+    /// Their hits.
     pub hits: HitLanes<N>,
 }
 
-impl<const N: usize> RayHitLanes<N> {
+impl<const N: usize> Default for RayHitLanes<N> {
     /// Creates a packet that is not loaded yet.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
-            rays: RayLanes::new(),
-            hits: HitLanes::new(),
+            rays: RayLanes::default(),
+            hits: HitLanes::default(),
         }
     }
 }

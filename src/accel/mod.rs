@@ -13,7 +13,7 @@ pub mod batch;
 pub mod brute;
 #[cfg(feature = "embree")]
 pub mod embree;
-mod lanes;
+pub mod lanes;
 pub mod library;
 pub mod obvhs;
 pub mod packet;

@@ -33,7 +33,7 @@ pub type Hits = [Option<Hit>; LANES];
 impl Default for RayPacket {
     fn default() -> Self {
         Self {
-            lanes: RayHitLanes::new(),
+            lanes: RayHitLanes::default(),
             active: ActiveLanes::NONE,
             ends: [0.0; LANES],
             excluded: [None; LANES],

@@ -15,6 +15,18 @@ impl<const N: usize> ActiveLanes<N> {
         self.0.iter().any(|&lane| lane != 0)
     }
 
+    /// The lanes that are not active, in order.
+    #[inline]
+    pub fn inactive(&self) -> impl Iterator<Item = usize> + use<N> {
+        let bit = |lane: usize| u32::from(self.0[lane] == 0) << lane;
+        let mut bits = (0..N).fold(0, |bits, lane| bits | bit(lane));
+        std::iter::from_fn(move || {
+            let lane = bits.trailing_zeros();
+            bits &= bits.wrapping_sub(1);
+            (lane < u32::BITS).then_some(lane as usize)
+        })
+    }
+
     /// The mask of `M` lanes from `start` on.
     #[inline]
     pub fn part<const M: usize>(&self, start: usize) -> ActiveLanes<M> {
@@ -85,7 +97,7 @@ impl<const N: usize> RayHitLanes<N> {
             t_max,
             ..
         } = &self.rays;
-        let mut of = RayHitLanes::new();
+        let mut of = RayHitLanes::default();
         of.rays.origin = origin.each_ref().map(|lanes| part(lanes, start));
         of.rays.dir = dir.each_ref().map(|lanes| part(lanes, start));
         of.rays.t_min = part(t_min, start);

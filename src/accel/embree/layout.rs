@@ -86,7 +86,7 @@ fn packets_fit<const N: usize>(scene: &CommittedScene) -> bool {
         rays.active[lane] = lane % 3 != 2;
     }
     let mut query = PacketQuery::new(false);
-    let mut guarded = Guarded::new(RayHitLanes::<N>::new());
+    let mut guarded = Guarded::new(RayHitLanes::<N>::default());
     let active = guarded.query.rays.load(&rays, 0);
     scene.intersect_packet(&active, &mut guarded.query, &mut query);
     let mut occlusion = Guarded::new(guarded.query.rays.clone());

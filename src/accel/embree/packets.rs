@@ -66,7 +66,7 @@ impl EmbreeAccel {
     ) {
         hits.resize(rays.len());
         let mut query = PacketQuery::new(coherent);
-        let mut packet = RayHitLanes::<N>::new();
+        let mut packet = RayHitLanes::<N>::default();
         for start in (0..rays.len()).step_by(N) {
             let active = packet.rays.load(rays, start);
             packet.hits.clear();
@@ -110,7 +110,7 @@ impl EmbreeAccel {
         occluded.clear();
         occluded.resize(rays.len(), false);
         let mut query = PacketQuery::new(coherent);
-        let mut packet = RayLanes::<N>::new();
+        let mut packet = RayLanes::<N>::default();
         for (number, answers) in occluded.chunks_mut(N).enumerate() {
             let active = packet.load(rays, number * N);
             if !active.any() {
@@ -152,6 +152,41 @@ impl EmbreeAccel {
                 *found = found.and_then(|hit| self.confirm(&ray, time, hit));
             }
         }
+    }
+
+    /// Finds the closest hits of the active lanes of a packet and writes them into it with Embree's ids, without the checks
+    /// of robust precision, and without regard to excluded primitives.
+    ///
+    /// # Panics
+    /// If the library lacks packets of sixteen.
+    pub fn intersect_lanes(
+        &self,
+        active: &ActiveLanes<LANES>,
+        packet: &mut RayHitLanes<LANES>,
+        coherent: bool,
+    ) {
+        self.expect_sixteen();
+        let mut query = PacketQuery::new(coherent);
+        self.scene.intersect_packet(active, packet, &mut query);
+    }
+
+    /// Sets the ends of the occluded rays of the active lanes to minus infinity. The result of a ray does not depend on the
+    /// other lanes.
+    ///
+    /// # Panics
+    /// If the library lacks packets of sixteen.
+    pub fn occluded_lanes(&self, active: &ActiveLanes<LANES>, rays: &mut RayLanes<LANES>) {
+        self.expect_sixteen();
+        self.occluded_apart(*active, rays);
+    }
+
+    fn expect_sixteen(&self) {
+        let width = self.native_width(PacketWidth::Sixteen);
+        assert_eq!(
+            width,
+            PacketWidth::Sixteen,
+            "packets of sixteen need AVX-512"
+        );
     }
 
     /// Tests each ray of a packet for occlusion, independently of the other rays.

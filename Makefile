@@ -41,6 +41,7 @@ mutants-some: setup ## Plants the bugs that quick tests find.
 	@scripts/mutants.sh some
 
 # What .ci/run leaves out because it is slow and rarely fails.
+nightly: export ETENDUE_NIGHTLY = 1
 nightly: test mutants check ## Runs all tests, all planted bugs and the gates.
 	CARGO_TARGET_DIR=target/nightly $(MAKE) install DESTDIR= PREFIX=$(CURDIR)/target/nightly/prefix
 

@@ -45,7 +45,10 @@ fn line(case: &CaseReport) -> String {
 fn every_case_passes_on_every_backend() {
     let cases = cases(Effort::Quick);
     let mut failures = Vec::new();
-    for &backend in Backend::ALL {
+    // The second layout of obvhs takes as long again, and rarely differs: by `make nightly`.
+    let is_nightly = std::env::var_os("ETENDUE_NIGHTLY").is_some();
+    let backends = if is_nightly { Backend::ALL.len() } else { 2 };
+    for &backend in Backend::ALL.iter().take(backends) {
         let report = quick(&cases, backend);
         let measured = report.results.len() + report.left_out.len();
         assert!(report.complete && measured == cases.len());

@@ -76,7 +76,8 @@ impl Sampler for Independent {
         self.jump(0);
     }
 
-    #[inline]
+    // Inlined into the stages of a bounce: of all samplers, this one is the quickest.
+    #[inline(always)]
     fn draw<const N: usize>(&mut self, decision: Decision) -> [f32; N] {
         self.seek(decision.slot());
         self.next_slot += N as u64;

@@ -1,8 +1,8 @@
 //! The state of sixteen paths as a structure of arrays.
 
 use crate::random::RandomLanes;
-use etendue::internals::accel::lanes::{ActiveLanes, RayHitLanes, RayLanes};
-use etendue::internals::math::lanes::{LANES, Lanes};
+use etendue::internals::accel::lanes::{RayHitLanes, RayLanes};
+use etendue::internals::math::lanes::{ActiveLanes, LANES, Lanes};
 use etendue::internals::math::vec::LaneVec3 as Vec3;
 
 /// The sample index that marks a lane without a path.

@@ -1,8 +1,8 @@
 //! Recorded rays, traced alone: the floor.
 
 use crate::tables::Tables;
-use etendue::internals::accel::lanes::{ActiveLanes, NO_ID, RayHitLanes, RayLanes};
-use etendue::internals::math::lanes::LANES;
+use etendue::internals::accel::lanes::{NO_ID, RayHitLanes, RayLanes};
+use etendue::internals::math::lanes::{ActiveLanes, LANES};
 use std::time::Instant;
 
 /// Rays as they were before they were traced.
@@ -38,7 +38,7 @@ impl Recording {
         let start = Instant::now();
         for (active, packet) in &mut self.shadow {
             packet.t_max = [1.0; LANES];
-            tables.accel.occluded_lanes(active, packet);
+            tables.accel.occluded_lanes(*active, packet);
         }
         [camera, extension, start.elapsed().as_secs_f64()]
     }

@@ -65,7 +65,7 @@ impl<'a> Worker<'a> {
         let mut any = false;
         for place in 0..self.blocks.len() {
             any |= self.blocks[place].active.any();
-            for lane in self.blocks[place].active.inactive() {
+            for lane in self.blocks[place].active.inverse().each() {
                 let block = &mut self.blocks[place];
                 let sample = std::mem::replace(&mut block.sample[lane], NO_SAMPLE);
                 if sample != NO_SAMPLE {
@@ -157,7 +157,7 @@ impl<'a> Worker<'a> {
                     .shadow
                     .push((block.to_shadow, block.shadow.clone()));
             }
-            accel.occluded_lanes(&block.to_shadow, &mut block.shadow);
+            accel.occluded_lanes(block.to_shadow, &mut block.shadow);
         }
         add_light(&mut self.blocks);
     }

@@ -7,17 +7,67 @@
 //! Range: 8 and 16 lanes; other numbers do not compile as queries.
 //! Source: Embree's manual, "Ray packets"; embree4 headers. Tested in `tests/tracing/batches.rs`.
 
+use super::{ExcludedPrimitive, Hit, PrimitiveId};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, load, store};
+use crate::math::ray::Ray;
+use crate::math::vec::Vector;
+
 /// The id that Embree uses for none.
 pub const NO_ID: u32 = u32::MAX;
 
-/// The mask of lanes that Embree traces: -1 for active lanes, 0 for the others.
-#[repr(C, align(64))]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ActiveLanes<const N: usize>(pub [i32; N]);
+/// The primitive that the ray of each lane starts on, see [`ExcludedPrimitive`].
+#[repr(align(64))]
+#[derive(Debug, Clone, Copy)]
+pub struct ExcludedLanes {
+    /// The shapes; [`NO_ID`] where no primitive is excluded.
+    pub shape: Lanes<u32>,
+    /// The primitives.
+    pub primitive: Lanes<u32>,
+    /// The free distances.
+    pub free_distance: Lanes<f32>,
+}
 
-impl<const N: usize> ActiveLanes<N> {
-    /// The mask with no active lane.
-    pub const NONE: Self = Self([0; N]);
+impl ExcludedLanes {
+    /// No excluded primitives.
+    pub const NONE: Self = Self {
+        shape: [NO_ID; LANES],
+        primitive: [0; LANES],
+        free_distance: [0.0; LANES],
+    };
+
+    /// The excluded primitive of a lane.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Option<ExcludedPrimitive> {
+        let (shape, primitive) = (self.shape[lane], self.primitive[lane]);
+        (shape != NO_ID).then_some(ExcludedPrimitive {
+            id: PrimitiveId { shape, primitive },
+            free_distance: self.free_distance[lane],
+        })
+    }
+
+    /// Sets the excluded primitive of a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, excluded: Option<ExcludedPrimitive>) {
+        let none = PrimitiveId {
+            shape: NO_ID,
+            primitive: 0,
+        };
+        let id = excluded.map_or(none, |excluded| excluded.id);
+        (self.shape[lane], self.primitive[lane]) = (id.shape, id.primitive);
+        self.free_distance[lane] = excluded.map_or(0.0, |excluded| excluded.free_distance);
+    }
+
+    /// Whether any ray has hit the primitive that it starts on.
+    #[inline]
+    pub fn may_rule_out(&self, packet: &RayHitLanes<LANES>) -> bool {
+        let hits = &packet.hits;
+        let is_same = |lane: usize| {
+            (hits.geometry[lane] == self.shape[lane])
+                & (hits.primitive[lane] == self.primitive[lane])
+                & (self.shape[lane] != NO_ID)
+        };
+        (0..LANES).fold(false, |any, lane| any | is_same(lane))
+    }
 }
 
 /// The rays of a packet.
@@ -43,8 +93,8 @@ pub struct RayLanes<const N: usize> {
     pub flags: [u32; N],
 }
 
+/// A packet of rays that are not loaded yet, with masks that accept every shape.
 impl<const N: usize> Default for RayLanes<N> {
-    /// Creates a packet of rays that are not loaded yet, with masks that accept every shape.
     fn default() -> Self {
         Self {
             origin: [[0.0; N]; 3],
@@ -71,7 +121,7 @@ pub struct HitLanes<const N: usize> {
     pub v: [f32; N],
     /// The primitives.
     pub primitive: [u32; N],
-    /// Embree's ids of geometries.
+    /// Embree's ids, or, after [`Accel::intersect_lanes`](super::Accel::intersect_lanes), the world's shapes.
     pub geometry: [u32; N],
     /// Embree's ids of instances.
     pub instance: [u32; N],
@@ -79,8 +129,8 @@ pub struct HitLanes<const N: usize> {
     instance_primitive: [u32; N],
 }
 
+/// Lanes that all miss.
 impl<const N: usize> Default for HitLanes<N> {
-    /// Creates lanes that all miss.
     fn default() -> Self {
         Self {
             normal: [[0.0; N]; 3],
@@ -104,12 +154,83 @@ pub struct RayHitLanes<const N: usize> {
     pub hits: HitLanes<N>,
 }
 
+/// A packet that is not loaded yet.
 impl<const N: usize> Default for RayHitLanes<N> {
-    /// Creates a packet that is not loaded yet.
     fn default() -> Self {
         Self {
             rays: RayLanes::default(),
             hits: HitLanes::default(),
         }
+    }
+}
+
+impl RayLanes<LANES> {
+    /// The ray of a lane, as it was before it was traced, if it is infinitely long, and its time.
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> (Ray, f32) {
+        let ray = Ray {
+            origin: load(&self.origin, lane),
+            dir: load(&self.dir, lane),
+            t_min: self.t_min[lane],
+            t_max: self.t_max[lane],
+        };
+        (ray, self.time[lane])
+    }
+
+    /// Sets the ray of a lane.
+    #[inline(always)]
+    pub fn set<V: Vector>(&mut self, lane: usize, ray: &Ray<V>) {
+        store(&mut self.origin, lane, ray.origin);
+        store(&mut self.dir, lane, ray.dir);
+        self.t_min[lane] = ray.t_min;
+        self.t_max[lane] = ray.t_max;
+    }
+
+    /// Those of the active lanes whose rays are finite.
+    #[inline]
+    pub fn finite(&self, active: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
+        let mut finite = *active;
+        for of_axis in self.origin.iter().chain(&self.dir) {
+            for (finite, component) in finite.0.iter_mut().zip(of_axis) {
+                *finite &= -i32::from(component.abs() < f32::INFINITY);
+            }
+        }
+        finite
+    }
+}
+
+impl RayHitLanes<LANES> {
+    /// The infinitely long ray of a lane, and its time.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize) -> (Ray, f32) {
+        let (ray, time) = self.rays.get(lane);
+        let t_max = f32::INFINITY;
+        (Ray { t_max, ..ray }, time)
+    }
+
+    /// The hit of a lane, after [`Accel::intersect_lanes`](super::Accel::intersect_lanes).
+    #[inline(always)]
+    pub fn hit(&self, lane: usize) -> Option<Hit> {
+        let id = PrimitiveId {
+            shape: self.hits.geometry[lane],
+            primitive: self.hits.primitive[lane],
+        };
+        (id.shape != NO_ID).then_some(Hit {
+            id,
+            t: self.rays.t_max[lane],
+            uv: [self.hits.u[lane], self.hits.v[lane]],
+        })
+    }
+
+    /// Sets the hit of a lane.
+    #[inline(always)]
+    pub fn set_hit(&mut self, lane: usize, hit: Option<Hit>) {
+        let Some(Hit { id, t, uv: [u, v] }) = hit else {
+            self.hits.geometry[lane] = NO_ID;
+            return;
+        };
+        (self.hits.geometry[lane], self.hits.primitive[lane]) = (id.shape, id.primitive);
+        self.rays.t_max[lane] = t;
+        (self.hits.u[lane], self.hits.v[lane]) = (u, v);
     }
 }

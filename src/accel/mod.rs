@@ -22,10 +22,12 @@ mod primitive;
 use crate::error::{Error, Result};
 pub use crate::geometry::world::PrimitiveId;
 use crate::geometry::world::{Instance, World};
+use crate::math::lanes::ActiveLanes;
 use crate::math::lanes::LANES;
 use crate::math::ray::Ray;
 use crate::planted::planted;
 use batch::{HitBatch, Packets, RayBatch};
+use lanes::{ExcludedLanes, NO_ID, RayHitLanes, RayLanes};
 use packet::{Hits, RayPacket};
 use std::sync::Arc;
 
@@ -283,6 +285,57 @@ impl Accel {
             {
                 let (ray, time) = rays.get(lane);
                 *hit = self.beyond(&ray, time, excluded, *found);
+            }
+        }
+    }
+
+    /// Finds the closest hit of the infinitely long ray of every active lane, ignoring false hits on the excluded
+    /// primitives. The hit of a ray does not depend on the other lanes. A ray that is not finite hits nothing.
+    pub fn intersect_lanes(
+        &self,
+        active: &ActiveLanes<LANES>,
+        packet: &mut RayHitLanes<LANES>,
+        excluded: &ExcludedLanes,
+    ) {
+        let active = packet.rays.finite(active);
+        packet.hits.geometry = [NO_ID; LANES];
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(accel) => accel.intersect_lanes(&active, packet, false),
+            Self::Obvhs(accel) => {
+                for lane in active.each() {
+                    let (ray, time) = packet.ray(lane);
+                    packet.set_hit(lane, accel.intersect(&ray, time));
+                }
+            }
+        }
+        if !excluded.may_rule_out(packet) {
+            return;
+        }
+        for lane in active.each() {
+            if let (Some(excluded), Some(hit)) = (excluded.get(lane), packet.hit(lane))
+                && excluded.rules_out(&hit)
+            {
+                let (ray, time) = packet.ray(lane);
+                packet.set_hit(lane, self.beyond(&ray, time, excluded, hit));
+            }
+        }
+    }
+
+    /// Tests the ray of every active lane for occlusion, independently of the other lanes: sets the ends of occluded rays
+    /// to minus infinity. A ray that is not finite is not occluded.
+    pub fn occluded_lanes(&self, active: &ActiveLanes<LANES>, rays: &mut RayLanes<LANES>) {
+        let active = rays.finite(active);
+        match self {
+            #[cfg(feature = "embree")]
+            Self::Embree(accel) => accel.occluded_lanes(active, rays),
+            Self::Obvhs(accel) => {
+                for lane in active.each() {
+                    let (ray, time) = rays.get(lane);
+                    if accel.occluded(&ray, time) {
+                        rays.t_max[lane] = f32::NEG_INFINITY;
+                    }
+                }
             }
         }
     }

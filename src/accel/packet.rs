@@ -8,9 +8,9 @@
 //! Range: up to [`LANES`] rays; a ray that is not finite hits nothing.
 //! Source: Embree's manual, "Ray packets". Tested in `tests/tracing/packets.rs`.
 
-use super::lanes::{ActiveLanes, RayHitLanes};
+use super::lanes::RayHitLanes;
 use super::{ExcludedPrimitive, Hit};
-use crate::math::lanes::LANES;
+use crate::math::lanes::{ActiveLanes, LANES};
 use crate::math::ray::Ray;
 use crate::math::vec::Vec3;
 

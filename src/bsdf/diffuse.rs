@@ -5,58 +5,66 @@
 //! Source: f = rho / pi, with cosine-weighted sampling (Malley). Tested in `tests/scattering/bsdf.rs` and
 //! `tests/scattering/furnace.rs`.
 
-use super::types::{BsdfSample, BsdfSampleInput, BsdfValue, Lobe, facing_up};
-use crate::math::{measure::PdfSolidAngle, rgb::Rgb, vec::Vec3};
+use super::types::{BsdfSample, BsdfSampleInput, BsdfValue, Lobe, is_same_side};
+use crate::math::{
+    measure::PdfSolidAngle,
+    rgb::Rgb,
+    vec::{Vec3, Vector},
+};
 use crate::planted::planted;
 use crate::sampling::warp::pdf_hemisphere_cosine;
 use std::f32::consts::FRAC_1_PI;
 
 /// A Lambertian surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Diffuse {
-    reflectance: Rgb,
+pub struct Diffuse<V = Vec3> {
+    reflectance: Rgb<V>,
 }
 
-impl Diffuse {
+impl<V: Vector> Diffuse<V> {
     /// Creates a Lambertian surface that reflects the fraction `reflectance` of incident light.
     #[inline]
-    pub fn new(reflectance: Rgb) -> Self {
+    pub fn new(reflectance: Rgb<V>) -> Self {
         Self { reflectance }
     }
 
     /// The albedo.
     #[inline]
-    pub fn reflectance(&self) -> Rgb {
+    pub fn reflectance(&self) -> Rgb<V> {
         self.reflectance
     }
 
     /// Evaluates f = rho / pi on the side of `wo`.
-    #[inline]
-    pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
-        facing_up(wo, wi).map_or_else(BsdfValue::default, |(_, wi)| BsdfValue {
-            f: FRAC_1_PI * self.reflectance,
-            pdf: PdfSolidAngle(pdf_hemisphere_cosine(wi.z)),
-        })
+    #[inline(always)]
+    pub fn eval(&self, wo: V, wi: V) -> BsdfValue<V> {
+        let reflects = if is_same_side(wo, wi) { 1.0 } else { 0.0 };
+        BsdfValue {
+            f: self.reflectance * (reflects * FRAC_1_PI),
+            pdf: PdfSolidAngle(reflects * pdf_hemisphere_cosine(wi.z().abs())),
+        }
     }
 
     /// Samples a cosine-weighted direction; the weight is the albedo.
     #[inline]
-    pub fn sample(&self, wo: Vec3, numbers: &BsdfSampleInput) -> Option<BsdfSample> {
-        if wo.z == 0.0 {
-            return None;
-        }
-        let mut wi = numbers.by_cosine;
-        let pdf = pdf_hemisphere_cosine(wi.z);
-        wi.z = wi.z.copysign(wo.z);
-        Some(BsdfSample {
-            wi,
+    pub fn sample(&self, wo: V, numbers: &BsdfSampleInput) -> Option<BsdfSample<V>> {
+        (wo.z() != 0.0).then(|| self.sample_cosine(wo, numbers.by_cosine.into()))
+    }
+
+    /// Samples the direction of given cosine-weighted direction on the upper hemisphere, for `wo` that is not tangential. Free
+    /// of branches.
+    #[inline(always)]
+    pub fn sample_cosine(&self, wo: V, by_cosine: V) -> BsdfSample<V> {
+        let [x, y, z] = by_cosine.into();
+        let pdf = pdf_hemisphere_cosine(z);
+        BsdfSample {
+            wi: V::new(x, y, z.copysign(wo.z())),
             weight: planted!(
                 "one-percent-of-albedo",
-                0.99 * self.reflectance,
+                self.reflectance * 0.99,
                 self.reflectance
             ),
             pdf: Some(PdfSolidAngle(pdf)),
             lobe: Lobe::Diffuse,
-        })
+        }
     }
 }

@@ -15,14 +15,14 @@
 use crate::math::lanes::{FEW, LANES};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
-use crate::math::vec::{Vec2, Vec3};
+use crate::math::vec::{Vec2, Vec3, Vector};
 use crate::sampling::warp::{sample_hemisphere_cosine, sample_hemisphere_cosine_lanes};
 
 /// The value of a BSDF for one pair of directions, and the density with which `sample` generates it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct BsdfValue {
+pub struct BsdfValue<V = Vec3> {
     /// f(wo, wi), without the cosine and without delta lobes.
-    pub f: Rgb,
+    pub f: Rgb<V>,
     /// The density of `sample` at wi, given wo. Delta lobes take their share of the probability, but have no density.
     pub pdf: PdfSolidAngle,
 }
@@ -32,9 +32,15 @@ pub struct BsdfValue {
 #[inline]
 pub fn facing_up(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3)> {
     let up = |w: Vec3| Vec3::new(w.x, w.y, w.z.abs());
+    is_same_side(wo, wi).then(|| (up(wo), up(wi)))
+}
+
+/// Whether two directions are on the same side, and neither is tangential.
+#[inline(always)]
+pub fn is_same_side<V: Vector>(wo: V, wi: V) -> bool {
     // Compare signs: the product underflows for two grazing directions.
-    let same_side = (wo.z > 0.0 && wi.z > 0.0) || (wo.z < 0.0 && wi.z < 0.0);
-    same_side.then(|| (up(wo), up(wi)))
+    let (o, i) = (wo.z(), wi.z());
+    ((o > 0.0) & (i > 0.0)) | ((o < 0.0) & (i < 0.0))
 }
 
 /// The random numbers for sampling a direction, in [0, 1).
@@ -85,11 +91,11 @@ impl BsdfSampleInput {
 
 /// A sampled direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BsdfSample {
+pub struct BsdfSample<V = Vec3> {
     /// The incident direction, local.
-    pub wi: Vec3,
+    pub wi: V,
     /// f |cos(wi)| / pdf, over all lobes that could have produced `wi`.
-    pub weight: Rgb,
+    pub weight: Rgb<V>,
     /// The density of `wi`; `None` for a delta lobe.
     pub pdf: Option<PdfSolidAngle>,
     /// The sampled lobe.

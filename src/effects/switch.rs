@@ -39,6 +39,10 @@ pub trait Slot<T: Copy>: Copy + Debug {
     fn new(make: impl FnOnce() -> T) -> Self;
     /// Returns the value, or `absent` if none is stored.
     fn or(self, absent: T) -> T;
+    /// The value, if one is stored, in its place.
+    fn get(&self) -> Option<&T>;
+    /// The value, if one is stored, to be changed in its place.
+    fn get_mut(&mut self) -> Option<&mut T>;
     /// Changes the value, if one is stored.
     fn update(&mut self, change: impl FnOnce(T) -> T);
 }
@@ -64,6 +68,14 @@ impl<T: Copy + Debug> Slot<T> for Present<T> {
         self.0
     }
     #[inline(always)]
+    fn get(&self) -> Option<&T> {
+        Some(&self.0)
+    }
+    #[inline(always)]
+    fn get_mut(&mut self) -> Option<&mut T> {
+        Some(&mut self.0)
+    }
+    #[inline(always)]
     fn update(&mut self, change: impl FnOnce(T) -> T) {
         self.0 = change(self.0);
     }
@@ -77,6 +89,14 @@ impl<T: Copy> Slot<T> for Absent {
     #[inline(always)]
     fn or(self, absent: T) -> T {
         absent
+    }
+    #[inline(always)]
+    fn get(&self) -> Option<&T> {
+        None
+    }
+    #[inline(always)]
+    fn get_mut(&mut self) -> Option<&mut T> {
+        None
     }
     #[inline(always)]
     fn update(&mut self, _change: impl FnOnce(T) -> T) {}

@@ -7,7 +7,7 @@
 use super::surface::SurfacePoint;
 use crate::math::bounds::Bounds;
 use crate::math::robust::{gamma, never_zero};
-use crate::math::vec::{Vec2, Vec3, Vec3Swizzles};
+use crate::math::vec::{Vec2, Vec3, Vector};
 use crate::planted::planted;
 
 /// A triangle mesh.
@@ -69,7 +69,6 @@ impl Mesh {
     pub fn surface_at(&self, primitive: u32, [u, v]: [f32; 2]) -> SurfacePoint {
         let indices = self.indices[primitive as usize].map(|i| i as usize);
         let [a, b, c] = indices.map(|i| self.positions[i]);
-        let w = 1.0 - u - v;
         let mut point = triangle_point([a, b, c], [u, v]);
         if may_be_outside(&point, [a, b, c], [u, v]) {
             point = inset(point, [a, b, c]);
@@ -78,10 +77,7 @@ impl Mesh {
         let ns = if self.normals.is_empty() {
             ng
         } else {
-            let [na, nb, nc] = indices.map(|i| self.normals[i]);
-            let [nb, nc] = planted!("normals-of-exchanged-corners", [nc, nb], [nb, nc]);
-            let ns = (w * na + u * nb + v * nc).normalize_or(ng);
-            if ns.dot(ng) < 0.0 { -ns } else { ns }
+            shading_normal(indices.map(|i| self.normals[i]), ng, [u, v])
         };
         SurfacePoint { ns, ..point }
     }
@@ -114,17 +110,42 @@ impl Mesh {
     /// none.
     #[inline]
     pub fn uv_at(&self, primitive: u32, [u, v]: [f32; 2]) -> Vec2 {
-        if self.uvs.is_empty() {
-            return Vec2::new(u, v);
-        }
-        let [a, b, c] = self.indices[primitive as usize].map(|i| self.uvs[i as usize]);
+        let [a, b, c] = self.triangle_uvs(primitive);
         (1.0 - u - v) * a + u * b + v * c
+    }
+
+    /// The texture coordinates of the vertices of one triangle: barycentric coordinates if the mesh has none.
+    #[inline]
+    pub fn triangle_uvs(&self, primitive: u32) -> [Vec2; 3] {
+        if self.uvs.is_empty() {
+            return [Vec2::ZERO, Vec2::X, Vec2::Y];
+        }
+        self.indices[primitive as usize].map(|i| self.uvs[i as usize])
+    }
+
+    /// The normals of the vertices of one triangle, if the mesh has any.
+    #[inline]
+    pub fn triangle_normals(&self, primitive: u32) -> Option<[Vec3; 3]> {
+        let normals = || self.indices[primitive as usize].map(|i| self.normals[i as usize]);
+        (!self.normals.is_empty()).then(normals)
     }
 }
 
+/// The shading normal interpolated between those of a triangle's vertices, on the side of `ng`. Free of branches.
+#[inline(always)]
+pub fn shading_normal<V: Vector>([na, nb, nc]: [V; 3], ng: V, [u, v]: [f32; 2]) -> V {
+    let [nb, nc] = planted!("normals-of-exchanged-corners", [nc, nb], [nb, nc]);
+    let ns = (na * (1.0 - u - v) + nb * u + nc * v).normalize_or(ng);
+    if ns.dot(ng) < 0.0 { -ns } else { ns }
+}
+
 /// Whether a point with these barycentric coordinates may lie beyond an edge of its triangle, within its error bound.
-#[inline]
-fn may_be_outside(point: &SurfacePoint, [a, b, c]: [Vec3; 3], [u, v]: [f32; 2]) -> bool {
+#[inline(always)]
+pub fn may_be_outside<V: Vector>(
+    point: &SurfacePoint<V>,
+    [a, b, c]: [V; 3],
+    [u, v]: [f32; 2],
+) -> bool {
     let (e1, e2) = (b - a, c - a);
     // The distance from an edge is its barycentric coordinate times twice the area over its length; `longest` is an
     // upper bound of the length.
@@ -159,20 +180,20 @@ pub fn greatest_error(triangle: [Vec3; 3]) -> Vec3 {
 }
 
 /// A point of a flat triangle with its error bound; the shading normal is the geometric normal.
-#[inline]
-pub fn triangle_point([a, b, c]: [Vec3; 3], [u, v]: [f32; 2]) -> SurfacePoint {
+#[inline(always)]
+pub fn triangle_point<V: Vector>([a, b, c]: [V; 3], [u, v]: [f32; 2]) -> SurfacePoint<V> {
     let (e1, e2) = (b - a, c - a);
-    let (wa, ub, vc) = ((1.0 - u - v) * a, u * b, v * c);
+    let (wa, ub, vc) = (a * (1.0 - u - v), b * u, c * v);
     let p = wa + ub + vc;
     // gamma_7 bounds the interpolation. A ray query computes the distance from the plane as (a - origin) . ng, whose
     // rounding error is proportional to the edges: gamma_6 of them, in robust and in fast mode.
-    let interpolation = gamma(7) * (wa.abs() + ub.abs() + vc.abs());
-    let query = gamma(6) * (e1.abs() + e2.abs());
+    let interpolation = (wa.abs() + ub.abs() + vc.abs()) * gamma(7);
+    let query = (e1.abs() + e2.abs()) * gamma(6);
     let cross = e1.cross(e2);
     let twice_area = cross.length();
     let ng = cross / twice_area;
-    let tilt = normal_error(e1, e2).dot(u * e1.abs() + v * e2.abs()) / twice_area;
-    let tilt = planted!("slivers-as-others", 0.0, tilt) * ng.abs();
+    let tilt = normal_error(e1, e2).dot(e1.abs() * u + e2.abs() * v) / twice_area;
+    let tilt = ng.abs() * planted!("slivers-as-others", 0.0, tilt);
     SurfacePoint {
         p,
         error: never_zero(
@@ -192,11 +213,11 @@ pub fn triangle_point([a, b, c]: [Vec3; 3], [u, v]: [f32; 2]) -> SurfacePoint {
 /// difference: 5 u |q|. This holds for Embree's robust mode. Its fast mode uses only the first pair, so that the bound
 /// does not hold in a needle whose long edges both begin at a. Nor does it hold for rays so close to the plane that the
 /// tilt puts them on its other side, at cosines of about 10^-6.
-#[inline]
-fn normal_error(e1: Vec3, e2: Vec3) -> Vec3 {
+#[inline(always)]
+fn normal_error<V: Vector>(e1: V, e2: V) -> V {
     let e3 = e2 - e1;
     let (at_a, at_b) = (e2.zxy() * e1.yzx(), e1.zxy() * e3.yzx());
-    gamma(5) * at_a.abs().min(at_b.abs())
+    at_a.abs().min(at_b.abs()) * gamma(5)
 }
 
 #[cfg(test)]

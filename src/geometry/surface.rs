@@ -8,13 +8,13 @@ use crate::math::vec::Vec3;
 
 /// A point on a surface.
 #[derive(Debug, Clone, Copy)]
-pub struct SurfacePoint {
+pub struct SurfacePoint<V = Vec3> {
     /// The position.
-    pub p: Vec3,
+    pub p: V,
     /// The bound of the rounding error of each coordinate, including that of a ray query against the same primitive.
-    pub error: Vec3,
+    pub error: V,
     /// Geometric normal, of unit length.
-    pub ng: Vec3,
+    pub ng: V,
     /// Shading normal, of unit length, on the side of `ng`.
-    pub ns: Vec3,
+    pub ns: V,
 }

@@ -12,6 +12,9 @@ use crate::scene::interaction::Interaction;
 
 /// The source of a path tracer's indirect light.
 pub trait Indirect: Copy + Send + Sync {
+    /// Whether indirect light is ever cached.
+    const CACHES: bool = true;
+
     /// Returns the radiance of the light that light sampling does not find at this surface, reflected back along the
     /// path, if it is cached: the path then ends. `bounce` is the number of scattering events before, `is_limited`
     /// whether that number is limited.
@@ -29,6 +32,8 @@ pub trait Indirect: Copy + Send + Sync {
 pub struct Traced;
 
 impl Indirect for Traced {
+    const CACHES: bool = false;
+
     #[inline(always)]
     fn reflected<E: Effects>(&self, _: &Interaction<E>, _: &Bsdf, _: u32, _: bool) -> Option<Rgb> {
         None

@@ -17,10 +17,11 @@ use crate::effects::Effects;
 use crate::film::splats::SplatList;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
+use crate::math::vec::Vector;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use observer::PathObserver;
-use path::queues::PathQueues;
+use path::PathMemory;
 
 /// A ray from the camera into the scene.
 #[derive(Debug, Clone, Copy, Default)]
@@ -69,7 +70,7 @@ pub trait Integrator: Copy + Send + Sync {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [Sample],
-        _queues: &mut PathQueues,
+        _memory: &mut PathMemory<E>,
         observer: &mut O,
     ) {
         for (sampler, sample) in samplers.iter_mut().zip(samples) {
@@ -175,16 +176,22 @@ impl Roulette {
     ///
     /// A path that loses no energy would never end in a closed scene: from event `PATIENCE` on, the probability is at
     /// most `LONG_RUN`.
-    #[inline]
-    pub fn survival(self, bounce: u32, weight: Rgb, beta: Rgb) -> f32 {
+    // Comparisons in place of a match, which the compiler would not vectorise.
+    #[inline(always)]
+    pub fn survival<V: Vector>(self, bounce: u32, weight: Rgb<V>, beta: Rgb<V>) -> f32 {
         const PATIENCE: u32 = 32;
         const LONG_RUN: f32 = 0.99;
-        let share = match self {
-            Self::None => return 1.0,
-            Self::Albedo => weight,
-            Self::Throughput => beta,
+        let [by_albedo, by_throughput] = [weight.max_channel(), beta.max_channel()];
+        let share = if self == Self::Albedo {
+            by_albedo
+        } else {
+            by_throughput
         };
         let limit = if bounce < PATIENCE { 1.0 } else { LONG_RUN };
-        share.max_channel().min(limit)
+        if self == Self::None {
+            1.0
+        } else {
+            share.min(limit)
+        }
     }
 }

@@ -8,6 +8,7 @@ pub mod disk;
 pub mod distant;
 pub mod emission;
 pub mod environment;
+pub mod lanes;
 pub mod moving;
 pub mod point;
 pub mod rectangle;

@@ -7,9 +7,10 @@
 //! Source: `sampling/linear.rs`, `sampling/spherical_rectangle.rs`. Tested in `tests/lights/light.rs`
 //! and `tests/lights/lanes.rs`.
 
-use super::types::{Emission, LightSample, LightSampleContext, ShadowRayEnd};
+use super::lanes::{End, LaneSample, LightContextLanes, LightSampleLanes};
+use super::types::{Emission, LightSample, ShadowRayEnd};
 use crate::geometry::surface::SurfacePoint;
-use crate::math::lanes::{LANES, Lanes, each_lane, vectorised};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::robust::{gamma, never_zero};
 use crate::math::vec::{DVec3, LaneVec3, Vec2, Vec3};
@@ -30,22 +31,29 @@ pub const FAR: f32 = 100.0;
 /// An emitting rectangle.
 #[derive(Debug, Clone, Copy)]
 pub struct RectangleLight {
+    rectangle: Rectangle,
+    emission: Emission,
+    /// One over the squared length of each edge.
+    over_edges2: Vec2,
+    /// Unit vectors along the edges.
+    axes: [DVec3; 2],
+    lengths: [f64; 2],
+}
+
+/// What sampling in single precision needs of a light.
+#[derive(Debug, Clone, Copy)]
+struct Rectangle {
     corner: LaneVec3,
     edges: [LaneVec3; 2],
     normal: LaneVec3,
-    emission: Emission,
     /// Bound of the rounding error of every point.
-    error: Vec3,
-    /// One over the squared length of each edge.
-    over_edges2: Vec2,
+    error: LaneVec3,
+    emission: Emission<LaneVec3>,
     over_radius2: f32,
     /// The squares of half the edges, in squared radii.
     half_edges2: Vec2,
     /// One over the area.
     pdf_area: f32,
-    /// Unit vectors along the edges.
-    axes: [DVec3; 2],
-    lengths: [f64; 2],
 }
 
 /// The sampling method for a receiver.
@@ -79,16 +87,20 @@ impl RectangleLight {
         let rounding = gamma(9) * (corner.abs() + edges[0].abs() + edges[1].abs());
         let lengths2 = lengths.map(|length| length * length);
         let radius2 = 0.25 * (lengths2[0] + lengths2[1]);
-        Self {
+        let rectangle = Rectangle {
             corner: corner.into(),
             edges: edges.map(LaneVec3::from),
             normal: normal.as_vec3(),
-            emission,
-            error: never_zero(rounding, lengths[0].max(lengths[1]) as f32),
-            over_edges2: Vec2::from(lengths2.map(|length2| (1.0 / length2) as f32)),
+            error: never_zero(rounding, lengths[0].max(lengths[1]) as f32).into(),
+            emission: emission.in_lanes(),
             over_radius2: (1.0 / radius2) as f32,
             half_edges2: Vec2::from(lengths2.map(|length2| (0.25 * length2 / radius2) as f32)),
             pdf_area: (1.0 / (lengths[0] * lengths[1])) as f32,
+        };
+        Self {
+            rectangle,
+            emission,
+            over_edges2: Vec2::from(lengths2.map(|length2| (1.0 / length2) as f32)),
             axes: [x, y],
             lengths,
         }
@@ -106,75 +118,27 @@ impl RectangleLight {
 
     /// Samples a point uniformly by area.
     pub fn point(&self, u: Vec2) -> SurfacePoint {
-        self.surface(self.at(u).into())
+        self.surface(self.rectangle.at(u).into())
     }
 
     /// The density of [`point`](Self::point).
     pub fn pdf_area(&self) -> PdfArea {
-        PdfArea(self.pdf_area)
+        PdfArea(self.rectangle.pdf_area)
     }
 
     /// Samples a point on the light for the receiver `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let choice = self.choice(self.corner - LaneVec3::from(p));
+        let choice = self.rectangle.choice(p.into());
         if choice.is_near {
             return self.sample_near(p, u);
         }
-        self.told(&self.find(p.into(), choice.density, u))
+        self.light_sample(&self.rectangle.sample(p.into(), choice.density, u))
     }
 
-    /// Samples a point on the light for each context, and appends the samples in order.
-    ///
-    /// # Panics
-    ///
-    /// If there are more than [`LANES`] contexts.
-    #[inline]
-    pub fn sample_each(
-        &self,
-        questions: &[LightSampleContext],
-        samples: &mut Vec<Option<LightSample>>,
-    ) {
-        let mut asked = [[0.0; LANES]; 5];
-        for (lane, LightSampleContext { p, u, .. }) in questions.iter().enumerate() {
-            let numbers = [p.x, p.y, p.z, u.x, u.y];
-            for (asked, number) in asked.iter_mut().zip(numbers) {
-                asked[lane] = number;
-            }
-        }
-        let mut found = [[0.0; LANES]; 9];
-        find_lanes(self, &asked, &mut found);
-        for (lane, LightSampleContext { p, u, .. }) in questions.iter().enumerate() {
-            let [x, y, z, wi_x, wi_y, wi_z, cos, pdf, is_near] =
-                found.each_ref().map(|of| of[lane]);
-            if is_near > 0.0 {
-                samples.push(self.sample_near(*p, *u));
-            } else {
-                let (position, wi) = (Vec3::new(x, y, z), Vec3::new(wi_x, wi_y, wi_z));
-                samples.push(self.sample_at(position, wi, cos, pdf));
-            }
-        }
-    }
-
-    /// Samples a point uniformly by area.
+    /// Samples a point uniformly by area, for the receiver `p`.
     pub fn sample_by_area(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        self.told(&self.find(p.into(), LinearSquare::UNIFORM, u))
-    }
-
-    /// Samples a point for the receiver `p` with a density in fractions of the edges. Free of branches.
-    #[inline(always)]
-    fn find(&self, p: LaneVec3, density: LinearSquare, u: Vec2) -> RectanglePoint {
-        let at = density.sample(u);
-        let position = self.at(at);
-        self.found(p, position, |distance2, cos| {
-            self.per_steradian(density.pdf(at), distance2, cos)
-        })
-    }
-
-    /// The point at the given fractions of the edges.
-    #[inline(always)]
-    fn at(&self, shares: Vec2) -> LaneVec3 {
-        self.corner + shares.x * self.edges[0] + shares.y * self.edges[1]
+        self.light_sample(&self.rectangle.sample(p.into(), LinearSquare::UNIFORM, u))
     }
 
     /// The density of [`sample`](Self::sample) for the receiver `p` at the point at `towards` from it whose normal has
@@ -182,24 +146,84 @@ impl RectangleLight {
     #[inline]
     pub fn pdf(&self, p: Vec3, towards: Vec3, cos: f32) -> Option<PdfSolidAngle> {
         let distance2 = towards.length_squared();
-        let corner = self.corner - LaneVec3::from(p);
-        let choice = self.choice(corner);
+        let rectangle = &self.rectangle;
+        let choice = rectangle.choice(p.into());
         if choice.is_near {
             return self.pdf_near(p, distance2, cos);
         }
-        let from_corner = LaneVec3::from(towards) - corner;
-        let along = Vec2::new(
-            from_corner.dot(self.edges[0]),
-            from_corner.dot(self.edges[1]),
-        );
-        let pdf = self.per_steradian(choice.density.pdf(self.over_edges2 * along), distance2, cos);
+        let from_corner = LaneVec3::from(towards) - (rectangle.corner - LaneVec3::from(p));
+        let along = Vec2::from(rectangle.edges.map(|edge| from_corner.dot(edge)));
+        let of_shares = choice.density.pdf(self.over_edges2 * along);
+        let pdf = rectangle.per_steradian(of_shares, distance2, cos);
         pdf.is_finite().then_some(PdfSolidAngle(pdf))
     }
 
-    /// The sampling method for a receiver, given the corner relative to it. It depends on nothing else, so that
-    /// [`sample`](Self::sample) and [`pdf`](Self::pdf) use the same density. Free of branches.
+    #[cold]
+    fn sample_near(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
+        let seen = self.seen_from(p)?;
+        let s = if seen.solid_angle() >= spherical_rectangle::SMALLEST {
+            seen.sample(u)
+        } else {
+            u.to_array().map(f64::from)
+        };
+        // In double precision: on a huge rectangle, single-precision fractions are too coarse for a near receiver.
+        let rectangle = &self.rectangle;
+        let [along_u, along_v] = [0, 1].map(|i| s[i] * rectangle.edges[i].as_dvec3());
+        let position = (rectangle.corner.as_dvec3() + along_u + along_v).as_vec3();
+        let point = rectangle.point(p.into(), position, |distance2, cos| {
+            self.of_angle(&seen, distance2, cos)
+        });
+        self.light_sample(&point)
+    }
+
+    #[cold]
+    fn pdf_near(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        let pdf = self.of_angle(&self.seen_from(p)?, distance2, cos);
+        pdf.is_finite().then_some(PdfSolidAngle(pdf))
+    }
+
+    fn seen_from(&self, p: Vec3) -> Option<SphericalRectangle> {
+        let corner = self.rectangle.corner.as_dvec3() - p.as_dvec3();
+        SphericalRectangle::new(corner, self.axes, self.lengths)
+    }
+
+    fn of_angle(&self, seen: &SphericalRectangle, distance2: f32, cos: f32) -> f32 {
+        if seen.solid_angle() >= spherical_rectangle::SMALLEST {
+            (1.0 / seen.solid_angle()) as f32
+        } else {
+            self.rectangle.per_steradian(1.0, distance2, cos)
+        }
+    }
+
+    /// Builds the sample of a point, if its density is finite.
+    #[inline]
+    fn light_sample(&self, point: &RectanglePoint) -> Option<LightSample> {
+        point.pdf.is_finite().then(|| LightSample {
+            wi: point.wi.into(),
+            radiance: self.emission.towards(point.cos),
+            pdf: Some(PdfSolidAngle(point.pdf)),
+            end: ShadowRayEnd::Surface(self.surface(point.position.into()), [0.0; 2]),
+        })
+    }
+
+    #[inline]
+    fn surface(&self, p: Vec3) -> SurfacePoint {
+        let normal = self.rectangle.normal.into();
+        SurfacePoint {
+            p,
+            error: self.rectangle.error.into(),
+            ng: normal,
+            ns: normal,
+        }
+    }
+}
+
+impl Rectangle {
+    /// The sampling method for the receiver `p`. It depends on nothing else, so that sampling and
+    /// [`RectangleLight::pdf`] use the same density. Free of branches.
     #[inline(always)]
-    fn choice(&self, corner: LaneVec3) -> Choice {
+    fn choice(&self, p: LaneVec3) -> Choice {
+        let corner = self.corner - p;
         let is_behind = self.emission.is_dark_behind() & (corner.dot(self.normal) > 0.0);
         let center = corner + 0.5 * (self.edges[0] + self.edges[1]);
         let distance2 = self.over_radius2 * center.length_squared();
@@ -223,6 +247,21 @@ impl RectangleLight {
         }
     }
 
+    /// Samples a point for the receiver `p` with a density in fractions of the edges. Free of branches.
+    #[inline(always)]
+    fn sample(&self, p: LaneVec3, density: LinearSquare, u: Vec2) -> RectanglePoint {
+        let at = density.sample(u);
+        self.point(p, self.at(at), |distance2, cos| {
+            self.per_steradian(density.pdf(at), distance2, cos)
+        })
+    }
+
+    /// The point at the given fractions of the edges.
+    #[inline(always)]
+    fn at(&self, shares: Vec2) -> LaneVec3 {
+        self.corner + shares.x * self.edges[0] + shares.y * self.edges[1]
+    }
+
     /// Converts a density in fractions of the edges to one per steradian; infinite for a rectangle seen edge-on.
     #[inline(always)]
     fn per_steradian(&self, of_shares: f32, distance2: f32, cos: f32) -> f32 {
@@ -230,44 +269,9 @@ impl RectangleLight {
         pdf.map_or(f32::INFINITY, |pdf| pdf.0)
     }
 
-    #[cold]
-    fn sample_near(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let seen = self.seen_from(p)?;
-        let s = if seen.solid_angle() >= spherical_rectangle::SMALLEST {
-            seen.sample(u)
-        } else {
-            u.to_array().map(f64::from)
-        };
-        // In double precision: on a huge rectangle, single-precision fractions are too coarse for a near receiver.
-        let [along_u, along_v] = [0, 1].map(|i| s[i] * self.edges[i].as_dvec3());
-        let position = (self.corner.as_dvec3() + along_u + along_v).as_vec3();
-        self.told(&self.found(p.into(), position, |distance2, cos| {
-            self.of_angle(&seen, distance2, cos)
-        }))
-    }
-
-    #[cold]
-    fn pdf_near(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        let pdf = self.of_angle(&self.seen_from(p)?, distance2, cos);
-        pdf.is_finite().then_some(PdfSolidAngle(pdf))
-    }
-
-    fn seen_from(&self, p: Vec3) -> Option<SphericalRectangle> {
-        let corner = self.corner.as_dvec3() - p.as_dvec3();
-        SphericalRectangle::new(corner, self.axes, self.lengths)
-    }
-
-    fn of_angle(&self, seen: &SphericalRectangle, distance2: f32, cos: f32) -> f32 {
-        if seen.solid_angle() >= spherical_rectangle::SMALLEST {
-            (1.0 / seen.solid_angle()) as f32
-        } else {
-            self.per_steradian(1.0, distance2, cos)
-        }
-    }
-
     /// Builds the sampled point at `position`; its density is a function of squared distance and cosine.
     #[inline(always)]
-    fn found(
+    fn point(
         &self,
         p: LaneVec3,
         position: LaneVec3,
@@ -284,44 +288,118 @@ impl RectangleLight {
             pdf: density(distance2, cos),
         }
     }
+}
 
-    #[inline]
-    fn told(&self, found: &RectanglePoint) -> Option<LightSample> {
-        self.sample_at(found.position.into(), found.wi.into(), found.cos, found.pdf)
-    }
+/// A rectangle light for each lane.
+#[repr(align(64))]
+#[derive(Debug)]
+pub struct RectangleLanes {
+    vectors: [Lanes3; 6],
+    numbers: [Lanes<f32>; 4],
+    two_sided: Lanes<u32>,
+}
 
-    /// Builds the sample, if its density is finite.
-    #[inline(always)]
-    fn sample_at(&self, position: Vec3, wi: Vec3, cos: f32, pdf: f32) -> Option<LightSample> {
-        pdf.is_finite().then(|| LightSample {
-            wi,
-            radiance: self.emission.towards(cos),
-            pdf: Some(PdfSolidAngle(pdf)),
-            end: ShadowRayEnd::Surface(self.surface(position), [0.0; 2]),
-        })
-    }
-
-    #[inline]
-    fn surface(&self, p: Vec3) -> SurfacePoint {
-        SurfacePoint {
-            p,
-            error: self.error,
-            ng: self.normal.into(),
-            ns: self.normal.into(),
+impl Default for RectangleLanes {
+    fn default() -> Self {
+        Self {
+            vectors: [[[0.0; LANES]; 3]; 6],
+            numbers: [[0.0; LANES]; 4],
+            two_sided: [0; LANES],
         }
     }
 }
 
+impl RectangleLanes {
+    /// Sets the light of a lane.
+    #[inline]
+    pub fn set(&mut self, lane: usize, light: &RectangleLight) {
+        let it = &light.rectangle;
+        let radiance = LaneVec3::from_array(it.emission.radiance.into());
+        let vectors = [
+            it.corner,
+            it.edges[0],
+            it.edges[1],
+            it.normal,
+            it.error,
+            radiance,
+        ];
+        for (to, vector) in self.vectors.iter_mut().zip(vectors) {
+            store(to, lane, vector);
+        }
+        let Vec2 { x, y } = it.half_edges2;
+        for (to, number) in self
+            .numbers
+            .iter_mut()
+            .zip([it.over_radius2, it.pdf_area, x, y])
+        {
+            to[lane] = number;
+        }
+        self.two_sided[lane] = u32::from(it.emission.two_sided);
+    }
+
+    /// The rectangle of a lane.
+    #[inline(always)]
+    fn get(&self, lane: usize) -> Rectangle {
+        let [corner, edge_u, edge_v, normal, error, radiance] = &self.vectors;
+        let [over_radius2, pdf_area, x, y] = &self.numbers;
+        Rectangle {
+            corner: load(corner, lane),
+            edges: [load(edge_u, lane), load(edge_v, lane)],
+            normal: load(normal, lane),
+            error: load(error, lane),
+            emission: Emission {
+                radiance: load(radiance, lane),
+                two_sided: self.two_sided[lane] != 0,
+            },
+            over_radius2: over_radius2[lane],
+            half_edges2: Vec2::new(x[lane], y[lane]),
+            pdf_area: pdf_area[lane],
+        }
+    }
+
+    /// Samples a point on the light of each lane of `mask` for the receiver `p`. Returns the lanes whose receiver is so near
+    /// that [`RectangleLight::sample`] has to do it.
+    #[inline]
+    pub fn sample(
+        &self,
+        mask: &ActiveLanes<LANES>,
+        context: &LightContextLanes,
+        p: &Lanes3,
+        samples: &mut LightSampleLanes,
+    ) -> ActiveLanes<LANES> {
+        sample_lanes(self, mask, context, p, samples)
+    }
+}
+
 vectorised! {
-    /// [`RectangleLight::find`] for each lane, from a receiver and two random numbers. The last result is 1 where the point
-    /// is to be sampled by solid angle instead, else 0.
-    fn find_lanes(light: &RectangleLight, asked: &[Lanes<f32>; 5], found: &mut [Lanes<f32>; 9]) {
-        each_lane(asked, found, |[x, y, z, u, v]| {
-            let p = LaneVec3::new(x, y, z);
-            let Choice { is_near, density } = light.choice(light.corner - p);
-            let RectanglePoint { position, wi, cos, pdf } = light.find(p, density, Vec2::new(u, v));
-            let is_near = if is_near { 1.0 } else { 0.0 };
-            [position.x, position.y, position.z, wi.x, wi.y, wi.z, cos, pdf, is_near]
-        });
+    /// [`RectangleLanes::sample`].
+    fn sample_lanes(
+        lights: &RectangleLanes,
+        mask: &ActiveLanes<LANES>,
+        context: &LightContextLanes,
+        p: &Lanes3,
+        samples: &mut LightSampleLanes,
+    ) -> ActiveLanes<LANES> {
+        let mut near = ActiveLanes::NONE;
+        for lane in 0..LANES {
+            let light = lights.get(lane);
+            let p: LaneVec3 = load(p, lane);
+            let Choice { is_near, density } = light.choice(p);
+            let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
+            let RectanglePoint { position, wi, cos, pdf } = light.sample(p, density, u);
+            let is_in_mask = mask.has(lane);
+            near.set(lane, is_near & is_in_mask);
+            let sample = LaneSample {
+                end: if pdf.is_finite() { End::Surface } else { End::None },
+                wi,
+                radiance: light.emission.towards(cos),
+                pdf: context.pmf[lane] * pdf,
+                p: position,
+                error: light.error,
+                normal: light.normal,
+            };
+            samples.set_if(is_in_mask, lane, &sample);
+        }
+        near
     }
 }

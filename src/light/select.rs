@@ -6,11 +6,10 @@
 
 use super::Light;
 use super::environment::EnvironmentMap;
-use super::rectangle::RectangleLight;
-use super::triangle::TriangleLight;
-use super::types::{LightSample, LightSampleContext, PointRule};
+use super::lanes::{LightContextLanes, LightLanes, LightSampleLanes};
+use super::types::{LightSample, PointRule};
 use crate::effects::{Effects, Switch};
-use crate::math::lanes::{FEW, LANES};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes3};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
@@ -26,14 +25,6 @@ pub struct Lights {
     choice: Option<AliasTable>,
     /// The environment map and its index, if there is one.
     map: Option<(u32, Arc<EnvironmentMap>)>,
-}
-
-/// Lights of one kind that are sampled in SIMD lanes.
-enum Alike<'a> {
-    /// One light for all lanes.
-    Rectangle(&'a RectangleLight),
-    /// One light for each lane.
-    Triangles([&'a TriangleLight; LANES]),
 }
 
 /// The light of the environment map along a direction.
@@ -121,58 +112,47 @@ impl Lights {
         }
     }
 
-    /// Samples the light of each context, and appends the samples in order.
+    /// Samples the selected light of each active lane for the receiver `p` uniformly by solid angle, if it is of a kind
+    /// that is sampled in lanes. Returns the lanes that [`sample`](Self::sample) has to sample.
     #[inline]
-    pub fn sample_each<E: Effects>(
+    pub fn sample_lanes(
         &self,
-        questions: &[LightSampleContext],
-        points: PointRule,
-        samples: &mut Vec<Option<LightSample>>,
-    ) {
-        let by_solid_angle = E::AreaLights::ON && points == PointRule::SolidAngle;
-        for questions in questions.chunks(LANES) {
-            let first = samples.len();
-            let alike = (by_solid_angle && questions.len() > FEW).then(|| self.alike(questions));
-            match alike.flatten() {
-                Some(Alike::Rectangle(light)) => light.sample_each(questions, samples),
-                Some(Alike::Triangles(lights)) => {
-                    TriangleLight::sample_each(&lights, questions, samples);
+        active: &ActiveLanes<LANES>,
+        context: &LightContextLanes,
+        p: &Lanes3,
+        lights: &mut LightLanes,
+        samples: &mut LightSampleLanes,
+    ) -> ActiveLanes<LANES> {
+        let (mut rectangles, mut triangles) = (ActiveLanes::NONE, ActiveLanes::NONE);
+        for lane in active.each() {
+            let light = context.light[lane];
+            let changes = lights.changes(lane, light);
+            match &self.lights[light as usize] {
+                Light::Rectangle(light) => {
+                    rectangles.set(lane, true);
+                    if changes {
+                        lights.rectangles.set(lane, light);
+                    }
                 }
-                None => samples.extend(questions.iter().map(|question| {
-                    let LightSampleContext { p, time, u, .. } = *question;
-                    self.sample_one::<E>(question.light, points, p, time, u)
-                })),
-            }
-            for (question, sample) in questions.iter().zip(&mut samples[first..]) {
-                if let Some(sample) = sample {
-                    sample.is_chosen_with(question.pmf);
+                Light::Triangle(light) => {
+                    triangles.set(lane, true);
+                    if changes {
+                        lights.triangles.set(lane, light);
+                    }
                 }
+                _ => {}
             }
         }
-    }
-
-    /// The lights of the contexts, if all are of one kind that is sampled in SIMD lanes.
-    #[inline]
-    fn alike(&self, questions: &[LightSampleContext]) -> Option<Alike<'_>> {
-        let asked = |question: &LightSampleContext| &self.lights[question.light as usize];
-        let (first, rest) = questions.split_first()?;
-        match asked(first) {
-            Light::Rectangle(light) => {
-                let is_same = rest.iter().all(|question| question.light == first.light);
-                is_same.then_some(Alike::Rectangle(light))
-            }
-            Light::Triangle(light) => {
-                let mut lights = [light; LANES];
-                for (light, question) in lights.iter_mut().zip(questions) {
-                    let Light::Triangle(found) = asked(question) else {
-                        return None;
-                    };
-                    *light = found;
-                }
-                Some(Alike::Triangles(lights))
-            }
-            _ => None,
+        let mut singly = active.without(&rectangles).without(&triangles);
+        if rectangles.any() {
+            let near = lights.rectangles.sample(&rectangles, context, p, samples);
+            singly = singly.with(&near);
         }
+        if triangles.any() {
+            let skew = lights.triangles.sample(&triangles, context, p, samples);
+            singly = singly.with(&skew);
+        }
+        singly
     }
 
     /// The density of [`sample`](Self::sample) for the receiver `p` at the point of light `light` at `towards` from it,

@@ -7,10 +7,11 @@
 //! Source: `sampling/clear_triangle.rs`, `sampling/spherical_triangle.rs`. Tested in `tests/lights/light.rs`
 //! and `tests/lights/lanes.rs`.
 
-use super::types::{Emission, LightSample, LightSampleContext, ShadowRayEnd};
+use super::lanes::{End, LaneSample, LightContextLanes, LightSampleLanes};
+use super::types::{Emission, LightSample, ShadowRayEnd};
 use crate::geometry::mesh::{greatest_error, triangle_point};
 use crate::geometry::surface::SurfacePoint;
-use crate::math::lanes::{LANES, Lanes, each_lane, vectorised};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::vec::{DVec3, LaneVec3, Vec2, Vec3};
 use crate::sampling::clear_triangle::ClearTriangle;
@@ -26,24 +27,34 @@ pub const FAR: f32 = 10.0;
 /// An emitting triangle.
 #[derive(Debug, Clone, Copy)]
 pub struct TriangleLight {
-    vertices: [Vec3; 3],
-    normal: Vec3,
+    triangle: Triangle,
     emission: Emission,
+}
+
+/// What sampling in single precision needs of a light.
+#[derive(Debug, Clone, Copy)]
+struct Triangle {
+    vertices: [LaneVec3; 3],
+    normal: LaneVec3,
+    /// Bound of the rounding error of every point.
+    error: LaneVec3,
+    emission: Emission<LaneVec3>,
     area: f32,
     /// The squared distance of [`FAR`] radii.
     far2: f32,
     /// The cross product of the edges from the first vertex.
     cross: DVec3,
-    /// Bound of the rounding error of every point.
-    error: Vec3,
 }
 
-/// The sampling method for a receiver, where single precision suffices.
-enum ReceiverFrame {
+/// The sampling method for a receiver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Method {
     /// By area: the receiver is behind the triangle or far away.
-    ByArea,
+    Area,
     /// By solid angle, in single precision.
-    Clear(ClearTriangle),
+    Clear,
+    /// By solid angle, in double precision.
+    Skew,
 }
 
 impl TriangleLight {
@@ -54,20 +65,21 @@ impl TriangleLight {
         let centroid = (a + b + c) / 3.0;
         let distances2 = [a, b, c].map(|v| v.distance_squared(centroid));
         let radius2 = distances2.into_iter().fold(0.0, f64::max) as f32;
-        Self {
-            vertices,
-            normal: triangle_point(vertices, [0.0; 2]).ng,
-            emission,
+        let triangle = Triangle {
+            vertices: vertices.map(LaneVec3::from),
+            normal: triangle_point(vertices, [0.0; 2]).ng.into(),
+            error: greatest_error(vertices).into(),
+            emission: emission.in_lanes(),
             area: (0.5 * cross.length()) as f32,
             far2: FAR * FAR * radius2,
             cross,
-            error: greatest_error(vertices),
-        }
+        };
+        Self { triangle, emission }
     }
 
     /// Radiant power in normalised units.
     pub fn power(&self) -> f64 {
-        self.emission.power(f64::from(self.area))
+        self.emission.power(f64::from(self.triangle.area))
     }
 
     /// The emission of the surface.
@@ -78,67 +90,26 @@ impl TriangleLight {
     /// Samples a point uniformly by area; returns it with its barycentric coordinates.
     pub fn point(&self, u: Vec2) -> (SurfacePoint, [f32; 2]) {
         let b = warp::sample_triangle_uniform(u).to_array();
-        (self.surface(b), b)
+        (self.surface(self.triangle.at(b).into()), b)
     }
 
     /// The density of [`point`](Self::point).
     #[inline]
     pub fn pdf_area(&self) -> PdfArea {
-        PdfArea(1.0 / self.area)
+        self.triangle.pdf_area()
     }
 
     /// Samples a point on the light for the receiver `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        match self.view(p) {
-            Some(ReceiverFrame::ByArea) => self.sample_by_area(p, u),
-            Some(ReceiverFrame::Clear(triangle)) => {
-                let pdf = PdfSolidAngle(1.0 / triangle.solid_angle());
-                self.found(p, triangle.sample(u), |_, _| Some(pdf))
+        let (method, clear) = self.triangle.method(p.into());
+        match method {
+            Method::Area => self.sample_by_area(p, u),
+            Method::Clear => {
+                let pdf = 1.0 / clear.solid_angle();
+                self.light_sample(p, clear.sample(u), |_, _| pdf)
             }
-            None => self.sample_skew(p, u),
-        }
-    }
-
-    /// Samples a point for each context on the light of its lane, and appends the samples in order.
-    ///
-    /// # Panics
-    ///
-    /// If there are more than [`LANES`] contexts.
-    #[inline]
-    pub fn sample_each(
-        lights: &Lanes<&Self>,
-        questions: &[LightSampleContext],
-        samples: &mut Vec<Option<LightSample>>,
-    ) {
-        let mut asked = [[0.0; LANES]; 13];
-        let mut is_by_area = [false; LANES];
-        for (lane, LightSampleContext { p, u, .. }) in questions.iter().enumerate() {
-            let light = lights[lane];
-            let seen = light.vertices.map(|v| v - *p);
-            is_by_area[lane] = light.is_by_area(seen);
-            let [a, b, c] = seen;
-            let (triple, area) = (light.triple(*p), 2.0 * light.area);
-            let numbers = [
-                a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, triple, area, u.x, u.y,
-            ];
-            for (asked, number) in asked.iter_mut().zip(numbers) {
-                asked[lane] = number;
-            }
-        }
-        let mut found = [[0.0; LANES]; 4];
-        find_lanes(&asked, &mut found);
-        for (lane, question) in questions.iter().enumerate() {
-            let LightSampleContext { p, u, .. } = *question;
-            let light = lights[lane];
-            let [b1, b2, pdf, is_clear] = found.each_ref().map(|of| of[lane]);
-            if is_by_area[lane] {
-                samples.push(light.sample_by_area(p, u));
-            } else if is_clear > 0.0 {
-                samples.push(light.found(p, [b1, b2], |_, _| Some(PdfSolidAngle(pdf))));
-            } else {
-                samples.push(light.sample_skew(p, u));
-            }
+            Method::Skew => self.sample_skew(p, u),
         }
     }
 
@@ -146,53 +117,19 @@ impl TriangleLight {
     /// normal has cosine `cos` with the direction to the receiver.
     #[inline]
     pub fn pdf(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        match self.view(p) {
-            Some(ReceiverFrame::ByArea) => self.pdf_by_area(distance2, cos),
-            Some(ReceiverFrame::Clear(triangle)) => {
-                Some(PdfSolidAngle(1.0 / triangle.solid_angle()))
-            }
-            None => self.pdf_skew(p, distance2, cos),
+        let (method, clear) = self.triangle.method(p.into());
+        match method {
+            Method::Area => self.pdf_area().to_solid_angle(distance2, cos),
+            Method::Clear => Some(PdfSolidAngle(1.0 / clear.solid_angle())),
+            Method::Skew => self.pdf_skew(p, distance2, cos),
         }
-    }
-
-    /// The sampling method for the receiver `p`; `None` where double precision is needed. It depends on `p` alone, so that
-    /// [`sample`](Self::sample) and [`pdf`](Self::pdf) use the same density.
-    #[inline]
-    fn view(&self, p: Vec3) -> Option<ReceiverFrame> {
-        let seen = self.vertices.map(|v| v - p);
-        if self.is_by_area(seen) {
-            return Some(ReceiverFrame::ByArea);
-        }
-        let vertices = seen.map(LaneVec3::from);
-        ClearTriangle::new(vertices, self.triple(p), 2.0 * self.area).map(ReceiverFrame::Clear)
-    }
-
-    /// Whether the receiver is behind the triangle or far away, given the vertices relative to the receiver.
-    #[inline]
-    fn is_by_area(&self, [a, b, c]: [Vec3; 3]) -> bool {
-        let centroid = (a + b + c) * (1.0 / 3.0);
-        let is_behind = self.emission.is_dark_behind() && a.dot(self.normal) > 0.0;
-        is_behind || centroid.length_squared() >= self.far2
-    }
-
-    /// |a . (ab x ac)| with vertices relative to `p`.
-    #[inline]
-    fn triple(&self, p: Vec3) -> f32 {
-        // In double precision, to avoid cancellation near the plane.
-        let triple = (self.vertices[0].as_dvec3() - p.as_dvec3()).dot(self.cross);
-        triple.abs() as f32
     }
 
     /// Samples a point uniformly by area, for the receiver `p`.
     #[inline]
     pub fn sample_by_area(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let b = warp::sample_triangle_uniform(u).to_array();
-        self.found(p, b, |distance2, cos| self.pdf_by_area(distance2, cos))
-    }
-
-    #[inline]
-    fn pdf_by_area(&self, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        self.pdf_area().to_solid_angle(distance2, cos)
+        self.light_sample(p, b, |distance2, cos| self.triangle.by_area(distance2, cos))
     }
 
     /// Samples by solid angle in double precision: the triangle is large, or seen from near its plane.
@@ -207,66 +144,238 @@ impl TriangleLight {
             || warp::sample_triangle_uniform(u).to_array(),
             |b| b.map(|b| b as f32),
         );
-        self.found(p, b, |_, _| Some(PdfSolidAngle((1.0 / omega) as f32)))
+        self.light_sample(p, b, |_, _| (1.0 / omega) as f32)
     }
 
     #[cold]
     fn pdf_skew(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
         let omega = spherical_triangle::solid_angle(self.seen_from(p));
         if omega < spherical_triangle::SMALLEST {
-            return self.pdf_by_area(distance2, cos);
+            return self.pdf_area().to_solid_angle(distance2, cos);
         }
         Some(PdfSolidAngle((1.0 / omega) as f32))
     }
 
     fn seen_from(&self, p: Vec3) -> [DVec3; 3] {
-        self.vertices.map(|v| v.as_dvec3() - p.as_dvec3())
+        let vertices = self.triangle.vertices;
+        vertices.map(|v| v.as_dvec3() - p.as_dvec3())
     }
 
-    /// The point at the barycentric coordinates `b`.
     #[inline]
-    fn surface(&self, b: [f32; 2]) -> SurfacePoint {
-        let [u, v] = b;
-        let [a, b, c] = self.vertices;
+    fn surface(&self, p: Vec3) -> SurfacePoint {
+        let normal = self.triangle.normal.into();
         SurfacePoint {
-            p: (1.0 - u - v) * a + u * b + v * c,
-            error: self.error,
-            ng: self.normal,
-            ns: self.normal,
+            p,
+            error: self.triangle.error.into(),
+            ng: normal,
+            ns: normal,
         }
     }
 
-    /// Builds the sample at the barycentric coordinates `b`; its density is a function of squared distance and cosine.
+    /// Builds the sample at the barycentric coordinates `b`, if its density is finite: a function of squared distance and
+    /// cosine.
     #[inline]
-    fn found(
+    fn light_sample(
         &self,
         p: Vec3,
         b: [f32; 2],
-        density: impl FnOnce(f32, f32) -> Option<PdfSolidAngle>,
+        density: impl FnOnce(f32, f32) -> f32,
     ) -> Option<LightSample> {
-        let point = self.surface(b);
-        let towards = point.p - p;
-        let wi = towards.normalize();
-        let cos = -wi.dot(self.normal);
-        Some(LightSample {
-            wi,
-            radiance: self.emission.towards(cos),
-            pdf: Some(density(towards.length_squared(), cos)?),
-            end: ShadowRayEnd::Surface(point, b),
+        let point = self.triangle.point(p.into(), b, density);
+        point.pdf.is_finite().then(|| LightSample {
+            wi: point.wi.into(),
+            radiance: self.emission.towards(point.cos),
+            pdf: Some(PdfSolidAngle(point.pdf)),
+            end: ShadowRayEnd::Surface(self.surface(point.position.into()), b),
         })
     }
 }
 
+/// A sampled point on the light for a receiver.
+struct TrianglePoint {
+    position: LaneVec3,
+    /// Unit vector towards it.
+    wi: LaneVec3,
+    /// Cosine between the light's normal and the direction to the receiver.
+    cos: f32,
+    /// Density per steradian; not finite where there is no sample.
+    pdf: f32,
+}
+
+impl Triangle {
+    /// The sampling method for the receiver `p`, and the triangle seen from there, which is meaningful if it is clear. Both
+    /// depend on `p` alone, so that sampling and [`TriangleLight::pdf`] use the same density. Free of branches.
+    #[inline(always)]
+    fn method(&self, p: LaneVec3) -> (Method, ClearTriangle) {
+        let [a, b, c] = self.vertices.map(|v| v - p);
+        let centroid = (a + b + c) * (1.0 / 3.0);
+        let is_behind = self.emission.is_dark_behind() & (a.dot(self.normal) > 0.0);
+        // |a . (ab x ac)|, in double precision to avoid cancellation near the plane.
+        let triple = (self.vertices[0].as_dvec3() - p.as_dvec3()).dot(self.cross);
+        let triple = triple.abs() as f32;
+        let (triangle, is_clear) =
+            ClearTriangle::and_whether_clear([a, b, c], triple, 2.0 * self.area);
+        let method = if is_behind | (centroid.length_squared() >= self.far2) {
+            Method::Area
+        } else if is_clear {
+            Method::Clear
+        } else {
+            Method::Skew
+        };
+        (method, triangle)
+    }
+
+    fn pdf_area(&self) -> PdfArea {
+        PdfArea(1.0 / self.area)
+    }
+
+    /// The density per steradian of sampling by area; infinite for a triangle seen edge-on.
+    #[inline(always)]
+    fn by_area(&self, distance2: f32, cos: f32) -> f32 {
+        let pdf = self.pdf_area().to_solid_angle(distance2, cos);
+        pdf.map_or(f32::INFINITY, |pdf| pdf.0)
+    }
+
+    /// The point at the barycentric coordinates.
+    #[inline(always)]
+    fn at(&self, [u, v]: [f32; 2]) -> LaneVec3 {
+        let [a, b, c] = self.vertices;
+        (1.0 - u - v) * a + u * b + v * c
+    }
+
+    /// Builds the sampled point at barycentric coordinates; its density is a function of squared distance and cosine.
+    #[inline(always)]
+    fn point(
+        &self,
+        p: LaneVec3,
+        b: [f32; 2],
+        density: impl FnOnce(f32, f32) -> f32,
+    ) -> TrianglePoint {
+        let position = self.at(b);
+        let towards = position - p;
+        let distance2 = towards.length_squared();
+        let wi = towards * (1.0 / distance2.sqrt());
+        let cos = -wi.dot(self.normal);
+        TrianglePoint {
+            position,
+            wi,
+            cos,
+            pdf: density(distance2, cos),
+        }
+    }
+}
+
+/// A triangle light for each lane.
+#[repr(align(64))]
+#[derive(Debug)]
+pub struct TriangleLanes {
+    vectors: [Lanes3; 6],
+    area: Lanes<f32>,
+    far2: Lanes<f32>,
+    two_sided: Lanes<u32>,
+    cross: [Lanes<f64>; 3],
+}
+
+impl Default for TriangleLanes {
+    fn default() -> Self {
+        Self {
+            vectors: [[[0.0; LANES]; 3]; 6],
+            area: [0.0; LANES],
+            far2: [0.0; LANES],
+            two_sided: [0; LANES],
+            cross: [[0.0; LANES]; 3],
+        }
+    }
+}
+
+impl TriangleLanes {
+    /// Sets the light of a lane.
+    #[inline]
+    pub fn set(&mut self, lane: usize, light: &TriangleLight) {
+        let it = &light.triangle;
+        let ([a, b, c], radiance) = (it.vertices, it.emission.radiance.into());
+        let vectors = [a, b, c, it.normal, it.error, LaneVec3::from_array(radiance)];
+        for (to, vector) in self.vectors.iter_mut().zip(vectors) {
+            store(to, lane, vector);
+        }
+        (self.area[lane], self.far2[lane]) = (it.area, it.far2);
+        self.two_sided[lane] = u32::from(it.emission.two_sided);
+        for (to, number) in self.cross.iter_mut().zip(it.cross.to_array()) {
+            to[lane] = number;
+        }
+    }
+
+    /// The triangle of a lane.
+    #[inline(always)]
+    fn get(&self, lane: usize) -> Triangle {
+        let [a, b, c, normal, error, radiance] = &self.vectors;
+        let [x, y, z] = &self.cross;
+        Triangle {
+            vertices: [load(a, lane), load(b, lane), load(c, lane)],
+            normal: load(normal, lane),
+            error: load(error, lane),
+            emission: Emission {
+                radiance: load(radiance, lane),
+                two_sided: self.two_sided[lane] != 0,
+            },
+            area: self.area[lane],
+            far2: self.far2[lane],
+            cross: DVec3::new(x[lane], y[lane], z[lane]),
+        }
+    }
+
+    /// Samples a point on the light of each lane of `mask` for the receiver `p`. Returns the lanes whose triangle is large or
+    /// seen from near its plane, so that [`TriangleLight::sample`] has to do it.
+    #[inline]
+    pub fn sample(
+        &self,
+        mask: &ActiveLanes<LANES>,
+        context: &LightContextLanes,
+        p: &Lanes3,
+        samples: &mut LightSampleLanes,
+    ) -> ActiveLanes<LANES> {
+        sample_lanes(self, mask, context, p, samples)
+    }
+}
+
 vectorised! {
-    /// Samples barycentric coordinates for each lane; returns them with the density, and 1 if the triangle is clear, else 0.
-    /// The inputs are the vertices relative to the receiver, the triple product, twice the area and two random numbers.
-    fn find_lanes(asked: &[Lanes<f32>; 13], found: &mut [Lanes<f32>; 4]) {
-        each_lane(asked, found, |[a_x, a_y, a_z, b_x, b_y, b_z, c_x, c_y, c_z, triple, area, u, v]| {
-            let (a, b) = (LaneVec3::new(a_x, a_y, a_z), LaneVec3::new(b_x, b_y, b_z));
-            let vertices = [a, b, LaneVec3::new(c_x, c_y, c_z)];
-            let (triangle, is_clear) = ClearTriangle::and_whether_clear(vertices, triple, area);
-            let [b1, b2] = triangle.sample(Vec2::new(u, v));
-            [b1, b2, 1.0 / triangle.solid_angle(), if is_clear { 1.0 } else { 0.0 }]
-        });
+    /// [`TriangleLanes::sample`].
+    fn sample_lanes(
+        lights: &TriangleLanes,
+        mask: &ActiveLanes<LANES>,
+        context: &LightContextLanes,
+        p: &Lanes3,
+        samples: &mut LightSampleLanes,
+    ) -> ActiveLanes<LANES> {
+        let mut skew = ActiveLanes::NONE;
+        for lane in 0..LANES {
+            let light = lights.get(lane);
+            let p: LaneVec3 = load(p, lane);
+            let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
+            let (method, clear) = light.method(p);
+            let is_by_area = method == Method::Area;
+            let b = if is_by_area {
+                warp::sample_triangle_uniform(u).to_array()
+            } else {
+                clear.sample(u)
+            };
+            let by_angle = 1.0 / clear.solid_angle();
+            let TrianglePoint { position, wi, cos, pdf } = light.point(p, b, |distance2, cos| {
+                if is_by_area { light.by_area(distance2, cos) } else { by_angle }
+            });
+            let is_in_mask = mask.has(lane);
+            skew.set(lane, (method == Method::Skew) & is_in_mask);
+            let sample = LaneSample {
+                end: if pdf.is_finite() { End::Surface } else { End::None },
+                wi,
+                radiance: light.emission.towards(cos),
+                pdf: context.pmf[lane] * pdf,
+                p: position,
+                error: light.error,
+                normal: light.normal,
+            };
+            samples.set_if(is_in_mask, lane, &sample);
+        }
+        skew
     }
 }

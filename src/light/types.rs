@@ -7,7 +7,7 @@
 use crate::geometry::surface::SurfacePoint;
 use crate::math::measure::{PdfArea, PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
-use crate::math::vec::{Vec2, Vec3};
+use crate::math::vec::{LaneVec3, Vec3, Vector};
 
 /// A sampled direction from a receiver to a light.
 #[derive(Debug, Clone, Copy)]
@@ -31,21 +31,6 @@ impl LightSample {
             None => self.radiance *= 1.0 / pmf.0,
         }
     }
-}
-
-/// A receiver for which a light is sampled.
-#[derive(Debug, Clone, Copy)]
-pub struct LightSampleContext {
-    /// The selected light.
-    pub light: u32,
-    /// The probability of selecting the light.
-    pub pmf: Pmf,
-    /// The receiving point.
-    pub p: Vec3,
-    /// The time of the shutter.
-    pub time: f32,
-    /// The random numbers for the point on the light.
-    pub u: Vec2,
 }
 
 /// The measure in which points on a light are sampled.
@@ -105,28 +90,38 @@ pub struct BoundingSphere {
 
 /// The radiance that a surface emits, and the sides that emit it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Emission {
+pub struct Emission<V = Vec3> {
     /// Radiance.
-    pub radiance: Rgb,
+    pub radiance: Rgb<V>,
     /// Whether the back emits as well.
     pub two_sided: bool,
 }
 
-impl Emission {
+impl<V: Vector> Emission<V> {
     /// Radiance towards a direction whose cosine with the geometric normal is `cos`.
-    #[inline]
-    pub fn towards(&self, cos: f32) -> Rgb {
-        if cos > 0.0 || (self.two_sided && cos < 0.0) {
+    #[inline(always)]
+    pub fn towards(&self, cos: f32) -> Rgb<V> {
+        if (cos > 0.0) | (self.two_sided & (cos < 0.0)) {
             self.radiance
         } else {
-            Rgb::BLACK
+            Rgb::from([0.0; 3])
         }
     }
 
     /// Whether the back does not emit: samples for receivers behind are black, whatever their density.
-    #[inline]
+    #[inline(always)]
     pub fn is_dark_behind(&self) -> bool {
         !self.two_sided
+    }
+}
+
+impl Emission {
+    /// The emission with the type of vector for loops over lanes.
+    pub fn in_lanes(&self) -> Emission<LaneVec3> {
+        Emission {
+            radiance: Rgb::from(self.radiance.to_array()),
+            two_sided: self.two_sided,
+        }
     }
 
     /// Radiant power of a flat or convex emitter of this area: pi A L for each side that emits.

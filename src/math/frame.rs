@@ -4,43 +4,44 @@
 //! Range: any unit normal, also (0, 0, -1).
 //! Source: Duff et al. 2017, "Building an Orthonormal Basis, Revisited" (JCGT 6-1), listing 3. Tested below.
 
-use super::vec::Vec3;
+use super::vec::{Vec3, Vector};
 
 /// A right-handed orthonormal frame (s, t, n).
 #[derive(Debug, Clone, Copy)]
-pub struct Frame {
+pub struct Frame<V = Vec3> {
     /// First tangent: local x.
-    pub s: Vec3,
+    pub s: V,
     /// Second tangent: local y.
-    pub t: Vec3,
+    pub t: V,
     /// Normal: local z.
-    pub n: Vec3,
+    pub n: V,
 }
 
-impl Frame {
+impl<V: Vector> Frame<V> {
     /// The frame whose z axis is the unit vector `n`.
-    #[inline]
-    pub fn from_normal(n: Vec3) -> Self {
-        let sign = 1.0_f32.copysign(n.z);
-        let a = -1.0 / (sign + n.z);
-        let b = n.x * n.y * a;
+    #[inline(always)]
+    pub fn from_normal(n: V) -> Self {
+        let [x, y, z] = n.into();
+        let sign = 1.0_f32.copysign(z);
+        let a = -1.0 / (sign + z);
+        let b = x * y * a;
         Self {
-            s: Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x),
-            t: Vec3::new(b, sign + n.y * n.y * a, -n.y),
+            s: V::new(1.0 + sign * x * x * a, sign * b, -sign * x),
+            t: V::new(b, sign + y * y * a, -y),
             n,
         }
     }
 
     /// Transforms a vector from world to local coordinates.
-    #[inline]
-    pub fn to_local(&self, v: Vec3) -> Vec3 {
-        Vec3::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
+    #[inline(always)]
+    pub fn to_local(&self, v: V) -> V {
+        V::new(v.dot(self.s), v.dot(self.t), v.dot(self.n))
     }
 
     /// Transforms a vector from local to world coordinates.
-    #[inline]
-    pub fn to_world(&self, v: Vec3) -> Vec3 {
-        v.x * self.s + v.y * self.t + v.z * self.n
+    #[inline(always)]
+    pub fn to_world(&self, v: V) -> V {
+        self.s * v.x() + self.t * v.y() + self.n * v.z()
     }
 }
 

@@ -5,26 +5,26 @@
 //! Source: pbrt, "Rays". Tested through every tracing test.
 
 use super::robust::reach_of_point;
-use super::vec::{ONE_MINUS_EPSILON, Vec3};
+use super::vec::{ONE_MINUS_EPSILON, Vec3, Vector};
 use crate::planted::planted;
 
 /// A ray through the scene; by default, one without length that hits nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Ray {
+pub struct Ray<V = Vec3> {
     /// The origin.
-    pub origin: Vec3,
+    pub origin: V,
     /// The direction. Need not have unit length: a shadow ray spans its whole segment.
-    pub dir: Vec3,
+    pub dir: V,
     /// Hits at or before this parameter do not count.
     pub t_min: f32,
     /// Hits beyond this parameter do not count.
     pub t_max: f32,
 }
 
-impl Ray {
+impl<V: Vector> Ray<V> {
     /// Builds a ray of infinite length.
-    #[inline]
-    pub fn new(origin: Vec3, dir: Vec3) -> Self {
+    #[inline(always)]
+    pub fn new(origin: V, dir: V) -> Self {
         Self {
             origin,
             dir,
@@ -34,8 +34,8 @@ impl Ray {
     }
 
     /// The open segment from `a` to `b`: hits exactly at `b` do not count.
-    #[inline]
-    pub fn between(a: Vec3, b: Vec3) -> Self {
+    #[inline(always)]
+    pub fn between(a: V, b: V) -> Self {
         Self {
             origin: a,
             dir: b - a,
@@ -46,8 +46,8 @@ impl Ray {
 
     /// The segment from `a` to a point `b` in free space. Hits at `b` within rounding error do not count: otherwise a
     /// surface through `b` would be hit or missed by chance.
-    #[inline]
-    pub fn to_point(a: Vec3, b: Vec3) -> Self {
+    #[inline(always)]
+    pub fn to_point(a: V, b: V) -> Self {
         let segment = Self::between(a, b);
         let reach = reach_of_point(a) + reach_of_point(b);
         let open = planted!("points-exact", 0.0, reach / segment.dir.length());
@@ -65,8 +65,8 @@ impl Ray {
     }
 
     /// The point at parameter `t`.
-    #[inline]
-    pub fn at(&self, t: f32) -> Vec3 {
-        self.origin + t * self.dir
+    #[inline(always)]
+    pub fn at(&self, t: f32) -> V {
+        self.origin + self.dir * t
     }
 }

@@ -4,12 +4,12 @@
 //! Range: that of `f32`; negative channels are allowed in intermediate results (filters), never in a reflectance.
 //! Source: ITU-R BT.709 for the luminance weights. Tested below.
 
-use super::vec::Vec3;
+use super::vec::{Vec3, Vector};
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
 
 /// Red, green and blue.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Rgb(Vec3);
+pub struct Rgb<V = Vec3>(V);
 
 impl Rgb {
     /// Zero in every channel.
@@ -35,36 +35,6 @@ impl Rgb {
         self.0.to_array()
     }
 
-    /// Relative luminance Y of Rec. 709.
-    #[inline]
-    pub fn luminance(self) -> f32 {
-        self.0.dot(Vec3::new(0.2126, 0.7152, 0.0722))
-    }
-
-    /// The largest channel.
-    #[inline]
-    pub fn max_channel(self) -> f32 {
-        self.0.max_element()
-    }
-
-    /// Whether every channel is a finite number.
-    #[inline]
-    pub fn is_finite(self) -> bool {
-        self.0.is_finite()
-    }
-
-    /// Whether every channel is exactly zero.
-    #[inline]
-    pub fn is_black(self) -> bool {
-        self.0 == Vec3::ZERO
-    }
-
-    /// Each channel mapped by `f`.
-    #[inline]
-    pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
-        Self::new(f(self.0.x), f(self.0.y), f(self.0.z))
-    }
-
     /// Interpolates linearly from `self` at `t = 0` to `other` at `t = 1`.
     #[inline]
     pub fn lerp(self, other: Self, t: f32) -> Self {
@@ -72,84 +42,125 @@ impl Rgb {
     }
 }
 
-impl From<[f32; 3]> for Rgb {
-    fn from(channels: [f32; 3]) -> Self {
-        Self(Vec3::from_array(channels))
+impl<V: Vector> Rgb<V> {
+    /// Relative luminance Y of Rec. 709.
+    #[inline(always)]
+    pub fn luminance(self) -> f32 {
+        self.0.dot(V::new(0.2126, 0.7152, 0.0722))
+    }
+
+    /// The largest channel.
+    #[inline(always)]
+    pub fn max_channel(self) -> f32 {
+        self.0.max_element()
+    }
+
+    /// Whether every channel is a finite number.
+    #[inline(always)]
+    pub fn is_finite(self) -> bool {
+        self.0.is_finite()
+    }
+
+    /// Whether every channel is exactly zero.
+    #[inline(always)]
+    pub fn is_black(self) -> bool {
+        self.0 == V::splat(0.0)
+    }
+
+    /// Each channel mapped by `f`.
+    #[inline(always)]
+    pub fn map(self, f: impl Fn(f32) -> f32) -> Self {
+        let channels: [f32; 3] = self.0.into();
+        Self(V::from(channels.map(f)))
     }
 }
 
-impl Add for Rgb {
+impl<V: Vector> From<[f32; 3]> for Rgb<V> {
+    #[inline(always)]
+    fn from(channels: [f32; 3]) -> Self {
+        Self(V::from(channels))
+    }
+}
+
+impl<V: Vector> From<Rgb<V>> for [f32; 3] {
+    #[inline(always)]
+    fn from(colour: Rgb<V>) -> Self {
+        colour.0.into()
+    }
+}
+
+impl<V: Vector> Add for Rgb<V> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self(self.0 + other.0)
     }
 }
 
-impl AddAssign for Rgb {
-    #[inline]
+impl<V: Vector> AddAssign for Rgb<V> {
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.0 += other.0;
     }
 }
 
-impl Sub for Rgb {
+impl<V: Vector> Sub for Rgb<V> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self(self.0 - other.0)
     }
 }
 
-impl Mul for Rgb {
+impl<V: Vector> Mul for Rgb<V> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Self(self.0 * other.0)
     }
 }
 
-impl MulAssign for Rgb {
-    #[inline]
+impl<V: Vector> MulAssign for Rgb<V> {
+    #[inline(always)]
     fn mul_assign(&mut self, other: Self) {
         self.0 *= other.0;
     }
 }
 
-impl Mul<f32> for Rgb {
+impl<V: Vector> Mul<f32> for Rgb<V> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, factor: f32) -> Self {
         Self(self.0 * factor)
     }
 }
 
-impl Mul<Rgb> for f32 {
-    type Output = Rgb;
-    #[inline]
-    fn mul(self, colour: Rgb) -> Rgb {
+impl<V: Vector> Mul<Rgb<V>> for f32 {
+    type Output = Rgb<V>;
+    #[inline(always)]
+    fn mul(self, colour: Rgb<V>) -> Rgb<V> {
         colour * self
     }
 }
 
-impl MulAssign<f32> for Rgb {
-    #[inline]
+impl<V: Vector> MulAssign<f32> for Rgb<V> {
+    #[inline(always)]
     fn mul_assign(&mut self, factor: f32) {
         self.0 *= factor;
     }
 }
 
-impl Div<f32> for Rgb {
+impl<V: Vector> Div<f32> for Rgb<V> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(self, divisor: f32) -> Self {
         Self(self.0 / divisor)
     }
 }
 
-impl Div for Rgb {
+impl<V: Vector> Div for Rgb<V> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn div(self, divisor: Self) -> Self {
         Self(self.0 / divisor.0)
     }

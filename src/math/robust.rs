@@ -5,7 +5,7 @@
 //! Source: Higham 2002, section 3.1 (gamma_n); Pharr, Jakob, Humphreys, "Physically Based Rendering", section 6.8.
 //! Tested below and by the self-intersection tests of `tests/tracing/rays.rs`.
 
-use super::vec::Vec3;
+use super::vec::Vector;
 use crate::planted::planted;
 
 /// Unit roundoff of `f32`, 2^-24.
@@ -21,37 +21,37 @@ pub const fn gamma(n: u32) -> f32 {
 /// Makes an error bound nonzero in every coordinate, for a primitive of this size. A point in an axis-aligned plane
 /// may be exact, but a ray from that point intersects the plane at exactly 0, which a watertight kernel counts as a
 /// hit.
-#[inline]
-pub fn never_zero(error: Vec3, size: f32) -> Vec3 {
-    error + Vec3::splat(UNIT_ROUNDOFF * UNIT_ROUNDOFF * size)
+#[inline(always)]
+pub fn never_zero<V: Vector>(error: V, size: f32) -> V {
+    error + V::splat(UNIT_ROUNDOFF * UNIT_ROUNDOFF * size)
 }
 
 /// Moves the point `p`, known to within `error` in each coordinate, along the unit normal `n` until it surely lies on
 /// that side of the surface.
-#[inline]
-pub fn offset_point(p: Vec3, error: Vec3, n: Vec3) -> Vec3 {
-    let offset = n.abs().dot(error) * n;
+#[inline(always)]
+pub fn offset_point<V: Vector>(p: V, error: V, n: V) -> V {
+    let offset = n * n.abs().dot(error);
     let moved = planted!("origin-not-offset", p, p + offset);
     // The sum may round back towards the surface: move one more unit in the last place away from it. Not along axes
     // in which the offset is 0: that could cross a wall that shares an edge with the surface.
-    let away = Vec3::select(offset.cmpeq(Vec3::ZERO), Vec3::ZERO, offset.signum());
     planted!(
         "offset-rounds-back",
         moved,
-        moved + away * (f32::EPSILON * moved.abs())
+        moved + offset.signs() * (moved.abs() * f32::EPSILON)
     )
 }
 
 /// The largest apparent distance between a point in free space and a surface through it: the point, the surface and
 /// the ray query are rounded. It is not a bound for surfaces much larger than the point's distance from the origin,
 /// and for grazing rays.
-#[inline]
-pub fn reach_of_point(p: Vec3) -> f32 {
+#[inline(always)]
+pub fn reach_of_point<V: Vector>(p: V) -> f32 {
     gamma(8) * p.abs().element_sum()
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::vec::Vec3;
     use super::*;
 
     #[test]

@@ -10,7 +10,7 @@ use crate::effects::Effects;
 use crate::film::batches::BATCHES;
 use crate::film::pixel::PixelSums;
 use crate::integrator::observer::Unobserved;
-use crate::integrator::path::queues::{PathQueues, WAVEFRONT_SIZE};
+use crate::integrator::path::{PathMemory, WAVEFRONT_SIZE};
 use crate::integrator::{CameraRay, Integrator, Sample};
 use crate::math::rgb::Rgb;
 use crate::sampler::{AnySampler, Batches, Sampler};
@@ -74,7 +74,7 @@ impl Job<'_> {
         let mut sums = PixelSums::default();
         let mut rejected = 0;
         let (mut samplers, mut samples) = (Vec::new(), Vec::new());
-        let mut queues = PathQueues::default();
+        let mut memory = PathMemory::default();
         for first in (0..self.spp).step_by(WAVEFRONT_SIZE) {
             let indices = first..self.spp.min(first + WAVEFRONT_SIZE as u64);
             samplers.clear();
@@ -92,7 +92,7 @@ impl Job<'_> {
                 self.scene,
                 &mut samplers,
                 &mut samples,
-                &mut queues,
+                &mut memory,
                 &mut Unobserved,
             );
             for (index, sample) in indices.zip(&samples) {

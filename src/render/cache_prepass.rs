@@ -136,8 +136,8 @@ impl Surveyor<'_> {
             filter: self.filter,
             position,
         };
-        let mut camera_rays = CameraRays::new();
-        let places = camera_rays.add::<E, _>(&pixel, sampler, 0..1, &mut Unobserved);
+        let mut camera_rays = CameraRays::<E>::new();
+        let places = camera_rays.add(&pixel, sampler, 0..1, &mut Unobserved);
         camera_rays.trace(self.scene);
         let (sampler, sample) = camera_rays.sample(places.start);
         // No image is so large that these are pixels of it, too.

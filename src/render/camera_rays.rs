@@ -14,9 +14,9 @@ use crate::effects::{Effects, Switch};
 use crate::film::filter::{Filter, FilterSample};
 use crate::film::splats::SplatList;
 use crate::integrator::observer::{PathObserver, RayKind};
-use crate::integrator::path::queues::{PathQueues, WAVEFRONT_SIZE};
+use crate::integrator::path::{PathMemory, WAVEFRONT_SIZE};
 use crate::integrator::{CameraRay, Integrator, Sample};
-use crate::math::lanes::LANES;
+use crate::math::lanes::{ActiveLanes, LANES, Lanes};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::planted::planted;
@@ -58,62 +58,70 @@ pub struct Pixel<'a> {
     pub position: [u32; 2],
 }
 
-/// The random numbers of a camera ray.
+/// The random numbers of the camera rays of a block of samples.
 #[derive(Debug, Clone, Copy, Default)]
 struct CameraNumbers {
-    film: Vec2,
-    lens: Vec2,
-    time: f32,
+    /// Two numbers for the film, two for the lens.
+    camera: [Lanes<f32>; 4],
+    time: Lanes<f32>,
 }
 
 impl CameraNumbers {
     /// Draws the numbers of each of at most [`LANES`] samplers.
     #[inline]
-    fn draw_each<E: Effects>(samplers: &mut [AnySampler], numbers: &mut [Self]) {
-        let places: [usize; LANES] = std::array::from_fn(|place| place);
-        let places = &places[..numbers.len()];
-        let mut drawn = numbers.iter_mut();
-        let mut tell = |film, lens| {
-            if let Some(numbers) = drawn.next() {
-                (numbers.film, numbers.lens) = (film, lens);
-            }
-        };
+    fn draw<E: Effects>(samplers: &mut [AnySampler]) -> Self {
+        let mut numbers = Self::default();
+        let active = ActiveLanes::first(samplers.len());
+        let places = std::array::from_fn(|place| place as u32);
         if E::Lens::ON {
-            AnySampler::draw_each(samplers, places, Decision::Camera, |[x, y, u, v]| {
-                tell(Vec2::new(x, y), Vec2::new(u, v));
-            });
+            let camera = &mut numbers.camera;
+            AnySampler::draw_lanes(samplers, &active, &places, Decision::Camera, camera);
         } else {
-            AnySampler::draw_each(samplers, places, Decision::Camera, |[x, y]| {
-                tell(Vec2::new(x, y), Vec2::ZERO);
-            });
+            let mut film = [[0.0; LANES]; 2];
+            AnySampler::draw_lanes(samplers, &active, &places, Decision::Camera, &mut film);
+            numbers.camera[..2].copy_from_slice(&film);
         }
         if E::Motion::ON {
-            let mut drawn = numbers.iter_mut();
-            AnySampler::draw_each(samplers, places, Decision::Time, |[time]| {
-                if let Some(numbers) = drawn.next() {
-                    numbers.time = time;
-                }
-            });
+            let time = std::array::from_mut(&mut numbers.time);
+            AnySampler::draw_lanes(samplers, &active, &places, Decision::Time, time);
         }
+        numbers
+    }
+
+    /// The numbers of a lane for the film.
+    #[inline]
+    fn film(&self, lane: usize) -> Vec2 {
+        Vec2::new(self.camera[0][lane], self.camera[1][lane])
+    }
+
+    /// The numbers of a lane for the lens.
+    #[inline]
+    fn lens(&self, lane: usize) -> Vec2 {
+        Vec2::new(self.camera[2][lane], self.camera[3][lane])
     }
 }
 
 impl Pixel<'_> {
-    /// The camera ray through the offset that the filter has sampled.
+    /// The camera ray of a lane, through the offset that the filter has sampled.
     #[inline]
-    fn ray<E: Effects>(&self, numbers: &CameraNumbers, filtered: FilterSample) -> CameraRay {
+    fn ray<E: Effects>(
+        &self,
+        numbers: &CameraNumbers,
+        lane: usize,
+        filtered: FilterSample,
+    ) -> CameraRay {
         let middle = planted!("half-a-pixel", 0.0, 0.5);
         let [x, y] = self.position.map(|i| i as f32 + middle);
         let film = Vec2::new(x, y) + filtered.offset;
-        let CameraNumbers { lens, time, .. } = *numbers;
-        let ray = self.scene.camera.ray::<E>(film, lens, time);
+        let time = numbers.time[lane];
+        let ray = self.scene.camera.ray::<E>(film, numbers.lens(lane), time);
         CameraRay { ray, time }
     }
 }
 
 /// Samples, with their camera rays and the hits on them. Their places are in the order in which they were added.
 #[derive(Debug)]
-pub struct CameraRays {
+pub struct CameraRays<E: Effects> {
     samplers: Vec<AnySampler>,
     samples: Vec<Sample>,
     /// The filter weight of each sample in its pixel.
@@ -122,7 +130,7 @@ pub struct CameraRays {
     blocks: Vec<Block>,
     /// The rays of these blocks, and memory for later ones.
     packets: Vec<RayPacket>,
-    queues: PathQueues,
+    memory: PathMemory<E>,
 }
 
 /// The samples of a block.
@@ -134,7 +142,7 @@ struct Block {
     lanes: Range<usize>,
 }
 
-impl CameraRays {
+impl<E: Effects> CameraRays<E> {
     /// Creates an empty list of samples.
     pub fn new() -> Self {
         Self {
@@ -143,7 +151,7 @@ impl CameraRays {
             weights: Vec::with_capacity(WAVEFRONT_SIZE + LANES),
             blocks: Vec::new(),
             packets: Vec::new(),
-            queues: PathQueues::default(),
+            memory: PathMemory::default(),
         }
     }
 
@@ -156,7 +164,7 @@ impl CameraRays {
 
     /// Adds the samples of `range`, which lies in one block, and returns their places. Their camera rays are not traced
     /// yet.
-    pub fn add<E: Effects, O: PathObserver + ?Sized>(
+    pub fn add<O: PathObserver + ?Sized>(
         &mut self,
         pixel: &Pixel<'_>,
         sampler: &AnySampler,
@@ -167,23 +175,20 @@ impl CameraRays {
         let lane = |index: u64| (index - block.start) as usize;
         let (count, place) = (lane(block.end), self.samples.len());
         let sample_range = lane(range.start)..lane(range.end);
-        // Step by step, so that the processor overlaps the work on several samples.
-        let mut numbers = [CameraNumbers::default(); LANES];
         sampler.start_each(pixel.position, block, &mut self.samplers);
-        let samplers = &mut self.samplers[place..];
-        CameraNumbers::draw_each::<E>(samplers, &mut numbers[..count]);
-        let film = numbers.map(|numbers| numbers.film);
+        let numbers = CameraNumbers::draw::<E>(&mut self.samplers[place..]);
+        let film: [Vec2; LANES] = std::array::from_fn(|lane| numbers.film(lane));
         if self.packets.len() == self.blocks.len() {
             self.packets.push(RayPacket::default());
         }
         let rays = &mut self.packets[self.blocks.len()];
         rays.clear();
-        let mut numbers = numbers.iter();
+        let mut lane = 0..count;
         pixel.filter.sample_each(&film[..count], |filtered| {
-            let Some(numbers) = numbers.next() else {
+            let Some(lane) = lane.next() else {
                 return;
             };
-            let camera_ray = pixel.ray::<E>(numbers, filtered);
+            let camera_ray = pixel.ray::<E>(&numbers, lane, filtered);
             rays.push(&camera_ray.ray, camera_ray.time, None);
             self.samples.push(Sample::new(camera_ray));
             self.weights
@@ -235,7 +240,7 @@ impl CameraRays {
     /// wavefront and the observer does not need paths in sequence, otherwise the first one. Returns the place after
     /// them.
     #[inline]
-    pub fn estimate<E: Effects, I: Integrator, O: PathObserver + ?Sized>(
+    pub fn estimate<I: Integrator, O: PathObserver + ?Sized>(
         &mut self,
         places: Range<usize>,
         scene: &Scene,
@@ -245,8 +250,8 @@ impl CameraRays {
     ) -> usize {
         if I::SIDE_BY_SIDE && !observer.is_sequential() {
             let samplers = &mut self.samplers[places.clone()];
-            let (samples, queues) = (&mut self.samples[places.clone()], &mut self.queues);
-            integrator.radiances::<E, _, O>(scene, samplers, samples, queues, observer);
+            let (samples, memory) = (&mut self.samples[places.clone()], &mut self.memory);
+            integrator.radiances::<E, _, O>(scene, samplers, samples, memory, observer);
             return places.end;
         }
         let sampler = &mut self.samplers[places.start];

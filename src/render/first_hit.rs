@@ -144,7 +144,7 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn pixel(&self, position: [u32; 2], rays: &mut CameraRays) -> FirstHit {
+    fn pixel(&self, position: [u32; 2], rays: &mut CameraRays<Everything>) -> FirstHit {
         let pixel = Pixel {
             scene: self.scene,
             filter: self.filter,
@@ -154,7 +154,7 @@ impl Job<'_> {
         for block in blocks(0..self.spp) {
             let indices = block.clone();
             rays.clear();
-            let places = rays.add::<Everything, _>(&pixel, &self.sampler, block, &mut Unobserved);
+            let places = rays.add(&pixel, &self.sampler, block, &mut Unobserved);
             rays.trace(self.scene);
             for (index, place) in indices.zip(places) {
                 let (sampler, sample) = rays.sample(place);

@@ -138,7 +138,7 @@ impl KernelJob for Job<'_> {
         let Pictures { view, window, .. } = *self.pictures;
         let RenderInput { scene, filter, .. } = view;
         let reaches = |film| Splats::covers(window, filter, film);
-        let mut camera_rays = CameraRays::new();
+        let mut camera_rays = CameraRays::<E>::new();
         for position in self.window.pixels() {
             let pixel = Pixel {
                 scene,
@@ -148,7 +148,7 @@ impl KernelJob for Job<'_> {
             let mut contributions = Vec::new();
             for block in blocks(0..self.pictures.spp) {
                 camera_rays.clear();
-                let places = camera_rays.add::<E, _>(&pixel, self.sampler, block, &mut Unobserved);
+                let places = camera_rays.add(&pixel, self.sampler, block, &mut Unobserved);
                 camera_rays.trace(scene);
                 for place in places {
                     let weight = camera_rays.weight(place);

@@ -11,7 +11,7 @@ use crate::film::Tile;
 use crate::film::filter::Filter;
 use crate::film::splats::{SplatList, Splats};
 use crate::integrator::observer::PathObserver;
-use crate::integrator::path::queues::WAVEFRONT_SIZE;
+use crate::integrator::path::WAVEFRONT_SIZE;
 use crate::integrator::{Integrator, RayCounts};
 use crate::sampler::AnySampler;
 use crate::scene::Scene;
@@ -101,7 +101,7 @@ impl<O: PathObserver + ?Sized> Dispatched for TileJob<'_, O> {
             scene,
             filter,
             integrator,
-            camera_rays: CameraRays::new(),
+            camera_rays: CameraRays::<E>::new(),
             samples: Vec::new(),
             splats,
             elsewhere: SplatList {
@@ -127,15 +127,13 @@ impl<O: PathObserver + ?Sized> Dispatched for TileJob<'_, O> {
                     index,
                 };
                 wavefront.samples.extend(block.clone().map(index));
-                wavefront
-                    .camera_rays
-                    .add::<E, O>(&at, &sampler, block, observer);
+                wavefront.camera_rays.add(&at, &sampler, block, observer);
                 if wavefront.samples.len() >= WAVEFRONT_SIZE {
-                    wavefront.advance::<E, O>(tile, observer);
+                    wavefront.advance(tile, observer);
                 }
             }
         }
-        wavefront.advance::<E, O>(tile, observer);
+        wavefront.advance(tile, observer);
         if let (Some(splats), SampleRange::Same(range)) = (splats, &sample_range) {
             for sample in range.clone() {
                 splats.add_paths(sample, tile.window.pixel_count());
@@ -162,11 +160,11 @@ struct Index {
 }
 
 /// A wavefront of samples.
-struct Wavefront<'a, I> {
+struct Wavefront<'a, E: Effects, I> {
     scene: &'a Scene,
     filter: &'a Filter,
     integrator: I,
-    camera_rays: CameraRays,
+    camera_rays: CameraRays<E>,
     /// The indices of the samples, in the order of `camera_rays`.
     samples: Vec<Index>,
     /// The splats of the film, and those of the current sample.
@@ -175,13 +173,13 @@ struct Wavefront<'a, I> {
     outcome: Outcome,
 }
 
-impl<I: Integrator> Wavefront<'_, I> {
+impl<E: Effects, I: Integrator> Wavefront<'_, E, I> {
     /// Estimates all samples, and adds them to the film.
-    fn advance<E: Effects, O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, observer: &mut O) {
+    fn advance<O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, observer: &mut O) {
         self.camera_rays.trace(self.scene);
         let mut places = 0..self.samples.len();
         while !places.is_empty() {
-            let end = self.camera_rays.estimate::<E, I, O>(
+            let end = self.camera_rays.estimate::<I, O>(
                 places.clone(),
                 self.scene,
                 self.integrator,

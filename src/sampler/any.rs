@@ -6,7 +6,8 @@
 //! Range: that of the sampler. Samplers that are drawn from together are of one kind.
 //! Source: none needed. Tested in `tests/sampling/sampler.rs`.
 
-use super::{Decision, Independent, Sampler, Sobol, Stratified, sobol};
+use super::{Decision, Independent, Sampler, Sobol, Stratified, independent, sobol, store_each};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes};
 use std::ops::Range;
 
 /// A sampler whose kind is known only at run time.
@@ -25,6 +26,16 @@ impl AsRef<Sobol> for AnySampler {
     fn as_ref(&self) -> &Sobol {
         match self {
             Self::Sobol(sampler) => sampler,
+            _ => unreachable!("samplers that are drawn from together are of one kind"),
+        }
+    }
+}
+
+impl AsRef<Independent> for AnySampler {
+    #[inline(always)]
+    fn as_ref(&self) -> &Independent {
+        match self {
+            Self::Independent(sampler) => sampler,
             _ => unreachable!("samplers that are drawn from together are of one kind"),
         }
     }
@@ -67,29 +78,26 @@ impl Sampler for AnySampler {
     }
 
     #[inline]
-    fn draw_each<const N: usize>(
+    fn draw_lanes<const N: usize>(
         samplers: &mut [Self],
-        places: &[usize],
+        active: &ActiveLanes<LANES>,
+        places: &Lanes<u32>,
         decision: Decision,
-        mut tell: impl FnMut([f32; N]),
+        numbers: &mut [Lanes<f32>; N],
     ) {
         match samplers.first() {
-            Some(Self::Sobol(_)) => sobol::draw_each(samplers, places, decision, tell),
+            Some(Self::Sobol(_)) => {
+                sobol::draw_from_lanes(samplers, active, places, decision, numbers);
+            }
             Some(Self::Independent(_)) => {
-                for &place in places {
-                    if let Self::Independent(sampler) = &mut samplers[place] {
-                        tell(sampler.draw(decision));
-                    }
+                independent::draw_from_lanes(samplers, active, places, decision, numbers);
+            }
+            _ => {
+                for lane in active.each() {
+                    let drawn: [f32; N] = samplers[places[lane] as usize].draw(decision);
+                    store_each(numbers, lane, drawn);
                 }
             }
-            Some(Self::Stratified(_)) => {
-                for &place in places {
-                    if let Self::Stratified(sampler) = &mut samplers[place] {
-                        tell(sampler.draw(decision));
-                    }
-                }
-            }
-            None => {}
         }
     }
 }

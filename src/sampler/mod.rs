@@ -8,6 +8,7 @@
 //! Range: any seed and pixel, any sample index below 2^47, any bounce; no number repeats within these.
 //! Source: pbrt, "Sampling Interface", for the structure of the interface. Tested in `tests/sampling/sampler.rs`.
 
+use crate::math::lanes::{ActiveLanes, LANES, Lanes};
 use crate::planted::planted;
 use std::ops::Range;
 
@@ -145,17 +146,28 @@ pub trait Sampler: Clone + Send + Sync {
         started.extend(self.started(pixel, samples));
     }
 
-    /// Draws the numbers of a decision from each sampler in `places`, and passes them to `tell` in order.
+    /// Draws the numbers of a decision for the active lanes, each from the sampler at its place. The numbers of the other
+    /// lanes are arbitrary.
     #[inline]
-    fn draw_each<const N: usize>(
+    fn draw_lanes<const N: usize>(
         samplers: &mut [Self],
-        places: &[usize],
+        active: &ActiveLanes<LANES>,
+        places: &Lanes<u32>,
         decision: Decision,
-        mut tell: impl FnMut([f32; N]),
+        numbers: &mut [Lanes<f32>; N],
     ) {
-        for &place in places {
-            tell(samplers[place].draw(decision));
+        for lane in active.each() {
+            let drawn: [f32; N] = samplers[places[lane] as usize].draw(decision);
+            store_each(numbers, lane, drawn);
         }
+    }
+}
+
+/// Sets the numbers of a lane.
+#[inline(always)]
+fn store_each<const N: usize>(numbers: &mut [Lanes<f32>; N], lane: usize, drawn: [f32; N]) {
+    for (numbers, number) in numbers.iter_mut().zip(drawn) {
+        numbers[lane] = number;
     }
 }
 

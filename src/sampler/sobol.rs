@@ -9,8 +9,8 @@
 //! Source: Burley 2020, "Practical Hash-based Owen Scrambling" (JCGT 9-4); the hash by Vegdahl 2021, "Building a Better
 //! LK Hash"; direction numbers of Joe and Kuo 2008. Elementary intervals and uniformity in `tests/sampling/sampler.rs`.
 
-use super::{Batches, Decision, Sampler, hash, to_unit};
-use crate::math::lanes::{FEW, LANES, Lanes, vectorised};
+use super::{Batches, Decision, Sampler, hash, store_each, to_unit};
+use crate::math::lanes::{ActiveLanes, FEW, LANES, Lanes, vectorised};
 use crate::planted::planted;
 use std::ops::Range;
 
@@ -79,13 +79,14 @@ impl Sampler for Sobol {
     }
 
     #[inline]
-    fn draw_each<const N: usize>(
+    fn draw_lanes<const N: usize>(
         samplers: &mut [Self],
-        places: &[usize],
+        active: &ActiveLanes<LANES>,
+        places: &Lanes<u32>,
         decision: Decision,
-        tell: impl FnMut([f32; N]),
+        numbers: &mut [Lanes<f32>; N],
     ) {
-        draw_each(samplers, places, decision, tell);
+        draw_from_lanes(samplers, active, places, decision, numbers);
     }
 }
 
@@ -96,33 +97,30 @@ impl AsRef<Self> for Sobol {
     }
 }
 
-/// [`Sampler::draw_each`] for samplers that are all Sobol' samplers.
+/// [`Sampler::draw_lanes`] for samplers that are all Sobol' samplers.
 #[inline]
-pub(super) fn draw_each<const N: usize, S: AsRef<Sobol>>(
+pub(super) fn draw_from_lanes<const N: usize, S: AsRef<Sobol>>(
     samplers: &[S],
-    places: &[usize],
+    active: &ActiveLanes<LANES>,
+    places: &Lanes<u32>,
     decision: Decision,
-    mut tell: impl FnMut([f32; N]),
+    numbers: &mut [Lanes<f32>; N],
 ) {
     const { assert!(N <= DIMENSIONS) };
-    let (mut seeds, mut indices) = ([0; LANES], [0; LANES]);
-    let mut numbers = [[0.0; LANES]; N];
-    for places in places.chunks(LANES) {
-        if places.len() <= FEW {
-            places
-                .iter()
-                .for_each(|&place| tell(samplers[place].as_ref().numbers(decision)));
-            continue;
+    if active.count() <= FEW {
+        for lane in active.each() {
+            let sampler = samplers[places[lane] as usize].as_ref();
+            store_each(numbers, lane, sampler.numbers(decision));
         }
-        for (lane, &place) in places.iter().enumerate() {
-            let sampler = samplers[planted!("lanes-share-a-sampler", places[0], place)].as_ref();
-            (seeds[lane], indices[lane]) = (sampler.sequence_seed, sampler.reversed_index);
-        }
-        draw_lanes(&seeds, &indices, decision.slot(), &mut numbers);
-        for lane in 0..places.len() {
-            tell(numbers.each_ref().map(|lanes| lanes[lane]));
-        }
+        return;
     }
+    let (mut seeds, mut indices) = ([0; LANES], [0; LANES]);
+    for lane in active.each() {
+        let place = planted!("lanes-share-a-sampler", places[0], places[lane]);
+        let sampler = samplers[place as usize].as_ref();
+        (seeds[lane], indices[lane]) = (sampler.sequence_seed, sampler.reversed_index);
+    }
+    draw_lanes(&seeds, &indices, decision.slot(), numbers);
 }
 
 vectorised! {

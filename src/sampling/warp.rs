@@ -4,7 +4,7 @@
 //! Range: u in [0, 1 - 2^-24] in each dimension; every result is finite and inside its domain.
 //! Source: named at each function. Round trips and chi-square tests in `tests/sampling/warps.rs`.
 
-use crate::math::lanes::{Lanes, each_lane, vectorised};
+use crate::math::lanes::{LANES, Lanes, store, vectorised};
 use crate::math::trig::{sin_cos_eighth, sin_cos_turns};
 use crate::math::vec::{LaneVec3, Vec2, Vec3};
 use crate::planted::planted;
@@ -70,7 +70,10 @@ pub fn sample_hemisphere_cosine(u: Vec2) -> Vec3 {
 vectorised! {
     /// [`sample_hemisphere_cosine`] for each lane.
     pub fn sample_hemisphere_cosine_lanes(u: &[Lanes<f32>; 2], directions: &mut [Lanes<f32>; 3]) {
-        each_lane(u, directions, |[u, v]| lift(Vec2::new(u, v)).to_array());
+        let [u, v] = u;
+        for lane in 0..LANES {
+            store(directions, lane, lift(Vec2::new(u[lane], v[lane])));
+        }
     }
 }
 

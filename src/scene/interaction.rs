@@ -5,6 +5,8 @@
 //! Source: shading normals after Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System",
 //! appendix A.3. Tested below and in `tests/tracing/rays.rs`.
 
+pub mod lanes;
+
 use crate::accel::{Hit, PrimitiveId};
 use crate::effects::{Effects, Slot, State, Switch};
 use crate::geometry::surface::SurfacePoint;
@@ -12,48 +14,48 @@ use crate::light::types::ShadowRayEnd;
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::math::robust::{gamma, offset_point};
-use crate::math::vec::{Vec2, Vec3, reflect};
+use crate::math::vec::{Vec2, Vec3, Vector, reflect};
 use crate::planted::planted;
 
 /// A surface interaction, with the fields that a kernel for the effects `E` needs.
 #[derive(Debug, Clone, Copy)]
-pub struct Interaction<E: Effects> {
+pub struct Interaction<E: Effects, V: Vector = Vec3> {
     /// The primitive.
     pub id: PrimitiveId,
     /// Position.
-    pub p: Vec3,
+    pub p: V,
     /// Bound on the rounding error of `p`.
-    pub error: Vec3,
+    pub error: V,
     /// Geometric normal, as defined by the shape.
-    pub ng: Vec3,
+    pub ng: V,
     /// +1 if `wo` is on the side of `ng`, -1 otherwise.
     side: f32,
     /// Whether the shading normal equals the geometric one, so that the two always agree on sides.
     is_flat: State<E::ShadingNormals, bool>,
     /// Shading normal, as defined by the shape, on the side of `ng`.
-    ns: State<E::ShadingNormals, Vec3>,
+    ns: State<E::ShadingNormals, V>,
     /// Shading frame.
-    pub frame: Frame,
+    pub frame: Frame<V>,
     /// Texture coordinate.
     pub uv: State<E::Textures, Vec2>,
     /// Unit vector back along the path.
-    pub wo: Vec3,
+    pub wo: V,
 }
 
-impl<E: Effects> Interaction<E> {
+impl<E: Effects, V: Vector> Interaction<E, V> {
     /// Returns the interaction of a ray at a hit. On a transmissive surface the frame's normal points outwards, on
     /// others to the side that the ray came from.
-    #[inline]
+    #[inline(always)]
     pub fn new(
-        ray: &Ray,
+        ray: &Ray<V>,
         hit: &Hit,
-        surface: &SurfacePoint,
+        surface: &SurfacePoint<V>,
         transmits: bool,
         uv: State<E::Textures, Vec2>,
     ) -> Self {
         let wo = -ray.dir;
         let is_flat = !E::ShadingNormals::ON || surface.ns == surface.ng;
-        let (side, frame) = seen_from::<E>(wo, surface.ng, surface.ns, is_flat, transmits);
+        let (side, frame) = seen_from::<E, V>(wo, surface.ng, surface.ns, is_flat, transmits);
         Self {
             id: hit.id,
             p: surface.p,
@@ -70,9 +72,9 @@ impl<E: Effects> Interaction<E> {
 
     /// Returns the interaction at the same point for another unit vector `wo`.
     #[inline]
-    pub fn facing(&self, wo: Vec3, transmits: bool) -> Self {
+    pub fn facing(&self, wo: V, transmits: bool) -> Self {
         let (is_flat, ns) = (self.is_flat.or(true), self.ns.or(self.ng));
-        let (side, frame) = seen_from::<E>(wo, self.ng, ns, is_flat, transmits);
+        let (side, frame) = seen_from::<E, V>(wo, self.ng, ns, is_flat, transmits);
         Self {
             side,
             frame,
@@ -102,79 +104,80 @@ impl<E: Effects> Interaction<E> {
 
     /// Whether `w`, reflected or transmitted in the shading frame, is on the corresponding side of the geometric
     /// surface. If both normals are equal, a grazing direction may only differ by rounding, which is ignored.
-    #[inline]
-    pub fn agrees(&self, w: Vec3, goes_through: bool) -> bool {
+    #[inline(always)]
+    pub fn agrees(&self, w: V, goes_through: bool) -> bool {
         let is_flat = planted!("sides-unchecked", true, self.is_flat.or(true));
         is_flat || (w.dot(self.ng) * self.side < 0.0) == goes_through
     }
 
     /// Returns the geometric normal on the side on which a reflected or transmitted direction leaves.
-    #[inline]
-    pub fn exit_normal(&self, goes_through: bool) -> Vec3 {
-        if goes_through {
-            -self.side * self.ng
-        } else {
-            self.side * self.ng
-        }
+    #[inline(always)]
+    pub fn exit_normal(&self, goes_through: bool) -> V {
+        let side = if goes_through { -self.side } else { self.side };
+        self.ng * side
     }
 
+    /// Returns the shadow ray in direction `w` to a point of a surface, open at both ends. Free of branches.
+    #[inline(always)]
+    pub fn ray_to_surface(&self, other: &SurfacePoint<V>, w: V, goes_through: bool) -> Ray<V> {
+        let from = offset_point(self.p, self.error, self.exit_normal(goes_through));
+        // A ray's rounding error grows with its length: at its end it adds to that of the surface.
+        let length = planted!("long-rays-exact", V::splat(0.0), (other.p - self.p).abs());
+        let error = other.error + length * gamma(8);
+        let facing = if other.ng.dot(w) < 0.0 {
+            other.ng
+        } else {
+            -other.ng
+        };
+        Ray::between(from, offset_point(other.p, error, facing))
+    }
+}
+
+impl<E: Effects> Interaction<E> {
     /// Returns the shadow ray in direction `w` to the end of a light sample, open at both ends.
     #[inline]
     pub fn ray_to(&self, end: &ShadowRayEnd, w: Vec3, goes_through: bool) -> Ray {
-        let from = offset_point(self.p, self.error, self.exit_normal(goes_through));
+        let from = || offset_point(self.p, self.error, self.exit_normal(goes_through));
         match end {
-            ShadowRayEnd::Surface(other, _) => {
-                // A ray's rounding error grows with its length: at its end it adds to that of the surface.
-                let length = planted!("long-rays-exact", Vec3::ZERO, (other.p - self.p).abs());
-                let error = other.error + gamma(8) * length;
-                let facing = if other.ng.dot(w) < 0.0 {
-                    other.ng
-                } else {
-                    -other.ng
-                };
-                Ray::between(from, offset_point(other.p, error, facing))
-            }
-            ShadowRayEnd::Point(point) => Ray::to_point(from, *point),
-            ShadowRayEnd::Infinity => Ray::new(from, w),
+            ShadowRayEnd::Surface(other, _) => self.ray_to_surface(other, w, goes_through),
+            ShadowRayEnd::Point(point) => Ray::to_point(from(), *point),
+            ShadowRayEnd::Infinity => Ray::new(from(), w),
         }
     }
 }
 
 /// Returns the side of a surface on which `wo` is, and the shading frame for it.
-#[inline]
-fn seen_from<E: Effects>(
-    wo: Vec3,
-    ng: Vec3,
-    ns: Vec3,
+#[inline(always)]
+fn seen_from<E: Effects, V: Vector>(
+    wo: V,
+    ng: V,
+    ns: V,
     is_flat: bool,
     transmits: bool,
-) -> (f32, Frame) {
+) -> (f32, Frame<V>) {
     // On the back, both normals are flipped to the side of `wo` while the shading normal is corrected.
     let side = if wo.dot(ng) < 0.0 { -1.0 } else { 1.0 };
-    let ns = if is_flat {
-        side * ng
+    let normal = if E::ShadingNormals::ON && !is_flat {
+        mend_shading_normal(wo, ng * side, ns * side)
     } else {
-        mend_shading_normal(wo, side * ng, side * ns)
+        ng * side
     };
-    let ns = if E::Transmission::ON && transmits {
-        side * ns
-    } else {
-        ns
-    };
-    (side, Frame::from_normal(ns))
+    let is_outwards = E::Transmission::ON && transmits;
+    let normal = normal * if is_outwards { side } else { 1.0 };
+    (side, Frame::from_normal(normal))
 }
 
 /// Returns the shading normal, tilted towards `ng` by as little as needed for the mirror direction of `wo` not to be
 /// below the surface: reflections at interpolated normals stay above it, and `wo` is never on the back of the normal.
 /// `wo` is on the side of `ng`.
-#[inline]
-fn mend_shading_normal(wo: Vec3, ng: Vec3, ns: Vec3) -> Vec3 {
+#[inline(always)]
+fn mend_shading_normal<V: Vector>(wo: V, ng: V, ns: V) -> V {
     let mirrored = reflect(wo, ns);
     let below = mirrored.dot(ng);
-    if below >= 0.0 && wo.dot(ns) > 0.0 {
+    if (below >= 0.0) & (wo.dot(ns) > 0.0) {
         return ns;
     }
-    let tangent = (mirrored - below * ng).normalize_or_zero();
+    let tangent = (mirrored - ng * below).normalize_or(V::splat(0.0));
     (wo + tangent).normalize_or(ng)
 }
 

@@ -109,6 +109,35 @@ impl Material {
         self
     }
 
+    /// The reflectance at a texture coordinate, if the BSDF is diffuse.
+    #[inline]
+    pub fn diffuse<E: Effects>(&self, uv: Vec2) -> Option<Rgb> {
+        match &self.kind {
+            Kind::Uniform(Bsdf::Diffuse(bsdf)) => Some(bsdf.reflectance()),
+            Kind::Diffuse(colour) if E::Textures::ON => Some(colour.at(uv)),
+            _ => None,
+        }
+    }
+
+    /// Whether all lobes of the BSDF are deltas, see [`Bsdf::is_delta`]. Textures do not change it.
+    #[inline]
+    pub fn is_delta<E: Effects>(&self) -> bool {
+        E::Specular::ON
+            && match &self.kind {
+                Kind::Uniform(bsdf) => bsdf.is_delta::<E>(),
+                Kind::Diffuse(_) | Kind::Phong { .. } => false,
+                Kind::Mirror(_) => true,
+                Kind::Dielectric(model, _) => model.is_delta(),
+                Kind::Principled(model, _) => model.is_delta(),
+            }
+    }
+
+    /// Whether the material has an opacity below 1 anywhere.
+    #[inline]
+    pub fn has_alpha(&self) -> bool {
+        self.alpha.is_some()
+    }
+
     /// Returns the effects that the material requires of a kernel.
     pub fn effects(&self) -> EffectSet {
         self.kind

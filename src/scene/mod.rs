@@ -19,19 +19,21 @@ pub mod placement;
 pub mod prepare;
 mod scene_lights;
 
-use crate::accel::packet::RayPacket;
+use crate::accel::lanes::RayLanes;
 use crate::accel::{Accel, ExcludedPrimitive, Hit, PrimitiveId};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::effects::{EffectSet, Effects, Slot, State, Switch};
+use crate::geometry::Geometry;
 use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
+use crate::light::lanes::{LightContextLanes, LightLanes, LightSampleLanes};
 use crate::light::select::Lights;
 use crate::light::types::{
-    BoundingSphere, Emission, EmissionSample, LightSample, LightSampleContext, PointRule,
-    ShadowRayEnd,
+    BoundingSphere, Emission, EmissionSample, LightSample, PointRule, ShadowRayEnd,
 };
-use crate::math::lanes::LANES;
+use crate::math::lanes::ActiveLanes;
+use crate::math::lanes::{LANES, Lanes, Lanes3, load};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
@@ -227,21 +229,25 @@ impl Scene {
         visible
     }
 
-    /// Returns the transmittance along each shadow ray of a packet.
+    /// Returns the transmittance along the shadow ray of each active lane; 0 for the others.
     #[inline]
-    pub fn visibilities<E: Effects>(&self, rays: &mut RayPacket) -> [f32; LANES] {
+    pub fn visibilities<E: Effects>(
+        &self,
+        active: &ActiveLanes<LANES>,
+        rays: &mut RayLanes<LANES>,
+    ) -> Lanes<f32> {
         let mut visible = [0.0; LANES];
         if E::Alpha::ON {
-            for (lane, visible) in visible.iter_mut().enumerate().take(rays.len()) {
+            for lane in active.each() {
                 let (ray, time) = rays.get(lane);
-                *visible = self.visibility::<E>(&ray, time);
+                visible[lane] = self.visibility::<E>(&ray, time);
             }
             return visible;
         }
-        let mut occluded = [false; LANES];
-        self.accel.occluded_packet(rays, &mut occluded);
-        for (visible, occluded) in visible.iter_mut().zip(occluded) {
-            *visible = if occluded { 0.0 } else { 1.0 };
+        self.accel.occluded_lanes(active, rays);
+        for (lane, visible) in visible.iter_mut().enumerate() {
+            let is_visible = active.has(lane) & (rays.t_max[lane] >= 0.0);
+            *visible = if is_visible { 1.0 } else { 0.0 };
         }
         visible
     }
@@ -331,23 +337,32 @@ impl Scene {
         Some(sample)
     }
 
-    /// Samples the given lights for a batch of points, in their order.
+    /// Samples the selected light of each active lane for the receiver `p`; see [`sample_light`](Self::sample_light).
     #[inline]
     pub fn sample_lights<E: Effects>(
         &self,
-        questions: &[LightSampleContext],
+        active: &ActiveLanes<LANES>,
+        context: &LightContextLanes,
         points: PointRule,
-        samples: &mut Vec<Option<LightSample>>,
+        p: &Lanes3,
+        lights: &mut LightLanes,
+        samples: &mut LightSampleLanes,
     ) {
-        samples.clear();
-        self.lights.sample_each::<E>(questions, points, samples);
-        if self.light_primitives.is_empty() {
-            return;
-        }
-        for (question, sample) in questions.iter().zip(samples) {
-            if let Some(LightSample { radiance, end, .. }) = sample {
-                self.adapt_to_primitive::<E>(question.light, question.time, radiance, end);
-            }
+        let is_in_lanes = E::AreaLights::ON
+            && points == PointRule::SolidAngle
+            && self.light_primitives.is_empty();
+        let singly = if is_in_lanes {
+            self.lights
+                .sample_lanes(active, context, p, lights, samples)
+        } else {
+            *active
+        };
+        for lane in singly.each() {
+            let choice = (context.light[lane], Pmf(context.pmf[lane]));
+            let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
+            let time = context.time[lane];
+            let sample = self.sample_light::<E>(choice, points, load(p, lane), time, u);
+            samples.set(lane, sample.as_ref());
         }
     }
 
@@ -394,6 +409,20 @@ impl Scene {
                 *radiance *= alpha;
             }
         }
+    }
+
+    /// Whether a ray that leaves a shape in any direction cannot truly hit the same primitive again: on top-level meshes
+    /// and disks.
+    #[inline]
+    pub fn is_flat(&self, shape: u32) -> bool {
+        let geometry = self.world.geometries().get(shape as usize);
+        matches!(geometry, Some(Geometry::Mesh(_) | Geometry::Disk(_)))
+    }
+
+    /// Whether a shape emits.
+    #[inline]
+    pub fn is_emitter(&self, shape: u32) -> bool {
+        self.shapes[shape as usize].emitter.is_some()
     }
 
     #[inline]

@@ -3,15 +3,16 @@
 use crate::common::TestRng;
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::light::Light;
+use etendue::internals::light::lanes::{LightContextLanes, LightLanes, LightSampleLanes};
 use etendue::internals::light::point::PointLight;
 use etendue::internals::light::rectangle::RectangleLight;
 use etendue::internals::light::select::Lights;
 use etendue::internals::light::triangle::TriangleLight;
-use etendue::internals::light::types::{
-    Emission, LightSample, LightSampleContext, PointRule, ShadowRayEnd,
-};
+use etendue::internals::light::types::{Emission, LightSample, PointRule, ShadowRayEnd};
+use etendue::internals::math::lanes::{ActiveLanes, LANES, load, store};
+use etendue::internals::math::measure::Pmf;
 use etendue::internals::math::rgb::Rgb;
-use etendue::internals::math::vec::Vec3;
+use etendue::internals::math::vec::{Vec2, Vec3};
 
 const EDGES: [Vec3; 2] = [Vec3::new(0.0, 0.8, 0.0), Vec3::new(1.0, 0.0, 0.0)];
 
@@ -40,18 +41,17 @@ fn triangle(corner: Vec3, two_sided: bool) -> Light {
     Light::Triangle(TriangleLight::new(vertices, emission))
 }
 
-/// All numbers of a light sample, as bits.
+/// All numbers of a light sample but the barycentric coordinates, which lanes do not keep, as bits.
 fn bits(sample: Option<LightSample>) -> Option<Vec<u32>> {
     let sample = sample?;
     let mut numbers = sample.wi.to_array().to_vec();
     numbers.extend(sample.radiance.to_array());
     numbers.extend(sample.pdf.map(|pdf| pdf.0));
     match sample.end {
-        ShadowRayEnd::Surface(point, barycentric) => {
+        ShadowRayEnd::Surface(point, _) => {
             for v in [point.p, point.error, point.ng, point.ns] {
                 numbers.extend(v.to_array());
             }
-            numbers.extend(barycentric);
         }
         ShadowRayEnd::Point(p) => numbers.extend(p.to_array()),
         ShadowRayEnd::Infinity => {}
@@ -59,53 +59,56 @@ fn bits(sample: Option<LightSample>) -> Option<Vec<u32>> {
     Some(numbers.into_iter().map(f32::to_bits).collect())
 }
 
-/// Compares `count` light samples taken at once with those taken one by one; returns the number of valid samples.
-fn agree(lights: &Lights, count: usize, points: PointRule, rng: &mut TestRng) -> usize {
-    let questions: Vec<LightSampleContext> = (0..count)
-        .map(|_| {
-            let u_choice = rng.uniform_2d().to_array();
-            let choice = lights.choose::<Everything>(u_choice);
-            let (light, pmf) = choice.expect("the lights have power");
-            // From a thousandth of the lamps' size to a thousand times it, on both sides and in their plane.
-            let reach = 10.0_f32.powf(6.0 * rng.uniform() - 3.0);
-            let mut p = Vec3::new(0.0, 0.0, 1.0) + reach * rng.direction_log_uniform(1e-6);
-            if rng.uniform() < 0.05 {
-                p.z = 1.0;
-            }
-            LightSampleContext {
-                light,
-                pmf,
-                p,
-                time: 0.0,
-                u: rng.uniform_2d(),
-            }
-        })
-        .collect();
-    let mut samples = vec![];
-    lights.sample_each::<Everything>(&questions, points, &mut samples);
-    assert_eq!(samples.len(), count, "one result for each context");
-    let mut answers = 0;
-    for (question, together) in questions.iter().zip(samples) {
-        let LightSampleContext {
-            light,
-            pmf,
-            p,
-            time,
-            u,
-        } = *question;
-        let alone = lights.sample::<Everything>((light, pmf), points, p, time, u);
-        answers += usize::from(alone.is_some());
-        assert_eq!(
-            bits(together),
-            bits(alone),
-            "{count} contexts, {question:?}"
-        );
+/// Compares light samples of some lanes with those of single receivers; returns the number of lanes, of those that were
+/// sampled in lanes, and of valid samples.
+fn agree(lights: &Lights, memory: &mut Memory, rng: &mut TestRng) -> [usize; 3] {
+    let Memory {
+        context,
+        of_lanes,
+        samples,
+    } = memory;
+    let (mut active, mut p) = (ActiveLanes::<LANES>::NONE, [[0.0; LANES]; 3]);
+    for lane in 0..LANES {
+        active.set(lane, rng.uniform() < 0.8);
+        let u_choice = rng.uniform_2d().to_array();
+        let choice = lights.choose::<Everything>(u_choice);
+        let (light, pmf) = choice.expect("the lights have power");
+        // From a thousandth of the lamps' size to a thousand times it, on both sides and in their plane.
+        let reach = 10.0_f32.powf(6.0 * rng.uniform() - 3.0);
+        let mut receiver = Vec3::new(0.0, 0.0, 1.0) + reach * rng.direction_log_uniform(1e-6);
+        if rng.uniform() < 0.05 {
+            receiver.z = 1.0;
+        }
+        store(&mut p, lane, receiver);
+        (context.light[lane], context.pmf[lane]) = (light, pmf.0);
+        let u = rng.uniform_2d();
+        (context.u[0][lane], context.u[1][lane]) = (u.x, u.y);
     }
-    answers
+    let singly = lights.sample_lanes(&active, context, &p, of_lanes, samples);
+    let in_lanes = active.without(&singly);
+    let mut valid = 0;
+    for lane in in_lanes.each() {
+        let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
+        let choice = (context.light[lane], Pmf(context.pmf[lane]));
+        let (receiver, points) = (load(&p, lane), PointRule::SolidAngle);
+        let alone = lights.sample::<Everything>(choice, points, receiver, 0.0, u);
+        valid += usize::from(alone.is_some());
+        let sample = samples.get(lane);
+        assert_eq!(bits(sample), bits(alone), "{receiver} {choice:?}");
+    }
+    [active.count(), in_lanes.count(), valid]
+}
+
+/// The memory of light sampling in lanes.
+#[derive(Default)]
+struct Memory {
+    context: LightContextLanes,
+    of_lanes: LightLanes,
+    samples: LightSampleLanes,
 }
 
 #[test]
-fn answers_do_not_depend_on_who_asks_as_well() {
+fn samples_in_lanes_are_those_of_single_receivers() {
     let corner = Vec3::new(-0.5, -0.4, 1.0);
     let elsewhere = |i: u32| corner + Vec3::new(0.3 * i as f32, 0.1, -0.2 * i as f32);
     let point = PointLight::new(Vec3::new(0.1, 0.2, 0.9), Rgb::WHITE);
@@ -123,16 +126,19 @@ fn answers_do_not_depend_on_who_asks_as_well() {
     ];
     let mut rng = TestRng::new(71);
     for (i, lights) in all.iter().enumerate() {
-        for points in [PointRule::SolidAngle, PointRule::Area] {
-            let (mut asked, mut answered) = (0, 0);
-            for count in 0..=40 {
-                for _ in 0..50 {
-                    asked += count;
-                    answered += agree(lights, count, points, &mut rng);
+        let mut sums = [0; 3];
+        // Blocks of lanes that keep their lights from call to call.
+        for _ in 0..40 {
+            let mut memory = Memory::default();
+            for _ in 0..50 {
+                let counts = agree(lights, &mut memory, &mut rng);
+                for (sum, count) in sums.iter_mut().zip(counts) {
+                    *sum += count;
                 }
             }
-            println!("lights {i}, {points:?}: {answered} of {asked} questions have answers");
-            assert!(2 * answered > asked);
         }
+        let [active, in_lanes, valid] = sums;
+        println!("lights {i}: {in_lanes} of {active} in lanes, {valid} of them valid");
+        assert!(3 * in_lanes > active && 2 * valid > in_lanes);
     }
 }

@@ -256,6 +256,21 @@ pub const PLANTED: &[Planted] = &[
         "rendering::roulette::no_roulette_changes_what_a_highlight_shows",
     ),
     bug(
+        "begun-path-keeps-a-throughput",
+        "a path that begins in a lane keeps the throughput of the path before",
+        "scattering::furnace::white_diffuse_and_mirror_give_everything_back",
+    ),
+    bug(
+        "reflectance-of-the-next-lane",
+        "a path is reflected by the diffuse surface of its neighbour in the block",
+        "rendering::adaptive::every_pixel_is_the_mean_of_samples_that_can_be_replayed",
+    ),
+    bug(
+        "ended-paths-sample-lights",
+        "next event estimation ignores the mask of active lanes",
+        "rendering::adaptive::every_pixel_is_the_mean_of_samples_that_can_be_replayed",
+    ),
+    bug(
         "light-without-cosine",
         "light sampling leaves out the cosine at the surface",
         "lights::lamps::a_large_lamp_lights_by_its_form_factor",

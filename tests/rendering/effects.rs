@@ -11,7 +11,7 @@ use etendue::internals::effects::{Effect, EffectSet, Effects, Kernel, State};
 use etendue::internals::film::filter::Filter;
 use etendue::internals::geometry::texture::Texture;
 use etendue::internals::image::Image;
-use etendue::internals::integrator::path::PathState;
+use etendue::internals::integrator::path::block::PathBlock;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DMat3, DVec3, Vec2};
 use etendue::internals::plan::Plan;
@@ -159,10 +159,10 @@ fn state_of_absent_effects_has_no_size() {
     assert!(Matte::SET.len() == 1 && Everything::SET == EffectSet::ALL);
     assert_eq!(size_of::<State<Off, [f32; 3]>>(), 0);
     assert_eq!(size_of::<State<On, [f32; 3]>>(), 12);
-    // Time, eta scale and excluded primitive; the size of the structure is a multiple of 16 bytes, a vector's alignment.
+    // The eta scales of sixteen paths. The time belongs to Embree's packet, which has it always.
     assert_eq!(
-        size_of::<PathState<Everything>>() - size_of::<PathState<Matte>>(),
-        32
+        size_of::<PathBlock<Everything>>() - size_of::<PathBlock<Matte>>(),
+        64
     );
     // Texture coordinate, shading normal and whether it is the geometric one; also a multiple of 16 bytes.
     assert_eq!(

@@ -2,6 +2,7 @@
 
 use crate::common::chi_square::uniformity;
 use crate::common::verdict::sidak;
+use etendue::internals::math::lanes::{ActiveLanes, LANES};
 use etendue::internals::math::stats::Moments;
 use etendue::internals::math::vec::ONE_MINUS_EPSILON;
 use etendue::internals::sampler::{Batches, Decision, Independent, Sampler, Sobol, Stratified};
@@ -387,7 +388,7 @@ fn sobol_beats_independent_numbers_on_smooth_integrands() {
     }
 }
 
-/// Compares the numbers that a sampler draws alone with those drawn for a block of samples side by side.
+/// Compares the numbers that a sampler draws alone with those drawn for a block of samples in lanes.
 fn draw_alike<S: Sampler, const N: usize>(
     sampler: &S,
     pixel: [u32; 2],
@@ -396,22 +397,25 @@ fn draw_alike<S: Sampler, const N: usize>(
 ) {
     let mut started = Vec::new();
     sampler.start_each(pixel, samples.clone(), &mut started);
-    // Every other one, and the last.
-    let places: Vec<usize> = (0..started.len()).filter(|i| i % 2 == 0).collect();
-    let mut alone = places.iter().map(|&place| {
+    // Two of three lanes, whose samplers are in reverse order.
+    let count = started.len();
+    let mut active = ActiveLanes::<LANES>::NONE;
+    (0..count).for_each(|lane| active.set(lane, lane % 3 != 1));
+    let places = std::array::from_fn(|lane| count.saturating_sub(lane + 1) as u32);
+    let mut numbers = [[0.0; LANES]; N];
+    S::draw_lanes(&mut started, &active, &places, decision, &mut numbers);
+    for lane in active.each() {
         let mut sampler = sampler.clone();
-        sampler.start(pixel, samples.start + place as u64);
-        sampler.draw::<N>(decision)
-    });
-    S::draw_each(&mut started, &places, decision, |numbers: [f32; N]| {
-        assert_eq!(Some(numbers), alone.next(), "{samples:?}, {decision:?}");
-    });
-    assert!(alone.next().is_none(), "fewer draws than samples");
+        sampler.start(pixel, samples.start + u64::from(places[lane]));
+        let alone: [f32; N] = sampler.draw(decision);
+        let drawn = numbers.each_ref().map(|numbers| numbers[lane]);
+        assert_eq!(drawn, alone, "{samples:?}, {decision:?}");
+    }
 }
 
 fn side_by_side<S: Sampler>(sampler: S) {
     for start in STARTS.into_iter().chain([(1 << 32) - 5, 77]) {
-        for count in 0..=70 {
+        for count in 0..=LANES as u64 {
             let samples = start..start + count;
             for decision in [Decision::Camera, Decision::Bsdf(3), Decision::Light(70_000)] {
                 draw_alike::<S, 1>(&sampler, [3, 9], samples.clone(), decision);

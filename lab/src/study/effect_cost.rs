@@ -144,7 +144,7 @@ impl Bench<'_> {
         let mean = rendered.film.mean().map(|x| x as f32);
         Ok((!rendered.cancelled).then(|| Outcome {
             seconds: rendered.elapsed.as_secs_f64(),
-            luminance: f64::from(Rgb::from(mean).luminance()),
+            luminance: f64::from(<Rgb>::from(mean).luminance()),
         }))
     }
 }

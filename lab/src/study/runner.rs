@@ -191,7 +191,7 @@ impl<'a> Runner<'a> {
 /// The mean luminance of an image.
 pub fn luminance(image: &Image) -> f64 {
     let mean = image.mean().map(|channel| channel as f32);
-    f64::from(Rgb::from(mean).luminance())
+    f64::from(<Rgb>::from(mean).luminance())
 }
 
 /// Whether other processes disturbed a render.

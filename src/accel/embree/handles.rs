@@ -8,10 +8,11 @@
 //! Range: Embree 4 with the layout of hits given by its headers, which `layout.rs` checks.
 //! Source: Embree's manual; embree4 headers. Tested in `tests/tracing/rays.rs`.
 
-use crate::accel::lanes::{ActiveLanes, RayHitLanes, RayLanes};
+use crate::accel::lanes::{RayHitLanes, RayLanes};
 use crate::accel::{AccelOptions, Precision, Quality};
 use crate::error::{Error, ErrorKind, Result};
 use crate::geometry::mesh::Mesh;
+use crate::math::lanes::ActiveLanes;
 use crate::math::vec::Vec3;
 use crate::memory;
 use embree4_sys::*;

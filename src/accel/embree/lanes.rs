@@ -6,48 +6,8 @@
 //! Source: Embree's manual, "Ray packets". Tested in `tests/tracing/batches.rs` and `packets.rs`.
 
 use crate::accel::batch::RayBatch;
-use crate::accel::lanes::{ActiveLanes, HitLanes, NO_ID, RayHitLanes, RayLanes};
-
-impl<const N: usize> ActiveLanes<N> {
-    /// Whether any lane is active.
-    #[inline]
-    pub fn any(&self) -> bool {
-        self.0.iter().any(|&lane| lane != 0)
-    }
-
-    /// The lanes that are not active, in order.
-    #[inline]
-    pub fn inactive(&self) -> impl Iterator<Item = usize> + use<N> {
-        let bit = |lane: usize| u32::from(self.0[lane] == 0) << lane;
-        let mut bits = (0..N).fold(0, |bits, lane| bits | bit(lane));
-        std::iter::from_fn(move || {
-            let lane = bits.trailing_zeros();
-            bits &= bits.wrapping_sub(1);
-            (lane < u32::BITS).then_some(lane as usize)
-        })
-    }
-
-    /// The mask of `M` lanes from `start` on.
-    #[inline]
-    pub fn part<const M: usize>(&self, start: usize) -> ActiveLanes<M> {
-        ActiveLanes(part(&self.0, start))
-    }
-
-    /// The number of active lanes.
-    #[inline]
-    pub fn count(&self) -> usize {
-        self.0.iter().filter(|&&lane| lane != 0).count()
-    }
-
-    /// Two masks: the active lanes of the first half, and those of the second half.
-    #[inline]
-    pub fn halves(&self) -> [Self; 2] {
-        let mut halves = [*self; 2];
-        halves[0].0[N / 2..].fill(0);
-        halves[1].0[..N / 2].fill(0);
-        halves
-    }
-}
+use crate::accel::lanes::{HitLanes, NO_ID, RayHitLanes, RayLanes};
+use crate::math::lanes::ActiveLanes;
 
 impl<const N: usize> RayLanes<N> {
     /// Loads the rays of a batch from `start` on, up to the number of lanes or the end of the batch. Returns the mask
@@ -86,9 +46,9 @@ impl<const N: usize> HitLanes<N> {
     }
 }
 
-impl<const N: usize> RayHitLanes<N> {
-    /// A packet of the rays of `M` lanes from `start` on, with no hits.
-    pub fn part<const M: usize>(&self, start: usize) -> RayHitLanes<M> {
+impl<const N: usize> RayLanes<N> {
+    /// A packet of the rays of `M` lanes from `start` on.
+    pub fn part<const M: usize>(&self, start: usize) -> RayLanes<M> {
         let RayLanes {
             origin,
             t_min,
@@ -96,14 +56,25 @@ impl<const N: usize> RayHitLanes<N> {
             time,
             t_max,
             ..
-        } = &self.rays;
-        let mut of = RayHitLanes::default();
-        of.rays.origin = origin.each_ref().map(|lanes| part(lanes, start));
-        of.rays.dir = dir.each_ref().map(|lanes| part(lanes, start));
-        of.rays.t_min = part(t_min, start);
-        of.rays.t_max = part(t_max, start);
-        of.rays.time = part(time, start);
-        of
+        } = self;
+        RayLanes {
+            origin: origin.each_ref().map(|lanes| part(lanes, start)),
+            dir: dir.each_ref().map(|lanes| part(lanes, start)),
+            t_min: part(t_min, start),
+            t_max: part(t_max, start),
+            time: part(time, start),
+            ..RayLanes::default()
+        }
+    }
+}
+
+impl<const N: usize> RayHitLanes<N> {
+    /// A packet of the rays of `M` lanes from `start` on, with no hits.
+    pub fn part<const M: usize>(&self, start: usize) -> RayHitLanes<M> {
+        RayHitLanes {
+            rays: self.rays.part(start),
+            ..RayHitLanes::default()
+        }
     }
 
     /// Copies the hits of a part of the lanes, from `start` on, into this packet.

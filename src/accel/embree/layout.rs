@@ -10,9 +10,10 @@
 use super::handles::{CommittedScene, Device, PacketQuery, Scene};
 use super::new_ray_hit;
 use crate::accel::batch::{PacketWidth, RayBatch};
-use crate::accel::lanes::{ActiveLanes, HitLanes, NO_ID, RayHitLanes, RayLanes};
+use crate::accel::lanes::{HitLanes, NO_ID, RayHitLanes, RayLanes};
 use crate::accel::{AccelOptions, Backend, Precision};
 use crate::error::{Error, Result};
+use crate::math::lanes::ActiveLanes;
 use crate::math::ray::Ray;
 use crate::math::vec::Vec3;
 use embree4_sys::{

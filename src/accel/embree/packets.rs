@@ -18,9 +18,10 @@
 use super::EmbreeAccel;
 use super::handles::PacketQuery;
 use crate::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
-use crate::accel::lanes::{ActiveLanes, HitLanes, RayHitLanes, RayLanes};
+use crate::accel::lanes::{HitLanes, NO_ID, RayHitLanes, RayLanes};
 use crate::accel::packet::{Hits, RayPacket};
 use crate::accel::{Hit, Precision};
+use crate::math::lanes::ActiveLanes;
 use crate::math::lanes::LANES;
 use crate::planted::planted;
 
@@ -154,39 +155,68 @@ impl EmbreeAccel {
         }
     }
 
-    /// Finds the closest hits of the active lanes of a packet and writes them into it with Embree's ids, without the checks
-    /// of robust precision, and without regard to excluded primitives.
-    ///
-    /// # Panics
-    /// If the library lacks packets of sixteen.
+    /// Finds the closest hit of every active lane, with the world's shapes in place of Embree's ids, without regard to
+    /// excluded primitives. If the rays are not flagged as coherent, the hit of one does not depend on the others.
     pub fn intersect_lanes(
         &self,
         active: &ActiveLanes<LANES>,
         packet: &mut RayHitLanes<LANES>,
         coherent: bool,
     ) {
-        self.expect_sixteen();
         let mut query = PacketQuery::new(coherent);
-        self.scene.intersect_packet(active, packet, &mut query);
+        packet.hits.instance = [NO_ID; LANES];
+        match self.native_width(PacketWidth::Sixteen) {
+            PacketWidth::One => {
+                for lane in active.each() {
+                    let (ray, time) = packet.ray(lane);
+                    packet.set_hit(lane, self.intersect(&ray, time));
+                }
+                return;
+            }
+            PacketWidth::Eight => {
+                for half in (0..LANES).step_by(8) {
+                    let mut lanes: RayHitLanes<8> = packet.part(half);
+                    let active = active.part(half);
+                    self.scene.intersect_packet(&active, &mut lanes, &mut query);
+                    packet.replace(half, &lanes);
+                }
+            }
+            PacketWidth::Sixteen => self.scene.intersect_packet(active, packet, &mut query),
+        }
+        if !self.world.instances().is_empty() {
+            for lane in active.each() {
+                packet.set_hit(lane, self.hit_of_lane(packet, lane));
+            }
+        }
+        if self.options.precision == Precision::Robust {
+            for lane in active.each() {
+                let (ray, time) = packet.ray(lane);
+                let hit = packet.hit(lane);
+                packet.set_hit(lane, hit.and_then(|hit| self.confirm(&ray, time, hit)));
+            }
+        }
     }
 
-    /// Sets the ends of the occluded rays of the active lanes to minus infinity. The result of a ray does not depend on the
-    /// other lanes.
-    ///
-    /// # Panics
-    /// If the library lacks packets of sixteen.
-    pub fn occluded_lanes(&self, active: &ActiveLanes<LANES>, rays: &mut RayLanes<LANES>) {
-        self.expect_sixteen();
-        self.occluded_apart(*active, rays);
-    }
-
-    fn expect_sixteen(&self) {
-        let width = self.native_width(PacketWidth::Sixteen);
-        assert_eq!(
-            width,
-            PacketWidth::Sixteen,
-            "packets of sixteen need AVX-512"
-        );
+    /// Tests every active lane for occlusion.
+    pub fn occluded_lanes(&self, active: ActiveLanes<LANES>, rays: &mut RayLanes<LANES>) {
+        match self.native_width(PacketWidth::Sixteen) {
+            PacketWidth::One => {
+                for lane in active.each() {
+                    let (ray, time) = rays.get(lane);
+                    if self.occluded(&ray, time) {
+                        rays.t_max[lane] = f32::NEG_INFINITY;
+                    }
+                }
+            }
+            PacketWidth::Eight => {
+                for half in (0..LANES).step_by(8) {
+                    let mut lanes: RayLanes<8> = rays.part(half);
+                    self.occluded_apart(active.part(half), &mut lanes);
+                    rays.t_max[half..half + 8].copy_from_slice(&lanes.t_max);
+                }
+            }
+            PacketWidth::Sixteen => self.occluded_apart(active, rays),
+        }
     }
 
     /// Tests each ray of a packet for occlusion, independently of the other rays.

@@ -12,8 +12,8 @@ use super::hemisphere::{Cells, Expansion};
 use super::record::Record;
 use crate::effects::Effects;
 use crate::integrator::observer::Unobserved;
-use crate::integrator::path::queues::{PathQueues, WAVEFRONT_SIZE};
-use crate::integrator::path::{PathIntegrator, PathState, Paths};
+use crate::integrator::path::block::PathStart;
+use crate::integrator::path::{PathIntegrator, PathMemory, WAVEFRONT_SIZE, Walk};
 use crate::integrator::{CameraRay, RayCounts, Sample};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
@@ -80,12 +80,12 @@ impl Gatherer<'_> {
     ) -> Option<Seen> {
         let mut radiance = vec![Rgb::BLACK; cells.count()];
         let mut distance = vec![f32::INFINITY; cells.count()];
-        let mut queues = PathQueues::default();
+        let mut memory = PathMemory::<E>::default();
         // Nothing moves.
         let time = 0.0;
         for first in (0..cells.count()).step_by(WAVEFRONT_SIZE) {
             let (mut asked, mut samplers) = (Vec::new(), Vec::new());
-            let (mut samples, mut paths) = (Vec::new(), Vec::new());
+            let (mut samples, mut starts) = (Vec::new(), Vec::new());
             for cell in first..cells.count().min(first + WAVEFRONT_SIZE) {
                 sampler.start(self.numbers, (spent + cell) as u64);
                 let u: [f32; 2] = sampler.draw(Decision::Bsdf(0));
@@ -95,37 +95,38 @@ impl Gatherer<'_> {
                     continue;
                 }
                 let (ray, excluded) = self.scene.spawn(at, time, wi, false);
-                let mut path = PathState::<E>::new(ray, Some(excluded), time);
-                path.scattered_from = planted!(
-                    "cache-counts-lights-twice",
-                    None,
-                    Some((at.p, PdfSolidAngle::LEAST))
-                );
+                let excluded = Some(excluded);
+                let gathered_from = Some((at.p, PdfSolidAngle::LEAST));
+                starts.push(PathStart {
+                    ray,
+                    excluded,
+                    time,
+                    scattered_from: planted!("cache-counts-lights-twice", None, gathered_from),
+                });
                 let mut sample = Sample::new(CameraRay { ray, time });
                 sample.rays.closest += 1;
-                sample.found = self.scene.accel.intersect(&ray, time, Some(excluded));
+                sample.found = self.scene.accel.intersect(&ray, time, excluded);
                 let clear = sample.found.map_or(f32::INFINITY, |hit| hit.t);
                 asked.push((cell, clear));
                 samplers.push(sampler.clone());
                 samples.push(sample);
-                paths.push(path);
             }
-            self.integrator.follow(Paths {
+            let walk = Walk {
                 scene: self.scene,
                 samples: &mut samples,
                 samplers: &mut samplers,
-                states: &mut paths,
-                queues: &mut queues,
                 observer: &mut Unobserved,
                 bounce: 1,
-            });
-            for (((cell, clear), sample), path) in asked.into_iter().zip(samples).zip(paths) {
+            };
+            self.integrator
+                .follow(walk, &mut memory, |_, index| starts[index]);
+            for ((cell, clear), sample) in asked.into_iter().zip(samples) {
                 *rays += sample.rays;
                 distance[cell] = clear;
-                if !path.radiance.is_finite() {
+                if !sample.radiance.is_finite() {
                     return None;
                 }
-                radiance[cell] = path.radiance;
+                radiance[cell] = sample.radiance;
             }
         }
         let light = Expansion::of(cells, &radiance, &distance);

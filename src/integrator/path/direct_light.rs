@@ -1,177 +1,230 @@
-//! Next event estimation at the surfaces of paths: light samples, and the shadow rays that test their visibility.
+//! Next event estimation: one light sample for each path, its contribution, and its shadow ray.
 //!
-//! Measure: radiance; normalised scene units.
-//! Range: any light and surface.
-//! Source: next event estimation, Veach 1997, section 8.2. Tested in `battery/` and `tests/rendering/integrators.rs`.
+//! Measure: radiance; densities per steradian.
+//! Range: surfaces whose BSDF is not a delta; delta lobes of others reflect nothing that light sampling finds.
+//! Source: Shirley, Wang and Zimmerman 1996 for light sampling; Veach 1997, section 9.2 for its weight. Tested in
+//! `tests/rendering/integrators.rs`.
 
 use super::super::indirect::Indirect;
 use super::super::observer::{PathObserver, RayKind};
 use super::super::technique::{LightRule, Technique, TechniqueSource};
-use super::queues::PathQueues;
-use super::shading_context::ShadingContext;
-use super::{PathIntegrator, Paths};
-use crate::bsdf::BoundBsdf;
-use crate::effects::{Effects, Slot, Switch};
-use crate::light::types::{LightSample, LightSampleContext};
-use crate::math::lanes::LANES;
-use crate::math::measure::Pmf;
-use crate::math::ray::Ray;
+use super::block::PathBlock;
+use super::shading::{BsdfLanes, DirectLightLanes, StageMemory};
+use super::{PathIntegrator, Walk, first_two};
+use crate::bsdf::BsdfValue;
+use crate::effects::{Effects, Switch};
+use crate::light::lanes::End;
+use crate::light::types::LightSample;
+use crate::math::lanes::ActiveLanes;
+use crate::math::lanes::{LANES, load, store, vectorised};
+use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
-use crate::math::vec::Vec2;
+use crate::math::vec::{LaneVec3, Vector};
 use crate::planted::planted;
 use crate::sampler::{Decision, Sampler};
-use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
+use crate::scene::interaction::lanes::InteractionLanes;
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
-    /// Samples one light at the surface of each path, and queues the shadow rays.
-    pub(super) fn sample_direct_light<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    /// Samples a light at the surface of each path whose BSDF is not a delta. Returns these lanes.
+    pub(super) fn sample_lights<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        paths: &mut Paths<'_, E, S, O>,
-        interactions: &[Interaction<E>],
-        shading: &[ShadingContext<'_>],
-    ) {
-        let (scene, technique) = (paths.scene, self.technique.technique());
+        walk: &mut Walk<'_, S, O>,
+        block: &mut PathBlock<E>,
+        stage: &mut StageMemory<E>,
+    ) -> ActiveLanes<LANES> {
+        let (scene, technique) = (walk.scene, self.technique.technique());
+        let DirectLightLanes {
+            context,
+            samples,
+            lights,
+            to_shadow,
+            ..
+        } = &mut stage.direct_light;
+        *to_shadow = ActiveLanes::NONE;
         if !technique.samples_lights() || scene.lights.is_empty() {
+            return ActiveLanes::NONE;
+        }
+        let lit = block.active.without(&stage.bsdfs.delta);
+        if !lit.any() {
+            return lit;
+        }
+        let decision = Decision::Light(walk.bounce);
+        let samplers = &mut *walk.samplers;
+        if E::ManyLights::ON {
+            S::draw_lanes(samplers, &lit, &block.path, decision, &mut context.u);
+        } else {
+            let point = first_two(&mut context.u);
+            S::draw_lanes(samplers, &lit, &block.path, decision, point);
+        }
+        for lane in lit.each() {
+            let [.., a, b] = context.u.each_ref().map(|u| u[lane]);
+            let choice = scene.lights.choose::<E>([a, b]);
+            let (light, pmf) = choice.expect("there are lights, or none would be sampled");
+            block.choose(lane, light);
+            (context.light[lane], context.pmf[lane]) = (light, pmf.0);
+        }
+        context.time = block.packet.rays.time;
+        let (points, p) = (technique.points, &stage.at.p);
+        scene.sample_lights::<E>(&lit, context, points, p, lights, samples);
+        lit
+    }
+
+    /// Computes the reflected light of the samples of `lit`, and the shadow rays.
+    ///
+    /// `cached` marks lanes whose indirect light is cached: there no scattered ray can hit a light.
+    pub(super) fn reflect_lights<E: Effects, S, O: PathObserver + ?Sized>(
+        &self,
+        walk: &mut Walk<'_, S, O>,
+        block: &mut PathBlock<E>,
+        stage: &mut StageMemory<E>,
+        lit: &ActiveLanes<LANES>,
+        cached: &ActiveLanes<LANES>,
+    ) {
+        if !lit.any() {
             return;
         }
-        let PathQueues {
-            active,
-            chosen,
-            nee_paths,
-            light_u,
-            light_contexts,
-            samples,
-            shadow_rays,
-            ..
-        } = &mut *paths.queues;
-        let all = active.iter().zip(interactions).zip(shading);
-        let all_nee = all.filter(|(_, shading)| shading.samples_lights);
-
-        nee_paths.clear();
-        nee_paths.extend(all_nee.clone().map(|((path_index, _), _)| *path_index));
-        light_u.clear();
-        draw_light_u::<E, S>(paths.samplers, nee_paths, paths.bounce, light_u);
-
-        let mut asking = all_nee.clone();
-        let mut answered = all_nee;
-        for numbers in light_u.chunks(LANES) {
-            light_contexts.clear();
-            for (&numbers, ((path_index, at), _)) in numbers.iter().zip(asking.by_ref()) {
-                let time = paths.states[*path_index].time.or(0.0);
-                let light_context = light_context(scene, at, time, numbers);
-                chosen[*path_index] = Some(light_context.light);
-                light_contexts.push(light_context);
+        let StageMemory {
+            at, direct_light, ..
+        } = stage;
+        reflect::<E, C>(lit, cached, self.technique, at, block, direct_light);
+        if E::DeltaLights::ON || E::EnvironmentMap::ON {
+            set_other_ends::<E>(at, direct_light);
+        }
+        for lane in lit.each() {
+            if !direct_light.to_shadow.has(lane) {
+                walk.observer.unlit();
+                continue;
             }
-            scene.sample_lights::<E>(light_contexts, technique.points, samples);
-
-            let light_samples = light_contexts.iter().zip(&*samples);
-            for ((light_context, light), ((&path_index, at), shading)) in
-                light_samples.zip(answered.by_ref())
-            {
-                let lighting = match shading.cached_indirect {
-                    // The path ends here: no scattered ray can hit a light.
-                    Some(_) => technique.by_lights_alone(),
-                    None => technique,
-                };
-                let found = light.as_ref().and_then(|light| {
-                    reflected(at, &shading.view, lighting, light_context.pmf, light)
-                });
-                let Some(found) = found else {
-                    paths.observer.unlit();
-                    continue;
-                };
-                let (path, time) = (&mut paths.states[path_index], light_context.time);
-                paths.samples[path_index].rays.shadow += 1;
-                paths.observer.traced(RayKind::Shadow, &found.ray, time);
-                let contribution = path.beta * found.contribution;
-                shadow_rays.push(path_index, contribution, found.weight, &found.ray, time);
-                if paths.observer.is_sequential() {
-                    shadow_rays
-                        .trace::<E, O>(scene, paths.observer, |_, light| path.radiance += light);
-                }
-            }
+            let (ray, time) = direct_light.shadow.get(lane);
+            walk.observer.traced(RayKind::Shadow, &ray, time);
         }
     }
 }
 
-/// Draws the random numbers that choose a point on a light and, where there are several lights, the light.
-#[inline]
-fn draw_light_u<E: Effects, S: Sampler>(
-    samplers: &mut [S],
-    places: &[usize],
-    bounce: u32,
-    numbers: &mut Vec<[f32; 4]>,
-) {
-    let decision = Decision::Light(bounce);
-    if E::ManyLights::ON {
-        S::draw_each(samplers, places, decision, |u| numbers.push(u));
-    } else {
-        S::draw_each(samplers, places, decision, |[u, v]| {
-            numbers.push([u, v, 0.0, 0.0]);
-        });
+vectorised! {
+    /// The values and densities of diffuse BSDFs for the light samples.
+    pub(super) fn evaluate_diffuse<E: Effects>(
+        at: &InteractionLanes<E>,
+        bsdfs: &BsdfLanes,
+        direct_light: &mut DirectLightLanes,
+    ) {
+        for lane in 0..LANES {
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            let frame = at.frame;
+            let wo = frame.to_local(at.wo);
+            let wi = frame.to_local(load(&direct_light.samples.wi, lane));
+            let BsdfValue { f, pdf } = bsdfs.diffuse(lane).eval(wo, wi);
+            store(&mut direct_light.f, lane, f);
+            direct_light.pdf_bsdf[lane] = pdf.0;
+        }
     }
 }
 
-/// Builds the input of light sampling at a surface, from numbers that choose a point on the light and the light.
-#[inline]
-fn light_context<E: Effects>(
-    scene: &Scene,
-    at: &Interaction<E>,
-    time: f32,
-    [u, v, choice @ ..]: [f32; 4],
-) -> LightSampleContext {
-    let choice = scene.lights.choose::<E>(choice);
-    let (light, pmf) = choice.expect("there are lights, or nobody would look");
-    LightSampleContext {
-        light,
-        pmf,
-        p: at.p,
-        time,
-        u: Vec2::new(u, v),
-    }
-}
-
-/// The result of light sampling at a surface, before its visibility is known.
-struct DirectLight {
+/// The reflected light of a light sample, before its visibility is known.
+struct Reflected {
+    /// Whether there is any.
+    is_lit: bool,
     /// The contribution f |cos| Le / p_light, times the MIS weight.
-    contribution: Rgb,
+    contribution: Rgb<LaneVec3>,
     weight: f32,
-    /// The shadow ray.
-    ray: Ray,
+    /// Whether the light goes through the surface.
+    goes_through: bool,
 }
 
-/// Computes the reflected light from one point on one light, weighted against BSDF sampling.
-#[inline]
+/// Computes the reflected light of a light sample, weighted against BSDF sampling. Its density includes the probability
+/// `pmf` of choosing the light, and is infinite for a delta light. Free of branches.
+#[inline(always)]
 fn reflected<E: Effects>(
-    at: &Interaction<E>,
-    shading: &BoundBsdf,
+    at: &Interaction<E, LaneVec3>,
     technique: Technique,
-    pmf: Pmf,
-    light: &LightSample,
-) -> Option<DirectLight> {
-    if light.radiance.is_black() {
-        return None;
-    }
-    let wi = at.frame.to_local(light.wi);
+    pmf: f32,
+    (wi, radiance, pdf): (LaneVec3, Rgb<LaneVec3>, f32),
+    value: BsdfValue<LaneVec3>,
+) -> Reflected {
+    let local = at.frame.to_local(wi);
     // Reflection or transmission in the shading frame must be the same at the geometric surface.
-    let goes_through = wi.z * shading.wo().z < 0.0;
-    if !at.agrees(light.wi, goes_through) {
-        return None;
-    }
-    let value = shading.eval::<E>(wi);
-    if value.f.is_black() {
-        return None;
-    }
-    let (weight, over_pdf) = match light.pdf {
-        Some(pdf) if technique.lights == LightRule::PartitionedLights => (1.0, pmf.0 / pdf.0),
-        Some(pdf) => (technique.weight_of_light(pdf, value.pdf), 1.0 / pdf.0),
-        None => (1.0, 1.0),
+    let goes_through = goes_through(at, wi);
+    let is_delta = pdf == f32::INFINITY;
+    let (weight, over_pdf) = if technique.lights == LightRule::PartitionedLights {
+        (1.0, pmf / pdf)
+    } else {
+        (
+            technique.weight_of_light(PdfSolidAngle(pdf), value.pdf),
+            1.0 / pdf,
+        )
     };
-    let cos = planted!("light-without-cosine", 1.0, wi.z.abs());
-    Some(DirectLight {
-        contribution: value.f * light.radiance * (cos * weight * over_pdf),
+    let (weight, over_pdf) = if is_delta {
+        (1.0, 1.0)
+    } else {
+        (weight, over_pdf)
+    };
+    let cos = planted!("light-without-cosine", 1.0, local.z.abs());
+    Reflected {
+        is_lit: !radiance.is_black() & at.agrees(wi, goes_through) & !value.f.is_black(),
+        contribution: value.f * radiance * (cos * weight * over_pdf),
         weight,
-        ray: at.ray_to(&light.end, light.wi, goes_through),
-    })
+        goes_through,
+    }
+}
+
+/// Whether light along `wi` goes through the surface.
+#[inline(always)]
+fn goes_through<E: Effects, V: Vector>(at: &Interaction<E, V>, wi: V) -> bool {
+    at.frame.to_local(wi).z() * at.frame.to_local(at.wo).z() < 0.0
+}
+
+vectorised! {
+    /// The contributions of the light samples, weighted against BSDF sampling, and their shadow rays to points on surfaces.
+    fn reflect<E: Effects, C: TechniqueSource>(
+        lit: &ActiveLanes<LANES>,
+        cached: &ActiveLanes<LANES>,
+        technique: C,
+        at: &InteractionLanes<E>,
+        block: &mut PathBlock<E>,
+        direct_light: &mut DirectLightLanes,
+    ) {
+        for lane in 0..LANES {
+            let samples = &direct_light.samples;
+            let technique = if cached.has(lane) {
+                technique.technique().by_lights_alone()
+            } else {
+                technique.technique()
+            };
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            let value = BsdfValue {
+                f: load(&direct_light.f, lane),
+                pdf: PdfSolidAngle(direct_light.pdf_bsdf[lane]),
+            };
+            let wi = load(&samples.wi, lane);
+            let light = (wi, load(&samples.radiance, lane), samples.pdf[lane]);
+            let pmf = direct_light.context.pmf[lane];
+            let found = reflected::<E>(&at, technique, pmf, light, value);
+            let ray = at.ray_to_surface(&samples.surface(lane), wi, found.goes_through);
+            let is_in_mask = planted!("ended-paths-sample-lights", true, lit.has(lane));
+            let is_lit = found.is_lit & is_in_mask & (samples.end[lane] != End::None as u32);
+            let beta: Rgb<LaneVec3> = load(&block.beta, lane);
+            store(&mut direct_light.contribution, lane, beta * found.contribution);
+            direct_light.weight[lane] = found.weight;
+            direct_light.shadow.set(lane, &ray);
+            let time = block.packet.rays.time[lane];
+            direct_light.shadow.time[lane] = planted!("shadows-as-the-shutter-opens", 0.0, time);
+            direct_light.to_shadow.set(lane, is_lit);
+            block.count_rays(lane, false, is_lit);
+        }
+    }
+}
+
+/// Sets the shadow rays to lights that are not surfaces.
+fn set_other_ends<E: Effects>(at: &InteractionLanes<E>, direct_light: &mut DirectLightLanes) {
+    for lane in direct_light.to_shadow.each() {
+        if direct_light.samples.end[lane] == End::Surface as u32 {
+            continue;
+        }
+        if let Some(LightSample { wi, end, .. }) = direct_light.samples.get(lane) {
+            let at: Interaction<E> = at.get(lane);
+            let ray = at.ray_to(&end, wi, goes_through(&at, wi));
+            direct_light.shadow.set(lane, &ray);
+        }
+    }
 }

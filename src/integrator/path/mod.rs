@@ -20,31 +20,32 @@
 //! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `battery/`, `tests/scattering/furnace.rs`,
 //! `tests/rendering/effects.rs` and `tests/rendering/integrators.rs`.
 
+pub mod block;
 mod course;
 mod direct_light;
 mod emission;
-pub mod queues;
 mod scattering;
-mod shading_context;
-mod state;
-
-pub use state::PathState;
+mod shading;
 
 use super::indirect::{Indirect, Traced};
-use super::observer::{PathObserver, Unobserved};
-use super::technique::{TechniqueSource, Weighted};
+use super::observer::{PathObserver, RayKind, Unobserved};
+use super::technique::{DirectionRule, TechniqueSource, Weighted};
 use super::{CameraRay, Integrator, RayCounts, Roulette, Sample};
 use crate::accel::Hit;
 use crate::bsdf::Bsdf;
 use crate::effects::Effects;
-use crate::math::lanes::LANES;
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, load};
 use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
-use queues::PathQueues;
-use shading_context::{Bsdfs, ShadingContext};
+use block::{PathBlock, PathBlocks, PathStart};
+use shading::StageMemory;
 use std::slice;
+
+/// The number of paths in a wavefront: enough that the last block, which is rarely full, does not count; few enough, at
+/// some 200 bytes each, to stay in a processor's second-level cache.
+pub const WAVEFRONT_SIZE: usize = 256;
 
 /// The path integrator and its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -57,6 +58,22 @@ pub struct PathIntegrator<C = Weighted, K = Traced> {
     pub max_bounces: Option<u32>,
     /// The rule of Russian roulette.
     pub roulette: Roulette,
+}
+
+/// The memory of the path integrator: the states of a wavefront of paths, and of the stages of a bounce.
+#[derive(Debug)]
+pub struct PathMemory<E: Effects> {
+    paths: PathBlocks<E>,
+    stage: StageMemory<E>,
+}
+
+impl<E: Effects> Default for PathMemory<E> {
+    fn default() -> Self {
+        Self {
+            paths: PathBlocks::default(),
+            stage: StageMemory::default(),
+        }
+    }
 }
 
 impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
@@ -74,8 +91,8 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         let mut sample = Sample::new(*camera_ray);
         sample.found = found;
         let (samplers, samples) = (slice::from_mut(sampler), slice::from_mut(&mut sample));
-        let queues = &mut PathQueues::default();
-        self.radiances::<E, S, O>(scene, samplers, samples, queues, observer);
+        let memory = &mut PathMemory::default();
+        self.radiances::<E, S, O>(scene, samplers, samples, memory, observer);
         *rays += sample.rays;
         sample.radiance
     }
@@ -85,53 +102,93 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [Sample],
-        queues: &mut PathQueues,
+        memory: &mut PathMemory<E>,
         observer: &mut O,
     ) {
-        let begin = |sample: &mut Sample| {
+        for sample in samples.iter_mut() {
             sample.rays.camera += 1;
-            let CameraRay { ray, time } = sample.camera_ray;
-            PathState::<E>::new(ray, None, time)
-        };
-        let mut states: Vec<PathState<E>> = samples.iter_mut().map(begin).collect();
-        self.follow(Paths {
+        }
+        let walk = Walk {
             scene,
             samples,
             samplers,
-            states: &mut states,
-            queues,
             observer,
             bounce: 0,
+        };
+        self.follow(walk, memory, |sample, _| PathStart {
+            ray: sample.camera_ray.ray,
+            excluded: None,
+            time: sample.camera_ray.time,
+            scattered_from: None,
         });
-        for (sample, path) in samples.iter_mut().zip(states) {
-            sample.radiance = path.radiance;
-        }
     }
 }
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
-    /// Traces a wavefront of paths to their ends, given the closest hits on their first rays.
+    /// Traces a wavefront of paths to their ends, given the closest hits on their first rays, and stores the radiance in
+    /// their samples. `start` begins the path of a sample with its index.
     ///
-    /// Each stage (emission, shading contexts, light samples, BSDF samples, rays) is a short loop over all active
-    /// paths, so that the processor overlaps several iterations.
+    /// All paths are taken to their next vertex, block by block; then the last paths replace those that have ended, so that
+    /// all blocks but one are full, and the rays are traced.
     pub fn follow<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        mut paths: Paths<'_, E, S, O>,
+        mut walk: Walk<'_, S, O>,
+        memory: &mut PathMemory<E>,
+        start: impl Fn(&Sample, usize) -> PathStart,
     ) {
-        paths.queues.begin(paths.states.len());
-        let mut interactions = Vec::with_capacity(paths.states.len());
-        while !paths.queues.active.is_empty() {
-            interactions.clear();
-            self.add_emission_and_compact(&mut paths, &mut interactions);
-            let bsdfs = Bsdfs::of(paths.scene, &interactions);
-            let surfaces = interactions.iter().zip(bsdfs.each());
-            let shading: Vec<ShadingContext<'_>> = surfaces
-                .map(|(at, bsdf)| self.shading_context(at, bsdf, paths.bounce))
-                .collect();
-            self.sample_direct_light(&mut paths, &interactions, &shading);
-            self.scatter(&mut paths, &interactions, &shading);
-            paths.trace();
-            paths.bounce += 1;
+        let PathMemory { paths, stage } = memory;
+        stage.direct_light.lights.clear();
+        paths.begin(walk.samples, start);
+        while !paths.is_empty() {
+            for block in paths.blocks_mut() {
+                self.advance(&mut walk, block, stage);
+            }
+            paths.compact();
+            for block in paths.blocks_mut() {
+                walk.trace_extension_rays(block);
+            }
+            walk.bounce += 1;
+        }
+    }
+
+    /// Takes the paths of a block to their next vertices: adds the light that arrives there, and sets the extension rays of
+    /// the paths that continue.
+    fn advance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+        &self,
+        walk: &mut Walk<'_, S, O>,
+        block: &mut PathBlock<E>,
+        stage: &mut StageMemory<E>,
+    ) {
+        let arrived = block.active;
+        self.add_emission(walk, block, stage);
+        if block.active.any() {
+            self.look_up_bsdfs(walk.scene, block, stage);
+            let mut cached = Cached::NONE;
+            if K::CACHES {
+                cached = self.cached_indirect(walk, block, stage);
+            }
+            let lit = self.sample_lights(walk, block, stage);
+            self.sample_bsdfs(walk, block, stage, &lit);
+            self.reflect_lights(walk, block, stage, &lit, &cached.lanes);
+            if walk.observer.is_sequential() {
+                walk.trace_shadow_rays(block, stage);
+            }
+            for lane in cached.lanes.each() {
+                walk.observer.cached_indirect(cached.contributions[lane]);
+                block.active.set(lane, false);
+            }
+            self.scatter(walk, block, stage);
+            if !walk.observer.is_sequential() {
+                walk.trace_shadow_rays(block, stage);
+            }
+            for lane in cached.lanes.each() {
+                block.add(lane, cached.contributions[lane]);
+            }
+        }
+        for lane in arrived.each() {
+            if !block.active.has(lane) {
+                block.end(lane, walk.samples);
+            }
         }
     }
 
@@ -144,77 +201,144 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         sample: &mut Sample,
         mut find: impl FnMut(&Interaction<E>, &Bsdf, u32) -> Option<T>,
     ) -> Option<T> {
-        let CameraRay { ray, time } = sample.camera_ray;
-        let mut state = PathState::<E>::new(ray, None, time);
-        let mut paths = Paths {
+        let PathMemory { paths, stage } = &mut PathMemory::<E>::default();
+        let mut walk = Walk {
             scene,
             samples: slice::from_mut(sample),
             samplers: slice::from_mut(sampler),
-            states: slice::from_mut(&mut state),
-            queues: &mut PathQueues::default(),
             observer: &mut Unobserved,
             bounce: 0,
         };
-        paths.queues.begin(1);
-        let mut interactions = Vec::with_capacity(1);
-        loop {
-            interactions.clear();
-            self.add_emission_and_compact(&mut paths, &mut interactions);
-            let at = interactions.first()?;
-            let bsdf = scene.surface(at);
-            if let Some(found) = find(at, &bsdf, paths.bounce) {
-                return Some(found);
+        paths.begin(walk.samples, |sample, _| PathStart {
+            ray: sample.camera_ray.ray,
+            excluded: None,
+            time: sample.camera_ray.time,
+            scattered_from: None,
+        });
+        let block = paths.blocks_mut().first_mut()?;
+        let mut found = None;
+        while block.active.any() {
+            self.add_emission(&mut walk, block, stage);
+            if block.active.any() {
+                let at: Interaction<E> = stage.at.get(0);
+                found = find(&at, &scene.surface(&at), walk.bounce);
+                if found.is_some() {
+                    break;
+                }
+                self.look_up_bsdfs(scene, block, stage);
+                self.sample_bsdfs(&mut walk, block, stage, &ActiveLanes::NONE);
+                self.scatter(&mut walk, block, stage);
+                walk.trace_extension_rays(block);
+                walk.bounce += 1;
             }
-            let shading = [self.shading_context(at, &bsdf, paths.bounce)];
-            self.scatter(&mut paths, &interactions, &shading);
-            paths.trace();
-            paths.bounce += 1;
         }
+        block.end(0, walk.samples);
+        found
+    }
+
+    /// Looks up the BSDFs at the surfaces of a block.
+    #[inline(always)]
+    fn look_up_bsdfs<E: Effects>(
+        &self,
+        scene: &Scene,
+        block: &PathBlock<E>,
+        stage: &mut StageMemory<E>,
+    ) {
+        let by_bsdf = self.technique.technique().directions == DirectionRule::Bsdf;
+        let StageMemory { at, bsdfs, .. } = stage;
+        bsdfs.look_up(scene, &block.active, at, K::CACHES || !by_bsdf);
+    }
+
+    /// Looks up the cached indirect light at the surfaces of a block.
+    fn cached_indirect<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+        &self,
+        walk: &Walk<'_, S, O>,
+        block: &PathBlock<E>,
+        stage: &StageMemory<E>,
+    ) -> Cached {
+        let mut cached = Cached::NONE;
+        let is_limited = self.max_bounces.is_some();
+        for lane in block.active.each() {
+            let at: Interaction<E> = stage.at.get(lane);
+            let bsdf = walk.scene.surface(&at);
+            let reflected = self.indirect.reflected(&at, &bsdf, walk.bounce, is_limited);
+            if let Some(reflected) = reflected {
+                cached.lanes.set(lane, true);
+                cached.contributions[lane] = load::<Rgb>(&block.beta, lane) * reflected;
+            }
+        }
+        cached
     }
 }
 
-/// A wavefront of paths, all of which have scattered equally often.
-pub struct Paths<'a, E: Effects, S, O: ?Sized> {
+/// The indirect light of the lanes where it is cached: their paths end.
+struct Cached {
+    lanes: ActiveLanes<LANES>,
+    contributions: Lanes<Rgb>,
+}
+
+impl Cached {
+    const NONE: Self = Self {
+        lanes: ActiveLanes::NONE,
+        contributions: [Rgb::BLACK; LANES],
+    };
+}
+
+/// A wavefront of samples whose paths are traced, all of which have scattered equally often.
+pub struct Walk<'a, S, O: ?Sized> {
     /// The scene.
     pub scene: &'a Scene,
     /// The samples of the paths.
     pub samples: &'a mut [Sample],
     /// The samplers, in the order of the samples.
     pub samplers: &'a mut [S],
-    /// The states of the paths, in the order of the samples.
-    pub states: &'a mut [PathState<E>],
-    /// The queues of the wavefront.
-    pub queues: &'a mut PathQueues,
     /// The observer of the paths.
     pub observer: &'a mut O,
     /// The number of scattering events before.
     pub bounce: u32,
 }
 
-impl<E: Effects, S, O: PathObserver + ?Sized> Paths<'_, E, S, O> {
-    /// Traces the queued shadow rays, and then the extension rays of the paths that continue.
-    fn trace(&mut self) {
-        let states = &mut *self.states;
-        let shadow_rays = &mut self.queues.shadow_rays;
-        shadow_rays.trace::<E, O>(self.scene, self.observer, |path_index, light| {
-            states[path_index].radiance += light;
-        });
-        let PathQueues {
-            extension_rays,
-            active,
-            ..
-        } = &mut *self.queues;
-        let mut hits = [None; LANES];
-        for (rays, numbers) in extension_rays
-            .packets_mut()
-            .iter_mut()
-            .zip(active.chunks(LANES))
-        {
-            self.scene.accel.intersect_packet(rays, false, &mut hits);
-            for (&path_index, found) in numbers.iter().zip(&hits) {
-                self.samples[path_index].found = *found;
+impl<S, O: PathObserver + ?Sized> Walk<'_, S, O> {
+    /// Traces the extension rays of a block. Observers see them in the order in which their hits will arrive.
+    fn trace_extension_rays<E: Effects>(&mut self, block: &mut PathBlock<E>) {
+        for lane in block.active.each() {
+            let is_delta = block.scattered_from(lane).is_none();
+            let kind = RayKind::extension(self.bounce, is_delta);
+            let (ray, time) = block.packet.ray(lane);
+            self.observer.traced(kind, &ray, time);
+        }
+        let accel = &self.scene.accel;
+        accel.intersect_lanes(&block.active, &mut block.packet, &block.excluded);
+    }
+
+    /// Traces the shadow rays of a block, and adds the contributions of those that are not occluded.
+    fn trace_shadow_rays<E: Effects>(
+        &mut self,
+        block: &mut PathBlock<E>,
+        stage: &mut StageMemory<E>,
+    ) {
+        let lights = &mut stage.direct_light;
+        if !lights.to_shadow.any() {
+            return;
+        }
+        let visible = self
+            .scene
+            .visibilities::<E>(&lights.to_shadow, &mut lights.shadow);
+        for lane in lights.to_shadow.each() {
+            let contribution = load(&lights.contribution, lane);
+            let observer = &mut *self.observer;
+            observer.light(contribution, lights.weight[lane], visible[lane]);
+            if visible[lane] > 0.0 {
+                block.add(lane, contribution * visible[lane]);
             }
         }
-        extension_rays.clear();
     }
+}
+
+/// The first two of several numbers per lane.
+#[inline(always)]
+fn first_two<const N: usize>(numbers: &mut [Lanes<f32>; N]) -> &mut [Lanes<f32>; 2] {
+    numbers
+        .first_chunk_mut()
+        .expect("every array of them has at least two")
 }

@@ -1,0 +1,290 @@
+//! The state of the paths of a wavefront: blocks of sixteen paths, each a structure of arrays.
+//!
+//! Measure: normalised scene units; radiance.
+//! Range: the state of effects that are absent from `E` has size zero.
+//! Source: none needed. Tested in `tests/rendering/effects.rs`.
+
+use super::super::{RayCounts, Sample};
+use crate::accel::ExcludedPrimitive;
+use crate::accel::lanes::{ExcludedLanes, RayHitLanes};
+use crate::effects::{Effects, Slot, State};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store};
+use crate::math::measure::PdfSolidAngle;
+use crate::math::ray::Ray;
+use crate::math::rgb::Rgb;
+use crate::math::robust::offset_point;
+use crate::math::vec::{Vec3, Vector};
+use crate::planted::planted;
+use crate::scene::interaction::Interaction;
+
+/// The beginning of a path.
+#[derive(Debug, Clone, Copy)]
+pub struct PathStart {
+    /// The first ray, infinitely long.
+    pub ray: Ray,
+    /// The primitive that the ray leaves, if it does not come from the camera.
+    pub excluded: Option<ExcludedPrimitive>,
+    /// The time, from 0 to 1 while the shutter is open.
+    pub time: f32,
+    /// The point of the scattering event before, and the density of its direction; `None` from the camera and from delta
+    /// lobes.
+    pub scattered_from: Option<(Vec3, PdfSolidAngle)>,
+}
+
+/// The light that no light sampling has chosen.
+const NO_LIGHT: u32 = u32::MAX;
+
+/// Sixteen paths.
+#[repr(align(64))]
+#[derive(Debug, Clone)]
+pub struct PathBlock<E: Effects> {
+    /// The lanes with a path that has not ended.
+    pub active: ActiveLanes<LANES>,
+    /// The indices of the paths' samples in the wavefront.
+    pub path: Lanes<u32>,
+    /// The current rays, with their hits and times.
+    pub packet: RayHitLanes<LANES>,
+    /// The primitives that the rays leave.
+    pub excluded: ExcludedLanes,
+    /// The path throughputs: factors of the radiance along the rays.
+    pub beta: Lanes3,
+    /// The radiance found so far.
+    pub radiance: Lanes3,
+    /// The factors by which Russian roulette corrects the throughputs: transmission divides them by eta^2 on the way into
+    /// glass and restores them on the way out, which is no reason to end a path.
+    pub eta_scale: State<E::Transmission, Lanes<f32>>,
+    /// The points of the last scattering events.
+    from: Lanes3,
+    /// The densities of their directions; infinite from the camera and from delta lobes.
+    pdf: Lanes<f32>,
+    /// The lights that were last chosen by light sampling.
+    chosen: Lanes<u32>,
+    /// The rays traced for each path, without those from the camera.
+    closest_rays: Lanes<u32>,
+    shadow_rays: Lanes<u32>,
+}
+
+impl<E: Effects> Default for PathBlock<E> {
+    fn default() -> Self {
+        let zero = [0.0; LANES];
+        Self {
+            active: ActiveLanes::NONE,
+            path: [0; LANES],
+            packet: RayHitLanes::default(),
+            excluded: ExcludedLanes::NONE,
+            beta: [zero; 3],
+            radiance: [zero; 3],
+            eta_scale: Slot::new(|| zero),
+            from: [zero; 3],
+            pdf: zero,
+            chosen: [NO_LIGHT; LANES],
+            closest_rays: [0; LANES],
+            shadow_rays: [0; LANES],
+        }
+    }
+}
+
+impl<E: Effects> PathBlock<E> {
+    /// Begins a path in a lane, given the hit on its first ray.
+    fn begin(&mut self, lane: usize, path: usize, start: &PathStart, sample: &Sample) {
+        self.active.set(lane, true);
+        self.path[lane] = path as u32;
+        self.packet.rays.set(lane, &start.ray);
+        self.packet.rays.time[lane] = start.time;
+        self.packet.set_hit(lane, sample.found);
+        self.excluded.set(lane, start.excluded);
+        let beta = planted!(
+            "begun-path-keeps-a-throughput",
+            load(&self.beta, lane),
+            Rgb::WHITE
+        );
+        store(&mut self.beta, lane, beta);
+        store(&mut self.radiance, lane, Rgb::BLACK);
+        if let Some(eta_scale) = self.eta_scale.get_mut() {
+            eta_scale[lane] = 1.0;
+        }
+        self.scatter_from(lane, start.scattered_from);
+        self.chosen[lane] = NO_LIGHT;
+        self.closest_rays[lane] = 0;
+        self.shadow_rays[lane] = 0;
+    }
+
+    /// Moves a path, without its hit, from a lane of another block into a lane.
+    fn move_from(&mut self, lane: usize, other: &mut Self, from: usize) {
+        let copy = |to: &mut Lanes3, of: &Lanes3| store(to, lane, load::<[f32; 3]>(of, from));
+        self.active.set(lane, true);
+        other.active.set(from, false);
+        self.path[lane] = other.path[from];
+        let (to, of) = (&mut self.packet.rays, &other.packet.rays);
+        copy(&mut to.origin, &of.origin);
+        copy(&mut to.dir, &of.dir);
+        to.t_min[lane] = of.t_min[from];
+        to.t_max[lane] = of.t_max[from];
+        to.time[lane] = of.time[from];
+        self.excluded.set(lane, other.excluded.get(from));
+        copy(&mut self.beta, &other.beta);
+        copy(&mut self.radiance, &other.radiance);
+        if let (Some(to), Some(of)) = (self.eta_scale.get_mut(), other.eta_scale.get()) {
+            to[lane] = of[from];
+        }
+        copy(&mut self.from, &other.from);
+        self.pdf[lane] = other.pdf[from];
+        self.chosen[lane] = other.chosen[from];
+        self.closest_rays[lane] = other.closest_rays[from];
+        self.shadow_rays[lane] = other.shadow_rays[from];
+    }
+
+    /// Ends the path of a lane: stores its radiance in its sample.
+    #[inline]
+    pub fn end(&mut self, lane: usize, samples: &mut [Sample]) {
+        let sample = &mut samples[self.path[lane] as usize];
+        sample.radiance = load(&self.radiance, lane);
+        sample.rays += RayCounts {
+            camera: 0,
+            closest: u64::from(self.closest_rays[lane]),
+            shadow: u64::from(self.shadow_rays[lane]),
+        };
+    }
+
+    /// Adds to the radiance of a path.
+    #[inline(always)]
+    pub fn add(&mut self, lane: usize, contribution: Rgb) {
+        let radiance: Rgb = load(&self.radiance, lane);
+        store(&mut self.radiance, lane, radiance + contribution);
+    }
+
+    /// The point of the last scattering event, and the density of its direction.
+    #[inline(always)]
+    pub fn scattered_from(&self, lane: usize) -> Option<(Vec3, PdfSolidAngle)> {
+        let pdf = self.pdf[lane];
+        (pdf < f32::INFINITY).then(|| (load(&self.from, lane), PdfSolidAngle(pdf)))
+    }
+
+    /// Sets the point of the last scattering event, and the density of its direction.
+    #[inline(always)]
+    pub fn scatter_from(&mut self, lane: usize, from: Option<(Vec3, PdfSolidAngle)>) {
+        let (p, pdf) = from.unwrap_or((Vec3::ZERO, PdfSolidAngle(f32::INFINITY)));
+        store(&mut self.from, lane, p);
+        self.pdf[lane] = pdf.0;
+    }
+
+    /// The light that light sampling last chose, if any.
+    #[inline(always)]
+    pub fn chosen(&self, lane: usize) -> Option<u32> {
+        let light = self.chosen[lane];
+        (light != NO_LIGHT).then_some(light)
+    }
+
+    /// Sets the light that light sampling chose.
+    #[inline(always)]
+    pub fn choose(&mut self, lane: usize, light: u32) {
+        self.chosen[lane] = light;
+    }
+
+    /// Sets the extension ray of a lane, which leaves a flat shape along `wi`; its density is infinite for a delta lobe. Free
+    /// of branches.
+    #[inline(always)]
+    pub fn leave<V: Vector>(
+        &mut self,
+        lane: usize,
+        at: &Interaction<E, V>,
+        wi: V,
+        pdf: f32,
+        through: bool,
+    ) {
+        let origin = offset_point(at.p, at.error, at.exit_normal(through));
+        self.packet.rays.set(lane, &Ray::new(origin, wi));
+        self.excluded.shape[lane] = at.id.shape;
+        self.excluded.primitive[lane] = at.id.primitive;
+        self.excluded.free_distance[lane] = f32::INFINITY;
+        if planted!(
+            "mirror-weighted-as-what-it-shows",
+            pdf < f32::INFINITY,
+            true
+        ) {
+            store(&mut self.from, lane, at.p);
+            self.pdf[lane] = pdf;
+        }
+    }
+
+    /// Counts an extension ray or a shadow ray of a lane.
+    #[inline(always)]
+    pub fn count_rays(&mut self, lane: usize, closest: bool, shadow: bool) {
+        self.closest_rays[lane] += u32::from(closest);
+        self.shadow_rays[lane] += u32::from(shadow);
+    }
+}
+
+/// The paths of a wavefront, in as few blocks as they fit. The memory of blocks is kept.
+#[derive(Debug)]
+pub struct PathBlocks<E: Effects> {
+    blocks: Vec<PathBlock<E>>,
+    /// The number of blocks with paths.
+    len: usize,
+}
+
+impl<E: Effects> Default for PathBlocks<E> {
+    fn default() -> Self {
+        Self {
+            blocks: Vec::new(),
+            len: 0,
+        }
+    }
+}
+
+impl<E: Effects> PathBlocks<E> {
+    /// Begins a path for each sample.
+    pub fn begin(&mut self, samples: &[Sample], start: impl Fn(&Sample, usize) -> PathStart) {
+        self.len = samples.len().div_ceil(LANES);
+        if self.blocks.len() < self.len {
+            self.blocks.resize(self.len, PathBlock::default());
+        }
+        for (index, block) in self.blocks[..self.len].iter_mut().enumerate() {
+            block.active = ActiveLanes::NONE;
+            let first = index * LANES;
+            let of_block = samples[first..].iter().take(LANES);
+            for (lane, sample) in of_block.enumerate() {
+                let path = first + lane;
+                block.begin(lane, path, &start(sample, path), sample);
+            }
+        }
+    }
+
+    /// The blocks.
+    pub fn blocks_mut(&mut self) -> &mut [PathBlock<E>] {
+        &mut self.blocks[..self.len]
+    }
+
+    /// Whether all paths have ended.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Moves the last paths into the lanes of those that have ended, before the rays are traced.
+    pub fn compact(&mut self) {
+        let mut first = 0;
+        loop {
+            while self.len > 0 && !self.blocks[self.len - 1].active.any() {
+                self.len -= 1;
+            }
+            if first + 1 >= self.len {
+                return;
+            }
+            let (front, back) = self.blocks.split_at_mut(self.len - 1);
+            let (hole, last) = (&mut front[first], &mut back[0]);
+            let mut paths = last.active.each();
+            let ended = hole.active.inverse();
+            let mut is_full = true;
+            for lane in ended.each() {
+                let Some(from) = paths.next() else {
+                    is_full = false;
+                    break;
+                };
+                hole.move_from(lane, last, from);
+            }
+            if is_full {
+                first += 1;
+            }
+        }
+    }
+}

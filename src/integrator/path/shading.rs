@@ -1,0 +1,181 @@
+//! The memory of the stages of a bounce, for one block of paths.
+//!
+//! Measure: as each field says.
+//! Range: any block.
+//! Source: none needed.
+
+use crate::accel::lanes::RayLanes;
+use crate::bsdf::{Diffuse, Lobe};
+use crate::effects::{Effects, Slot};
+use crate::light::lanes::{LightContextLanes, LightLanes, LightSampleLanes};
+use crate::math::lanes::ActiveLanes;
+use crate::math::lanes::{LANES, Lanes, Lanes3, load, store};
+use crate::math::vec::{LaneVec3, Vec2};
+use crate::planted::planted;
+use crate::scene::Scene;
+use crate::scene::interaction::Interaction;
+use crate::scene::interaction::lanes::{InteractionLanes, SurfaceMemory};
+
+/// The memory of the stages of a bounce.
+#[derive(Debug)]
+pub struct StageMemory<E: Effects> {
+    pub surfaces: SurfaceMemory<E>,
+    /// The surface interactions.
+    pub at: InteractionLanes<E>,
+    pub bsdfs: BsdfLanes,
+    pub direct_light: DirectLightLanes,
+    pub scattering: ScatteringLanes,
+}
+
+impl<E: Effects> Default for StageMemory<E> {
+    fn default() -> Self {
+        Self {
+            surfaces: SurfaceMemory::default(),
+            at: InteractionLanes::default(),
+            bsdfs: BsdfLanes::default(),
+            direct_light: DirectLightLanes::default(),
+            scattering: ScatteringLanes::default(),
+        }
+    }
+}
+
+/// Light samples, their contributions and their shadow rays.
+#[repr(align(64))]
+#[derive(Debug)]
+pub struct DirectLightLanes {
+    /// The inputs of light sampling.
+    pub context: LightContextLanes,
+    pub samples: LightSampleLanes,
+    /// The values of the BSDFs, and their densities.
+    pub f: Lanes3,
+    pub pdf_bsdf: Lanes<f32>,
+    /// The contributions to the paths' radiance if the shadow rays are not occluded, with the MIS weights that they
+    /// include.
+    pub contribution: Lanes3,
+    pub weight: Lanes<f32>,
+    pub shadow: RayLanes<LANES>,
+    /// The lanes with a shadow ray.
+    pub to_shadow: ActiveLanes<LANES>,
+    /// The selected lights.
+    pub lights: LightLanes,
+}
+
+impl Default for DirectLightLanes {
+    fn default() -> Self {
+        let zero = [0.0; LANES];
+        Self {
+            context: LightContextLanes::default(),
+            samples: LightSampleLanes::default(),
+            f: [zero; 3],
+            pdf_bsdf: zero,
+            contribution: [zero; 3],
+            weight: zero,
+            shadow: RayLanes::default(),
+            to_shadow: ActiveLanes::NONE,
+            lights: LightLanes::default(),
+        }
+    }
+}
+
+/// Sampled directions.
+#[repr(align(64))]
+#[derive(Debug)]
+pub struct ScatteringLanes {
+    /// The random numbers: two for the direction, one for the lobe.
+    pub numbers: [Lanes<f32>; 3],
+    /// The random numbers of Russian roulette.
+    pub roulette: Lanes<f32>,
+    /// The cosine-weighted directions of the random numbers.
+    pub by_cosine: Lanes3,
+    /// The lanes with a sample.
+    pub sampled: ActiveLanes<LANES>,
+    /// The directions in the shading frames.
+    pub wi: Lanes3,
+    /// The factors of the throughputs, and the densities: infinite for delta lobes.
+    pub weight: Lanes3,
+    pub pdf: Lanes<f32>,
+    /// Whether the direction goes through the surface, and the squared ratio of the refractive indices then.
+    pub goes_through: Lanes<u32>,
+    pub eta2: Lanes<f32>,
+    /// The lobes of samples; diffuse for diffuse surfaces.
+    pub lobes: [Lobe; LANES],
+    /// The lanes whose paths were scattered, with their throughputs, directions and survival probabilities.
+    pub scattered: ActiveLanes<LANES>,
+    pub beta: Lanes3,
+    pub survival: Lanes<f32>,
+}
+
+impl Default for ScatteringLanes {
+    fn default() -> Self {
+        let zero = [0.0; LANES];
+        Self {
+            numbers: [zero; 3],
+            roulette: zero,
+            by_cosine: [zero; 3],
+            sampled: ActiveLanes::NONE,
+            wi: [zero; 3],
+            weight: [zero; 3],
+            pdf: zero,
+            goes_through: [0; LANES],
+            eta2: zero,
+            lobes: [Lobe::Diffuse; LANES],
+            scattered: ActiveLanes::NONE,
+            beta: [zero; 3],
+            survival: zero,
+        }
+    }
+}
+
+/// The BSDFs at the surfaces of a block.
+#[repr(align(64))]
+#[derive(Debug)]
+pub struct BsdfLanes {
+    /// The lanes whose BSDF is not evaluated in lanes.
+    pub singly: ActiveLanes<LANES>,
+    /// The lanes whose BSDF has delta lobes alone.
+    pub delta: ActiveLanes<LANES>,
+    /// The reflectances of the lanes whose BSDF is diffuse and evaluated in lanes.
+    reflectance: Lanes3,
+}
+
+impl Default for BsdfLanes {
+    fn default() -> Self {
+        Self {
+            singly: ActiveLanes::NONE,
+            delta: ActiveLanes::NONE,
+            reflectance: [[0.0; LANES]; 3],
+        }
+    }
+}
+
+impl BsdfLanes {
+    /// Looks up the BSDFs of the active lanes. If `all_singly`, none is evaluated in lanes.
+    #[inline(always)]
+    pub fn look_up<E: Effects>(
+        &mut self,
+        scene: &Scene,
+        active: &ActiveLanes<LANES>,
+        at: &InteractionLanes<E>,
+        all_singly: bool,
+    ) {
+        self.singly = ActiveLanes::NONE;
+        self.delta = ActiveLanes::NONE;
+        for lane in active.each() {
+            let at: Interaction<E> = at.get(lane);
+            let material = scene.material(at.id);
+            if !all_singly && let Some(reflectance) = material.diffuse::<E>(at.uv.or(Vec2::ZERO)) {
+                store(&mut self.reflectance, lane, reflectance);
+            } else {
+                self.singly.set(lane, true);
+                self.delta.set(lane, material.is_delta::<E>());
+            }
+        }
+    }
+
+    /// The diffuse BSDF of a lane.
+    #[inline(always)]
+    pub fn diffuse(&self, lane: usize) -> Diffuse<LaneVec3> {
+        let own = planted!("reflectance-of-the-next-lane", lane ^ 1, lane);
+        Diffuse::new(load(&self.reflectance, own))
+    }
+}

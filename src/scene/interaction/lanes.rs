@@ -1,0 +1,296 @@
+//! Surface interactions in SIMD lanes: those of a packet of rays with their hits.
+//!
+//! Vertices are copied lane by lane; everything that follows from them on top-level triangle meshes is computed by the
+//! functions for single interactions, in a loop over the lanes that the compiler vectorises. Other shapes, alpha, normal
+//! maps and points next to the edge of a triangle are left to [`Scene::surface_interaction`].
+//!
+//! Measure: as in [`Interaction`].
+//! Range: any packet.
+//! Source: none needed. Both ways give the same bits: tested in `tests/tracing/packets.rs`.
+
+use super::Interaction;
+use crate::accel::lanes::{ExcludedLanes, NO_ID, RayHitLanes};
+use crate::accel::{Hit, PrimitiveId};
+use crate::effects::{Effects, Slot, State, Switch};
+use crate::geometry::Geometry;
+use crate::geometry::mesh::{Mesh, may_be_outside, shading_normal, triangle_point};
+use crate::geometry::surface::SurfacePoint;
+use crate::math::frame::Frame;
+use crate::math::lanes::ActiveLanes;
+use crate::math::lanes::{LANES, Lanes, Lanes3, load, store, vectorised};
+use crate::math::ray::Ray;
+use crate::math::vec::{LaneVec3, Vec2, Vector};
+use crate::scene::Scene;
+
+/// A surface interaction for each lane.
+#[repr(align(64))]
+#[derive(Debug, Clone)]
+pub struct InteractionLanes<E: Effects> {
+    /// The shapes.
+    pub shape: Lanes<u32>,
+    /// The primitives.
+    pub primitive: Lanes<u32>,
+    /// The positions.
+    pub p: Lanes3,
+    error: Lanes3,
+    ng: Lanes3,
+    side: Lanes<f32>,
+    is_flat: State<E::ShadingNormals, Lanes<u32>>,
+    ns: State<E::ShadingNormals, Lanes3>,
+    frame: [Lanes3; 3],
+    uv: State<E::Textures, [Lanes<f32>; 2]>,
+    wo: Lanes3,
+}
+
+const ZERO: Lanes<f32> = [0.0; LANES];
+
+impl<E: Effects> Default for InteractionLanes<E> {
+    fn default() -> Self {
+        Self {
+            shape: [NO_ID; LANES],
+            primitive: [0; LANES],
+            p: [ZERO; 3],
+            error: [ZERO; 3],
+            ng: [ZERO; 3],
+            side: ZERO,
+            is_flat: Slot::new(|| [0; LANES]),
+            ns: Slot::new(|| [ZERO; 3]),
+            frame: [[ZERO; 3]; 3],
+            uv: Slot::new(|| [ZERO; 2]),
+            wo: [ZERO; 3],
+        }
+    }
+}
+
+impl<E: Effects> InteractionLanes<E> {
+    /// The primitive of a lane.
+    #[inline(always)]
+    pub fn id(&self, lane: usize) -> PrimitiveId {
+        PrimitiveId {
+            shape: self.shape[lane],
+            primitive: self.primitive[lane],
+        }
+    }
+
+    /// The interaction of a lane.
+    #[inline(always)]
+    pub fn get<V: Vector>(&self, lane: usize) -> Interaction<E, V> {
+        Interaction {
+            id: self.id(lane),
+            p: load(&self.p, lane),
+            error: load(&self.error, lane),
+            ng: load(&self.ng, lane),
+            side: self.side[lane],
+            is_flat: Slot::new(|| self.is_flat.get().is_some_and(|it| it[lane] != 0)),
+            ns: Slot::new(|| self.ns.get().map_or(V::splat(0.0), |ns| load(ns, lane))),
+            frame: Frame {
+                s: load(&self.frame[0], lane),
+                t: load(&self.frame[1], lane),
+                n: load(&self.frame[2], lane),
+            },
+            uv: Slot::new(|| {
+                let uv = self.uv.get();
+                uv.map_or(Vec2::ZERO, |[u, v]| Vec2::new(u[lane], v[lane]))
+            }),
+            wo: load(&self.wo, lane),
+        }
+    }
+
+    /// Sets the interaction of a lane.
+    #[inline(always)]
+    pub fn set<V: Vector>(&mut self, lane: usize, at: &Interaction<E, V>) {
+        self.shape[lane] = at.id.shape;
+        self.primitive[lane] = at.id.primitive;
+        store(&mut self.p, lane, at.p);
+        store(&mut self.error, lane, at.error);
+        store(&mut self.ng, lane, at.ng);
+        self.side[lane] = at.side;
+        if let Some(is_flat) = self.is_flat.get_mut() {
+            is_flat[lane] = u32::from(at.is_flat());
+        }
+        if let Some(ns) = self.ns.get_mut() {
+            store(ns, lane, at.ns.or(V::splat(0.0)));
+        }
+        store(&mut self.frame[0], lane, at.frame.s);
+        store(&mut self.frame[1], lane, at.frame.t);
+        store(&mut self.frame[2], lane, at.frame.n);
+        if let Some([u, v]) = self.uv.get_mut() {
+            let uv = at.uv.or(Vec2::ZERO);
+            (u[lane], v[lane]) = (uv.x, uv.y);
+        }
+        store(&mut self.wo, lane, at.wo);
+    }
+}
+
+/// A triangle for each lane, with the attributes of its vertices.
+#[repr(align(64))]
+#[derive(Debug, Clone)]
+struct TriangleLanes<E: Effects> {
+    vertices: [Lanes3; 3],
+    normals: State<E::ShadingNormals, [Lanes3; 3]>,
+    has_normals: State<E::ShadingNormals, Lanes<u32>>,
+    /// The texture coordinates of the vertices; zero where none are needed.
+    uvs: State<E::Textures, [[Lanes<f32>; 2]; 3]>,
+    transmits: State<E::Transmission, Lanes<u32>>,
+}
+
+impl<E: Effects> TriangleLanes<E> {
+    fn new() -> Self {
+        Self {
+            vertices: [[ZERO; 3]; 3],
+            normals: Slot::new(|| [[ZERO; 3]; 3]),
+            has_normals: Slot::new(|| [0; LANES]),
+            uvs: Slot::new(|| [[ZERO; 2]; 3]),
+            transmits: Slot::new(|| [0; LANES]),
+        }
+    }
+
+    /// Sets the triangle of a lane.
+    #[inline(always)]
+    fn set(
+        &mut self,
+        lane: usize,
+        mesh: &Mesh,
+        primitive: u32,
+        is_textured: bool,
+        transmits: bool,
+    ) {
+        for (to, vertex) in self.vertices.iter_mut().zip(mesh.triangle(primitive)) {
+            store(to, lane, vertex);
+        }
+        if let (Some(to), Some(has)) = (self.normals.get_mut(), self.has_normals.get_mut()) {
+            let normals = mesh.triangle_normals(primitive);
+            has[lane] = u32::from(normals.is_some());
+            for (to, normal) in to.iter_mut().zip(normals.unwrap_or_default()) {
+                store(to, lane, normal);
+            }
+        }
+        if let Some(to) = self.uvs.get_mut() {
+            let uvs = if is_textured {
+                mesh.triangle_uvs(primitive)
+            } else {
+                [Vec2::ZERO; 3]
+            };
+            for ([u, v], uv) in to.iter_mut().zip(uvs) {
+                (u[lane], v[lane]) = (uv.x, uv.y);
+            }
+        }
+        if let Some(to) = self.transmits.get_mut() {
+            to[lane] = u32::from(transmits);
+        }
+    }
+
+    /// The surface point of a lane at barycentric coordinates, its texture coordinate, and whether it may be beyond an
+    /// edge. Free of branches.
+    #[inline(always)]
+    fn surface(&self, lane: usize, [u, v]: [f32; 2]) -> (SurfacePoint<LaneVec3>, Vec2, bool) {
+        let [a, b, c] = &self.vertices;
+        let triangle: [LaneVec3; 3] = [load(a, lane), load(b, lane), load(c, lane)];
+        let point = triangle_point(triangle, [u, v]);
+        let is_outside = may_be_outside(&point, triangle, [u, v]);
+        let mut ns = point.ng;
+        if let (Some(normals), Some(has)) = (self.normals.get(), self.has_normals.get()) {
+            let [a, b, c] = normals;
+            let normals = [load(a, lane), load(b, lane), load(c, lane)];
+            let smooth = shading_normal(normals, point.ng, [u, v]);
+            ns = if has[lane] != 0 { smooth } else { ns };
+        }
+        let mut uv = Vec2::ZERO;
+        if let Some(uvs) = self.uvs.get() {
+            let of_vertex = |i: usize| Vec2::new(uvs[i][0][lane], uvs[i][1][lane]);
+            uv = (1.0 - u - v) * of_vertex(0) + u * of_vertex(1) + v * of_vertex(2);
+        }
+        (SurfacePoint { ns, ..point }, uv, is_outside)
+    }
+}
+
+/// Memory for [`Scene::surface_interactions`].
+#[derive(Debug, Clone)]
+pub struct SurfaceMemory<E: Effects>(TriangleLanes<E>);
+
+impl<E: Effects> Default for SurfaceMemory<E> {
+    fn default() -> Self {
+        Self(TriangleLanes::new())
+    }
+}
+
+vectorised! {
+    /// The interaction of every lane with its triangle. The result marks points that may be beyond an edge.
+    fn interactions<E: Effects>(
+        triangles: &TriangleLanes<E>,
+        packet: &RayHitLanes<LANES>,
+        interactions: &mut InteractionLanes<E>,
+    ) -> Lanes<u32> {
+        let mut outside = [0; LANES];
+        for lane in 0..LANES {
+            let uv = [packet.hits.u[lane], packet.hits.v[lane]];
+            let (surface, texture_uv, is_outside) = triangles.surface(lane, uv);
+            outside[lane] = u32::from(is_outside);
+            let transmits = triangles.transmits.get().is_some_and(|it| it[lane] != 0);
+            let ray = Ray::new(load(&packet.rays.origin, lane), load(&packet.rays.dir, lane));
+            let id = PrimitiveId {
+                shape: packet.hits.geometry[lane],
+                primitive: packet.hits.primitive[lane],
+            };
+            let hit = Hit { id, t: 0.0, uv };
+            let uv = Slot::new(|| texture_uv);
+            interactions.set(lane, &Interaction::new(&ray, &hit, &surface, transmits, uv));
+        }
+        outside
+    }
+}
+
+impl Scene {
+    /// Computes the interactions of rays with their hits. Returns the lanes that have one: those active lanes whose rays
+    /// have hit something that is not passed through by the number `u_alpha` of its lane.
+    #[inline]
+    pub fn surface_interactions<E: Effects>(
+        &self,
+        active: &ActiveLanes<LANES>,
+        packet: &RayHitLanes<LANES>,
+        excluded: &ExcludedLanes,
+        mut u_alpha: impl FnMut(usize) -> f32,
+        memory: &mut SurfaceMemory<E>,
+        interactions: &mut InteractionLanes<E>,
+    ) -> ActiveLanes<LANES> {
+        let SurfaceMemory(triangles) = memory;
+        let mut found = ActiveLanes::NONE;
+        let mut singly = ActiveLanes::<LANES>::NONE;
+        for lane in active.each() {
+            let shape = packet.hits.geometry[lane];
+            if shape == NO_ID {
+                continue;
+            }
+            found.set(lane, true);
+            let of_shape = &self.shapes[shape as usize];
+            let material = &self.materials[of_shape.material as usize];
+            let mesh = match self.world.geometries().get(shape as usize) {
+                Some(Geometry::Mesh(mesh)) => mesh,
+                _ => {
+                    singly.set(lane, true);
+                    continue;
+                }
+            };
+            let is_special = (E::Alpha::ON && material.has_alpha())
+                || (E::NormalMaps::ON && material.normal_map().is_some());
+            singly.set(lane, is_special);
+            let primitive = packet.hits.primitive[lane];
+            let transmits = E::Transmission::ON && material.transmits();
+            triangles.set(lane, mesh, primitive, of_shape.textured, transmits);
+        }
+        let outside = self::interactions::<E>(triangles, packet, interactions);
+        for lane in found.each() {
+            if outside[lane] == 0 && !singly.has(lane) {
+                continue;
+            }
+            let (ray, time) = packet.ray(lane);
+            let (excluded, hit) = (excluded.get(lane), packet.hit(lane));
+            let u_alpha = if E::Alpha::ON { u_alpha(lane) } else { 0.0 };
+            match self.surface_interaction(&ray, time, excluded, u_alpha, hit) {
+                Some(at) => interactions.set(lane, &at),
+                None => found.set(lane, false),
+            }
+        }
+        found
+    }
+}

@@ -16,7 +16,6 @@ pub mod embree;
 pub mod lanes;
 pub mod library;
 pub mod obvhs;
-pub mod packet;
 mod primitive;
 
 use crate::error::{Error, Result};
@@ -28,7 +27,6 @@ use crate::math::ray::Ray;
 use crate::planted::planted;
 use batch::{HitBatch, Packets, RayBatch};
 use lanes::{ExcludedLanes, NO_ID, RayHitLanes, RayLanes};
-use packet::{Hits, RayPacket};
 use std::sync::Arc;
 
 /// The intersection of a ray with a primitive.
@@ -269,39 +267,24 @@ impl Accel {
         Some(hit)
     }
 
-    /// Finds the closest hit of every ray of a packet, ignoring false hits on the excluded primitives. With `coherent`
-    /// rays, such as camera rays, this is faster, and the hit of one ray may depend on the others: which of two
-    /// primitives at the same distance is reported, and its last bits.
-    #[cfg_attr(not(feature = "embree"), allow(unused_variables))] // obvhs has no packets
-    pub fn intersect_packet(&self, rays: &mut RayPacket, coherent: bool, hits: &mut Hits) {
-        match self {
-            #[cfg(feature = "embree")]
-            Self::Embree(accel) => accel.intersect_packet(rays, coherent, hits),
-            Self::Obvhs(accel) => rays.each(hits, |ray, time| accel.intersect(ray, time)),
-        }
-        for (lane, hit) in hits.iter_mut().enumerate().take(rays.len()) {
-            if let (Some(excluded), Some(found)) = (rays.excluded(lane), &hit)
-                && excluded.rules_out(found)
-            {
-                let (ray, time) = rays.get(lane);
-                *hit = self.beyond(&ray, time, excluded, *found);
-            }
-        }
-    }
-
     /// Finds the closest hit of the infinitely long ray of every active lane, ignoring false hits on the excluded
-    /// primitives. The hit of a ray does not depend on the other lanes. A ray that is not finite hits nothing.
+    /// primitives. A ray that is not finite hits nothing.
+    ///
+    /// The hit of a ray does not depend on the other lanes, unless they are flagged as `coherent`, such as camera rays. This
+    /// is faster; which of two primitives at the same distance is hit, and the last bits, may then depend on the others.
+    #[cfg_attr(not(feature = "embree"), allow(unused_variables))] // obvhs has no packets
     pub fn intersect_lanes(
         &self,
         active: &ActiveLanes<LANES>,
         packet: &mut RayHitLanes<LANES>,
         excluded: &ExcludedLanes,
+        coherent: bool,
     ) {
         let active = packet.rays.finite(active);
         packet.hits.geometry = [NO_ID; LANES];
         match self {
             #[cfg(feature = "embree")]
-            Self::Embree(accel) => accel.intersect_lanes(&active, packet, false),
+            Self::Embree(accel) => accel.intersect_lanes(&active, packet, coherent),
             Self::Obvhs(accel) => {
                 for lane in active.each() {
                     let (ray, time) = packet.ray(lane);
@@ -337,15 +320,6 @@ impl Accel {
                     }
                 }
             }
-        }
-    }
-
-    /// Tests each ray of a packet for occlusion.
-    pub fn occluded_packet(&self, rays: &mut RayPacket, occluded: &mut [bool; LANES]) {
-        match self {
-            #[cfg(feature = "embree")]
-            Self::Embree(accel) => accel.occluded_packet(rays, occluded),
-            Self::Obvhs(accel) => rays.each(occluded, |ray, time| accel.occluded(ray, time)),
         }
     }
 

@@ -4,8 +4,6 @@
 //! Range: all of its kinds.
 //! Source: none needed. Tested in `tests/lights/lanes.rs`.
 
-use super::rectangle::RectangleLanes;
-use super::triangle::TriangleLanes;
 use super::types::{LightSample, ShadowRayEnd};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::lanes::{LANES, Lanes, Lanes3, load, store};
@@ -25,38 +23,6 @@ pub struct LightContextLanes {
     pub u: [Lanes<f32>; 4],
     /// The times of the shutter.
     pub time: Lanes<f32>,
-}
-
-/// A light for each lane, of a kind that is sampled in lanes. It is kept until the lane selects another one.
-#[derive(Debug)]
-pub struct LightLanes {
-    /// The indices of the lights that are set.
-    light: Lanes<u32>,
-    pub(super) rectangles: RectangleLanes,
-    pub(super) triangles: TriangleLanes,
-}
-
-impl Default for LightLanes {
-    fn default() -> Self {
-        Self {
-            light: [u32::MAX; LANES],
-            rectangles: RectangleLanes::default(),
-            triangles: TriangleLanes::default(),
-        }
-    }
-}
-
-impl LightLanes {
-    /// Removes all lights, before those of another scene are set.
-    pub fn clear(&mut self) {
-        self.light = [u32::MAX; LANES];
-    }
-
-    /// Notes the light of a lane, and returns whether it has to be set.
-    #[inline]
-    pub(super) fn changes(&mut self, lane: usize, light: u32) -> bool {
-        std::mem::replace(&mut self.light[lane], light) != light
-    }
 }
 
 /// The end of a lane's shadow ray.

@@ -6,10 +6,12 @@
 
 use super::Light;
 use super::environment::EnvironmentMap;
-use super::lanes::{LightContextLanes, LightLanes, LightSampleLanes};
+use super::lanes::{LightContextLanes, LightSampleLanes};
+use super::rectangle::RectangleLanes;
+use super::triangle::TriangleLanes;
 use super::types::{LightSample, PointRule};
 use crate::effects::{Effects, Switch};
-use crate::math::lanes::{ActiveLanes, LANES, Lanes3};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
@@ -25,6 +27,38 @@ pub struct Lights {
     choice: Option<AliasTable>,
     /// The environment map and its index, if there is one.
     map: Option<(u32, Arc<EnvironmentMap>)>,
+}
+
+/// A light for each lane, of a kind that is sampled in lanes. It is kept until the lane selects another one.
+#[derive(Debug)]
+pub struct LightLanes {
+    /// The indices of the lights that are set.
+    light: Lanes<u32>,
+    rectangles: RectangleLanes,
+    triangles: TriangleLanes,
+}
+
+impl Default for LightLanes {
+    fn default() -> Self {
+        Self {
+            light: [u32::MAX; LANES],
+            rectangles: RectangleLanes::default(),
+            triangles: TriangleLanes::default(),
+        }
+    }
+}
+
+impl LightLanes {
+    /// Removes all lights, before those of another scene are set.
+    pub fn clear(&mut self) {
+        self.light = [u32::MAX; LANES];
+    }
+
+    /// Notes the light of a lane, and returns whether it has to be set.
+    #[inline]
+    fn changes(&mut self, lane: usize, light: u32) -> bool {
+        std::mem::replace(&mut self.light[lane], light) != light
+    }
 }
 
 /// The light of the environment map along a direction.

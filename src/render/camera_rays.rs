@@ -9,7 +9,7 @@
 //! Range: any indices; those of one call lie in one block, see [`blocks`].
 //! Source: docs/architecture.md, "The way of a sample". Tested in `tests/rendering/determinism.rs`.
 
-use crate::accel::packet::RayPacket;
+use crate::accel::lanes::{ExcludedLanes, RayHitLanes};
 use crate::effects::{Effects, Switch};
 use crate::film::filter::{Filter, FilterSample};
 use crate::film::splats::SplatList;
@@ -129,13 +129,15 @@ pub struct CameraRays<E: Effects> {
     /// The blocks whose camera rays have not been traced yet.
     blocks: Vec<Block>,
     /// The rays of these blocks, and memory for later ones.
-    packets: Vec<RayPacket>,
+    packets: Vec<RayHitLanes<LANES>>,
     memory: PathMemory<E>,
 }
 
 /// The samples of a block.
 #[derive(Debug)]
 struct Block {
+    /// The lanes of all samples of the block.
+    active: ActiveLanes<LANES>,
     /// The place of the first requested sample.
     place: usize,
     /// The lanes of the requested samples.
@@ -179,17 +181,17 @@ impl<E: Effects> CameraRays<E> {
         let numbers = CameraNumbers::draw::<E>(&mut self.samplers[place..]);
         let film: [Vec2; LANES] = std::array::from_fn(|lane| numbers.film(lane));
         if self.packets.len() == self.blocks.len() {
-            self.packets.push(RayPacket::default());
+            self.packets.push(RayHitLanes::default());
         }
-        let rays = &mut self.packets[self.blocks.len()];
-        rays.clear();
+        let rays = &mut self.packets[self.blocks.len()].rays;
         let mut lane = 0..count;
         pixel.filter.sample_each(&film[..count], |filtered| {
             let Some(lane) = lane.next() else {
                 return;
             };
             let camera_ray = pixel.ray::<E>(&numbers, lane, filtered);
-            rays.push(&camera_ray.ray, camera_ray.time, None);
+            rays.set(lane, &camera_ray.ray);
+            rays.time[lane] = camera_ray.time;
             self.samples.push(Sample::new(camera_ray));
             self.weights
                 .push(planted!("filter-weight-dropped", 1.0, filtered.weight));
@@ -202,6 +204,7 @@ impl<E: Effects> CameraRays<E> {
             observer.traced(RayKind::Camera, ray, *time);
         }
         self.blocks.push(Block {
+            active: ActiveLanes::first(count),
             place,
             lanes: sample_range,
         });
@@ -210,12 +213,12 @@ impl<E: Effects> CameraRays<E> {
 
     /// Traces the camera rays of all samples that were added since the last call.
     pub fn trace(&mut self, scene: &Scene) {
-        let mut hits = [None; LANES];
-        for (block, rays) in self.blocks.drain(..).zip(&mut self.packets) {
-            scene.accel.intersect_packet(rays, true, &mut hits);
+        let accel = &scene.accel;
+        for (block, packet) in self.blocks.drain(..).zip(&mut self.packets) {
+            accel.intersect_lanes(&block.active, packet, &ExcludedLanes::NONE, true);
             let samples = &mut self.samples[block.place..];
-            for (sample, found) in samples.iter_mut().zip(&hits[block.lanes]) {
-                sample.found = *found;
+            for (sample, lane) in samples.iter_mut().zip(block.lanes) {
+                sample.found = packet.hit(lane);
             }
         }
     }

@@ -27,8 +27,8 @@ use crate::effects::{EffectSet, Effects, Slot, State, Switch};
 use crate::geometry::Geometry;
 use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
-use crate::light::lanes::{LightContextLanes, LightLanes, LightSampleLanes};
-use crate::light::select::Lights;
+use crate::light::lanes::{LightContextLanes, LightSampleLanes};
+use crate::light::select::{LightLanes, Lights};
 use crate::light::types::{
     BoundingSphere, Emission, EmissionSample, LightSample, PointRule, ShadowRayEnd,
 };

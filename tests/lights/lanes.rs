@@ -3,10 +3,10 @@
 use crate::common::TestRng;
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::light::Light;
-use etendue::internals::light::lanes::{LightContextLanes, LightLanes, LightSampleLanes};
+use etendue::internals::light::lanes::{LightContextLanes, LightSampleLanes};
 use etendue::internals::light::point::PointLight;
 use etendue::internals::light::rectangle::RectangleLight;
-use etendue::internals::light::select::Lights;
+use etendue::internals::light::select::{LightLanes, Lights};
 use etendue::internals::light::triangle::TriangleLight;
 use etendue::internals::light::types::{Emission, LightSample, PointRule, ShadowRayEnd};
 use etendue::internals::math::lanes::{ActiveLanes, LANES, load, store};

@@ -5,36 +5,47 @@ use crate::common::TestRng;
 use crate::common::tracing::{
     closed_mesh, direction, every_accel, in_single, moving, point, rotation, same, soup, standing,
 };
-use etendue::internals::accel::packet::RayPacket;
+use etendue::internals::accel::lanes::{ExcludedLanes, RayHitLanes, RayLanes};
 use etendue::internals::accel::{Accel, ExcludedPrimitive, Hit};
 use etendue::internals::geometry::Geometry;
 use etendue::internals::geometry::mesh::Mesh;
 use etendue::internals::geometry::world::{Instance, World};
-use etendue::internals::math::lanes::LANES;
+use etendue::internals::math::lanes::{ActiveLanes, LANES};
 use etendue::internals::math::ray::Ray;
-use etendue::internals::math::vec::Vec3;
 use std::sync::Arc;
 
 /// A ray, its time, and the primitive that it leaves.
 type SampleRange = (Ray, f32, Option<ExcludedPrimitive>);
 
-/// The closest hit of each ray, and whether the ray is occluded.
+/// The ray without an end.
+fn endless(ray: &Ray) -> Ray {
+    Ray {
+        t_max: f32::INFINITY,
+        ..*ray
+    }
+}
+
+/// The closest hit of each ray without its end, and whether the ray is occluded. The lanes are the last ones.
 fn traced(accel: &Accel, rays: &[SampleRange]) -> Vec<(Option<Hit>, bool)> {
-    let mut packet = RayPacket::default();
-    let push = |packet: &mut RayPacket| {
-        packet.clear();
-        for (ray, time, excluded) in rays {
-            packet.push(ray, *time, *excluded);
-        }
-    };
-    // Results of an earlier packet, to be overwritten.
-    let mut hits = [None; LANES];
-    let mut occluded = [true; LANES];
-    push(&mut packet);
-    accel.intersect_packet(&mut packet, false, &mut hits);
-    push(&mut packet);
-    accel.occluded_packet(&mut packet, &mut occluded);
-    hits.into_iter().zip(occluded).take(rays.len()).collect()
+    let (mut packet, mut excluded) = (RayHitLanes::default(), ExcludedLanes::NONE);
+    let mut shadow = RayLanes::default();
+    let mut active = ActiveLanes::NONE;
+    let lanes = LANES - rays.len()..LANES;
+    for (lane, (ray, time, left)) in lanes.clone().zip(rays) {
+        active.set(lane, true);
+        packet.rays.set(lane, &endless(ray));
+        packet.rays.time[lane] = *time;
+        excluded.set(lane, *left);
+        shadow.set(lane, ray);
+        shadow.time[lane] = *time;
+    }
+    // Hits of an earlier packet, to be overwritten.
+    packet.hits.geometry = [0; LANES];
+    accel.intersect_lanes(&active, &mut packet, &excluded, false);
+    accel.occluded_lanes(&active, &mut shadow);
+    lanes
+        .map(|lane| (packet.hit(lane), shadow.t_max[lane] < 0.0))
+        .collect()
 }
 
 /// Rays at vertices of a mesh, at its edges, and anywhere; from within, from outside, and one in 101 not finite: few enough that
@@ -139,7 +150,7 @@ fn packets_meet_what_single_rays_meet_also_beyond_what_they_leave() {
             let mut rays = aimed(&mesh, RAYS, &mut rng);
             for (index, (ray, time, excluded)) in rays.iter_mut().enumerate() {
                 // Every second ray leaves the primitive that it would hit first.
-                let first = accel.intersect(ray, *time, None);
+                let first = accel.intersect(&endless(ray), *time, None);
                 if let Some(hit) = first.filter(|_| index.is_multiple_of(2)) {
                     *excluded = Some(ExcludedPrimitive {
                         id: hit.id,
@@ -157,7 +168,7 @@ fn packets_meet_what_single_rays_meet_also_beyond_what_they_leave() {
                 for ((ray, time, excluded), (hit, occluded)) in
                     some.iter().zip(traced(&accel, some))
                 {
-                    let single = accel.intersect(ray, *time, *excluded);
+                    let single = accel.intersect(&endless(ray), *time, *excluded);
                     let is_returned = |it: &ExcludedPrimitive| {
                         hit.is_some_and(|hit| hit.id == it.id && hit.t < it.free_distance)
                     };
@@ -173,14 +184,5 @@ fn packets_meet_what_single_rays_meet_also_beyond_what_they_leave() {
             println!("{name}, {accel_name}: {off} of {RAYS} differ");
             assert!(off * 1000 <= RAYS, "{name}, {accel_name}: {off}");
         }
-    }
-}
-
-#[test]
-#[should_panic(expected = "16 rays at most")]
-fn a_packet_that_is_full_takes_no_more() {
-    let mut packet = RayPacket::default();
-    for _ in 0..=LANES {
-        packet.push(&Ray::new(Vec3::ZERO, Vec3::X), 0.0, None);
     }
 }

@@ -1,4 +1,4 @@
-//! Traces ray batches and `RayPacket`s by Embree's packets of 8 and 16.
+//! Traces ray batches and packets by Embree's packets of 8 and 16.
 //!
 //! All lanes of a packet are loaded at once. Its hits go through the same check as those of single rays; where a hit
 //! is rejected, its ray is continued as a single ray. Which of two primitives at the same distance is reported, and
@@ -19,7 +19,6 @@ use super::EmbreeAccel;
 use super::handles::PacketQuery;
 use crate::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
 use crate::accel::lanes::{HitLanes, NO_ID, RayHitLanes, RayLanes};
-use crate::accel::packet::{Hits, RayPacket};
 use crate::accel::{Hit, Precision};
 use crate::math::lanes::ActiveLanes;
 use crate::math::lanes::LANES;
@@ -124,37 +123,6 @@ impl EmbreeAccel {
         }
     }
 
-    /// Finds the closest hit of every ray of a packet, without regard to excluded primitives.
-    pub fn intersect_packet(&self, rays: &mut RayPacket, coherent: bool, hits: &mut Hits) {
-        let mut query = PacketQuery::new(coherent);
-        rays.lanes.hits.clear();
-        match self.native_width(PacketWidth::Sixteen) {
-            PacketWidth::One => return rays.each(hits, |ray, time| self.intersect(ray, time)),
-            PacketWidth::Eight => {
-                for half in (0..rays.len()).step_by(8) {
-                    let mut lanes: RayHitLanes<8> = rays.lanes.part(half);
-                    let active = rays.active.part(half);
-                    self.scene.intersect_packet(&active, &mut lanes, &mut query);
-                    rays.lanes.replace(half, &lanes);
-                }
-            }
-            PacketWidth::Sixteen => {
-                let RayPacket { lanes, active, .. } = rays;
-                self.scene.intersect_packet(active, lanes, &mut query);
-            }
-        }
-        let hits = &mut hits[..rays.len()];
-        for (lane, found) in hits.iter_mut().enumerate() {
-            *found = self.hit_of_lane(&rays.lanes, lane);
-        }
-        if self.options.precision == Precision::Robust {
-            for (lane, found) in hits.iter_mut().enumerate() {
-                let (ray, time) = rays.get(lane);
-                *found = found.and_then(|hit| self.confirm(&ray, time, hit));
-            }
-        }
-    }
-
     /// Finds the closest hit of every active lane, with the world's shapes in place of Embree's ids, without regard to
     /// excluded primitives. If the rays are not flagged as coherent, the hit of one does not depend on the others.
     pub fn intersect_lanes(
@@ -219,25 +187,6 @@ impl EmbreeAccel {
         }
     }
 
-    /// Tests each ray of a packet for occlusion, independently of the other rays.
-    pub fn occluded_packet(&self, rays: &mut RayPacket, occluded: &mut [bool; LANES]) {
-        match self.native_width(PacketWidth::Sixteen) {
-            PacketWidth::One => return rays.each(occluded, |ray, time| self.occluded(ray, time)),
-            PacketWidth::Eight => {
-                for half in (0..rays.len()).step_by(8) {
-                    let mut lanes: RayHitLanes<8> = rays.lanes.part(half);
-                    self.occluded_apart(rays.active.part(half), &mut lanes.rays);
-                    rays.lanes.replace(half, &lanes);
-                }
-            }
-            PacketWidth::Sixteen => self.occluded_apart(rays.active, &mut rays.lanes.rays),
-        }
-        let ends = rays.lanes.rays.t_max.iter().zip(rays.active.0);
-        for (occluded, (end, active)) in occluded.iter_mut().zip(ends) {
-            *occluded = (active != 0) & (*end < 0.0);
-        }
-    }
-
     /// Tests rays for occlusion with so few active lanes per call that Embree traces them one at a time.
     fn occluded_apart<const N: usize>(&self, active: ActiveLanes<N>, rays: &mut RayLanes<N>) {
         let mut query = PacketQuery::new(false);
@@ -281,16 +230,18 @@ mod tests {
     }
 
     /// Rays from the whole of a cube to the vertices and edges of a mesh within it.
-    fn packet(number: usize, mesh: &Mesh) -> RayPacket {
-        let mut packet = RayPacket::default();
+    fn packet(number: usize, mesh: &Mesh) -> (ActiveLanes<LANES>, RayHitLanes<LANES>) {
+        let mut packet = RayHitLanes::default();
         let digit = |i: usize, base: usize| (i * i % base) as f32 / base as f32 - 0.5;
-        for i in number..=number + number % LANES {
+        let count = 1 + number % LANES;
+        for lane in 0..count {
+            let i = number + lane;
             let from = 3.0 * Vec3::new(digit(i, 61), digit(i, 59), digit(i, 53));
             let [a, b, _] = mesh.triangle((i % mesh.indices().len()) as u32);
             let to = a + (i % 3) as f32 / 2.0 * (b - a);
-            packet.push(&Ray::new(from, to - from), 0.0, None);
+            packet.rays.set(lane, &Ray::new(from, to - from));
         }
-        packet
+        (ActiveLanes::first(count), packet)
     }
 
     /// Covers libraries without packets of sixteen, as on processors without AVX-512.
@@ -322,10 +273,12 @@ mod tests {
                 })
                 .collect();
             let traced = |accel: &EmbreeAccel, number: usize| {
-                let (mut hits, mut occluded) = ([None; LANES], [false; LANES]);
-                accel.intersect_packet(&mut packet(number, &mesh), false, &mut hits);
-                accel.occluded_packet(&mut packet(number, &mesh), &mut occluded);
-                (hits, occluded)
+                let (active, mut packet) = packet(number, &mesh);
+                let mut shadow = packet.rays.clone();
+                accel.intersect_lanes(&active, &mut packet, false);
+                accel.occluded_lanes(active, &mut shadow);
+                let hits: [Option<Hit>; LANES] = std::array::from_fn(|lane| packet.hit(lane));
+                (hits, shadow.t_max.map(|end| end < 0.0))
             };
             let mut hit = 0;
             for number in 0..4000 {

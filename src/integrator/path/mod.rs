@@ -308,7 +308,7 @@ impl<S, O: PathObserver + ?Sized> Walk<'_, S, O> {
             self.observer.traced(kind, &ray, time);
         }
         let accel = &self.scene.accel;
-        accel.intersect_lanes(&block.active, &mut block.packet, &block.excluded);
+        accel.intersect_lanes(&block.active, &mut block.packet, &block.excluded, false);
     }
 
     /// Traces the shadow rays of a block, and adds the contributions of those that are not occluded.

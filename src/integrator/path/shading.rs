@@ -7,7 +7,8 @@
 use crate::accel::lanes::RayLanes;
 use crate::bsdf::{Diffuse, Lobe};
 use crate::effects::{Effects, Slot};
-use crate::light::lanes::{LightContextLanes, LightLanes, LightSampleLanes};
+use crate::light::lanes::{LightContextLanes, LightSampleLanes};
+use crate::light::select::LightLanes;
 use crate::math::lanes::ActiveLanes;
 use crate::math::lanes::{LANES, Lanes, Lanes3, load, store};
 use crate::math::vec::{LaneVec3, Vec2};

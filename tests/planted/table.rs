@@ -258,7 +258,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "begun-path-keeps-a-throughput",
         "a path that begins in a lane keeps the throughput of the path before",
-        "scattering::furnace::white_diffuse_and_mirror_give_everything_back",
+        "lights::lamps::a_large_lamp_lights_by_its_form_factor",
     ),
     bug(
         "reflectance-of-the-next-lane",

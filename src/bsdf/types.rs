@@ -12,11 +12,10 @@
 //! Range: both directions anywhere on the sphere; exactly tangential ones scatter nothing.
 //! Source: Veach 1997, chapter 5. Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
-use crate::math::lanes::{FEW, LANES};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3, Vector};
-use crate::sampling::warp::{sample_hemisphere_cosine, sample_hemisphere_cosine_lanes};
+use crate::sampling::warp::sample_hemisphere_cosine;
 
 /// The value of a BSDF for one pair of directions, and the density with which `sample` generates it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -63,28 +62,6 @@ impl BsdfSampleInput {
             lobe,
             u,
             by_cosine: sample_hemisphere_cosine(u),
-        }
-    }
-
-    /// Appends the inputs of `drawn` in order, each from two numbers for the direction and one for the lobe.
-    pub fn add_each(drawn: &[[f32; 3]], all: &mut Vec<Self>) {
-        let (mut asked, mut found) = ([[0.0; LANES]; 2], [[0.0; LANES]; 3]);
-        for drawn in drawn.chunks(LANES) {
-            if drawn.len() <= FEW {
-                let one = |&[u, v, lobe]: &[f32; 3]| Self::new(lobe, Vec2::new(u, v));
-                all.extend(drawn.iter().map(one));
-                continue;
-            }
-            for (lane, &[u, v, _]) in drawn.iter().enumerate() {
-                (asked[0][lane], asked[1][lane]) = (u, v);
-            }
-            sample_hemisphere_cosine_lanes(&asked, &mut found);
-            let [x, y, z] = &found;
-            all.extend(drawn.iter().enumerate().map(|(lane, &[u, v, lobe])| Self {
-                lobe,
-                u: Vec2::new(u, v),
-                by_cosine: Vec3::new(x[lane], y[lane], z[lane]),
-            }));
         }
     }
 }

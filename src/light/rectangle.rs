@@ -40,7 +40,7 @@ pub struct RectangleLight {
     lengths: [f64; 2],
 }
 
-/// What sampling in single precision needs of a light.
+/// The parameters of a light for sampling in single precision.
 #[derive(Debug, Clone, Copy)]
 struct Rectangle {
     corner: LaneVec3,

@@ -31,7 +31,7 @@ pub struct TriangleLight {
     emission: Emission,
 }
 
-/// What sampling in single precision needs of a light.
+/// The parameters of a light for sampling in single precision.
 #[derive(Debug, Clone, Copy)]
 struct Triangle {
     vertices: [LaneVec3; 3],

@@ -9,8 +9,10 @@ use etendue::internals::bsdf::{
     PrincipledParameters,
 };
 use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::math::lanes::{LANES, load};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{ONE_MINUS_EPSILON, Vec2, Vec3};
+use etendue::internals::sampling::warp::sample_hemisphere_cosine_lanes;
 
 const ROUGHNESSES: [f32; 4] = [0.05, 0.2, 0.5, 1.0];
 /// Phong exponents: hard case 10.
@@ -265,20 +267,19 @@ fn presets_are_metals() {
 fn numbers_of_many_are_those_of_each_alone() {
     let mut rng = TestRng::new(25);
     let rim = [0.0, 0.5, ONE_MINUS_EPSILON];
-    for count in 0..100 {
+    for _ in 0..300 {
         let number = |i: usize, rng: &mut TestRng| match i % 5 {
             0 => rim[(3.0 * rng.uniform()) as usize],
             _ => rng.uniform(),
         };
-        let drawn: Vec<[f32; 3]> = (0..count)
-            .map(|i| [number(i, &mut rng), number(i / 5, &mut rng), rng.uniform()])
-            .collect();
-        let mut together = vec![];
-        BsdfSampleInput::add_each(&drawn, &mut together);
-        let alone: Vec<BsdfSampleInput> = drawn
-            .iter()
-            .map(|&[u, v, lobe]| BsdfSampleInput::new(lobe, Vec2::new(u, v)))
-            .collect();
-        assert_eq!(together, alone, "{count} of them");
+        let mut u = [1, 5].map(|step| std::array::from_fn(|lane| number(lane / step, &mut rng)));
+        u[0].rotate_left((LANES as f32 * rng.uniform()) as usize);
+        let mut together = [[0.0; LANES]; 3];
+        sample_hemisphere_cosine_lanes(&u, &mut together);
+        for lane in 0..LANES {
+            let of_lane = Vec2::from(u.map(|u: [f32; LANES]| u[lane]));
+            let alone = BsdfSampleInput::new(0.0, of_lane).by_cosine;
+            assert_eq!(load::<Vec3>(&together, lane), alone, "lane {lane} of {u:?}");
+        }
     }
 }

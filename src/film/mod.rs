@@ -25,7 +25,7 @@ use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;
 use batches::{BATCHES, BatchMeans, Half};
-pub(crate) use error::MODEL_ERROR;
+pub(crate) use error::{MODEL_ERROR, margin};
 pub use error::{Doubt, ErrorEstimate};
 pub use estimate::PixelEstimate;
 use pixel::PixelSums;

@@ -386,6 +386,7 @@ mod tests {
                 let estimate = ErrorEstimate {
                     rel_rmse,
                     uncertainty: 0.0,
+                    largest_sample: 0.0,
                     confidence: 0.95,
                     upper_bound: 1.03_f64.sqrt() * rel_rmse,
                     doubt: None,

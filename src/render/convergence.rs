@@ -9,7 +9,7 @@
 //! Range: powers from 1/2 to 3/2. Without two looks, or where they do not distinguish it from 1/2, the power is 1/2.
 //! Source: docs/accuracy.md, "The error that is printed". Tested below and in `cli/tests/command/layers.rs`.
 
-use crate::film::{Doubt, ErrorEstimate, MODEL_ERROR};
+use crate::film::{Doubt, ErrorEstimate, MODEL_ERROR, margin};
 use crate::math::stats::normal_quantile;
 
 /// The least ratio of the samples of two looks that determine the power: nearer ones differ by their noise.
@@ -35,6 +35,8 @@ pub struct Look {
     pub rel_rmse: f64,
     /// The relative standard error of the squared error.
     pub uncertainty: f64,
+    /// The largest term that a single sample may have in the squared error, over the squared error.
+    pub largest_sample: f64,
 }
 
 impl Look {
@@ -44,6 +46,7 @@ impl Look {
             samples,
             rel_rmse: error.rel_rmse,
             uncertainty: error.uncertainty,
+            largest_sample: error.largest_sample,
         }
     }
 
@@ -152,12 +155,15 @@ impl Forecast {
         let Look {
             samples: now,
             uncertainty,
+            largest_sample,
             ..
         } = self.look;
         let grown = samples / now;
         // The uncertainty due to rare samples falls as that of any mean.
         let uncertainty = (uncertainty / grown.sqrt()).max(self.least_uncertainty.min(uncertainty));
-        self.error(samples) * (1.0 + MODEL_ERROR + self.sigmas * uncertainty).sqrt()
+        // A sample's term falls as N^-2, the squared error as N^-1.
+        let margin = margin(self.sigmas, uncertainty, largest_sample / grown);
+        self.error(samples) * (1.0 + MODEL_ERROR + margin).sqrt()
     }
 
     /// The root of relMSE after `samples` samples.
@@ -214,6 +220,7 @@ mod tests {
             samples,
             rel_rmse,
             uncertainty,
+            largest_sample: 0.0,
         }
     }
 
@@ -239,6 +246,7 @@ mod tests {
         let error = |rel_rmse, uncertainty| ErrorEstimate {
             rel_rmse,
             uncertainty,
+            largest_sample: 0.0,
             confidence: 0.95,
             upper_bound: 1.1 * rel_rmse,
             doubt: None,
@@ -285,6 +293,12 @@ mod tests {
         let forecast = Forecast::new(&looks, 8_000_000, 0.95, false).expect("a look");
         let margin = |n: f64| forecast.bound(n) / forecast.error(n);
         assert!(margin(64.0) > 1.29 && margin(6400.0) < 1.05);
+        // A single bright sample widens the bound, and less as others join it.
+        let mut bright = looks;
+        bright[0].largest_sample = 2.0;
+        let bright = Forecast::new(&bright, 8_000_000, 0.95, false).expect("a look");
+        assert!(bright.bound(64.0) > 1.02 * forecast.bound(64.0));
+        assert!(bright.bound(6400.0) < 1.001 * forecast.bound(6400.0));
         // The uncertainty at its least, with few pixels.
         let few = Forecast::new(&looks, 200, 0.95, false).expect("a look");
         assert!(few.bound(1e9) / few.error(1e9) > 1.16);

@@ -6,8 +6,9 @@
 //! Source: Kolb, Mitchell and Hanrahan 1995 for the thin lens. Tested below.
 
 use crate::effects::{Effects, Switch};
+use crate::math::lanes::{LANES, Lanes, Lanes3, store, vectorised};
 use crate::math::ray::Ray;
-use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
+use crate::math::vec::{DVec2, DVec3, LaneVec3, Vec2, Vec3, Vector};
 use crate::planted::planted;
 use crate::sampling::warp;
 
@@ -111,9 +112,29 @@ impl Camera {
     #[inline]
     pub fn ray<E: Effects>(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
         if E::Motion::ON && !self.motion.is_empty() {
-            return self.ray_from::<E>(&self.pose_at(time), film, u_lens);
+            return self.ray_from::<E, Vec3>(&self.pose_at(time), film, u_lens);
         }
-        self.ray_from::<E>(&self.pose, film, u_lens)
+        self.ray_from::<E, Vec3>(&self.pose, film, u_lens)
+    }
+
+    /// The rays of all lanes, as [`ray`](Self::ray): sets their origins and directions.
+    pub fn ray_lanes<E: Effects>(
+        &self,
+        film: &[Lanes<f32>; 2],
+        u_lens: &[Lanes<f32>; 2],
+        time: &Lanes<f32>,
+        origin: &mut Lanes3,
+        dir: &mut Lanes3,
+    ) {
+        if !E::Motion::ON || self.motion.is_empty() {
+            return rays_of_static_camera::<E>(self, film, u_lens, origin, dir);
+        }
+        for lane in 0..LANES {
+            let at = |of: &[Lanes<f32>; 2]| Vec2::new(of[0][lane], of[1][lane]);
+            let ray = self.ray::<E>(at(film), at(u_lens), time[lane]);
+            store(origin, lane, ray.origin);
+            store(dir, lane, ray.dir);
+        }
     }
 
     /// Samples a point of the lens, or the pinhole, by two uniform numbers, and returns the camera as seen from it.
@@ -142,20 +163,43 @@ impl Camera {
         a.lerp(b, position - before as f32)
     }
 
-    #[inline]
-    fn ray_from<E: Effects>(&self, pose: &Pose, film: Vec2, u_lens: Vec2) -> Ray {
-        let towards = pose.corner + film.x * pose.per_x + film.y * pose.per_y;
+    #[inline(always)]
+    fn ray_from<E: Effects, V: Vector>(&self, pose: &Pose, film: Vec2, u_lens: Vec2) -> Ray<V> {
+        let [corner, per_x, per_y] = [pose.corner, pose.per_x, pose.per_y].map(V::from);
+        let eye = V::from(pose.eye);
+        let normalize = |v: V| v / v.length();
+        let towards = corner + per_x * film.x + per_y * film.y;
         if !E::Lens::ON || self.lens_radius <= 0.0 {
-            return Ray::new(pose.eye, towards.normalize());
+            return Ray::new(eye, normalize(towards));
         }
         let d = warp::sample_disk_concentric(u_lens);
-        let offset = d.x * pose.lens[0] + d.y * pose.lens[1];
+        let [right, up] = pose.lens.map(V::from);
+        let offset = right * d.x + up * d.y;
         // The square of a distance of 1e20 overflows single precision: for large focus distances the lens offset is
         // divided by the distance instead.
         let near = self.focus_distance.min(1.0);
-        let across = near / self.focus_distance * offset;
-        let in_focus = planted!("focus-on-a-sphere", towards.normalize(), towards);
-        Ray::new(pose.eye + offset, (near * in_focus - across).normalize())
+        let across = offset * (near / self.focus_distance);
+        let in_focus = planted!("focus-on-a-sphere", normalize(towards), towards);
+        Ray::new(eye + offset, normalize(in_focus * near - across))
+    }
+}
+
+vectorised! {
+    /// The rays of a camera that does not move.
+    fn rays_of_static_camera<E: Effects>(
+        camera: &Camera,
+        film: &[Lanes<f32>; 2],
+        u_lens: &[Lanes<f32>; 2],
+        origin: &mut Lanes3,
+        dir: &mut Lanes3,
+    ) {
+        for lane in 0..LANES {
+            let film = Vec2::new(film[0][lane], film[1][lane]);
+            let u_lens = Vec2::new(u_lens[0][lane], u_lens[1][lane]);
+            let ray: Ray<LaneVec3> = camera.ray_from::<E, LaneVec3>(&camera.pose, film, u_lens);
+            store(origin, lane, ray.origin);
+            store(dir, lane, ray.dir);
+        }
     }
 }
 
@@ -210,6 +254,7 @@ impl Viewpoint {
 mod tests {
     use super::*;
     use crate::effects::kernel::types::Everything;
+    use crate::math::lanes::load;
 
     fn camera(lens_radius: f32) -> Camera {
         Camera::new(&CameraParameters {
@@ -238,6 +283,34 @@ mod tests {
             // A coarse pixel covers 20 fine pixels.
             let ratio = seen(&fine).per_steradian / seen(&coarse).per_steradian;
             assert!((ratio - 20.0).abs() < 1e-4, "{ratio}");
+        }
+    }
+
+    #[test]
+    fn rays_in_lanes_are_those_of_each_alone() {
+        let numbers = |step: usize| {
+            std::array::from_fn(|lane| (0.618_034 * (step * lane + step) as f32).fract())
+        };
+        let film = [
+            numbers(1).map(|x: f32| 200.0 * x),
+            numbers(3).map(|y: f32| 100.0 * y),
+        ];
+        let (lens, time) = ([numbers(5), numbers(7)], numbers(11));
+        let mut moving = camera(0.5);
+        let pose = Pose {
+            eye: Vec3::new(1.0, -0.2, 5.0),
+            ..moving.pose
+        };
+        moving.motion = vec![moving.pose, pose];
+        for camera in [camera(0.0), camera(0.5), moving] {
+            let (mut origin, mut dir) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+            camera.ray_lanes::<Everything>(&film, &lens, &time, &mut origin, &mut dir);
+            for lane in 0..LANES {
+                let at = |of: &[Lanes<f32>; 2]| Vec2::new(of[0][lane], of[1][lane]);
+                let alone = camera.ray::<Everything>(at(&film), at(&lens), time[lane]);
+                assert_eq!(load::<Vec3>(&origin, lane), alone.origin);
+                assert_eq!(load::<Vec3>(&dir, lane), alone.dir);
+            }
         }
     }
 

@@ -8,7 +8,7 @@
 //! Source: Embree's manual, "Ray packets"; embree4 headers. Tested in `tests/tracing/batches.rs`.
 
 use super::{ExcludedPrimitive, Hit, PrimitiveId};
-use crate::math::lanes::{ActiveLanes, LANES, Lanes, load, store};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, load, store, vectorised};
 use crate::math::ray::Ray;
 use crate::math::vec::Vector;
 
@@ -190,12 +190,23 @@ impl RayLanes<LANES> {
     #[inline]
     pub fn finite(&self, active: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
         let mut finite = *active;
-        for of_axis in self.origin.iter().chain(&self.dir) {
-            for (finite, component) in finite.0.iter_mut().zip(of_axis) {
-                *finite &= -i32::from(component.abs() < f32::INFINITY);
-            }
-        }
+        are_finite(self, &mut finite);
         finite
+    }
+}
+
+vectorised! {
+    /// Deactivates the lanes whose rays are not finite.
+    fn are_finite(rays: &RayLanes<LANES>, active: &mut ActiveLanes<LANES>) {
+        for lane in 0..LANES {
+            let origin = [rays.origin[0][lane], rays.origin[1][lane], rays.origin[2][lane]];
+            let dir = [rays.dir[0][lane], rays.dir[1][lane], rays.dir[2][lane]];
+            let is_finite = |[x, y, z]: [f32; 3]| {
+                (x.abs() < f32::INFINITY) & (y.abs() < f32::INFINITY) & (z.abs() < f32::INFINITY)
+            };
+            let mask = if is_finite(origin) & is_finite(dir) { -1 } else { 0 };
+            active.0[lane] &= mask;
+        }
     }
 }
 

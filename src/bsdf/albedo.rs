@@ -37,7 +37,7 @@ pub struct SingleScatter {
 
 impl SingleScatter {
     /// The albedo under Schlick's approximation, from `f0` at normal incidence to `f90` at grazing incidence.
-    #[inline]
+    #[inline(always)]
     pub fn reflected(self, f0: f32, f90: f32) -> f32 {
         f0 * (1.0 - self.loss - self.schlick) + f90 * self.schlick
     }
@@ -46,8 +46,8 @@ impl SingleScatter {
 /// The tabulated albedo of one roughness: a function of mu, and its mean.
 #[derive(Debug, Clone, Copy)]
 pub struct AlbedoRow {
-    /// Neighbouring rows of the table and the interpolation weight of the second; `None` for a smooth surface.
-    rows: Option<(&'static [Row; 2], f32)>,
+    /// The table and the place in it; `None` for a smooth surface.
+    table: Option<(&'static AlbedoTable, RowPlace)>,
     alpha: f32,
     mean: SingleScatter,
     /// 1 / (pi mean loss), or 0 where nothing is lost: normalises [`AlbedoRow::multiple_scattering`].
@@ -56,6 +56,17 @@ pub struct AlbedoRow {
     log: f32,
     /// 1 / (pi log).
     pdf_scale: f32,
+}
+
+/// A place between two rows of the table.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RowPlace {
+    /// The index of the first entry of the first row.
+    pub first: u32,
+    /// The interpolation weight of the second row.
+    pub t: f32,
+    /// The roughness alpha.
+    pub alpha: f32,
 }
 
 /// A table entry: the square root of the loss, and B - (1 - mu)^5.
@@ -67,12 +78,49 @@ struct Entry {
 
 type Row = [Entry; NODES_MU];
 
+/// The number of entries of the table, up to the next power of two: an index modulo this number needs no further check.
+const ENTRIES: usize = (NODES_ROUGHNESS * NODES_MU).next_power_of_two();
+
+/// The rows of all roughnesses, one after the other.
+#[derive(Debug)]
+pub struct AlbedoTable {
+    root_loss: [f32; ENTRIES],
+    excess: [f32; ENTRIES],
+}
+
+impl AlbedoTable {
+    #[inline(always)]
+    fn entry(&self, index: u32) -> Entry {
+        let index = index as usize % ENTRIES;
+        Entry {
+            root_loss: self.root_loss[index],
+            excess: self.excess[index],
+        }
+    }
+
+    /// The single scattering towards a direction of cosine `mu`. Free of branches.
+    #[inline(always)]
+    pub fn at(&self, place: RowPlace, mu: f32) -> SingleScatter {
+        let (node, s) = split(coordinate_of_mu(mu, place.alpha), NODES_MU);
+        let node = place.first + node;
+        let across = |node: u32| {
+            let next = self.entry(node + NODES_MU as u32);
+            self.entry(node).lerp(next, place.t)
+        };
+        let entry = across(node).lerp(across(node + 1), s);
+        SingleScatter {
+            loss: entry.root_loss * entry.root_loss,
+            schlick: entry.excess + schlick_weight(mu),
+        }
+    }
+}
+
 impl AlbedoRow {
     /// The row of a smooth surface: there is no loss, and Schlick's approximation applies at mu alone.
     #[inline]
     pub fn smooth() -> Self {
         Self {
-            rows: None,
+            table: None,
             alpha: 0.0,
             mean: SingleScatter {
                 loss: 0.0,
@@ -87,7 +135,6 @@ impl AlbedoRow {
     /// The row of a distribution; the first call builds the tables.
     #[inline]
     pub fn new(ggx: &Ggx) -> Self {
-        static TABLES: LazyLock<Tables> = LazyLock::new(Tables::build);
         TABLES.row(ggx.alpha())
     }
 
@@ -100,17 +147,25 @@ impl AlbedoRow {
     /// The single scattering towards a direction of cosine `mu`.
     #[inline]
     pub fn at(&self, mu: f32) -> SingleScatter {
-        let schlick = schlick_weight(mu);
-        let Some((rows, t)) = self.rows else {
-            return SingleScatter { loss: 0.0, schlick };
-        };
-        let (i, s) = split(coordinate_of_mu(mu, self.alpha), NODES_MU);
-        let across = |node: usize| rows[0][node].lerp(rows[1][node], t);
-        let entry = across(i).lerp(across(i + 1), s);
-        SingleScatter {
-            loss: entry.root_loss * entry.root_loss,
-            schlick: entry.excess + schlick,
+        match self.table {
+            Some((table, place)) => table.at(place, mu),
+            None => SingleScatter {
+                loss: 0.0,
+                schlick: schlick_weight(mu),
+            },
         }
+    }
+
+    /// The place in the table; `None` for a smooth surface.
+    #[inline]
+    pub fn place(&self) -> Option<RowPlace> {
+        self.table.map(|(_, place)| place)
+    }
+
+    /// The factor of [`AlbedoRow::multiple_scattering`], and that of [`AlbedoRow::pdf_multiple`].
+    #[inline]
+    pub fn scales(&self) -> (f32, f32) {
+        (self.multiple_scale, self.pdf_scale)
     }
 
     /// The cosine-weighted mean of [`AlbedoRow::at`].
@@ -123,7 +178,7 @@ impl AlbedoRow {
     /// `o`. Kulla and Conty 2017, with the losses of both directions from [`AlbedoRow::at`].
     #[inline]
     pub fn multiple_scattering(&self, o: SingleScatter, i: SingleScatter) -> f32 {
-        o.loss * i.loss * self.multiple_scale
+        multiple_scattering(o, i, self.multiple_scale)
     }
 
     /// Samples a direction for [`AlbedoRow::multiple_scattering`] with a density of the shape mu / (mu^2 + alpha^2) of the
@@ -139,12 +194,24 @@ impl AlbedoRow {
     /// The density of [`AlbedoRow::sample_multiple`] per steradian; not defined for a smooth surface.
     #[inline]
     pub fn pdf_multiple(&self, mu: f32) -> f32 {
-        self.pdf_scale * mu / (mu * mu + self.alpha * self.alpha)
+        pdf_multiple(mu, self.alpha * self.alpha, self.pdf_scale)
     }
 }
 
+/// [`AlbedoRow::multiple_scattering`], given its factor.
+#[inline(always)]
+pub fn multiple_scattering(o: SingleScatter, i: SingleScatter, scale: f32) -> f32 {
+    o.loss * i.loss * scale
+}
+
+/// [`AlbedoRow::pdf_multiple`], given its factor.
+#[inline(always)]
+pub fn pdf_multiple(mu: f32, alpha2: f32, scale: f32) -> f32 {
+    scale * mu / (mu * mu + alpha2)
+}
+
 impl Entry {
-    #[inline]
+    #[inline(always)]
     fn lerp(self, other: Self, t: f32) -> Self {
         Self {
             root_loss: self.root_loss + t * (other.root_loss - self.root_loss),
@@ -157,7 +224,7 @@ impl Entry {
 #[inline]
 fn look_up(row: &Row, x: f32) -> Entry {
     let (i, s) = split(x, NODES_MU);
-    row[i].lerp(row[i + 1], s)
+    row[i as usize].lerp(row[i as usize + 1], s)
 }
 
 /// Integrates the single scattering of `ggx` towards a direction of cosine `mu`, with `points` quadrature points.
@@ -189,8 +256,15 @@ pub fn single_scatter(ggx: &Ggx, mu: f32, points: u32, step: u32) -> SingleScatt
     }
 }
 
+static TABLES: LazyLock<Tables> = LazyLock::new(Tables::build);
+
+/// The table of all roughnesses; the first call builds it.
+pub fn table() -> &'static AlbedoTable {
+    &TABLES.entries
+}
+
 struct Tables {
-    rows: Box<[Row; NODES_ROUGHNESS]>,
+    entries: Box<AlbedoTable>,
     /// The means, with the loss divided by alpha^2: that ratio varies slowly.
     means: Box<[SingleScatter; NODES_MEAN]>,
 }
@@ -198,19 +272,21 @@ struct Tables {
 impl Tables {
     fn build() -> Self {
         let mut tables = Self {
-            rows: Box::new([[Entry::default(); NODES_MU]; NODES_ROUGHNESS]),
+            entries: Box::new(AlbedoTable {
+                root_loss: [0.0; ENTRIES],
+                excess: [0.0; ENTRIES],
+            }),
             means: Box::new([SingleScatter::default(); NODES_MEAN]),
         };
-        for (i, row) in tables.rows.iter_mut().enumerate() {
+        for i in 0..NODES_ROUGHNESS {
             let alpha = alpha_of_node(i, NODES_ROUGHNESS);
             let ggx = Ggx::new(alpha);
-            for (j, entry) in row.iter_mut().enumerate() {
+            for j in 0..NODES_MU {
                 let mu = mu_of_coordinate(j as f32 / (NODES_MU - 1) as f32, alpha);
                 let single = single_scatter(&ggx, mu, 377, 233);
-                *entry = Entry {
-                    root_loss: single.loss.sqrt(),
-                    excess: single.schlick - schlick_weight(mu),
-                };
+                let index = i * NODES_MU + j;
+                tables.entries.root_loss[index] = single.loss.sqrt();
+                tables.entries.excess[index] = single.schlick - schlick_weight(mu);
             }
         }
         for i in 0..NODES_MEAN {
@@ -226,6 +302,7 @@ impl Tables {
     #[inline]
     fn row(&'static self, alpha: f32) -> AlbedoRow {
         let (i, t) = split(coordinate_of_alpha(alpha), NODES_MEAN);
+        let i = i as usize;
         let [low, high] = [self.means[i], self.means[i + 1]];
         let alpha2 = alpha * alpha;
         let mean = SingleScatter {
@@ -233,10 +310,14 @@ impl Tables {
             schlick: low.schlick + t * (high.schlick - low.schlick),
         };
         let (i, t) = split(coordinate_of_alpha(alpha), NODES_ROUGHNESS);
-        let rows = self.rows[i..].first_chunk().map(|rows| (rows, t));
+        let place = RowPlace {
+            first: i * NODES_MU as u32,
+            t,
+            alpha,
+        };
         let log = (1.0 + 1.0 / alpha2).ln();
         AlbedoRow {
-            rows,
+            table: Some((&self.entries, place)),
             alpha,
             mean,
             multiple_scale: FRAC_1_PI / mean.loss,
@@ -247,7 +328,8 @@ impl Tables {
 
     fn interpolated(&self, alpha: f32) -> Row {
         let (i, t) = split(coordinate_of_alpha(alpha), NODES_ROUGHNESS);
-        std::array::from_fn(|j| self.rows[i][j].lerp(self.rows[i + 1][j], t))
+        let entry = |i: u32, j: usize| self.entries.entry(i * NODES_MU as u32 + j as u32);
+        std::array::from_fn(|j| entry(i, j).lerp(entry(i + 1, j), t))
     }
 }
 
@@ -274,7 +356,7 @@ fn mean_of(alpha: f32, row: &Row) -> SingleScatter {
 }
 
 /// The table's coordinate of mu, in [0, 1]. At grazing angles the tabulated functions vary on the scale of mu = alpha.
-#[inline]
+#[inline(always)]
 fn coordinate_of_mu(mu: f32, alpha: f32) -> f32 {
     (mu * (1.0 + alpha) / (mu + alpha)).sqrt()
 }
@@ -296,11 +378,12 @@ fn alpha_of_node(i: usize, nodes: usize) -> f32 {
 }
 
 /// The cell that contains `x` in [0, 1], and the offset in it.
-#[inline]
-fn split(x: f32, nodes: usize) -> (usize, f32) {
+#[inline(always)]
+fn split(x: f32, nodes: usize) -> (u32, f32) {
     let scaled = x * (nodes - 1) as f32;
-    let cell = (scaled as usize).min(nodes - 2);
-    (cell, scaled - cell as f32)
+    // Conversions of signed numbers are single instructions.
+    let cell = (scaled as i32).min(nodes as i32 - 2);
+    (cell as u32, scaled - cell as f32)
 }
 
 #[cfg(test)]

@@ -106,7 +106,7 @@ pub fn conductor_mean(eta: Rgb, k: Rgb) -> Rgb {
 }
 
 /// (1 - cos)^5, the weight with which Schlick's approximation interpolates from F0 to 1.
-#[inline]
+#[inline(always)]
 pub fn schlick_weight(cos_i: f32) -> f32 {
     let c = 1.0 - cos_i;
     let c2 = c * c;

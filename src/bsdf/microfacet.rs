@@ -8,7 +8,7 @@
 //! `tests/scattering/furnace.rs`.
 
 use crate::math::trig::sin_cos_turns;
-use crate::math::vec::{Vec2, Vec3};
+use crate::math::vec::{Vec2, Vec3, Vector};
 use crate::planted::planted;
 use std::f32::consts::FRAC_1_PI;
 
@@ -69,9 +69,10 @@ impl Ggx {
     }
 
     /// cos sqrt(1 + alpha^2 tan^2) = cos (1 + 2 Lambda(w)), Heitz 2014 eq. 72: G1 and G2 are functions of this and of cos.
-    #[inline]
-    fn stretched_cos(&self, w: Vec3) -> f32 {
-        (w.z * w.z + self.alpha2 * (w.x * w.x + w.y * w.y)).sqrt()
+    #[inline(always)]
+    fn stretched_cos<V: Vector>(&self, w: V) -> f32 {
+        let [x, y, z] = w.into();
+        (z * z + self.alpha2 * (x * x + y * y)).sqrt()
     }
 
     /// G1(w) = 1 / (1 + Lambda(w)), the fraction of microfacets visible from `w`. Heitz 2014 eq. 43.
@@ -104,25 +105,26 @@ impl Ggx {
 
     /// Samples a visible normal and reflects `wo` about it, with density [`Ggx::pdf_mirrored`]. The result may lie below
     /// the surface.
-    #[inline]
-    pub fn sample_mirrored(&self, wo: Vec3, u: Vec2) -> Vec3 {
+    #[inline(always)]
+    pub fn sample_mirrored<V: Vector>(&self, wo: V, u: Vec2) -> V {
         let m = self.visible(wo, u);
-        (2.0 * wo.dot(m) / m.length_squared()) * m - wo
+        m * (2.0 * wo.dot(m) / m.length_squared()) - wo
     }
 
     /// Samples a visible normal, not normalised. Dupuy and Benyoub 2023, listing 3.
-    #[inline]
-    fn visible(&self, wo: Vec3, u: Vec2) -> Vec3 {
-        let w = Vec3::new(self.alpha * wo.x, self.alpha * wo.y, wo.z).normalize();
+    #[inline(always)]
+    fn visible<V: Vector>(&self, wo: V, u: Vec2) -> V {
+        let stretched = V::new(self.alpha * wo.x(), self.alpha * wo.y(), wo.z());
+        let [w_x, w_y, w_z] = (stretched / stretched.length()).into();
         // A point on the cap of the sphere above -w.z; `t` is its depth below the pole, which keeps 1 - z^2 exact.
-        let t = u.y * (1.0 + w.z);
+        let t = u.y * (1.0 + w_z);
         let sin = (t * (2.0 - t)).max(0.0).sqrt();
         let (sin_phi, cos_phi) = sin_cos_turns(u.x);
         // z + w.z in the form that stays positive.
-        let h_z = (1.0 - u.y) * (1.0 + w.z);
-        Vec3::new(
-            self.alpha * (sin * cos_phi + w.x),
-            self.alpha * (sin * sin_phi + w.y),
+        let h_z = (1.0 - u.y) * (1.0 + w_z);
+        V::new(
+            self.alpha * (sin * cos_phi + w_x),
+            self.alpha * (sin * sin_phi + w_y),
             h_z,
         )
     }
@@ -130,27 +132,29 @@ impl Ggx {
     /// Computes the reflection terms of two directions, both above the surface.
     ///
     /// D needs no unit normal: with h = wo + wi it is alpha^2 / pi (|h|^2 / (alpha^2 h_z^2 + h_x^2 + h_y^2))^2.
-    #[inline]
-    pub fn mirroring(&self, wo: Vec3, wi: Vec3) -> Mirroring {
+    #[inline(always)]
+    pub fn mirroring<V: Vector>(&self, wo: V, wi: V) -> Mirroring {
         let h = wo + wi;
         let length2 = h.length_squared();
-        let stretched = h.z * h.z * self.alpha2 + (h.x * h.x + h.y * h.y);
+        let [x, y, z] = h.into();
+        let stretched = z * z * self.alpha2 + (x * x + y * y);
         // Both are zero where the squares of opposite, extremely grazing directions underflow: D is then zero.
         let ratio = length2 / stretched.max(f32::MIN_POSITIVE);
         let half_d = 0.5 * FRAC_1_PI * self.alpha2 * (ratio * ratio);
         let (so, si) = (self.stretched_cos(wo), self.stretched_cos(wi));
+        let (cos_o, cos_i) = (wo.z(), wi.z());
         Mirroring {
             cos: (0.5 * length2.sqrt()).min(1.0),
             d_v: planted!(
                 "shadowing-uncorrelated",
-                2.0 * half_d / ((wo.z + so) * (wi.z + si)),
-                half_d / (wi.z * so + wo.z * si)
+                2.0 * half_d / ((cos_o + so) * (cos_i + si)),
+                half_d / (cos_i * so + cos_o * si)
             ),
             pdf: planted!(
                 "half-vector-jacobian",
                 2.0 * length2.sqrt() * half_d,
                 half_d
-            ) / (wo.z + so),
+            ) / (cos_o + so),
         }
     }
 

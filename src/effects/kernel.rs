@@ -109,8 +109,8 @@ pub trait KernelJob {
 }
 
 kernels! {
-    /// Diffuse surfaces and one area light.
-    Matte = "matte" [AreaLights];
+    /// Diffuse surfaces, also one-sided, and one area light.
+    Matte = "matte" [OneSided AreaLights];
     /// Diffuse surfaces with textures and shading normals, area lights and a constant environment.
     Textured = "textured" [
         ShadingNormals Textures Environment AreaLights ManyLights

@@ -5,7 +5,7 @@
 //! Range: u in [0, 1 - 2^-24]; offsets in [-radius, radius]. A radius that is not a positive number panics.
 //! Source: Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling"; the shapes are named at each. Tested below.
 
-use crate::math::lanes::{FEW, LANES, Lanes, each_lane, vectorised};
+use crate::math::lanes::{LANES, Lanes, each_lane, vectorised};
 use crate::math::vec::Vec2;
 use std::f64::consts::PI;
 
@@ -180,39 +180,26 @@ impl Filter {
         (self.evaluate_axis(offset.x.into()) * self.evaluate_axis(offset.y.into())) as f32
     }
 
-    /// Samples an offset for each pair of random numbers, in order; equal to [`sample`](Self::sample) for each.
-    ///
-    /// # Panics
-    ///
-    /// If there are more than [`LANES`] pairs.
-    pub fn sample_each(&self, u: &[Vec2], mut tell: impl FnMut(FilterSample)) {
-        if u.len() <= FEW {
-            return u.iter().for_each(|&u| tell(self.sample(u)));
-        }
-        let (mut asked, mut weights) = ([[[0.0; LANES]; 6]; 2], [1.0; LANES]);
-        for (lane, u) in u.iter().enumerate() {
-            for (asked, u) in asked.iter_mut().zip(u.to_array()) {
-                let (signed, cell) = self.cell(u);
+    /// Samples an offset for each lane's pair of random numbers; equal to [`sample`](Self::sample) for each. Returns the
+    /// offsets along both axes, and the weights.
+    pub fn sample_lanes(&self, u: &[Lanes<f32>; 2]) -> ([Lanes<f32>; 2], Lanes<f32>) {
+        let mut weights = [1.0; LANES];
+        let offsets = u.each_ref().map(|u| {
+            let mut cells = [[0.0; LANES]; 6];
+            for lane in 0..LANES {
+                let (signed, cell) = self.cell(u[lane]);
                 let found = &self.cells[cell];
-                let of_cell = [found.to, found.scale, found.a, found.b];
-                for (asked, of_cell) in asked.iter_mut().zip(of_cell) {
-                    asked[lane] = of_cell;
+                let of_cell = [found.to, found.scale, found.a, found.b, signed, cell as f32];
+                for (cells, of_cell) in cells.iter_mut().zip(of_cell) {
+                    cells[lane] = of_cell;
                 }
-                (asked[4][lane], asked[5][lane]) = (signed, cell as f32);
                 weights[lane] *= found.weight;
             }
-        }
-        let mut offsets = [[[0.0; LANES]; 1]; 2];
-        for (asked, offsets) in asked.iter().zip(&mut offsets) {
-            offsets_within(self.reach, asked, offsets);
-        }
-        let [[x], [y]] = offsets;
-        for lane in 0..u.len() {
-            tell(FilterSample {
-                offset: Vec2::new(x[lane], y[lane]),
-                weight: weights[lane],
-            });
-        }
+            let mut offsets = [[0.0; LANES]];
+            offsets_within(self.reach, &cells, &mut offsets);
+            offsets[0]
+        });
+        (offsets, weights)
     }
 
     /// Samples one coordinate and its factor of the weight. The map from `u` is monotone, so stratification is
@@ -457,15 +444,15 @@ mod tests {
     #[test]
     fn samples_side_by_side_are_those_of_each_alone() {
         for (kind, filter) in filters() {
-            for count in 0..=LANES {
-                for turn in 0..200 {
-                    let u = |i: usize| (0.618_034 * (i + 16 * turn) as f32).fract();
-                    let u: Vec<Vec2> = (0..count).map(|i| Vec2::new(u(i), u(3 * i + 1))).collect();
-                    let mut alone = u.iter().map(|&u| filter.sample(u));
-                    filter.sample_each(&u, |sample| {
-                        assert_eq!(Some(sample), alone.next(), "{kind:?}, {count}");
-                    });
-                    assert!(alone.next().is_none(), "{kind:?}, {count}");
+            for turn in 0..200 {
+                let u = |i: usize| (0.618_034 * (i + 16 * turn) as f32).fract();
+                let u = [1, 3].map(|step| std::array::from_fn(|lane| u(step * lane + step)));
+                let ([x, y], weights) = filter.sample_lanes(&u);
+                for lane in 0..LANES {
+                    let alone = filter.sample(Vec2::new(u[0][lane], u[1][lane]));
+                    let offset = Vec2::new(x[lane], y[lane]);
+                    let weight = weights[lane];
+                    assert_eq!(FilterSample { offset, weight }, alone, "{kind:?}");
                 }
             }
         }

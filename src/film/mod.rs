@@ -50,6 +50,18 @@ impl Window {
         u64::from(self.width) * u64::from(self.height)
     }
 
+    /// Whether a pixel is in the window.
+    #[inline]
+    pub fn contains(&self, [x, y]: [u32; 2]) -> bool {
+        (self.x..self.x + self.width).contains(&x) && (self.y..self.y + self.height).contains(&y)
+    }
+
+    /// The index of a pixel of the window, row by row.
+    #[inline]
+    pub fn index(&self, [x, y]: [u32; 2]) -> usize {
+        (y - self.y) as usize * self.width as usize + (x - self.x) as usize
+    }
+
     /// The pixels of the window, row by row.
     pub fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
         let columns = self.x..self.x + self.width;

@@ -17,6 +17,7 @@ use super::batches::{BATCHES, BatchMeans, Half};
 use super::local_truth::{Smoothed, local_truth};
 use crate::math::plane::Plane;
 use crate::planted::planted;
+use rayon::prelude::*;
 
 /// The edge in pixels of the blocks whose differences between halves give the uncertainty.
 const BLOCK: usize = 8;
@@ -51,37 +52,21 @@ impl RelativeVariances {
         // Single precision suffices in units of the image's mean.
         let unit = 0.5 * (means[0] + means[1]);
         let epsilons = means.map(|mean| (0.01 * (mean / unit) * (mean / unit)) as f32);
-        let mut halves = [vec![0.0; count], vec![0.0; count]];
-        let mut of_quarters = 0.0;
-        let mut largest = vec![0.0; count];
-        for c in 0..3 {
+        let channels = (0..3).into_par_iter().map(|c| {
             let channel = Channel::of(film, c, unit)?;
-            for (index, half) in Half::ALL.into_iter().enumerate() {
-                let other = planted!("denominator-of-the-same-half", half, half.other());
-                let epsilon = epsilons[other as usize];
-                let variance = &channel.variances[half as usize];
-                let (of_half, of_batches) = channel.truths(other);
-                for (sum, relative) in halves[index]
-                    .iter_mut()
-                    .zip(relative(variance, &of_half, epsilon))
-                {
-                    *sum += relative / 3.0;
-                }
-                for truth in of_batches {
-                    of_quarters += relative(variance, &truth, epsilon).sum::<f64>();
-                }
-            }
-            let epsilon = 0.5 * (epsilons[0] + epsilons[1]);
-            let darkest = channel.whole_truth().box_min(1);
-            let darkest = darkest.like(|i| darkest.values[i].max(0.0));
-            for (sum, relative) in
-                largest
-                    .iter_mut()
-                    .zip(relative(&channel.largest_sample, &darkest, epsilon))
-            {
-                *sum += relative / 3.0;
-            }
-        }
+            Some(ChannelTerms::of(&channel, epsilons))
+        });
+        let channels: Vec<ChannelTerms> = channels.collect::<Option<_>>()?;
+        let mean = |of: fn(&ChannelTerms) -> &Vec<f64>| -> Vec<f64> {
+            let terms = |index| channels.iter().map(move |channel| of(channel)[index] / 3.0);
+            (0..count).map(|index| terms(index).sum()).collect()
+        };
+        let halves = [
+            mean(|channel| &channel.halves[0]),
+            mean(|channel| &channel.halves[1]),
+        ];
+        let largest = mean(|channel| &channel.largest_sample);
+        let of_quarters: f64 = channels.iter().map(|channel| channel.of_quarters).sum();
         // The sum is over three channels, two halves and two batches of each.
         let of_quarters = of_quarters / (12 * count) as f64;
         let of_halves = 0.5 * (sum(&halves[0]) + sum(&halves[1])) / count as f64;
@@ -135,6 +120,41 @@ impl RelativeVariances {
     pub(super) fn part(&self, index: usize) -> f64 {
         let both = self.halves[0][index] + self.halves[1][index];
         0.5 * self.extrapolation * both / self.count() as f64
+    }
+}
+
+/// The terms of one channel.
+struct ChannelTerms {
+    /// The relative variance of each pixel's mean, by either half.
+    halves: [Vec<f64>; 2],
+    /// The sum of these with the truth from one batch, over all pixels, halves and batches.
+    of_quarters: f64,
+    /// The squared contribution of each pixel's largest sample, relative to the smallest truth next to it.
+    largest_sample: Vec<f64>,
+}
+
+impl ChannelTerms {
+    /// Computes the terms of a channel, given epsilon for either half.
+    fn of(channel: &Channel, epsilons: [f32; 2]) -> Self {
+        let mut of_quarters = 0.0;
+        let halves = Half::ALL.map(|half| {
+            let other = planted!("denominator-of-the-same-half", half, half.other());
+            let epsilon = epsilons[other as usize];
+            let variance = &channel.variances[half as usize];
+            let (of_half, of_batches) = channel.truths(other);
+            for truth in of_batches {
+                of_quarters += relative(variance, &truth, epsilon).sum::<f64>();
+            }
+            relative(variance, &of_half, epsilon).collect()
+        });
+        let epsilon = 0.5 * (epsilons[0] + epsilons[1]);
+        let darkest = channel.whole_truth().box_min(1);
+        let darkest = darkest.like(|i| darkest.values[i].max(0.0));
+        Self {
+            halves,
+            of_quarters,
+            largest_sample: relative(&channel.largest_sample, &darkest, epsilon).collect(),
+        }
     }
 }
 

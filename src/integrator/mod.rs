@@ -13,8 +13,10 @@ pub mod path;
 pub mod technique;
 
 use crate::accel::Hit;
+use crate::accel::lanes::RayHitLanes;
 use crate::effects::Effects;
 use crate::film::splats::SplatList;
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vector;
@@ -32,30 +34,83 @@ pub struct CameraRay {
     pub time: f32,
 }
 
-/// A sample: its camera ray, the hit on it and the estimated radiance.
+/// Sixteen samples, one per lane.
 #[derive(Debug, Clone)]
-pub struct Sample {
-    /// The camera ray.
-    pub camera_ray: CameraRay,
-    /// The closest hit, if there is one: first on the camera ray, then on each extension ray of a wavefront.
-    pub found: Option<Hit>,
-    /// The estimated radiance along the camera ray.
-    pub radiance: Rgb,
-    /// The rays traced for the sample.
-    pub rays: RayCounts,
+pub struct SampleLanes {
+    /// The lanes with a sample.
+    pub active: ActiveLanes<LANES>,
+    /// The camera rays, and the closest hits on them.
+    pub packet: RayHitLanes<LANES>,
+    /// The estimated radiance along the camera rays.
+    radiance: Lanes3,
+    /// The rays traced for the samples beside the camera rays: for the closest hit, and shadow rays.
+    closest_rays: Lanes<u32>,
+    shadow_rays: Lanes<u32>,
 }
 
-impl Sample {
-    /// A sample whose camera ray has not been traced yet.
-    #[inline]
-    pub fn new(camera_ray: CameraRay) -> Self {
+impl Default for SampleLanes {
+    fn default() -> Self {
         Self {
-            camera_ray,
-            found: None,
-            radiance: Rgb::BLACK,
-            rays: RayCounts::default(),
+            active: ActiveLanes::NONE,
+            packet: RayHitLanes::default(),
+            radiance: [[0.0; LANES]; 3],
+            closest_rays: [0; LANES],
+            shadow_rays: [0; LANES],
         }
     }
+}
+
+impl SampleLanes {
+    /// Adds a sample in a lane, given its camera ray and the hit on it.
+    pub fn add(&mut self, lane: usize, camera_ray: &CameraRay, found: Option<Hit>) {
+        self.active.set(lane, true);
+        self.packet.rays.set(lane, &camera_ray.ray);
+        self.packet.rays.time[lane] = camera_ray.time;
+        self.packet.set_hit(lane, found);
+    }
+
+    /// The camera ray of a lane, and the hit on it.
+    #[inline]
+    pub fn camera_ray(&self, lane: usize) -> (CameraRay, Option<Hit>) {
+        let (ray, time) = self.packet.ray(lane);
+        (CameraRay { ray, time }, self.packet.hit(lane))
+    }
+
+    /// The estimate of a lane.
+    #[inline(always)]
+    pub fn estimate(&self, lane: usize) -> Estimate {
+        Estimate {
+            radiance: load(&self.radiance, lane),
+            rays: RayCounts {
+                camera: 1,
+                closest: u64::from(self.closest_rays[lane]),
+                shadow: u64::from(self.shadow_rays[lane]),
+            },
+        }
+    }
+
+    /// Sets the estimate of a lane, given its rays beside the camera ray.
+    #[inline(always)]
+    pub fn set_estimate(
+        &mut self,
+        lane: usize,
+        radiance: Rgb,
+        closest_rays: u32,
+        shadow_rays: u32,
+    ) {
+        store(&mut self.radiance, lane, radiance);
+        self.closest_rays[lane] = closest_rays;
+        self.shadow_rays[lane] = shadow_rays;
+    }
+}
+
+/// The estimate of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// The radiance along the camera ray.
+    pub radiance: Rgb,
+    /// The rays traced for it.
+    pub rays: RayCounts,
 }
 
 /// An estimator of radiance, for one sample or for a wavefront of samples.
@@ -64,24 +119,30 @@ pub trait Integrator: Copy + Send + Sync {
     const SIDE_BY_SIDE: bool = false;
 
     /// Estimates the radiance of several samples. Each value is exactly the one that the sample would have by itself.
-    /// The samplers are in the order of the samples.
+    /// There is a sampler for each lane, in order.
     fn radiances<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
         samplers: &mut [S],
-        samples: &mut [Sample],
+        samples: &mut [SampleLanes],
         _memory: &mut PathMemory<E>,
         observer: &mut O,
     ) {
-        for (sampler, sample) in samplers.iter_mut().zip(samples) {
-            let Sample {
-                camera_ray,
-                found,
-                radiance,
-                rays,
-            } = sample;
-            *radiance =
-                self.radiance::<E, S, O>(scene, sampler, camera_ray, *found, rays, observer);
+        for (samplers, samples) in samplers.chunks_mut(LANES).zip(samples) {
+            for lane in samples.active.each() {
+                let (camera_ray, found) = samples.camera_ray(lane);
+                let sampler = &mut samplers[lane];
+                let mut rays = RayCounts::default();
+                let radiance = self.radiance::<E, S, O>(
+                    scene,
+                    sampler,
+                    &camera_ray,
+                    found,
+                    &mut rays,
+                    observer,
+                );
+                samples.set_estimate(lane, radiance, rays.closest as u32, rays.shadow as u32);
+            }
         }
     }
 

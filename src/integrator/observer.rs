@@ -87,6 +87,12 @@ impl<E: Effects> From<&Interaction<E>> for PathVertex {
 
 /// Receives the events of paths from an integrator. Every method does nothing unless it is implemented.
 pub trait PathObserver {
+    /// Whether anything is observed.
+    #[inline(always)]
+    fn is_observing(&self) -> bool {
+        true
+    }
+
     /// Whether the observer needs paths in sequence, each from its beginning to its end. Otherwise the events of a
     /// wavefront may be reported stage by stage, in the order in which the rays are traced; the visibility of a light
     /// is then reported after the scattering event that follows it.
@@ -126,6 +132,11 @@ pub trait PathObserver {
 pub struct Unobserved;
 
 impl PathObserver for Unobserved {
+    #[inline(always)]
+    fn is_observing(&self) -> bool {
+        false
+    }
+
     #[inline(always)]
     fn is_sequential(&self) -> bool {
         false

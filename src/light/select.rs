@@ -34,6 +34,8 @@ pub struct Lights {
 pub struct LightLanes {
     /// The indices of the lights that are set.
     light: Lanes<u32>,
+    is_rectangle: ActiveLanes<LANES>,
+    is_triangle: ActiveLanes<LANES>,
     rectangles: RectangleLanes,
     triangles: TriangleLanes,
 }
@@ -42,6 +44,8 @@ impl Default for LightLanes {
     fn default() -> Self {
         Self {
             light: [u32::MAX; LANES],
+            is_rectangle: ActiveLanes::NONE,
+            is_triangle: ActiveLanes::NONE,
             rectangles: RectangleLanes::default(),
             triangles: TriangleLanes::default(),
         }
@@ -54,10 +58,18 @@ impl LightLanes {
         self.light = [u32::MAX; LANES];
     }
 
-    /// Notes the light of a lane, and returns whether it has to be set.
-    #[inline]
-    fn changes(&mut self, lane: usize, light: u32) -> bool {
-        std::mem::replace(&mut self.light[lane], light) != light
+    /// Sets the light of a lane, which has this index.
+    fn set(&mut self, lane: usize, index: u32, light: &Light) {
+        self.light[lane] = index;
+        self.is_rectangle
+            .set(lane, matches!(light, Light::Rectangle(_)));
+        self.is_triangle
+            .set(lane, matches!(light, Light::Triangle(_)));
+        match light {
+            Light::Rectangle(light) => self.rectangles.set(lane, light),
+            Light::Triangle(light) => self.triangles.set(lane, light),
+            _ => {}
+        }
     }
 }
 
@@ -157,26 +169,13 @@ impl Lights {
         lights: &mut LightLanes,
         samples: &mut LightSampleLanes,
     ) -> ActiveLanes<LANES> {
-        let (mut rectangles, mut triangles) = (ActiveLanes::NONE, ActiveLanes::NONE);
-        for lane in active.each() {
+        let changed = active.and(|lane| lights.light[lane] != context.light[lane]);
+        for lane in changed.each() {
             let light = context.light[lane];
-            let changes = lights.changes(lane, light);
-            match &self.lights[light as usize] {
-                Light::Rectangle(light) => {
-                    rectangles.set(lane, true);
-                    if changes {
-                        lights.rectangles.set(lane, light);
-                    }
-                }
-                Light::Triangle(light) => {
-                    triangles.set(lane, true);
-                    if changes {
-                        lights.triangles.set(lane, light);
-                    }
-                }
-                _ => {}
-            }
+            lights.set(lane, light, &self.lights[light as usize]);
         }
+        let rectangles = active.and(|lane| lights.is_rectangle.has(lane));
+        let triangles = active.and(|lane| lights.is_triangle.has(lane));
         let mut singly = active.without(&rectangles).without(&triangles);
         if rectangles.any() {
             let near = lights.rectangles.sample(&rectangles, context, p, samples);

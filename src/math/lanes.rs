@@ -51,6 +51,12 @@ impl<const N: usize> ActiveLanes<N> {
         self.0.iter().fold(0, |any, lane| any | lane) != 0
     }
 
+    /// Whether all lanes are active.
+    #[inline]
+    pub fn all(&self) -> bool {
+        self.0.iter().fold(-1, |all, lane| all & lane) != 0
+    }
+
     /// The active lanes, in order.
     #[inline(always)]
     pub fn each(&self) -> impl Iterator<Item = usize> + use<N> {
@@ -64,6 +70,16 @@ impl<const N: usize> ActiveLanes<N> {
 }
 
 impl<const N: usize> ActiveLanes<N> {
+    /// The active lanes for which a condition holds. Free of branches if the condition is.
+    #[inline(always)]
+    pub fn and(&self, condition: impl Fn(usize) -> bool) -> Self {
+        let mut lanes = *self;
+        for lane in 0..N {
+            lanes.0[lane] &= -i32::from(condition(lane));
+        }
+        lanes
+    }
+
     /// The active lanes that are not active in `other`.
     #[inline]
     pub fn without(&self, other: &Self) -> Self {

@@ -55,8 +55,13 @@ impl Plane {
     /// the plane.
     pub fn box_mean(&self, radius: usize) -> Self {
         let mut means = self.box_fold(radius, |a, b| a + b);
-        for (index, value) in means.values.iter_mut().enumerate() {
-            *value /= square_size(index, self.width, self.height, radius) as f32;
+        let columns = (0..self.width).map(|x| extent(x, self.width, radius) as f32);
+        let columns: Vec<f32> = columns.collect();
+        for (y, row) in means.values.chunks_exact_mut(self.width).enumerate() {
+            let rows = extent(y, self.height, radius) as f32;
+            for (value, columns) in row.iter_mut().zip(&columns) {
+                *value /= rows * columns;
+            }
         }
         means
     }
@@ -152,9 +157,12 @@ fn fold_row(row: &[f32], radius: usize, combine: &impl Fn(f32, f32) -> f32, fold
 
 /// The number of pixels within the plane of the square of this radius about a pixel.
 fn square_size(index: usize, width: usize, height: usize, radius: usize) -> usize {
-    let within =
-        |at: usize, length: usize| (at + radius + 1).min(length) - at.saturating_sub(radius);
-    within(index % width, width) * within(index / width, height)
+    extent(index % width, width, radius) * extent(index / width, height, radius)
+}
+
+/// The number of pixels within a row or column of this length at most `radius` away from the one at `at`.
+fn extent(at: usize, length: usize, radius: usize) -> usize {
+    (at + radius + 1).min(length) - at.saturating_sub(radius)
 }
 
 #[cfg(test)]

@@ -11,7 +11,8 @@ use crate::film::batches::BATCHES;
 use crate::film::pixel::PixelSums;
 use crate::integrator::observer::Unobserved;
 use crate::integrator::path::{PathMemory, WAVEFRONT_SIZE};
-use crate::integrator::{CameraRay, Integrator, Sample};
+use crate::integrator::{CameraRay, Integrator, SampleLanes};
+use crate::math::lanes::{ActiveLanes, LANES};
 use crate::math::rgb::Rgb;
 use crate::sampler::{AnySampler, Batches, Sampler};
 use crate::scene::Scene;
@@ -73,20 +74,21 @@ impl Job<'_> {
         let found = self.scene.accel.intersect(&ray.ray, ray.time, None);
         let mut sums = PixelSums::default();
         let mut rejected = 0;
-        let (mut samplers, mut samples) = (Vec::new(), Vec::new());
+        let mut samplers = Vec::new();
+        let mut samples = vec![SampleLanes::default(); WAVEFRONT_SIZE / LANES];
         let mut memory = PathMemory::default();
         for first in (0..self.spp).step_by(WAVEFRONT_SIZE) {
             let indices = first..self.spp.min(first + WAVEFRONT_SIZE as u64);
             samplers.clear();
-            samples.clear();
+            for samples in &mut samples {
+                samples.active = ActiveLanes::NONE;
+            }
             for index in indices.clone() {
                 let mut sampler = self.sampler.clone();
                 sampler.start([place, 0], index);
+                let path = samplers.len();
+                samples[path / LANES].add(path % LANES, ray, found);
                 samplers.push(sampler);
-                samples.push(Sample {
-                    found,
-                    ..Sample::new(*ray)
-                });
             }
             integrator.radiances::<E, _, _>(
                 self.scene,
@@ -95,12 +97,13 @@ impl Job<'_> {
                 &mut memory,
                 &mut Unobserved,
             );
-            for (index, sample) in indices.zip(&samples) {
-                if !sample.radiance.is_finite() {
+            for (path, index) in indices.enumerate() {
+                let radiance = samples[path / LANES].estimate(path % LANES).radiance;
+                if !radiance.is_finite() {
                     rejected += 1;
                     continue;
                 }
-                sums.add(index, sample.radiance);
+                sums.add(index, radiance);
             }
         }
         let single = |channels: [f64; 3]| Rgb::from(channels.map(|x| x as f32));

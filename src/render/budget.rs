@@ -6,7 +6,6 @@
 //! Source: none needed. Tested below and in `cli/tests/command/render.rs`.
 
 use super::adaptive::allocation::Allocation;
-use super::camera_rays::LARGEST_BLOCK;
 use super::convergence::{Forecast, Look, stated};
 use super::settings::{Budget, ErrorTarget};
 use crate::film::ErrorEstimate;
@@ -239,12 +238,6 @@ impl PassPlanner {
                 affordable
             };
             pass = pass.min(careful);
-            // Half of a block costs as many camera rays as all of it.
-            let end = self.spp + pass;
-            let whole = end - end % LARGEST_BLOCK;
-            if whole > self.spp {
-                pass = whole - self.spp;
-            }
             pass -= pass % self.step;
         }
         (pass > 0).then_some(pass)

@@ -10,8 +10,9 @@
 //! 200 bytes each.
 //! Source: the overture of Ward, Rubinstein and Clear 1988. Tested in `tests/rendering/irradiance_cache.rs`.
 
-use super::camera_rays::{CameraRays, Pixel};
+use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
 use super::dispatch::{first_or_last, kernel, path, sampler};
+use super::pixel_block::PixelBlock;
 use super::settings::RenderSettings;
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
@@ -23,6 +24,7 @@ use crate::integrator::irradiance_cache::{IrradianceCache, Survey, Surveyed};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::Unobserved;
 use crate::integrator::technique::Weighted;
+use crate::math::lanes::ActiveLanes;
 use crate::sampler::{AnySampler, Batches};
 use crate::scene::Scene;
 use rayon::prelude::*;
@@ -131,18 +133,24 @@ impl Surveyor<'_> {
             integrator: path(self.settings, Weighted, Traced),
             makes_records: self.makes_records,
         };
-        let pixel = Pixel {
+        let source = CameraRaySource {
             scene: self.scene,
             filter: self.filter,
-            position,
+            sampler,
         };
+        let block = PixelBlock::of(position);
+        let lane = block.lane(position);
+        let mut requested = ActiveLanes::NONE;
+        requested.set(lane, true);
         let mut camera_rays = CameraRays::<E>::new();
-        let places = camera_rays.add(&pixel, sampler, 0..1, &mut Unobserved);
+        let index = PacketIndex { block, sample: 0 };
+        camera_rays.add(&source, index, requested, &mut Unobserved);
         camera_rays.trace(self.scene);
-        let (sampler, sample) = camera_rays.sample(places.start);
+        let (camera_ray, hit) = camera_rays.samples(0).camera_ray(lane);
+        let sampler = camera_rays.sampler(0, lane);
         // No image is so large that these are pixels of it, too.
         let numbers = position.map(|i| !i);
-        survey.path::<E, _>(sampler, sample, numbers)
+        survey.path::<E, _>(sampler, &camera_ray, hit, numbers)
     }
 }
 

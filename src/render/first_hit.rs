@@ -8,13 +8,16 @@
 //! Range: a pixel without a hit is black, has no normal and an infinite distance; at edges, means over the hits.
 //! Source: none needed. Tested in `cli/tests/command/layers.rs`.
 
-use super::camera_rays::{CameraRays, Pixel, blocks};
+use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
 use super::dispatch::sampler;
+use super::pixel_block::PixelBlock;
 use super::settings::RenderSettings;
 use crate::effects::kernel::types::Everything;
+use crate::film::Window;
 use crate::film::filter::Filter;
+use crate::integrator::CameraRay;
 use crate::integrator::observer::Unobserved;
-use crate::integrator::{CameraRay, Sample};
+use crate::math::lanes::{LANES, Lanes};
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;
 use crate::math::vec::{Vec2, Vec3};
@@ -24,7 +27,7 @@ use crate::scene::interaction::Interaction;
 use rayon::prelude::*;
 
 /// The first hits of one pixel.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FirstHit {
     /// The share of light that is reflected or transmitted.
     pub albedo: Rgb,
@@ -127,49 +130,55 @@ pub fn first_hits(
         scene,
         filter,
         spp,
+        window: settings.window,
         sampler: sampler(settings, Batches::new(PARTS as u64)),
     };
-    let positions: Vec<[u32; 2]> = settings.window.pixels().collect();
-    positions
-        .into_par_iter()
-        .map_init(CameraRays::new, |rays, position| job.pixel(position, rays))
-        .collect()
+    let window = settings.window;
+    let blocks: Vec<PixelBlock> = PixelBlock::covering(window).collect();
+    let of_blocks: Vec<Lanes<FirstHit>> = blocks
+        .par_iter()
+        .map_init(CameraRays::new, |rays, &block| job.block(block, rays))
+        .collect();
+    let mut found = vec![FirstHit::default(); window.pixel_count() as usize];
+    for (block, of_block) in blocks.into_iter().zip(of_blocks) {
+        for lane in block.lanes_in(window).each() {
+            found[window.index(block.pixel(lane))] = of_block[lane];
+        }
+    }
+    found
 }
 
 struct Job<'a> {
     scene: &'a Scene,
     filter: &'a Filter,
     spp: u64,
+    window: Window,
     sampler: AnySampler,
 }
 
 impl Job<'_> {
-    fn pixel(&self, position: [u32; 2], rays: &mut CameraRays<Everything>) -> FirstHit {
-        let pixel = Pixel {
+    fn block(&self, block: PixelBlock, rays: &mut CameraRays<Everything>) -> Lanes<FirstHit> {
+        let source = CameraRaySource {
             scene: self.scene,
             filter: self.filter,
-            position,
+            sampler: &self.sampler,
         };
-        let mut parts = [Sums::default(); PARTS];
-        for block in blocks(0..self.spp) {
-            let indices = block.clone();
+        let lanes = block.lanes_in(self.window);
+        let mut parts = [[Sums::default(); PARTS]; LANES];
+        for sample in 0..self.spp {
             rays.clear();
-            let places = rays.add(&pixel, &self.sampler, block, &mut Unobserved);
+            let index = PacketIndex { block, sample };
+            rays.add(&source, index, lanes, &mut Unobserved);
             rays.trace(self.scene);
-            for (index, place) in indices.zip(places) {
-                let (sampler, sample) = rays.sample(place);
-                let Sample {
-                    camera_ray: CameraRay { ray, time },
-                    found,
-                    ..
-                } = sample;
-                let (ray, time, found) = (&*ray, *time, *found);
+            for lane in lanes.each() {
+                let (CameraRay { ray, time }, hit) = rays.samples(0).camera_ray(lane);
+                let sampler = rays.sampler(0, lane);
                 let [u_alpha] = sampler.draw(Decision::Alpha(0));
-                let part = &mut parts[index as usize % PARTS];
+                let part = &mut parts[lane][sample as usize % PARTS];
                 part.count += 1;
                 let Some(at) = self
                     .scene
-                    .surface_interaction(ray, time, None, u_alpha, found)
+                    .surface_interaction(&ray, time, None, u_alpha, hit)
                 else {
                     continue;
                 };
@@ -183,14 +192,19 @@ impl Job<'_> {
                 });
             }
         }
+        parts.map(|parts| self.first_hit(&parts))
+    }
+
+    /// The first hit of a pixel, given the sums of its parts.
+    fn first_hit(&self, parts: &[Sums; PARTS]) -> FirstHit {
         let mut all = Sums::default();
-        for part in &parts {
+        for part in parts {
             all.add(part);
         }
         let (albedo, met) = all.means();
         let (normal, distance) = met.unwrap_or((Vec3::ZERO, f64::INFINITY));
         let world = |length: f32| self.scene.normalisation.world_length(length) as f32;
-        let errors = standard_errors(&parts);
+        let errors = standard_errors(parts);
         FirstHit {
             albedo,
             normal,

@@ -20,6 +20,7 @@ pub mod first_hit;
 mod metropolis;
 mod observed;
 pub mod options;
+mod pixel_block;
 mod progress;
 pub mod replay;
 pub mod settings;
@@ -34,17 +35,17 @@ use crate::film::{ErrorEstimate, Film, Tile};
 use crate::integrator::RayCounts;
 use crate::integrator::irradiance_cache::IrradianceCache;
 use crate::integrator::kind::IntegratorKind;
-use crate::integrator::observer::Unobserved;
 use crate::planted::planted;
 use crate::sampler::{Batches, hash};
 use crate::scene::Scene;
 use adaptive::{SampleAllocation, SampleAllocator};
 use budget::{PassPlanner, Picture};
+use camera_rays::CameraRaySource;
 use convergence::{Look, PowerLaw, stated};
 pub use dispatch::{check, kernel};
 pub use observed::observe_tile;
 pub use progress::{Predicted, Progress, RenderObserver, Unwatched};
-use rayon::prelude::*;
+use rayon::iter::ParallelIterator;
 use settings::Adaptive;
 use settings::{Budget, RenderSettings, SamplerKind};
 use std::cmp::Reverse;
@@ -53,7 +54,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 pub use threads::Threads;
 pub use tile::{NonFiniteSample, Rejected};
-use tile::{SampleRange, TileJob};
+use tile::{PassJob, SampleRange, SampleSource};
 
 /// The state of a render so far.
 #[derive(Debug, Clone)]
@@ -379,31 +380,28 @@ impl Run<'_> {
             _ => film.tiles().iter().map(same).collect(),
         };
         let sampler = dispatch::sampler(self.settings, Batches::new(BATCHES));
-        let (tiles, splats) = film.tiles_and_splats();
-        let mut jobs: Vec<(&mut Tile, SampleRange)> = tiles.iter_mut().zip(sample_range).collect();
+        let (all_tiles, splats) = film.tiles_and_splats();
+        let mut tiles: Vec<(&mut Tile, SampleRange)> =
+            all_tiles.iter_mut().zip(sample_range).collect();
         // The longest first, so that all threads finish at about the same time. Equal ones stay in their order.
-        jobs.sort_by_key(|(tile, sample_range)| Reverse(sample_range.sample_count(tile)));
-        jobs.into_par_iter()
-            .with_max_len(1)
-            .for_each(|(tile, sample_range)| {
-                if self.is_cancelled() {
-                    return;
-                }
-                let scene = self.scene;
-                let new_samples = sample_range.sample_count(tile);
-                let job = TileJob {
-                    scene,
+        tiles.sort_by_key(|(tile, sample_range)| Reverse(sample_range.sample_count(tile)));
+        let job = PassJob {
+            source: SampleSource {
+                rays: CameraRaySource {
+                    scene: self.scene,
                     filter: self.filter,
-                    tile,
-                    splats,
-                    sample_range,
-                    sampler: sampler.clone(),
-                    observer: &mut Unobserved,
-                };
-                let outcome = dispatch::dispatch(scene, self.settings, cache, job);
+                    sampler: &sampler,
+                },
+                splats,
+            },
+            tiles,
+            is_cancelled: &|| self.is_cancelled(),
+            tile_done: &|outcome, new_samples| {
                 self.take_in(outcome.rays, outcome.rejected);
                 self.report(planner, new_samples, shown);
-            });
+            },
+        };
+        dispatch::dispatch(self.scene, self.settings, cache, job);
     }
 
     /// Runs one pass of Markov chains, with as many steps as there would be samples.

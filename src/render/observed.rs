@@ -4,9 +4,10 @@
 //! Range: any tile of a film and any sample indices; the sums are bit for bit those of the render with the same settings.
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
+use super::camera_rays::CameraRaySource;
 use super::dispatch;
 use super::settings::RenderSettings;
-use super::tile::{SampleRange, TileJob};
+use super::tile::{ObservedTileJob, SampleRange, SampleSource};
 use crate::film::Tile;
 use crate::film::batches::BATCHES;
 use crate::film::filter::Filter;
@@ -27,13 +28,18 @@ pub fn observe_tile(
     range: Range<u64>,
     observer: &mut dyn PathObserver,
 ) {
-    let job = TileJob {
-        scene,
-        filter,
+    let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
+    let job = ObservedTileJob {
+        source: SampleSource {
+            rays: CameraRaySource {
+                scene,
+                filter,
+                sampler: &sampler,
+            },
+            splats: None,
+        },
         tile,
-        splats: None,
         sample_range: SampleRange::Same(range),
-        sampler: dispatch::sampler(settings, Batches::new(BATCHES)),
         observer,
     };
     dispatch::dispatch_to_two(scene, settings, cache, job);

@@ -8,8 +8,9 @@
 //! Range: paths of a limited number of scattering events; 192 bytes a pixel for each strategy.
 //! Source: Veach 1997, figure 10.2. Tested in `tests/rendering/strategies.rs`.
 
-use super::camera_rays::{CameraRays, Pixel, blocks};
+use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
 use super::dispatch;
+use super::pixel_block::PixelBlock;
 use super::settings::RenderSettings;
 use super::{RenderInput, Threads};
 use crate::effects::Effects;
@@ -19,9 +20,11 @@ use crate::film::batches::BATCHES;
 use crate::film::splats::{Splats, Strategy};
 use crate::film::{Film, Window};
 use crate::image::Image;
+use crate::integrator::RayCounts;
 use crate::integrator::bidirectional::{Bidirectional, Contribution};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::Unobserved;
+use crate::math::lanes::Lanes;
 use crate::math::rgb::Rgb;
 use crate::sampler::{AnySampler, Batches};
 use rayon::prelude::*;
@@ -138,39 +141,43 @@ impl KernelJob for Job<'_> {
         let Pictures { view, window, .. } = *self.pictures;
         let RenderInput { scene, filter, .. } = view;
         let reaches = |film| Splats::covers(window, filter, film);
+        let source = CameraRaySource {
+            scene,
+            filter,
+            sampler: self.sampler,
+        };
         let mut camera_rays = CameraRays::<E>::new();
-        for position in self.window.pixels() {
-            let pixel = Pixel {
-                scene,
-                filter,
-                position,
-            };
-            let mut contributions = Vec::new();
-            for block in blocks(0..self.pictures.spp) {
+        for block in PixelBlock::covering(self.window) {
+            let lanes = block.lanes_in(self.window);
+            let mut contributions: Lanes<Vec<Contribution>> = Default::default();
+            for sample in 0..self.pictures.spp {
                 camera_rays.clear();
-                let places = camera_rays.add(&pixel, self.sampler, block, &mut Unobserved);
+                let index = PacketIndex { block, sample };
+                camera_rays.add(&source, index, lanes, &mut Unobserved);
                 camera_rays.trace(scene);
-                for place in places {
-                    let weight = camera_rays.weight(place);
-                    let (sampler, sample) = camera_rays.sample(place);
+                for lane in lanes.each() {
+                    let weight = camera_rays.weight(0, lane);
+                    let (camera_ray, hit) = camera_rays.samples(0).camera_ray(lane);
                     self.integrator.contributions::<E, _, _>(
                         scene,
-                        sampler,
-                        &sample.camera_ray,
-                        sample.found,
-                        &mut sample.rays,
+                        camera_rays.sampler(0, lane),
+                        &camera_ray,
+                        hit,
+                        &mut RayCounts::default(),
                         &mut Unobserved,
                         &reaches,
                         |mut it| {
                             if it.film.is_none() {
                                 it.unweighted *= weight;
                             }
-                            contributions.push(it);
+                            contributions[lane].push(it);
                         },
                     );
                 }
             }
-            self.pictures.add(position, &contributions);
+            for lane in lanes.each() {
+                self.pictures.add(block.pixel(lane), &contributions[lane]);
+            }
         }
     }
 }

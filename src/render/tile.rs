@@ -1,20 +1,20 @@
-//! The samples of one tile in one pass.
+//! The samples of tiles in one pass.
 //!
 //! Measure: samples; radiance.
 //! Range: samples that are not finite are counted and located, and left out of the sums.
 //! Source: none needed. Tested in `tests/rendering/determinism.rs`.
 
-use super::camera_rays::{CameraRays, Pixel, blocks};
+use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
 use super::dispatch::Dispatched;
+use super::pixel_block::PixelBlock;
 use crate::effects::Effects;
 use crate::film::Tile;
-use crate::film::filter::Filter;
 use crate::film::splats::{SplatList, Splats};
-use crate::integrator::observer::PathObserver;
-use crate::integrator::path::WAVEFRONT_SIZE;
+use crate::integrator::observer::{PathObserver, Unobserved};
 use crate::integrator::{Integrator, RayCounts};
-use crate::sampler::AnySampler;
-use crate::scene::Scene;
+use crate::math::lanes::{ActiveLanes, Lanes};
+use crate::math::vec::Vec2;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// A sample that was not a finite number: enough to replay it with the render's seed.
@@ -71,70 +71,108 @@ impl SampleRange {
     }
 }
 
-/// The job of sampling the pixels of a tile.
-pub struct TileJob<'a, O: ?Sized> {
-    pub scene: &'a Scene,
-    pub filter: &'a Filter,
-    pub tile: &'a mut Tile,
+/// The sources of the samples of a pass.
+#[derive(Clone, Copy)]
+pub struct SampleSource<'a> {
+    pub rays: CameraRaySource<'a>,
     /// The splats of the film, for light in other pixels.
     pub splats: Option<&'a Splats>,
+}
+
+impl SampleSource<'_> {
+    /// Whether a splat at a film position would count.
+    fn reaches(&self, film: Vec2) -> bool {
+        self.splats
+            .is_some_and(|splats| splats.reaches(self.rays.filter, film))
+    }
+}
+
+/// The job of sampling tiles on rayon's current threads.
+pub struct PassJob<'a> {
+    pub source: SampleSource<'a>,
+    /// The tiles, in the order in which they are begun, with their samples.
+    pub tiles: Vec<(&'a mut Tile, SampleRange)>,
+    /// Whether to begin no further tile.
+    pub is_cancelled: &'a (dyn Fn() -> bool + Sync),
+    /// Called after each tile, with the number of its samples.
+    pub tile_done: &'a (dyn Fn(Outcome, u64) + Sync),
+}
+
+impl Dispatched for PassJob<'_> {
+    type Output = ();
+
+    fn run<E: Effects, I: Integrator>(self, integrator: I) {
+        let source = self.source;
+        let reaches = |film| source.reaches(film);
+        let new = || Wavefront::<E, I>::new(source, integrator, &reaches);
+        // Every thread takes the next tile when it is done with one, and keeps its memory.
+        let tiles = self.tiles.into_iter().par_bridge();
+        tiles.for_each_init(new, |wavefront, (tile, sample_range)| {
+            if (self.is_cancelled)() {
+                return;
+            }
+            let samples = sample_range.sample_count(tile);
+            let outcome = wavefront.tile(tile, sample_range, &mut Unobserved);
+            (self.tile_done)(outcome, samples);
+        });
+    }
+}
+
+/// The job of sampling the pixels of a tile with an observer.
+pub struct ObservedTileJob<'a, O: ?Sized> {
+    pub source: SampleSource<'a>,
+    pub tile: &'a mut Tile,
     pub sample_range: SampleRange,
-    pub sampler: AnySampler,
     pub observer: &'a mut O,
 }
 
-impl<O: PathObserver + ?Sized> Dispatched for TileJob<'_, O> {
+impl<O: PathObserver + ?Sized> Dispatched for ObservedTileJob<'_, O> {
     type Output = Outcome;
 
     fn run<E: Effects, I: Integrator>(self, integrator: I) -> Outcome {
-        let Self {
-            scene,
-            filter,
-            tile,
-            splats,
-            sample_range,
-            sampler,
-            observer,
-        } = self;
-        let reaches = |film| splats.is_some_and(|splats| splats.reaches(filter, film));
-        let mut wavefront = Wavefront {
-            scene,
-            filter,
+        let reaches = |film| self.source.reaches(film);
+        let mut wavefront = Wavefront::<E, I>::new(self.source, integrator, &reaches);
+        wavefront.tile(self.tile, self.sample_range, self.observer)
+    }
+}
+
+/// A wavefront of samples.
+struct Wavefront<'a, E: Effects, I> {
+    source: SampleSource<'a>,
+    integrator: I,
+    camera_rays: CameraRays<E>,
+    /// The splats of the current sample.
+    elsewhere: SplatList<'a>,
+    outcome: Outcome,
+}
+
+impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
+    /// Creates an empty wavefront, given whether a splat at a film position would count.
+    fn new(source: SampleSource<'a>, integrator: I, reaches: &'a dyn Fn(Vec2) -> bool) -> Self {
+        Self {
+            source,
             integrator,
-            camera_rays: CameraRays::<E>::new(),
-            samples: Vec::new(),
-            splats,
+            camera_rays: CameraRays::new(),
             elsewhere: SplatList {
-                reaches: &reaches,
+                reaches,
                 splats: Vec::new(),
             },
             outcome: Outcome::default(),
-        };
-        for (pixel, position) in tile.window.pixels().enumerate() {
-            let at = Pixel {
-                scene,
-                filter,
-                position,
-            };
-            let range = match &sample_range {
-                SampleRange::Same(range) => range.clone(),
-                SampleRange::Each(ends) => tile.count(pixel)..ends[pixel],
-            };
-            for block in blocks(range) {
-                let index = |index| Index {
-                    pixel,
-                    position,
-                    index,
-                };
-                wavefront.samples.extend(block.clone().map(index));
-                wavefront.camera_rays.add(&at, &sampler, block, observer);
-                if wavefront.samples.len() >= WAVEFRONT_SIZE {
-                    wavefront.advance(tile, observer);
-                }
-            }
         }
-        wavefront.advance(tile, observer);
-        if let (Some(splats), SampleRange::Same(range)) = (splats, &sample_range) {
+    }
+
+    /// Takes the samples of the pixels of a tile.
+    fn tile<O: PathObserver + ?Sized>(
+        &mut self,
+        tile: &mut Tile,
+        sample_range: SampleRange,
+        observer: &mut O,
+    ) -> Outcome {
+        for block in PixelBlock::covering(tile.window) {
+            self.add_block(tile, block, &sample_range, observer);
+        }
+        self.advance(tile, observer);
+        if let (Some(splats), SampleRange::Same(range)) = (self.source.splats, &sample_range) {
             for sample in range.clone() {
                 splats.add_paths(sample, tile.window.pixel_count());
             }
@@ -146,68 +184,87 @@ impl<O: PathObserver + ?Sized> Dispatched for TileJob<'_, O> {
                 tile.counts = Some(ends);
             }
         }
-        wavefront.outcome
+        std::mem::take(&mut self.outcome)
     }
-}
 
-/// The index of a sample, and its pixel.
-struct Index {
-    /// The pixel's index in the tile.
-    pixel: usize,
-    /// The pixel's position on the film.
-    position: [u32; 2],
-    index: u64,
-}
+    /// Takes the samples of the pixels of a block.
+    fn add_block<O: PathObserver + ?Sized>(
+        &mut self,
+        tile: &mut Tile,
+        block: PixelBlock,
+        sample_range: &SampleRange,
+        observer: &mut O,
+    ) {
+        let in_tile = block.lanes_in(tile.window);
+        let mut ranges: Lanes<Range<u64>> = std::array::from_fn(|_| 0..0);
+        for lane in in_tile.each() {
+            let pixel = tile.window.index(block.pixel(lane));
+            ranges[lane] = match sample_range {
+                SampleRange::Same(range) => range.clone(),
+                SampleRange::Each(ends) => tile.count(pixel)..ends[pixel],
+            };
+        }
+        let requested = || ranges.iter().filter(|range| !range.is_empty());
+        let first = requested().map(|range| range.start).min();
+        let end = requested().map(|range| range.end).max();
+        for sample in first.unwrap_or(0)..end.unwrap_or(0) {
+            let mut lanes = ActiveLanes::NONE;
+            for (lane, range) in ranges.iter().enumerate() {
+                lanes.set(lane, range.contains(&sample));
+            }
+            if !lanes.any() {
+                continue;
+            }
+            let index = PacketIndex { block, sample };
+            self.camera_rays
+                .add(&self.source.rays, index, lanes, observer);
+            if self.camera_rays.is_full() {
+                self.advance(tile, observer);
+            }
+        }
+    }
 
-/// A wavefront of samples.
-struct Wavefront<'a, E: Effects, I> {
-    scene: &'a Scene,
-    filter: &'a Filter,
-    integrator: I,
-    camera_rays: CameraRays<E>,
-    /// The indices of the samples, in the order of `camera_rays`.
-    samples: Vec<Index>,
-    /// The splats of the film, and those of the current sample.
-    splats: Option<&'a Splats>,
-    elsewhere: SplatList<'a>,
-    outcome: Outcome,
-}
-
-impl<E: Effects, I: Integrator> Wavefront<'_, E, I> {
     /// Estimates all samples, and adds them to the film.
     fn advance<O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, observer: &mut O) {
-        self.camera_rays.trace(self.scene);
-        let mut places = 0..self.samples.len();
-        while !places.is_empty() {
-            let end = self.camera_rays.estimate::<I, O>(
-                places.clone(),
-                self.scene,
-                self.integrator,
-                observer,
-                &mut self.elsewhere,
-            );
-            for place in places.start..end {
-                self.film(tile, place, observer);
+        let scene = self.source.rays.scene;
+        self.camera_rays.trace(scene);
+        let is_together = I::SIDE_BY_SIDE && !observer.is_sequential();
+        if is_together {
+            self.camera_rays
+                .estimate::<I, O>(scene, self.integrator, observer);
+        }
+        for packet in 0..self.camera_rays.indices().len() {
+            for lane in self.camera_rays.samples(packet).active.each() {
+                if !is_together {
+                    let splats = &mut self.elsewhere;
+                    let integrator = self.integrator;
+                    self.camera_rays
+                        .estimate_one(packet, lane, scene, integrator, observer, splats);
+                }
+                self.film(tile, packet, lane, observer);
             }
-            places.start = end;
         }
         self.camera_rays.clear();
-        self.samples.clear();
     }
 
     /// Adds one sample to the film.
-    fn film<O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, place: usize, observer: &mut O) {
-        let value = self.camera_rays.value(place);
-        let Index {
-            pixel,
-            position: [x, y],
-            index: sample,
-        } = self.samples[place];
+    #[inline]
+    fn film<O: PathObserver + ?Sized>(
+        &mut self,
+        tile: &mut Tile,
+        packet: usize,
+        lane: usize,
+        observer: &mut O,
+    ) {
+        let PacketIndex { block, sample } = self.camera_rays.indices()[packet];
+        let [x, y] = block.pixel(lane);
+        let pixel = tile.window.index([x, y]);
+        let value = self.camera_rays.value(packet, lane);
         let elsewhere = &mut self.elsewhere.splats;
         if value.is_finite() && elsewhere.iter().all(|splat| splat.value.is_finite()) {
-            if let Some(splats) = self.splats {
+            if let Some(splats) = self.source.splats {
                 for splat in &*elsewhere {
-                    splats.add(self.filter, sample, splat.film, splat.value);
+                    splats.add(self.source.rays.filter, sample, splat.film, splat.value);
                 }
             }
             tile.pixels[pixel].add(sample, value);
@@ -216,7 +273,7 @@ impl<E: Effects, I: Integrator> Wavefront<'_, E, I> {
             self.outcome.rejected.merge(Rejected { count: 1, first });
         }
         elsewhere.clear();
-        let rays = self.camera_rays.sample(place).1.rays;
+        let rays = self.camera_rays.samples(packet).estimate(lane).rays;
         self.outcome.rays += rays;
         if let Some(of_pixels) = &mut tile.rays {
             of_pixels[pixel] += rays.total();

@@ -6,9 +6,10 @@
 //! Range: that of the sampler. Samplers that are drawn from together are of one kind.
 //! Source: none needed. Tested in `tests/sampling/sampler.rs`.
 
-use super::{Decision, Independent, Sampler, Sobol, Stratified, independent, sobol, store_each};
+use super::{
+    Decision, Independent, LaneStates, Sampler, Sobol, Stratified, independent, sobol, store_each,
+};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
-use std::ops::Range;
 
 /// A sampler whose kind is known only at run time.
 #[derive(Debug, Clone)]
@@ -60,20 +61,22 @@ impl Sampler for AnySampler {
         }
     }
 
-    fn start_each(&self, pixel: [u32; 2], samples: Range<u64>, started: &mut Vec<Self>) {
+    fn start_lanes(&self, pixels: &[Lanes<u32>; 2], sample: u64) -> [Self; LANES] {
         match self {
             Self::Independent(sampler) => {
-                let samplers = sampler.started(pixel, samples);
-                started.extend(samplers.map(Self::Independent));
+                sampler.start_lanes(pixels, sample).map(Self::Independent)
             }
-            Self::Stratified(sampler) => {
-                let samplers = sampler.started(pixel, samples);
-                started.extend(samplers.map(Self::Stratified));
-            }
-            Self::Sobol(sampler) => {
-                let samplers = sampler.started(pixel, samples);
-                started.extend(samplers.map(Self::Sobol));
-            }
+            Self::Stratified(sampler) => sampler.start_lanes(pixels, sample).map(Self::Stratified),
+            Self::Sobol(sampler) => sampler.start_lanes(pixels, sample).map(Self::Sobol),
+        }
+    }
+
+    #[inline(always)]
+    fn lane_state(&self) -> [u64; 2] {
+        match self {
+            Self::Independent(sampler) => sampler.lane_state(),
+            Self::Stratified(sampler) => sampler.lane_state(),
+            Self::Sobol(sampler) => sampler.lane_state(),
         }
     }
 
@@ -82,15 +85,16 @@ impl Sampler for AnySampler {
         samplers: &mut [Self],
         active: &ActiveLanes<LANES>,
         places: &Lanes<u32>,
+        states: &LaneStates,
         decision: Decision,
         numbers: &mut [Lanes<f32>; N],
     ) {
         match samplers.first() {
             Some(Self::Sobol(_)) => {
-                sobol::draw_from_lanes(samplers, active, places, decision, numbers);
+                sobol::draw_from_lanes(samplers, active, places, states, decision, numbers);
             }
             Some(Self::Independent(_)) => {
-                independent::draw_from_lanes(samplers, active, places, decision, numbers);
+                independent::draw_from_lanes(samplers, active, places, states, decision, numbers);
             }
             _ => {
                 for lane in active.each() {

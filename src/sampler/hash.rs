@@ -14,7 +14,7 @@ pub fn mix(mut x: u64) -> u64 {
 }
 
 /// Derives a seed from the seed `state` and `value`.
-#[inline]
+#[inline(always)]
 pub fn combine(state: u64, value: u64) -> u64 {
     mix(state.wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(value.wrapping_add(0x632b_e59b_d9b4_e019)))
 }
@@ -27,7 +27,7 @@ pub fn split(state: u64, step: u64) -> u64 {
 }
 
 /// The seed of a pixel.
-#[inline]
+#[inline(always)]
 pub fn pixel_seed(seed: u64, pixel: [u32; 2]) -> u64 {
     combine(seed, u64::from(pixel[0]) | u64::from(pixel[1]) << 32)
 }

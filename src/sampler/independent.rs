@@ -12,9 +12,8 @@
 //! Source: O'Neill 2014 (PCG-XSH-RR 64/32), Brown 1994 (jumping). Tested below against rand_pcg, and in
 //! `tests/sampling/sampler.rs`.
 
-use super::{Decision, Sampler, hash, to_unit};
+use super::{Decision, LaneStates, Sampler, hash, store_each, to_unit};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, vectorised};
-use std::ops::Range;
 
 /// log2 of the numbers that a sample owns in one stream.
 const NUMBERS_PER_SAMPLE_BITS: u32 = 10;
@@ -67,6 +66,11 @@ impl Jump {
         jump
     }
 
+    /// The jump from before the first number of a stream to the first number of a sample.
+    fn to_sample(sample: u64) -> Self {
+        Self::of(sample.wrapping_mul(SAMPLE_STRIDE).wrapping_add(1))
+    }
+
     /// The state after the jump.
     #[inline(always)]
     fn from(self, stream: Stream) -> u64 {
@@ -99,14 +103,13 @@ struct Stream {
 
 impl Stream {
     /// The stream of a pixel, at the first number of a sample.
-    #[inline]
-    fn new(pixel_seed: u64, stream: u64, sample: u64) -> Self {
+    #[inline(always)]
+    fn new(pixel_seed: u64, stream: u64, to_sample: Jump) -> Self {
         let increment = (hash::combine(pixel_seed, stream) << 1) | 1;
         let first = Self {
             state: pixel_seed.wrapping_add(increment),
             increment,
         };
-        let to_sample = Jump::of(sample.wrapping_mul(SAMPLE_STRIDE).wrapping_add(1));
         Self {
             state: to_sample.from(first),
             increment,
@@ -138,7 +141,7 @@ impl Independent {
             seed,
             pixel_seed: 0,
             sample: 0,
-            stream: Stream::new(0, 0, 0),
+            stream: Stream::new(0, 0, Jump::NONE),
         }
     }
 
@@ -147,7 +150,7 @@ impl Independent {
     fn stream(&self, slot: u64) -> (Stream, Jump) {
         let stream = match slot >> NUMBERS_PER_SAMPLE_BITS {
             0 => self.stream,
-            later => Stream::new(self.pixel_seed, later, self.sample),
+            later => Stream::new(self.pixel_seed, later, Jump::to_sample(self.sample)),
         };
         (stream, jump(slot))
     }
@@ -159,25 +162,52 @@ fn jump(slot: u64) -> Jump {
     JUMPS[slot as usize % JUMPS.len()]
 }
 
+/// A started stream for each lane.
+#[derive(Debug, Default)]
+struct StreamLanes {
+    pixel_seeds: Lanes<u64>,
+    states: Lanes<u64>,
+    increments: Lanes<u64>,
+}
+
+vectorised! {
+    /// Starts the first stream of each pixel.
+    fn start_lanes(
+        seed: u64,
+        pixels: &[Lanes<u32>; 2],
+        to_sample: Jump,
+        started: &mut StreamLanes,
+    ) {
+        let [x, y] = pixels;
+        for (lane, pixel) in x.iter().zip(y).enumerate() {
+            let pixel_seed = hash::pixel_seed(seed, [*pixel.0, *pixel.1]);
+            let stream = Stream::new(pixel_seed, 0, to_sample);
+            started.pixel_seeds[lane] = pixel_seed;
+            started.states[lane] = stream.state;
+            started.increments[lane] = stream.increment;
+        }
+    }
+}
+
 impl Sampler for Independent {
     #[inline]
     fn start(&mut self, pixel: [u32; 2], sample: u64) {
         self.pixel_seed = hash::pixel_seed(self.seed, pixel);
         self.sample = sample;
-        self.stream = Stream::new(self.pixel_seed, 0, sample);
+        self.stream = Stream::new(self.pixel_seed, 0, Jump::to_sample(sample));
     }
 
-    fn started(&self, pixel: [u32; 2], samples: Range<u64>) -> impl Iterator<Item = Self> {
-        const TO_NEXT: Jump = Jump::of(SAMPLE_STRIDE);
-        let mut first = self.clone();
-        first.start(pixel, samples.start);
-        samples.scan(first, |next, sample| {
-            let started = Self {
-                sample,
-                ..next.clone()
-            };
-            next.stream.state = TO_NEXT.from(next.stream);
-            Some(started)
+    fn start_lanes(&self, pixels: &[Lanes<u32>; 2], sample: u64) -> [Self; LANES] {
+        let mut started = StreamLanes::default();
+        start_lanes(self.seed, pixels, Jump::to_sample(sample), &mut started);
+        std::array::from_fn(|lane| Self {
+            seed: self.seed,
+            pixel_seed: started.pixel_seeds[lane],
+            sample,
+            stream: Stream {
+                state: started.states[lane],
+                increment: started.increments[lane],
+            },
         })
     }
 
@@ -187,15 +217,21 @@ impl Sampler for Independent {
         numbers(stream, jump)
     }
 
+    #[inline(always)]
+    fn lane_state(&self) -> [u64; 2] {
+        [self.stream.state, self.stream.increment]
+    }
+
     #[inline]
     fn draw_lanes<const N: usize>(
         samplers: &mut [Self],
         active: &ActiveLanes<LANES>,
         places: &Lanes<u32>,
+        states: &LaneStates,
         decision: Decision,
         numbers: &mut [Lanes<f32>; N],
     ) {
-        draw_from_lanes(samplers, active, places, decision, numbers);
+        draw_from_lanes(samplers, active, places, states, decision, numbers);
     }
 }
 
@@ -226,16 +262,20 @@ pub(super) fn draw_from_lanes<const N: usize, S: AsRef<Independent>>(
     samplers: &[S],
     active: &ActiveLanes<LANES>,
     places: &Lanes<u32>,
+    states: &LaneStates,
     decision: Decision,
     numbers: &mut [Lanes<f32>; N],
 ) {
     let slot = decision.slot();
-    let (mut states, mut increments) = ([0; LANES], [0; LANES]);
-    for lane in active.each() {
-        let (stream, _) = samplers[places[lane] as usize].as_ref().stream(slot);
-        (states[lane], increments[lane]) = (stream.state, stream.increment);
+    if slot >> NUMBERS_PER_SAMPLE_BITS == 0 {
+        let LaneStates([states, increments]) = states;
+        return draw_lanes(states, increments, jump(slot), numbers);
     }
-    draw_lanes(&states, &increments, jump(slot), numbers);
+    // A later stream.
+    for lane in active.each() {
+        let (stream, jump) = samplers[places[lane] as usize].as_ref().stream(slot);
+        store_each(numbers, lane, self::numbers(stream, jump));
+    }
 }
 
 vectorised! {

@@ -10,7 +10,6 @@
 
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
 use crate::planted::planted;
-use std::ops::Range;
 
 mod any;
 pub mod hash;
@@ -112,17 +111,53 @@ impl Batches {
 
     /// The seed of a sample's batch, and the sample's index in it.
     #[inline]
-    fn split(self, pixel_seed: u64, sample: u64) -> (u64, u64) {
+    fn split(self, sample: u64) -> (Batch, u64) {
         if self == Self::ONE {
-            return (pixel_seed, sample);
+            return (Batch(None), sample);
         }
-        let seed = hash::combine(pixel_seed, BATCH + sample % self.0);
-        (seed, sample / self.0)
+        (Batch(Some(BATCH + sample % self.0)), sample / self.0)
+    }
+}
+
+/// The batch of a sample: the value that selects its seed, unless there is one batch only.
+#[derive(Debug, Clone, Copy)]
+struct Batch(Option<u64>);
+
+impl Batch {
+    /// The seed of the batch in a pixel.
+    #[inline(always)]
+    fn seed(self, pixel_seed: u64) -> u64 {
+        match self.0 {
+            None => pixel_seed,
+            Some(value) => hash::combine(pixel_seed, value),
+        }
     }
 }
 
 /// The first of the values that select a batch's seed, above all others that a pixel's seed is combined with.
 const BATCH: u64 = 1 << 48;
+
+/// The states of the samplers of sixteen paths, from which the numbers of several decisions are drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct LaneStates([Lanes<u64>; 2]);
+
+impl LaneStates {
+    /// Gathers the states of the active lanes, each from the sampler at its place.
+    #[inline]
+    pub fn gather<S: Sampler>(
+        samplers: &[S],
+        active: &ActiveLanes<LANES>,
+        places: &Lanes<u32>,
+    ) -> Self {
+        let mut states = Self([[0; LANES]; 2]);
+        for lane in active.each() {
+            let place = planted!("lanes-share-a-sampler", places[0], places[lane]);
+            let [a, b] = samplers[place as usize].lane_state();
+            (states.0[0][lane], states.0[1][lane]) = (a, b);
+        }
+        states
+    }
+}
 
 /// A source of random numbers.
 pub trait Sampler: Clone + Send + Sync {
@@ -132,27 +167,30 @@ pub trait Sampler: Clone + Send + Sync {
     /// Draws the first `N` numbers, at most four, of a decision of the current sample.
     fn draw<const N: usize>(&mut self, decision: Decision) -> [f32; N];
 
-    /// Returns a sampler for each sample of a range of a pixel, started at it.
-    fn started(&self, pixel: [u32; 2], samples: Range<u64>) -> impl Iterator<Item = Self> {
-        samples.map(move |sample| {
+    /// Returns a sampler for each of sixteen pixels, whose columns and rows are given, started at the same sample.
+    fn start_lanes(&self, pixels: &[Lanes<u32>; 2], sample: u64) -> [Self; LANES] {
+        let [x, y] = pixels;
+        std::array::from_fn(|lane| {
             let mut sampler = self.clone();
-            sampler.start(pixel, sample);
+            sampler.start([x[lane], y[lane]], sample);
             sampler
         })
     }
 
-    /// Appends the samplers of [`started`](Self::started) to others.
-    fn start_each(&self, pixel: [u32; 2], samples: Range<u64>, started: &mut Vec<Self>) {
-        started.extend(self.started(pixel, samples));
+    /// The state from which numbers are drawn in lanes.
+    #[inline(always)]
+    fn lane_state(&self) -> [u64; 2] {
+        [0; 2]
     }
 
-    /// Draws the numbers of a decision for the active lanes, each from the sampler at its place. The numbers of the other
-    /// lanes are arbitrary.
+    /// Draws the numbers of a decision for the active lanes, each from the sampler at its place, whose states have been
+    /// gathered. The numbers of the other lanes are arbitrary.
     #[inline]
     fn draw_lanes<const N: usize>(
         samplers: &mut [Self],
         active: &ActiveLanes<LANES>,
         places: &Lanes<u32>,
+        _states: &LaneStates,
         decision: Decision,
         numbers: &mut [Lanes<f32>; N],
     ) {

@@ -9,10 +9,9 @@
 //! Source: Burley 2020, "Practical Hash-based Owen Scrambling" (JCGT 9-4); the hash by Vegdahl 2021, "Building a Better
 //! LK Hash"; direction numbers of Joe and Kuo 2008. Elementary intervals and uniformity in `tests/sampling/sampler.rs`.
 
-use super::{Batches, Decision, Sampler, hash, store_each, to_unit};
+use super::{Batch, Batches, Decision, LaneStates, Sampler, hash, store_each, to_unit};
 use crate::math::lanes::{ActiveLanes, FEW, LANES, Lanes, vectorised};
 use crate::planted::planted;
-use std::ops::Range;
 
 /// The Sobol' sampler.
 #[derive(Debug, Clone)]
@@ -36,13 +35,6 @@ impl Sobol {
         }
     }
 
-    #[inline]
-    fn turn(&mut self, pixel_seed: u64, sample: u64) {
-        let (pixel_seed, sample) = self.batches.split(pixel_seed, sample);
-        self.sequence_seed = hash::combine(pixel_seed, sample >> 32);
-        self.reversed_index = (sample as u32).reverse_bits();
-    }
-
     /// Computes the numbers of a decision, without changing the state of the sampler.
     #[inline]
     fn numbers<const N: usize>(&self, decision: Decision) -> [f32; N] {
@@ -61,15 +53,19 @@ impl Sobol {
 impl Sampler for Sobol {
     #[inline]
     fn start(&mut self, pixel: [u32; 2], sample: u64) {
-        self.turn(hash::pixel_seed(self.seed, pixel), sample);
+        let (batch, sample) = self.batches.split(sample);
+        self.sequence_seed = sequence_seed(self.seed, pixel, batch, sample);
+        self.reversed_index = (sample as u32).reverse_bits();
     }
 
-    fn started(&self, pixel: [u32; 2], samples: Range<u64>) -> impl Iterator<Item = Self> {
-        let pixel_seed = hash::pixel_seed(self.seed, pixel);
-        samples.map(move |sample| {
-            let mut sampler = self.clone();
-            sampler.turn(pixel_seed, sample);
-            sampler
+    fn start_lanes(&self, pixels: &[Lanes<u32>; 2], sample: u64) -> [Self; LANES] {
+        let (batch, sample) = self.batches.split(sample);
+        let mut sequence_seeds = [0; LANES];
+        seed_lanes(self.seed, pixels, batch, sample, &mut sequence_seeds);
+        sequence_seeds.map(|sequence_seed| Self {
+            sequence_seed,
+            reversed_index: (sample as u32).reverse_bits(),
+            ..*self
         })
     }
 
@@ -78,15 +74,21 @@ impl Sampler for Sobol {
         self.numbers(decision)
     }
 
+    #[inline(always)]
+    fn lane_state(&self) -> [u64; 2] {
+        [self.sequence_seed, self.reversed_index.into()]
+    }
+
     #[inline]
     fn draw_lanes<const N: usize>(
         samplers: &mut [Self],
         active: &ActiveLanes<LANES>,
         places: &Lanes<u32>,
+        states: &LaneStates,
         decision: Decision,
         numbers: &mut [Lanes<f32>; N],
     ) {
-        draw_from_lanes(samplers, active, places, decision, numbers);
+        draw_from_lanes(samplers, active, places, states, decision, numbers);
     }
 }
 
@@ -97,12 +99,35 @@ impl AsRef<Self> for Sobol {
     }
 }
 
+/// The seed of a sequence in a batch of a pixel, given the index of a sample in the batch.
+#[inline(always)]
+fn sequence_seed(seed: u64, pixel: [u32; 2], batch: Batch, sample: u64) -> u64 {
+    hash::combine(batch.seed(hash::pixel_seed(seed, pixel)), sample >> 32)
+}
+
+vectorised! {
+    /// [`sequence_seed`] for each lane.
+    fn seed_lanes(
+        seed: u64,
+        pixels: &[Lanes<u32>; 2],
+        batch: Batch,
+        sample: u64,
+        seeds: &mut Lanes<u64>,
+    ) {
+        let [x, y] = pixels;
+        for (to, pixel) in seeds.iter_mut().zip(x.iter().zip(y)) {
+            *to = sequence_seed(seed, [*pixel.0, *pixel.1], batch, sample);
+        }
+    }
+}
+
 /// [`Sampler::draw_lanes`] for samplers that are all Sobol' samplers.
 #[inline]
 pub(super) fn draw_from_lanes<const N: usize, S: AsRef<Sobol>>(
     samplers: &[S],
     active: &ActiveLanes<LANES>,
     places: &Lanes<u32>,
+    states: &LaneStates,
     decision: Decision,
     numbers: &mut [Lanes<f32>; N],
 ) {
@@ -114,27 +139,22 @@ pub(super) fn draw_from_lanes<const N: usize, S: AsRef<Sobol>>(
         }
         return;
     }
-    let (mut seeds, mut indices) = ([0; LANES], [0; LANES]);
-    for lane in active.each() {
-        let place = planted!("lanes-share-a-sampler", places[0], places[lane]);
-        let sampler = samplers[place as usize].as_ref();
-        (seeds[lane], indices[lane]) = (sampler.sequence_seed, sampler.reversed_index);
-    }
-    draw_lanes(&seeds, &indices, decision.slot(), numbers);
+    let LaneStates([seeds, indices]) = states;
+    draw_lanes(seeds, indices, decision.slot(), numbers);
 }
 
 vectorised! {
     /// [`Sampler::draw`] for each lane.
     fn draw_lanes<const N: usize>(
         sequence_seeds: &Lanes<u64>,
-        reversed_indices: &Lanes<u32>,
+        reversed_indices: &Lanes<u64>,
         slot: u64,
         numbers: &mut [Lanes<f32>; N],
     ) {
         let (mut indices, mut seeds) = ([0; LANES], [[0; LANES]; N]);
         for (lane, &seed) in sequence_seeds.iter().enumerate() {
             let found = Seeds::<N>::of(seed, slot);
-            indices[lane] = scramble_reversed(reversed_indices[lane], found.order);
+            indices[lane] = scramble_reversed(reversed_indices[lane] as u32, found.order);
             for (seeds, seed) in seeds.iter_mut().zip(found.of_dimension) {
                 seeds[lane] = seed;
             }

@@ -56,8 +56,8 @@ impl Sampler for Stratified {
     fn start(&mut self, pixel: [u32; 2], sample: u64) {
         let samples = u64::from(self.grid.samples);
         let pixel_seed = hash::pixel_seed(self.seed, pixel);
-        let (pixel_seed, sample) = self.batches.split(pixel_seed, sample);
-        self.set_seed = hash::combine(pixel_seed, sample / samples);
+        let (batch, sample) = self.batches.split(sample);
+        self.set_seed = hash::combine(batch.seed(pixel_seed), sample / samples);
         self.index = (sample % samples) as u32;
     }
 

@@ -6,6 +6,8 @@
 
 use super::description::{ColourDescription, MaterialDescription, MaterialModel};
 use super::normal_map::NormalMap;
+use super::shape_traits::ShapeTraits;
+use crate::bsdf::albedo::RowPlace;
 use crate::bsdf::principled::PrincipledParameters;
 use crate::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Mirror, Phong, Principled};
 use crate::effects::{Effect, EffectSet, Effects, Switch, beyond_kernel};
@@ -119,6 +121,21 @@ impl Material {
         }
     }
 
+    /// The BSDF at a texture coordinate with its place in the table of albedos, if it is principled, rough and opaque.
+    #[inline]
+    pub fn principled<E: Effects>(&self, uv: Vec2) -> Option<(Cow<'_, Principled>, RowPlace)> {
+        match &self.kind {
+            Kind::Uniform(Bsdf::Principled(bsdf)) => {
+                Some((Cow::Borrowed(bsdf), bsdf.place_in_lanes()?))
+            }
+            Kind::Principled(bsdf, colour) if E::Textures::ON => {
+                let place = bsdf.place_in_lanes()?;
+                Some((Cow::Owned(bsdf.coloured(colour.at(uv))), place))
+            }
+            _ => None,
+        }
+    }
+
     /// Whether all lobes of the BSDF are deltas, see [`Bsdf::is_delta`]. Textures do not change it.
     #[inline]
     pub fn is_delta<E: Effects>(&self) -> bool {
@@ -147,6 +164,16 @@ impl Material {
             .with_if(Effect::Alpha, self.alpha.is_some())
             .with_if(Effect::NormalMaps, self.normal_map.is_some())
             .with_if(Effect::ShadingNormals, self.normal_map.is_some())
+    }
+
+    /// The traits of a shape with this material that follow from it.
+    pub fn traits(&self) -> ShapeTraits {
+        ShapeTraits::default()
+            .with_if(ShapeTraits::IS_ONE_SIDED, self.one_sided)
+            .with_if(ShapeTraits::TRANSMITS, self.transmits)
+            .with_if(ShapeTraits::IS_TEXTURED, self.is_textured())
+            .with_if(ShapeTraits::HAS_ALPHA, self.alpha.is_some())
+            .with_if(ShapeTraits::HAS_NORMAL_MAP, self.normal_map.is_some())
     }
 
     /// Whether the material needs texture coordinates.

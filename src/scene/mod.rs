@@ -18,13 +18,15 @@ mod placed;
 pub mod placement;
 pub mod prepare;
 mod scene_lights;
+mod shape_traits;
+
+pub use shape_traits::ShapeTraits;
 
 use crate::accel::lanes::RayLanes;
 use crate::accel::{Accel, ExcludedPrimitive, Hit, PrimitiveId};
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::effects::{EffectSet, Effects, Slot, State, Switch};
-use crate::geometry::Geometry;
 use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
 use crate::light::lanes::{LightContextLanes, LightSampleLanes};
@@ -102,8 +104,7 @@ struct Shape {
     material: u32,
     /// Index of its emitter.
     emitter: Option<u32>,
-    /// Whether the material or the emission needs texture coordinates.
-    textured: bool,
+    traits: ShapeTraits,
 }
 
 /// The emission of a shape.
@@ -168,7 +169,7 @@ impl Scene {
             let shape = &self.shapes[hit.id.shape as usize];
             let material = &self.materials[shape.material as usize];
             let uv = State::<E::Textures, Vec2>::new(|| {
-                if shape.textured {
+                if shape.traits.has(ShapeTraits::IS_TEXTURED) {
                     self.world.uv_at::<E>(hit.id, time, surface.p, hit.uv)
                 } else {
                     Vec2::ZERO
@@ -409,20 +410,6 @@ impl Scene {
                 *radiance *= alpha;
             }
         }
-    }
-
-    /// Whether a ray that leaves a shape in any direction cannot truly hit the same primitive again: on top-level meshes
-    /// and disks.
-    #[inline]
-    pub fn is_flat(&self, shape: u32) -> bool {
-        let geometry = self.world.geometries().get(shape as usize);
-        matches!(geometry, Some(Geometry::Mesh(_) | Geometry::Disk(_)))
-    }
-
-    /// Whether a shape emits.
-    #[inline]
-    pub fn is_emitter(&self, shape: u32) -> bool {
-        self.shapes[shape as usize].emitter.is_some()
     }
 
     #[inline]

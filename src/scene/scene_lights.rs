@@ -11,7 +11,7 @@ use super::material::Material;
 use super::normalisation::Normalisation;
 use super::placed::Form;
 use super::placement::Layout;
-use super::{Emitter, PreparedCache, Shape};
+use super::{Emitter, PreparedCache, Shape, ShapeTraits};
 use crate::accel::PrimitiveId;
 use crate::effects::{Effect, EffectSet};
 use crate::geometry::Geometry;
@@ -133,11 +133,18 @@ impl Gathered<'_> {
             let emitter = self.emitters.add_shape(&added, standing);
             let emission = emitter.map(|index| &self.emitters.emitters[index as usize]);
             let shines_by_texture = emission.is_some_and(|emitter| emitter.texture.is_some());
+            let is_top_level = matches!(standing, InstanceTransform::World);
+            let is_flat = is_top_level && matches!(geometry, Geometry::Mesh(_) | Geometry::Disk(_));
+            let traits = material
+                .traits()
+                .with_if(ShapeTraits::EMITS, emitter.is_some())
+                .with_if(ShapeTraits::IS_TEXTURED, shines_by_texture)
+                .with_if(ShapeTraits::IS_FLAT, is_flat);
             self.shapes.push(Shape {
                 described: shape as u32,
                 material: description.material as u32,
                 emitter,
-                textured: material.is_textured() || shines_by_texture,
+                traits,
             });
         }
     }

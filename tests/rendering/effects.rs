@@ -156,7 +156,7 @@ fn a_scene_is_not_rendered_by_a_kernel_that_lacks_one_of_its_effects() {
 
 #[test]
 fn state_of_absent_effects_has_no_size() {
-    assert!(Matte::SET.len() == 1 && Everything::SET == EffectSet::ALL);
+    assert!(Matte::SET.len() == 2 && Everything::SET == EffectSet::ALL);
     assert_eq!(size_of::<State<Off, [f32; 3]>>(), 0);
     assert_eq!(size_of::<State<On, [f32; 3]>>(), 12);
     // The eta scales of sixteen paths. The time belongs to Embree's packet, which has it always.

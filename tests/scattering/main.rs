@@ -5,5 +5,6 @@ mod common;
 
 mod bsdf;
 mod furnace;
+mod lanes;
 mod materials;
 mod shading_normals;

@@ -12,9 +12,9 @@ use super::hemisphere::{Cells, Expansion};
 use super::record::Record;
 use crate::effects::Effects;
 use crate::integrator::observer::Unobserved;
-use crate::integrator::path::block::PathStart;
 use crate::integrator::path::{PathIntegrator, PathMemory, WAVEFRONT_SIZE, Walk};
-use crate::integrator::{CameraRay, RayCounts, Sample};
+use crate::integrator::{CameraRay, RayCounts, SampleLanes};
+use crate::math::lanes::LANES;
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -85,7 +85,8 @@ impl Gatherer<'_> {
         let time = 0.0;
         for first in (0..cells.count()).step_by(WAVEFRONT_SIZE) {
             let (mut asked, mut samplers) = (Vec::new(), Vec::new());
-            let (mut samples, mut starts) = (Vec::new(), Vec::new());
+            let mut samples = vec![SampleLanes::default(); WAVEFRONT_SIZE / LANES];
+            let mut excluded_by_rays = Vec::new();
             for cell in first..cells.count().min(first + WAVEFRONT_SIZE) {
                 sampler.start(self.numbers, (spent + cell) as u64);
                 let u: [f32; 2] = sampler.draw(Decision::Bsdf(0));
@@ -96,20 +97,22 @@ impl Gatherer<'_> {
                 }
                 let (ray, excluded) = self.scene.spawn(at, time, wi, false);
                 let excluded = Some(excluded);
-                let gathered_from = Some((at.p, PdfSolidAngle::LEAST));
-                starts.push(PathStart {
-                    ray,
-                    excluded,
-                    time,
-                    scattered_from: planted!("cache-counts-lights-twice", None, gathered_from),
-                });
-                let mut sample = Sample::new(CameraRay { ray, time });
-                sample.rays.closest += 1;
-                sample.found = self.scene.accel.intersect(&ray, time, excluded);
-                let clear = sample.found.map_or(f32::INFINITY, |hit| hit.t);
-                asked.push((cell, clear));
+                let hit = self.scene.accel.intersect(&ray, time, excluded);
+                let path = asked.len();
+                samples[path / LANES].add(path % LANES, &CameraRay { ray, time }, hit);
+                asked.push((cell, hit.map_or(f32::INFINITY, |hit| hit.t)));
                 samplers.push(sampler.clone());
-                samples.push(sample);
+                excluded_by_rays.push(excluded);
+            }
+            memory.paths.begin(&samples);
+            let gathered_from = Some((at.p, PdfSolidAngle::LEAST));
+            let blocks = memory.paths.blocks_mut().iter_mut();
+            for (block, excluded) in blocks.zip(excluded_by_rays.chunks(LANES)) {
+                for (lane, &excluded) in excluded.iter().enumerate() {
+                    block.excluded.set(lane, excluded);
+                    let from = planted!("cache-counts-lights-twice", None, gathered_from);
+                    block.scatter_from(lane, from);
+                }
             }
             let walk = Walk {
                 scene: self.scene,
@@ -118,15 +121,16 @@ impl Gatherer<'_> {
                 observer: &mut Unobserved,
                 bounce: 1,
             };
-            self.integrator
-                .follow(walk, &mut memory, |_, index| starts[index]);
-            for ((cell, clear), sample) in asked.into_iter().zip(samples) {
-                *rays += sample.rays;
+            self.integrator.follow(walk, &mut memory);
+            for (path, (cell, clear)) in asked.into_iter().enumerate() {
+                let estimate = samples[path / LANES].estimate(path % LANES);
+                rays.closest += 1 + estimate.rays.closest;
+                rays.shadow += estimate.rays.shadow;
                 distance[cell] = clear;
-                if !sample.radiance.is_finite() {
+                if !estimate.radiance.is_finite() {
                     return None;
                 }
-                radiance[cell] = sample.radiance;
+                radiance[cell] = estimate.radiance;
             }
         }
         let light = Expansion::of(cells, &radiance, &distance);

@@ -22,7 +22,8 @@ mod record;
 
 use super::indirect::Indirect;
 use super::path::PathIntegrator;
-use super::{RayCounts, Sample, technique::Weighted};
+use super::{CameraRay, RayCounts, technique::Weighted};
+use crate::accel::Hit;
 use crate::bsdf::Bsdf;
 use crate::effects::Effects;
 use crate::math::rgb::Rgb;
@@ -169,13 +170,14 @@ pub struct Survey<'a> {
 }
 
 impl Survey<'_> {
-    /// Traces a path to the first surface where the cache may be used, and looks up the irradiance there; `None` if
+    /// Traces a path, given the hit on its camera ray, to the first surface where the cache may be used, and looks up the irradiance there; `None` if
     /// there is no such surface, or no record can be made. A new record draws its random numbers from `sampler`, with
     /// `numbers` as pixel.
     pub fn path<E: Effects, S: Sampler>(
         &self,
         sampler: &mut S,
-        sample: &mut Sample,
+        camera_ray: &CameraRay,
+        hit: Option<Hit>,
         numbers: [u32; 2],
     ) -> Option<Surveyed> {
         let is_limited = self.integrator.max_bounces.is_some();
@@ -186,7 +188,7 @@ impl Survey<'_> {
         };
         let found = self
             .integrator
-            .first_found(self.scene, sampler, sample, find);
+            .first_found(self.scene, sampler, camera_ray, hit, find);
         found.flatten()
     }
 

@@ -4,8 +4,7 @@
 //! Range: the state of effects that are absent from `E` has size zero.
 //! Source: none needed. Tested in `tests/rendering/effects.rs`.
 
-use super::super::{RayCounts, Sample};
-use crate::accel::ExcludedPrimitive;
+use super::super::SampleLanes;
 use crate::accel::lanes::{ExcludedLanes, RayHitLanes};
 use crate::effects::{Effects, Slot, State};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store};
@@ -16,20 +15,6 @@ use crate::math::robust::offset_point;
 use crate::math::vec::{Vec3, Vector};
 use crate::planted::planted;
 use crate::scene::interaction::Interaction;
-
-/// The beginning of a path.
-#[derive(Debug, Clone, Copy)]
-pub struct PathStart {
-    /// The first ray, infinitely long.
-    pub ray: Ray,
-    /// The primitive that the ray leaves, if it does not come from the camera.
-    pub excluded: Option<ExcludedPrimitive>,
-    /// The time, from 0 to 1 while the shutter is open.
-    pub time: f32,
-    /// The point of the scattering event before, and the density of its direction; `None` from the camera and from delta
-    /// lobes.
-    pub scattered_from: Option<(Vec3, PdfSolidAngle)>,
-}
 
 /// The light that no light sampling has chosen.
 const NO_LIGHT: u32 = u32::MAX;
@@ -85,25 +70,43 @@ impl<E: Effects> Default for PathBlock<E> {
 }
 
 impl<E: Effects> PathBlock<E> {
-    /// Begins a path in a lane, given the hit on its first ray.
-    fn begin(&mut self, lane: usize, path: usize, start: &PathStart, sample: &Sample) {
+    /// Begins sixteen paths with the camera rays of samples, whose first index in the wavefront is given.
+    fn begin(&mut self, first: usize, samples: &SampleLanes) {
+        let zero = [0.0; LANES];
+        self.active = samples.active;
+        self.path = std::array::from_fn(|lane| (first + lane) as u32);
+        self.packet.clone_from(&samples.packet);
+        self.excluded = ExcludedLanes::NONE;
+        self.beta = planted!(
+            "begun-path-keeps-a-throughput",
+            self.beta,
+            [[1.0; LANES]; 3]
+        );
+        self.radiance = [zero; 3];
+        if let Some(eta_scale) = self.eta_scale.get_mut() {
+            *eta_scale = [1.0; LANES];
+        }
+        self.pdf = [f32::INFINITY; LANES];
+        self.chosen = [NO_LIGHT; LANES];
+        self.closest_rays = [0; LANES];
+        self.shadow_rays = [0; LANES];
+    }
+
+    /// Begins a path in a lane with the camera ray of a lane of samples, whose index in the wavefront is given.
+    fn begin_lane(&mut self, lane: usize, path: usize, samples: &SampleLanes, from: usize) {
+        let (camera_ray, found) = samples.camera_ray(from);
         self.active.set(lane, true);
         self.path[lane] = path as u32;
-        self.packet.rays.set(lane, &start.ray);
-        self.packet.rays.time[lane] = start.time;
-        self.packet.set_hit(lane, sample.found);
-        self.excluded.set(lane, start.excluded);
-        let beta = planted!(
-            "begun-path-keeps-a-throughput",
-            load(&self.beta, lane),
-            Rgb::WHITE
-        );
-        store(&mut self.beta, lane, beta);
+        self.packet.rays.set(lane, &camera_ray.ray);
+        self.packet.rays.time[lane] = camera_ray.time;
+        self.packet.set_hit(lane, found);
+        self.excluded.set(lane, None);
+        store(&mut self.beta, lane, Rgb::WHITE);
         store(&mut self.radiance, lane, Rgb::BLACK);
         if let Some(eta_scale) = self.eta_scale.get_mut() {
             eta_scale[lane] = 1.0;
         }
-        self.scatter_from(lane, start.scattered_from);
+        self.scatter_from(lane, None);
         self.chosen[lane] = NO_LIGHT;
         self.closest_rays[lane] = 0;
         self.shadow_rays[lane] = 0;
@@ -134,16 +137,16 @@ impl<E: Effects> PathBlock<E> {
         self.shadow_rays[lane] = other.shadow_rays[from];
     }
 
-    /// Ends the path of a lane: stores its radiance in its sample.
+    /// Ends the path of a lane: stores its estimate in its sample.
     #[inline]
-    pub fn end(&mut self, lane: usize, samples: &mut [Sample]) {
-        let sample = &mut samples[self.path[lane] as usize];
-        sample.radiance = load(&self.radiance, lane);
-        sample.rays += RayCounts {
-            camera: 0,
-            closest: u64::from(self.closest_rays[lane]),
-            shadow: u64::from(self.shadow_rays[lane]),
-        };
+    pub fn end(&mut self, lane: usize, samples: &mut [SampleLanes]) {
+        let path = self.path[lane] as usize;
+        samples[path / LANES].set_estimate(
+            path % LANES,
+            load(&self.radiance, lane),
+            self.closest_rays[lane],
+            self.shadow_rays[lane],
+        );
     }
 
     /// Adds to the radiance of a path.
@@ -175,10 +178,30 @@ impl<E: Effects> PathBlock<E> {
         (light != NO_LIGHT).then_some(light)
     }
 
-    /// Sets the light that light sampling chose.
+    /// Sets the lights that light sampling chose in these lanes.
     #[inline(always)]
-    pub fn choose(&mut self, lane: usize, light: u32) {
-        self.chosen[lane] = light;
+    pub fn choose(&mut self, lanes: &ActiveLanes<LANES>, lights: &Lanes<u32>) {
+        for (lane, (chosen, light)) in self.chosen.iter_mut().zip(lights).enumerate() {
+            *chosen = if lanes.has(lane) { *light } else { *chosen };
+        }
+    }
+
+    /// Adds contributions of light sampling, times the visible shares of the lights, in these lanes.
+    #[inline(always)]
+    pub fn add_visible(
+        &mut self,
+        lanes: &ActiveLanes<LANES>,
+        contribution: &Lanes3,
+        visible: &Lanes<f32>,
+    ) {
+        for (radiance, contribution) in self.radiance.iter_mut().zip(contribution) {
+            for lane in 0..LANES {
+                let kept = radiance[lane];
+                let sum = kept + contribution[lane] * visible[lane];
+                let adds = lanes.has(lane) & (visible[lane] > 0.0);
+                radiance[lane] = if adds { sum } else { kept };
+            }
+        }
     }
 
     /// Sets the extension ray of a lane, which leaves a flat shape along `wi`; its density is infinite for a delta lobe. Free
@@ -233,21 +256,35 @@ impl<E: Effects> Default for PathBlocks<E> {
 }
 
 impl<E: Effects> PathBlocks<E> {
-    /// Begins a path for each sample.
-    pub fn begin(&mut self, samples: &[Sample], start: impl Fn(&Sample, usize) -> PathStart) {
-        self.len = samples.len().div_ceil(LANES);
-        if self.blocks.len() < self.len {
-            self.blocks.resize(self.len, PathBlock::default());
-        }
-        for (index, block) in self.blocks[..self.len].iter_mut().enumerate() {
-            block.active = ActiveLanes::NONE;
-            let first = index * LANES;
-            let of_block = samples[first..].iter().take(LANES);
-            for (lane, sample) in of_block.enumerate() {
-                let path = first + lane;
-                block.begin(lane, path, &start(sample, path), sample);
+    /// Begins a path for each sample. Those of a full packet begin together, where a block begins.
+    pub fn begin(&mut self, samples: &[SampleLanes]) {
+        let mut count = 0;
+        for (packet, samples) in samples.iter().enumerate() {
+            let first = packet * LANES;
+            if count % LANES == 0 && samples.active.all() {
+                self.block(count / LANES).begin(first, samples);
+                count += LANES;
+                continue;
+            }
+            for from in samples.active.each() {
+                let block = self.block(count / LANES);
+                if count % LANES == 0 {
+                    block.active = ActiveLanes::NONE;
+                }
+                block.begin_lane(count % LANES, first + from, samples, from);
+                count += 1;
             }
         }
+        self.len = count.div_ceil(LANES);
+    }
+
+    /// A block that has begun already, or the next one.
+    #[inline]
+    fn block(&mut self, index: usize) -> &mut PathBlock<E> {
+        if index == self.blocks.len() {
+            self.blocks.push(PathBlock::default());
+        }
+        &mut self.blocks[index]
     }
 
     /// The blocks.

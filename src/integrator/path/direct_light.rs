@@ -21,7 +21,7 @@ use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{LaneVec3, Vector};
 use crate::planted::planted;
-use crate::sampler::{Decision, Sampler};
+use crate::sampler::{Decision, LaneStates, Sampler};
 use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::InteractionLanes;
 
@@ -32,6 +32,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         walk: &mut Walk<'_, S, O>,
         block: &mut PathBlock<E>,
         stage: &mut StageMemory<E>,
+        states: &LaneStates,
     ) -> ActiveLanes<LANES> {
         let (scene, technique) = (walk.scene, self.technique.technique());
         let DirectLightLanes {
@@ -52,18 +53,29 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let decision = Decision::Light(walk.bounce);
         let samplers = &mut *walk.samplers;
         if E::ManyLights::ON {
-            S::draw_lanes(samplers, &lit, &block.path, decision, &mut context.u);
+            S::draw_lanes(
+                samplers,
+                &lit,
+                &block.path,
+                states,
+                decision,
+                &mut context.u,
+            );
         } else {
             let point = first_two(&mut context.u);
-            S::draw_lanes(samplers, &lit, &block.path, decision, point);
+            S::draw_lanes(samplers, &lit, &block.path, states, decision, point);
         }
-        for lane in lit.each() {
-            let [.., a, b] = context.u.each_ref().map(|u| u[lane]);
-            let choice = scene.lights.choose::<E>([a, b]);
-            let (light, pmf) = choice.expect("there are lights, or none would be sampled");
-            block.choose(lane, light);
-            (context.light[lane], context.pmf[lane]) = (light, pmf.0);
+        if E::ManyLights::ON {
+            for lane in lit.each() {
+                let [.., a, b] = context.u.each_ref().map(|u| u[lane]);
+                let choice = scene.lights.choose::<E>([a, b]);
+                let (light, pmf) = choice.expect("there are lights, or none would be sampled");
+                (context.light[lane], context.pmf[lane]) = (light, pmf.0);
+            }
+        } else {
+            (context.light, context.pmf) = ([0; LANES], [1.0; LANES]);
         }
+        block.choose(&lit, &context.light);
         context.time = block.packet.rays.time;
         let (points, p) = (technique.points, &stage.at.p);
         scene.sample_lights::<E>(&lit, context, points, p, lights, samples);
@@ -91,6 +103,9 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         if E::DeltaLights::ON || E::EnvironmentMap::ON {
             set_other_ends::<E>(at, direct_light);
         }
+        if !walk.observer.is_observing() {
+            return;
+        }
         for lane in lit.each() {
             if !direct_light.to_shadow.has(lane) {
                 walk.observer.unlit();
@@ -106,7 +121,7 @@ vectorised! {
     /// The values and densities of diffuse BSDFs for the light samples.
     pub(super) fn evaluate_diffuse<E: Effects>(
         at: &InteractionLanes<E>,
-        bsdfs: &BsdfLanes,
+        bsdfs: &BsdfLanes<E>,
         direct_light: &mut DirectLightLanes,
     ) {
         for lane in 0..LANES {

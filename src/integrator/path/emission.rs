@@ -12,14 +12,14 @@ use super::course::toss;
 use super::shading::StageMemory;
 use super::{PathIntegrator, Walk};
 use crate::effects::{Effects, Switch};
-use crate::math::lanes::{load, store};
+use crate::math::lanes::{ActiveLanes, LANES, load, store};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
 use crate::sampler::{Decision, Sampler};
-use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::InteractionLanes;
+use crate::scene::{Scene, ShapeTraits};
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Computes the surface interactions of a block, adds emission to the radiance of its paths, and deactivates the lanes
@@ -46,31 +46,49 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             surfaces,
             at,
         );
-        let is_last = self.max_bounces.is_some_and(|limit| bounce >= limit);
-        for lane in block.active.each() {
-            let beta: Rgb = load(&block.beta, lane);
-            if !found.has(lane) {
-                let dir: Vec3 = load(&block.packet.rays.dir, lane);
-                walk.observer.escaped(dir);
-                if E::Environment::ON {
-                    let contribution = beta * environment(scene, block, lane, dir, technique);
-                    walk.observer.environment(contribution);
-                    block.add(lane, contribution);
+        if walk.observer.is_observing() {
+            for lane in block.active.each() {
+                if found.has(lane) {
+                    let beta = load(&block.beta, lane);
+                    walk.observer.arrived(&at.vertex(lane), beta);
                 } else {
-                    walk.observer.environment(Rgb::BLACK);
+                    walk.observer.escaped(load(&block.packet.rays.dir, lane));
                 }
-                block.active.set(lane, false);
-                continue;
             }
-            walk.observer.arrived(&at.vertex(lane), beta);
-            if self.ends_at::<E, S, O>(walk, block, at, lane, technique) || is_last {
+        }
+        for lane in block.active.without(&found).each() {
+            let dir: Vec3 = load(&block.packet.rays.dir, lane);
+            let mut contribution = Rgb::BLACK;
+            if E::Environment::ON {
+                contribution = load::<Rgb>(&block.beta, lane)
+                    * environment(scene, block, lane, dir, technique);
+                block.add(lane, contribution);
+            }
+            walk.observer.environment(contribution);
+        }
+        block.active = found;
+        let has_coin = technique.emission != EmissionRule::Always;
+        let special = if has_coin {
+            found
+        } else {
+            at.special_lanes(&found)
+        };
+        for lane in special.each() {
+            if self.ends_at::<E, S, O>(walk, block, at, lane, technique) {
                 walk.observer.absorbed();
                 block.active.set(lane, false);
             }
         }
+        if self.max_bounces.is_some_and(|limit| bounce >= limit) {
+            for _ in block.active.each() {
+                walk.observer.absorbed();
+            }
+            block.active = ActiveLanes::NONE;
+        }
     }
 
-    /// Adds the emission at the surface of one path, weighted against light sampling. Returns whether the path ends.
+    /// Adds the emission at the surface of one path, weighted against light sampling. Returns whether the path ends: by the
+    /// coin of its technique, or on the back of a one-sided surface.
     #[inline(always)]
     fn ends_at<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
@@ -81,11 +99,6 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         technique: Technique,
     ) -> bool {
         let scene = walk.scene;
-        let has_coin = technique.emission != EmissionRule::Always;
-        let is_emitter = E::AreaLights::ON && scene.is_emitter(at.shape[lane]);
-        if !has_coin && !is_emitter && !E::OneSided::ON {
-            return false;
-        }
         let (at, beta): (Interaction<E>, Rgb) = (at.get(lane), load(&block.beta, lane));
         let emitted = scene.emitted(&at);
         let sampler = &mut walk.samplers[block.path[lane] as usize];
@@ -145,6 +158,17 @@ fn environment<E: Effects>(
 }
 
 impl<E: Effects> InteractionLanes<E> {
+    /// Those of the given lanes that are on a shape that emits, or on the back of a one-sided one.
+    #[inline(always)]
+    fn special_lanes(&self, lanes: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
+        lanes.and(|lane| {
+            let traits = self.traits[lane];
+            let emits = E::AreaLights::ON & (traits & ShapeTraits::EMITS != 0);
+            let is_one_sided = E::OneSided::ON & (traits & ShapeTraits::IS_ONE_SIDED != 0);
+            emits | (is_one_sided & self.is_behind(lane))
+        })
+    }
+
     /// The vertex of a lane, for observers.
     #[inline(always)]
     fn vertex(&self, lane: usize) -> PathVertex {

@@ -30,22 +30,22 @@ mod shading;
 use super::indirect::{Indirect, Traced};
 use super::observer::{PathObserver, RayKind, Unobserved};
 use super::technique::{DirectionRule, TechniqueSource, Weighted};
-use super::{CameraRay, Integrator, RayCounts, Roulette, Sample};
+use super::{CameraRay, Integrator, RayCounts, Roulette, SampleLanes};
 use crate::accel::Hit;
 use crate::bsdf::Bsdf;
 use crate::effects::Effects;
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, load};
 use crate::math::rgb::Rgb;
-use crate::sampler::Sampler;
+use crate::sampler::{LaneStates, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
-use block::{PathBlock, PathBlocks, PathStart};
+use block::{PathBlock, PathBlocks};
 use shading::StageMemory;
 use std::slice;
 
 /// The number of paths in a wavefront: enough that the last block, which is rarely full, does not count; few enough, at
 /// some 200 bytes each, to stay in a processor's second-level cache.
-pub const WAVEFRONT_SIZE: usize = 256;
+pub const WAVEFRONT_SIZE: usize = 512;
 
 /// The path integrator and its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -63,7 +63,8 @@ pub struct PathIntegrator<C = Weighted, K = Traced> {
 /// The memory of the path integrator: the states of a wavefront of paths, and of the stages of a bounce.
 #[derive(Debug)]
 pub struct PathMemory<E: Effects> {
-    paths: PathBlocks<E>,
+    /// The paths.
+    pub paths: PathBlocks<E>,
     stage: StageMemory<E>,
 }
 
@@ -88,26 +89,25 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         rays: &mut RayCounts,
         observer: &mut O,
     ) -> Rgb {
-        let mut sample = Sample::new(*camera_ray);
-        sample.found = found;
-        let (samplers, samples) = (slice::from_mut(sampler), slice::from_mut(&mut sample));
+        let mut samples = SampleLanes::default();
+        samples.add(0, camera_ray, found);
+        let (samplers, samples) = (slice::from_mut(sampler), slice::from_mut(&mut samples));
         let memory = &mut PathMemory::default();
         self.radiances::<E, S, O>(scene, samplers, samples, memory, observer);
-        *rays += sample.rays;
-        sample.radiance
+        let estimate = samples[0].estimate(0);
+        *rays += estimate.rays;
+        estimate.radiance
     }
 
     fn radiances<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
         samplers: &mut [S],
-        samples: &mut [Sample],
+        samples: &mut [SampleLanes],
         memory: &mut PathMemory<E>,
         observer: &mut O,
     ) {
-        for sample in samples.iter_mut() {
-            sample.rays.camera += 1;
-        }
+        memory.paths.begin(samples);
         let walk = Walk {
             scene,
             samples,
@@ -115,18 +115,13 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
             observer,
             bounce: 0,
         };
-        self.follow(walk, memory, |sample, _| PathStart {
-            ray: sample.camera_ray.ray,
-            excluded: None,
-            time: sample.camera_ray.time,
-            scattered_from: None,
-        });
+        self.follow(walk, memory);
     }
 }
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
-    /// Traces a wavefront of paths to their ends, given the closest hits on their first rays, and stores the radiance in
-    /// their samples. `start` begins the path of a sample with its index.
+    /// Traces the paths that have begun to their ends, given the closest hits on their first rays, and stores the radiance
+    /// in their samples.
     ///
     /// All paths are taken to their next vertex, block by block; then the last paths replace those that have ended, so that
     /// all blocks but one are full, and the rays are traced.
@@ -134,11 +129,9 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         &self,
         mut walk: Walk<'_, S, O>,
         memory: &mut PathMemory<E>,
-        start: impl Fn(&Sample, usize) -> PathStart,
     ) {
         let PathMemory { paths, stage } = memory;
         stage.direct_light.lights.clear();
-        paths.begin(walk.samples, start);
         while !paths.is_empty() {
             for block in paths.blocks_mut() {
                 self.advance(&mut walk, block, stage);
@@ -167,8 +160,9 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             if K::CACHES {
                 cached = self.cached_indirect(walk, block, stage);
             }
-            let lit = self.sample_lights(walk, block, stage);
-            self.sample_bsdfs(walk, block, stage, &lit);
+            let states = LaneStates::gather(walk.samplers, &block.active, &block.path);
+            let lit = self.sample_lights(walk, block, stage, &states);
+            self.sample_bsdfs(walk, block, stage, &states, &lit);
             self.reflect_lights(walk, block, stage, &lit, &cached.lanes);
             if walk.observer.is_sequential() {
                 walk.trace_shadow_rays(block, stage);
@@ -177,7 +171,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 walk.observer.cached_indirect(cached.contributions[lane]);
                 block.active.set(lane, false);
             }
-            self.scatter(walk, block, stage);
+            self.scatter(walk, block, stage, &states);
             if !walk.observer.is_sequential() {
                 walk.trace_shadow_rays(block, stage);
             }
@@ -185,10 +179,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 block.add(lane, cached.contributions[lane]);
             }
         }
-        for lane in arrived.each() {
-            if !block.active.has(lane) {
-                block.end(lane, walk.samples);
-            }
+        for lane in arrived.without(&block.active).each() {
+            block.end(lane, walk.samples);
         }
     }
 
@@ -198,23 +190,21 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         &self,
         scene: &Scene,
         sampler: &mut S,
-        sample: &mut Sample,
+        camera_ray: &CameraRay,
+        hit: Option<Hit>,
         mut find: impl FnMut(&Interaction<E>, &Bsdf, u32) -> Option<T>,
     ) -> Option<T> {
         let PathMemory { paths, stage } = &mut PathMemory::<E>::default();
+        let mut samples = SampleLanes::default();
+        samples.add(0, camera_ray, hit);
         let mut walk = Walk {
             scene,
-            samples: slice::from_mut(sample),
+            samples: slice::from_mut(&mut samples),
             samplers: slice::from_mut(sampler),
             observer: &mut Unobserved,
             bounce: 0,
         };
-        paths.begin(walk.samples, |sample, _| PathStart {
-            ray: sample.camera_ray.ray,
-            excluded: None,
-            time: sample.camera_ray.time,
-            scattered_from: None,
-        });
+        paths.begin(walk.samples);
         let block = paths.blocks_mut().first_mut()?;
         let mut found = None;
         while block.active.any() {
@@ -226,13 +216,13 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                     break;
                 }
                 self.look_up_bsdfs(scene, block, stage);
-                self.sample_bsdfs(&mut walk, block, stage, &ActiveLanes::NONE);
-                self.scatter(&mut walk, block, stage);
+                let states = LaneStates::gather(walk.samplers, &block.active, &block.path);
+                self.sample_bsdfs(&mut walk, block, stage, &states, &ActiveLanes::NONE);
+                self.scatter(&mut walk, block, stage, &states);
                 walk.trace_extension_rays(block);
                 walk.bounce += 1;
             }
         }
-        block.end(0, walk.samples);
         found
     }
 
@@ -289,8 +279,8 @@ pub struct Walk<'a, S, O: ?Sized> {
     /// The scene.
     pub scene: &'a Scene,
     /// The samples of the paths.
-    pub samples: &'a mut [Sample],
-    /// The samplers, in the order of the samples.
+    pub samples: &'a mut [SampleLanes],
+    /// The samplers of all lanes of the samples, in order.
     pub samplers: &'a mut [S],
     /// The observer of the paths.
     pub observer: &'a mut O,
@@ -301,7 +291,12 @@ pub struct Walk<'a, S, O: ?Sized> {
 impl<S, O: PathObserver + ?Sized> Walk<'_, S, O> {
     /// Traces the extension rays of a block. Observers see them in the order in which their hits will arrive.
     fn trace_extension_rays<E: Effects>(&mut self, block: &mut PathBlock<E>) {
-        for lane in block.active.each() {
+        let observed = if self.observer.is_observing() {
+            block.active
+        } else {
+            ActiveLanes::NONE
+        };
+        for lane in observed.each() {
             let is_delta = block.scattered_from(lane).is_none();
             let kind = RayKind::extension(self.bounce, is_delta);
             let (ray, time) = block.packet.ray(lane);
@@ -324,12 +319,12 @@ impl<S, O: PathObserver + ?Sized> Walk<'_, S, O> {
         let visible = self
             .scene
             .visibilities::<E>(&lights.to_shadow, &mut lights.shadow);
-        for lane in lights.to_shadow.each() {
-            let contribution = load(&lights.contribution, lane);
-            let observer = &mut *self.observer;
-            observer.light(contribution, lights.weight[lane], visible[lane]);
-            if visible[lane] > 0.0 {
-                block.add(lane, contribution * visible[lane]);
+        block.add_visible(&lights.to_shadow, &lights.contribution, &visible);
+        if self.observer.is_observing() {
+            for lane in lights.to_shadow.each() {
+                let contribution = load(&lights.contribution, lane);
+                let weight = lights.weight[lane];
+                self.observer.light(contribution, weight, visible[lane]);
             }
         }
     }

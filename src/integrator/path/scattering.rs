@@ -11,18 +11,19 @@ use super::super::technique::TechniqueSource;
 use super::block::PathBlock;
 use super::course::sample_direction;
 use super::direct_light::evaluate_diffuse;
-use super::shading::{BsdfLanes, ScatteringLanes, StageMemory};
+use super::shading::{BsdfLanes, DirectLightLanes, PrincipledStage, ScatteringLanes, StageMemory};
 use super::{PathIntegrator, Walk, first_two};
-use crate::bsdf::{BoundBsdf, BsdfSample, BsdfSampleInput, BsdfValue, has_lobes};
+use crate::bsdf::{BoundBsdf, BsdfSample, BsdfSampleInput, BsdfValue, Lobe, has_lobes};
 use crate::effects::{Effects, Slot, Switch};
-use crate::math::lanes::{ActiveLanes, LANES, load, store, vectorised};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{LaneVec3, Vec2};
 use crate::planted::planted;
-use crate::sampler::{Decision, Sampler};
+use crate::sampler::{Decision, LaneStates, Sampler};
 use crate::sampling::warp::sample_hemisphere_cosine_lanes;
 use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::InteractionLanes;
+use crate::scene::{Scene, ShapeTraits};
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Samples the BSDFs of a block, and evaluates them for the light samples of the lanes `lit`.
@@ -31,6 +32,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         walk: &mut Walk<'_, S, O>,
         block: &PathBlock<E>,
         stage: &mut StageMemory<E>,
+        states: &LaneStates,
         lit: &ActiveLanes<LANES>,
     ) {
         let (scene, technique) = (walk.scene, self.technique.technique());
@@ -46,17 +48,23 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let samplers = &mut *walk.samplers;
         let numbers = &mut scattering.numbers;
         if has_lobes::<E>() {
-            S::draw_lanes(samplers, &active, &block.path, decision, numbers);
+            S::draw_lanes(samplers, &active, &block.path, states, decision, numbers);
         } else {
             let direction = first_two(numbers);
-            S::draw_lanes(samplers, &active, &block.path, decision, direction);
+            S::draw_lanes(samplers, &active, &block.path, states, decision, direction);
         }
+        scattering.lobes = [Lobe::Diffuse; LANES];
         let [u, v, _] = scattering.numbers;
         sample_hemisphere_cosine_lanes(&[u, v], &mut scattering.by_cosine);
         if lit.any() {
             evaluate_diffuse::<E>(at, bsdfs, direct_light);
         }
         sample_diffuse::<E>(at, bsdfs, scattering);
+        if let Some(stage) = bsdfs.principled.get_mut()
+            && stage.active.any()
+        {
+            sample_principled(scene, at, stage, lit, direct_light, scattering);
+        }
         for lane in bsdfs.singly.each() {
             let at: Interaction<E> = at.get(lane);
             let bsdf = scene.surface(&at);
@@ -85,6 +93,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         walk: &mut Walk<'_, S, O>,
         block: &mut PathBlock<E>,
         stage: &mut StageMemory<E>,
+        states: &LaneStates,
     ) {
         let scene = walk.scene;
         let StageMemory { at, scattering, .. } = stage;
@@ -96,22 +105,34 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 Decision::Roulette(bounce)
             );
             let numbers = std::array::from_mut(&mut scattering.roulette);
-            S::draw_lanes(walk.samplers, &active, &block.path, decision, numbers);
+            S::draw_lanes(
+                walk.samplers,
+                &active,
+                &block.path,
+                states,
+                decision,
+                numbers,
+            );
         }
         extend::<E>(&active, self.roulette, bounce, at, block, scattering);
+        let round = scattering
+            .scattered
+            .and(|lane| at.traits[lane] & ShapeTraits::IS_FLAT == 0);
+        for lane in round.each() {
+            let at: Interaction<E> = at.get(lane);
+            let wi = at.frame.to_world(load(&scattering.wi, lane));
+            let time = block.packet.rays.time[lane];
+            let through = scattering.goes_through[lane] != 0;
+            let (_, excluded) = scene.spawn(&at, time, wi, through);
+            block.excluded.set(lane, Some(excluded));
+        }
+        if !walk.observer.is_observing() {
+            return;
+        }
         for lane in active.each() {
-            let id = at.id(lane);
             if !scattering.scattered.has(lane) {
                 walk.observer.absorbed();
                 continue;
-            }
-            if !scene.is_flat(id.shape) {
-                let at: Interaction<E> = at.get(lane);
-                let wi = at.frame.to_world(load(&scattering.wi, lane));
-                let time = block.packet.rays.time[lane];
-                let through = scattering.goes_through[lane] != 0;
-                let (_, excluded) = scene.spawn(&at, time, wi, through);
-                block.excluded.set(lane, Some(excluded));
             }
             let dir = load(&block.packet.rays.dir, lane);
             let beta = load(&scattering.beta, lane);
@@ -119,6 +140,129 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             if !block.active.has(lane) {
                 walk.observer.terminated(scattering.survival[lane]);
             }
+        }
+    }
+}
+
+/// Samples the principled BSDFs that are evaluated in lanes, and evaluates them for the light samples of the lanes `lit`.
+fn sample_principled<E: Effects>(
+    scene: &Scene,
+    at: &InteractionLanes<E>,
+    stage: &mut PrincipledStage,
+    lit: &ActiveLanes<LANES>,
+    direct_light: &mut DirectLightLanes,
+    scattering: &mut ScatteringLanes,
+) {
+    to_local::<E>(
+        at,
+        &direct_light.samples.wi,
+        &mut stage.wo,
+        &mut stage.to_light,
+    );
+    let PrincipledStage {
+        active,
+        bsdfs,
+        wo,
+        to_light,
+        sampled,
+        f,
+        pdf,
+    } = stage;
+    bsdfs.bind(wo);
+    if lit.any() {
+        bsdfs.eval(to_light, f, pdf);
+        for (to, of) in direct_light.f.iter_mut().zip(&*f) {
+            replace(active, to, of);
+        }
+        replace(active, &mut direct_light.pdf_bsdf, pdf);
+    }
+    let (numbers, by_cosine) = (&scattering.numbers, &scattering.by_cosine);
+    let sample_multiple = |lane: usize, u: Vec2| {
+        let at: Interaction<E> = at.get(lane);
+        let bsdf = scene.material(at.id).principled::<E>(at.uv.or(Vec2::ZERO));
+        let (bsdf, _) = bsdf.expect("it was looked up before");
+        bsdf.sample_multiple(u)
+    };
+    bsdfs.sample(active, numbers, by_cosine, sample_multiple, sampled);
+    mirror_down(wo, &mut sampled.wi, scattering, active);
+    bsdfs.eval(&sampled.wi, f, pdf);
+    weigh(active, &sampled.wi, f, pdf, scattering);
+    for lane in active.each() {
+        scattering.lobes[lane] = if sampled.is_diffuse[lane] != 0 {
+            Lobe::Diffuse
+        } else {
+            Lobe::GlossyReflection
+        };
+    }
+}
+
+/// Sets the numbers of the given lanes.
+#[inline(always)]
+fn replace(lanes: &ActiveLanes<LANES>, to: &mut Lanes<f32>, of: &Lanes<f32>) {
+    for (lane, (to, of)) in to.iter_mut().zip(of).enumerate() {
+        *to = if lanes.has(lane) { *of } else { *to };
+    }
+}
+
+vectorised! {
+    /// The directions to the origins of the rays and `wi`, in the shading frames.
+    fn to_local<E: Effects>(
+        at: &InteractionLanes<E>,
+        wi: &Lanes3,
+        wo_local: &mut Lanes3,
+        wi_local: &mut Lanes3,
+    ) {
+        for lane in 0..LANES {
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            store(wo_local, lane, at.frame.to_local(at.wo));
+            store(wi_local, lane, at.frame.to_local(load(wi, lane)));
+        }
+    }
+}
+
+vectorised! {
+    /// Mirrors sampled directions to the side of `wo`, and marks those that are not lost.
+    fn mirror_down(
+        wo: &Lanes3,
+        wi: &mut Lanes3,
+        scattering: &mut ScatteringLanes,
+        active: &ActiveLanes<LANES>,
+    ) {
+        for lane in 0..LANES {
+            let (cos_o, cos_i) = (wo[2][lane], wi[2][lane]);
+            let is_sampled = (cos_o != 0.0) & (cos_i > 0.0);
+            wi[2][lane] = cos_i.copysign(cos_o);
+            let (kept, is_active) = (scattering.sampled.0[lane], active.has(lane));
+            let mask = if is_sampled { -1 } else { 0 };
+            scattering.sampled.0[lane] = if is_active { mask } else { kept };
+        }
+    }
+}
+
+vectorised! {
+    /// Sets the samples of the given lanes, with the values and the densities of the BSDFs.
+    fn weigh(
+        lanes: &ActiveLanes<LANES>,
+        wi: &Lanes3,
+        f: &Lanes3,
+        pdf: &Lanes<f32>,
+        scattering: &mut ScatteringLanes,
+    ) {
+        for lane in 0..LANES {
+            let is_active = lanes.has(lane);
+            let pdf = pdf[lane];
+            let value: Rgb<LaneVec3> = load(f, lane);
+            let weight = value * (wi[2][lane].abs() / pdf);
+            let wi: LaneVec3 = load(wi, lane);
+            let kept: Rgb<LaneVec3> = load(&scattering.weight, lane);
+            store(&mut scattering.weight, lane, if is_active { weight } else { kept });
+            let kept: LaneVec3 = load(&scattering.wi, lane);
+            store(&mut scattering.wi, lane, if is_active { wi } else { kept });
+            let kept = scattering.pdf[lane];
+            scattering.pdf[lane] = if is_active { pdf } else { kept };
+            let kept = scattering.sampled.0[lane];
+            let mask = if pdf > 0.0 { kept } else { 0 };
+            scattering.sampled.0[lane] = if is_active { mask } else { kept };
         }
     }
 }
@@ -149,7 +293,7 @@ vectorised! {
     /// Samples the diffuse BSDFs.
     fn sample_diffuse<E: Effects>(
         at: &InteractionLanes<E>,
-        bsdfs: &BsdfLanes,
+        bsdfs: &BsdfLanes<E>,
         scattering: &mut ScatteringLanes,
     ) {
         for lane in 0..LANES {

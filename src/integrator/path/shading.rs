@@ -5,8 +5,9 @@
 //! Source: none needed.
 
 use crate::accel::lanes::RayLanes;
+use crate::bsdf::principled::lanes::{PrincipledLanes, SampledLanes};
 use crate::bsdf::{Diffuse, Lobe};
-use crate::effects::{Effects, Slot};
+use crate::effects::{Effects, Slot, State};
 use crate::light::lanes::{LightContextLanes, LightSampleLanes};
 use crate::light::select::LightLanes;
 use crate::math::lanes::ActiveLanes;
@@ -23,7 +24,7 @@ pub struct StageMemory<E: Effects> {
     pub surfaces: SurfaceMemory<E>,
     /// The surface interactions.
     pub at: InteractionLanes<E>,
-    pub bsdfs: BsdfLanes,
+    pub bsdfs: BsdfLanes<E>,
     pub direct_light: DirectLightLanes,
     pub scattering: ScatteringLanes,
 }
@@ -130,29 +131,61 @@ impl Default for ScatteringLanes {
 /// The BSDFs at the surfaces of a block.
 #[repr(align(64))]
 #[derive(Debug)]
-pub struct BsdfLanes {
+pub struct BsdfLanes<E: Effects> {
     /// The lanes whose BSDF is not evaluated in lanes.
     pub singly: ActiveLanes<LANES>,
     /// The lanes whose BSDF has delta lobes alone.
     pub delta: ActiveLanes<LANES>,
     /// The reflectances of the lanes whose BSDF is diffuse and evaluated in lanes.
     reflectance: Lanes3,
+    pub principled: State<E::Glossy, PrincipledStage>,
 }
 
-impl Default for BsdfLanes {
+/// The principled BSDFs at the surfaces of a block that are evaluated in lanes.
+#[derive(Debug, Clone, Copy)]
+pub struct PrincipledStage {
+    /// The lanes that have one.
+    pub active: ActiveLanes<LANES>,
+    pub bsdfs: PrincipledLanes,
+    /// The directions to the origins of the rays and to the light samples, in the shading frames.
+    pub wo: Lanes3,
+    pub to_light: Lanes3,
+    pub sampled: SampledLanes,
+    /// The values of the BSDFs, and their densities.
+    pub f: Lanes3,
+    pub pdf: Lanes<f32>,
+}
+
+impl Default for PrincipledStage {
+    fn default() -> Self {
+        let zero = [0.0; LANES];
+        Self {
+            active: ActiveLanes::NONE,
+            bsdfs: PrincipledLanes::default(),
+            wo: [zero; 3],
+            to_light: [zero; 3],
+            sampled: SampledLanes::default(),
+            f: [zero; 3],
+            pdf: zero,
+        }
+    }
+}
+
+impl<E: Effects> Default for BsdfLanes<E> {
     fn default() -> Self {
         Self {
             singly: ActiveLanes::NONE,
             delta: ActiveLanes::NONE,
             reflectance: [[0.0; LANES]; 3],
+            principled: Slot::new(PrincipledStage::default),
         }
     }
 }
 
-impl BsdfLanes {
+impl<E: Effects> BsdfLanes<E> {
     /// Looks up the BSDFs of the active lanes. If `all_singly`, none is evaluated in lanes.
     #[inline(always)]
-    pub fn look_up<E: Effects>(
+    pub fn look_up(
         &mut self,
         scene: &Scene,
         active: &ActiveLanes<LANES>,
@@ -161,11 +194,21 @@ impl BsdfLanes {
     ) {
         self.singly = ActiveLanes::NONE;
         self.delta = ActiveLanes::NONE;
+        if let Some(principled) = self.principled.get_mut() {
+            principled.active = ActiveLanes::NONE;
+        }
         for lane in active.each() {
             let at: Interaction<E> = at.get(lane);
             let material = scene.material(at.id);
-            if !all_singly && let Some(reflectance) = material.diffuse::<E>(at.uv.or(Vec2::ZERO)) {
+            let uv = at.uv.or(Vec2::ZERO);
+            if !all_singly && let Some(reflectance) = material.diffuse::<E>(uv) {
                 store(&mut self.reflectance, lane, reflectance);
+            } else if !all_singly
+                && let Some(stage) = self.principled.get_mut()
+                && let Some((bsdf, place)) = material.principled::<E>(uv)
+            {
+                stage.active.set(lane, true);
+                stage.bsdfs.set(lane, &bsdf, place);
             } else {
                 self.singly.set(lane, true);
                 self.delta.set(lane, material.is_delta::<E>());

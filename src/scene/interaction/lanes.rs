@@ -20,7 +20,7 @@ use crate::math::lanes::ActiveLanes;
 use crate::math::lanes::{LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::ray::Ray;
 use crate::math::vec::{LaneVec3, Vec2, Vector};
-use crate::scene::Scene;
+use crate::scene::{Scene, ShapeTraits};
 
 /// A surface interaction for each lane.
 #[repr(align(64))]
@@ -30,6 +30,8 @@ pub struct InteractionLanes<E: Effects> {
     pub shape: Lanes<u32>,
     /// The primitives.
     pub primitive: Lanes<u32>,
+    /// The [`ShapeTraits`] of the shapes.
+    pub traits: Lanes<u32>,
     /// The positions.
     pub p: Lanes3,
     error: Lanes3,
@@ -49,6 +51,7 @@ impl<E: Effects> Default for InteractionLanes<E> {
         Self {
             shape: [NO_ID; LANES],
             primitive: [0; LANES],
+            traits: [0; LANES],
             p: [ZERO; 3],
             error: [ZERO; 3],
             ng: [ZERO; 3],
@@ -70,6 +73,12 @@ impl<E: Effects> InteractionLanes<E> {
             shape: self.shape[lane],
             primitive: self.primitive[lane],
         }
+    }
+
+    /// Whether `wo` of a lane is on the back of the surface.
+    #[inline(always)]
+    pub fn is_behind(&self, lane: usize) -> bool {
+        self.side[lane] < 0.0
     }
 
     /// The interaction of a lane.
@@ -147,14 +156,7 @@ impl<E: Effects> TriangleLanes<E> {
 
     /// Sets the triangle of a lane.
     #[inline(always)]
-    fn set(
-        &mut self,
-        lane: usize,
-        mesh: &Mesh,
-        primitive: u32,
-        is_textured: bool,
-        transmits: bool,
-    ) {
+    fn set(&mut self, lane: usize, mesh: &Mesh, primitive: u32, traits: ShapeTraits) {
         for (to, vertex) in self.vertices.iter_mut().zip(mesh.triangle(primitive)) {
             store(to, lane, vertex);
         }
@@ -166,7 +168,7 @@ impl<E: Effects> TriangleLanes<E> {
             }
         }
         if let Some(to) = self.uvs.get_mut() {
-            let uvs = if is_textured {
+            let uvs = if traits.has(ShapeTraits::IS_TEXTURED) {
                 mesh.triangle_uvs(primitive)
             } else {
                 [Vec2::ZERO; 3]
@@ -176,7 +178,7 @@ impl<E: Effects> TriangleLanes<E> {
             }
         }
         if let Some(to) = self.transmits.get_mut() {
-            to[lane] = u32::from(transmits);
+            to[lane] = u32::from(traits.has(ShapeTraits::TRANSMITS));
         }
     }
 
@@ -254,40 +256,37 @@ impl Scene {
         interactions: &mut InteractionLanes<E>,
     ) -> ActiveLanes<LANES> {
         let SurfaceMemory(triangles) = memory;
-        let mut found = ActiveLanes::NONE;
+        let mut found = active.and(|lane| packet.hits.geometry[lane] != NO_ID);
         let mut singly = ActiveLanes::<LANES>::NONE;
-        for lane in active.each() {
+        for lane in found.each() {
             let shape = packet.hits.geometry[lane];
-            if shape == NO_ID {
-                continue;
-            }
-            found.set(lane, true);
-            let of_shape = &self.shapes[shape as usize];
-            let material = &self.materials[of_shape.material as usize];
-            let mesh = match self.world.geometries().get(shape as usize) {
-                Some(Geometry::Mesh(mesh)) => mesh,
-                _ => {
-                    singly.set(lane, true);
-                    continue;
+            let traits = self.shapes[shape as usize].traits;
+            interactions.traits[lane] = traits.0;
+            match self.world.geometries().get(shape as usize) {
+                Some(Geometry::Mesh(mesh)) => {
+                    triangles.set(lane, mesh, packet.hits.primitive[lane], traits);
                 }
-            };
-            let is_special = (E::Alpha::ON && material.has_alpha())
-                || (E::NormalMaps::ON && material.normal_map().is_some());
-            singly.set(lane, is_special);
-            let primitive = packet.hits.primitive[lane];
-            let transmits = E::Transmission::ON && material.transmits();
-            triangles.set(lane, mesh, primitive, of_shape.textured, transmits);
+                _ => singly.set(lane, true),
+            }
         }
         let outside = self::interactions::<E>(triangles, packet, interactions);
-        for lane in found.each() {
-            if outside[lane] == 0 && !singly.has(lane) {
-                continue;
-            }
+        let singly = found.and(|lane| {
+            let has_alpha =
+                E::Alpha::ON & (interactions.traits[lane] & ShapeTraits::HAS_ALPHA != 0);
+            let has_normal_map =
+                E::NormalMaps::ON & (interactions.traits[lane] & ShapeTraits::HAS_NORMAL_MAP != 0);
+            (outside[lane] != 0) | singly.has(lane) | has_alpha | has_normal_map
+        });
+        for lane in singly.each() {
             let (ray, time) = packet.ray(lane);
             let (excluded, hit) = (excluded.get(lane), packet.hit(lane));
             let u_alpha = if E::Alpha::ON { u_alpha(lane) } else { 0.0 };
             match self.surface_interaction(&ray, time, excluded, u_alpha, hit) {
-                Some(at) => interactions.set(lane, &at),
+                Some(at) => {
+                    // Behind a surface with alpha there may be another shape.
+                    interactions.traits[lane] = self.shapes[at.id.shape as usize].traits.0;
+                    interactions.set(lane, &at);
+                }
                 None => found.set(lane, false),
             }
         }

@@ -17,20 +17,22 @@
 //! Source: glTF 2.0, appendix B, with the couplings of Kulla and Conty 2017. Tested in
 //! `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
-use super::albedo::{AlbedoRow, SingleScatter};
+pub mod lanes;
+mod opaque;
+
+use super::albedo::{AlbedoRow, RowPlace};
 use super::conductor::multiple_scattering_colour;
 use super::dielectric::Dielectric;
-use super::fresnel::{normal_reflectance, schlick_mean, schlick_weight};
-use super::microfacet::Ggx;
+use super::fresnel::{normal_reflectance, schlick_mean};
+use super::microfacet::{Ggx, SMOOTH_ALPHA};
 use super::types::{BsdfSample, BsdfSampleInput, BsdfValue, Lobe, facing_up};
 use crate::effects::{Effect, EffectSet};
 use crate::math::{
-    measure::PdfSolidAngle,
     rgb::Rgb,
     vec::{Vec2, Vec3},
 };
-use crate::planted::planted;
-use crate::sampling::warp::pdf_hemisphere_cosine;
+pub use opaque::Choice;
+use opaque::OpaqueLobes;
 use std::f32::consts::FRAC_1_PI;
 
 /// The parameters of a principled material.
@@ -51,37 +53,15 @@ pub struct PrincipledParameters {
 /// The principled BSDF at a point of a surface. [`Principled::coloured`] changes its colour at little cost.
 #[derive(Debug, Clone, Copy)]
 pub struct Principled {
-    facets: Option<Ggx>,
+    opaque: OpaqueLobes,
+    /// Whether the microfacets are rough; otherwise they reflect as a mirror.
+    is_rough: bool,
     albedo: AlbedoRow,
-    /// Reflectance of the microfacets at normal incidence, metal and coat together.
-    f0: Rgb,
-    /// Reflectance of the microfacets at grazing angles: the fraction of the surface that is not glass.
-    f90: f32,
-    /// Colour of the metal's multiple scattering.
-    metal_ms: Rgb,
-    /// Colour of the diffuse base.
-    base: Rgb,
     /// Fractions of the surface that are metal, coat over base, and glass; they sum to one.
     metal_share: f32,
     coat_share: f32,
     glass_share: f32,
-    /// Reflectance of the coat alone at normal incidence.
-    coat_f0: f32,
-    /// 1 / (pi (1 - S_mean)).
-    base_scale: f32,
     glass: Dielectric,
-}
-
-/// The probabilities of sampling each lobe for a given `wo`, which sum to one.
-#[derive(Debug, Clone, Copy)]
-pub struct Choice {
-    facets: f32,
-    /// Multiple scattering of the metal.
-    metal_ms: f32,
-    base: f32,
-    glass: f32,
-    /// The single scattering towards `wo`, kept for evaluation.
-    o: SingleScatter,
 }
 
 impl Principled {
@@ -100,18 +80,24 @@ impl Principled {
         let coat_f0 = normal_reflectance(ior);
         let coat_share = (1.0 - metallic) * (1.0 - transmission);
         let mean = albedo.mean();
+        let (multiple_scale, pdf_scale) = albedo.scales();
         Self {
-            facets,
+            opaque: OpaqueLobes {
+                ggx: facets.unwrap_or(Ggx::new(SMOOTH_ALPHA)),
+                f0: Rgb::BLACK,
+                f90: metallic + coat_share,
+                metal_ms: Rgb::BLACK,
+                base: Rgb::BLACK,
+                coat_f0,
+                base_scale: FRAC_1_PI / (1.0 - mean.reflected(coat_f0, 1.0)),
+                multiple_scale,
+                pdf_scale,
+            },
+            is_rough: facets.is_some(),
             albedo,
-            f0: Rgb::BLACK,
-            f90: metallic + coat_share,
-            metal_ms: Rgb::BLACK,
-            base: Rgb::BLACK,
             metal_share: metallic,
             coat_share,
             glass_share: (1.0 - metallic) * transmission,
-            coat_f0,
-            base_scale: FRAC_1_PI / (1.0 - mean.reflected(coat_f0, 1.0)),
             glass: Dielectric::new(ior, roughness, base_color),
         }
         .coloured(base_color)
@@ -125,10 +111,14 @@ impl Principled {
         } else {
             Rgb::BLACK
         };
+        let coat = Rgb::grey(self.coat_share * self.opaque.coat_f0);
         Self {
-            f0: self.metal_share * base_color + Rgb::grey(self.coat_share * self.coat_f0),
-            metal_ms: self.metal_share * metal_ms,
-            base: self.coat_share * base_color,
+            opaque: OpaqueLobes {
+                f0: self.metal_share * base_color + coat,
+                metal_ms: self.metal_share * metal_ms,
+                base: self.coat_share * base_color,
+                ..self.opaque
+            },
             glass: self.glass.tinted(base_color),
             ..*self
         }
@@ -140,17 +130,23 @@ impl Principled {
         self.glass.ior()
     }
 
+    /// The place in the table of albedos, if the surface is rough and opaque, so that its BSDF can be evaluated in lanes.
+    #[inline]
+    pub fn place_in_lanes(&self) -> Option<RowPlace> {
+        self.albedo.place().filter(|_| self.glass_share == 0.0)
+    }
+
     /// Whether all lobes are deltas.
     #[inline]
     pub fn is_delta(&self) -> bool {
-        let opaque_is_delta = self.facets.is_none() && self.base.is_black();
+        let opaque_is_delta = !self.is_rough && self.opaque.base.is_black();
         let glass_is_delta = self.glass_share == 0.0 || self.glass.is_delta();
-        glass_is_delta && (opaque_is_delta || self.f90 == 0.0)
+        glass_is_delta && (opaque_is_delta || self.opaque.f90 == 0.0)
     }
 
     /// The effects that a kernel needs for this BSDF.
     pub fn effects(&self) -> EffectSet {
-        let facets = if self.facets.is_some() {
+        let facets = if self.is_rough {
             Effect::Glossy
         } else {
             Effect::Specular
@@ -190,9 +186,10 @@ impl Principled {
         let (mut wi, lobe) = if u_lobe < choice.glass + choice.base {
             (by_cosine, Lobe::Diffuse)
         } else if u_lobe < choice.glass + choice.base + choice.metal_ms {
-            (self.albedo.sample_multiple(u), Lobe::GlossyReflection)
-        } else if let Some(ggx) = self.facets {
-            (ggx.sample_mirrored(up, u), Lobe::GlossyReflection)
+            (self.sample_multiple(u), Lobe::GlossyReflection)
+        } else if self.is_rough {
+            let wi = self.opaque.ggx.sample_mirrored(up, u);
+            (wi, Lobe::GlossyReflection)
         } else {
             return self.sample_smooth(wo, choice);
         };
@@ -203,23 +200,17 @@ impl Principled {
         self.weigh(wo, wi, lobe, choice)
     }
 
+    /// Samples a direction by the multiple scattering of the metal.
+    #[inline]
+    pub fn sample_multiple(&self, u: Vec2) -> Vec3 {
+        self.albedo.sample_multiple(u)
+    }
+
     /// Computes each lobe's share of the albedo towards `wo`, by the brightest channel.
     #[inline]
     pub fn choice(&self, wo: Vec3) -> Choice {
-        let o = self.albedo.at(wo.z.abs());
-        let facets = o.reflected(self.f0.max_channel(), self.f90);
-        let through = 1.0 - o.reflected(self.coat_f0, 1.0);
-        let base = self.base.max_channel() * through;
-        let metal_ms = self.metal_ms.max_channel() * o.loss;
-        let sum = facets + base + metal_ms + self.glass_share;
-        let scale = 1.0 / sum.max(f32::MIN_POSITIVE);
-        Choice {
-            facets: facets * scale,
-            metal_ms: metal_ms * scale,
-            base: base * scale,
-            glass: self.glass_share * scale,
-            o,
-        }
+        self.opaque
+            .choice(self.albedo.at(wo.z.abs()), self.glass_share)
     }
 
     /// Evaluates all lobes except deltas; `choice` is [`Principled::choice`] of `wo`.
@@ -227,7 +218,8 @@ impl Principled {
     pub fn eval(&self, wo: Vec3, choice: &Choice, wi: Vec3) -> BsdfValue {
         let mut value = BsdfValue::default();
         if let Some((wo, wi)) = facing_up(wo, wi) {
-            value = self.eval_opaque(wo, wi, choice);
+            let i = self.albedo.at(wi.z);
+            value = self.opaque.eval(wo, wi, choice, i, self.is_rough);
         }
         if self.glass_share > 0.0 {
             let glass = self.glass.eval(wo, wi);
@@ -237,38 +229,11 @@ impl Principled {
         value
     }
 
-    /// Evaluates all lobes except glass, both directions above the surface.
-    #[inline]
-    fn eval_opaque(&self, wo: Vec3, wi: Vec3, choice: &Choice) -> BsdfValue {
-        let (o, i) = (choice.o, self.albedo.at(wi.z));
-        let through = |s: SingleScatter| 1.0 - s.reflected(self.coat_f0, 1.0);
-        let base = self.base_scale * through(o) * through(i);
-        let ms = self.albedo.multiple_scattering(o, i);
-        let mut f = base * self.base + ms * self.metal_ms;
-        let mut pdf = choice.base * pdf_hemisphere_cosine(wi.z);
-        if let Some(ggx) = self.facets {
-            let facets = ggx.mirroring(wo, wi);
-            f += facets.d_v * self.schlick(facets.cos);
-            let metal_ms = planted!("lobe-left-out-of-pdf", 0.0, choice.metal_ms);
-            pdf += choice.facets * facets.pdf + metal_ms * self.albedo.pdf_multiple(wi.z);
-        }
-        BsdfValue {
-            f,
-            pdf: PdfSolidAngle(pdf),
-        }
-    }
-
-    /// The reflectance of the microfacets by Schlick's approximation.
-    #[inline]
-    fn schlick(&self, cos: f32) -> Rgb {
-        self.f0.lerp(Rgb::grey(self.f90), schlick_weight(cos))
-    }
-
     #[inline]
     fn sample_smooth(&self, wo: Vec3, choice: &Choice) -> Option<BsdfSample> {
         (choice.facets > 0.0).then(|| BsdfSample {
             wi: Vec3::new(-wo.x, -wo.y, wo.z),
-            weight: self.schlick(wo.z.abs()) / choice.facets,
+            weight: self.opaque.schlick(wo.z.abs()) / choice.facets,
             pdf: None,
             lobe: Lobe::SpecularReflection,
         })

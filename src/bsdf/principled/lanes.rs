@@ -1,0 +1,238 @@
+//! Rough opaque principled BSDFs in SIMD lanes.
+//!
+//! Measure: f per steradian.
+//! Range: directions anywhere on the sphere.
+//! Source: as in [`Principled`]; both ways give the same bits: tested in `tests/scattering/lanes.rs`.
+
+use super::super::albedo::{AlbedoTable, RowPlace, SingleScatter, table};
+use super::super::microfacet::Ggx;
+use super::super::types::{BsdfValue, is_same_side};
+use super::Principled;
+use super::opaque::{Choice, OpaqueLobes};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
+use crate::math::vec::{LaneVec3, Vec2, Vec3};
+
+const ZERO: Lanes<f32> = [0.0; LANES];
+
+/// A BSDF for each lane, bound to a direction.
+#[repr(align(64))]
+#[derive(Debug, Clone, Copy)]
+pub struct PrincipledLanes {
+    /// The places in the table of albedos.
+    first: Lanes<u32>,
+    t: Lanes<f32>,
+    alpha: Lanes<f32>,
+    f0: Lanes3,
+    f90: Lanes<f32>,
+    metal_ms: Lanes3,
+    base: Lanes3,
+    coat_f0: Lanes<f32>,
+    base_scale: Lanes<f32>,
+    multiple_scale: Lanes<f32>,
+    pdf_scale: Lanes<f32>,
+    wo: Lanes3,
+    /// The [`Choice`]s for `wo`.
+    facets: Lanes<f32>,
+    multiple: Lanes<f32>,
+    diffuse: Lanes<f32>,
+    loss: Lanes<f32>,
+    schlick: Lanes<f32>,
+}
+
+impl Default for PrincipledLanes {
+    fn default() -> Self {
+        Self {
+            first: [0; LANES],
+            t: ZERO,
+            alpha: [1.0; LANES],
+            f0: [ZERO; 3],
+            f90: ZERO,
+            metal_ms: [ZERO; 3],
+            base: [ZERO; 3],
+            coat_f0: ZERO,
+            base_scale: ZERO,
+            multiple_scale: ZERO,
+            pdf_scale: ZERO,
+            wo: [ZERO; 3],
+            facets: ZERO,
+            multiple: ZERO,
+            diffuse: ZERO,
+            loss: ZERO,
+            schlick: ZERO,
+        }
+    }
+}
+
+/// The direction that a lane has sampled, before it is weighted.
+#[derive(Debug, Clone, Copy)]
+pub struct SampledLanes {
+    /// The directions in the upper hemisphere, or below it where the sample is lost.
+    pub wi: Lanes3,
+    /// Whether the direction is that of the diffuse base.
+    pub is_diffuse: Lanes<u32>,
+    /// Whether the direction has yet to be sampled by multiple scattering.
+    pub is_multiple: Lanes<u32>,
+}
+
+impl Default for SampledLanes {
+    fn default() -> Self {
+        Self {
+            wi: [ZERO; 3],
+            is_diffuse: [0; LANES],
+            is_multiple: [0; LANES],
+        }
+    }
+}
+
+impl PrincipledLanes {
+    /// Sets the BSDF of a lane, which is rough and opaque.
+    #[inline]
+    pub fn set(&mut self, lane: usize, bsdf: &Principled, place: RowPlace) {
+        let lobes = &bsdf.opaque;
+        (self.first[lane], self.t[lane]) = (place.first, place.t);
+        self.alpha[lane] = place.alpha;
+        store(&mut self.f0, lane, lobes.f0);
+        self.f90[lane] = lobes.f90;
+        store(&mut self.metal_ms, lane, lobes.metal_ms);
+        store(&mut self.base, lane, lobes.base);
+        self.coat_f0[lane] = lobes.coat_f0;
+        self.base_scale[lane] = lobes.base_scale;
+        self.multiple_scale[lane] = lobes.multiple_scale;
+        self.pdf_scale[lane] = lobes.pdf_scale;
+    }
+
+    #[inline(always)]
+    fn lobes(&self, lane: usize) -> OpaqueLobes<LaneVec3> {
+        OpaqueLobes {
+            ggx: Ggx::new(self.alpha[lane]),
+            f0: load(&self.f0, lane),
+            f90: self.f90[lane],
+            metal_ms: load(&self.metal_ms, lane),
+            base: load(&self.base, lane),
+            coat_f0: self.coat_f0[lane],
+            base_scale: self.base_scale[lane],
+            multiple_scale: self.multiple_scale[lane],
+            pdf_scale: self.pdf_scale[lane],
+        }
+    }
+
+    #[inline(always)]
+    fn place(&self, lane: usize) -> RowPlace {
+        RowPlace {
+            first: self.first[lane],
+            t: self.t[lane],
+            alpha: self.alpha[lane],
+        }
+    }
+
+    #[inline(always)]
+    fn choice(&self, lane: usize) -> Choice {
+        Choice {
+            facets: self.facets[lane],
+            metal_ms: self.multiple[lane],
+            base: self.diffuse[lane],
+            glass: 0.0,
+            o: SingleScatter {
+                loss: self.loss[lane],
+                schlick: self.schlick[lane],
+            },
+        }
+    }
+
+    /// Binds the BSDFs to the directions `wo`.
+    pub fn bind(&mut self, wo: &Lanes3) {
+        self.wo = *wo;
+        bind(table(), self);
+    }
+
+    /// Samples a direction for each of the active lanes by `numbers`, two for the direction and one for the lobe;
+    /// `by_cosine` are the cosine-weighted directions of the former. `sample_multiple` samples the multiple scattering of
+    /// a lane.
+    pub fn sample(
+        &self,
+        active: &ActiveLanes<LANES>,
+        numbers: &[Lanes<f32>; 3],
+        by_cosine: &Lanes3,
+        sample_multiple: impl Fn(usize, Vec2) -> Vec3,
+        sampled: &mut SampledLanes,
+    ) {
+        sample(self, numbers, by_cosine, sampled);
+        // Metal that is sampled by its multiple scattering is rare.
+        for lane in active.and(|lane| sampled.is_multiple[lane] != 0).each() {
+            let u = Vec2::new(numbers[0][lane], numbers[1][lane]);
+            store(&mut sampled.wi, lane, sample_multiple(lane, u));
+        }
+    }
+
+    /// Evaluates the BSDFs at the directions `wi`: f without the cosine, and the density of sampling.
+    pub fn eval(&self, wi: &Lanes3, f: &mut Lanes3, pdf: &mut Lanes<f32>) {
+        eval(table(), self, wi, f, pdf);
+    }
+}
+
+vectorised! {
+    /// Computes the [`Choice`] of each lane.
+    fn bind(table: &AlbedoTable, lanes: &mut PrincipledLanes) {
+        for lane in 0..LANES {
+            let wo: LaneVec3 = load(&lanes.wo, lane);
+            let o = table.at(lanes.place(lane), wo.z.abs());
+            let choice = lanes.lobes(lane).choice(o, 0.0);
+            lanes.facets[lane] = choice.facets;
+            lanes.multiple[lane] = choice.metal_ms;
+            lanes.diffuse[lane] = choice.base;
+            lanes.loss[lane] = o.loss;
+            lanes.schlick[lane] = o.schlick;
+        }
+    }
+}
+
+vectorised! {
+    /// Samples the diffuse base or the microfacets of each lane.
+    fn sample(
+        lanes: &PrincipledLanes,
+        numbers: &[Lanes<f32>; 3],
+        by_cosine: &Lanes3,
+        sampled: &mut SampledLanes,
+    ) {
+        for lane in 0..LANES {
+            let wo: LaneVec3 = load(&lanes.wo, lane);
+            let up = LaneVec3::new(wo.x, wo.y, wo.z.abs());
+            let u = Vec2::new(numbers[0][lane], numbers[1][lane]);
+            let u_lobe = numbers[2][lane];
+            let (diffuse, multiple) = (lanes.diffuse[lane], lanes.multiple[lane]);
+            let mirrored: LaneVec3 = Ggx::new(lanes.alpha[lane]).sample_mirrored(up, u);
+            let cosine: LaneVec3 = load(by_cosine, lane);
+            let is_diffuse = u_lobe < diffuse;
+            let is_multiple = !is_diffuse & (u_lobe < diffuse + multiple);
+            store(&mut sampled.wi, lane, if is_diffuse { cosine } else { mirrored });
+            sampled.is_diffuse[lane] = u32::from(is_diffuse);
+            sampled.is_multiple[lane] = u32::from(is_multiple);
+        }
+    }
+}
+
+vectorised! {
+    /// Evaluates the BSDF of each lane.
+    fn eval(
+        table: &AlbedoTable,
+        lanes: &PrincipledLanes,
+        wi: &Lanes3,
+        f: &mut Lanes3,
+        pdf: &mut Lanes<f32>,
+    ) {
+        for lane in 0..LANES {
+            let (wo, wi): (LaneVec3, LaneVec3) = (load(&lanes.wo, lane), load(wi, lane));
+            let up = |w: LaneVec3| LaneVec3::new(w.x, w.y, w.z.abs());
+            let i = table.at(lanes.place(lane), wi.z.abs());
+            let choice = lanes.choice(lane);
+            let value: BsdfValue<LaneVec3> =
+                lanes.lobes(lane).eval(up(wo), up(wi), &choice, i, true);
+            let reflects = is_same_side(wo, wi);
+            let [r, g, b] = value.f.into();
+            f[0][lane] = if reflects { r } else { 0.0 };
+            f[1][lane] = if reflects { g } else { 0.0 };
+            f[2][lane] = if reflects { b } else { 0.0 };
+            pdf[lane] = if reflects { value.pdf.0 } else { 0.0 };
+        }
+    }
+}

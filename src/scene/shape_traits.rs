@@ -1,0 +1,37 @@
+//! The traits of a shape that decide how its hits are processed.
+//!
+//! Measure: none.
+//! Range: any shape.
+//! Source: none needed. Tested through `tests/rendering/effects.rs`.
+
+/// A set of traits, as the bits of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ShapeTraits(pub u32);
+
+impl ShapeTraits {
+    /// The shape emits.
+    pub const EMITS: u32 = 1;
+    /// The back of its surface absorbs everything.
+    pub const IS_ONE_SIDED: u32 = 1 << 1;
+    /// A ray that leaves it in any direction cannot truly hit the same primitive again: top-level meshes and disks.
+    pub const IS_FLAT: u32 = 1 << 2;
+    /// Its material transmits light, so that its two sides differ.
+    pub const TRANSMITS: u32 = 1 << 3;
+    /// Its material or its emission needs texture coordinates.
+    pub const IS_TEXTURED: u32 = 1 << 4;
+    /// Its material has an opacity below 1 anywhere.
+    pub const HAS_ALPHA: u32 = 1 << 5;
+    /// Its material has a normal map.
+    pub const HAS_NORMAL_MAP: u32 = 1 << 6;
+
+    /// Whether the shape has a trait.
+    #[inline]
+    pub fn has(self, one: u32) -> bool {
+        self.0 & one != 0
+    }
+
+    /// The set with a trait, if a condition holds.
+    pub fn with_if(self, one: u32, condition: bool) -> Self {
+        Self(if condition { self.0 | one } else { self.0 })
+    }
+}

@@ -1,0 +1,90 @@
+//! BSDFs that are evaluated and sampled in SIMD lanes give the same bits as those of each path alone.
+
+use crate::common::TestRng;
+use etendue::internals::bsdf::principled::lanes::{PrincipledLanes, SampledLanes};
+use etendue::internals::bsdf::{
+    Bsdf, BsdfSample, BsdfSampleInput, Principled, PrincipledParameters,
+};
+use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::math::lanes::{ActiveLanes, LANES, load, store};
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::{Vec2, Vec3};
+
+/// A direction anywhere on the sphere; one in eight is nearly tangential.
+fn direction(rng: &mut TestRng) -> Vec3 {
+    let mut v = || 2.0 * rng.uniform() - 1.0;
+    let grazing = if v() > 0.75 { 1e-4 } else { 1.0 };
+    (Vec3::new(v(), v(), grazing * v()) + Vec3::new(1e-3, 0.0, 0.0)).normalize()
+}
+
+fn bsdf(rng: &mut TestRng) -> Principled {
+    let mut u = || rng.uniform();
+    Principled::new(&PrincipledParameters {
+        base_color: Rgb::new(u(), u(), u()),
+        metallic: (2.0 * u() - 0.5).clamp(0.0, 1.0),
+        roughness: 0.011 + 0.989 * u(),
+        ior: 1.0 + u(),
+        transmission: 0.0,
+    })
+}
+
+#[test]
+fn principled_bsdfs_in_lanes_are_those_of_each_path_alone() {
+    let mut rng = TestRng::new(11);
+    let (mut lost, mut multiple) = (0, 0);
+    for _ in 0..2000 {
+        let bsdfs: [Principled; LANES] = std::array::from_fn(|_| bsdf(&mut rng));
+        let mut lanes = PrincipledLanes::default();
+        let (mut wo, mut wi) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        let (mut numbers, mut by_cosine) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        let inputs: [BsdfSampleInput; LANES] = std::array::from_fn(|lane| {
+            let place = bsdfs[lane]
+                .place_in_lanes()
+                .expect("it is rough and opaque");
+            lanes.set(lane, &bsdfs[lane], place);
+            store(&mut wo, lane, direction(&mut rng));
+            store(&mut wi, lane, direction(&mut rng));
+            let u = [rng.uniform(), rng.uniform(), rng.uniform()];
+            store(&mut numbers, lane, u);
+            let input = BsdfSampleInput::new(u[2], Vec2::new(u[0], u[1]));
+            store(&mut by_cosine, lane, input.by_cosine);
+            input
+        });
+        let (mut f, mut pdf) = ([[0.0; LANES]; 3], [0.0; LANES]);
+        let mut sampled = SampledLanes::default();
+        lanes.bind(&wo);
+        lanes.eval(&wi, &mut f, &mut pdf);
+        let all = ActiveLanes::first(LANES);
+        let of_multiple = |lane: usize, u: Vec2| bsdfs[lane].sample_multiple(u);
+        lanes.sample(&all, &numbers, &by_cosine, of_multiple, &mut sampled);
+        let (mut f_sampled, mut pdf_sampled) = ([[0.0; LANES]; 3], [0.0; LANES]);
+        let upper = sampled.wi[2];
+        for lane in 0..LANES {
+            sampled.wi[2][lane] = upper[lane].copysign(wo[2][lane]);
+        }
+        lanes.eval(&sampled.wi, &mut f_sampled, &mut pdf_sampled);
+        for lane in 0..LANES {
+            let alone = Bsdf::Principled(bsdfs[lane]);
+            let alone = alone.seen_from::<Everything>(load(&wo, lane));
+            let value = alone.eval::<Everything>(load(&wi, lane));
+            assert_eq!(load::<Rgb>(&f, lane), value.f);
+            assert_eq!(pdf[lane], value.pdf.0);
+            multiple += sampled.is_multiple[lane];
+            match alone.sample::<Everything>(&inputs[lane]) {
+                None => {
+                    assert!(upper[lane] <= 0.0 || pdf_sampled[lane] <= 0.0);
+                    lost += 1;
+                }
+                Some(BsdfSample {
+                    wi, weight, pdf, ..
+                }) => {
+                    assert_eq!(load::<Vec3>(&sampled.wi, lane), wi);
+                    assert_eq!(pdf.map(|pdf| pdf.0), Some(pdf_sampled[lane]));
+                    let f: Rgb = load(&f_sampled, lane);
+                    assert_eq!(f * (wi.z.abs() / pdf_sampled[lane]), weight);
+                }
+            }
+        }
+    }
+    assert!(lost > 100 && multiple > 100, "{lost} {multiple}");
+}

@@ -261,6 +261,11 @@ pub const PLANTED: &[Planted] = &[
         "lights::lamps::a_large_lamp_lights_by_its_form_factor",
     ),
     bug(
+        "begun-block-keeps-throughputs",
+        "the paths that begin a block together keep the throughputs of the paths before",
+        "rendering::adaptive::every_pixel_is_the_mean_of_samples_that_can_be_replayed",
+    ),
+    bug(
         "reflectance-of-the-next-lane",
         "a path is reflected by the diffuse surface of its neighbour in the block",
         "rendering::adaptive::every_pixel_is_the_mean_of_samples_that_can_be_replayed",

@@ -78,7 +78,7 @@ impl<E: Effects> PathBlock<E> {
         self.packet.clone_from(&samples.packet);
         self.excluded = ExcludedLanes::NONE;
         self.beta = planted!(
-            "begun-path-keeps-a-throughput",
+            "begun-block-keeps-throughputs",
             self.beta,
             [[1.0; LANES]; 3]
         );
@@ -101,7 +101,12 @@ impl<E: Effects> PathBlock<E> {
         self.packet.rays.time[lane] = camera_ray.time;
         self.packet.set_hit(lane, found);
         self.excluded.set(lane, None);
-        store(&mut self.beta, lane, Rgb::WHITE);
+        let beta = planted!(
+            "begun-path-keeps-a-throughput",
+            load(&self.beta, lane),
+            Rgb::WHITE
+        );
+        store(&mut self.beta, lane, beta);
         store(&mut self.radiance, lane, Rgb::BLACK);
         if let Some(eta_scale) = self.eta_scale.get_mut() {
             eta_scale[lane] = 1.0;

@@ -84,8 +84,8 @@ pub use image::metrics::rel_mse;
 pub use image::{
     ColourSpace, Image, Layer, LayeredImage, MAX_SIDE, MetadataValue, WriteOptions, write,
 };
-pub use integrator::Roulette;
 pub use integrator::kind::IntegratorKind;
+pub use integrator::roulette::{NoRoulette, Roulette, WeightWindow};
 pub use math::rgb::Rgb;
 pub use math::vec;
 pub use render::auto::Recommendation;

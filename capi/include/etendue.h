@@ -359,7 +359,7 @@ typedef struct {
   const char *sampler;
   // Adaptive sampling: "off", "two-phase" or "greedy".
   const char *adaptive;
-  // Russian roulette: "none", "albedo" or "throughput".
+  // Russian roulette: "none", "albedo", "throughput", "window", or "window=1/N" with N from 1 to 64.
   const char *roulette;
   // Maximum distance, in world units, of occluders for ambient occlusion.
   double occlusion_distance;

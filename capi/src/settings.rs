@@ -8,8 +8,8 @@ use crate::memory::{Versioned, text};
 use crate::status::Failure;
 use renderer::Adaptive;
 use renderer::IntegratorKind;
+use renderer::NoRoulette;
 use renderer::RenderOptions;
-use renderer::Roulette;
 use renderer::SamplerKind;
 use std::ffi::c_char;
 use std::time::Duration;
@@ -52,7 +52,7 @@ pub struct EtdSettings {
     pub sampler: *const c_char,
     /// Adaptive sampling: "off", "two-phase" or "greedy".
     pub adaptive: *const c_char,
-    /// Russian roulette: "none", "albedo" or "throughput".
+    /// Russian roulette: "none", "albedo", "throughput", "window", or "window=1/N" with N from 1 to 64.
     pub roulette: *const c_char,
     /// Maximum distance, in world units, of occluders for ambient occlusion.
     pub occlusion_distance: f64,
@@ -85,8 +85,10 @@ impl EtdSettings {
             options.sampler = named(self.sampler, samplers, "sampler")?;
             let ways = Adaptive::ALL.iter().map(|&it| (it.name(), it));
             options.adaptive = named(self.adaptive, ways, "adaptive")?;
-            let ways = Roulette::ALL.iter().map(|&it| (it.name(), it));
-            options.roulette = named(self.roulette, ways, "roulette")?;
+            let roulette = text(self.roulette, "roulette")?.map(str::parse);
+            options.roulette = roulette
+                .transpose()
+                .map_err(|error: NoRoulette| Failure::argument(format!("roulette: {error}")))?;
         }
         options.seed = has(ETD_HAS_SEED).then_some(self.seed);
         options.max_bounces = has(ETD_HAS_MAX_BOUNCES).then_some(self.max_bounces);

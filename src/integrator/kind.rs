@@ -4,7 +4,7 @@
 //! Range: every integrator.
 //! Source: the names of the course. Tested in `tests/rendering/integrators.rs` and `cli/tests/command/render.rs`.
 
-use super::Roulette;
+use super::roulette::{Roulette, WeightWindow};
 use super::technique::Technique;
 use crate::effects::{Effect, EffectSet};
 
@@ -105,11 +105,11 @@ impl IntegratorKind {
             | Self::Bsdf
             | Self::LightOrRest
             | Self::NextEvent
-            | Self::Path
             | Self::IrradianceCache
             | Self::Bidirectional
             | Self::Metropolis
             | Self::Auto => Roulette::Throughput,
+            Self::Path => Roulette::Window(WeightWindow::default()),
         }
     }
 

@@ -10,6 +10,7 @@ pub mod irradiance_cache;
 pub mod kind;
 pub mod observer;
 pub mod path;
+pub mod roulette;
 pub mod technique;
 
 use crate::accel::Hit;
@@ -19,11 +20,11 @@ use crate::film::splats::SplatList;
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
-use crate::math::vec::Vector;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use observer::PathObserver;
 use path::PathMemory;
+pub use roulette::Roulette;
 
 /// A ray from the camera into the scene.
 #[derive(Debug, Clone, Copy, Default)]
@@ -202,57 +203,5 @@ impl std::ops::AddAssign for RayCounts {
         self.camera += other.camera;
         self.closest += other.closest;
         self.shadow += other.shadow;
-    }
-}
-
-/// The rule of Russian roulette, by which paths end at random.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub enum Roulette {
-    /// No roulette: a path ends only by absorption, by the bounce limit or, where there is one, by the coin of the
-    /// integrator's technique.
-    None,
-    /// The survival probability follows the weight of the last BSDF sample: what the surface reflected.
-    Albedo,
-    /// The survival probability follows the path throughput.
-    #[default]
-    Throughput,
-}
-
-impl Roulette {
-    /// Every rule.
-    pub const ALL: &'static [Self] = &[Self::None, Self::Albedo, Self::Throughput];
-
-    /// The name in scenes and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Albedo => "albedo",
-            Self::Throughput => "throughput",
-        }
-    }
-
-    /// Returns the survival probability of a path after scattering event number `bounce`, which multiplied its
-    /// throughput by `weight` and left it at `beta`.
-    ///
-    /// A path that loses no energy would never end in a closed scene: from event `PATIENCE` on, the probability is at
-    /// most `LONG_RUN`.
-    // Comparisons in place of a match, which the compiler would not vectorise.
-    #[inline(always)]
-    pub fn survival<V: Vector>(self, bounce: u32, weight: Rgb<V>, beta: Rgb<V>) -> f32 {
-        const PATIENCE: u32 = 32;
-        const LONG_RUN: f32 = 0.99;
-        let [by_albedo, by_throughput] = [weight.max_channel(), beta.max_channel()];
-        let share = if self == Self::Albedo {
-            by_albedo
-        } else {
-            by_throughput
-        };
-        let limit = if bounce < PATIENCE { 1.0 } else { LONG_RUN };
-        if self == Self::None {
-            1.0
-        } else {
-            share.min(limit)
-        }
     }
 }

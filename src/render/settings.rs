@@ -10,6 +10,7 @@ use crate::film::Window;
 use crate::film::batches::BATCHES;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
+use crate::integrator::roulette::NoRoulette;
 use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
 use std::time::Duration;
@@ -219,8 +220,7 @@ impl RenderSettings {
         let sampler = chosen(description, "sampler", &render.sampler, samplers)?;
         let ways = Adaptive::ALL.iter().map(|&a| (a.name(), a));
         let adaptive = chosen(description, "adaptive", &render.adaptive, ways)?;
-        let ways = Roulette::ALL.iter().map(|&r| (r.name(), r));
-        let roulette = chosen(description, "roulette", &render.roulette, ways)?;
+        let roulette = roulette_of(description)?;
         let spp = render.spp.unwrap_or(DEFAULT_SPP);
         Ok(Self {
             integrator: integrator.unwrap_or_default(),
@@ -368,6 +368,24 @@ fn chosen<T>(
             .at_line(wanted.line)
             .in_field(format!("render.{key}"))),
     }
+}
+
+/// The rule of Russian roulette of a scene.
+fn roulette_of(description: &SceneDescription) -> Result<Option<Roulette>> {
+    let Some(wanted) = &description.render.roulette else {
+        return Ok(None);
+    };
+    let roulette = wanted.value.parse().map_err(|error| {
+        let message = match error {
+            NoRoulette::Name => unknown_name("name", &wanted.value, Roulette::NAMES),
+            NoRoulette::Window => error.to_string(),
+        };
+        Error::scene(message)
+            .in_file(&description.file)
+            .at_line(wanted.line)
+            .in_field("render.roulette")
+    });
+    roulette.map(Some)
 }
 
 /// The number of threads that this process may use.

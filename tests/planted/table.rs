@@ -251,6 +251,11 @@ pub const PLANTED: &[Planted] = &[
         "rendering::roulette::no_roulette_changes_what_a_highlight_shows",
     ),
     bug(
+        "window-without-its-weight",
+        "what survives roulette by a weight window has the weight of a window of 1",
+        "lib::integrator::roulette::tests::a_window_keeps_the_mean_throughput",
+    ),
+    bug(
         "roulette-without-division",
         "what survives roulette is not divided by its probability",
         "rendering::roulette::no_roulette_changes_what_a_highlight_shows",

@@ -12,8 +12,8 @@ use crate::common::verdict::{assert_mean, sidak};
 use etendue::internals::accel::Backend;
 use etendue::internals::effects::{Effect, EffectSet, Kernel};
 use etendue::internals::film::Film;
-use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::integrator::roulette::{Roulette, WeightWindow};
 use etendue::internals::math::stats::{Moments, student_quantile_of};
 use etendue::internals::math::vec::DVec3;
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
@@ -161,8 +161,9 @@ fn no_roulette_changes_the_mean() {
     };
     for integrator in [IntegratorKind::Path, IntegratorKind::LightOrRest] {
         let never = with(integrator, Roulette::None, 5);
-        for roulette in [Roulette::Albedo, Roulette::Throughput] {
-            let what = format!("{}, {}", integrator.name(), roulette.name());
+        let window = Roulette::Window(WeightWindow::one_part_in(4).expect("it is at most 64"));
+        for roulette in [Roulette::Albedo, Roulette::Throughput, window] {
+            let what = format!("{}, {}", integrator.name(), roulette);
             assert_same(&what, &with(integrator, roulette, 6), &never, 0.012);
         }
     }

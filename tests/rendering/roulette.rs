@@ -3,7 +3,7 @@
 
 use crate::common::scene::{looking, see, surface};
 use etendue::internals::accel::Backend;
-use etendue::internals::integrator::Roulette;
+use etendue::internals::integrator::roulette::{Roulette, WeightWindow};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::DVec3;
 use etendue::internals::scene::description::{
@@ -35,11 +35,12 @@ fn no_roulette_changes_what_a_highlight_shows() {
     let scene = highlight();
     let with = |roulette| see(&scene, Backend::ALL[0], 1 << 13, Some(1), roulette);
     let never = with(Roulette::None);
-    for roulette in [Roulette::Albedo, Roulette::Throughput] {
+    let window = Roulette::Window(WeightWindow::one_part_in(4).expect("it is at most 64"));
+    for roulette in [Roulette::Albedo, Roulette::Throughput, window] {
         let seen = with(roulette);
         let [a, b] = [never, seen].map(|m| m.standard_error().expect("32 pixels"));
         let (apart, joint) = ((seen.mean() - never.mean()).abs(), a.hypot(b));
-        let what = format!("{}: {seen:?} instead of {never:?}", roulette.name());
+        let what = format!("{}: {seen:?} instead of {never:?}", roulette);
         assert!(apart <= 5.2 * joint, "{what}");
         assert!(joint <= 5e-3 * never.mean(), "too noisy to tell, {what}");
     }

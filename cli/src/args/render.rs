@@ -5,7 +5,8 @@
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/render.rs` and `cli/tests/command/bad_flags.rs`.
 
 use super::values::{
-    named, parse_distance, parse_exposure, parse_numbers, parse_share, parse_size, parse_small,
+    named, parse_distance, parse_exposure, parse_numbers, parse_roulette, parse_share, parse_size,
+    parse_small,
 };
 use super::{ProgressMode, TracingArguments};
 use crate::durations::parse_duration;
@@ -103,9 +104,10 @@ pub struct RenderArguments {
     pub max_bounces: Option<u32>,
     /// Russian roulette. Affects noise and time, not the mean. Default: the scene's, or the integrator's.
     ///
-    /// none: never. albedo: by what the last surface reflected. throughput: by the path throughput. The integrators'
-    /// default is throughput, but none for naive, which ends paths itself, and for those that scatter at most once.
-    #[arg(long, value_parser = named(Roulette::ALL, Roulette::name))]
+    /// none: never. albedo: by what the last surface reflected. throughput: by the path throughput. window=1/N: by the
+    /// path throughput times N, so that paths are longer; N is 2 unless given. The default is window for path, none for
+    /// naive, which ends paths itself, and for those that scatter at most once, else throughput.
+    #[arg(long, value_name = "none|albedo|throughput|window[=1/N]", value_parser = parse_roulette)]
     pub roulette: Option<Roulette>,
     /// Folder to which the contribution of each bdpt strategy is also written. Needs --max-bounces.
     ///

@@ -6,6 +6,8 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use etendue::internals::accel::{Backend, Precision, Quality};
+use etendue::internals::integrator::Roulette;
+use etendue::internals::integrator::roulette::NoRoulette;
 
 /// Parses the name of a backend of this build. For `embree` in a build without it, the error names the missing feature.
 pub fn backend() -> impl TypedValueParser<Value = Backend> {
@@ -39,6 +41,11 @@ pub fn named<T: Copy + Send + Sync + 'static>(
         let found = values.iter().find(|&&value| name(value) == chosen);
         *found.expect("clap lets only these names through")
     })
+}
+
+/// Parses a rule of Russian roulette.
+pub fn parse_roulette(text: &str) -> Result<Roulette, NoRoulette> {
+    text.parse()
 }
 
 /// Parses a width and a height in pixels.

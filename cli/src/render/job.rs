@@ -58,7 +58,8 @@ impl Job<'_> {
         format!(
             "scene: {shapes} shapes, {primitives} primitives, {instances}{} materials, {} lights; {width} x {height} pixels\n\
              tracing: {}, {}, {} quality; {:.1} MB\n\
-             plan: kernel {}; {}\n",
+             plan: kernel {}; {}\n\
+             roulette: {}\n",
             self.description.materials.len(),
             self.scene.lights.len(),
             self.arguments.tracing.backend.name(),
@@ -67,6 +68,7 @@ impl Job<'_> {
             self.scene.accel.memory() as f64 / 1e6,
             kernel(self.scene, self.settings).name(),
             effects,
+            self.settings.roulette(),
         )
     }
 }

@@ -243,6 +243,7 @@ impl Job<'_> {
             ("integrator", text(self.settings.integrator.name())),
             ("sampler", text(self.settings.sampler.name())),
             ("adaptive", text(self.settings.adaptive.name())),
+            ("roulette", text(&self.settings.roulette().to_string())),
             ("spp", MetadataValue::Real(rendered.spp as f64)),
             (
                 "seconds",

@@ -22,6 +22,8 @@ pub struct Stats {
     pub integrator: &'static str,
     /// The reason for the integrator, if `auto` chose it.
     pub auto: Option<String>,
+    /// The rule of Russian roulette.
+    pub roulette: String,
     pub sampler: &'static str,
     /// The distribution of samples over the pixels.
     pub adaptive: &'static str,

@@ -88,6 +88,7 @@ impl Job<'_> {
             spp: rendered.spp,
             integrator: self.settings.integrator.name(),
             auto: self.auto.map(|it| it.why.clone()),
+            roulette: self.settings.roulette().to_string(),
             sampler: self.settings.sampler.name(),
             adaptive: self.settings.adaptive.name(),
             backend: self.arguments.tracing.backend.name(),
@@ -150,7 +151,7 @@ impl Job<'_> {
                     .integrator
                     .map(|_| self.settings.integrator.name().to_owned()),
             ),
-            ("roulette", flags.roulette.map(|it| it.name().to_owned())),
+            ("roulette", flags.roulette.map(|it| it.to_string())),
             (
                 "occlusion-distance",
                 flags.occlusion_distance.map(|it| it.to_string()),

@@ -97,7 +97,7 @@ fn roulette() -> Vec<Case> {
         (Roulette::Throughput, IntegratorKind::Metropolis, 1 << 9),
     ];
     let case = |(roulette, kind, spp): (Roulette, IntegratorKind, u64)| {
-        let (by, kind_name) = (roulette.name(), kind.name());
+        let (by, kind_name) = (roulette, kind.name());
         let name = format!("roulette by {by} over none, to depth 3, by {kind_name}");
         Case::new(50, name, Claim::mean(1.0, 1e-3), move |trial| {
             let scene = lit_room();

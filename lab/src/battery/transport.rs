@@ -152,10 +152,7 @@ fn roulette() -> Vec<Case> {
     let mut cases = Vec::new();
     for roulette in [Roulette::Throughput, Roulette::Albedo] {
         for (depth, spp) in [(1, 1 << 11), (3, 1 << 12)] {
-            let name = format!(
-                "roulette by {} over none, to depth {depth}",
-                roulette.name()
-            );
+            let name = format!("roulette by {} over none, to depth {depth}", roulette);
             let measure = move |trial: &Trial<'_>| ratio(trial, roulette, depth, spp);
             cases.push(Case::new(50, name, Claim::mean(1.0, 1e-3), measure));
         }

@@ -130,6 +130,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
         let mut excluded = None;
         // The throughput for Russian roulette.
         let mut left = Rgb::WHITE;
+        let rule = self.roulette.survival();
         for bounce in 0.. {
             let is_last = most.is_some_and(|most| u64::from(bounce) + 1 >= most);
             let u_alpha = self.u_alpha::<E>(kind, bounce);
@@ -174,7 +175,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
             self.watch(kind, |observer| {
                 observer.scattered(step.w, step.sample.lobe, beta)
             });
-            let survival = self.roulette.survival(bounce, step.reflected, left);
+            let survival = rule.probability(bounce, step.reflected, left);
             if survival < 1.0 {
                 let [u] = self.sampler.draw(match kind {
                     SubpathKind::Eye => Decision::Roulette(bounce),
@@ -184,8 +185,9 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
                     self.watch(kind, |observer| observer.terminated(survival));
                     break;
                 }
-                beta *= 1.0 / survival;
-                left *= 1.0 / survival;
+                let correction = rule.correction(survival);
+                beta *= correction;
+                left *= correction;
             }
             let through = step.scattering.goes_through;
             let (next, left_behind) = self.scene.spawn(&at, self.time, step.w, through);

@@ -7,6 +7,7 @@
 use super::super::Roulette;
 use super::super::indirect::Indirect;
 use super::super::observer::PathObserver;
+use super::super::roulette::Survival;
 use super::super::technique::TechniqueSource;
 use super::block::PathBlock;
 use super::course::sample_direction;
@@ -114,7 +115,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 numbers,
             );
         }
-        extend::<E>(&active, self.roulette, bounce, at, block, scattering);
+        let survival = self.roulette.survival();
+        extend::<E>(&active, survival, bounce, at, block, scattering);
         let round = scattering
             .scattered
             .and(|lane| at.traits[lane] & ShapeTraits::IS_FLAT == 0);
@@ -315,7 +317,7 @@ vectorised! {
     /// Applies the BSDF samples to the paths: throughputs, roulette and extension rays, from flat shapes.
     fn extend<E: Effects>(
         active: &ActiveLanes<LANES>,
-        roulette: Roulette,
+        rule: Survival,
         bounce: u32,
         at: &InteractionLanes<E>,
         block: &mut PathBlock<E>,
@@ -342,9 +344,9 @@ vectorised! {
                 eta_scale[lane] *= eta2;
                 left = eta_scale[lane] * beta;
             }
-            let survival = roulette.survival(bounce, reflected, left);
+            let survival = rule.probability(bounce, reflected, left);
             let ends = (survival < 1.0) & (scattering.roulette[lane] >= survival);
-            let correction = if survival < 1.0 { 1.0 / survival } else { 1.0 };
+            let correction = if survival < 1.0 { rule.correction(survival) } else { 1.0 };
             let factor = planted!("roulette-without-division", 1.0, correction);
             scattering.survival[lane] = survival;
             if planted!("roulette-on-radiance", true, false) {

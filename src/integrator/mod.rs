@@ -24,6 +24,7 @@ use crate::sampler::Sampler;
 use crate::scene::Scene;
 use observer::PathObserver;
 use path::PathMemory;
+use serde::{Deserialize, Serialize};
 
 /// A ray from the camera into the scene.
 #[derive(Debug, Clone, Copy, Default)]
@@ -180,7 +181,7 @@ pub trait Integrator: Copy + Send + Sync {
 }
 
 /// The number of rays traced, by kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct RayCounts {
     /// Camera rays.
     pub camera: u64,
@@ -206,7 +207,7 @@ impl std::ops::AddAssign for RayCounts {
 }
 
 /// The rule of Russian roulette, by which paths end at random.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[non_exhaustive]
 pub enum Roulette {
     /// No roulette: a path ends only by absorption, by the bounce limit or, where there is one, by the coin of the

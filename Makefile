@@ -8,7 +8,7 @@ SOAK_SECONDS ?= 1800
 ACCURACY_SEEDS ?= 400
 PREFIX ?= /usr/local
 PROFILE ?= release
-FUZZ_TARGETS ?= scene_toml obj mtl image
+FUZZ_TARGETS ?= scene_toml obj mtl image state
 
 .PHONY: help setup demo test mutants mutants-some nightly install header battery bench instructions check fuzz accuracy soak clean
 .DEFAULT_GOAL := help
@@ -97,7 +97,7 @@ check: setup ## Runs the gates: format, lints, documentation, without a warning.
 # Needs `rustup toolchain install nightly` and `cargo install cargo-fuzz`. What is new goes to
 # fuzz/found/, what breaks something to fuzz/artifacts/; its smallest form belongs in fuzz/corpus/.
 # Bounds: 2 GB of memory, 10 s for one input.
-fuzz: ## Feeds damaged scenes, models and pictures to the loaders: FUZZ_SECONDS each (default: 60).
+fuzz: ## Feeds damaged scenes, models, pictures and state files to the loaders: FUZZ_SECONDS each (default: 60).
 	@for target in $(FUZZ_TARGETS); do \
 		mkdir -p fuzz/found/$$target && \
 		$(CARGO) +nightly fuzz run --release $$target fuzz/found/$$target fuzz/corpus/$$target -- \

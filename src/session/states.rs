@@ -1,8 +1,7 @@
 //! State files of renderings: shards, checkpoints, and how a render continues from them.
 //!
 //! Measure: sample indices.
-//! Range: a render of a known number of samples is divided into shards; any render without a chosen allocation of samples
-//! is continued.
+//! Range: a render of a known number of samples is divided into shards. Adaptive renders have no state files.
 //! Source: none needed. Tested in `tests/rendering/state.rs` and `cli/tests/command/shards.rs`.
 
 use super::{Rendering, Session, layers};
@@ -57,11 +56,7 @@ impl Rendering {
             ));
         }
         let settings = &self.settings;
-        if settings.adaptive != Adaptive::Off {
-            return Err(Error::usage(
-                "the samples of an adaptive render depend on its pilot, so that it cannot be divided into shards: use --adaptive off",
-            ));
-        }
+        self.check_can_be_kept()?;
         let (None, Some(spp)) = (settings.budget.error, self.whole_spp()) else {
             return Err(Error::usage(
                 "a shard is a part of a known number of samples: give --spp, and no --error; `etendue plan --error` tells how many samples an error takes",
@@ -71,6 +66,19 @@ impl Rendering {
         self.rendered.first = samples.start;
         self.shard = Some(samples);
         Ok(())
+    }
+
+    /// Checks that the render can have state files.
+    ///
+    /// # Errors
+    /// An adaptive render.
+    pub fn check_can_be_kept(&self) -> Result<()> {
+        match self.settings.adaptive {
+            Adaptive::Off => Ok(()),
+            Adaptive::TwoPhase | Adaptive::Greedy => Err(Error::usage(
+                "the samples of an adaptive render depend on its pilot and its passes, so that it has no shards and no checkpoints: use --adaptive off",
+            )),
+        }
     }
 
     /// The samples per pixel of the whole render, if they are known.
@@ -103,6 +111,7 @@ impl Rendering {
     /// chains that were interrupted, whose sums are not those of whole passes.
     pub fn save(&self, session: &Session, path: &Path) -> Result<()> {
         self.check_session(session)?;
+        self.check_can_be_kept()?;
         let header = self.header(session)?;
         let layers = match self.owes_layers() {
             true => session.threads.run(|| self.layers_of_scene(session)),

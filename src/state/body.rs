@@ -20,11 +20,6 @@ pub fn write(film: &Film, layers: &[Layer], writer: &mut impl Write) -> io::Resu
     for tile in tiles {
         writer.write_all(&tile.samples.to_le_bytes())?;
     }
-    for tile in tiles {
-        for number in [&tile.counts, &tile.rays].into_iter().flatten().flatten() {
-            writer.write_all(&number.to_le_bytes())?;
-        }
-    }
     for sums in tiles.iter().flat_map(|tile| &tile.pixels) {
         write_sums(sums, writer)?;
     }
@@ -69,16 +64,12 @@ pub fn add_to(header: &Header, body: &[u8], film: &mut Film) -> Result<Vec<Layer
     let (tiles, splats) = film.tiles_and_splats();
     for tile in &mut *tiles {
         let samples = u64::from_le_bytes(reader.take()?);
+        let (least, is_even) = (header.samples(), !header.is_uneven);
+        if samples < least || (is_even && samples > least) {
+            return Err(reader.damaged("as many samples as the header says"));
+        }
         let sum = tile.samples.checked_add(samples);
         tile.samples = sum.ok_or_else(|| reader.damaged("fewer than 2^64 samples"))?;
-    }
-    for tile in &mut *tiles {
-        let numbers = [&mut tile.counts, &mut tile.rays].into_iter().flatten();
-        for number in numbers.flatten() {
-            let more = u64::from_le_bytes(reader.take()?);
-            let sum = number.checked_add(more);
-            *number = sum.ok_or_else(|| reader.damaged("fewer than 2^64 samples"))?;
-        }
     }
     for sums in tiles.iter_mut().flat_map(|tile| &mut tile.pixels) {
         sums.add_sums(&reader.sums()?);

@@ -5,6 +5,7 @@
 //! Source: none needed. Tested in `tests/rendering/state.rs`.
 
 use super::fingerprint::Fingerprint;
+use super::ranges::describe;
 use crate::error::{Error, ErrorKind, Result};
 use crate::film::batches::BATCHES;
 use crate::film::pixel::PixelSums;
@@ -49,8 +50,6 @@ pub struct Header {
     pub planner: Option<PlannerState>,
     /// The light paths of each batch, if the integrator splats.
     pub paths: Option<[u64; BATCHES as usize]>,
-    /// Whether pixels have counts of their own.
-    pub has_counts: bool,
     /// The names of the layers.
     pub layers: Vec<String>,
     /// Whether layers are to be written beside the image.
@@ -77,7 +76,6 @@ impl Header {
             looks: vec![],
             planner: None,
             paths: None,
-            has_counts: false,
             layers: vec![],
             wants_layers: false,
             bias: vec![],
@@ -101,7 +99,6 @@ impl Header {
             looks: rendered.looks.clone(),
             planner: rendered.planner,
             paths: film.splats().map(Splats::paths),
-            has_counts: film.tiles().iter().any(|tile| tile.counts.is_some()),
             layers: layers.iter().map(|layer| layer.name.clone()).collect(),
             ..self
         }
@@ -120,16 +117,12 @@ impl Header {
         let Window { width, height, .. } = self.window;
         let of_pixel = size_of::<PixelSums>()
             + usize::from(self.paths.is_some()) * Splats::BYTES_PER_PIXEL
-            + usize::from(self.has_counts) * 2 * size_of::<u64>()
             + self.layers.len() * size_of::<f32>();
         let bytes = self.window.pixel_count().saturating_mul(of_pixel as u64);
         memory::check(bytes, || format!("a picture of {width} x {height} pixels"))?;
         let mut film = Film::new(self.window, self.tile_size);
         if self.paths.is_some() {
             film = film.with_splats();
-        }
-        if self.has_counts {
-            film = film.with_counts();
         }
         Ok(film)
     }
@@ -155,12 +148,14 @@ impl Header {
         let are_apart = self.done.windows(2).all(|pair| pair[0][1] < pair[1][0]);
         if self.done.iter().chain(&self.shard).any(is_empty) || !are_apart {
             return Err(damaged(format!(
-                "its header has impossible ranges of samples: {:?}",
-                self.done
+                "its header has impossible ranges of samples: {}",
+                describe(&self.done)
             )));
         }
         let pixels = self.window.pixel_count();
-        let least = 4 * pixels * (1 + u64::from(self.paths.is_some()) + self.layers.len() as u64);
+        let tiles = |length: u32| u64::from(length.div_ceil(self.tile_size));
+        let of_pixel = 4 * (1 + u64::from(self.paths.is_some()) + self.layers.len() as u64);
+        let least = 8 * tiles(width) * tiles(height) + of_pixel * pixels;
         if least > body_length {
             return Err(damaged(format!(
                 "its header says {width} x {height} pixels, which take at least {least} bytes, but {body_length} follow"

@@ -10,7 +10,6 @@
 //! | 4 | the length of the header |
 //! | | the header, as JSON: [`Header`] |
 //! | 8 a tile | the sample count of each tile of the film |
-//! | 16 a pixel | counts of samples and rays, tile by tile, in files of adaptive renders |
 //! | 4 to 196 a pixel | the sums of each pixel, tile by tile: 24 bits that tell which doubles are not 0, and these |
 //! | 4 to 196 a pixel | the splat sums of each pixel, row by row, if the integrator splats |
 //! | 4 a pixel and layer | layers of the first hits, row by row, in the file with the render's first sample |
@@ -20,7 +19,7 @@
 //!
 //! Measure: as in [`Header`]; sums as in `film/pixel.rs`.
 //! Range: a file that was cut or changed is an error that names the byte or the checksum. Sums of different scenes,
-//! settings or versions are never added.
+//! settings or versions are never added. Adaptive renders have no state files: their counts of samples depend on passes.
 //! Source: our own format. Tested in `tests/rendering/state.rs`, `tests/fuzz_corpus.rs` and `cli/tests/command/shards.rs`.
 
 mod body;

@@ -46,8 +46,12 @@ pub fn start(
     watcher: &Watcher,
 ) -> Result<Rendering> {
     let state = &arguments.state;
+    let keeps = state.checkpoint.is_some() || arguments.out.iter().any(|path| is_state(path));
     let Some(file) = &state.resume else {
         let mut rendering = session.start_watched(options, watcher)?;
+        if keeps {
+            rendering.check_can_be_kept()?;
+        }
         if let Some(shard) = state.shard {
             rendering.restrict(shard)?;
         }

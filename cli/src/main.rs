@@ -18,6 +18,7 @@ mod plan;
 mod recommendation;
 mod render;
 mod report;
+mod shard_plan;
 mod study;
 
 use args::{Arguments, Verb};

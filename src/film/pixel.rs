@@ -34,14 +34,6 @@ impl PixelSums {
         }
     }
 
-    /// Adds all samples of other sums.
-    pub fn add_sums(&mut self, other: &Self) {
-        let sums = self.batches.as_flattened_mut().iter_mut();
-        for (sum, &other) in sums.zip(other.batches.as_flattened()) {
-            sum.add_sum(other);
-        }
-    }
-
     /// The sum of each batch and channel.
     pub fn values(&self) -> [[f64; 3]; BATCHES as usize] {
         self.batches.map(|batch| batch.map(ExactSum::value))
@@ -53,15 +45,13 @@ impl PixelSums {
         std::array::from_fn(|i| sums[i % sums.len()].parts()[i / sums.len()])
     }
 
-    /// The sums that consist of these doubles.
-    pub fn from_doubles(doubles: &[f64; Self::DOUBLES]) -> Self {
-        let mut sums = Self::default();
-        let (high, low) = doubles.split_at(Self::DOUBLES / 2);
-        let parts = high.iter().zip(low).map(|(&high, &low)| [high, low]);
-        for (sum, parts) in sums.batches.as_flattened_mut().iter_mut().zip(parts) {
-            *sum = ExactSum::from_parts(parts);
-        }
-        sums
+    /// Adds the samples of which this double, one of [`to_doubles`](Self::to_doubles) of their sums, is a part. The samples
+    /// are those of sums all of whose doubles, but those that are 0, were added.
+    #[inline]
+    pub fn add_double(&mut self, index: usize, double: f64) {
+        let sums = self.batches.as_flattened_mut();
+        let count = sums.len();
+        sums[index % count].add(double);
     }
 
     /// The mean of the first `n` samples.
@@ -112,9 +102,15 @@ mod tests {
         };
         let all: Vec<u64> = (1..200).collect();
         let mut parts = of(&all[77..]);
-        parts.add_sums(&of(&all[..77]));
+        for (index, double) in of(&all[..77]).to_doubles().into_iter().enumerate() {
+            parts.add_double(index, double);
+        }
         assert_eq!(parts, of(&all));
-        assert_eq!(PixelSums::from_doubles(&parts.to_doubles()), parts);
+        let mut again = of(&[]);
+        for (index, double) in parts.to_doubles().into_iter().enumerate() {
+            again.add_double(index, double);
+        }
+        assert_eq!(again, parts);
     }
 
     #[test]

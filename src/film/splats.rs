@@ -168,10 +168,10 @@ impl Splats {
         })
     }
 
-    /// Adds the splats of other sums to a pixel of the window.
-    pub fn add_sums(&self, pixel: usize, sums: &PixelSums) {
+    /// Changes the splat sums of a pixel of the window.
+    pub fn change_pixel<T>(&self, pixel: usize, change: impl FnOnce(&mut PixelSums) -> T) -> T {
         let width = self.window.width as usize;
-        self.row(pixel / width)[pixel % width].add_sums(sums);
+        change(&mut self.row(pixel / width)[pixel % width])
     }
 
     /// The splat sums of a pixel of the window.

@@ -31,30 +31,15 @@ impl ExactSum {
         self.low = low - (self.high - sum);
     }
 
-    /// Adds the terms of another sum.
-    #[inline]
-    pub fn add_sum(&mut self, other: Self) {
-        self.add(other.high);
-        self.add(other.low);
-    }
-
     /// The sum, rounded to a double.
     #[inline]
     pub fn value(self) -> f64 {
         self.high
     }
 
-    /// The two doubles.
+    /// The two doubles, whose sum it is: another sum to which both are added has all of its terms.
     pub fn parts(self) -> [f64; 2] {
         [self.high, self.low]
-    }
-
-    /// The sum of two doubles.
-    pub fn from_parts([high, low]: [f64; 2]) -> Self {
-        let mut sum = Self::default();
-        sum.add(high);
-        sum.add(low);
-        sum
     }
 }
 
@@ -85,12 +70,15 @@ mod tests {
         for parts in [2, 7, 64] {
             let mut merged = ExactSum::default();
             let parts = terms.chunks(terms.len().div_ceil(parts));
-            parts.rev().for_each(|part| merged.add_sum(sum(part)));
+            for part in parts.rev() {
+                for double in sum(part).parts() {
+                    merged.add(double);
+                }
+            }
             assert_eq!(merged, whole);
         }
         terms.reverse();
         assert_eq!(sum(&terms), whole);
-        assert_eq!(ExactSum::from_parts(whole.parts()), whole);
         let plain: f64 = terms.iter().sum();
         let backwards: f64 = terms.iter().rev().sum();
         assert_ne!(plain, backwards, "the terms are too easy");

@@ -72,14 +72,14 @@ pub fn add_to(header: &Header, body: &[u8], film: &mut Film) -> Result<Vec<Layer
         tile.samples = sum.ok_or_else(|| reader.damaged("fewer than 2^64 samples"))?;
     }
     for sums in tiles.iter_mut().flat_map(|tile| &mut tile.pixels) {
-        sums.add_sums(&reader.sums()?);
+        reader.add_sums(sums)?;
     }
     if let (Some(splats), Some(paths)) = (splats, header.paths) {
         for (batch, count) in (0..).zip(paths) {
             splats.add_paths(batch, count);
         }
         for pixel in 0..pixels {
-            splats.add_sums(pixel, &reader.sums()?);
+            splats.change_pixel(pixel, |sums| reader.add_sums(sums))?;
         }
     }
     let mut layers = vec![];
@@ -114,22 +114,21 @@ impl Reader<'_> {
         }
     }
 
-    /// The sums of a pixel.
-    fn sums(&mut self) -> Result<PixelSums> {
-        let mask = u32::from_le_bytes(self.take()?);
+    /// Adds the sums of a pixel to other sums.
+    fn add_sums(&mut self, sums: &mut PixelSums) -> Result<()> {
+        let mut mask = u32::from_le_bytes(self.take()?);
         if mask >> PixelSums::DOUBLES != 0 {
             return Err(self.damaged("24 bits that tell which doubles are not 0"));
         }
-        let mut doubles = [0.0; PixelSums::DOUBLES];
-        for (i, double) in doubles.iter_mut().enumerate() {
-            if mask >> i & 1 == 1 {
-                *double = f64::from_le_bytes(self.take()?);
-                if !double.is_finite() {
-                    return Err(self.damaged("a finite sum"));
-                }
+        while mask != 0 {
+            let double = f64::from_le_bytes(self.take()?);
+            if !double.is_finite() {
+                return Err(self.damaged("a finite sum"));
             }
+            sums.add_double(mask.trailing_zeros() as usize, double);
+            mask &= mask - 1;
         }
-        Ok(PixelSums::from_doubles(&doubles))
+        Ok(())
     }
 
     fn damaged(&self, expected: &str) -> crate::error::Error {

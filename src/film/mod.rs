@@ -1,7 +1,7 @@
 //! The film: the window of the image, in tiles that are rendered independently, and the image and batch means
 //! computed from them.
 //!
-//! Each sample belongs to one pixel, and each pixel's samples are added in the order of their indices. So the image
+//! Each sample belongs to one pixel, and sums do not depend on the order of samples. So the image
 //! does not depend on tiles, passes or threads.
 //!
 //! Measure: pixels; radiance.

@@ -196,7 +196,7 @@ pub struct RenderInput<'a> {
 
 /// Continues a render until `until` is met in place of the settings' own budget: samples per pixel count from the first
 /// sample, time from now. The image is bit for bit that of a render with as many samples at once; but strata stay those
-/// of the settings' own budget, and Markov chains begin anew.
+/// of the settings' own budget, and Markov chains that were interrupted begin anew.
 ///
 /// # Errors
 /// The errors of [`render`]; and an adaptive render that has begun, as its pilot has not been kept. What was rendered

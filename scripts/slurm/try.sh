@@ -30,21 +30,25 @@ ended() { [ -e "$1/done" ] || [ -e "$1/failed" ]; }
 shards() { pgrep -f "render .*$1/part-" || true; }
 several() { [ "$(shards "$1" | wc -l)" -ge 1 ] && [ -n "$(ls "$1" | grep checkpoint)" ]; }
 
+# A task of the array that is running.
+running() {
+    task=$(squeue --noheader --states=RUNNING --job="$array" --array --format=%i | tail -n 1)
+    [ -n "$task" ]
+}
+
 render=$folder/bits
-IMAGE=$render/image.pfm "$here/render.sh" "$render" 16 2048 "$scene" --size 128x128
+IMAGE=$render/image.pfm "$here/render.sh" "$render" 16 4096 "$scene" --size 128x128
 wait_for several "$render"
 victim=$(shards "$render" | head -n 1)
 kill -KILL "$victim"
 echo "killed process $victim"
-sleep 1
 array=$(cat "$render/array")
-task=$(squeue --noheader --states=RUNNING --job="$array" --array --format=%i | tail -n 1)
-[ -n "$task" ] || { echo "try.sh: no task was running that could be cancelled" >&2; exit 1; }
+wait_for running
 scancel "$task"
 echo "cancelled task $task"
 wait_for ended "$render"
 cat "$render/failed" 2>/dev/null && exit 1
-"$ETENDUE" render "$scene" --size 128x128 --spp 2048 --quiet --out "$folder/whole.pfm"
+"$ETENDUE" render "$scene" --size 128x128 --spp 4096 --quiet --out "$folder/whole.pfm"
 cmp "$folder/whole.pfm" "$render/image.pfm"
 echo "16 shards, one killed and one cancelled, have the bits of one render"
 

@@ -8,9 +8,9 @@ SOAK_SECONDS ?= 1800
 ACCURACY_SEEDS ?= 400
 PREFIX ?= /usr/local
 PROFILE ?= release
-FUZZ_TARGETS ?= scene_toml obj mtl image
+FUZZ_TARGETS ?= scene_toml obj mtl image state
 
-.PHONY: help setup demo test mutants mutants-some nightly install header battery bench instructions check fuzz accuracy soak clean
+.PHONY: help setup demo test mutants mutants-some nightly install header battery bench instructions check fuzz accuracy slurm soak clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
@@ -43,6 +43,7 @@ mutants-some: setup ## Plants the bugs that quick tests find.
 # What .ci/run leaves out because it is slow and rarely fails.
 nightly: export ETENDUE_NIGHTLY = 1
 nightly: test mutants check ## Runs all tests, all planted bugs and the gates.
+	if command -v sbatch >/dev/null; then $(MAKE) slurm; fi
 	CARGO_TARGET_DIR=target/nightly $(MAKE) install DESTDIR= PREFIX=$(CURDIR)/target/nightly/prefix
 
 # Where cargo puts what it builds.
@@ -97,7 +98,7 @@ check: setup ## Runs the gates: format, lints, documentation, without a warning.
 # Needs `rustup toolchain install nightly` and `cargo install cargo-fuzz`. What is new goes to
 # fuzz/found/, what breaks something to fuzz/artifacts/; its smallest form belongs in fuzz/corpus/.
 # Bounds: 2 GB of memory, 10 s for one input.
-fuzz: ## Feeds damaged scenes, models and pictures to the loaders: FUZZ_SECONDS each (default: 60).
+fuzz: ## Feeds damaged scenes, models, pictures and state files to the loaders: FUZZ_SECONDS each (default: 60).
 	@for target in $(FUZZ_TARGETS); do \
 		mkdir -p fuzz/found/$$target && \
 		$(CARGO) +nightly fuzz run --release $$target fuzz/found/$$target fuzz/corpus/$$target -- \
@@ -107,6 +108,11 @@ fuzz: ## Feeds damaged scenes, models and pictures to the loaders: FUZZ_SECONDS 
 
 accuracy: setup ## Holds error bars and errors asked for against the truth, ACCURACY_SEEDS pictures each (default: 400).
 	ACCURACY_SEEDS=$(ACCURACY_SEEDS) $(CARGO) test -p etendue --test accuracy
+
+# Needs Debian's slurm-wlm and munge, and root.
+slurm: setup ## Renders shards through a Slurm of one node on this machine, kills some, and compares bits.
+	$(CARGO) build --release
+	scripts/slurm/try.sh target/release/etendue
 
 soak: setup ## Renders random scenes on all backends for SOAK_SECONDS (default: 1800).
 	SOAK_SECONDS=$(SOAK_SECONDS) $(CARGO) test -p etendue-cli --test soak

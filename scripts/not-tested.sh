@@ -13,3 +13,4 @@ left_out() {
 command -v cbindgen >/dev/null || left_out "whether capi/include/etendue.h is that of the sources" "cbindgen (cargo install cbindgen)"
 command -v python3 >/dev/null || left_out "examples/python" "python3"
 command -v gcc >/dev/null || command -v clang >/dev/null || left_out "clients with AddressSanitizer" "gcc or clang"
+command -v sbatch >/dev/null || left_out "job arrays, by make slurm" "slurm-wlm"

@@ -74,6 +74,7 @@ mod sampler;
 mod sampling;
 mod scene;
 mod session;
+mod state;
 
 pub use accel::{AccelOptions, Backend, Precision, Quality};
 pub use error::{Error, ErrorKind, Result};
@@ -153,5 +154,8 @@ pub mod internals {
     }
     pub mod session {
         pub use crate::session::*;
+    }
+    pub mod state {
+        pub use crate::state::*;
     }
 }

@@ -29,6 +29,7 @@ const LAYERS: &[(&str, u32)] = &[
     ("integrator", 5),
     ("render", 6),
     ("post", 6),
+    ("state", 6),
     ("session", 7),
 ];
 

@@ -12,11 +12,13 @@ mod denoise;
 mod durations;
 mod info;
 mod lesson;
+mod merge;
 mod output;
 mod plan;
 mod recommendation;
 mod render;
 mod report;
+mod shard_plan;
 mod study;
 
 use args::{Arguments, Verb};
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match &arguments.verb {
         Verb::Render(render) => render::run(render),
+        Verb::Merge(merge) => merge::run(merge),
         Verb::Plan(plan) => plan::run(plan),
         Verb::Study(study) => study::run(study),
         Verb::Compare(compare) => compare::run(compare),

@@ -104,7 +104,7 @@ impl Watcher {
 
 impl Watcher {
     /// Prints a line above the bar.
-    fn note(&self, words: &str) {
+    pub fn note(&self, words: &str) {
         match &self.display {
             Display::Nothing => {}
             Display::Bar(bar) => bar.suspend(|| eprintln!("{words}")),

@@ -7,6 +7,7 @@
 use super::args::{PlanArguments, ProgressMode};
 use super::output::{Watcher, format_percent, time_left};
 use super::recommendation::RecommendationReport;
+use super::shard_plan::ShardPlan;
 use super::{Outcome, print};
 use etendue::Result;
 use etendue::internals::effects::Effect;
@@ -37,6 +38,9 @@ struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     everything: Option<Spread>,
     integrator: RecommendationReport,
+    /// The shards that bring the image to an error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shards: Option<ShardPlan>,
 }
 
 #[derive(Debug, Serialize)]
@@ -82,7 +86,14 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
         };
         costs = Some(measured);
     }
-    let report = report(&description, &plan, costs.as_ref(), &recommendation);
+    let shards = ShardPlan::new(arguments, &session, &Cancelling(&watcher))?;
+    if watcher.is_cancelled() {
+        return Ok(Outcome::Interrupted);
+    }
+    let report = Report {
+        shards,
+        ..report(&description, &plan, costs.as_ref(), &recommendation)
+    };
     if arguments.json {
         let json = serde_json::to_string_pretty(&report).expect("plain data always serialises");
         return print((json + "\n").as_bytes());
@@ -150,6 +161,7 @@ fn report(
             .collect(),
         everything: costs.map(|costs| costs.everything),
         integrator: recommendation.into(),
+        shards: None,
     }
 }
 
@@ -224,6 +236,9 @@ fn table(report: &Report) -> String {
     }
     for said in report.integrator.lines() {
         line(&mut text, said);
+    }
+    if let Some(shards) = &report.shards {
+        line(&mut text, shards.describe());
     }
     text
 }

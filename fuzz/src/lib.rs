@@ -15,6 +15,7 @@ use etendue::internals::scene::description::{
 };
 use etendue::internals::scene::load::load;
 use etendue::internals::scene::prepare::prepare;
+use etendue::internals::state::{State, with_checksum};
 use etendue::{Error, ErrorKind};
 use peak_alloc::PeakAlloc;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -59,13 +60,23 @@ pub const IMAGE: Target = Target {
     per_byte: FOR_COMPRESSED,
 };
 
+/// A state file without its checksum, which is added: no fuzzer would guess it.
+pub const STATE: Target = Target {
+    name: "state",
+    run: state,
+    per_byte: FOR_SUMS,
+};
+
 /// All of them.
-pub const TARGETS: [Target; 4] = [SCENE_TOML, OBJ, MTL, IMAGE];
+pub const TARGETS: [Target; 5] = [SCENE_TOML, OBJ, MTL, IMAGE, STATE];
 
 /// Text: the acceptance rule of the project's catalogue of hard cases.
 const FOR_TEXT: usize = 64;
 /// Pictures: deflate makes 1032 bytes of eight pixels out of one, and each takes twelve bytes and what decoders need.
 const FOR_COMPRESSED: usize = 8 * 1032 * 32;
+/// Sums: a black pixel takes four bytes of a file and two hundred of memory, with counts or without; and tiles of one pixel
+/// take more.
+const FOR_SUMS: usize = 128;
 /// Bytes of memory for anything: tables, the trees of a few shapes, the folder's own files.
 const FOR_ANYTHING: usize = 8 << 20;
 /// Primitives of a scene that is traced, too: obvhs builds a tree of coincident ones in a time that grows with the square of
@@ -152,6 +163,19 @@ fn layered(bytes: &[u8]) {
             assert_eq!(read.image, alone.expect("it is valid with its layers"));
         }
         Err(error) => check_error(&error, &[ErrorKind::Scene]),
+    }
+}
+
+/// Reads a state, and estimates its error.
+fn state(bytes: &[u8]) {
+    match State::decode(&with_checksum(bytes.to_vec())) {
+        Ok(state) => {
+            let pixels = state.header.window.pixel_count() as usize;
+            assert_eq!(state.film.develop().pixels().len(), pixels);
+            assert!(state.layers.iter().all(|it| it.samples.len() == pixels));
+            state.error(0.95);
+        }
+        Err(error) => check_error(&error, &[ErrorKind::Io]),
     }
 }
 

@@ -7,10 +7,11 @@
 
 use crate::math::lanes::{LANES, Lanes, each_lane, vectorised};
 use crate::math::vec::Vec2;
+use serde::Serialize;
 use std::f64::consts::PI;
 
 /// A reconstruction filter: a kind and its radius in pixels.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FilterDescription {
     /// The shape.
     pub kind: FilterKind,
@@ -19,7 +20,7 @@ pub struct FilterDescription {
 }
 
 /// The shapes of reconstruction filters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub enum FilterKind {
     /// Constant.

@@ -1,7 +1,7 @@
 //! The film: the window of the image, in tiles that are rendered independently, and the image and batch means
 //! computed from them.
 //!
-//! Each sample belongs to one pixel, and each pixel's samples are added in the order of their indices. So the image
+//! Each sample belongs to one pixel, and sums do not depend on the order of samples. So the image
 //! does not depend on tiles, passes or threads.
 //!
 //! Measure: pixels; radiance.
@@ -29,10 +29,11 @@ pub use error::{Doubt, ErrorEstimate};
 pub(crate) use error::{MODEL_ERROR, margin};
 pub use estimate::PixelEstimate;
 use pixel::PixelSums;
+use serde::{Deserialize, Serialize};
 use splats::Splats;
 
 /// A rectangle of pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Window {
     /// Left column.
     pub x: u32,
@@ -161,6 +162,11 @@ impl Film {
     /// The part of the image that the film covers.
     pub fn window(&self) -> Window {
         self.window
+    }
+
+    /// The edge of a tile, in pixels.
+    pub fn tile_size(&self) -> u32 {
+        self.tile_size
     }
 
     /// The tiles.

@@ -1,19 +1,17 @@
 //! Splats: contributions at arbitrary film positions, as light paths that reach the camera make them.
 //!
-//! A splat contributes to every pixel whose filter covers its position. Each pixel sums its splats in two doubles, of
-//! which the second holds the rounding error of the first. While the splats of a pixel and their sum span less than a
-//! factor of 2^80, the sum is exact, so it has the same bits for any order of the threads; smaller contributions are
-//! far below the last digit of an image.
+//! A splat contributes to every pixel whose filter covers its position. Sums are exact, so they have the same bits for
+//! any order of the threads.
 //!
 //! Measure: film positions in pixels from the upper left corner of the whole image; radiance, times the number of
 //! light paths that it is to be divided by.
 //! Range: finite values; any position. 192 bytes a pixel.
-//! Source: Dekker 1971, "A Floating-Point Technique for Extending the Available Precision". Tested below and in
-//! `tests/rendering/bidirectional.rs`.
+//! Source: `pixel.rs` for the sums. Tested below and in `tests/rendering/bidirectional.rs`.
 
 use super::Window;
 use super::batches::BATCHES;
 use super::filter::Filter;
+use super::pixel::PixelSums;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::planted::planted;
@@ -56,45 +54,6 @@ impl SplatList<'_> {
     }
 }
 
-/// A sum in twice the precision of a double.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct ExactSum {
-    high: f64,
-    low: f64,
-}
-
-impl ExactSum {
-    /// Adds a number and the rounding error of the sum (Dekker), in the form that does not depend on which number is
-    /// larger (Knuth).
-    #[inline]
-    fn add(&mut self, x: f64) {
-        let sum = self.high + x;
-        let of_x = sum - self.high;
-        let lost = (self.high - (sum - of_x)) + (x - of_x);
-        let low = planted!("splats-lose-digits", 0.0, self.low + lost);
-        self.high = sum + low;
-        self.low = low - (self.high - sum);
-    }
-}
-
-/// The splat sums of one pixel in one batch.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Sums([ExactSum; 3]);
-
-impl Sums {
-    #[inline]
-    fn add(&mut self, value: Rgb) {
-        for (sum, x) in self.0.iter_mut().zip(value.to_array()) {
-            sum.add(f64::from(x));
-        }
-    }
-}
-
-/// The batch of the sample with this index.
-fn batch_of(sample: u64) -> usize {
-    (sample % BATCHES) as usize
-}
-
 /// The splat sums of all pixels.
 #[derive(Debug)]
 pub struct Splats {
@@ -102,11 +61,8 @@ pub struct Splats {
     /// The number of light paths so far, of each batch.
     paths: [AtomicU64; BATCHES as usize],
     /// Pixels row by row, each with its batches.
-    rows: Vec<Mutex<Vec<PixelSplats>>>,
+    rows: Vec<Mutex<Vec<PixelSums>>>,
 }
-
-/// The splat sums of one pixel, batch by batch.
-type PixelSplats = [Sums; BATCHES as usize];
 
 impl Clone for Splats {
     fn clone(&self) -> Self {
@@ -121,11 +77,11 @@ impl Clone for Splats {
 
 impl Splats {
     /// Memory of the splat sums of a pixel, in bytes.
-    pub const BYTES_PER_PIXEL: usize = size_of::<PixelSplats>();
+    pub const BYTES_PER_PIXEL: usize = size_of::<PixelSums>();
 
     /// Builds an empty buffer for the pixels of this window.
     pub fn new(window: Window) -> Self {
-        let row = vec![PixelSplats::default(); window.width as usize];
+        let row = vec![PixelSums::default(); window.width as usize];
         Self {
             window,
             paths: std::array::from_fn(|_| AtomicU64::new(0)),
@@ -158,12 +114,12 @@ impl Splats {
     pub fn add_to_pixel(&self, sample: u64, [x, y]: [u32; 2], value: Rgb) {
         let mut row = self.row((y - self.window.y) as usize);
         let pixel = &mut row[(x - self.window.x) as usize];
-        pixel[batch_of(sample)].add(value);
+        pixel.add(sample, value);
     }
 
     /// Counts light paths of the sample with this index, with or without splats.
     pub fn add_paths(&self, sample: u64, count: u64) {
-        self.paths[batch_of(sample)].fetch_add(count, Ordering::Relaxed);
+        self.paths[(sample % BATCHES) as usize].fetch_add(count, Ordering::Relaxed);
     }
 
     /// The number of light paths of all batches.
@@ -173,20 +129,24 @@ impl Splats {
             .sum()
     }
 
+    /// The number of light paths of each batch.
+    pub fn paths(&self) -> [u64; BATCHES as usize] {
+        std::array::from_fn(|batch| self.paths_of(batch))
+    }
+
     fn paths_of(&self, batch: usize) -> u64 {
         self.paths[batch].load(Ordering::Relaxed)
     }
 
     /// Adds a splat of the sample with this index. May be called by several threads at once.
     pub fn add(&self, filter: &Filter, sample: u64, film: Vec2, value: Rgb) {
-        let batch = batch_of(sample);
         for y in self.rows_at(filter, film.y) {
             let mut row = self.row((y - self.window.y) as usize);
             for x in self.columns_at(filter, film.x) {
                 let middle = planted!("splats-half-a-pixel-off", 0.0, 0.5);
                 let center = Vec2::new(x as f32 + middle, y as f32 + middle);
                 let value = value * filter.evaluate(film - center);
-                row[(x - self.window.x) as usize][batch].add(value);
+                row[(x - self.window.x) as usize].add(sample, value);
             }
         }
     }
@@ -195,25 +155,32 @@ impl Splats {
     pub fn mean(&self, pixel: usize) -> [f64; 3] {
         let splats = self.pixel(pixel);
         let paths = self.path_count().max(1) as f64;
-        std::array::from_fn(|c| splats.iter().map(|batch| batch.0[c].high).sum::<f64>() / paths)
+        let values = splats.values();
+        std::array::from_fn(|c| values.iter().map(|batch| batch[c]).sum::<f64>() / paths)
     }
 
     /// The means of a pixel over the light paths of each batch.
     pub fn batch_means(&self, pixel: usize) -> [[f64; 3]; BATCHES as usize] {
-        let splats = self.pixel(pixel);
+        let values = self.pixel(pixel).values();
         std::array::from_fn(|batch| {
             let paths = self.paths_of(batch).max(1) as f64;
-            splats[batch].0.map(|sum| sum.high / paths)
+            values[batch].map(|sum| sum / paths)
         })
     }
 
+    /// Changes the splat sums of a pixel of the window.
+    pub fn change_pixel<T>(&self, pixel: usize, change: impl FnOnce(&mut PixelSums) -> T) -> T {
+        let width = self.window.width as usize;
+        change(&mut self.row(pixel / width)[pixel % width])
+    }
+
     /// The splat sums of a pixel of the window.
-    fn pixel(&self, pixel: usize) -> PixelSplats {
+    pub fn pixel(&self, pixel: usize) -> PixelSums {
         let width = self.window.width as usize;
         self.row(pixel / width)[pixel % width]
     }
 
-    fn row(&self, row: usize) -> MutexGuard<'_, Vec<PixelSplats>> {
+    fn row(&self, row: usize) -> MutexGuard<'_, Vec<PixelSums>> {
         self.rows[row]
             .lock()
             .expect("no thread panics while it holds this")

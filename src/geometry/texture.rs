@@ -8,10 +8,11 @@ use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::planted::planted;
+use serde::Serialize;
 use std::sync::Arc;
 
 /// A texture.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub enum Texture {
     /// An image.
     Image {

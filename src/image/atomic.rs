@@ -16,6 +16,31 @@ pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> Result<()> {
+    replace(path, write, |_| Ok(()))
+}
+
+/// Replaces the file at `path` by the output of `write`, atomically also if the power fails: the file is on the disk
+/// before it is renamed.
+pub fn write_durably(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> Result<()> {
+    replace(path, write, File::sync_all)?;
+    // Where a folder cannot be opened, the new name is on the disk somewhat later.
+    if let Ok(folder) = File::open(folder_of(path)) {
+        folder
+            .sync_all()
+            .map_err(|cause| Error::io("cannot write", path, cause))?;
+    }
+    Ok(())
+}
+
+/// Replaces the file at `path` atomically by the output of `write`, after `before` was called with the temporary file.
+fn replace(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+    before: impl FnOnce(&File) -> io::Result<()>,
+) -> Result<()> {
     let cannot_write = |cause| Error::io("cannot write", path, cause);
     let mut temporary = create_beside(path).map_err(cannot_write)?;
     let mut writer = BufWriter::new(temporary.as_file_mut());
@@ -23,6 +48,7 @@ pub fn write_atomically(
         .and_then(|()| writer.flush())
         .map_err(cannot_write)?;
     drop(writer);
+    before(temporary.as_file()).map_err(cannot_write)?;
     temporary
         .persist(path)
         .map_err(|failure| cannot_write(failure.error))?;
@@ -50,12 +76,17 @@ pub fn check_creatable(path: &Path) -> Result<()> {
     create_beside(path).map(drop).map_err(cannot_write)
 }
 
-/// Creates an empty temporary file in the folder of `path`, with the permissions of an ordinary new file.
-fn create_beside(path: &Path) -> io::Result<NamedTempFile> {
-    let folder = match path.parent() {
+/// The folder of a file.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
-    };
+    }
+}
+
+/// Creates an empty temporary file in the folder of `path`, with the permissions of an ordinary new file.
+fn create_beside(path: &Path) -> io::Result<NamedTempFile> {
+    let folder = folder_of(path);
     let mut builder = Builder::new();
     builder.prefix(".etendue-").suffix(".part");
     #[cfg(unix)]

@@ -29,6 +29,7 @@ pub use write::{check_writable, write};
 
 use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
+use serde::Serialize;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -45,7 +46,7 @@ const MAX_BYTES: u64 = 12 * MAX_PIXELS as u64 + (1 << 20);
 const MAX_PIXELS_PER_BYTE: usize = 8 * 1032;
 
 /// An image of linear colours, at least one pixel large.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Image {
     width: u32,
     height: u32,

@@ -7,9 +7,10 @@
 use super::roulette::{Roulette, WeightWindow};
 use super::technique::Technique;
 use crate::effects::{Effect, EffectSet};
+use serde::Serialize;
 
 /// An integrator, by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 #[non_exhaustive]
 pub enum IntegratorKind {
     /// Path tracing with uniform directions, where a fair coin decides between emission and scattering.

@@ -25,6 +25,7 @@ use crate::scene::Scene;
 use observer::PathObserver;
 use path::PathMemory;
 pub use roulette::Roulette;
+use serde::{Deserialize, Serialize};
 
 /// A ray from the camera into the scene.
 #[derive(Debug, Clone, Copy, Default)]
@@ -181,7 +182,7 @@ pub trait Integrator: Copy + Send + Sync {
 }
 
 /// The number of rays traced, by kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct RayCounts {
     /// Camera rays.
     pub camera: u64,

@@ -10,11 +10,12 @@
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vector;
 use crate::planted::planted;
+use serde::Serialize;
 use std::fmt;
 use std::str::FromStr;
 
 /// The rule of Russian roulette.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[non_exhaustive]
 pub enum Roulette {
     /// No roulette: a path ends only by absorption, by the bounce limit or, where there is one, by the coin of the
@@ -30,7 +31,7 @@ pub enum Roulette {
 }
 
 /// A weight window: the reciprocal of a whole number from 1 to 64.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct WeightWindow {
     parts: u8,
 }

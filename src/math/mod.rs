@@ -1,6 +1,7 @@
-//! Vectors, frames, colours, densities with their measure, statistics and rounding-error bounds.
+//! Vectors, frames, colours, densities with their measure, exact sums, statistics and rounding-error bounds.
 
 pub mod bounds;
+pub mod exact_sum;
 pub mod frame;
 pub mod lanes;
 pub mod measure;

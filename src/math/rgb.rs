@@ -5,10 +5,11 @@
 //! Source: ITU-R BT.709 for the luminance weights. Tested below.
 
 use super::vec::{Vec3, Vector};
+use serde::Serialize;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Sub};
 
 /// Red, green and blue.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Rgb<V = Vec3>(V);
 
 impl Rgb {

@@ -9,6 +9,7 @@ use super::adaptive::allocation::Allocation;
 use super::convergence::{Forecast, Look, stated};
 use super::settings::{Budget, ErrorTarget};
 use crate::film::ErrorEstimate;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// The largest number of samples per pixel in one pass: between passes a render can report its error.
@@ -41,7 +42,7 @@ const LAST_STEP: u64 = 5;
 const MARGIN: f64 = 0.99;
 
 /// The forecast of when an error is reached.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Expected {
     /// The samples per pixel that it takes.
     pub spp: u64,
@@ -49,6 +50,17 @@ pub struct Expected {
     pub error: f64,
     /// Whether the samples so far are too few for a pilot of that many, or too uncertain.
     pub is_rough: bool,
+}
+
+/// The part of a planner that a render keeps when it is interrupted, so that it ends after as many samples as if it had not
+/// been.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PlannerState {
+    /// The error to reach.
+    target: Option<ErrorTarget>,
+    next_look: u64,
+    expected: Option<Expected>,
+    is_reached: bool,
 }
 
 /// Plans the passes of a render.
@@ -60,6 +72,8 @@ pub struct PassPlanner {
     /// The samples per pixel when the clock was started.
     begun: u64,
     spp: u64,
+    /// The seconds that a sample of every pixel took before the clock was started, if it is known.
+    pace: Option<f64>,
     /// The samples per pixel at which the error is estimated next.
     next_look: u64,
     /// All looks. Their samples are the evenly distributed ones that those of the render are worth.
@@ -91,6 +105,7 @@ impl PassPlanner {
             step,
             begun: 0,
             spp: 0,
+            pace: None,
             next_look,
             looks: Vec::new(),
             picture,
@@ -114,9 +129,33 @@ impl PassPlanner {
         }
     }
 
+    /// The planner after an interruption: `state` is that of the planner before it, and `elapsed` the time that the samples
+    /// so far took.
+    pub fn restored(self, state: Option<PlannerState>, elapsed: Duration) -> Self {
+        let pace = elapsed.as_secs_f64() / self.spp as f64;
+        let kept = state.filter(|state| state.target == self.budget.error);
+        Self {
+            pace: (self.spp > 0).then_some(pace),
+            next_look: kept.map_or(self.next_look, |state| state.next_look),
+            expected: kept.and_then(|state| state.expected),
+            is_reached: kept.is_some_and(|state| state.is_reached),
+            ..self
+        }
+    }
+
+    /// The part to be kept in case of an interruption.
+    pub fn state(&self) -> PlannerState {
+        PlannerState {
+            target: self.budget.error,
+            next_look: self.next_look,
+            expected: self.expected,
+            is_reached: self.is_reached,
+        }
+    }
+
     /// All looks at the error so far.
-    pub fn into_looks(self) -> Vec<Look> {
-        self.looks
+    pub fn looks(&self) -> &[Look] {
+        &self.looks
     }
 
     /// The samples per pixel that are complete.
@@ -211,8 +250,9 @@ impl PassPlanner {
         }
     }
 
-    /// The samples per pixel of the next pass, `elapsed` after the start; `None` when the budget is used up.
-    pub fn next_pass(&self, elapsed: Duration) -> Option<u64> {
+    /// The samples per pixel of the next pass, `elapsed` after the start; `None` when the budget is used up. The pass
+    /// should not last beyond the next checkpoint, which is due in `checkpoint`.
+    pub fn next_pass(&self, elapsed: Duration, checkpoint: Option<Duration>) -> Option<u64> {
         if self.is_reached {
             return None;
         }
@@ -224,10 +264,9 @@ impl PassPlanner {
         if self.budget.error.is_some() {
             pass = pass.min(self.next_look.saturating_sub(self.spp).max(self.step));
         }
-        if let Some(time) = self.budget.time
-            && self.spp > self.begun
-        {
-            let per_sample = elapsed.as_secs_f64() / self.new_spp();
+        let new = self.spp - self.begun;
+        let now = (new > 0).then(|| elapsed.as_secs_f64() / new as f64);
+        if let (Some(time), Some(per_sample)) = (self.budget.time, now) {
             let left = time.as_secs_f64() - elapsed.as_secs_f64();
             // Rounded: ending half a sample late is as good as half a sample early.
             let affordable = (left / per_sample).round().max(0.0) as u64;
@@ -239,6 +278,10 @@ impl PassPlanner {
             };
             pass = pass.min(careful);
             pass -= pass % self.step;
+        }
+        if let (Some(left), Some(per_sample)) = (checkpoint, now.or(self.pace)) {
+            let until = (left.as_secs_f64() / per_sample) as u64;
+            pass = pass.min((until - until % self.step).max(self.step));
         }
         (pass > 0).then_some(pass)
     }
@@ -275,7 +318,7 @@ mod tests {
     fn run(budget: Budget, cost: f64) -> (u64, f64) {
         let mut planner = PassPlanner::new(budget, 1, PICTURE);
         let mut now = 0.0;
-        while let Some(samples) = planner.next_pass(Duration::from_secs_f64(now)) {
+        while let Some(samples) = planner.next_pass(Duration::from_secs_f64(now), None) {
             planner.pass_done(samples);
             now += samples as f64 * cost;
         }
@@ -337,7 +380,7 @@ mod tests {
             ..Budget::default()
         };
         assert_eq!(
-            PassPlanner::new(budget, 1, PICTURE).next_pass(Duration::ZERO),
+            PassPlanner::new(budget, 1, PICTURE).next_pass(Duration::ZERO, None),
             Some(1)
         );
     }
@@ -350,7 +393,7 @@ mod tests {
         };
         let mut planner = PassPlanner::new(budget, 1, PICTURE).going_on_from(1000, Vec::new());
         let mut now = 0.0;
-        while let Some(samples) = planner.next_pass(Duration::from_secs_f64(now)) {
+        while let Some(samples) = planner.next_pass(Duration::from_secs_f64(now), None) {
             planner.pass_done(samples);
             now += samples as f64 * 0.01;
         }
@@ -370,7 +413,7 @@ mod tests {
         };
         let mut planner = PassPlanner::new(budget, 4, PICTURE);
         let (mut looks, mut first) = (Vec::new(), None);
-        while let Some(samples) = planner.next_pass(Duration::ZERO) {
+        while let Some(samples) = planner.next_pass(Duration::ZERO, None) {
             assert_eq!(samples % 4, 0);
             planner.pass_done(samples);
             if planner.is_look_due() {

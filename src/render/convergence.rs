@@ -11,6 +11,7 @@
 
 use crate::film::{Doubt, ErrorEstimate, MODEL_ERROR, margin};
 use crate::math::stats::normal_quantile;
+use serde::{Deserialize, Serialize};
 
 /// The least ratio of the samples of two looks that determine the power: nearer ones differ by their noise.
 const APART: f64 = 4.0;
@@ -27,7 +28,7 @@ const SURE: f64 = 2.0;
 const ALARMED: f64 = 3.0;
 
 /// A look at a render: an estimate of its error after a number of samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Look {
     /// Samples per pixel.
     pub samples: f64,

@@ -39,7 +39,7 @@ use crate::planted::planted;
 use crate::sampler::{Batches, hash};
 use crate::scene::Scene;
 use adaptive::{SampleAllocation, SampleAllocator};
-use budget::{PassPlanner, Picture};
+use budget::{PassPlanner, Picture, PlannerState};
 use camera_rays::CameraRaySource;
 use convergence::{Look, PowerLaw, stated};
 pub use dispatch::{check, kernel};
@@ -61,6 +61,8 @@ use tile::{PassJob, SampleRange, SampleSource};
 pub struct Rendered {
     /// The sums of all pixels.
     pub film: Film,
+    /// The index of the first sample, above 0 in a shard.
+    pub first: u64,
     /// Complete samples per pixel, the mean where pixels differ; some tiles have more after an interruption.
     pub spp: u64,
     /// Time that the rendering took.
@@ -77,6 +79,8 @@ pub struct Rendered {
     pub predicted: Option<Predicted>,
     /// The looks: estimates of the error during the render.
     pub looks: Vec<Look>,
+    /// The plan of the next look.
+    pub planner: Option<PlannerState>,
     /// The irradiance cache, if there is one.
     pub cache: Option<IrradianceCache>,
 }
@@ -93,6 +97,7 @@ impl Rendered {
         }
         Self {
             film,
+            first: 0,
             spp: 0,
             elapsed: Duration::ZERO,
             rays: RayCounts::default(),
@@ -101,6 +106,7 @@ impl Rendered {
             reached: false,
             predicted: None,
             looks: Vec::new(),
+            planner: None,
             cache: None,
         }
     }
@@ -190,7 +196,7 @@ pub struct RenderInput<'a> {
 
 /// Continues a render until `until` is met in place of the settings' own budget: samples per pixel count from the first
 /// sample, time from now. The image is bit for bit that of a render with as many samples at once; but strata stay those
-/// of the settings' own budget, and Markov chains begin anew.
+/// of the settings' own budget, and Markov chains that were interrupted begin anew.
 ///
 /// # Errors
 /// The errors of [`render`]; and an adaptive render that has begun, as its pilot has not been kept. What was rendered
@@ -220,6 +226,8 @@ pub fn resume(
         settings,
         observer,
         start: Instant::now(),
+        before: rendered.elapsed,
+        first: rendered.first,
         samples: AtomicU64::new(rendered.film.sample_count()),
         cancelled: AtomicBool::new(false),
         totals: Mutex::default(),
@@ -250,9 +258,42 @@ struct Run<'a> {
     settings: &'a RenderSettings,
     observer: &'a dyn RenderObserver,
     start: Instant,
+    /// The time that the samples before took.
+    before: Duration,
+    /// The index of the first sample.
+    first: u64,
     samples: AtomicU64,
     cancelled: AtomicBool,
     totals: Mutex<Totals>,
+}
+
+/// The times of checkpoints.
+struct Checkpoints {
+    interval: Option<Duration>,
+    last: Instant,
+}
+
+impl Checkpoints {
+    fn new(interval: Option<Duration>, start: Instant) -> Self {
+        Self {
+            interval,
+            last: start,
+        }
+    }
+
+    /// The time until the next checkpoint.
+    fn left(&self) -> Option<Duration> {
+        let interval = self.interval?;
+        Some(interval.saturating_sub(self.last.elapsed()))
+    }
+
+    fn is_due(&self) -> bool {
+        self.left() == Some(Duration::ZERO)
+    }
+
+    fn made(&mut self) {
+        self.last = Instant::now();
+    }
 }
 
 /// The state of the error that is shown during a render.
@@ -271,19 +312,7 @@ struct Totals {
 impl Run<'_> {
     fn all_passes(self, mut budget: Budget, rendered: &mut Rendered) {
         let settings = self.settings;
-        if rendered.cache.is_none() {
-            let go_on = |share, records| {
-                self.observer.cache_prepass(share, records);
-                !self.is_cancelled()
-            };
-            let (cache, rays) =
-                cache_prepass::cache_prepass(self.scene, self.filter, settings, &go_on);
-            rendered.rays += rays;
-            // An incomplete cache would give another image.
-            rendered.cache = cache.filter(|_| !self.is_cancelled());
-        }
-        let cache = rendered.cache.as_ref();
-        let film = &mut rendered.film;
+        self.fill_cache(rendered);
         let step = match budget.error {
             Some(_) => BATCHES,
             None => settings.least_samples(),
@@ -296,20 +325,30 @@ impl Run<'_> {
             pixels: settings.window.pixel_count(),
             in_steps: settings.sampler == SamplerKind::Sobol,
         };
-        let looks = std::mem::take(&mut rendered.looks);
-        let mut planner =
-            PassPlanner::new(budget, step, picture).going_on_from(rendered.spp, looks);
+        let looks = rendered.looks.clone();
+        let mut planner = PassPlanner::new(budget, step, picture)
+            .going_on_from(rendered.spp, looks)
+            .restored(rendered.planner, rendered.elapsed);
         let mut allocator = SampleAllocator::new(settings);
         let mut shown = Shown::default();
+        let mut checkpoints = Checkpoints::new(self.observer.checkpoint_interval(), self.start);
         let (mut last_look, mut pause) = (self.start, TIME_BETWEEN_LOOKS);
         let mut is_reached = false;
-        while let Some(samples) = planner.next_pass(self.start.elapsed()) {
+        while let Some(samples) = planner.next_pass(self.start.elapsed(), checkpoints.left()) {
+            let film = &mut rendered.film;
             let deal = allocator.deal(film, planner.spp(), planner.spp() + samples);
             if deal == SampleAllocation::Nothing {
                 is_reached = true;
                 break;
             }
-            self.pass(film, cache, deal, samples, &planner, shown);
+            self.pass(
+                film,
+                rendered.cache.as_ref(),
+                deal,
+                samples,
+                &planner,
+                shown,
+            );
             if self.is_cancelled() {
                 break;
             }
@@ -334,22 +373,49 @@ impl Run<'_> {
             }
             let used = planner.fraction(planner.spp() as f64, self.start.elapsed());
             allocator.pass_done(film, planner.spp(), used);
+            if checkpoints.is_due() {
+                self.record(rendered, &planner);
+                self.observer.checkpoint(rendered);
+                checkpoints.made();
+            }
         }
-        let totals = self
-            .totals
-            .into_inner()
-            .expect("no thread panics while it holds this");
-        rendered.spp = match settings.adaptive {
-            Adaptive::Greedy => film.sample_count() / settings.window.pixel_count(),
-            Adaptive::Off | Adaptive::TwoPhase => planner.spp(),
-        };
-        rendered.elapsed += self.start.elapsed();
-        rendered.rays += totals.rays;
-        rendered.rejected.merge(totals.rejected);
+        self.record(rendered, &planner);
         rendered.cancelled = self.cancelled.into_inner();
         rendered.reached = is_reached || planner.is_reached();
         rendered.predicted = shown.predicted;
-        rendered.looks = planner.into_looks();
+    }
+
+    /// Fills the irradiance cache of a render that uses one, and has none yet.
+    fn fill_cache(&self, rendered: &mut Rendered) {
+        if rendered.cache.is_some() {
+            return;
+        }
+        let go_on = |share, records| {
+            self.observer.cache_prepass(share, records);
+            !self.is_cancelled()
+        };
+        let (cache, rays) =
+            cache_prepass::cache_prepass(self.scene, self.filter, self.settings, &go_on);
+        rendered.rays += rays;
+        // An incomplete cache would give another image.
+        rendered.cache = cache.filter(|_| !self.is_cancelled());
+    }
+
+    /// Records the complete passes in the state of the render.
+    fn record(&self, rendered: &mut Rendered, planner: &PassPlanner) {
+        let settings = self.settings;
+        let totals = self.totals.lock();
+        let mut totals = totals.expect("no thread panics while it holds this");
+        let totals = std::mem::take(&mut *totals);
+        rendered.spp = match settings.adaptive {
+            Adaptive::Greedy => rendered.film.sample_count() / settings.window.pixel_count(),
+            Adaptive::Off | Adaptive::TwoPhase => planner.spp(),
+        };
+        rendered.elapsed = self.before + self.start.elapsed();
+        rendered.rays += totals.rays;
+        rendered.rejected.merge(totals.rejected);
+        rendered.looks = planner.looks().to_vec();
+        rendered.planner = Some(planner.state());
     }
 
     /// Takes the samples of one pass: `samples` in every pixel, if they are distributed evenly.
@@ -369,7 +435,7 @@ impl Run<'_> {
         // A tile may have more samples than others, where an interrupted render continues.
         let same = |tile: &Tile| {
             let first: u64 = planted!("passes-repeat-samples", 0, tile.samples);
-            SampleRange::Same(first.min(end)..end)
+            SampleRange::Same(self.first + first.min(end)..self.first + end)
         };
         let sample_range: Vec<SampleRange> = match deal {
             SampleAllocation::UpTo(counts) => film
@@ -420,13 +486,19 @@ impl Run<'_> {
             splats,
             is_cancelled: &|| self.is_cancelled(),
         };
-        let steps = samples * settings.window.pixel_count() / BATCHES;
-        // A seed that no earlier pass has used, interrupted or not.
-        let seed = hash::combine(settings.seed, splats.path_count());
+        let pixels = settings.window.pixel_count();
         let walked = |steps| self.report(planner, steps, shown);
+        // Chains belong to a round of the batches, so that passes and shards may be of any length.
+        let rounds = planner.spp() / BATCHES..(planner.spp() + samples) / BATCHES;
+        // After an interrupted pass, seeds that it has not used.
+        let begun = splats.path_count() - planner.spp() * pixels;
+        let seed = hash::combine(settings.seed, begun);
         metropolis::batches().for_each(|batch| {
-            let outcome = context.batch(batch, seed, steps, &walked);
-            self.take_in(outcome.rays, outcome.rejected);
+            for round in rounds.clone() {
+                let seed = hash::combine(seed, self.first / BATCHES + round);
+                let outcome = context.batch(batch, seed, pixels, &walked);
+                self.take_in(outcome.rays, outcome.rejected);
+            }
         });
         if !self.is_cancelled() {
             for tile in tiles {

@@ -4,6 +4,7 @@
 //! Range: observers are called from any thread of a render.
 //! Source: none needed. Tested in `tests/rendering/resume.rs` and `cli/tests/command/render.rs`.
 
+use super::Rendered;
 use super::budget::PassPlanner;
 use crate::film::Film;
 use std::time::Duration;
@@ -64,6 +65,12 @@ pub trait RenderObserver: Sync {
     fn progress(&self, _progress: &Progress) {}
     /// Called after every pass, with the image so far; no thread renders meanwhile.
     fn pass(&self, _film: &Film) {}
+    /// The time between two checkpoints; `None` for a render without.
+    fn checkpoint_interval(&self) -> Option<Duration> {
+        None
+    }
+    /// Called after a pass when a checkpoint is due, with the state of the render; no thread renders meanwhile.
+    fn checkpoint(&self, _rendered: &Rendered) {}
     /// Whether the render should stop as soon as it can; the samples so far are kept.
     fn is_cancelled(&self) -> bool {
         false

@@ -13,6 +13,7 @@ use crate::integrator::kind::IntegratorKind;
 use crate::integrator::roulette::NoRoulette;
 use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// The default number of samples per pixel.
@@ -34,7 +35,7 @@ pub(super) const LARGEST_SHARE_OF_PILOT: u64 = 4;
 pub(super) const SHARE_OF_PILOT: u64 = 16;
 
 /// The source of random numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[non_exhaustive]
 pub enum SamplerKind {
     /// Independent numbers.
@@ -105,7 +106,7 @@ impl Budget {
 }
 
 /// The distribution of samples over the pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[non_exhaustive]
 pub enum Adaptive {
     /// Equal counts for all pixels.
@@ -140,7 +141,7 @@ impl Adaptive {
 }
 
 /// An error to reach.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ErrorTarget {
     /// The root of relMSE, above 0 and below 1.
     pub rel_rmse: f64,
@@ -148,8 +149,9 @@ pub struct ErrorTarget {
     pub confidence: f64,
 }
 
-/// The settings of a render.
-#[derive(Debug, Clone)]
+/// The settings of a render. Those that are not skipped by `serde` change bits of the image: state files keep them, and
+/// only sums of equal settings are merged.
+#[derive(Debug, Clone, Serialize)]
 pub struct RenderSettings {
     /// The integrator.
     pub integrator: IntegratorKind,
@@ -158,11 +160,13 @@ pub struct RenderSettings {
     /// The seed: picks one of 2^64 sets of random numbers.
     pub seed: u64,
     /// The limits of the render; at least one has to be given.
+    #[serde(skip)]
     pub budget: Budget,
     /// The distribution of samples over the pixels.
     pub adaptive: Adaptive,
     /// Whether layers are to be written beside the image. They need equal sample counts in all batches: the count is
     /// rounded up.
+    #[serde(skip)]
     pub layers: bool,
     /// The largest number of scattering events; `None` for no limit.
     pub max_bounces: Option<u32>,
@@ -173,12 +177,15 @@ pub struct RenderSettings {
     /// The largest relative error of indirect light from an irradiance cache, from 0, which disables it, to below 1.
     pub cache_error: f64,
     /// The kernel; `None` for the smallest that has all effects of the scene. It changes nothing but the speed.
+    #[serde(skip)]
     pub kernel: Option<Kernel>,
     /// The number of threads, at least 1.
+    #[serde(skip)]
     pub threads: usize,
     /// The part of the image to render.
     pub window: Window,
     /// The edge of a tile in pixels, at least 1. It changes nothing but the speed.
+    #[serde(skip)]
     pub tile_size: u32,
 }
 

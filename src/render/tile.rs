@@ -15,10 +15,11 @@ use crate::integrator::{Integrator, RayCounts};
 use crate::math::lanes::{ActiveLanes, Lanes};
 use crate::math::vec::Vec2;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A sample that was not a finite number: enough to replay it with the render's seed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct NonFiniteSample {
     /// The row of its pixel.
     pub y: u32,
@@ -29,7 +30,7 @@ pub struct NonFiniteSample {
 }
 
 /// The samples that were not finite.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Rejected {
     /// The number of them.
     pub count: u64,

@@ -8,6 +8,7 @@
 //! Source: the channels of docs/accuracy.md. Tested in `cli/tests/command/layers.rs` and `tests/rendering/session.rs`.
 
 use crate::error::{Error, Result};
+use crate::film::Film;
 use crate::image::{Image, Layer};
 use crate::render::cache_prepass::cover;
 use crate::render::first_hit::{FirstHit, first_hits};
@@ -30,14 +31,23 @@ pub fn layers(
     settings: &RenderSettings,
     rendered: &Rendered,
 ) -> Result<Vec<Layer>> {
-    let film = &rendered.film;
     if !settings.layers {
         return Err(Error::usage(
             "only a render that was asked for layers has what they are made of",
         ));
     }
-    let bars = film.error_bars();
-    let spp = samples_of_first_hits(rendered.spp);
+    let of_scene = of_scene(view, settings, rendered, rendered.spp);
+    Ok(with_film(of_scene, &rendered.film))
+}
+
+/// Computes the layers that need the scene, for a render of `spp` samples per pixel, on rayon's current threads.
+pub fn of_scene(
+    view: &RenderInput<'_>,
+    settings: &RenderSettings,
+    rendered: &Rendered,
+    spp: u64,
+) -> Vec<Layer> {
+    let spp = samples_of_first_hits(spp);
     let first = first_hits(view.scene, view.filter, settings, spp);
     let of_first = |name: &str, get: &dyn Fn(&FirstHit) -> f32| Layer {
         name: name.to_owned(),
@@ -55,6 +65,19 @@ pub fn layers(
         of_first("se.normal", &|hit| hit.standard_errors.normal),
         of_first("se.depth", &|hit| hit.standard_errors.distance),
     ];
+    layers.extend(rendered.cache.as_ref().map(|cache| {
+        let cover = cover(view.scene, view.filter, settings, cache);
+        Layer {
+            name: "cache.Y".to_owned(),
+            samples: cover.into_iter().map(|count| count as f32).collect(),
+        }
+    }));
+    layers
+}
+
+/// Adds the layers that are computed from the samples to those of the scene.
+pub fn with_film(mut layers: Vec<Layer>, film: &Film) -> Vec<Layer> {
+    let bars = film.error_bars();
     layers.extend(channels("se", &bars.standard_errors));
     layers.extend(channels("half", &film.develop_half()));
     layers.push(Layer {
@@ -73,14 +96,7 @@ pub fn layers(
         name: "spp.Y".to_owned(),
         samples: film.sample_counts().iter().map(|&n| n as f32).collect(),
     });
-    layers.extend(rendered.cache.as_ref().map(|cache| {
-        let cover = cover(view.scene, view.filter, settings, cache);
-        Layer {
-            name: "cache.Y".to_owned(),
-            samples: cover.into_iter().map(|count| count as f32).collect(),
-        }
-    }));
-    Ok(layers)
+    layers
 }
 
 /// The channels of an image, as layers with this name.

@@ -11,6 +11,7 @@
 pub mod layers;
 mod queries;
 mod rendering;
+pub mod states;
 
 pub use queries::{Met, QueryRay};
 pub use rendering::Rendering;

@@ -17,13 +17,20 @@ use crate::render::options::RenderOptions;
 use crate::render::settings::Adaptive;
 use crate::render::settings::{Budget, RenderSettings};
 use crate::render::{RenderObserver, Rendered, check, resume};
+use crate::state::Fingerprint;
+use std::ops::Range;
+use std::sync::OnceLock;
 
 /// A render in progress.
 #[derive(Debug, Clone)]
 pub struct Rendering {
-    settings: RenderSettings,
+    pub(super) settings: RenderSettings,
     recommendation: Option<Recommendation>,
-    rendered: Rendered,
+    pub(super) rendered: Rendered,
+    /// The samples of a shard; `None` for a whole render.
+    pub(super) shard: Option<Range<u64>>,
+    /// The identity of scene and settings, once it is needed.
+    pub(super) identity: OnceLock<Fingerprint>,
     state: State,
 }
 
@@ -43,6 +50,8 @@ impl Rendering {
             rendered: Rendered::nothing(&settings),
             settings,
             recommendation,
+            shard: None,
+            identity: OnceLock::new(),
             state: session.state,
         })
     }
@@ -141,7 +150,7 @@ impl Rendering {
         })
     }
 
-    fn check_session(&self, session: &Session) -> Result<()> {
+    pub(super) fn check_session(&self, session: &Session) -> Result<()> {
         if self.state == session.state {
             return Ok(());
         }

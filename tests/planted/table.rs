@@ -351,9 +351,9 @@ pub const PLANTED: &[Planted] = &[
         "lib::camera::tests::a_steradian_falls_on_as_much_film_as_is_said",
     ),
     bug(
-        "splats-lose-digits",
-        "splats are summed up in double precision alone",
-        "lib::film::splats::tests::the_order_of_splats_changes_no_bit",
+        "sums-lose-digits",
+        "samples and splats are summed up in double precision alone",
+        "lib::math::exact_sum::tests::no_order_and_no_division_changes_a_bit",
     ),
     bug(
         "splats-half-a-pixel-off",

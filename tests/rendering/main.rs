@@ -21,4 +21,5 @@ mod pixels;
 mod resume;
 mod roulette;
 mod session;
+mod state;
 mod strategies;

@@ -238,8 +238,8 @@ fn a_picture_that_fits_in_no_memory_is_refused() {
     session.set_film(film).expect("a valid size");
     let mut options = RenderOptions::samples(1);
     options.layers = true;
-    // 4 billion pixels of 96 bytes each.
-    let error = session.start(&options).expect_err("400 GB are too much");
+    // 4 billion pixels of 192 bytes each.
+    let error = session.start(&options).expect_err("800 GB are too much");
     assert_eq!(error.kind(), ErrorKind::Memory, "{error}");
 }
 

@@ -11,6 +11,7 @@ mod denoise;
 mod lesson;
 mod plan;
 mod render;
+mod state;
 mod study;
 mod values;
 
@@ -21,6 +22,7 @@ pub use denoise::DenoiseArguments;
 pub use lesson::LessonArguments;
 pub use plan::PlanArguments;
 pub use render::RenderArguments;
+pub use state::MergeArguments;
 pub use study::StudyArguments;
 
 use clap::{Args, Parser, Subcommand};
@@ -42,6 +44,8 @@ pub struct Arguments {
 pub enum Verb {
     /// Render a scene to one or more image files.
     Render(Box<RenderArguments>),
+    /// Merge the shards of a render, which other machines may have rendered, to an image or a state file.
+    Merge(MergeArguments),
     /// Print which effects a scene needs, why, and which kernel and integrator suit it.
     Plan(PlanArguments),
     /// Measure error against time for several ways to render a scene: time to an error, bias, and the cost of a smaller

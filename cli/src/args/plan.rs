@@ -5,9 +5,11 @@
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/plan.rs` and `cli/tests/command/bad_flags.rs`.
 
 use super::TracingArguments;
-use super::values::parse_size;
+use super::values::{parse_share, parse_size};
+use crate::durations::parse_duration;
 use clap::Args;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Arguments of `plan`.
 #[derive(Debug, Args)]
@@ -31,6 +33,15 @@ pub struct PlanArguments {
     /// Image size of the renders for --cost, in pixels. Default: the scene's aspect ratio, at most about 20 000 pixels.
     #[arg(long, value_name = "WxH", value_parser = parse_size, requires = "cost")]
     pub size: Option<(u32, u32)>,
+    /// Render a pilot, and print how many shards of what length bring the image to --error.
+    #[arg(long, requires = "error")]
+    pub shards: bool,
+    /// Error to reach, such as 1% or 0.01: the root of relMSE.
+    #[arg(long, value_name = "SHARE", value_parser = parse_share, requires = "shards")]
+    pub error: Option<f64>,
+    /// Time that a shard should take on a machine like this one.
+    #[arg(long, value_name = "DURATION", value_parser = parse_duration, default_value = "10m", requires = "shards")]
+    pub shard_time: Duration,
     /// Ray tracing options.
     #[command(flatten)]
     pub tracing: TracingArguments,

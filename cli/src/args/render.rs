@@ -4,6 +4,7 @@
 //! Range: stated at each flag; a value outside it is a usage error that names the flag.
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/render.rs` and `cli/tests/command/bad_flags.rs`.
 
+use super::state::StateArguments;
 use super::values::{
     named, parse_distance, parse_exposure, parse_numbers, parse_roulette, parse_share, parse_size,
     parse_small,
@@ -25,7 +26,8 @@ use std::time::Duration;
 pub struct RenderArguments {
     /// Scene: a .toml file, or a bare .obj model.
     pub scene: PathBuf,
-    /// Output image: .exr, .png, .hdr or .pfm; may be repeated. Default: the scene's name with .png.
+    /// Output: an image (.exr, .png, .hdr or .pfm) or the state of the render (.etd); may be repeated. Default: the
+    /// scene's name with .png.
     #[arg(short, long = "out", value_name = "FILE")]
     pub out: Vec<PathBuf>,
     /// Samples per pixel, at least 1; the mean over the pixels with --adaptive. Default: the scene's, or 64.
@@ -131,6 +133,9 @@ pub struct RenderArguments {
     /// Render only the pixels from (X0, Y0) up to but not including (X1, Y1); the origin is the upper left corner.
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_numbers::<4>)]
     pub crop: Option<[u32; 4]>,
+    /// Shards and checkpoints.
+    #[command(flatten)]
+    pub state: StateArguments,
     /// Exposure of PNG files in stops: pixel values are multiplied by 2^EV.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true,
           value_parser = parse_exposure)]

@@ -8,6 +8,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use etendue::internals::accel::{Backend, Precision, Quality};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::roulette::NoRoulette;
+use etendue::internals::state::Shard;
 
 /// Parses the name of a backend of this build. For `embree` in a build without it, the error names the missing feature.
 pub fn backend() -> impl TypedValueParser<Value = Backend> {
@@ -72,6 +73,27 @@ pub fn parse_numbers<const N: usize>(text: &str) -> Result<[u32; N], String> {
         .ok()
         .and_then(|numbers| numbers.try_into().ok())
         .ok_or_else(|| format!("expected {N} whole numbers of pixels, separated by commas"))
+}
+
+/// Parses a shard: `3/64`, counted from 0, or a range of samples, `128..256`.
+pub fn parse_shard(text: &str) -> Result<Shard, String> {
+    let two = |separator: &str| -> Option<[u64; 2]> {
+        let (a, b) = text.split_once(separator)?;
+        Some([a.trim().parse().ok()?, b.trim().parse().ok()?])
+    };
+    if let Some([index, of]) = two("/") {
+        return match index < of {
+            true => Ok(Shard::Part { index, of }),
+            false => Err(format!(
+                "shards are counted from 0: the last of {of} is {}/{of}",
+                of.saturating_sub(1)
+            )),
+        };
+    }
+    let [first, end] = two("..").ok_or(
+        "expected a shard such as 0/64, the first of 64, or a range of samples such as 128..256",
+    )?;
+    Ok(Shard::Samples { first, end })
 }
 
 /// Parses a number or a percentage.

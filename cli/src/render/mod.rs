@@ -7,6 +7,7 @@
 mod job;
 mod options;
 mod replay;
+pub mod states;
 pub mod stats;
 mod summary;
 
@@ -27,6 +28,7 @@ use etendue::internals::session::{Rendering, Session};
 use etendue::{Error, Result};
 use job::Job;
 use options::options;
+use states::{Checkpointer, is_state};
 use stats::Times;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -54,7 +56,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     let session = Session::new(description, arguments.tracing.options())?;
     let build_time = session.work().structures;
     let loaded = start.elapsed().saturating_sub(build_time);
-    let mut rendering = session.start_watched(&options, &watcher)?;
+    let mut rendering = states::start(arguments, &session, &options, &watcher)?;
     let settings = rendering.settings().clone();
     let recommendation = rendering.recommendation().cloned();
     let job = Job {
@@ -80,7 +82,8 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         return replay::run(&job, session.filter(), pixel, sample);
     }
 
-    let ended = rendering.go_on(&session, settings.budget, &watcher);
+    let checkpointer = Checkpointer::new(&watcher, arguments, &session, &rendering)?;
+    let ended = rendering.go_on(&session, rendering.budget(), &checkpointer);
     watcher.finish();
     ended?;
     let times = Times {
@@ -138,6 +141,7 @@ fn finish(
         .transpose()?;
     times.denoise = denoised.as_ref().map_or(0.0, |it| it.elapsed.as_secs_f64());
     let writing = Instant::now();
+    states::write(arguments, session, rendering, outputs)?;
     let metadata = job.metadata(rendered, error.as_ref(), denoised.as_ref());
     job.write(outputs, picture, denoised.as_ref(), metadata)?;
     if let Some(folder) = &arguments.bdpt_strategies {
@@ -150,14 +154,16 @@ fn finish(
 
 /// Checks that every step after the last sample can be done.
 fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
-    for output in outputs {
+    states::check(arguments, outputs)?;
+    for output in images(outputs) {
         image::check_writable(output)?;
     }
     let is_exr = |path: &PathBuf| {
         path.extension()
             .is_some_and(|it| it.eq_ignore_ascii_case("exr"))
     };
-    if arguments.layers && !outputs.iter().any(is_exr) {
+    let has_layers = |path: &PathBuf| is_exr(path) || is_state(path);
+    if arguments.layers && !outputs.iter().any(has_layers) {
         return Err(Error::usage(
             "--layers needs an output format that stores layers, such as -o image.exr",
         ));
@@ -168,7 +174,12 @@ fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
     arguments.stats.as_deref().map_or(Ok(()), check_creatable)
 }
 
-/// Returns the image files to write.
+/// Returns those of the files that are images.
+fn images(outputs: &[PathBuf]) -> impl Iterator<Item = &PathBuf> {
+    outputs.iter().filter(|path| !is_state(path))
+}
+
+/// Returns the files to write.
 fn outputs(arguments: &RenderArguments) -> Vec<PathBuf> {
     if arguments.out.is_empty() {
         let name = arguments.scene.file_stem().unwrap_or("image".as_ref());
@@ -196,9 +207,7 @@ impl Job<'_> {
             layers,
         };
         let image = denoised.map_or(&picture.image, |it| &it.filtered.image);
-        outputs
-            .iter()
-            .try_for_each(|output| image::write(output, image, &options))
+        images(outputs).try_for_each(|output| image::write(output, image, &options))
     }
 
     /// Writes the contribution of each strategy as two images.

@@ -14,6 +14,7 @@ mod battery;
 mod bench;
 #[cfg(feature = "embree")]
 mod c_library;
+mod checkpoints;
 mod compare;
 mod denoise;
 mod denoise_oidn;
@@ -22,4 +23,5 @@ mod lesson;
 mod non_finite;
 mod plan;
 mod render;
+mod shards;
 mod study;

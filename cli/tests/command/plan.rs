@@ -360,3 +360,29 @@ fn the_one_light_that_is_kept_is_to_be_seen() {
     assert_eq!(lights(&scene), 2);
     assert_eq!(lights(&without(&scene, Effect::ManyLights)), 1);
 }
+
+#[test]
+fn a_pilot_tells_how_many_shards_an_error_takes() {
+    let matte = "type = \"diffuse\"\nreflectance = 0.5";
+    let scene = SMALL
+        .replace("type = \"dielectric\"", matte)
+        .replace("emission = [12, 11, 10]", "");
+    let folder = SceneFolder::new([("small.toml", scene)]);
+    let shards = |flags: &str| -> Value {
+        let plan = format!("plan small.toml --json --shards --shard-time 0.02s {flags}");
+        let json: Value = serde_json::from_str(&succeed(&folder, &plan).stdout).expect("JSON");
+        json["shards"].clone()
+    };
+    let [coarse, fine] = ["--error 2%", "--error 0.2%"].map(shards);
+    let number = |plan: &Value, name: &str| plan[name].as_u64().expect("no doubt");
+    // An error ten times smaller takes 100 times the samples, or fewer with Sobol' points.
+    assert!(
+        number(&fine, "spp") > 5 * number(&coarse, "spp"),
+        "{coarse} {fine}"
+    );
+    let length = number(&fine, "spp").div_ceil(number(&fine, "shards"));
+    assert_eq!(number(&fine, "spp_of_shard"), length);
+    let text = succeed(&folder, "plan small.toml --shards --error 1%").stdout;
+    assert!(text.contains("shards to 1.00 %: about"), "{text}");
+    fails(&folder, "plan small.toml --shards", USAGE, &["--error"]);
+}

@@ -14,7 +14,8 @@
 //! A round of a batch begins with independent samples that make paths by all strategies (`bootstrap.rs`). Their mean
 //! brightness is b, and chains start at their paths in proportion to brightness, so that a share b_n / b of them has n
 //! edges, and even the shortest chain is unbiased (Veach 1997, section 11.3.1). Every round repeats all of this: b is
-//! known better the longer the render takes, and nothing but the sums of the film has to be kept. Batches never share a
+//! known better the longer the render takes, and nothing but the sums of the film has to be kept. Rounds end after every
+//! fourth sample per pixel, at the latest, so that any division of a render has the same rounds. Batches never share a
 //! random number, so that their spread is the error of the image.
 //!
 //! Measure: brightness is luminance, times pixels; steps, of which one sample per pixel is as many as there are pixels.

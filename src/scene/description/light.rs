@@ -7,18 +7,20 @@
 use super::{ColourDescription, Place};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DMat3, DVec3};
+use serde::Serialize;
 
 /// A light that is not a shape.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct LightDescription {
     /// The place in the scene file.
+    #[serde(skip)]
     pub place: Place,
     /// The kind of the light and its parameters.
     pub model: LightModel,
 }
 
 /// The kinds of lights that are not shapes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub enum LightModel {
     /// An environment light: radiance arriving from infinity in all directions.

@@ -7,14 +7,17 @@
 use super::{ColourDescription, Place};
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
+use serde::Serialize;
 use std::sync::Arc;
 
 /// A named material.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct MaterialDescription {
     /// The name, unique among the materials of its file.
+    #[serde(skip)]
     pub name: String,
     /// The place of its definition.
+    #[serde(skip)]
     pub place: Place,
     /// The scattering model.
     pub model: MaterialModel,
@@ -27,7 +30,7 @@ pub struct MaterialDescription {
 }
 
 /// A tangent-space normal map.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct NormalMapDescription {
     /// x, y and z of the normal, each mapped from [-1, 1] to [0, 1]: x along u, y along v, z away from the surface.
     pub texture: Arc<Texture>,
@@ -50,7 +53,7 @@ impl MaterialDescription {
 }
 
 /// The scattering models. Roughness is perceptual, in [0, 1]: the microfacet alpha is its square.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub enum MaterialModel {
     /// Lambertian reflection.

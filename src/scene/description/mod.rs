@@ -16,19 +16,22 @@ use crate::math::transform::look_at;
 use crate::math::vec::{DAffine3, DVec2, DVec3};
 pub use light::{LightDescription, LightModel};
 pub use material::{MaterialDescription, MaterialModel, NormalMapDescription};
+use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A whole scene.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct SceneDescription {
     /// The file that it was read from.
+    #[serde(skip)]
     pub file: PathBuf,
     /// The camera.
     pub camera: CameraDescription,
     /// The film: image size and reconstruction filter.
     pub film: FilmDescription,
     /// Render settings from the scene file; command-line flags override them.
+    #[serde(skip)]
     pub render: RenderDescription,
     /// All materials; shapes refer to them by index.
     pub materials: Vec<MaterialDescription>,
@@ -41,6 +44,7 @@ pub struct SceneDescription {
     /// Lights that are not shapes.
     pub lights: Vec<LightDescription>,
     /// Decisions and repairs of the loader, to be shown to the user: one sentence each.
+    #[serde(skip)]
     pub notes: Vec<String>,
 }
 
@@ -105,7 +109,7 @@ pub struct Written<T> {
 }
 
 /// A perspective camera.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CameraDescription {
     /// Camera to world: the camera looks along its -z axis, and its y axis is up. Orthonormal.
     pub to_world: DAffine3,
@@ -120,6 +124,7 @@ pub struct CameraDescription {
     /// Times at which the shutter opens and closes, in the unit of the keyframes' times.
     pub shutter: [f64; 2],
     /// The place in the scene file.
+    #[serde(skip)]
     pub place: Place,
 }
 
@@ -157,7 +162,7 @@ impl CameraDescription {
 }
 
 /// A keyframe: a transform at a time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Key {
     /// The time, in the unit of the camera's shutter; keys are in order of time.
     pub time: f64,
@@ -166,7 +171,7 @@ pub struct Key {
 }
 
 /// The film.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FilmDescription {
     /// Width and height in pixels, each at least 1.
     pub size: (u32, u32),
@@ -210,7 +215,7 @@ pub struct RenderDescription {
 }
 
 /// A colour that may vary over a surface.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub enum ColourDescription {
     /// A constant.
     Constant(Rgb),
@@ -240,11 +245,13 @@ impl From<Rgb> for ColourDescription {
 }
 
 /// One shape with one material.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct ShapeDescription {
     /// A name for messages, such as that of the OBJ group.
+    #[serde(skip)]
     pub name: String,
     /// The place in the scene file.
+    #[serde(skip)]
     pub place: Place,
     /// The geometry, before the transform.
     pub geometry: GeometryDescription,
@@ -263,11 +270,13 @@ pub struct ShapeDescription {
 }
 
 /// An instance of a group.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct InstanceDescription {
     /// A name for messages.
+    #[serde(skip)]
     pub name: String,
     /// The place in the scene file.
+    #[serde(skip)]
     pub place: Place,
     /// The instanced group, an index into [`SceneDescription::groups`].
     pub of: usize,
@@ -297,7 +306,7 @@ impl ShapeDescription {
 }
 
 /// The geometry types.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub enum GeometryDescription {
     /// A triangle mesh.
@@ -337,7 +346,7 @@ pub enum GeometryDescription {
 }
 
 /// A triangle mesh with shared vertices.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct MeshDescription {
     /// Vertex positions.
     pub positions: Vec<DVec3>,

@@ -1,0 +1,222 @@
+//! `etendue merge`: the image, or the state, of all shards of a render together.
+//!
+//! Measure: samples per pixel; errors as roots of relMSE.
+//! Range: any number of state files of one render.
+//! Source: none needed. Tested in `cli/tests/command/shards.rs`.
+
+use super::args::MergeArguments;
+use super::denoise::Denoised;
+use super::output::{explain, format_percent};
+use super::render::states::is_state;
+use super::{Outcome, command_line, print};
+use etendue::internals::film::ErrorEstimate;
+use etendue::internals::image::atomic::check_creatable;
+use etendue::internals::image::{self, LayeredImage, MetadataValue, WriteOptions};
+use etendue::internals::render::settings::available_threads;
+use etendue::internals::session::layers::with_film;
+use etendue::internals::state::{Merge, State, describe};
+use etendue::{Error, Result};
+use serde::Serialize;
+use std::path::Path;
+use std::time::Instant;
+
+/// The printed result.
+#[derive(Debug, Serialize)]
+struct Report {
+    version: String,
+    files: usize,
+    /// Samples per pixel that were merged.
+    spp: u64,
+    /// Ranges of samples per pixel that are in no file: the first, and the one after the last.
+    missing: Vec<[u64; 2]>,
+    rel_rmse: Option<f64>,
+    rel_rmse_upper: Option<f64>,
+    /// Whether the requested error is reached, if there is one.
+    reached: Option<bool>,
+    /// The samples per pixel of a render that reaches it, by the error so far.
+    needed_spp: Option<u64>,
+    /// The time of rendering of all shards, in seconds.
+    render_seconds: f64,
+    seconds: f64,
+}
+
+/// Merges according to the arguments.
+pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
+    let start = Instant::now();
+    for output in &arguments.out {
+        match is_state(output) {
+            true => check_creatable(output)?,
+            false => image::check_writable(output)?,
+        }
+    }
+    let merge = Merge::of(&arguments.files)?;
+    let missing = merge.missing();
+    if !missing.is_empty() && !arguments.partial {
+        return Err(Error::usage(format!(
+            "samples {} of {} are missing: render them by `etendue render --shard`, or merge what is there by --partial",
+            describe(&missing),
+            merge.spp()
+        )));
+    }
+    let state = merge.sum()?;
+    let error = state.error(arguments.confidence);
+    write(arguments, &state, error.as_ref())?;
+    let bound = error
+        .map(|error| error.upper_bound)
+        .filter(|it| it.is_finite());
+    let reached = arguments
+        .error
+        .map(|target| bound.is_some_and(|bound| bound <= target));
+    let needed = arguments.error.filter(|_| reached == Some(false));
+    let report = Report {
+        version: state.header.identity.program.clone(),
+        files: arguments.files.len(),
+        spp: state.header.samples(),
+        missing,
+        rel_rmse: error.map(|error| error.rel_rmse),
+        rel_rmse_upper: bound,
+        reached,
+        needed_spp: needed.and_then(|target| state.needed_spp(target, arguments.confidence)),
+        render_seconds: state.header.seconds,
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    if arguments.json {
+        let json = serde_json::to_string_pretty(&report).expect("plain data always serialises");
+        print((json + "\n").as_bytes())?;
+    }
+    if !arguments.quiet {
+        eprintln!("{}", last_line(arguments, &report, error.as_ref()));
+    }
+    Ok(match reached {
+        Some(false) => Outcome::ErrorNotReached,
+        _ => Outcome::Done,
+    })
+}
+
+/// Writes the outputs.
+fn write(arguments: &MergeArguments, state: &State, error: Option<&ErrorEstimate>) -> Result<()> {
+    let (states, images): (Vec<_>, Vec<_>) = arguments.out.iter().partition(|path| is_state(path));
+    states.into_iter().try_for_each(|path| state.write(path))?;
+    if images.is_empty() {
+        return Ok(());
+    }
+    let mut picture = LayeredImage::from(state.film.develop());
+    let has_layers = !state.layers.is_empty();
+    if has_layers {
+        picture.layers = with_film(state.layers.clone(), &state.film);
+    } else if arguments.denoise.is_some() {
+        return Err(Error::usage(
+            "--denoise needs the layers of the first hits, which are in the file with the first sample of a render with --layers",
+        ));
+    } else if state.header.wants_layers {
+        eprintln!(
+            "note: without layers: they are in the file with the first sample, which is missing"
+        );
+    }
+    let denoise = |filter| {
+        let before = error.map(|error| error.rel_rmse);
+        Denoised::new(filter, &picture, before, available_threads())
+    };
+    let denoised = arguments.denoise.map(denoise).transpose()?;
+    let options = WriteOptions {
+        exposure: arguments.exposure,
+        metadata: metadata(state, error, denoised.as_ref()),
+        layers: match &denoised {
+            Some(denoised) => denoised.layers(&picture, true),
+            None => picture.layers.clone(),
+        },
+    };
+    let image = denoised
+        .as_ref()
+        .map_or(&picture.image, |it| &it.filtered.image);
+    images
+        .into_iter()
+        .try_for_each(|path: &std::path::PathBuf| image::write(path, image, &options))
+}
+
+/// The metadata of an EXR file: as `etendue render` writes them.
+fn metadata(
+    state: &State,
+    error: Option<&ErrorEstimate>,
+    denoised: Option<&Denoised>,
+) -> Vec<(String, MetadataValue)> {
+    let header = &state.header;
+    let text = |text: &str| MetadataValue::Text(text.to_owned());
+    let mut bias = header.bias.clone();
+    bias.extend(denoised.map(|it| it.denoiser.bias().to_owned()));
+    let bias = match bias.is_empty() {
+        true => "none".to_owned(),
+        false => bias.join("; "),
+    };
+    let seed = header.identity.settings.get("seed");
+    let mut metadata = vec![
+        ("version", text(&header.identity.program)),
+        ("scene", text(&header.scene_file)),
+        (
+            "seed",
+            text(&seed.map_or(String::new(), ToString::to_string)),
+        ),
+        ("integrator", text(header.identity.name("integrator"))),
+        ("sampler", text(header.identity.name("sampler"))),
+        ("adaptive", text(header.identity.name("adaptive"))),
+        ("spp", MetadataValue::Real(header.samples() as f64)),
+        ("seconds", MetadataValue::Real(header.seconds)),
+        ("bias", text(&bias)),
+        ("command", text(&command_line())),
+    ];
+    let real = |name, value| (name, MetadataValue::Real(value));
+    match denoised {
+        Some(denoised) => metadata.extend(denoised.filtered.error.map(|it| real("relRmse", it))),
+        None => {
+            metadata.extend(error.map(|it| real("relRmse", it.rel_rmse)));
+            metadata.extend(error.map(|it| match it.doubt {
+                Some(doubt) => real("relRmseAtLeast", doubt.at_least()),
+                None => real("relRmseUpper", it.upper_bound),
+            }));
+        }
+    }
+    let named = metadata.into_iter();
+    named
+        .map(|(name, value)| (format!("etendue.{name}"), value))
+        .collect()
+}
+
+/// The summary line: outputs, files, samples, error, and what is missing.
+fn last_line(arguments: &MergeArguments, report: &Report, error: Option<&ErrorEstimate>) -> String {
+    let name = |path: &std::path::PathBuf| Path::display(path).to_string();
+    let outputs: Vec<String> = arguments.out.iter().map(name).collect();
+    let error = match error {
+        None => "error unknown".to_owned(),
+        Some(error) => match error.doubt {
+            Some(doubt) => format!(
+                "error at least {} ({})",
+                format_percent(doubt.at_least()),
+                explain(doubt)
+            ),
+            None => format!(
+                "error {} (below {} at {:.0} % confidence)",
+                format_percent(error.rel_rmse),
+                format_percent(error.upper_bound),
+                100.0 * error.confidence
+            ),
+        },
+    };
+    let missing = match report.missing.as_slice() {
+        [] => String::new(),
+        missing => format!("; samples {} are missing", describe(missing)),
+    };
+    let needed = match (report.reached, report.needed_spp) {
+        (Some(false), Some(spp)) => format!(
+            "; the requested error takes about {spp} spp, {} more",
+            spp.saturating_sub(report.spp)
+        ),
+        (Some(false), None) => "; the requested error is not reached".to_owned(),
+        _ => String::new(),
+    };
+    format!(
+        "{}: {} files, {} spp, {error}{missing}{needed}",
+        outputs.join(", "),
+        report.files,
+        report.spp
+    )
+}

@@ -1,0 +1,163 @@
+//! State files of a render: the outputs that end in `.etd`, and checkpoints.
+//!
+//! Measure: none.
+//! Range: any render; what cannot be divided or continued is refused before the first sample.
+//! Source: none needed. Tested in `cli/tests/command/shards.rs` and `cli/tests/command/checkpoints.rs`.
+
+use crate::args::RenderArguments;
+use crate::output::Watcher;
+use etendue::internals::film::Film;
+use etendue::internals::image::atomic::check_creatable;
+use etendue::internals::render::options::RenderOptions;
+use etendue::internals::render::{Progress, RenderObserver, Rendered};
+use etendue::internals::session::states::save;
+use etendue::internals::session::{Rendering, Session};
+use etendue::internals::state::{Header, State};
+use etendue::{Error, Result};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Whether this is the name of a state file.
+pub fn is_state(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|it| it.eq_ignore_ascii_case("etd"))
+}
+
+/// Checks that the state files can be written, and that a shard has one.
+pub fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
+    let state = &arguments.state;
+    if state.shard.is_some() && !outputs.iter().all(|path| is_state(path)) {
+        return Err(Error::usage(
+            "a shard is written to a state file, such as -o part.etd: `etendue merge` makes the image",
+        ));
+    }
+    let states = outputs.iter().filter(|path| is_state(path));
+    let mut all = states
+        .map(PathBuf::as_path)
+        .chain(state.checkpoint.as_deref());
+    all.try_for_each(check_creatable)
+}
+
+/// Begins a render, or continues from the state that the arguments name.
+pub fn start(
+    arguments: &RenderArguments,
+    session: &Session,
+    options: &RenderOptions,
+    watcher: &Watcher,
+) -> Result<Rendering> {
+    let state = &arguments.state;
+    let keeps = state.checkpoint.is_some() || arguments.out.iter().any(|path| is_state(path));
+    let Some(file) = &state.resume else {
+        let mut rendering = session.start_watched(options, watcher)?;
+        if keeps {
+            rendering.check_can_be_kept()?;
+        }
+        if let Some(shard) = state.shard {
+            rendering.restrict(shard)?;
+        }
+        return Ok(rendering);
+    };
+    let resumed = session.resume(options, State::read(file)?, watcher);
+    let rendering = resumed.map_err(|error| error.in_file(file))?;
+    if let Some(shard) = state.shard {
+        let wanted = shard.samples(rendering.whole_spp().unwrap_or(0))?;
+        if rendering.shard().as_ref() != Some(&wanted) {
+            let has = match rendering.shard() {
+                Some(samples) => format!("the shard of samples {}..{}", samples.start, samples.end),
+                None => "a whole render".to_owned(),
+            };
+            return Err(Error::usage(format!(
+                "is the state of {has}, not of the shard of samples {}..{}",
+                wanted.start, wanted.end
+            ))
+            .in_file(file));
+        }
+    }
+    Ok(rendering)
+}
+
+/// Writes the state files of a render that has ended.
+pub fn write(
+    arguments: &RenderArguments,
+    session: &Session,
+    rendering: &Rendering,
+    outputs: &[PathBuf],
+) -> Result<()> {
+    let checkpoint = arguments.state.checkpoint.as_deref();
+    if let Some(path) = checkpoint {
+        match rendering.save(session, path) {
+            // Markov chains that were cut do not replace the last whole checkpoint.
+            Err(error) if rendering.rendered().cancelled => eprintln!("note: {error}"),
+            other => other?,
+        }
+    }
+    // An interrupted render goes on from its checkpoint: its outputs would look like those of a whole one.
+    if checkpoint.is_some() && rendering.rendered().cancelled {
+        return Ok(());
+    }
+    let mut states = outputs.iter().filter(|path| is_state(path));
+    states.try_for_each(|path| rendering.save(session, path))
+}
+
+/// Shows progress, forwards Ctrl-C, and writes checkpoints.
+pub struct Checkpointer<'a> {
+    watcher: &'a Watcher,
+    /// The file, the time between two checkpoints and what they have in common.
+    checkpoint: Option<(&'a Path, Duration, Header)>,
+}
+
+impl<'a> Checkpointer<'a> {
+    /// The observer of a render with these arguments.
+    ///
+    /// # Errors
+    /// An error of Embree.
+    pub fn new(
+        watcher: &'a Watcher,
+        arguments: &'a RenderArguments,
+        session: &Session,
+        rendering: &Rendering,
+    ) -> Result<Self> {
+        let state = &arguments.state;
+        let checkpoint = match &state.checkpoint {
+            Some(path) => Some((path.as_path(), state.every, rendering.header(session)?)),
+            None => None,
+        };
+        Ok(Self {
+            watcher,
+            checkpoint,
+        })
+    }
+}
+
+impl RenderObserver for Checkpointer<'_> {
+    fn cache_prepass(&self, share: f64, records: usize) {
+        self.watcher.cache_prepass(share, records);
+    }
+
+    fn progress(&self, progress: &Progress) {
+        self.watcher.progress(progress);
+    }
+
+    fn pass(&self, film: &Film) {
+        self.watcher.pass(film);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.watcher.is_cancelled()
+    }
+
+    fn checkpoint_interval(&self) -> Option<Duration> {
+        let (_, every, _) = self.checkpoint.as_ref()?;
+        Some(*every)
+    }
+
+    fn checkpoint(&self, rendered: &Rendered) {
+        if let Some((path, _, header)) = &self.checkpoint
+            && let Err(error) = save(header.clone(), rendered, vec![], path)
+        {
+            // The checkpoint before is still there, and the disk may have room again for the next one.
+            self.watcher
+                .note(&format!("warning: no checkpoint: {error}"));
+        }
+    }
+}

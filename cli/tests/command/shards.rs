@@ -1,0 +1,165 @@
+//! Tests of `render --shard` and `merge`.
+
+use crate::common::scene_folder::{SMALL, SceneFolder};
+use crate::support::{INPUT_OUTPUT, USAGE, fails, run, succeed};
+use etendue::internals::image::{ColourSpace, LayeredImage};
+use serde_json::Value;
+
+fn small() -> SceneFolder {
+    SceneFolder::new([("small.toml", SMALL)])
+}
+
+fn read(folder: &SceneFolder, name: &str) -> LayeredImage {
+    let read = LayeredImage::read(&folder.path(name), ColourSpace::Srgb);
+    read.unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Renders shards with these flags, and returns the names of their files.
+fn shards(folder: &SceneFolder, of: u64, flags: &str) -> String {
+    let files = (0..of).map(|index| {
+        let file = format!("part-{index}.etd");
+        succeed(
+            folder,
+            &format!("render small.toml -q {flags} --shard {index}/{of} -o {file}"),
+        );
+        file
+    });
+    files.collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn merged_shards_are_the_image_of_one_render_with_its_layers() {
+    let folder = small();
+    let flags = "--spp 32 --layers --integrator bdpt";
+    succeed(
+        &folder,
+        &format!("render small.toml -q {flags} -o whole.exr"),
+    );
+    let files = shards(&folder, 3, flags);
+    let merged = succeed(
+        &folder,
+        &format!("merge {files} -o merged.exr -o merged.png"),
+    );
+    assert!(
+        merged.stderr.contains("3 files, 32 spp, error"),
+        "{}",
+        merged.stderr
+    );
+    let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| read(&folder, name));
+    assert!(whole.image == merged.image);
+    assert!(whole.layers == merged.layers);
+    assert!(!whole.layers.is_empty());
+    for fact in [
+        "scene",
+        "seed",
+        "integrator",
+        "sampler",
+        "spp",
+        "bias",
+        "relRmse",
+    ] {
+        assert_eq!(whole.fact(fact), merged.fact(fact), "{fact}");
+    }
+    succeed(
+        &folder,
+        &format!("merge -q {files} -o filtered.exr --denoise"),
+    );
+    succeed(
+        &folder,
+        &format!("render small.toml -q {flags} -o other.exr --denoise"),
+    );
+    let [a, b] = ["filtered.exr", "other.exr"].map(|name| read(&folder, name));
+    assert!(a.image == b.image);
+}
+
+#[test]
+fn merge_names_what_is_missing_and_what_is_doubled() {
+    let folder = small();
+    shards(&folder, 4, "--spp 64");
+    let two = "merge part-0.etd part-2.etd -o it.exr";
+    fails(
+        &folder,
+        two,
+        USAGE,
+        &["samples 16..32, 48..64 of 64 are missing", "--partial"],
+    );
+    let doubled = "merge part-0.etd part-1.etd part-0.etd -o it.exr";
+    fails(
+        &folder,
+        doubled,
+        USAGE,
+        &["doubled: 0..16 in part-0.etd and part-0.etd"],
+    );
+    let partial = succeed(&folder, &format!("{two} --partial --json"));
+    let report: Value = serde_json::from_str(&partial.stdout).expect("JSON");
+    assert_eq!(report["spp"], 32);
+    assert_eq!(report["missing"][1][0], 48);
+    assert!(
+        partial
+            .stderr
+            .contains("samples 16..32, 48..64 are missing"),
+        "{}",
+        partial.stderr
+    );
+}
+
+#[test]
+fn merge_says_how_many_samples_an_error_still_takes() {
+    let matte = "type = \"diffuse\"\nreflectance = 0.5";
+    let scene = SMALL
+        .replace("type = \"dielectric\"", matte)
+        .replace("emission = [12, 11, 10]", "");
+    let folder = SceneFolder::new([("small.toml", scene)]);
+    let files = shards(&folder, 4, "--spp 64 --sampler independent");
+    let fell_short = run(
+        &folder,
+        &format!("merge {files} -o it.etd --error 0.1% --json"),
+    );
+    assert_eq!(fell_short.code, 5, "{}", fell_short.stderr);
+    let report: Value = serde_json::from_str(&fell_short.stdout).expect("JSON");
+    assert_eq!(report["reached"], false);
+    let needed = report["needed_spp"]
+        .as_u64()
+        .expect("an error without doubt");
+    assert!(needed > 640, "{needed}");
+    succeed(&folder, &format!("merge -q {files} -o it.etd --error 50%"));
+    // The next round continues after the last sample of the one before.
+    let more = "render small.toml -q --spp 96 --sampler independent --shard 64..96 -o more.etd";
+    succeed(&folder, more);
+    succeed(&folder, "merge -q it.etd more.etd -o all.exr");
+    succeed(
+        &folder,
+        "render small.toml -q --spp 96 --sampler independent -o whole.exr",
+    );
+    assert!(read(&folder, "all.exr").image == read(&folder, "whole.exr").image);
+}
+
+#[test]
+fn invalid_shards_and_files_are_refused() {
+    let folder = small();
+    let shard = |flags: &str| format!("render small.toml -o part.etd {flags}");
+    for (flags, word) in [
+        ("--shard 4/4 --spp 64", "counted from 0"),
+        ("--shard x", "0/64"),
+        ("--shard 0/64 --spp 64", "at most 16"),
+        ("--shard 2..8 --spp 64", "multiples of 4"),
+        ("--shard 0..128 --spp 64", "not a part"),
+        ("--shard 0/2 --error 10%", "--spp"),
+        ("--shard 0/2 --spp 64 --adaptive", "--adaptive off"),
+        ("--shard 0/2 --spp 64 -o it.png", "etendue merge"),
+        ("--spp 64 --adaptive", "--adaptive off"),
+        ("--every 5s", "--checkpoint"),
+    ] {
+        fails(&folder, &shard(flags), USAGE, &[word]);
+    }
+    let no_file = "merge none.etd -o it.exr";
+    fails(&folder, no_file, INPUT_OUTPUT, &["none.etd"]);
+    fails(
+        &folder,
+        "merge small.toml -o it.exr",
+        INPUT_OUTPUT,
+        &["not a state file"],
+    );
+    fails(&folder, "merge -o it.exr", USAGE, &["<FILE>"]);
+    fails(&folder, "merge small.toml -o it.jpg", USAGE, &[".exr"]);
+}

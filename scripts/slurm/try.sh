@@ -1,0 +1,61 @@
+#!/bin/sh
+# Tries the scripts on a Slurm of one node on this machine: 16 shards, of which one is cancelled and one killed, have the bits
+# of one render, and rounds go on until an error is reached. Needs Debian's slurm-wlm and munge, and root.
+#
+#   scripts/slurm/try.sh PROGRAM     such as target/release/etendue
+set -eu
+here=$(cd "$(dirname "$0")" && pwd)
+ETENDUE=$(cd "$(dirname "$1")" && pwd)/$(basename "$1")
+export ETENDUE
+scene=$here/../../scenes/cornell-box/cornell-box.toml
+command -v sbatch >/dev/null || { echo "try.sh: install slurm-wlm and munge" >&2; exit 1; }
+folder=$(mktemp -d)
+"$here/one-node.sh" start "$folder/slurm"
+SLURM_CONF=$folder/slurm/slurm.conf
+export SLURM_CONF
+trap '"$here/one-node.sh" stop "$folder/slurm"; rm -rf "$folder"' EXIT
+export EVERY=0.2s TRIES=3
+
+# Waits until a command succeeds, for at most two minutes.
+wait_for() {
+    tenths=0
+    until "$@"; do
+        tenths=$((tenths + 1))
+        [ "$tenths" -lt 1200 ] || { echo "try.sh: waited in vain for: $*" >&2; squeue; cat "$folder"/*/log-*.txt; exit 1; }
+        sleep 0.1
+    done
+}
+ended() { [ -e "$1/done" ] || [ -e "$1/failed" ]; }
+# The processes of the shards that are being rendered. They are found by their folder.
+shards() { pgrep -f "render .*$1/part-" || true; }
+several() { [ "$(shards "$1" | wc -l)" -ge 1 ] && [ -n "$(ls "$1" | grep checkpoint)" ]; }
+
+# A task of the array that is running.
+running() {
+    task=$(squeue --noheader --states=RUNNING --job="$array" --array --format=%i | tail -n 1)
+    [ -n "$task" ]
+}
+
+render=$folder/bits
+IMAGE=$render/image.pfm "$here/render.sh" "$render" 16 4096 "$scene" --size 128x128
+wait_for several "$render"
+victim=$(shards "$render" | head -n 1)
+kill -KILL "$victim"
+echo "killed process $victim"
+array=$(cat "$render/array")
+wait_for running
+scancel "$task"
+echo "cancelled task $task"
+wait_for ended "$render"
+cat "$render/failed" 2>/dev/null && exit 1
+"$ETENDUE" render "$scene" --size 128x128 --spp 4096 --quiet --out "$folder/whole.pfm"
+cmp "$folder/whole.pfm" "$render/image.pfm"
+echo "16 shards, one killed and one cancelled, have the bits of one render"
+
+render=$folder/error
+ERROR=3% "$here/render.sh" "$render" 4 64 "$scene" --size 128x128
+ERROR=3% wait_for ended "$render"
+cat "$render/failed" 2>/dev/null && exit 1
+cat "$render/report.json" "$render/done"
+grep -q '"reached": true' "$render/report.json"
+echo "the error was reached after $(ls "$render"/part-*.etd | wc -l) shards"

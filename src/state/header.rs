@@ -1,0 +1,171 @@
+//! The header of a state file: all that is known of the samples but their sums.
+//!
+//! Measure: stated at each field.
+//! Range: [`Header::check`] refuses a header that no render writes.
+//! Source: none needed. Tested in `tests/rendering/state.rs`.
+
+use super::fingerprint::Fingerprint;
+use super::ranges::describe;
+use crate::error::{Error, ErrorKind, Result};
+use crate::film::batches::BATCHES;
+use crate::film::pixel::PixelSums;
+use crate::film::splats::Splats;
+use crate::film::{Film, Window};
+use crate::image::{Layer, MAX_SIDE};
+use crate::integrator::RayCounts;
+use crate::memory;
+use crate::render::budget::PlannerState;
+use crate::render::convergence::Look;
+use crate::render::{Rejected, Rendered};
+use serde::{Deserialize, Serialize};
+
+/// All that is known of samples but their sums.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// The identity of scene, settings and program.
+    pub identity: Fingerprint,
+    /// The scene file, for messages.
+    pub scene_file: String,
+    /// The part of the image.
+    pub window: Window,
+    /// The edge of a tile, in pixels.
+    pub tile_size: u32,
+    /// The samples per pixel of the whole render, if they are known.
+    pub spp: Option<u64>,
+    /// The first sample of the shard and the one after its last; `None` for a whole render.
+    pub shard: Option<[u64; 2]>,
+    /// The ranges of samples that every pixel has, in order and apart: the first, and the one after the last.
+    pub done: Vec<[u64; 2]>,
+    /// Whether some tiles have more samples, since the render was interrupted within a pass.
+    pub is_uneven: bool,
+    /// The time of rendering, in seconds; of merged states the sum.
+    pub seconds: f64,
+    /// The rays that were traced.
+    pub rays: RayCounts,
+    /// Samples that were not finite.
+    pub rejected: Rejected,
+    /// The estimates of the error during the render.
+    pub looks: Vec<Look>,
+    /// The plan of the next estimate.
+    pub planner: Option<PlannerState>,
+    /// The light paths of each batch, if the integrator splats.
+    pub paths: Option<[u64; BATCHES as usize]>,
+    /// The names of the layers.
+    pub layers: Vec<String>,
+    /// Whether layers are to be written beside the image.
+    pub wants_layers: bool,
+    /// The biases of the image, in words.
+    pub bias: Vec<String>,
+}
+
+impl Header {
+    /// The header of a render without samples.
+    pub fn new(identity: Fingerprint, scene_file: String, window: Window) -> Self {
+        Self {
+            identity,
+            scene_file,
+            window,
+            tile_size: 1,
+            spp: None,
+            shard: None,
+            done: vec![],
+            is_uneven: false,
+            seconds: 0.0,
+            rays: RayCounts::default(),
+            rejected: Rejected::default(),
+            looks: vec![],
+            planner: None,
+            paths: None,
+            layers: vec![],
+            wants_layers: false,
+            bias: vec![],
+        }
+    }
+
+    /// The header of the state of a render.
+    pub fn of(self, rendered: &Rendered, layers: &[Layer]) -> Self {
+        let film = &rendered.film;
+        let samples = film.tiles().iter().map(|tile| tile.samples);
+        let (least, most) = (samples.clone().min(), samples.max());
+        let end = rendered.first + least.unwrap_or(0);
+        let done = [rendered.first, end];
+        Self {
+            done: Some(done).filter(|[a, b]| a < b).into_iter().collect(),
+            is_uneven: least != most,
+            tile_size: film.tile_size(),
+            seconds: rendered.elapsed.as_secs_f64(),
+            rays: rendered.rays,
+            rejected: rendered.rejected,
+            looks: rendered.looks.clone(),
+            planner: rendered.planner,
+            paths: film.splats().map(Splats::paths),
+            layers: layers.iter().map(|layer| layer.name.clone()).collect(),
+            ..self
+        }
+    }
+
+    /// The number of samples that every pixel has.
+    pub fn samples(&self) -> u64 {
+        self.done.iter().map(|[first, end]| end - first).sum()
+    }
+
+    /// The film of these samples, without them.
+    ///
+    /// # Errors
+    /// Too little memory.
+    pub fn empty_film(&self) -> Result<Film> {
+        let Window { width, height, .. } = self.window;
+        let of_pixel = size_of::<PixelSums>()
+            + usize::from(self.paths.is_some()) * Splats::BYTES_PER_PIXEL
+            + self.layers.len() * size_of::<f32>();
+        let bytes = self.window.pixel_count().saturating_mul(of_pixel as u64);
+        memory::check(bytes, || format!("a picture of {width} x {height} pixels"))?;
+        let mut film = Film::new(self.window, self.tile_size);
+        if self.paths.is_some() {
+            film = film.with_splats();
+        }
+        Ok(film)
+    }
+
+    /// Refuses a header that no render writes, and one for which the file's body is too short.
+    pub(super) fn check(&self, body_length: u64) -> Result<()> {
+        let Window {
+            x,
+            y,
+            width,
+            height,
+        } = self.window;
+        let fits = |start: u32, length: u32| {
+            (1..=MAX_SIDE).contains(&(length as usize)) && start.checked_add(length).is_some()
+        };
+        if !fits(x, width) || !fits(y, height) || self.tile_size == 0 {
+            return Err(damaged(format!(
+                "its header has an impossible window: {width} x {height} pixels from ({x}, {y}) in tiles of {}",
+                self.tile_size
+            )));
+        }
+        let is_empty = |[first, end]: &[u64; 2]| first >= end;
+        let are_apart = self.done.windows(2).all(|pair| pair[0][1] < pair[1][0]);
+        if self.done.iter().chain(&self.shard).any(is_empty) || !are_apart {
+            return Err(damaged(format!(
+                "its header has impossible ranges of samples: {}",
+                describe(&self.done)
+            )));
+        }
+        let pixels = self.window.pixel_count();
+        let tiles = |length: u32| u64::from(length.div_ceil(self.tile_size));
+        let of_pixel = 4 * (1 + u64::from(self.paths.is_some()) + self.layers.len() as u64);
+        let least = 8 * tiles(width) * tiles(height) + of_pixel * pixels;
+        if least > body_length {
+            return Err(damaged(format!(
+                "its header says {width} x {height} pixels, which take at least {least} bytes, but {body_length} follow"
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// The error for a file that is not as a render writes it.
+pub fn damaged(what: String) -> Error {
+    Error::new(ErrorKind::Io, format!("is a damaged state file: {what}"))
+}

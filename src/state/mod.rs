@@ -1,0 +1,150 @@
+//! State files (`.etd`): the samples of a render so far, to continue it, or to merge it with the samples that other
+//! machines took.
+//!
+//! A file has these parts, in little-endian order:
+//!
+//! | bytes | contents |
+//! |---|---|
+//! | 8 | `ETDSTATE` |
+//! | 4 | the number of the format, [`FORMAT`] |
+//! | 4 | the length of the header |
+//! | | the header, as JSON: [`Header`] |
+//! | 8 a tile | the sample count of each tile of the film |
+//! | 4 to 196 a pixel | the sums of each pixel, tile by tile: 24 bits that tell which doubles are not 0, and these |
+//! | 4 to 196 a pixel | the splat sums of each pixel, row by row, if the integrator splats |
+//! | 4 a pixel and layer | layers of the first hits, row by row, in the file with the render's first sample |
+//! | 32 | BLAKE3 of all bytes before |
+//!
+//! A file is written under a temporary name, brought to the disk, and renamed.
+//!
+//! Measure: as in [`Header`]; sums as in `film/pixel.rs`.
+//! Range: a file that was cut or changed is an error that names the byte or the checksum. Sums of different scenes,
+//! settings or versions are never added. Adaptive renders have no state files: their counts of samples depend on passes.
+//! Source: our own format. Tested in `tests/rendering/state.rs`, `tests/fuzz_corpus.rs` and `cli/tests/command/shards.rs`.
+
+mod body;
+mod file;
+mod fingerprint;
+mod header;
+mod merge;
+mod ranges;
+
+use crate::error::{Error, Result};
+use crate::film::batches::BATCHES;
+use crate::film::{ErrorEstimate, Film};
+use crate::image::Layer;
+use crate::render::Rendered;
+use crate::render::convergence::{Forecast, Look, stated};
+use crate::render::settings::SamplerKind;
+pub use file::{FORMAT, read_header, with_checksum};
+pub use fingerprint::{Fingerprint, fingerprint};
+pub use header::Header;
+pub use merge::Merge;
+pub use ranges::{Shard, describe, missing};
+use std::path::Path;
+
+/// The samples of a render so far.
+#[derive(Debug, Clone)]
+pub struct State {
+    /// The facts about the render.
+    pub header: Header,
+    /// The sums of all pixels.
+    pub film: Film,
+    /// The layers of the first hits; only with the render's first sample.
+    pub layers: Vec<Layer>,
+}
+
+impl State {
+    /// The estimated error of the samples, with an upper bound of this confidence; `None` if it cannot be estimated.
+    pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
+        let error = self.film.error(confidence)?;
+        let samples = self.header.samples() as f64;
+        Some(stated(error, samples, &self.header.looks))
+    }
+
+    /// The samples per pixel of a render whose error is at most `target` with this confidence, by the error so far; `None`
+    /// if the error is unknown or in doubt.
+    pub fn needed_spp(&self, target: f64, confidence: f64) -> Option<u64> {
+        let error = self
+            .error(confidence)
+            .filter(|error| error.doubt.is_none())?;
+        let samples = self.header.samples() as f64;
+        let mut looks = self.header.looks.clone();
+        looks.retain(|look| look.samples < samples);
+        looks.push(Look::new(samples, &error));
+        let pixels = self.header.window.pixel_count();
+        let in_steps = self.header.identity.name("sampler") == SamplerKind::Sobol.name();
+        let forecast = Forecast::new(&looks, pixels, confidence, in_steps)?;
+        let needed = forecast.samples_for(target).ceil().min(1e18) as u64;
+        Some(needed.next_multiple_of(BATCHES))
+    }
+
+    /// The render that continues from this state. `nothing` is the render before its first sample.
+    ///
+    /// # Errors
+    /// Samples with gaps, which are not those of one render.
+    pub fn into_rendered(self, nothing: Rendered) -> Result<Rendered> {
+        let header = self.header;
+        let [first, end] = match header.done.as_slice() {
+            [] => [header.shard.map_or(0, |[first, _]| first); 2],
+            [done] => *done,
+            several => {
+                return Err(Error::usage(format!(
+                    "samples are missing between {}: such sums can be merged, not continued",
+                    describe(several)
+                )));
+            }
+        };
+        Ok(Rendered {
+            film: self.film,
+            first,
+            spp: end - first,
+            elapsed: std::time::Duration::try_from_secs_f64(header.seconds).unwrap_or_default(),
+            rays: header.rays,
+            rejected: header.rejected,
+            looks: header.looks,
+            planner: header.planner,
+            ..nothing
+        })
+    }
+
+    /// Writes the state to a file, whole or not at all.
+    ///
+    /// # Errors
+    /// A file that cannot be written; one that was there before is then unchanged.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        Self::write_parts(&self.header, &self.film, &self.layers, path)
+    }
+
+    /// Writes the parts of a state to a file, as [`Self::write`] does.
+    ///
+    /// # Errors
+    /// The errors of [`Self::write`].
+    pub fn write_parts(header: &Header, film: &Film, layers: &[Layer], path: &Path) -> Result<()> {
+        file::write(header, film, layers, path)
+    }
+
+    /// Reads a state file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is not a state file, or is damaged; too little memory for its picture.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = file::read_bytes(path)?;
+        Self::decode(&bytes).map_err(|error| error.in_file(path))
+    }
+
+    /// Decodes the bytes of a state file.
+    ///
+    /// # Errors
+    /// The errors of [`Self::read`].
+    pub fn decode(bytes: &[u8]) -> Result<Self> {
+        let (header, body) = file::checked(bytes)?;
+        let mut film = header.empty_film()?;
+        let layers = body::add_to(&header, body, &mut film)?;
+        Ok(Self {
+            header,
+            film,
+            layers,
+        })
+    }
+}

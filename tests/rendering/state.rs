@@ -1,0 +1,434 @@
+//! State files: shards that merge to the bits of one render, renders that continue from a file, and damaged files.
+
+use crate::common::scene_folder::{SMALL, load_text};
+use etendue::internals::accel::{AccelOptions, Backend};
+use etendue::internals::image::LayeredImage;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::options::RenderOptions;
+use etendue::internals::render::settings::{Adaptive, Budget, SamplerKind};
+use etendue::internals::render::{Progress, RenderObserver, Unwatched};
+use etendue::internals::session::layers::with_film;
+use etendue::internals::session::{Rendering, Session, tracing};
+use etendue::internals::state::{FORMAT, Merge, Shard, State, with_checksum};
+use etendue::{Error, ErrorKind};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use tempfile::TempDir;
+
+/// The small scene with a sky alone and matte surfaces, whose error is not in doubt.
+fn matte() -> String {
+    let matte = "type = \"diffuse\"\nreflectance = 0.5";
+    SMALL
+        .replace("type = \"dielectric\"", matte)
+        .replace(
+            "type = \"conductor\"\npreset = \"gold\"\nroughness = 0.4",
+            matte,
+        )
+        .replace("emission = [12, 11, 10]", "")
+}
+
+fn session(text: &str, threads: usize) -> Session {
+    let options = AccelOptions {
+        backend: Backend::ALL[0],
+        threads,
+        ..tracing()
+    };
+    Session::new(load_text(text), options).expect("a valid scene")
+}
+
+fn options(integrator: IntegratorKind, spp: u64) -> RenderOptions {
+    let mut options = RenderOptions::samples(spp);
+    options.integrator = Some(integrator);
+    options
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a folder")
+}
+
+/// Renders a shard to a file.
+fn shard(session: &Session, options: &RenderOptions, shard: Shard, file: &Path) {
+    let mut rendering = session.start(options).expect("valid options");
+    rendering.restrict(shard).expect("it can be divided");
+    let until = rendering.budget();
+    rendering
+        .go_on(session, until, &Unwatched)
+        .expect("it renders");
+    rendering.save(session, file).expect("it is written");
+}
+
+/// Renders all shards to files.
+fn shards(session: &Session, options: &RenderOptions, of: u64, folder: &TempDir) -> Vec<PathBuf> {
+    let one = |index| {
+        let file = folder.path().join(format!("part-{index}-of-{of}.etd"));
+        shard(session, options, Shard::Part { index, of }, &file);
+        file
+    };
+    (0..of).map(one).collect()
+}
+
+fn merged(files: &[PathBuf]) -> State {
+    let merge = Merge::of(files).expect("they belong together");
+    merge.sum().expect("they are whole")
+}
+
+/// Asserts that the sums of a state are those of a render, to the last bit.
+#[track_caller]
+fn assert_same(state: &State, whole: &Rendering, what: &str) {
+    let film = whole.film();
+    assert!(
+        state.film.develop() == film.develop(),
+        "{what}: the image differs"
+    );
+    for (a, b) in state.film.tiles().iter().zip(film.tiles()) {
+        assert!(
+            a.pixels == b.pixels,
+            "{what}: sums of {:?} differ",
+            a.window
+        );
+        assert_eq!(a.samples, b.samples, "{what}");
+    }
+    let pixels = film.window().pixel_count() as usize;
+    for pixel in 0..pixels {
+        assert_eq!(
+            state.film.batch_means(pixel),
+            film.batch_means(pixel),
+            "{what}"
+        );
+    }
+    assert_eq!(state.header.rejected, whole.rendered().rejected, "{what}");
+    assert_eq!(state.header.samples(), whole.spp(), "{what}");
+}
+
+#[test]
+fn shards_merge_to_the_bits_of_one_render() {
+    let folder = folder();
+    for (integrator, sampler, spp) in [
+        (IntegratorKind::Path, SamplerKind::Sobol, 256),
+        (IntegratorKind::Path, SamplerKind::Stratified, 258),
+        (IntegratorKind::Naive, SamplerKind::Independent, 30),
+        (IntegratorKind::Bidirectional, SamplerKind::Sobol, 256),
+        (IntegratorKind::IrradianceCache, SamplerKind::Sobol, 30),
+        (IntegratorKind::AmbientOcclusion, SamplerKind::Sobol, 30),
+        (IntegratorKind::Metropolis, SamplerKind::Sobol, 256),
+    ] {
+        let mut options = options(integrator, spp);
+        options.sampler = Some(sampler);
+        options.max_bounces = Some(6);
+        let whole = session(SMALL, 2).render(&options, &Unwatched);
+        let whole = whole.expect("valid options");
+        for (of, threads) in [(2, 1), (7, 2), (64, 1)] {
+            if of > spp / 4 {
+                continue;
+            }
+            let mut files = shards(&session(SMALL, threads), &options, of, &folder);
+            files.reverse();
+            files.swap(0, of as usize / 2);
+            let state = merged(&files);
+            assert_same(&state, &whole, &format!("{integrator:?} {sampler:?} {of}"));
+            if integrator != IntegratorKind::IrradianceCache {
+                assert_eq!(state.header.rays, whole.rendered().rays);
+            }
+        }
+    }
+}
+
+#[test]
+fn layers_and_error_bars_are_those_of_one_render() {
+    let folder = folder();
+    let mut options = options(IntegratorKind::Path, 62);
+    options.layers = true;
+    let session = session(SMALL, 2);
+    let whole = session.render(&options, &Unwatched).expect("valid options");
+    let files = shards(&session, &options, 5, &folder);
+    let state = merged(&files);
+    assert_same(&state, &whole, "with layers");
+    let layers = with_film(state.layers.clone(), &state.film);
+    let LayeredImage { layers: want, .. } = whole.layered(&session).expect("it has layers");
+    let names = |layers: &[etendue::Layer]| -> Vec<String> {
+        layers.iter().map(|layer| layer.name.clone()).collect()
+    };
+    assert_eq!(names(&layers), names(&want));
+    for (a, b) in layers.iter().zip(&want) {
+        assert!(a.samples == b.samples, "{} differs", a.name);
+    }
+}
+
+#[test]
+fn merged_states_are_merged_again() {
+    let folder = folder();
+    let options = options(IntegratorKind::Bidirectional, 32);
+    let session = session(SMALL, 2);
+    let whole = session.render(&options, &Unwatched).expect("valid options");
+    let files = shards(&session, &options, 8, &folder);
+    let halves = [[0, 3, 5, 6], [1, 2, 4, 7]].map(|indices| {
+        let files: Vec<PathBuf> = indices.iter().map(|&i| files[i].clone()).collect();
+        let half = folder.path().join(format!("half-{}.etd", indices[0]));
+        merged(&files).write(&half).expect("it is written");
+        half
+    });
+    assert_same(&merged(&halves), &whole, "merged twice");
+    let refused = State::read(&halves[0]).expect("whole");
+    let refused = session.resume(&options, refused, &Unwatched).err();
+    assert!(
+        refused
+            .expect("it has gaps")
+            .to_string()
+            .contains("missing")
+    );
+}
+
+/// Cancels a render after a number of tiles.
+struct Impatient(AtomicU64);
+
+impl RenderObserver for Impatient {
+    fn progress(&self, _: &Progress) {
+        let left = self.0.load(Ordering::Relaxed);
+        self.0.store(left.saturating_sub(1), Ordering::Relaxed);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed) == 0
+    }
+}
+
+#[test]
+fn a_render_continues_from_its_state_wherever_it_was_interrupted() {
+    let folder = folder();
+    let file = folder.path().join("state.etd");
+    for integrator in [IntegratorKind::Path, IntegratorKind::Bidirectional] {
+        let options = options(integrator, 20);
+        let whole = session(SMALL, 2).render(&options, &Unwatched);
+        let whole = whole.expect("valid options");
+        for tiles in [1, 5, 9] {
+            let begun = session(SMALL, 1);
+            let mut rendering = begun.start(&options).expect("valid options");
+            let until = rendering.budget();
+            let impatient = Impatient(AtomicU64::new(tiles));
+            rendering
+                .go_on(&begun, until, &impatient)
+                .expect("it renders");
+            assert!(rendering.rendered().cancelled);
+            rendering.save(&begun, &file).expect("it is written");
+            let other = session(SMALL, 2);
+            let state = State::read(&file).expect("it is whole");
+            let mut rendering = other
+                .resume(&options, state, &Unwatched)
+                .expect("its state");
+            rendering
+                .go_on(&other, until, &Unwatched)
+                .expect("it renders");
+            assert!(rendering.image() == whole.image(), "{integrator:?} {tiles}");
+            assert_eq!(rendering.rendered().rays, whole.rendered().rays);
+        }
+    }
+}
+
+#[test]
+fn a_state_continues_to_more_samples_and_to_an_error() {
+    let folder = folder();
+    let file = folder.path().join("state.etd");
+    let session = session(&matte(), 2);
+    let resumed = |options: &RenderOptions| {
+        let state = State::read(&file).expect("it is whole");
+        let mut rendering = session
+            .resume(options, state, &Unwatched)
+            .expect("its state");
+        let until = rendering.budget();
+        rendering
+            .go_on(&session, until, &Unwatched)
+            .expect("it renders");
+        rendering
+    };
+    for integrator in [IntegratorKind::Path, IntegratorKind::Metropolis] {
+        let few = session.render(&options(integrator, 32), &Unwatched);
+        few.expect("valid")
+            .save(&session, &file)
+            .expect("it is written");
+        let more = options(integrator, 80);
+        let whole = session.render(&more, &Unwatched).expect("valid options");
+        assert!(resumed(&more).image() == whole.image(), "{integrator:?}");
+    }
+
+    // A render to an error, saved between two of its looks, ends after as many samples.
+    let mut to_error = RenderOptions::default();
+    to_error.error = Some(0.02);
+    let whole = session
+        .render(&to_error, &Unwatched)
+        .expect("valid options");
+    let checkpoints = Checkpoints(std::sync::Mutex::default());
+    let mut again = session.start(&to_error).expect("valid options");
+    let until = again.budget();
+    again
+        .go_on(&session, until, &checkpoints)
+        .expect("it renders");
+    assert!(
+        again.image() == whole.image(),
+        "checkpoints changed the image"
+    );
+    let states = checkpoints.0.into_inner().expect("no thread panicked");
+    assert!(states.len() > 3, "{}", states.len());
+    let header = again.header(&session).expect("a header");
+    for rendered in states {
+        State::write_parts(
+            &header.clone().of(&rendered, &[]),
+            &rendered.film,
+            &[],
+            &file,
+        )
+        .expect("it is written");
+        let ended = resumed(&to_error);
+        assert_eq!(ended.spp(), whole.spp(), "from {}", rendered.spp);
+        assert!(ended.image() == whole.image());
+        assert!(ended.rendered().reached);
+    }
+}
+
+/// Keeps a copy of the render after every pass.
+struct Checkpoints(std::sync::Mutex<Vec<etendue::Rendered>>);
+
+impl RenderObserver for Checkpoints {
+    fn checkpoint_interval(&self) -> Option<std::time::Duration> {
+        Some(std::time::Duration::ZERO)
+    }
+
+    fn checkpoint(&self, rendered: &etendue::Rendered) {
+        self.0
+            .lock()
+            .expect("no thread panicked")
+            .push(rendered.clone());
+    }
+}
+
+#[test]
+fn what_does_not_belong_together_is_refused_and_both_are_named() {
+    let folder = folder();
+    let file = |name: &str| folder.path().join(name);
+    let first = Shard::Part { index: 0, of: 2 };
+    let second = Shard::Part { index: 1, of: 2 };
+    let base = options(IntegratorKind::Path, 8);
+    shard(&session(SMALL, 2), &base, first, &file("a.etd"));
+    let differs = |other: &RenderOptions, text: &str, words: &[&str]| {
+        shard(&session(text, 2), other, second, &file("b.etd"));
+        let refused = Merge::of(&[file("a.etd"), file("b.etd")]).expect_err("they differ");
+        assert_eq!(refused.kind(), ErrorKind::Usage, "{refused}");
+        let message = refused.to_string();
+        for word in [&["a.etd", "b.etd"], words].concat() {
+            assert!(message.contains(word), "no `{word}` in: {message}");
+        }
+    };
+    let mut other = base.clone();
+    other.seed = Some(u64::MAX);
+    differs(&other, SMALL, &["seed is 0 in", "18446744073709551615 in"]);
+    other = base.clone();
+    other.max_bounces = Some(3);
+    differs(&other, SMALL, &["max_bounces is null in", "3 in"]);
+    let darker = SMALL.replace("[0.7, 0.2]", "[0.7, 0.25]");
+    differs(&base, &darker, &["the scenes differ"]);
+
+    // Whether named as such or not, roulette by throughput is what `path` plays.
+    other = base.clone();
+    other.roulette = Some(etendue::Roulette::Throughput);
+    shard(&session(SMALL, 1), &other, second, &file("b.etd"));
+    assert_eq!(merged(&[file("a.etd"), file("b.etd")]).header.samples(), 8);
+    let doubled = Merge::of(&[file("a.etd"), file("b.etd"), file("a.etd")]);
+    let message = doubled.expect_err("one is there twice").to_string();
+    assert!(message.contains("doubled: 0..4 in"), "{message}");
+    let gap = Merge::of(&[file("b.etd")]).expect("gaps are for the caller to judge");
+    assert_eq!(gap.missing(), [[0, 4]]);
+}
+
+#[test]
+fn what_cannot_be_divided_is_refused() {
+    let session = session(SMALL, 1);
+    let refused = |options: &RenderOptions| -> Error {
+        let mut rendering = session.start(options).expect("valid options");
+        let shard = Shard::Part { index: 0, of: 2 };
+        rendering.restrict(shard).expect_err("it cannot be divided")
+    };
+    let mut adaptive = RenderOptions::samples(64);
+    adaptive.adaptive = Some(Adaptive::TwoPhase);
+    assert!(refused(&adaptive).to_string().contains("--adaptive off"));
+    let mut to_error = RenderOptions::samples(64);
+    to_error.error = Some(0.1);
+    assert!(refused(&to_error).to_string().contains("--spp"));
+    let mut begun = session
+        .render(&RenderOptions::samples(4), &Unwatched)
+        .expect("valid");
+    assert!(begun.restrict(Shard::Samples { first: 0, end: 4 }).is_err());
+    assert_eq!(begun.budget(), Budget::samples(4));
+}
+
+/// The bytes of a small state file with every part that there is.
+fn small_file() -> Vec<u8> {
+    let folder = folder();
+    let file = folder.path().join("small.etd");
+    let session = session(&SMALL.replace("size = [24, 16]", "size = [5, 3]"), 1);
+    let mut options = options(IntegratorKind::Bidirectional, 8);
+    options.layers = true;
+    let rendering = session.render(&options, &Unwatched).expect("valid options");
+    rendering.save(&session, &file).expect("it is written");
+    fs::read(&file).expect("it is there")
+}
+
+#[test]
+fn a_file_that_was_cut_or_changed_is_refused() {
+    let whole = small_file();
+    State::decode(&whole).expect("it is whole");
+    for length in 0..whole.len() {
+        let error = State::decode(&whole[..length]).expect_err("it was cut");
+        assert_eq!(error.kind(), ErrorKind::Io, "{error}");
+    }
+    for bit in (0..8 * whole.len()).step_by(37) {
+        let mut changed = whole.clone();
+        changed[bit / 8] ^= 1 << (bit % 8);
+        let error = State::decode(&changed).expect_err("a bit was flipped");
+        assert_eq!(error.kind(), ErrorKind::Io, "{error}");
+    }
+    let mut other = whole.clone();
+    other[8..12].copy_from_slice(&(FORMAT + 1).to_le_bytes());
+    let message = State::decode(&other)
+        .expect_err("another format")
+        .to_string();
+    assert!(
+        message.contains("format 2") && message.contains("format 1"),
+        "{message}"
+    );
+    let message = State::decode(b"").expect_err("empty").to_string();
+    assert!(message.contains("empty"), "{message}");
+    let message = State::decode(b"\x89PNG\r\n")
+        .expect_err("a picture")
+        .to_string();
+    assert!(message.contains("not a state file"), "{message}");
+
+    // Of a file that is too long or too short in spite of a right checksum, the byte is named.
+    let content = &whole[..whole.len() - 32];
+    for wrong in [
+        content[..content.len() - 3].to_vec(),
+        [content, b"more"].concat(),
+    ] {
+        let message = State::decode(&with_checksum(wrong))
+            .expect_err("damaged")
+            .to_string();
+        assert!(message.contains("at byte"), "{message}");
+    }
+}
+
+#[test]
+fn the_files_of_shards_are_read_by_merge_as_they_are() {
+    let folder = folder();
+    let session = session(SMALL, 1);
+    let files = shards(&session, &options(IntegratorKind::Path, 16), 4, &folder);
+    let whole = fs::read(&files[2]).expect("it is there");
+    for length in [0, 7, 15, 40, whole.len() / 2, whole.len() - 1] {
+        fs::write(&files[2], &whole[..length]).expect("it is written");
+        let error = Merge::of(&files)
+            .and_then(Merge::sum)
+            .expect_err("it was cut");
+        assert_eq!(error.file(), Some(files[2].as_path()), "{error}");
+    }
+    fs::write(&files[2], whole).expect("it is written");
+    assert_eq!(merged(&files).header.samples(), 16);
+    assert!(Merge::of(&[]).is_err());
+}

@@ -7,6 +7,7 @@
 use super::Roulette;
 use super::technique::Technique;
 use crate::effects::{Effect, EffectSet};
+use crate::light::types::LightChoice;
 
 /// An integrator, by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -110,6 +111,14 @@ impl IntegratorKind {
             | Self::Bidirectional
             | Self::Metropolis
             | Self::Auto => Roulette::Throughput,
+        }
+    }
+
+    /// The default selection of lights: by power in the path tracers of the course before the last.
+    pub fn light_choice(self) -> LightChoice {
+        match self {
+            Self::LightOrRest | Self::NextEvent | Self::DirectArea => LightChoice::Power,
+            _ => LightChoice::Contribution,
         }
     }
 

@@ -190,17 +190,16 @@ vectorised! {
     /// Samples the diffuse base or the microfacets of each lane.
     fn sample(
         lanes: &PrincipledLanes,
-        numbers: &[Lanes<f32>; 3],
+        numbers: &Lanes3,
         by_cosine: &Lanes3,
         sampled: &mut SampledLanes,
     ) {
         for lane in 0..LANES {
             let wo: LaneVec3 = load(&lanes.wo, lane);
             let up = LaneVec3::new(wo.x, wo.y, wo.z.abs());
-            let u = Vec2::new(numbers[0][lane], numbers[1][lane]);
-            let u_lobe = numbers[2][lane];
+            let [u, v, u_lobe]: [f32; 3] = load(numbers, lane);
             let (diffuse, multiple) = (lanes.diffuse[lane], lanes.multiple[lane]);
-            let mirrored: LaneVec3 = Ggx::new(lanes.alpha[lane]).sample_mirrored(up, u);
+            let mirrored: LaneVec3 = Ggx::new(lanes.alpha[lane]).sample_mirrored(up, Vec2::new(u, v));
             let cosine: LaneVec3 = load(by_cosine, lane);
             let is_diffuse = u_lobe < diffuse;
             let is_multiple = !is_diffuse & (u_lobe < diffuse + multiple);

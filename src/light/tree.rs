@@ -306,9 +306,9 @@ vectorised! {
     ) -> Lanes<f32> {
         let children = slots.sixteen(first);
         let mut estimates = [0.0; LANES];
-        for lane in 0..LANES {
+        for (lane, to) in estimates.iter_mut().enumerate() {
             let estimate = children.get(lane).estimate(receiver);
-            estimates[lane] = if lane < count { estimate } else { 0.0 };
+            *to = if lane < count { estimate } else { 0.0 };
         }
         estimates
     }

@@ -18,8 +18,9 @@ use etendue::internals::geometry::texture::Texture;
 use etendue::internals::image::Image;
 use etendue::internals::light::Light;
 use etendue::internals::light::rectangle::RectangleLight;
+use etendue::internals::light::tree::LightTree;
 use etendue::internals::light::triangle::TriangleLight;
-use etendue::internals::light::types::{Emission, PointRule};
+use etendue::internals::light::types::{Emission, LightChoice, LightSampling, Receiver};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{Vec2, Vec3};
 use etendue::internals::sampler::{Decision, Independent, Sampler, Sobol, Stratified};
@@ -214,7 +215,7 @@ fn flat_lights(c: &mut Criterion) {
                 b.iter(|| {
                     i = (i + 1) % seen.len();
                     let (p, u) = black_box(seen[i]);
-                    light.sample::<Everything>(p, 0.0, u)
+                    light.sample::<Everything>(LightSampling::default(), p, 0.0, u)
                 });
             });
             group.bench_function("pdf", |b| {
@@ -246,11 +247,53 @@ fn lights_of_a_room(c: &mut Criterion) {
         b.iter(|| {
             i = (i + 1) % hits.len();
             let [u, v, u_choice, v_choice] = u[i];
-            let choice = scene.lights.choose::<Everything>([u_choice, v_choice])?;
-            let (points, u) = (PointRule::SolidAngle, Vec2::new(u, v));
+            let (rule, receiver) = (LightChoice::default(), hits[i].receiver(false));
+            let u_choice = [u_choice, v_choice];
+            let choice = scene
+                .lights
+                .choose::<Everything>(rule, &receiver, u_choice)?;
+            let (rules, u) = (LightSampling::default(), Vec2::new(u, v));
             scene
                 .lights
-                .sample::<Everything>(choice, points, hits[i].p, 0.0, u)
+                .sample::<Everything>(choice, rules, hits[i].p, 0.0, u)
+        });
+    });
+}
+
+/// Times the construction of a tree of a hundred thousand lights, and a selection from it.
+fn light_trees(c: &mut Criterion) {
+    let u = numbers(100_000);
+    let emission = Emission {
+        radiance: Rgb::WHITE,
+        two_sided: false,
+    };
+    let lights: Vec<Light> = u
+        .iter()
+        .map(|&[x, y, z, w]| {
+            let corner = Vec3::new(x, y, z);
+            let edges = [
+                Vec3::new(0.003, 0.0, 0.002 * w),
+                Vec3::new(0.0, 0.002, 0.001),
+            ];
+            let vertices = [corner, corner + edges[0], corner + edges[1]];
+            Light::Triangle(TriangleLight::new(vertices, emission))
+        })
+        .collect();
+    let powers: Vec<f64> = lights.iter().map(|light| light.power(1.0)).collect();
+    c.bench_function("light/tree of 100 000", |b| {
+        b.iter(|| LightTree::new(&lights, &powers));
+    });
+    let tree = LightTree::new(&lights, &powers).expect("they shine");
+    let mut i = 0;
+    c.bench_function("light/choice from 100 000", |b| {
+        b.iter(|| {
+            i = (i + 1) % u.len();
+            let [x, y, z, w] = u[i];
+            let receiver = Receiver {
+                p: Vec3::new(z, x, y),
+                normal: Vec3::Z,
+            };
+            tree.choose(&receiver, [w, x])
         });
     });
 }
@@ -263,6 +306,7 @@ criterion_group!(
     textures,
     filters,
     flat_lights,
+    light_trees,
     lights_of_a_room
 );
 criterion_main!(benches);

@@ -7,6 +7,7 @@
 use super::roulette::{Roulette, WeightWindow};
 use super::technique::Technique;
 use crate::effects::{Effect, EffectSet};
+use crate::light::types::LightChoice;
 use serde::Serialize;
 
 /// An integrator, by name.
@@ -111,6 +112,14 @@ impl IntegratorKind {
             | Self::Metropolis
             | Self::Auto => Roulette::Throughput,
             Self::Path => Roulette::Window(WeightWindow::default()),
+        }
+    }
+
+    /// The default selection of lights: by power in the path tracers of the course before the last.
+    pub fn light_choice(self) -> LightChoice {
+        match self {
+            Self::LightOrRest | Self::NextEvent | Self::DirectArea => LightChoice::Power,
+            _ => LightChoice::Contribution,
         }
     }
 

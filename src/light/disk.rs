@@ -25,6 +25,11 @@ impl DiskLight {
         Self { disk, emission }
     }
 
+    /// The disk.
+    pub fn disk(&self) -> &Disk {
+        &self.disk
+    }
+
     /// Radiant power in normalised units.
     pub fn power(&self) -> f64 {
         self.emission.power(self.area())

@@ -10,7 +10,7 @@
 //! `tests/lights/emission.rs`.
 
 use super::Light;
-use super::types::{BoundingSphere, Emission, EmissionPdf, EmissionSample, ShadowRayEnd};
+use super::types::{BoundingSphere, Emission, EmissionPdf, EmissionSample, MapRule, ShadowRayEnd};
 use crate::effects::{Effects, Switch, beyond_kernel};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::frame::Frame;
@@ -67,7 +67,7 @@ impl Light {
                 from_beyond(ray, u_position, around)
             }
             Self::Environment(map) if E::EnvironmentMap::ON => {
-                let found = map.sample(u_direction)?;
+                let found = map.sample(u_direction, MapRule::Radiance)?;
                 from_beyond((-found.wi, found.radiance, found.pdf), u_position, around)
             }
             _ => beyond_kernel(),
@@ -109,7 +109,7 @@ impl Light {
             },
             Self::Environment(map) => EmissionPdf {
                 position: Some(pdf_disk(around)),
-                direction: Some(map.eval(-direction).1),
+                direction: Some(map.eval(-direction, MapRule::Radiance).1),
             },
         }
     }

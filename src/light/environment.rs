@@ -6,12 +6,15 @@
 //! centres to a pole. Directions are sampled with a density that is constant on each patch between four centres (at the
 //! ends, between two of them and the pole), in proportion to the integral of the patch's luminance.
 //!
+//! Beside BSDF sampling, which finds an even sky as well, the density is compensated: it is in proportion to the
+//! luminance above the mean, and zero below it.
+//!
 //! Measure: radiance; densities per steradian.
 //! Range: any image of finite texels of at least 0 that is not black; radiance does not depend on the receiver.
-//! Source: Pharr, Jakob, Humphreys, "Infinite Area Lights"; the integral of a patch in closed form. Tested in
-//! `tests/lights/environment.rs`.
+//! Source: Pharr, Jakob, Humphreys, "Infinite Area Lights"; the integral of a patch in closed form; Karlik, Sik, Vevoda,
+//! Skrivan and Krivanek 2019, "MIS Compensation". Tested in `tests/lights/environment.rs`.
 
-use super::types::{LightSample, ShadowRayEnd};
+use super::types::{LightSample, MapRule, ShadowRayEnd};
 use crate::image::Image;
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
@@ -30,6 +33,8 @@ pub struct EnvironmentMap {
     to_world: DMat3,
     /// Distribution over patches, one more row of them than of texels; patch 0 of a row lies between texels 0 and 1.
     patches: Piecewise2d,
+    /// The compensated distribution; `None` where no patch is above the mean.
+    compensated: Option<Piecewise2d>,
     /// sin^2(theta / 2) at the borders of the rows of patches: solid angle is linear in it.
     borders: Vec<f64>,
 }
@@ -58,16 +63,29 @@ impl EnvironmentMap {
             let mean = |y: usize| 0.5 * (luminance(left, y) + luminance(right, y));
             azimuth * (share_above * mean(above) + share_below * mean(below))
         });
-        let patches = Piecewise2d::new(weights, width)?;
+        let patches = Piecewise2d::new(weights.clone(), width)?;
         let half_sin2 = |row| (0.5 * border(row, height)).sin().powi(2);
-        let borders = (0..height + 2).map(half_sin2).collect();
+        let borders: Vec<f64> = (0..height + 2).map(half_sin2).collect();
+        let mean = patches.sum() / (4.0 * PI);
+        let above_mean = weights.enumerate().map(|(patch, weight)| {
+            let row = patch / width;
+            let solid_angle = TAU / width as f64 * 2.0 * (borders[row + 1] - borders[row]);
+            f64::max(weight - mean * solid_angle, 0.0)
+        });
+        let compensated = Piecewise2d::new(above_mean, width);
         Some(Self {
             image,
             scale,
             to_world,
             patches,
+            compensated,
             borders,
         })
+    }
+
+    /// The integral of the luminance over all directions.
+    pub fn integral(&self) -> f64 {
+        self.patches.sum()
     }
 
     /// Radiant power in normalised units that enters the scene's bounding sphere: pi R^2 times the integral of radiance.
@@ -75,10 +93,19 @@ impl EnvironmentMap {
         PI * scene_radius * scene_radius * self.patches.sum()
     }
 
+    /// The distribution over patches by a rule.
+    #[inline]
+    fn distribution(&self, rule: MapRule) -> &Piecewise2d {
+        match (rule, &self.compensated) {
+            (MapRule::Compensated, Some(compensated)) => compensated,
+            _ => &self.patches,
+        }
+    }
+
     /// Samples a direction to the environment, the same for every receiver.
     #[inline]
-    pub fn sample(&self, u: Vec2) -> Option<LightSample> {
-        let [column, row] = self.patches.sample(u.to_array().map(f64::from));
+    pub fn sample(&self, u: Vec2, rule: MapRule) -> Option<LightSample> {
+        let [column, row] = self.distribution(rule).sample(u.to_array().map(f64::from));
         let [low, high] = [self.borders[row.piece], self.borders[row.piece + 1]];
         let half_sin2 = low + row.offset * (high - low);
         let sin = 2.0 * (half_sin2 * (1.0 - half_sin2)).sqrt();
@@ -92,7 +119,7 @@ impl EnvironmentMap {
         );
         let wi = (self.to_world * local).as_vec3a();
         // Evaluated at the rounded direction, so that a BSDF sample of the same direction gets the same values.
-        let (radiance, pdf) = self.eval(wi);
+        let (radiance, pdf) = self.eval(wi, rule);
         (pdf.0 > 0.0).then_some(LightSample {
             wi,
             radiance,
@@ -103,12 +130,12 @@ impl EnvironmentMap {
 
     /// The radiance from a direction, and the density of [`sample`](Self::sample) there.
     #[inline]
-    pub fn eval(&self, direction: Vec3) -> (Rgb, PdfSolidAngle) {
+    pub fn eval(&self, direction: Vec3, rule: MapRule) -> (Rgb, PdfSolidAngle) {
         let at = self.locate(direction);
         let solid_angle = TAU / f64::from(self.image.width())
             * 2.0
             * (self.borders[at.row + 1] - self.borders[at.row]);
-        let pdf = self.patches.pmf(at.column, at.row) / solid_angle;
+        let pdf = self.distribution(rule).pmf(at.column, at.row) / solid_angle;
         (self.radiance(at), PdfSolidAngle(pdf as f32))
     }
 

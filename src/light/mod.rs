@@ -4,6 +4,7 @@
 //! The constant environment is not a [`Light`]: no strategy samples it better than BSDF sampling, so that only scattered
 //! rays find it.
 
+pub mod bounds;
 pub mod disk;
 pub mod distant;
 pub mod emission;
@@ -15,6 +16,7 @@ pub mod rectangle;
 pub mod select;
 pub mod sphere;
 pub mod spot;
+pub mod tree;
 pub mod triangle;
 pub mod types;
 
@@ -31,7 +33,7 @@ use sphere::SphereLight;
 use spot::SpotLight;
 use std::sync::Arc;
 use triangle::TriangleLight;
-use types::LightSample;
+use types::{LightSample, LightSampling, PointRule};
 
 /// A light.
 #[derive(Debug, Clone)]
@@ -76,8 +78,17 @@ impl Light {
     /// Samples a direction to the light for the receiver `p`; `None` where there is none. A kernel samples only the kinds
     /// of light that its effects include.
     #[inline]
-    pub fn sample<E: Effects>(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
+    pub fn sample<E: Effects>(
+        &self,
+        rules: LightSampling,
+        p: Vec3,
+        time: f32,
+        u: Vec2,
+    ) -> Option<LightSample> {
         match self {
+            _ if rules.points == PointRule::Area && self.is_surface() => {
+                self.sample_by_area::<E>(p, time, u)
+            }
             Self::Triangle(light) if E::AreaLights::ON => light.sample(p, u),
             Self::MovingTriangle(light) if E::Motion::ON => light.sample(p, time, u),
             Self::Rectangle(light) if E::AreaLights::ON => light.sample(p, u),
@@ -86,19 +97,28 @@ impl Light {
             Self::Point(light) if E::DeltaLights::ON => light.sample(p),
             Self::Spot(light) if E::DeltaLights::ON => light.sample(p),
             Self::Distant(light) if E::DeltaLights::ON => Some(light.sample()),
-            Self::Environment(map) if E::EnvironmentMap::ON => map.sample(u),
+            Self::Environment(map) if E::EnvironmentMap::ON => map.sample(u, rules.map),
             _ => beyond_kernel(),
         }
     }
 
-    /// Samples a direction to the light for the receiver `p`, with points on surfaces sampled uniformly by area.
-    pub fn sample_by_area<E: Effects>(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
+    /// Whether the light is a surface.
+    fn is_surface(&self) -> bool {
+        !matches!(
+            self,
+            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Environment(_)
+        )
+    }
+
+    /// Samples a direction to a surface for the receiver `p`, with points sampled uniformly by area.
+    fn sample_by_area<E: Effects>(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
         match self {
             Self::Triangle(light) if E::AreaLights::ON => light.sample_by_area(p, u),
             Self::MovingTriangle(light) if E::Motion::ON => light.sample_by_area(p, time, u),
             Self::Rectangle(light) if E::AreaLights::ON => light.sample_by_area(p, u),
+            Self::Disk(light) if E::AreaLights::ON => light.sample(p, u),
             Self::Sphere(light) if E::AreaLights::ON => light.sample_by_area(p, u),
-            _ => self.sample::<E>(p, time, u),
+            _ => beyond_kernel(),
         }
     }
 

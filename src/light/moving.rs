@@ -30,6 +30,16 @@ impl MovingTriangle {
         }
     }
 
+    /// The vertices at all steps.
+    pub fn vertices(&self) -> Vec<Vec3> {
+        self.steps.iter().flatten().copied().collect()
+    }
+
+    /// The emission of the surface.
+    pub fn emission(&self) -> Emission {
+        self.emission
+    }
+
     /// Mean radiant power in normalised units.
     pub fn power(&self) -> f64 {
         let powers = self.steps.iter();

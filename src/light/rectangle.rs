@@ -106,6 +106,17 @@ impl RectangleLight {
         }
     }
 
+    /// The corners.
+    pub fn corners(&self) -> [Vec3; 4] {
+        let at = |u, v| self.rectangle.at(Vec2::new(u, v)).into();
+        [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0), at(1.0, 1.0)]
+    }
+
+    /// The unit normal of the side that emits.
+    pub fn normal(&self) -> Vec3 {
+        self.rectangle.normal.into()
+    }
+
     /// Radiant power in normalised units.
     pub fn power(&self) -> f64 {
         self.emission.power(self.lengths[0] * self.lengths[1])

@@ -1,15 +1,17 @@
-//! The selection of a light to sample, in proportion to power.
+//! The selection of a light to sample: by what each would contribute at the receiver, or by power.
 //!
 //! Measure: probabilities.
 //! Range: any number of lights; one that emits nothing is never selected.
-//! Source: Shirley, Wang and Zimmerman 1996. Tested in `tests/lights/light.rs`.
+//! Source: Shirley, Wang and Zimmerman 1996 for power; `light/tree.rs`. Tested in `tests/lights/light.rs` and
+//! `tests/lights/choice.rs`.
 
 use super::Light;
 use super::environment::EnvironmentMap;
 use super::lanes::{LightContextLanes, LightSampleLanes};
 use super::rectangle::RectangleLanes;
+use super::tree::LightTree;
 use super::triangle::TriangleLanes;
-use super::types::{LightSample, PointRule};
+use super::types::{LightChoice, LightSample, LightSampling, MapRule, Receiver};
 use crate::effects::{Effects, Switch};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3};
 use crate::math::measure::{PdfSolidAngle, Pmf};
@@ -19,12 +21,14 @@ use crate::planted::planted;
 use crate::sampling::distribution::AliasTable;
 use std::sync::Arc;
 
-/// All lights of a scene, and the distribution for selecting one of them.
+/// All lights of a scene, and the distributions for selecting one of them.
 #[derive(Debug, Clone, Default)]
 pub struct Lights {
     lights: Vec<Light>,
-    /// The distribution; `None` when nothing emits.
-    choice: Option<AliasTable>,
+    /// The distribution by power; `None` when nothing emits.
+    by_power: Option<AliasTable>,
+    /// The selection by contribution, if there are several lights.
+    tree: Option<LightTree>,
     /// The environment map and its index, if there is one.
     map: Option<(u32, Arc<EnvironmentMap>)>,
 }
@@ -80,25 +84,30 @@ pub struct EnvironmentSample {
     pub light: u32,
     /// Its radiance.
     pub radiance: Rgb,
-    /// The density of [`Lights::sample`] at the direction, including the selection of the light.
+    /// The density of sampling the direction, without the selection of the light.
     pub pdf: PdfSolidAngle,
 }
 
 impl Lights {
-    /// Creates the selection among lights, of which at most one is an environment map, in proportion to their powers.
+    /// Creates the selection among lights, of which at most one is an environment map, of these powers.
     ///
     /// # Panics
     /// If there are not as many powers as lights.
     pub fn new(lights: Vec<Light>, powers: &[f64]) -> Self {
         assert_eq!(lights.len(), powers.len());
-        let choice = AliasTable::new(powers);
+        let by_power = AliasTable::new(powers);
+        let has_choice = by_power.is_some() && lights.len() > 1;
+        let tree = has_choice
+            .then(|| LightTree::new(&lights, powers))
+            .flatten();
         let map = (0..).zip(&lights).find_map(|(i, light)| match light {
             Light::Environment(map) => Some((i, Arc::clone(map))),
             _ => None,
         });
         Self {
             lights,
-            choice,
+            by_power,
+            tree,
             map,
         }
     }
@@ -111,18 +120,69 @@ impl Lights {
     /// Whether there is no light to sample.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.choice.is_none()
+        self.by_power.is_none()
     }
 
-    /// Selects a light; returns it with the probability of selecting it, `None` where nothing emits.
+    /// The tree of lights, if there are several.
+    pub fn tree(&self) -> Option<&LightTree> {
+        self.tree.as_ref()
+    }
+
+    /// Selects a light for a receiver; returns it with the probability of selecting it, `None` where no light shines.
     #[inline]
-    pub fn choose<E: Effects>(&self, u: [f32; 2]) -> Option<(u32, Pmf)> {
-        let choice = self.choice.as_ref()?;
+    pub fn choose<E: Effects>(
+        &self,
+        choice: LightChoice,
+        receiver: &Receiver,
+        u: [f32; 2],
+    ) -> Option<(u32, Pmf)> {
+        match &self.tree {
+            Some(tree) if E::ManyLights::ON && choice == LightChoice::Contribution => {
+                tree.choose(receiver, u)
+            }
+            _ => self.choose_by_power::<E>(u),
+        }
+    }
+
+    /// Selects a light in proportion to power, as light subpaths do.
+    #[inline]
+    pub fn choose_by_power<E: Effects>(&self, u: [f32; 2]) -> Option<(u32, Pmf)> {
+        let by_power = self.by_power.as_ref()?;
         if !E::ManyLights::ON {
             return Some((0, Pmf(1.0)));
         }
-        let (light, pmf) = choice.sample(u);
+        let (light, pmf) = by_power.sample(u);
         Some((light as u32, pmf))
+    }
+
+    /// Selects a light for the receivers of some lanes, as [`choose`](Self::choose) does. The probability is zero where
+    /// there is none.
+    #[inline]
+    pub fn choose_lanes<E: Effects>(
+        &self,
+        choice: LightChoice,
+        active: &ActiveLanes<LANES>,
+        receivers: &Receiver<Lanes3>,
+        context: &mut LightContextLanes,
+    ) {
+        let [.., a, b] = &context.u;
+        match &self.tree {
+            _ if !E::ManyLights::ON => {
+                (context.light, context.pmf) = ([0; LANES], [1.0; LANES]);
+            }
+            Some(tree) if choice == LightChoice::Contribution => {
+                let (u, lanes) = ([*a, *b], active.each());
+                let (light, pmf) = (&mut context.light, &mut context.pmf);
+                tree.choose_lanes(lanes, receivers, &u, light, pmf);
+            }
+            _ => {
+                for lane in active.each() {
+                    let chosen = self.choose_by_power::<E>([a[lane], b[lane]]);
+                    let (light, pmf) = chosen.unwrap_or((0, Pmf(0.0)));
+                    (context.light[lane], context.pmf[lane]) = (light, pmf.0);
+                }
+            }
+        }
     }
 
     /// Samples a direction to a light for the receiver `p`, at a time of the shutter. The sample's density, or the
@@ -131,31 +191,17 @@ impl Lights {
     pub fn sample<E: Effects>(
         &self,
         (light, pmf): (u32, Pmf),
-        points: PointRule,
+        rules: LightSampling,
         p: Vec3,
         time: f32,
         u: Vec2,
     ) -> Option<LightSample> {
-        let mut sample = self.sample_one::<E>(light, points, p, time, u)?;
+        if pmf.0 == 0.0 {
+            return None;
+        }
+        let mut sample = self.lights[light as usize].sample::<E>(rules, p, time, u)?;
         sample.is_chosen_with(pmf);
         Some(sample)
-    }
-
-    /// Samples a given light, without the probability of selecting it.
-    #[inline]
-    fn sample_one<E: Effects>(
-        &self,
-        light: u32,
-        points: PointRule,
-        p: Vec3,
-        time: f32,
-        u: Vec2,
-    ) -> Option<LightSample> {
-        let light = &self.lights[light as usize];
-        match points {
-            PointRule::SolidAngle => light.sample::<E>(p, time, u),
-            PointRule::Area => light.sample_by_area::<E>(p, time, u),
-        }
     }
 
     /// Samples the selected light of each active lane for the receiver `p` uniformly by solid angle, if it is of a kind
@@ -188,19 +234,24 @@ impl Lights {
         singly
     }
 
-    /// The density of [`sample`](Self::sample) for the receiver `p` at the point of light `light` at `towards` from it,
-    /// with normal `normal`; 0 for a light that is never selected.
+    /// The density of sampling, for a receiver, the point of light `light` at `towards` from it, with normal `normal`,
+    /// including the selection of the light; 0 for a light that is never selected.
     #[inline]
     pub fn pdf<E: Effects>(
         &self,
         light: u32,
-        p: Vec3,
+        choice: LightChoice,
+        receiver: &Receiver,
         time: f32,
         towards: Vec3,
         normal: Vec3,
     ) -> PdfSolidAngle {
-        let pdf = self.lights[light as usize].pdf::<E>(p, time, towards, normal);
-        let pmf = planted!("choice-left-out-of-pdf", Pmf(1.0), self.pmf(light));
+        let pdf = self.lights[light as usize].pdf::<E>(receiver.p, time, towards, normal);
+        let pmf = planted!(
+            "choice-left-out-of-pdf",
+            Pmf(1.0),
+            self.pmf::<E>(light, choice, receiver)
+        );
         pdf.map_or(PdfSolidAngle(0.0), |pdf| pmf * pdf)
     }
 
@@ -212,20 +263,31 @@ impl Lights {
 
     /// Evaluates the environment map along a direction; `None` if there is no map.
     #[inline]
-    pub fn environment(&self, direction: Vec3) -> Option<EnvironmentSample> {
+    pub fn environment(&self, direction: Vec3, rule: MapRule) -> Option<EnvironmentSample> {
         let (light, map) = self.map.as_ref()?;
-        let (radiance, pdf) = map.eval(direction);
+        let (radiance, pdf) = map.eval(direction, rule);
         Some(EnvironmentSample {
             light: *light,
             radiance,
-            pdf: self.pmf(*light) * pdf,
+            pdf,
         })
     }
 
-    /// The probability of selecting a light.
+    /// The probability of selecting a light for a receiver.
     #[inline]
-    pub fn pmf(&self, light: u32) -> Pmf {
-        self.choice
+    pub fn pmf<E: Effects>(&self, light: u32, choice: LightChoice, receiver: &Receiver) -> Pmf {
+        match &self.tree {
+            Some(tree) if E::ManyLights::ON && choice == LightChoice::Contribution => {
+                tree.pmf(light, receiver)
+            }
+            _ => self.pmf_by_power(light),
+        }
+    }
+
+    /// The probability of selecting a light by power.
+    #[inline]
+    pub fn pmf_by_power(&self, light: u32) -> Pmf {
+        self.by_power
             .as_ref()
             .map_or(Pmf(0.0), |choice| choice.pmf(light as usize))
     }

@@ -40,6 +40,11 @@ impl SphereLight {
         Self { sphere, emission }
     }
 
+    /// The sphere.
+    pub fn sphere(&self) -> &Sphere {
+        &self.sphere
+    }
+
     /// Radiant power in normalised units.
     pub fn power(&self) -> f64 {
         self.emission.power(self.area())

@@ -45,6 +45,21 @@ impl SpotLight {
         self.point.power() * (self.edge + self.full) / 4.0
     }
 
+    /// The unit vector along the axis.
+    pub fn axis(&self) -> Vec3 {
+        self.axis
+    }
+
+    /// The cosine of the angle from the axis to the edge.
+    pub fn cos_edge(&self) -> f32 {
+        (1.0 - self.edge) as f32
+    }
+
+    /// The luminance of the intensity along the axis.
+    pub fn greatest_intensity(&self) -> f64 {
+        f64::from(self.point.intensity().luminance())
+    }
+
     /// Position of the light.
     pub fn position(&self) -> Vec3 {
         self.point.position()

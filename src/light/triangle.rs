@@ -77,6 +77,16 @@ impl TriangleLight {
         Self { triangle, emission }
     }
 
+    /// The vertices.
+    pub fn vertices(&self) -> [Vec3; 3] {
+        self.triangle.vertices.map(Vec3::from)
+    }
+
+    /// The unit normal of the side that emits.
+    pub fn normal(&self) -> Vec3 {
+        self.triangle.normal.into()
+    }
+
     /// Radiant power in normalised units.
     pub fn power(&self) -> f64 {
         self.emission.power(f64::from(self.triangle.area))

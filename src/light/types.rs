@@ -8,6 +8,7 @@ use crate::geometry::surface::SurfacePoint;
 use crate::math::measure::{PdfArea, PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{LaneVec3, Vec3, Vector};
+use serde::Serialize;
 
 /// A sampled direction from a receiver to a light.
 #[derive(Debug, Clone, Copy)]
@@ -41,6 +42,69 @@ pub enum PointRule {
     SolidAngle,
     /// Uniformly by area, wherever the light is a surface.
     Area,
+}
+
+/// The rule by which one of several lights is selected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
+pub enum LightChoice {
+    /// In proportion to an estimate of the irradiance that each light would cause at the receiver if nothing occluded it.
+    #[default]
+    Contribution,
+    /// In proportion to power, everywhere alike.
+    Power,
+}
+
+impl LightChoice {
+    /// Every rule.
+    pub const ALL: &'static [Self] = &[Self::Contribution, Self::Power];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Contribution => "contribution",
+            Self::Power => "power",
+        }
+    }
+}
+
+/// The density of directions to an environment map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum MapRule {
+    /// In proportion to radiance, for light sampling alone as well.
+    #[default]
+    Radiance,
+    /// In proportion to the radiance above the mean: zero elsewhere, where BSDF sampling has to find the light.
+    Compensated,
+}
+
+/// The rules of light sampling.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LightSampling {
+    /// The selection of a light.
+    pub choice: LightChoice,
+    /// The points on it.
+    pub points: PointRule,
+    /// The directions to an environment map.
+    pub map: MapRule,
+}
+
+/// A point that receives light.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Receiver<V = Vec3> {
+    /// The point.
+    pub p: V,
+    /// The shading normal on the side that reflects; zero where light from both sides is scattered.
+    pub normal: V,
+}
+
+impl Receiver {
+    /// A point that scatters light from all directions.
+    pub fn anywhere(p: Vec3) -> Self {
+        Self {
+            p,
+            normal: Vec3::ZERO,
+        }
+    }
 }
 
 /// The end of a shadow ray at the light.

@@ -11,6 +11,7 @@ mod without;
 pub use without::without;
 
 use crate::effects::{Effect, Kernel};
+use crate::light::select::Lights;
 use crate::scene::Scene;
 use crate::scene::description::{Place, SceneDescription};
 use objects::{Object, objects};
@@ -45,7 +46,7 @@ impl Plan {
         let finding = |effect| {
             let on = scene.effects.has(effect);
             let reason = match effect {
-                Effect::ManyLights => Some((lights(scene.lights.len()), None)),
+                Effect::ManyLights => Some((lights(&scene.lights), None)),
                 _ if on => objects.iter().find_map(|object| calls(object, effect)),
                 _ => objects.iter().find_map(|object| folded(object, effect)),
             };
@@ -86,11 +87,19 @@ fn folded(object: &Object, effect: Effect) -> Option<Reason> {
     object.written.has(effect).then_some((why, Some(place)))
 }
 
-fn lights(count: usize) -> String {
-    match count {
-        0 => "there is no light to sample".to_owned(),
-        1 => "there is one light to sample".to_owned(),
-        _ => format!("there are {count} lights to sample"),
+fn lights(lights: &Lights) -> String {
+    let count = lights.len();
+    let nodes = lights.tree().map_or(0, |tree| tree.size()[1]);
+    match (count, nodes) {
+        (0, _) => "there is no light to sample".to_owned(),
+        (1, _) => "there is one light to sample".to_owned(),
+        (_, 0) => format!("there are {count} lights to sample"),
+        (_, 1) => format!(
+            "there are {count} lights to sample, each selected by what it would contribute at a surface"
+        ),
+        _ => format!(
+            "there are {count} lights to sample, selected by what they would contribute at a surface, from a tree of {nodes} nodes"
+        ),
     }
 }
 

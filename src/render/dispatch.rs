@@ -158,6 +158,8 @@ pub fn path<C, K: Indirect>(
         indirect,
         max_bounces: settings.most_bounces(),
         roulette: settings.roulette(),
+        light_choice: settings.light_choice(),
+        map: settings.map_rule(),
     }
 }
 
@@ -167,6 +169,7 @@ pub fn bidirectional(settings: &RenderSettings, film_area: f64) -> Bidirectional
         max_bounces: settings.most_bounces(),
         roulette: settings.roulette(),
         film_area,
+        light_choice: settings.light_choice(),
     }
 }
 

@@ -14,6 +14,7 @@ use crate::film::Window;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::technique::EmissionRule;
+use crate::light::types::LightChoice;
 use crate::scene::description::SceneDescription;
 use std::time::Duration;
 
@@ -44,6 +45,8 @@ pub struct RenderOptions {
     pub max_bounces: Option<u32>,
     /// The rule of Russian roulette.
     pub roulette: Option<Roulette>,
+    /// The selection of lights.
+    pub light_choice: Option<LightChoice>,
     /// The largest distance of occlusion for ambient occlusion, in world units.
     pub occlusion_distance: Option<f64>,
     /// The largest relative error of indirect light from an irradiance cache, from 0 to below 1.
@@ -80,6 +83,7 @@ impl RenderOptions {
             layers: self.layers,
             max_bounces: self.max_bounces.or(of_scene.max_bounces),
             roulette: self.roulette.or(of_scene.roulette),
+            light_choice: self.light_choice,
             occlusion_distance: self.occlusion_distance.or(of_scene.occlusion_distance),
             cache_error: self.cache_error.unwrap_or(of_scene.cache_error),
             kernel: self.kernel,

@@ -11,6 +11,8 @@ use crate::film::batches::BATCHES;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::roulette::NoRoulette;
+use crate::light::types::{LightChoice, MapRule};
+use crate::planted::planted;
 use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
 use serde::{Deserialize, Serialize};
@@ -172,6 +174,8 @@ pub struct RenderSettings {
     pub max_bounces: Option<u32>,
     /// The rule of Russian roulette; `None` for the integrator's own.
     pub roulette: Option<Roulette>,
+    /// The selection of lights; `None` for the integrator's own.
+    pub light_choice: Option<LightChoice>,
     /// The largest distance of occlusion for ambient occlusion, in world units; `None` for any distance.
     pub occlusion_distance: Option<f64>,
     /// The largest relative error of indirect light from an irradiance cache, from 0, which disables it, to below 1.
@@ -201,6 +205,7 @@ impl RenderSettings {
             layers: false,
             max_bounces: None,
             roulette: None,
+            light_choice: None,
             occlusion_distance: None,
             cache_error: DEFAULT_CACHE_ERROR,
             kernel: None,
@@ -336,6 +341,21 @@ impl RenderSettings {
     /// The rule of Russian roulette.
     pub fn roulette(&self) -> Roulette {
         self.roulette.unwrap_or(self.integrator.roulette())
+    }
+
+    /// The selection of lights.
+    pub fn light_choice(&self) -> LightChoice {
+        self.light_choice.unwrap_or(self.integrator.light_choice())
+    }
+
+    /// The density of directions to an environment map: compensated where BSDF sampling finds all of its light, too.
+    pub fn map_rule(&self) -> MapRule {
+        let has_both = self.integrator == IntegratorKind::Path;
+        if planted!("compensated-alone", true, has_both) {
+            MapRule::Compensated
+        } else {
+            MapRule::Radiance
+        }
     }
 
     /// The biases of the image of a scene with these effects, in words; empty for an unbiased one.

@@ -12,6 +12,13 @@ use crate::planted::planted;
 /// The spacing of uniform random numbers.
 const STEP: f64 = 1.0 / 16_777_216.0;
 
+/// Joins two uniform numbers to one of twice the digits: the midpoint of the interval that both stand for, as two zeros
+/// must not select an item of tiny probability.
+#[inline(always)]
+pub fn joined([high, low]: [f32; 2]) -> f64 {
+    f64::from(high) + (f64::from(low) + 0.5 * STEP) * STEP
+}
+
 /// An alias table.
 #[derive(Debug, Clone)]
 pub struct AliasTable {
@@ -80,9 +87,7 @@ impl AliasTable {
         if self.slots.len() == 1 {
             return (0, Pmf(1.0));
         }
-        // The midpoint of the interval that both numbers stand for: two zeros must not select an item of tiny probability.
-        let x = f64::from(u[0]) + (f64::from(u[1]) + 0.5 * STEP) * STEP;
-        let scaled = x * self.slots.len() as f64;
+        let scaled = joined(u) * self.slots.len() as f64;
         let index = (scaled as usize).min(self.slots.len() - 1);
         let slot = &self.slots[index];
         let chosen = if scaled - (index as f64) < slot.threshold {

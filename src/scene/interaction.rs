@@ -10,7 +10,7 @@ pub mod lanes;
 use crate::accel::{Hit, PrimitiveId};
 use crate::effects::{Effects, Slot, State, Switch};
 use crate::geometry::surface::SurfacePoint;
-use crate::light::types::ShadowRayEnd;
+use crate::light::types::{Receiver, ShadowRayEnd};
 use crate::math::frame::Frame;
 use crate::math::ray::Ray;
 use crate::math::robust::{gamma, offset_point};
@@ -134,6 +134,15 @@ impl<E: Effects, V: Vector> Interaction<E, V> {
 }
 
 impl<E: Effects> Interaction<E> {
+    /// The point as a receiver of light, on a surface that transmits or not.
+    #[inline]
+    pub fn receiver(&self, transmits: bool) -> Receiver {
+        Receiver {
+            p: self.p,
+            normal: if transmits { Vec3::ZERO } else { self.frame.n },
+        }
+    }
+
     /// Returns the shadow ray in direction `w` to the end of a light sample, open at both ends.
     #[inline]
     pub fn ray_to(&self, end: &ShadowRayEnd, w: Vec3, goes_through: bool) -> Ray {

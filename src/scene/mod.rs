@@ -32,7 +32,8 @@ use crate::geometry::world::World;
 use crate::light::lanes::{LightContextLanes, LightSampleLanes};
 use crate::light::select::{LightLanes, Lights};
 use crate::light::types::{
-    BoundingSphere, Emission, EmissionSample, LightSample, PointRule, ShadowRayEnd,
+    BoundingSphere, Emission, EmissionSample, LightChoice, LightSample, LightSampling, PointRule,
+    Receiver, ShadowRayEnd,
 };
 use crate::math::lanes::ActiveLanes;
 use crate::math::lanes::{LANES, Lanes, Lanes3, load};
@@ -314,12 +315,15 @@ impl Scene {
     #[inline]
     pub fn light_pdf<E: Effects>(
         &self,
-        from: Vec3,
+        choice: LightChoice,
+        from: &Receiver,
         time: f32,
         at: &Interaction<E>,
     ) -> PdfSolidAngle {
         self.light_of(at).map_or(PdfSolidAngle(0.0), |light| {
-            self.lights.pdf::<E>(light, from, time, at.p - from, at.ng)
+            let towards = at.p - from.p;
+            self.lights
+                .pdf::<E>(light, choice, from, time, towards, at.ng)
         })
     }
 
@@ -328,12 +332,12 @@ impl Scene {
     pub fn sample_light<E: Effects>(
         &self,
         choice: (u32, Pmf),
-        points: PointRule,
+        rules: LightSampling,
         p: Vec3,
         time: f32,
         u: Vec2,
     ) -> Option<LightSample> {
-        let mut sample = self.lights.sample::<E>(choice, points, p, time, u)?;
+        let mut sample = self.lights.sample::<E>(choice, rules, p, time, u)?;
         self.adapt_to_primitive::<E>(choice.0, time, &mut sample.radiance, &mut sample.end);
         Some(sample)
     }
@@ -344,13 +348,13 @@ impl Scene {
         &self,
         active: &ActiveLanes<LANES>,
         context: &LightContextLanes,
-        points: PointRule,
+        rules: LightSampling,
         p: &Lanes3,
         lights: &mut LightLanes,
         samples: &mut LightSampleLanes,
     ) {
         let is_in_lanes = E::AreaLights::ON
-            && points == PointRule::SolidAngle
+            && rules.points == PointRule::SolidAngle
             && self.light_primitives.is_empty();
         let singly = if is_in_lanes {
             self.lights
@@ -362,7 +366,7 @@ impl Scene {
             let choice = (context.light[lane], Pmf(context.pmf[lane]));
             let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
             let time = context.time[lane];
-            let sample = self.sample_light::<E>(choice, points, load(p, lane), time, u);
+            let sample = self.sample_light::<E>(choice, rules, load(p, lane), time, u);
             samples.set(lane, sample.as_ref());
         }
     }

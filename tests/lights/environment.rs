@@ -14,8 +14,11 @@ use etendue::internals::integrator::Roulette;
 use etendue::internals::light::Light;
 use etendue::internals::light::environment::EnvironmentMap;
 use etendue::internals::light::point::PointLight;
-use etendue::internals::light::select::{EnvironmentSample, Lights};
-use etendue::internals::light::types::{PointRule, ShadowRayEnd};
+use etendue::internals::light::select::Lights;
+use etendue::internals::light::types::{
+    LightChoice, LightSampling, MapRule, Receiver, ShadowRayEnd,
+};
+use etendue::internals::math::measure::Pmf;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::math::vec::{DMat3, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
@@ -65,7 +68,7 @@ fn direction(u: f64, v: f64) -> DVec3 {
 }
 
 fn seen(map: &EnvironmentMap, w: DVec3) -> f32 {
-    map.eval(w.as_vec3a()).0.to_array()[0]
+    map.eval(w.as_vec3a(), MapRule::Radiance).0.to_array()[0]
 }
 
 fn turn() -> DMat3 {
@@ -141,8 +144,11 @@ fn directions_follow_their_density() {
             ..ChiSquareTest::default()
         };
         let result = test.run(
-            |rng| map.sample(rng.uniform_2d()).map(|s| s.wi),
-            |w| map.eval(w).1.0,
+            |rng| {
+                map.sample(rng.uniform_2d(), MapRule::Radiance)
+                    .map(|s| s.wi)
+            },
+            |w| map.eval(w, MapRule::Radiance).1.0,
         );
         assert!(result.p_value > 1e-4, "{name}: {result:?}");
         assert!((result.integral - 1.0).abs() < 2e-3, "{name}: {result:?}");
@@ -164,7 +170,7 @@ fn the_density_integrates_to_one_and_is_there_wherever_light_is() {
             for column in 0..width {
                 let u = (f64::from(column) + 1.0) / f64::from(width);
                 let w = turn() * direction(u, 0.5 * (a + b) / PI);
-                let (radiance, pdf) = map.eval(w.as_vec3a());
+                let (radiance, pdf) = map.eval(w.as_vec3a(), MapRule::Radiance);
                 assert!(pdf.0 > 0.0 || radiance.is_black(), "({column}, {row})");
                 integral += f64::from(pdf.0) * (a.cos() - b.cos()) * TAU / f64::from(width);
             }
@@ -176,7 +182,7 @@ fn the_density_integrates_to_one_and_is_there_wherever_light_is() {
         let mut rng = TestRng::new(3);
         for _ in 0..10_000 {
             let w = rng.direction_log_uniform(1e-6);
-            let (radiance, pdf) = map.eval(w);
+            let (radiance, pdf) = map.eval(w, MapRule::Radiance);
             assert!(pdf.0 > 0.0 || radiance.is_black(), "{w}");
         }
     }
@@ -192,13 +198,13 @@ fn samples_know_what_is_seen_and_how_often() {
         let mut nothing = 0;
         for u in us {
             // At the border to a black patch, rounding can place a sample in that patch, where radiance is zero.
-            let Some(s) = map.sample(u) else {
+            let Some(s) = map.sample(u, MapRule::Radiance) else {
                 nothing += 1;
                 continue;
             };
             assert!((s.wi.length() - 1.0).abs() < 1e-6, "{u} {s:?}");
             assert!(matches!(s.end, ShadowRayEnd::Infinity));
-            let (radiance, pdf) = map.eval(s.wi);
+            let (radiance, pdf) = map.eval(s.wi, MapRule::Radiance);
             assert_eq!((s.radiance, s.pdf), (radiance, Some(pdf)));
         }
         assert!(
@@ -213,9 +219,10 @@ fn estimated(map: &EnvironmentMap, samples: u32) -> Moments {
     Moments::of((0..32).map(|replicate| {
         let mut rng = TestRng::new(replicate);
         let one = |rng: &mut TestRng| {
-            map.sample(rng.uniform_2d()).map_or(0.0, |s| {
-                f64::from(s.radiance.luminance()) / f64::from(s.pdf.expect("no delta").0)
-            })
+            map.sample(rng.uniform_2d(), MapRule::Radiance)
+                .map_or(0.0, |s| {
+                    f64::from(s.radiance.luminance()) / f64::from(s.pdf.expect("no delta").0)
+                })
         };
         (0..samples).map(|_| one(&mut rng)).sum::<f64>() / f64::from(samples)
     }))
@@ -269,7 +276,9 @@ fn a_map_of_one_colour_is_sampled_evenly_and_a_black_one_is_no_light() {
         let map = map_of(width, height, |_, _| 0.5).expect("not black");
         let mut rng = TestRng::new(6);
         for _ in 0..1000 {
-            let s = map.sample(rng.uniform_2d()).expect("no direction is black");
+            let s = map
+                .sample(rng.uniform_2d(), MapRule::Radiance)
+                .expect("no direction is black");
             let pdf = f64::from(s.pdf.expect("no delta").0);
             assert!((pdf * 4.0 * PI - 1.0).abs() < 3e-7, "{width}: {pdf}");
             assert!((s.radiance.to_array()[0] - 0.5).abs() < 1e-6);
@@ -288,11 +297,11 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
     let mut found = 0;
     for _ in 0..1000 {
         let (a, b) = (rng.uniform_2d(), rng.uniform_2d());
-        let choice = lights.choose::<Everything>([b.x, b.y]);
+        let choice = lights.choose_by_power::<Everything>([b.x, b.y]);
         let choice = choice.expect("both lights have power");
         let light = choice.0;
         let s = lights
-            .sample::<Everything>(choice, PointRule::SolidAngle, Vec3::ZERO, 0.0, a)
+            .sample::<Everything>(choice, LightSampling::default(), Vec3::ZERO, 0.0, a)
             .expect("both lights reach every point");
         let Some(pdf) = s.pdf else {
             // The irradiance of the point light is divided by its selection probability, 1 / 4.
@@ -300,26 +309,24 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
             continue;
         };
         found += 1;
-        let beyond = EnvironmentSample {
-            light: 1,
-            radiance: s.radiance,
-            pdf,
-        };
-        assert_eq!((light, lights.environment(s.wi)), (1, Some(beyond)));
-        assert!((pdf.0 / map.eval(s.wi).1.0 - 0.75).abs() < 1e-6);
+        let beyond = lights.environment(s.wi, MapRule::Radiance);
+        let beyond = beyond.expect("there is a map");
+        assert_eq!((light, beyond.light), (1, 1));
+        assert_eq!((s.radiance, pdf), (beyond.radiance, choice.1 * beyond.pdf));
+        assert!((pdf.0 / map.eval(s.wi, MapRule::Radiance).1.0 - 0.75).abs() < 1e-6);
     }
     // 750 +- 14.
     assert!((680..820).contains(&found), "{found}");
-    // A map that is never chosen is still evaluated, with pdf 0.
+    // A map that is never chosen is still evaluated.
     let lights = Lights::new(vec![Light::Environment(map)], &[0.0]);
-    assert!(
-        lights
-            .environment(Vec3::X)
-            .is_some_and(|beyond| beyond.pdf.0 == 0.0)
-    );
+    assert!(lights.environment(Vec3::X, MapRule::Radiance).is_some());
+    let nowhere = Receiver::anywhere(Vec3::ZERO);
+    for choice in LightChoice::ALL {
+        assert_eq!(lights.pmf::<Everything>(0, *choice, &nowhere), Pmf(0.0));
+    }
     assert!(
         Lights::new(vec![Light::Point(point)], &[1.0])
-            .environment(Vec3::X)
+            .environment(Vec3::X, MapRule::Radiance)
             .is_none()
     );
 }

@@ -8,7 +8,7 @@ use etendue::internals::light::point::PointLight;
 use etendue::internals::light::rectangle::RectangleLight;
 use etendue::internals::light::select::{LightLanes, Lights};
 use etendue::internals::light::triangle::TriangleLight;
-use etendue::internals::light::types::{Emission, LightSample, PointRule, ShadowRayEnd};
+use etendue::internals::light::types::{Emission, LightSample, LightSampling, ShadowRayEnd};
 use etendue::internals::math::lanes::{ActiveLanes, LANES, load, store};
 use etendue::internals::math::measure::Pmf;
 use etendue::internals::math::rgb::Rgb;
@@ -71,7 +71,7 @@ fn agree(lights: &Lights, memory: &mut Memory, rng: &mut TestRng) -> [usize; 3] 
     for lane in 0..LANES {
         active.set(lane, rng.uniform() < 0.8);
         let u_choice = rng.uniform_2d().to_array();
-        let choice = lights.choose::<Everything>(u_choice);
+        let choice = lights.choose_by_power::<Everything>(u_choice);
         let (light, pmf) = choice.expect("the lights have power");
         // From a thousandth of the lamps' size to a thousand times it, on both sides and in their plane.
         let reach = 10.0_f32.powf(6.0 * rng.uniform() - 3.0);
@@ -90,8 +90,8 @@ fn agree(lights: &Lights, memory: &mut Memory, rng: &mut TestRng) -> [usize; 3] 
     for lane in in_lanes.each() {
         let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
         let choice = (context.light[lane], Pmf(context.pmf[lane]));
-        let (receiver, points) = (load(&p, lane), PointRule::SolidAngle);
-        let alone = lights.sample::<Everything>(choice, points, receiver, 0.0, u);
+        let (receiver, rules) = (load(&p, lane), LightSampling::default());
+        let alone = lights.sample::<Everything>(choice, rules, receiver, 0.0, u);
         valid += usize::from(alone.is_some());
         let sample = samples.get(lane);
         assert_eq!(bits(sample), bits(alone), "{receiver} {choice:?}");

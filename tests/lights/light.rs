@@ -14,7 +14,9 @@ use etendue::internals::light::rectangle::{self, RectangleLight};
 use etendue::internals::light::select::Lights;
 use etendue::internals::light::sphere::SphereLight;
 use etendue::internals::light::triangle::{self, TriangleLight};
-use etendue::internals::light::types::{Emission, LightSample, PointRule, ShadowRayEnd};
+use etendue::internals::light::types::{
+    Emission, LightChoice, LightSample, LightSampling, Receiver, ShadowRayEnd,
+};
 use etendue::internals::math::frame::Frame;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::Moments;
@@ -54,8 +56,8 @@ fn by_power(lights: Vec<Light>) -> Lights {
 }
 
 fn sampled(lights: &Lights, p: Vec3, [u, v, a, b]: [f32; 4]) -> Option<LightSample> {
-    let choice = lights.choose::<Everything>([a, b])?;
-    lights.sample::<Everything>(choice, PointRule::SolidAngle, p, 0.0, Vec2::new(u, v))
+    let choice = lights.choose_by_power::<Everything>([a, b])?;
+    lights.sample::<Everything>(choice, LightSampling::default(), p, 0.0, Vec2::new(u, v))
 }
 
 /// Whether a ray from `p` along `w` hits a light.
@@ -124,7 +126,8 @@ fn samples_cover_the_solid_angle() {
                 }))
             };
             let by_light = replicates(0, 1 << 10, &|rng| {
-                let s = light.sample::<Everything>(p, 0.0, rng.uniform_2d());
+                let s =
+                    light.sample::<Everything>(LightSampling::default(), p, 0.0, rng.uniform_2d());
                 s.map_or(0.0, |s| 1.0 / f64::from(density(&s)))
             });
             // All lights are within 0.7 of the centre: random directions are restricted to that sphere.
@@ -178,7 +181,14 @@ fn samples_know_their_density_and_lie_on_their_light() {
                 assert!(s_pdf.is_finite() && s_pdf > 0.0, "{what}");
                 let point = end_of(&s);
                 assert!((point.p - p).normalize().dot(s.wi) > 1.0 - 1e-6, "{what}");
-                let pdf = lights.pdf::<Everything>(0, p, 0.0, point.p - p, point.ng);
+                let pdf = lights.pdf::<Everything>(
+                    0,
+                    LightChoice::Power,
+                    &Receiver::anywhere(p),
+                    0.0,
+                    point.p - p,
+                    point.ng,
+                );
                 assert!((pdf.0 / s_pdf - 1.0).abs() < 1e-4, "{what} {pdf:?}");
                 misses += u32::from(!meets(p, s.wi));
             }
@@ -219,7 +229,7 @@ fn over_samples(light: &Light, p: Vec3) -> (f64, f64) {
         for (y, weight_y) in &nodes {
             let u = Vec2::new((0.5 + 0.5 * x) as f32, (0.5 + 0.5 * y) as f32);
             let s = light
-                .sample::<Everything>(p, 0.0, u)
+                .sample::<Everything>(LightSampling::default(), p, 0.0, u)
                 .expect("off the plane");
             let point = end_of(&s);
             let pdf = light.pdf::<Everything>(p, 0.0, point.p - p, point.ng);
@@ -315,7 +325,7 @@ fn one_sided_lights_are_dark_from_behind() {
         ] {
             for _ in 0..100 {
                 let s = light
-                    .sample::<Everything>(p, 0.0, rng.uniform_2d())
+                    .sample::<Everything>(LightSampling::default(), p, 0.0, rng.uniform_2d())
                     .expect("off the plane");
                 assert_eq!(!s.radiance.is_black(), lit, "{name} {p} {s:?}");
             }
@@ -323,7 +333,7 @@ fn one_sided_lights_are_dark_from_behind() {
         // Only a two-sided sphere emits to its inside.
         if name == "sphere" {
             let s = light
-                .sample::<Everything>(CENTER, 0.0, Vec2::splat(0.3))
+                .sample::<Everything>(LightSampling::default(), CENTER, 0.0, Vec2::splat(0.3))
                 .expect("inside");
             assert!(s.radiance.is_black());
         }
@@ -335,7 +345,7 @@ fn one_sided_lights_are_dark_from_behind() {
             Vec3::new(0.1, 0.0, 0.9),
         ] {
             let s = light
-                .sample::<Everything>(p, 0.0, Vec2::splat(0.3))
+                .sample::<Everything>(LightSampling::default(), p, 0.0, Vec2::splat(0.3))
                 .expect("off the plane");
             assert!(!s.radiance.is_black(), "{name} {p}");
         }
@@ -395,7 +405,14 @@ fn lights_are_chosen_by_power() {
     let towards = 10.0 * Vec3::X;
     assert_eq!(
         lights
-            .pdf::<Everything>(2, Vec3::ZERO, 0.0, towards, -Vec3::X)
+            .pdf::<Everything>(
+                2,
+                LightChoice::Power,
+                &Receiver::anywhere(Vec3::ZERO),
+                0.0,
+                towards,
+                -Vec3::X
+            )
             .0,
         0.0
     );
@@ -433,7 +450,7 @@ fn one_light_among_a_million_of_no_weight_is_as_good_as_alone() {
         let u = [0.3, 0.6, choice.x, choice.y];
         let s = sampled(&lights, Vec3::ZERO, u).expect("it shines");
         let alone = sampled(&single, Vec3::ZERO, u).expect("it shines");
-        let light = lights.choose::<Everything>([choice.x, choice.y]);
+        let light = lights.choose_by_power::<Everything>([choice.x, choice.y]);
         assert_eq!(light.map(|(light, _)| light as usize), Some(shining));
         assert_eq!(
             (s.wi, s.radiance, s.pdf),

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod choice;
 mod delta_lights;
 mod emission;
 mod environment;

@@ -156,6 +156,16 @@ pub const PLANTED: &[Planted] = &[
         "scattering::bsdf::directions_follow_their_density",
     ),
     bug(
+        "light-bound-without-size",
+        "the cosine at a receiver is that of the centre of a light's bounds, and lights half below the horizon are left out",
+        "lights::choice::no_light_that_shines_on_a_receiver_is_left_out",
+    ),
+    bug(
+        "compensated-alone",
+        "light sampling without a weight leaves out what is darker than the mean of an environment map",
+        "rendering::integrators::lights_of_every_kind_are_found_by_those_who_look_for_them",
+    ),
+    bug(
         "choice-left-out-of-pdf",
         "the density of a light met by chance leaves out the choice of the light",
         "lights::light::lights_are_chosen_by_power",

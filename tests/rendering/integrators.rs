@@ -29,11 +29,13 @@ const COURSE: [IntegratorKind; 5] = [
     IntegratorKind::NextEvent,
 ];
 
-fn rendered(description: &SceneDescription, settings: &RenderSettings) -> Film {
+/// Renders a scene.
+pub fn rendered(description: &SceneDescription, settings: &RenderSettings) -> Film {
     film(&ready(description, Backend::ALL[0]), description, settings)
 }
 
-fn settings(
+/// The settings of an integrator, with independent samples.
+pub fn settings(
     description: &SceneDescription,
     integrator: IntegratorKind,
     seed: u64,
@@ -72,7 +74,7 @@ fn means(film: &Film, channel: usize) -> Vec<(f64, f64)> {
 
 /// Asserts equal means by Welch's test of every tile and of the whole image, whose relative standard error has to be below
 /// `power`. The tests of this file are about three thousand.
-fn assert_same(what: &str, a: &Film, b: &Film, power: f64) {
+pub fn assert_same(what: &str, a: &Film, b: &Film, power: f64) {
     // Each of the sixteen pixels of a tile has three degrees of freedom.
     let limit = student_quantile_of(48.0, 1.0 - 0.5 * sidak(1e-4, 3000));
     for channel in 0..3 {

@@ -14,6 +14,7 @@ mod error_bars;
 mod integrators;
 mod irradiance_cache;
 mod lens;
+mod light_choice;
 mod metamorphic;
 mod metropolis;
 mod motion;

@@ -15,6 +15,7 @@ use clap::Args;
 use etendue::internals::effects::Kernel;
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::light::types::LightChoice;
 use etendue::internals::post::denoise::Denoiser;
 use etendue::internals::render::settings::Adaptive;
 use etendue::internals::render::settings::SamplerKind;
@@ -111,6 +112,13 @@ pub struct RenderArguments {
     /// naive, which ends paths itself, and for those that scatter at most once, else throughput.
     #[arg(long, value_name = "none|albedo|throughput|window[=1/N]", value_parser = parse_roulette)]
     pub roulette: Option<Roulette>,
+    /// Selection of the light that is sampled, where there are several. Affects noise and time, not the mean. Default:
+    /// contribution, but power for light-or-rest, nee and direct-area.
+    ///
+    /// contribution: in proportion to an estimate of what each light would contribute at the surface if nothing occluded
+    /// it, from a tree of lights if there are more than 16. power: in proportion to power, everywhere alike.
+    #[arg(long, value_parser = named(LightChoice::ALL, LightChoice::name))]
+    pub light_choice: Option<LightChoice>,
     /// Folder to which the contribution of each bdpt strategy is also written. Needs --max-bounces.
     ///
     /// sS-tT.exr, with S vertices from the light and T from the camera, is the strategy alone without weights;

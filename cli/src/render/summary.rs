@@ -153,6 +153,10 @@ impl Job<'_> {
             ),
             ("roulette", flags.roulette.map(|it| it.to_string())),
             (
+                "light-choice",
+                flags.light_choice.map(|it| it.name().to_owned()),
+            ),
+            (
                 "occlusion-distance",
                 flags.occlusion_distance.map(|it| it.to_string()),
             ),

@@ -11,7 +11,7 @@ use etendue::internals::accel::{Hit, PrimitiveId};
 use etendue::internals::effects::Slot;
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::geometry::surface::SurfacePoint;
-use etendue::internals::light::types::PointRule;
+use etendue::internals::light::types::{LightChoice, LightSampling};
 use etendue::internals::math::ray::Ray;
 use etendue::internals::math::vec::{DVec3, Vec2, Vec3};
 use etendue::internals::sampler::hash::combine;
@@ -70,9 +70,12 @@ fn share(scene: &Scene, p: Vec3, normal: Vec3, u: [f32; 4]) -> f64 {
     let uv = Slot::new(|| Vec2::ZERO);
     let at = Interaction::<Everything>::new(&from_above, &hit, &surface, false, uv);
     let [u, v, u_choice, v_choice] = u;
-    let choice = scene.lights.choose::<Everything>([u_choice, v_choice]);
-    let (points, u) = (PointRule::SolidAngle, Vec2::new(u, v));
-    let sample = choice.and_then(|c| scene.sample_light::<Everything>(c, points, p, 0.0, u));
+    let (rule, receiver) = (LightChoice::default(), at.receiver(false));
+    let choice = scene
+        .lights
+        .choose::<Everything>(rule, &receiver, [u_choice, v_choice]);
+    let (rules, u) = (LightSampling::default(), Vec2::new(u, v));
+    let sample = choice.and_then(|c| scene.sample_light::<Everything>(c, rules, p, 0.0, u));
     let Some(sample) = sample else {
         return 0.0;
     };

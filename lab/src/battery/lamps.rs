@@ -19,7 +19,7 @@ use etendue::internals::light::Light;
 use etendue::internals::light::environment::EnvironmentMap;
 use etendue::internals::light::sphere::SphereLight;
 use etendue::internals::light::triangle::TriangleLight;
-use etendue::internals::light::types::Emission;
+use etendue::internals::light::types::{Emission, LightSampling, MapRule};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DMat3, DVec3, Vec2, Vec3};
 use etendue::internals::scene::description::{
@@ -55,7 +55,7 @@ fn solid_angle(lamp: &Light) -> f64 {
     let middle = |i: u32| (i as f32 + 0.5) / GRID as f32;
     let points = (0..GRID * GRID).map(|i| Vec2::new(middle(i % GRID), middle(i / GRID)));
     let one = |u: Vec2| {
-        let sample = lamp.sample::<Everything>(Vec3::ZERO, 0.0, u);
+        let sample = lamp.sample::<Everything>(LightSampling::default(), Vec3::ZERO, 0.0, u);
         let pdf = sample.and_then(|sample| sample.pdf);
         pdf.map_or(f64::NAN, |pdf| 1.0 / f64::from(pdf.0))
     };
@@ -339,7 +339,7 @@ fn integrals(trial: &Trial<'_>, map: &EnvironmentMap) -> Vec<f64> {
         let mut random = Random::new(trial.seed, replicate);
         let one = |_| {
             let u = Vec2::new(random.uniform(), random.uniform());
-            map.sample(u).map_or(0.0, |s| {
+            map.sample(u, MapRule::Radiance).map_or(0.0, |s| {
                 let pdf = s.pdf.map_or(f64::NAN, |pdf| f64::from(pdf.0));
                 f64::from(s.radiance.luminance()) / pdf
             })

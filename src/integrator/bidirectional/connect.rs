@@ -22,7 +22,7 @@ use crate::film::splats::Strategy;
 use crate::geometry::surface::SurfacePoint;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::{PathObserver, RayKind};
-use crate::light::types::{EmissionPdf, PointRule, ShadowRayEnd};
+use crate::light::types::{EmissionPdf, LightChoice, LightSampling, MapRule, ShadowRayEnd};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
@@ -70,6 +70,8 @@ pub struct Connector<'a, 'w, E: Effects, O: ?Sized> {
     pub time: f32,
     /// The largest number of scattering events.
     pub max_bounces: Option<u32>,
+    /// The selection of lights by next event estimation.
+    pub light_choice: LightChoice,
     /// The density of a sample's place on the film, per pixel of area, where each sample has one light subpath.
     pub per_pixel: f64,
     /// The light subpath, if there is one.
@@ -163,10 +165,11 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             && let Some(light) = scene.light_of(&vertex.at)
         {
             let before = &eye.vertices[j - 1];
-            let by_nee = scene.light_pdf(before.at.p, self.time, &vertex.at);
+            let receiver = before.receiver();
+            let by_nee = scene.light_pdf(self.light_choice, &receiver, self.time, &vertex.at);
             let end = ShadowRayEnd::Surface(point_of(&vertex.at), [0.0; 2]);
             let pdf = self.emission_pdf(light, &end, vertex.at.wo);
-            let (mut source, rays) = Source::new(end, scene.lights.pmf(light), &pdf);
+            let (mut source, rays) = Source::new(end, scene.lights.pmf_by_power(light), &pdf);
             source.direct = source.density_from(before.at.p, by_nee);
             source.densities.by_eye = vertex.densities.by_eye;
             let at_before = rays.density_at(before.at.p - vertex.at.p, before.at.ng);
@@ -201,15 +204,19 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         let constant = contribution(self.scene.environment, 1.0);
         let mut sampled = None;
         if E::EnvironmentMap::ON
-            && let Some(environment) = self.scene.lights.environment(escape.direction)
+            && let Some(environment) = self
+                .scene
+                .lights
+                .environment(escape.direction, MapRule::Radiance)
         {
             let mut weight = 1.0;
             if let Some(last) = self.eye.vertices.last() {
                 let end = ShadowRayEnd::Infinity;
                 let pdf = self.emission_pdf(environment.light, &end, -escape.direction);
-                let pmf = self.scene.lights.pmf(environment.light);
-                let (mut source, rays) = Source::new(end, pmf, &pdf);
-                source.direct = environment.pdf.0.into();
+                let (lights, light) = (&self.scene.lights, environment.light);
+                let (mut source, rays) = Source::new(end, lights.pmf_by_power(light), &pdf);
+                let pmf = lights.pmf::<E>(light, self.light_choice, &last.receiver());
+                source.direct = (pmf * environment.pdf).0.into();
                 source.densities.by_eye = match escape.ray_density {
                     RayDensity::Point(density) | RayDensity::Parallel(density) => density,
                 };
@@ -229,10 +236,15 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         let (scene, eye) = (self.scene, self.eye);
         let vertex = &eye.vertices[j];
         let [u, v, u_choice, v_choice] = vertex.u;
-        let choice = scene.lights.choose::<E>([u_choice, v_choice])?;
-        let (from, points) = (vertex.at.p, PointRule::SolidAngle);
+        let (lights, receiver) = (&scene.lights, vertex.receiver());
+        let u_choice = [u_choice, v_choice];
+        let Some(choice) = lights.choose::<E>(self.light_choice, &receiver, u_choice) else {
+            self.observer.unlit();
+            return None;
+        };
+        let (from, rules) = (vertex.at.p, LightSampling::default());
         let u = Vec2::new(u, v);
-        let found = scene.sample_light::<E>(choice, points, from, self.time, u);
+        let found = scene.sample_light::<E>(choice, rules, from, self.time, u);
         let found = found.filter(|light| !light.radiance.is_black());
         let Some((light, at)) = found.and_then(|light| {
             let at = vertex.scattering(scene, vertex.at.wo, light.wi)?;
@@ -242,10 +254,11 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             return None;
         };
         let pdf = self.emission_pdf(choice.0, &light.end, -light.wi);
-        let (mut source, rays) = Source::new(light.end, choice.1, &pdf);
-        if let Some(pdf) = light.pdf {
-            source.direct = source.density_from(from, pdf);
-        }
+        let (mut source, rays) = Source::new(light.end, lights.pmf_by_power(choice.0), &pdf);
+        source.direct = match light.pdf {
+            Some(pdf) => source.density_from(from, pdf),
+            None => choice.1.0.into(),
+        };
         let way = match &light.end {
             ShadowRayEnd::Surface(point, _) => from - point.p,
             ShadowRayEnd::Point(point) => from - *point,

@@ -15,7 +15,7 @@ use crate::accel::{AccelOptions, Backend, Precision};
 use crate::effects::kernel::types::Everything;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::Unobserved;
-use crate::light::types::ShadowRayEnd;
+use crate::light::types::{LightChoice, ShadowRayEnd};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
@@ -114,6 +114,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
         max_bounces: Some(8),
         roulette: Roulette::None,
         film_area: 100.0,
+        light_choice: LightChoice::Contribution,
     };
     let (mut count, mut differ) = (0, 0);
     let mut sampler = Independent::new(5);
@@ -156,6 +157,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
             scene,
             time,
             max_bounces: None,
+            light_choice: LightChoice::Contribution,
             per_pixel: 0.01,
             light: Some(light),
             eye: &eye,

@@ -28,7 +28,7 @@ use super::{CameraRay, Integrator, RayCounts, Roulette};
 use crate::accel::Hit;
 use crate::effects::Effects;
 use crate::film::splats::{Splat, SplatList, Strategy};
-use crate::light::types::{EmissionSample, ShadowRayEnd};
+use crate::light::types::{EmissionSample, LightChoice, MapRule, ShadowRayEnd};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
@@ -52,6 +52,8 @@ pub struct Bidirectional {
     /// The area of film, in pixels, over which samples are spread evenly, with one light subpath for each: the whole
     /// image's area if its pixels have equal sample counts.
     pub film_area: f64,
+    /// The selection of lights by next event estimation. Light subpaths begin at lights selected by power.
+    pub light_choice: LightChoice,
 }
 
 impl Integrator for Bidirectional {
@@ -191,6 +193,7 @@ impl Bidirectional {
             scene,
             time,
             max_bounces: self.max_bounces,
+            light_choice: self.light_choice,
             per_pixel: 1.0 / self.film_area,
             light,
             eye,
@@ -236,7 +239,8 @@ impl Bidirectional {
         let (scene, time) = (walker.scene, walker.time);
         let [u, v, u_choice, v_choice] = walker.sampler.draw(Decision::Source);
         let u_direction = walker.sampler.draw(Decision::SourceDirection);
-        let (light, pmf) = scene.lights.choose::<E>([u_choice, v_choice])?;
+        let choice = scene.lights.choose_by_power::<E>([u_choice, v_choice]);
+        let (light, pmf) = choice?;
         let u_direction = Vec2::from_array(u_direction);
         let sample = scene.sample_emission::<E>(light, time, Vec2::new(u, v), u_direction)?;
         let (mut source, ray_density) = Source::new(sample.end, pmf, &sample.pdf);
@@ -253,13 +257,46 @@ impl Bidirectional {
         });
         let first = walked.vertices.first()?;
         source.densities.by_eye = source.density_from(first.at.p, walked.back);
-        source.direct = density_of_nee(scene, light, time, &source, &sample, first);
+        source.direct = self.density_of_nee(scene, light, time, &source, &sample, first);
         Some(LightPath {
             source,
             #[cfg(test)]
             ray_density,
             walked,
         })
+    }
+
+    /// The density with which light sampling at the first surface of a light subpath finds its source.
+    fn density_of_nee<E: Effects>(
+        &self,
+        scene: &Scene,
+        light: u32,
+        time: f32,
+        source: &Source,
+        sample: &EmissionSample,
+        first: &Vertex<E>,
+    ) -> f64 {
+        let (choice, receiver) = (self.light_choice, first.receiver());
+        let pdf = match &sample.end {
+            ShadowRayEnd::Surface(point, _) => {
+                let (towards, ng) = (point.p - receiver.p, point.ng);
+                scene
+                    .lights
+                    .pdf::<E>(light, choice, &receiver, time, towards, ng)
+            }
+            ShadowRayEnd::Infinity if source.can_be_met => {
+                let beyond = scene
+                    .lights
+                    .environment(-sample.direction, MapRule::Radiance);
+                let pmf = scene.lights.pmf::<E>(light, choice, &receiver);
+                beyond.map_or(PdfSolidAngle(0.0), |beyond| pmf * beyond.pdf)
+            }
+            // There is no other point, or direction: the density is the probability of selecting the light.
+            ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => {
+                return scene.lights.pmf::<E>(light, choice, &receiver).0.into();
+            }
+        };
+        source.density_from(receiver.p, pdf)
     }
 }
 
@@ -285,29 +322,4 @@ fn power(sample: &EmissionSample, pmf: Pmf) -> Rgb {
     let position = sample.pdf.position.map_or(1.0, |pdf| pdf.0);
     let direction = sample.pdf.direction.map_or(1.0, |pdf| pdf.0);
     sample.radiance * (cos / direction / position / pmf.0)
-}
-
-/// The density with which light sampling at the first surface of a light subpath finds its source.
-fn density_of_nee<E: Effects>(
-    scene: &Scene,
-    light: u32,
-    time: f32,
-    source: &Source,
-    sample: &EmissionSample,
-    first: &Vertex<E>,
-) -> f64 {
-    let from = first.at.p;
-    let pdf = match &sample.end {
-        ShadowRayEnd::Surface(point, _) => {
-            let towards = point.p - from;
-            scene.lights.pdf::<E>(light, from, time, towards, point.ng)
-        }
-        ShadowRayEnd::Infinity if source.can_be_met => {
-            let beyond = scene.lights.environment(-sample.direction);
-            beyond.map_or(PdfSolidAngle(0.0), |beyond| beyond.pdf)
-        }
-        // There is no other point, or direction: the density is the probability of choosing the light.
-        ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => return source.direct,
-    };
-    source.density_from(from, pdf)
 }

@@ -17,7 +17,7 @@
 
 use crate::bsdf::{Bsdf, BsdfSample};
 use crate::effects::{Effects, Switch};
-use crate::light::types::{EmissionPdf, ShadowRayEnd};
+use crate::light::types::{EmissionPdf, Receiver, ShadowRayEnd};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
@@ -116,6 +116,13 @@ impl<'a, E: Effects> Vertex<'a, E> {
         }
     }
 
+    /// The vertex as a receiver of light, for the selection of a light there. The side of the normal is left out: it
+    /// depends on the end at which a subpath began.
+    #[inline]
+    pub fn receiver(&self) -> Receiver {
+        Receiver::anywhere(self.at.p)
+    }
+
     /// Whether the BSDF has any lobe but delta lobes, so that the vertex can be connected to.
     #[inline]
     pub fn is_connectible(&self) -> bool {
@@ -211,8 +218,8 @@ pub struct Source {
 }
 
 impl Source {
-    /// Makes the source that light sampling chooses with these densities, times the probability of choosing the light,
-    /// and the density of the rays that leave it.
+    /// Makes the source with which a light subpath begins with these densities, times the probability of selecting the
+    /// light, and the density of the rays that leave it. The density of light sampling is left at zero.
     pub fn new(end: ShadowRayEnd, pmf: Pmf, pdf: &EmissionPdf) -> (Self, RayDensity) {
         let position = pdf.position.map_or(1.0, |pdf| f64::from(pdf.0));
         let direction = pdf.direction.map_or(1.0, |pdf| f64::from(pdf.0));
@@ -230,7 +237,7 @@ impl Source {
                 by_light: f64::from(pmf.0) * first,
                 by_eye: 0.0,
             },
-            direct: f64::from(pmf.0),
+            direct: 0.0,
         };
         (source, rays)
     }

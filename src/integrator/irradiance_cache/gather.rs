@@ -105,7 +105,7 @@ impl Gatherer<'_> {
                 excluded_by_rays.push(excluded);
             }
             memory.paths.begin(&samples);
-            let gathered_from = Some((at.p, PdfSolidAngle::LEAST));
+            let gathered_from = Some((at.receiver(false), PdfSolidAngle::LEAST));
             let blocks = memory.paths.blocks_mut().iter_mut();
             for (block, excluded) in blocks.zip(excluded_by_rays.chunks(LANES)) {
                 for (lane, &excluded) in excluded.iter().enumerate() {

@@ -7,6 +7,7 @@
 use super::super::SampleLanes;
 use crate::accel::lanes::{ExcludedLanes, RayHitLanes};
 use crate::effects::{Effects, Slot, State};
+use crate::light::types::Receiver;
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::ray::Ray;
@@ -38,8 +39,9 @@ pub struct PathBlock<E: Effects> {
     /// The factors by which Russian roulette corrects the throughputs: transmission divides them by eta^2 on the way into
     /// glass and restores them on the way out, which is no reason to end a path.
     pub eta_scale: State<E::Transmission, Lanes<f32>>,
-    /// The points of the last scattering events.
+    /// The points of the last scattering events, and their normals as receivers of light.
     from: Lanes3,
+    from_normal: State<E::ManyLights, Lanes3>,
     /// The densities of their directions; infinite from the camera and from delta lobes.
     pdf: Lanes<f32>,
     /// The lights that were last chosen by light sampling.
@@ -61,6 +63,7 @@ impl<E: Effects> Default for PathBlock<E> {
             radiance: [zero; 3],
             eta_scale: Slot::new(|| zero),
             from: [zero; 3],
+            from_normal: Slot::new(|| [zero; 3]),
             pdf: zero,
             chosen: [NO_LIGHT; LANES],
             closest_rays: [0; LANES],
@@ -136,6 +139,9 @@ impl<E: Effects> PathBlock<E> {
             to[lane] = of[from];
         }
         copy(&mut self.from, &other.from);
+        if let (Some(to), Some(of)) = (self.from_normal.get_mut(), other.from_normal.get()) {
+            copy(to, of);
+        }
         self.pdf[lane] = other.pdf[from];
         self.chosen[lane] = other.chosen[from];
         self.closest_rays[lane] = other.closest_rays[from];
@@ -161,19 +167,36 @@ impl<E: Effects> PathBlock<E> {
         store(&mut self.radiance, lane, radiance + contribution);
     }
 
-    /// The point of the last scattering event, and the density of its direction.
+    /// The last scattering event as a receiver of light, and the density of its direction.
     #[inline(always)]
-    pub fn scattered_from(&self, lane: usize) -> Option<(Vec3, PdfSolidAngle)> {
+    pub fn scattered_from(&self, lane: usize) -> Option<(Receiver, PdfSolidAngle)> {
         let pdf = self.pdf[lane];
-        (pdf < f32::INFINITY).then(|| (load(&self.from, lane), PdfSolidAngle(pdf)))
+        (pdf < f32::INFINITY).then(|| {
+            let normal = self.from_normal.get();
+            let receiver = Receiver {
+                p: load(&self.from, lane),
+                normal: normal.map_or(Vec3::ZERO, |normal| load(normal, lane)),
+            };
+            (receiver, PdfSolidAngle(pdf))
+        })
     }
 
-    /// Sets the point of the last scattering event, and the density of its direction.
+    /// Sets the last scattering event as a receiver of light, and the density of its direction.
     #[inline(always)]
-    pub fn scatter_from(&mut self, lane: usize, from: Option<(Vec3, PdfSolidAngle)>) {
-        let (p, pdf) = from.unwrap_or((Vec3::ZERO, PdfSolidAngle(f32::INFINITY)));
-        store(&mut self.from, lane, p);
+    pub fn scatter_from(&mut self, lane: usize, from: Option<(Receiver, PdfSolidAngle)>) {
+        let camera = (Receiver::default(), PdfSolidAngle(f32::INFINITY));
+        let (receiver, pdf) = from.unwrap_or(camera);
+        store(&mut self.from, lane, receiver.p);
+        self.set_from_normal(lane, receiver.normal);
         self.pdf[lane] = pdf.0;
+    }
+
+    /// Sets the normal of the last scattering event as a receiver of light.
+    #[inline(always)]
+    pub fn set_from_normal(&mut self, lane: usize, normal: impl Into<[f32; 3]>) {
+        if let Some(to) = self.from_normal.get_mut() {
+            store(to, lane, normal);
+        }
     }
 
     /// The light that light sampling last chose, if any.

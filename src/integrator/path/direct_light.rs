@@ -36,6 +36,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     ) -> ActiveLanes<LANES> {
         let (scene, technique) = (walk.scene, self.technique.technique());
         let DirectLightLanes {
+            receivers,
             context,
             samples,
             lights,
@@ -65,20 +66,16 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let point = first_two(&mut context.u);
             S::draw_lanes(samplers, &lit, &block.path, states, decision, point);
         }
+        let rules = self.light_sampling();
         if E::ManyLights::ON {
-            for lane in lit.each() {
-                let [.., a, b] = context.u.each_ref().map(|u| u[lane]);
-                let choice = scene.lights.choose::<E>([a, b]);
-                let (light, pmf) = choice.expect("there are lights, or none would be sampled");
-                (context.light[lane], context.pmf[lane]) = (light, pmf.0);
-            }
-        } else {
-            (context.light, context.pmf) = ([0; LANES], [1.0; LANES]);
+            stage.at.receivers(receivers);
         }
+        let choices = &scene.lights;
+        choices.choose_lanes::<E>(rules.choice, &lit, receivers, context);
         block.choose(&lit, &context.light);
         context.time = block.packet.rays.time;
-        let (points, p) = (technique.points, &stage.at.p);
-        scene.sample_lights::<E>(&lit, context, points, p, lights, samples);
+        let p = &stage.at.p;
+        scene.sample_lights::<E>(&lit, context, rules, p, lights, samples);
         lit
     }
 
@@ -217,7 +214,8 @@ vectorised! {
             let found = reflected::<E>(&at, technique, pmf, light, value);
             let ray = at.ray_to_surface(&samples.surface(lane), wi, found.goes_through);
             let is_in_mask = planted!("ended-paths-sample-lights", true, lit.has(lane));
-            let is_lit = found.is_lit & is_in_mask & (samples.end[lane] != End::None as u32);
+            let has_sample = (samples.end[lane] != End::None as u32) & (pmf > 0.0);
+            let is_lit = found.is_lit & is_in_mask & has_sample;
             let beta: Rgb<LaneVec3> = load(&block.beta, lane);
             store(&mut direct_light.contribution, lane, beta * found.contribution);
             direct_light.weight[lane] = found.weight;

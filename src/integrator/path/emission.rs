@@ -12,6 +12,7 @@ use super::course::toss;
 use super::shading::StageMemory;
 use super::{PathIntegrator, Walk};
 use crate::effects::{Effects, Switch};
+use crate::light::types::Receiver;
 use crate::math::lanes::{ActiveLanes, LANES, load, store};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
@@ -60,8 +61,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let dir: Vec3 = load(&block.packet.rays.dir, lane);
             let mut contribution = Rgb::BLACK;
             if E::Environment::ON {
-                contribution = load::<Rgb>(&block.beta, lane)
-                    * environment(scene, block, lane, dir, technique);
+                contribution =
+                    load::<Rgb>(&block.beta, lane) * self.environment(scene, block, lane, dir);
                 block.add(lane, contribution);
             }
             walk.observer.environment(contribution);
@@ -106,11 +107,12 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         if let Some(emitted) = emitted {
             let time = block.packet.rays.time[lane];
             let chosen = block.chosen(lane);
+            let choice = self.light_choice;
             let weight = weight_of_scattering(
                 block,
                 lane,
                 technique,
-                |from| scene.light_pdf(from, time, &at),
+                |from| scene.light_pdf(choice, &from, time, &at),
                 || chosen.is_some() && scene.light_of(&at) == chosen,
             );
             let contribution = beta * emitted * (weight * coin.taken);
@@ -120,6 +122,32 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         store(&mut block.beta, lane, beta * coin.left);
         coin.ends || scene.is_dark(&at)
     }
+
+    /// The radiance of the environment along the ray of a path, with its MIS weight.
+    #[inline]
+    fn environment<E: Effects>(
+        &self,
+        scene: &Scene,
+        block: &PathBlock<E>,
+        lane: usize,
+        dir: Vec3,
+    ) -> Rgb {
+        let mut radiance = scene.environment;
+        let (technique, rules) = (self.technique.technique(), self.light_sampling());
+        if E::EnvironmentMap::ON
+            && let Some(environment) = scene.lights.environment(dir, rules.map)
+        {
+            let light = environment.light;
+            let p_light = |from: Receiver| {
+                let pmf = scene.lights.pmf::<E>(light, rules.choice, &from);
+                pmf * environment.pdf
+            };
+            let is_chosen = || Some(light) == block.chosen(lane);
+            let weight = weight_of_scattering(block, lane, technique, p_light, is_chosen);
+            radiance += environment.radiance * weight;
+        }
+        radiance
+    }
 }
 
 /// The MIS weight of light found by scattering, where light sampling has the density `p_light`.
@@ -128,33 +156,13 @@ fn weight_of_scattering<E: Effects>(
     block: &PathBlock<E>,
     lane: usize,
     technique: Technique,
-    p_light: impl FnOnce(Vec3) -> PdfSolidAngle,
+    p_light: impl FnOnce(Receiver) -> PdfSolidAngle,
     is_chosen: impl FnOnce() -> bool,
 ) -> f32 {
     match block.scattered_from(lane) {
         Some((from, p_bsdf)) => technique.weight_of_scattering(p_bsdf, || p_light(from), is_chosen),
         None => 1.0,
     }
-}
-
-/// The radiance of the environment along the ray of a path, with its MIS weight.
-#[inline]
-fn environment<E: Effects>(
-    scene: &Scene,
-    block: &PathBlock<E>,
-    lane: usize,
-    dir: Vec3,
-    technique: Technique,
-) -> Rgb {
-    let mut radiance = scene.environment;
-    if E::EnvironmentMap::ON
-        && let Some(environment) = scene.lights.environment(dir)
-    {
-        let is_chosen = || Some(environment.light) == block.chosen(lane);
-        radiance += environment.radiance
-            * weight_of_scattering(block, lane, technique, |_| environment.pdf, is_chosen);
-    }
-    radiance
 }
 
 impl<E: Effects> InteractionLanes<E> {

@@ -34,6 +34,7 @@ use super::{CameraRay, Integrator, RayCounts, Roulette, SampleLanes};
 use crate::accel::Hit;
 use crate::bsdf::Bsdf;
 use crate::effects::Effects;
+use crate::light::types::{LightChoice, LightSampling, MapRule};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, load};
 use crate::math::rgb::Rgb;
 use crate::sampler::{LaneStates, Sampler};
@@ -58,6 +59,11 @@ pub struct PathIntegrator<C = Weighted, K = Traced> {
     pub max_bounces: Option<u32>,
     /// The rule of Russian roulette.
     pub roulette: Roulette,
+    /// The selection of lights.
+    pub light_choice: LightChoice,
+    /// The density of directions to an environment map; compensated only where every light that light sampling finds is
+    /// found by BSDF sampling, too.
+    pub map: MapRule,
 }
 
 /// The memory of the path integrator: the states of a wavefront of paths, and of the stages of a bounce.
@@ -224,6 +230,16 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             }
         }
         found
+    }
+
+    /// The rules of light sampling.
+    #[inline(always)]
+    fn light_sampling(&self) -> LightSampling {
+        LightSampling {
+            choice: self.light_choice,
+            points: self.technique.technique().points,
+            map: self.map,
+        }
     }
 
     /// Looks up the BSDFs at the surfaces of a block.

@@ -323,8 +323,9 @@ vectorised! {
         block: &mut PathBlock<E>,
         scattering: &mut ScatteringLanes,
     ) {
+        let of_lanes = at;
         for lane in 0..LANES {
-            let at: Interaction<E, LaneVec3> = at.get(lane);
+            let at: Interaction<E, LaneVec3> = of_lanes.get(lane);
             let wi = at.frame.to_world(load(&scattering.wi, lane));
             // A direction sampled about the shading normal may be on the wrong side of the geometric surface: light would
             // leak.
@@ -357,6 +358,7 @@ vectorised! {
             }
             store(&mut block.beta, lane, beta);
             let pdf = scattering.pdf[lane];
+            block.set_from_normal(lane, of_lanes.receiver_normal(lane));
             block.leave(lane, &at, wi, pdf, goes_through);
             let continues = is_scattered & !ends;
             block.active.set(lane, continues);

@@ -10,6 +10,7 @@ use crate::bsdf::{Diffuse, Lobe};
 use crate::effects::{Effects, Slot, State};
 use crate::light::lanes::{LightContextLanes, LightSampleLanes};
 use crate::light::select::LightLanes;
+use crate::light::types::Receiver;
 use crate::math::lanes::ActiveLanes;
 use crate::math::lanes::{LANES, Lanes, Lanes3, load, store};
 use crate::math::vec::{LaneVec3, Vec2};
@@ -45,6 +46,8 @@ impl<E: Effects> Default for StageMemory<E> {
 #[repr(align(64))]
 #[derive(Debug)]
 pub struct DirectLightLanes {
+    /// The surfaces as receivers of light.
+    pub receivers: Receiver<Lanes3>,
     /// The inputs of light sampling.
     pub context: LightContextLanes,
     pub samples: LightSampleLanes,
@@ -66,6 +69,7 @@ impl Default for DirectLightLanes {
     fn default() -> Self {
         let zero = [0.0; LANES];
         Self {
+            receivers: Receiver::default(),
             context: LightContextLanes::default(),
             samples: LightSampleLanes::default(),
             f: [zero; 3],

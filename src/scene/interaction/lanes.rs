@@ -15,6 +15,7 @@ use crate::effects::{Effects, Slot, State, Switch};
 use crate::geometry::Geometry;
 use crate::geometry::mesh::{Mesh, may_be_outside, shading_normal, triangle_point};
 use crate::geometry::surface::SurfacePoint;
+use crate::light::types::Receiver;
 use crate::math::frame::Frame;
 use crate::math::lanes::ActiveLanes;
 use crate::math::lanes::{LANES, Lanes, Lanes3, load, store, vectorised};
@@ -79,6 +80,23 @@ impl<E: Effects> InteractionLanes<E> {
     #[inline(always)]
     pub fn is_behind(&self, lane: usize) -> bool {
         self.side[lane] < 0.0
+    }
+
+    /// Copies the points as receivers of light.
+    #[inline]
+    pub fn receivers(&self, to: &mut Receiver<Lanes3>) {
+        to.p = self.p;
+        for lane in 0..LANES {
+            store(&mut to.normal, lane, self.receiver_normal(lane));
+        }
+    }
+
+    /// The normal of a lane's point as a receiver of light. Free of branches.
+    #[inline(always)]
+    pub fn receiver_normal(&self, lane: usize) -> LaneVec3 {
+        let normal = load(&self.frame[2], lane);
+        let transmits = self.traits[lane] & ShapeTraits::TRANSMITS != 0;
+        if transmits { LaneVec3::ZERO } else { normal }
     }
 
     /// The interaction of a lane.

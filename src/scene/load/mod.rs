@@ -10,6 +10,7 @@ mod contents;
 mod instance;
 mod light;
 mod material;
+mod mitsuba;
 mod model;
 mod motion;
 mod mtl;
@@ -39,6 +40,7 @@ const FORMATS: &[(&str, Load)] = &[
     ("toml", toml::load),
     ("obj", model::load_obj),
     ("ply", model::load_ply),
+    ("xml", mitsuba::load),
 ];
 
 /// Loads a scene by the file's extension. A bare model gets a camera and, if nothing in it emits, a sky.

@@ -256,7 +256,7 @@ motion = [{{ time = 0, transform = [] }}, {{ time = 1, transform = [{{ translate
         ("instance 2", 0, Some(1))
     );
     assert_eq!(leaf.motion.len(), 2);
-    assert!(!scene.notes.iter().any(|note| note.contains("group")));
+    assert!(!scene.notes.iter().any(|note| note.text.contains("group")));
 }
 
 #[test]
@@ -267,7 +267,7 @@ fn a_group_that_nothing_places_is_told_of() {
     ));
     assert_eq!(scene.groups, ["a", "b"]);
     assert_eq!(
-        scene.notes,
+        Vec::from_iter(scene.notes.iter().map(ToString::to_string)),
         ["group `a` is placed by no instance: it is not rendered"]
     );
 }
@@ -323,14 +323,23 @@ fn the_render_table_is_kept_as_it_is_written() {
 
 #[test]
 fn materials_of_every_type_are_read() {
-    let model = material("type = \"conductor\"\npreset = \"gold\"\nroughness = 0.25");
-    let MaterialModel::Conductor { eta, k, roughness } = model else {
+    let model = material("type = \"conductor\"\npreset = \"gold\"\nroughness = 0.25\ntint = 0.5");
+    let MaterialModel::Conductor {
+        eta,
+        k,
+        roughness,
+        tint,
+    } = model
+    else {
         panic!()
     };
     assert!(eta.to_array()[0] < eta.to_array()[2] && k.to_array()[0] > k.to_array()[2]);
-    assert_eq!(roughness, 0.25);
+    assert_eq!((roughness, tint), (0.25, Rgb::grey(0.5)));
     let model = material("type = \"conductor\"\neta = [1, 2, 3]\nk = 4");
-    let MaterialModel::Conductor { eta, k, roughness } = model else {
+    let MaterialModel::Conductor {
+        eta, k, roughness, ..
+    } = model
+    else {
         panic!()
     };
     assert_eq!(
@@ -540,6 +549,6 @@ fn motion_without_an_open_shutter_is_noted() {
     let ball = "[[shape]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\nmotion = [\
         { time = 0, transform = [] }, { time = 1, transform = [{ translate = [1, 0, 0] }] }]\n";
     let notes = |head: &str| load_text(&format!("{head}{ball}")).notes;
-    assert!(notes(HEAD)[0].contains("the shutter is never open"));
+    assert!(notes(HEAD)[0].text.contains("the shutter is never open"));
     assert!(notes(&format!("{HEAD}shutter = [0, 1]\n")).is_empty());
 }

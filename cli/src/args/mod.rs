@@ -11,6 +11,7 @@ mod denoise;
 mod lesson;
 mod plan;
 mod render;
+mod scene;
 mod state;
 mod study;
 mod values;
@@ -22,6 +23,7 @@ pub use denoise::DenoiseArguments;
 pub use lesson::LessonArguments;
 pub use plan::PlanArguments;
 pub use render::RenderArguments;
+pub use scene::{Fidelity, SceneArguments};
 pub use state::MergeArguments;
 pub use study::StudyArguments;
 

@@ -9,7 +9,7 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::{DMat3, DVec3};
 
 /// A light that is not a shape.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LightDescription {
     /// The place in the scene file.
     pub place: Place,
@@ -18,7 +18,7 @@ pub struct LightDescription {
 }
 
 /// The kinds of lights that are not shapes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum LightModel {
     /// An environment light: radiance arriving from infinity in all directions.

@@ -210,7 +210,7 @@ pub struct RenderDescription {
 }
 
 /// A colour that may vary over a surface.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum ColourDescription {
     /// A constant.
     Constant(Rgb),
@@ -240,7 +240,7 @@ impl From<Rgb> for ColourDescription {
 }
 
 /// One shape with one material.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ShapeDescription {
     /// A name for messages, such as that of the OBJ group.
     pub name: String,
@@ -263,7 +263,7 @@ pub struct ShapeDescription {
 }
 
 /// An instance of a group.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct InstanceDescription {
     /// A name for messages.
     pub name: String,
@@ -297,7 +297,7 @@ impl ShapeDescription {
 }
 
 /// The geometry types.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum GeometryDescription {
     /// A triangle mesh.

@@ -115,6 +115,18 @@ impl Image {
         image.checked_finite()
     }
 
+    /// Decodes the alpha channel of the bytes of a PNG file, grey; `None` if it has none. Images of other formats have none
+    /// that is read.
+    ///
+    /// # Errors
+    /// As [`Image::decode`].
+    pub fn decode_alpha(bytes: &[u8]) -> Result<Option<Self>> {
+        match bytes {
+            [0x89, b'P', b'N', b'G', ..] => raster::decode_png_alpha(bytes),
+            _ => Ok(None),
+        }
+    }
+
     /// The image, if every pixel is finite; else an error that names the first that is not.
     fn checked_finite(self) -> Result<Self> {
         match self.pixels.iter().position(|pixel| !pixel.is_finite()) {

@@ -24,7 +24,7 @@ mod write;
 
 pub use layered::LayeredImage;
 pub use options::{Layer, MetadataValue, WriteOptions};
-pub use png::{codes, png_bytes, png_bytes_with_texts};
+pub use png::{codes, exact_codes, png_bytes, png_bytes_with_texts, write_codes};
 pub use write::{check_writable, write};
 
 use crate::error::{Error, Result};

@@ -9,6 +9,8 @@ mod damaged_files;
 mod generated_files;
 mod lights;
 mod models;
+mod notes;
 mod odd_models;
 mod own_scenes;
+mod ply;
 mod scene_files;

@@ -3,7 +3,7 @@
 //! Measure: uv of the surface to uv of the image, [0, 1] over the image, v up.
 //! Range: any finite map. Mirrored and clamped coordinates stay between the centres of the outermost texels, where a
 //! lookup that repeats the image gives the same colours.
-//! Source: glTF 2.0, samplers, and KHR_texture_transform. Tested below and in `tests/loading/gltf_textures.rs`.
+//! Source: glTF 2.0, samplers, and KHR_texture_transform. Tested below and in `tests/loading/gltf.rs`.
 
 use crate::math::vec::Vec2;
 use crate::planted::planted;

@@ -2,7 +2,7 @@
 //!
 //! Measure: as the accessor says; normalised integers are fractions of their maximum.
 //! Range: elements within their buffer view; sparse indices within the accessor. Nothing is allocated here.
-//! Source: glTF 2.0, chapter 3.6.2. Tested in `tests/loading/gltf_meshes.rs`.
+//! Source: glTF 2.0, chapter 3.6.2. Tested in `tests/loading/gltf.rs`.
 
 use super::buffers::Asset;
 use crate::error::{Error, Result};

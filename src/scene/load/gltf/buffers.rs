@@ -2,7 +2,7 @@
 //!
 //! Measure: bytes.
 //! Range: URIs of files are relative to the glTF file; other schemes than `data:` are errors.
-//! Source: glTF 2.0, chapter 3.6; RFC 2397 and RFC 3986. Tested in `tests/loading/gltf_files.rs`.
+//! Source: glTF 2.0, chapter 3.6; RFC 2397 and RFC 3986. Tested in `tests/loading/gltf_bad.rs`.
 
 use super::super::read_bytes;
 use super::super::wording::shown;

@@ -2,7 +2,7 @@
 //!
 //! Measure: the file's units; angles in radians.
 //! Range: perspective cameras; an orthographic one becomes a perspective one from far away.
-//! Source: glTF 2.0, chapter 3.10. Tested in `tests/loading/gltf_lights.rs`.
+//! Source: glTF 2.0, chapter 3.10. Tested in `tests/loading/gltf.rs`.
 
 use super::buffers::Asset;
 use crate::error::Result;

@@ -2,7 +2,7 @@
 //!
 //! Measure: bytes.
 //! Range: version 2 of both; a file that requires an extension that is not read here is refused.
-//! Source: glTF 2.0, chapters 3.12 and 4. Tested in `tests/loading/gltf_files.rs`.
+//! Source: glTF 2.0, chapters 3.12 and 4. Tested in `tests/loading/gltf_bad.rs`.
 
 use super::super::wording::shown;
 use crate::error::{Error, Result};

@@ -4,7 +4,7 @@
 //! 683 lm/W, the conversion of Blender's exporter and importer.
 //! Range: intensities of at least 0; `range`, a hint for other renderers, is ignored.
 //! Source: KHR_lights_punctual. Between the angles of a spot light the intensity falls as that of our own, which the
-//! extension leaves open. Tested in `tests/loading/gltf_lights.rs`.
+//! extension leaves open. Tested in `tests/loading/gltf.rs`.
 
 use super::buffers::Asset;
 use crate::error::Result;

@@ -6,7 +6,7 @@
 //! Transmission refracts, as in Blender. All textures of a material have the same texture coordinates; one with others
 //! is replaced by its mean.
 //! Source: glTF 2.0, chapter 3.9 and appendix B, and the extensions KHR_materials_*. Tested in
-//! `tests/loading/gltf_materials.rs`.
+//! `tests/loading/gltf.rs`.
 
 use super::buffers::Asset;
 use super::texture::{Channels, Images, TextureReference};

@@ -3,7 +3,7 @@
 //! Measure: the file's own units; texture coordinates with v up, where glTF's has it down.
 //! Range: triangles, strips and fans, indexed or not; indices within the vertices. Every list of accessors is read once,
 //! and all meshes together have at most [`EXPANSION`] times as many bytes as the file.
-//! Source: glTF 2.0, chapter 3.7.2. Tested in `tests/loading/gltf_meshes.rs`.
+//! Source: glTF 2.0, chapter 3.7.2. Tested in `tests/loading/gltf.rs`.
 
 use super::accessor::{Elements, check_finite};
 use super::buffers::Asset;

@@ -9,7 +9,7 @@
 //! extension that is not read. An error names the place in the JSON. Memory is bounded by the size of the file and of those
 //! that it refers to.
 //! Source: glTF 2.0; the JSON through the crate gltf. docs/scene-formats.md lists what is read. Tested in
-//! `tests/loading/gltf_*.rs`.
+//! `tests/loading/gltf.rs` and `tests/loading/gltf_bad.rs`.
 
 mod accessor;
 mod buffers;

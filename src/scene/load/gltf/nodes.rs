@@ -2,7 +2,7 @@
 //!
 //! Measure: the file's units, in double precision.
 //! Range: a forest, as the format requires: a node that is reached twice is an error. Animations are ignored.
-//! Source: glTF 2.0, chapter 3.5. Tested in `tests/loading/gltf_nodes.rs`.
+//! Source: glTF 2.0, chapter 3.5. Tested in `tests/loading/gltf.rs`.
 
 use super::super::wording::shown;
 use super::buffers::Asset;

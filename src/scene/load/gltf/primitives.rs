@@ -3,7 +3,7 @@
 //! Measure: the file's own units.
 //! Range: any mesh; a primitive without triangles is left out with a note. Vertex colours that vary become a texture of
 //! their own where the material has no other, and are replaced by their mean elsewhere.
-//! Source: glTF 2.0, chapter 3.7. Tested in `tests/loading/gltf_meshes.rs` and `tests/loading/gltf_materials.rs`.
+//! Source: glTF 2.0, chapter 3.7. Tested in `tests/loading/gltf.rs`.
 
 use super::super::contents::Contents;
 use super::super::vertex_colours;

@@ -2,7 +2,7 @@
 //!
 //! Measure: linear Rec. 709 of sRGB images, or linear data.
 //! Range: PNG, JPEG and the other formats that are read as images; filters of samplers are ignored: lookups are bilinear.
-//! Source: glTF 2.0, chapter 3.8, and KHR_texture_transform. Tested in `tests/loading/gltf_textures.rs`.
+//! Source: glTF 2.0, chapter 3.8, and KHR_texture_transform. Tested in `tests/loading/gltf.rs`.
 
 use super::buffers::Asset;
 use crate::error::Result;

@@ -15,6 +15,7 @@ mod bench;
 #[cfg(feature = "embree")]
 mod c_library;
 mod compare;
+mod convert;
 mod denoise;
 mod denoise_oidn;
 mod layers;

@@ -77,6 +77,11 @@ fn errors_name_the_place_and_what_was_expected() {
             "a.gltf: nodes[0]: expected a transform of finite numbers",
         ),
         (
+            "\"POSITION\":0",
+            "\"POSITION\":9",
+            "a.gltf: meshes[0].primitives[0].attributes: expected one of 3 accessors, found 9",
+        ),
+        (
             "\"POSITION\"",
             "\"NORMAL\"",
             "a.gltf: meshes[0].primitives[0]",

@@ -125,6 +125,7 @@ fn check_version(asset: &Asset) -> Result<()> {
 
 /// Checks that every index and every value of the JSON is in range.
 fn check(root: &Root) -> Result<()> {
+    check_attributes(root)?;
     let mut first = None;
     root.validate(root, gltf::json::Path::new, &mut |path, error| {
         if first.is_none() {
@@ -138,6 +139,22 @@ fn check(root: &Root) -> Result<()> {
             Err(Error::scene(message).in_field(shown(&path)))
         }
     }
+}
+
+/// Checks the accessors of primitives, on which the crate's own check relies.
+fn check_attributes(root: &Root) -> Result<()> {
+    let count = root.accessors.len();
+    for (mesh, primitives) in root.meshes.iter().map(|it| &it.primitives).enumerate() {
+        for (primitive, attributes) in primitives.iter().map(|it| &it.attributes).enumerate() {
+            let wrong = attributes.values().find(|it| it.value() >= count);
+            if let Some(accessor) = wrong.map(|it| it.value()) {
+                let message = format!("expected one of {count} accessors, found {accessor}");
+                let field = format!("meshes[{mesh}].primitives[{primitive}].attributes");
+                return Err(Error::scene(message).in_field(field));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Whether nothing depends on what is not valid at this place: bounds that are missing, attributes of an application's

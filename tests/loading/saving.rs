@@ -8,7 +8,6 @@ use etendue::internals::geometry::texture::Texture;
 use etendue::internals::geometry::uv_map::{UvMap, Wrap};
 use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
-use etendue::internals::math::vec::Vec2;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::scene::description::{
     ColourDescription, MaterialModel, Place, SceneDescription,

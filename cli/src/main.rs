@@ -8,6 +8,7 @@ mod args;
 mod battery;
 mod bench;
 mod compare;
+mod convert;
 mod denoise;
 mod durations;
 mod info;
@@ -44,6 +45,7 @@ fn main() -> ExitCode {
         Verb::Merge(merge) => merge::run(merge),
         Verb::Plan(plan) => plan::run(plan),
         Verb::Study(study) => study::run(study),
+        Verb::Convert(convert) => convert::run(convert),
         Verb::Compare(compare) => compare::run(compare),
         Verb::Denoise(denoise) => denoise::run(denoise),
         Verb::Bench(bench) => bench::run(bench),

@@ -67,6 +67,13 @@ pub const MITSUBA_XML: Target = Target {
     per_byte: FOR_XML,
 };
 
+/// A glTF file, of either container. It may name `b.bin` and `t.pfm`.
+pub const GLTF: Target = Target {
+    name: "gltf",
+    run: |bytes| load_bytes("fuzzed.gltf", bytes, "fuzzed.gltf"),
+    per_byte: FOR_COMPRESSED,
+};
+
 /// A picture of any format that is read; the first bytes tell which.
 pub const IMAGE: Target = Target {
     name: "image",
@@ -82,7 +89,7 @@ pub const STATE: Target = Target {
 };
 
 /// All of them.
-pub const TARGETS: [Target; 7] = [SCENE_TOML, OBJ, MTL, PLY, MITSUBA_XML, IMAGE, STATE];
+pub const TARGETS: [Target; 8] = [SCENE_TOML, OBJ, MTL, PLY, MITSUBA_XML, GLTF, IMAGE, STATE];
 
 /// Text: the acceptance rule of the project's catalogue of hard cases.
 const FOR_TEXT: usize = 64;
@@ -104,13 +111,17 @@ const MOST_TRACED: usize = 4096;
 const LONGEST_MESSAGE: usize = 8 << 10;
 
 /// Files that what is fuzzed may name.
-const NAMED: [(&str, &[u8]); 5] = [
+const NAMED: [(&str, &[u8]); 6] = [
     (
         "m.obj",
         b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n",
     ),
     ("m.mtl", b"newmtl a\nKd 1 0 0\nKe 1 1 1\nnewmtl b\nPr 0.5\n"),
     ("t.pfm", b"Pf\n2 1\n-1\n\0\0\0\x3f\0\0\x80\x3f"),
+    (
+        "b.bin",
+        b"\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\0\0\0\x01\x02\0",
+    ),
     ("library.obj", MODEL),
     ("broken.png", b"\x89PNG\r\n\x1a\n"),
 ];

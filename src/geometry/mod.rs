@@ -8,6 +8,7 @@ pub mod placed;
 pub mod sphere;
 pub mod surface;
 pub mod texture;
+pub mod uv_map;
 pub mod world;
 
 use crate::math::bounds::Bounds;

@@ -53,6 +53,15 @@ impl PackedImage {
         Codes::new(image).map_or_else(|| Self::Values(Arc::clone(image)), Self::Codes)
     }
 
+    /// The width and the height.
+    #[inline]
+    pub fn size(&self) -> (u32, u32) {
+        match self {
+            Self::Codes(codes) => codes.size,
+            Self::Values(image) => (image.width(), image.height()),
+        }
+    }
+
     /// The colour at `uv`, identical to [`Texture::lookup`](super::texture::Texture::lookup).
     #[inline]
     pub fn lookup(&self, uv: Vec2) -> Rgb {

@@ -4,6 +4,7 @@
 //! Range: any finite uv: the image repeats. For other uv the colour is unspecified and may not be finite.
 //! Source: bilinear interpolation between texel centres. Tested below.
 
+use super::uv_map::UvMap;
 use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -12,7 +13,7 @@ use serde::Serialize;
 use std::sync::Arc;
 
 /// A texture.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, PartialEq)]
 pub enum Texture {
     /// An image.
     Image {
@@ -20,6 +21,15 @@ pub enum Texture {
         image: Arc<Image>,
         /// The factor of every value.
         scale: f32,
+    },
+    /// An image that does not simply repeat over [0, 1].
+    Placed {
+        /// The texels, in linear values.
+        image: Arc<Image>,
+        /// The factor of every value, by channel.
+        tint: Rgb,
+        /// The place of the image on the surface.
+        uv_map: UvMap,
     },
     /// A checkerboard of two colours.
     Checker {
@@ -39,6 +49,14 @@ impl Texture {
                 let size = (image.width(), image.height());
                 *scale * bilinear(size, uv, |x, y| image.get(x, y))
             }
+            Self::Placed {
+                image,
+                tint,
+                uv_map,
+            } => {
+                let size = (image.width(), image.height());
+                *tint * bilinear(size, uv_map.apply(size, uv), |x, y| image.get(x, y))
+            }
             Self::Checker { colours, repeat } => {
                 let field = uv * *repeat;
                 colours[usize::from(is_odd(field.x) != is_odd(field.y))]
@@ -49,10 +67,8 @@ impl Texture {
     /// The largest value in each channel.
     pub fn brightest(&self) -> Rgb {
         match self {
-            Self::Image { image, scale } => {
-                let texels = image.pixels().iter();
-                *scale * texels.copied().fold(Rgb::BLACK, larger)
-            }
+            Self::Image { image, scale } => *scale * brightest(image),
+            Self::Placed { image, tint, .. } => *tint * brightest(image),
             Self::Checker { colours, .. } => larger(colours[0], colours[1]),
         }
     }
@@ -60,14 +76,22 @@ impl Texture {
     /// The colour, if it is the same everywhere; identical to that of [`Texture::lookup`].
     pub fn constant(&self) -> Option<Rgb> {
         match self {
-            Self::Image { image, scale } => {
-                let (first, others) = image.pixels().split_first()?;
-                let same = others.iter().all(|texel| texel == first);
-                same.then(|| *scale * *first)
-            }
+            Self::Image { image, scale } => only_colour(image).map(|colour| *scale * colour),
+            Self::Placed { image, tint, .. } => only_colour(image).map(|colour| *tint * colour),
             Self::Checker { colours, .. } => (colours[0] == colours[1]).then_some(colours[0]),
         }
     }
+}
+
+/// The largest value of each channel.
+fn brightest(image: &Image) -> Rgb {
+    image.pixels().iter().copied().fold(Rgb::BLACK, larger)
+}
+
+/// The colour of every texel, if it is the same.
+fn only_colour(image: &Image) -> Option<Rgb> {
+    let (first, others) = image.pixels().split_first()?;
+    others.iter().all(|texel| texel == first).then_some(*first)
 }
 
 /// The larger value in each channel.
@@ -113,6 +137,7 @@ fn is_odd(x: f32) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::uv_map::Wrap;
     use super::*;
     use proptest::prelude::*;
 
@@ -160,6 +185,26 @@ mod tests {
                 assert!((at(&texture, u + du, v + dv) - at(&texture, u, v)).abs() < 1e-4);
             }
         }
+    }
+
+    #[test]
+    fn a_placed_image_is_the_image_elsewhere_and_tinted() {
+        let Texture::Image { image, .. } = numbers() else {
+            unreachable!("it is an image");
+        };
+        let placed = Texture::Placed {
+            image,
+            tint: Rgb::new(0.5, 1.0, 2.0),
+            uv_map: UvMap {
+                rows: [[0.5, 0.0, 0.25], [0.0, -1.0, 1.0]],
+                wrap: [Wrap::Clamp, Wrap::Mirror],
+            },
+        };
+        let [r, g, b] = placed.lookup(Vec2::new(0.5, 0.25)).to_array();
+        assert_eq!((r, g, b), (0.5, 1.0, 2.0));
+        // Left of the image is its first column, above it the mirrored image.
+        assert!((placed.lookup(Vec2::new(-9.0, -0.25)).to_array()[1] - 0.0).abs() < 1e-5);
+        assert_eq!(placed.brightest(), Rgb::new(2.5, 5.0, 10.0));
     }
 
     #[test]

@@ -24,7 +24,7 @@ mod write;
 
 pub use layered::LayeredImage;
 pub use options::{Layer, MetadataValue, WriteOptions};
-pub use png::{codes, png_bytes, png_bytes_with_texts};
+pub use png::{codes, exact_codes, png_bytes, png_bytes_with_texts, write_codes};
 pub use write::{check_writable, write};
 
 use crate::error::{Error, Result};
@@ -114,6 +114,18 @@ impl Image {
             )),
         }?;
         image.checked_finite()
+    }
+
+    /// Decodes the alpha channel of the bytes of a PNG file, grey; `None` if it has none. Images of other formats have none
+    /// that is read.
+    ///
+    /// # Errors
+    /// As [`Image::decode`].
+    pub fn decode_alpha(bytes: &[u8]) -> Result<Option<Self>> {
+        match bytes {
+            [0x89, b'P', b'N', b'G', ..] => raster::decode_png_alpha(bytes),
+            _ => Ok(None),
+        }
     }
 
     /// The image, if every pixel is finite; else an error that names the first that is not.

@@ -4,8 +4,9 @@
 //! Range: any pixels; values outside of [0, 1] after the exposure are clamped, and a NaN is black.
 //! Source: `srgb.rs`; a PNG without a colour chunk is read as sRGB (W3C PNG, section 13.13). Tested below.
 
-use super::Image;
+use super::raster::code_values;
 use super::srgb::to_code;
+use super::{ColourSpace, Image};
 use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
 use std::io::{self, Write};
 
@@ -33,7 +34,25 @@ pub(super) fn encode(
     exposure: f32,
     texts: &[(&str, String)],
 ) -> io::Result<()> {
-    let mut encoder = Encoder::new(writer, image.width(), image.height());
+    let size = (image.width(), image.height());
+    encode_codes(writer, size, &codes(image, exposure), texts)
+}
+
+/// Writes 8-bit codes of red, green and blue as a PNG file of this width and height.
+///
+/// # Errors
+/// If the writer fails.
+pub fn write_codes(writer: impl Write, size: (u32, u32), codes: &[u8]) -> io::Result<()> {
+    encode_codes(writer, size, codes, &[])
+}
+
+fn encode_codes(
+    writer: impl Write,
+    (width, height): (u32, u32),
+    codes: &[u8],
+    texts: &[(&str, String)],
+) -> io::Result<()> {
+    let mut encoder = Encoder::new(writer, width, height);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::Fast);
@@ -47,7 +66,7 @@ pub(super) fn encode(
         added.map_err(failed)?;
     }
     let mut writer = encoder.write_header().map_err(failed)?;
-    let written = writer.write_image_data(&codes(image, exposure));
+    let written = writer.write_image_data(codes);
     written.and_then(|()| writer.finish()).map_err(failed)
 }
 
@@ -57,6 +76,21 @@ pub fn codes(image: &Image, exposure: f32) -> Vec<u8> {
     let channels = image.pixels().iter().flat_map(|pixel| pixel.to_array());
     channels
         .map(|channel| to_code(f64::from(channel) * gain))
+        .collect()
+}
+
+/// The 8-bit codes of a colour space for each pixel's channels, if they decode to exactly these pixels.
+pub fn exact_codes(image: &Image, space: ColourSpace) -> Option<Vec<u8>> {
+    let values = code_values(u8::MAX.into(), space);
+    let channels = image.pixels().iter().flat_map(|pixel| pixel.to_array());
+    channels
+        .map(|channel| {
+            let code = match space {
+                ColourSpace::Srgb => to_code(f64::from(channel)),
+                ColourSpace::Linear => (255.0 * channel).round() as u8,
+            };
+            (values[usize::from(code)].to_bits() == channel.to_bits()).then_some(code)
+        })
         .collect()
 }
 

@@ -20,6 +20,20 @@ pub(super) fn decode_png(bytes: &[u8], space: ColourSpace) -> Result<Image> {
     decode(decoder, bytes.len(), space, no_png)
 }
 
+/// Decodes the alpha channel of a PNG file, grey; `None` if it has none.
+pub(super) fn decode_png_alpha(bytes: &[u8]) -> Result<Option<Image>> {
+    let no_png = |cause| not_valid("PNG", cause);
+    let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits()).map_err(no_png)?;
+    if !decoder.color_type().has_alpha() {
+        return Ok(None);
+    }
+    let samples = Samples::read(decoder, bytes.len(), no_png)?;
+    let space = ColourSpace::Linear;
+    Ok(Some(
+        samples.image(space, |pixel| Rgb::grey(pixel[pixel.len() - 1])),
+    ))
+}
+
 /// Decodes an image from the bytes of a Radiance HDR file.
 pub(super) fn decode_hdr(bytes: &[u8]) -> Result<Image> {
     let no_hdr = |cause| not_valid("HDR", cause);
@@ -47,30 +61,61 @@ fn decode(
     space: ColourSpace,
     not_valid: impl Fn(ImageError) -> Error,
 ) -> Result<Image> {
-    let (width, height) = decoder.dimensions();
-    let (width, height) = checked_size(width as usize, height as usize, file_size)?;
-    let colour_type = decoder.color_type();
-    let channels = usize::from(colour_type.channel_count());
-    let sample_size = usize::from(colour_type.bytes_per_pixel()) / channels;
+    let samples = Samples::read(decoder, file_size, not_valid)?;
+    Ok(samples.image(space, colour))
+}
 
-    let mut bytes = vec![0; width as usize * height as usize * channels * sample_size];
-    decoder.read_image(&mut bytes).map_err(not_valid)?;
-    let pixels = match sample_size {
-        1 => {
-            let values = code_values(u8::MAX.into(), space);
-            gather(&bytes, channels, |[code]: [u8; 1]| {
-                values[usize::from(code)]
-            })
-        }
-        2 => {
-            let values = code_values(u16::MAX.into(), space);
-            gather(&bytes, channels, |code| {
-                values[usize::from(u16::from_ne_bytes(code))]
-            })
-        }
-        _ => gather(&bytes, channels, f32::from_ne_bytes),
-    };
-    Ok(Image::new(width, height, pixels))
+/// The samples of an image, as in the file.
+struct Samples {
+    size: (u32, u32),
+    channels: usize,
+    sample_size: usize,
+    bytes: Vec<u8>,
+}
+
+impl Samples {
+    fn read(
+        decoder: impl ImageDecoder,
+        file_size: usize,
+        not_valid: impl Fn(ImageError) -> Error,
+    ) -> Result<Self> {
+        let (width, height) = decoder.dimensions();
+        let (width, height) = checked_size(width as usize, height as usize, file_size)?;
+        let colour_type = decoder.color_type();
+        let channels = usize::from(colour_type.channel_count());
+        let sample_size = usize::from(colour_type.bytes_per_pixel()) / channels;
+        let mut bytes = vec![0; width as usize * height as usize * channels * sample_size];
+        decoder.read_image(&mut bytes).map_err(not_valid)?;
+        Ok(Self {
+            size: (width, height),
+            channels,
+            sample_size,
+            bytes,
+        })
+    }
+
+    /// Builds an image; `pixel` makes a colour of the values of a pixel's channels.
+    fn image(&self, space: ColourSpace, pixel: impl Fn(&[f32]) -> Rgb) -> Image {
+        let (bytes, channels) = (&self.bytes, self.channels);
+        let pixels = match self.sample_size {
+            1 => {
+                let values = code_values(u8::MAX.into(), space);
+                gather_by(
+                    bytes,
+                    channels,
+                    |[code]: [u8; 1]| values[usize::from(code)],
+                    pixel,
+                )
+            }
+            2 => {
+                let values = code_values(u16::MAX.into(), space);
+                let value = |code| values[usize::from(u16::from_ne_bytes(code))];
+                gather_by(bytes, channels, value, pixel)
+            }
+            _ => gather_by(bytes, channels, f32::from_ne_bytes, pixel),
+        };
+        Image::new(self.size.0, self.size.1, pixels)
+    }
 }
 
 /// The linear value of every code from 0 to `max`.
@@ -93,15 +138,36 @@ pub(super) fn gather<const SIZE: usize>(
     channels: usize,
     value: impl Fn([u8; SIZE]) -> f32,
 ) -> Vec<Rgb> {
+    gather_by(bytes, channels, value, colour)
+}
+
+/// Builds pixels as [`gather`] does; `pixel` makes a colour of the values of at most four channels.
+fn gather_by<const SIZE: usize>(
+    bytes: &[u8],
+    channels: usize,
+    value: impl Fn([u8; SIZE]) -> f32,
+    pixel: impl Fn(&[f32]) -> Rgb,
+) -> Vec<Rgb> {
     let (samples, _) = bytes.as_chunks::<SIZE>();
+    let mut values = [0.0; 4];
     samples
         .chunks_exact(channels)
-        .map(|pixel| match *pixel {
-            [r, g, b, ..] => Rgb::new(value(r), value(g), value(b)),
-            [grey, ..] => Rgb::grey(value(grey)),
-            [] => Rgb::BLACK,
+        .map(|samples| {
+            for (to, sample) in values.iter_mut().zip(samples) {
+                *to = value(*sample);
+            }
+            pixel(&values[..samples.len().min(4)])
         })
         .collect()
+}
+
+/// The colour of a pixel's channels, without alpha.
+fn colour(channels: &[f32]) -> Rgb {
+    match *channels {
+        [r, g, b, ..] => Rgb::new(r, g, b),
+        [grey, ..] => Rgb::grey(grey),
+        [] => Rgb::BLACK,
+    }
 }
 
 #[cfg(test)]

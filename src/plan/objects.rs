@@ -136,6 +136,7 @@ fn written_in_material(material: &MaterialDescription) -> EffectSet {
     };
     EffectSet::NONE
         .with_if(Effect::Textures, colours.iter().any(|c| is_texture(c)))
+        .with_if(Effect::Textures, material.metallic_roughness_map.is_some())
         .with_if(Effect::Alpha, is_texture(&material.alpha))
         .with_if(Effect::NormalMaps, material.normal_map.is_some())
 }

@@ -49,11 +49,14 @@ pub fn without(description: &SceneDescription, effect: Effect) -> SceneDescripti
         }
         Effect::Alpha => {
             let all = ColourDescription::Constant(Rgb::WHITE);
-            each_material(&mut scene, |material| material.alpha = all.clone());
+            each_material(&mut scene, |material| {
+                material.alpha = all.clone();
+                material.alpha_cutoff = None;
+            });
         }
         Effect::OneSided => each_material(&mut scene, |material| material.two_sided = true),
         Effect::Glossy | Effect::Specular | Effect::Transmission => {
-            each_material(&mut scene, |material| absorb(&mut material.model, effect));
+            each_material(&mut scene, |material| absorb(material, effect));
         }
         Effect::Lens => scene.camera.lens_radius = 0.0,
         Effect::Motion => stand_still(&mut scene),
@@ -107,6 +110,7 @@ fn flatten(colour: &mut ColourDescription) {
 fn mean(texture: &Texture) -> Rgb {
     match texture {
         Texture::Image { image, scale } => *scale * weighted_mean(image, |_| 1.0),
+        Texture::Placed { image, tint, .. } => *tint * weighted_mean(image, |_| 1.0),
         Texture::Checker { colours, .. } => 0.5 * (colours[0] + colours[1]),
     }
 }
@@ -141,6 +145,7 @@ fn weighted_mean(image: &Image, weight: impl Fn(u32) -> f64) -> Rgb {
 
 fn flatten_colours(material: &mut MaterialDescription) {
     flatten(&mut material.alpha);
+    flatten_map(material);
     match &mut material.model {
         MaterialModel::Diffuse { reflectance }
         | MaterialModel::Mirror { reflectance }
@@ -157,8 +162,30 @@ fn flatten_colours(material: &mut MaterialDescription) {
     }
 }
 
+/// Replaces the map of roughness and metallic by its mean.
+fn flatten_map(material: &mut MaterialDescription) {
+    let Some(map) = material.metallic_roughness_map.take() else {
+        return;
+    };
+    if let MaterialModel::Principled {
+        metallic,
+        roughness,
+        ..
+    } = &mut material.model
+    {
+        let [_, rough, metal] = mean(&map).to_array();
+        *roughness *= rough;
+        *metallic *= metal;
+    }
+}
+
 /// Makes the lobes of this kind scatter nothing; diffuse lobes remain.
-fn absorb(model: &mut MaterialModel, effect: Effect) {
+fn absorb(material: &mut MaterialDescription, effect: Effect) {
+    let map = material.metallic_roughness_map.as_deref();
+    let metal = map.map_or(1.0, |map| mean(map).to_array()[2]);
+    // Mapped surfaces are rough everywhere.
+    let is_mapped = map.is_some();
+    let model = &mut material.model;
     let black = ColourDescription::Constant(Rgb::BLACK);
     let shiny = |roughness: f32| {
         if Ggx::from_roughness(roughness).is_some() {
@@ -189,14 +216,22 @@ fn absorb(model: &mut MaterialModel, effect: Effect) {
             ..
         } => {
             if effect == Effect::Transmission {
-                scale(base_color, 1.0 - (1.0 - *metallic) * *transmission);
+                scale(base_color, 1.0 - (1.0 - metal * *metallic) * *transmission);
                 *transmission = 0.0;
                 return;
             }
-            if effect != shiny(*roughness) {
+            let lobes = if is_mapped {
+                Effect::Glossy
+            } else {
+                shiny(*roughness)
+            };
+            if effect != lobes {
                 return;
             }
-            scale(base_color, (1.0 - *metallic) * (1.0 - *transmission));
+            scale(
+                base_color,
+                (1.0 - metal * *metallic) * (1.0 - *transmission),
+            );
             base_color.clone()
         }
         _ => return,
@@ -209,6 +244,7 @@ fn scale(colour: &mut ColourDescription, factor: f32) {
         ColourDescription::Constant(colour) => *colour *= factor,
         ColourDescription::Texture(texture) => match Arc::make_mut(texture) {
             Texture::Image { scale, .. } => *scale *= factor,
+            Texture::Placed { tint, .. } => *tint *= factor,
             Texture::Checker { colours, .. } => *colours = colours.map(|c| factor * c),
         },
     }

@@ -110,7 +110,9 @@ fn of_panoramas(description: &SceneDescription) -> u64 {
             radiance: ColourDescription::Texture(texture),
             ..
         } => match texture.as_ref() {
-            Texture::Image { image, .. } => image.pixels().len() as u64,
+            Texture::Image { image, .. } | Texture::Placed { image, .. } => {
+                image.pixels().len() as u64
+            }
             Texture::Checker { .. } => 0,
         },
         _ => 0,

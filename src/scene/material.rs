@@ -13,10 +13,14 @@ use crate::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Mirror, Phong, Principle
 use crate::effects::{Effect, EffectSet, Effects, Switch, beyond_kernel};
 use crate::geometry::packed::{PackedImage, PackedImages};
 use crate::geometry::texture::Texture;
+use crate::geometry::uv_map::UvMap;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use std::borrow::Cow;
 use std::sync::Arc;
+
+/// The least roughness where a map varies it. Below 0.01, microfacets would be a mirror.
+const LEAST_MAPPED_ROUGHNESS: f32 = 0.0101;
 
 /// A colour that may vary over a surface; constant textures are stored as constants.
 #[derive(Debug, Clone)]
@@ -25,6 +29,8 @@ enum Colour {
     Texture(Arc<Texture>),
     /// A packed image and its scale.
     Packed(Arc<PackedImage>, f32),
+    /// A packed image, its tint and its place.
+    PackedPlaced(Arc<PackedImage>, Rgb, UvMap),
 }
 
 impl Colour {
@@ -38,11 +44,16 @@ impl Colour {
 
     /// Replaces an image texture by a packed one, for faster lookups.
     fn pack(&mut self, images: &mut PackedImages) {
-        if let Self::Texture(texture) = self
-            && let Texture::Image { image, scale } = texture.as_ref()
-        {
-            *self = Self::Packed(images.pack(image), *scale);
-        }
+        let Self::Texture(texture) = self else { return };
+        *self = match texture.as_ref() {
+            Texture::Image { image, scale } => Self::Packed(images.pack(image), *scale),
+            Texture::Placed {
+                image,
+                tint,
+                uv_map,
+            } => Self::PackedPlaced(images.pack(image), *tint, *uv_map),
+            Texture::Checker { .. } => return,
+        };
     }
 
     fn is_textured(&self) -> bool {
@@ -55,6 +66,9 @@ impl Colour {
             Self::Constant(colour) => *colour,
             Self::Texture(texture) => texture.lookup(uv),
             Self::Packed(image, scale) => *scale * image.lookup(uv),
+            Self::PackedPlaced(image, tint, uv_map) => {
+                *tint * image.lookup(uv_map.apply(image.size(), uv))
+            }
         }
     }
 }
@@ -67,6 +81,8 @@ pub struct Material {
     one_sided: bool,
     /// Opacity; `None` if the surface is opaque.
     alpha: Option<Colour>,
+    /// The alpha from which the surface is present, if it is not present in part.
+    alpha_cutoff: Option<f32>,
     normal_map: Option<NormalMap>,
 }
 
@@ -85,19 +101,25 @@ enum Kind {
     },
     /// The BSDF without its base colour, and the base colour.
     Principled(Principled, Colour),
+    /// The parameters without the base colour, the base colour, and the factors of roughness (green) and metallic
+    /// (blue).
+    PrincipledMapped(PrincipledParameters, Colour, Colour),
 }
 
 impl Material {
     /// Returns the material of a description.
     pub fn new(description: &MaterialDescription) -> Self {
         let alpha = Colour::new(&description.alpha);
-        let all_there = matches!(&alpha, Colour::Constant(alpha) if alpha.luminance() >= 1.0);
-        let kind = Kind::new(&description.model);
+        let present_from = description.alpha_cutoff.unwrap_or(1.0);
+        let all_there =
+            matches!(&alpha, Colour::Constant(alpha) if alpha.luminance() >= present_from);
+        let kind = Kind::new(&description.model).mapped(description);
         Self {
             transmits: kind.effects().has(Effect::Transmission),
             kind: kind.folded(),
             one_sided: !description.two_sided,
             alpha: (!all_there).then_some(alpha),
+            alpha_cutoff: description.alpha_cutoff,
             normal_map: description.normal_map.as_ref().and_then(NormalMap::new),
         }
     }
@@ -132,6 +154,11 @@ impl Material {
                 let place = bsdf.place_in_lanes()?;
                 Some((Cow::Owned(bsdf.coloured(colour.at(uv))), place))
             }
+            Kind::PrincipledMapped(parameters, colour, map) if E::Textures::ON => {
+                let bsdf = mapped(parameters, colour.at(uv), map.at(uv));
+                let place = bsdf.place_in_lanes()?;
+                Some((Cow::Owned(bsdf), place))
+            }
             _ => None,
         }
     }
@@ -142,7 +169,7 @@ impl Material {
         E::Specular::ON
             && match &self.kind {
                 Kind::Uniform(bsdf) => bsdf.is_delta::<E>(),
-                Kind::Diffuse(_) | Kind::Phong { .. } => false,
+                Kind::Diffuse(_) | Kind::Phong { .. } | Kind::PrincipledMapped(..) => false,
                 Kind::Mirror(_) => true,
                 Kind::Dielectric(model, _) => model.is_delta(),
                 Kind::Principled(model, _) => model.is_delta(),
@@ -211,7 +238,11 @@ impl Material {
             Colour::Constant(alpha) => *alpha,
             varying => varying.at(uv()),
         };
-        Some(alpha.luminance().clamp(0.0, 1.0))
+        let alpha = alpha.luminance().clamp(0.0, 1.0);
+        Some(match self.alpha_cutoff {
+            Some(cutoff) => f32::from(u8::from(alpha >= cutoff)),
+            None => alpha,
+        })
     }
 
     /// Whether the surface has alpha below 1.
@@ -292,6 +323,41 @@ impl Kind {
         Self::Principled(Principled::new(&parameters), Colour::new(base_color))
     }
 
+    /// Adds the map of roughness and metallic, if the description has one.
+    fn mapped(self, description: &MaterialDescription) -> Self {
+        let (
+            Some(map),
+            MaterialModel::Principled {
+                base_color,
+                metallic,
+                roughness,
+                ior,
+                transmission,
+            },
+        ) = (&description.metallic_roughness_map, &description.model)
+        else {
+            return self;
+        };
+        let map = Colour::new(&ColourDescription::Texture(Arc::clone(map)));
+        let [_, rough, metal] = match map {
+            Colour::Constant(factors) => factors.to_array(),
+            // A smooth surface stays smooth.
+            _ if *roughness == 0.0 && *metallic == 0.0 => [1.0; 3],
+            _ => {
+                let parameters = PrincipledParameters {
+                    base_color: Rgb::WHITE,
+                    metallic: *metallic,
+                    roughness: *roughness,
+                    ior: *ior,
+                    transmission: *transmission,
+                };
+                return Self::PrincipledMapped(parameters, Colour::new(base_color), map);
+            }
+        };
+        let (metallic, roughness) = (metal * metallic, rough * roughness);
+        Self::principled(base_color, metallic, roughness, *ior, *transmission)
+    }
+
     /// Precomputes the BSDF if it does not vary.
     fn folded(self) -> Self {
         if self.is_textured() {
@@ -302,13 +368,20 @@ impl Kind {
     }
 
     fn effects(&self) -> EffectSet {
-        self.bsdf(Vec2::ZERO).effects()
+        match self {
+            // Any part may be a dielectric, and every part is rough.
+            Self::PrincipledMapped(parameters, ..) => {
+                Principled::new(&mapped_parameters(parameters, 1.0, 0.0)).effects()
+            }
+            _ => self.bsdf(Vec2::ZERO).effects(),
+        }
     }
 
     /// Returns the colours that may be textured.
     fn colours_mut(&mut self) -> [Option<&mut Colour>; 2] {
         match self {
             Self::Uniform(_) => [None, None],
+            Self::PrincipledMapped(_, colour, map) => [Some(colour), Some(map)],
             Self::Diffuse(colour)
             | Self::Mirror(colour)
             | Self::Dielectric(_, colour)
@@ -322,6 +395,7 @@ impl Kind {
     fn is_textured(&self) -> bool {
         match self {
             Self::Uniform(_) => false,
+            Self::PrincipledMapped(..) => true,
             Self::Diffuse(colour)
             | Self::Mirror(colour)
             | Self::Dielectric(_, colour)
@@ -347,6 +421,34 @@ impl Kind {
             Self::Principled(surface, base_color) => {
                 Bsdf::Principled(surface.coloured(base_color.at(uv)))
             }
+            Self::PrincipledMapped(parameters, base_color, map) => {
+                Bsdf::Principled(mapped(parameters, base_color.at(uv), map.at(uv)))
+            }
         }
+    }
+}
+
+/// The BSDF whose parameters a map varies, at a point.
+#[inline]
+fn mapped(parameters: &PrincipledParameters, base_color: Rgb, map: Rgb) -> Principled {
+    let [_, roughness, metallic] = map.to_array();
+    Principled::new(&PrincipledParameters {
+        base_color,
+        ..mapped_parameters(parameters, roughness, metallic)
+    })
+}
+
+/// Multiplies roughness and metallic by factors in [0, 1]. The surface stays rough, so that no part of it is a delta and
+/// the effects of a kernel do not depend on the texture.
+#[inline]
+fn mapped_parameters(
+    parameters: &PrincipledParameters,
+    roughness: f32,
+    metallic: f32,
+) -> PrincipledParameters {
+    PrincipledParameters {
+        roughness: (roughness * parameters.roughness).clamp(LEAST_MAPPED_ROUGHNESS, 1.0),
+        metallic: (metallic * parameters.metallic).clamp(0.0, 1.0),
+        ..*parameters
     }
 }

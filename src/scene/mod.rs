@@ -17,6 +17,7 @@ pub mod normalisation;
 mod placed;
 pub mod placement;
 pub mod prepare;
+pub mod save;
 mod scene_lights;
 mod shape_traits;
 

@@ -176,6 +176,11 @@ pub const PLANTED: &[Planted] = &[
         "lights::light::sphere_cones_keep_their_digits",
     ),
     bug(
+        "unmirrored-wrap",
+        "mirrored images do not turn back at their edge",
+        "lib::geometry::uv_map::tests::coordinates_are_repeated_mirrored_or_clamped_between_centres",
+    ),
+    bug(
         "environment-half-a-texel",
         "directions to an environment are half a texel off",
         "lights::environment::directions_follow_their_density",

@@ -85,6 +85,7 @@ fn brighter(scene: &SceneDescription, factor: f32) -> SceneDescription {
         ColourDescription::Constant(constant) => *constant *= factor,
         ColourDescription::Texture(texture) => match Arc::make_mut(texture) {
             Texture::Image { scale, .. } => *scale *= factor,
+            Texture::Placed { tint, .. } => *tint *= factor,
             Texture::Checker { colours, .. } => *colours = colours.map(|colour| colour * factor),
         },
     };

@@ -7,6 +7,7 @@
 mod battery;
 mod bench;
 mod compare;
+mod convert;
 mod denoise;
 mod lesson;
 mod plan;
@@ -19,6 +20,7 @@ mod values;
 pub use battery::BatteryArguments;
 pub use bench::BenchArguments;
 pub use compare::{CompareArguments, Metric};
+pub use convert::ConvertArguments;
 pub use denoise::DenoiseArguments;
 pub use lesson::LessonArguments;
 pub use plan::PlanArguments;
@@ -53,6 +55,8 @@ pub enum Verb {
     /// Measure error against time for several ways to render a scene: time to an error, bias, and the cost of a smaller
     /// error.
     Study(StudyArguments),
+    /// Write a scene or a model of any format that is read as a scene file (.toml), with its meshes and images beside it.
+    Convert(ConvertArguments),
     /// Compare an image with a reference: error, where it differs, and a test for bias; for scripts, like `idiff`.
     Compare(CompareArguments),
     /// Filter the noise of an image that `render --layers` wrote, and estimate the remaining error.

@@ -13,9 +13,12 @@ use std::path::{Path, PathBuf};
 /// A scene, and how to read it.
 #[derive(Debug, Args)]
 pub struct SceneArguments {
-    /// Scene: .toml, Mitsuba 3 .xml, or a bare model: .obj, .ply.
+    /// Scene: .toml, Mitsuba 3 .xml, or a bare model: .obj, .ply; or glTF 2.0: .gltf, .glb.
     #[arg(value_name = "SCENE")]
     pub file: PathBuf,
+    /// Camera of this name, of a file that has several. Default: the first.
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
     /// How faithfully it has to be read.
     #[command(flatten)]
     pub fidelity: Fidelity,
@@ -27,7 +30,8 @@ impl SceneArguments {
     /// # Errors
     /// An invalid file, or, if that is requested, one that cannot be rendered as it is.
     pub fn load(&self) -> Result<SceneDescription> {
-        self.fidelity.load(&self.file)
+        let description = load::load_with(&self.file, self.camera.as_deref())?;
+        self.fidelity.check(description)
     }
 }
 
@@ -45,7 +49,11 @@ impl Fidelity {
     /// # Errors
     /// An invalid file, or, with `--strict`, one that cannot be rendered as it is.
     pub fn load(self, file: &Path) -> Result<SceneDescription> {
-        let description = load::load(file)?;
+        self.check(load::load(file)?)
+    }
+
+    /// Returns the scene if it is as faithful as it has to be.
+    fn check(self, description: SceneDescription) -> Result<SceneDescription> {
         if self.strict {
             description.check_faithful()?;
         }

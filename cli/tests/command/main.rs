@@ -16,6 +16,7 @@ mod bench;
 mod c_library;
 mod checkpoints;
 mod compare;
+mod convert;
 mod denoise;
 mod denoise_oidn;
 mod layers;

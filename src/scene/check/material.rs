@@ -8,6 +8,7 @@ use super::values::{colour, not_negative, positive, require};
 use crate::error::Result;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel};
+use std::sync::Arc;
 
 /// Checks a material.
 ///
@@ -29,6 +30,13 @@ pub fn material(material: &MaterialDescription) -> Result<()> {
         )
     };
     reflectance("alpha", &material.alpha)?;
+    if let Some(cutoff) = material.alpha_cutoff {
+        share("alpha_cutoff", cutoff)?;
+    }
+    if let Some(map) = &material.metallic_roughness_map {
+        let map = ColourDescription::Texture(Arc::clone(map));
+        reflectance("metallic_roughness_map", &map)?;
+    }
     if let Some(map) = &material.normal_map {
         let is_fine = map.strength >= 0.0 && map.strength.is_finite();
         let expected = "expected a finite strength of at least 0";
@@ -107,7 +115,7 @@ pub fn material(material: &MaterialDescription) -> Result<()> {
         }
     }?;
     require(
-        material.two_sided || !material.model.transmits(),
+        material.two_sided || !material.transmits(),
         || field("two_sided"),
         "a transmissive material has two sides",
     )

@@ -40,6 +40,11 @@ pub fn colour(colour: &ColourDescription, most: f32, field: impl Fn() -> String)
             Texture::Image { image, scale } => {
                 image.pixels().iter().all(|&p| is_within(*scale * p))
             }
+            Texture::Placed {
+                image,
+                tint,
+                uv_map,
+            } => uv_map.is_finite() && image.pixels().iter().all(|&p| is_within(*tint * p)),
             Texture::Checker { colours, repeat } => {
                 repeat.is_finite() && colours.iter().all(|&c| is_within(c))
             }

@@ -10,7 +10,7 @@ use crate::math::vec::{DMat3, DVec3};
 use serde::Serialize;
 
 /// A light that is not a shape.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, PartialEq)]
 pub struct LightDescription {
     /// The place in the scene file.
     #[serde(skip)]
@@ -20,7 +20,7 @@ pub struct LightDescription {
 }
 
 /// The kinds of lights that are not shapes.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, PartialEq)]
 #[non_exhaustive]
 pub enum LightModel {
     /// An environment light: radiance arriving from infinity in all directions.

@@ -11,7 +11,7 @@ use serde::Serialize;
 use std::sync::Arc;
 
 /// A named material.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, PartialEq)]
 pub struct MaterialDescription {
     /// The name, unique among the materials of its file.
     #[serde(skip)]
@@ -23,14 +23,19 @@ pub struct MaterialDescription {
     pub model: MaterialModel,
     /// Coverage of the surface (opacity); light passes straight through the rest. Only its luminance is used.
     pub alpha: ColourDescription,
+    /// If given, the surface is present where `alpha` is at least this, and absent elsewhere.
+    pub alpha_cutoff: Option<f32>,
     /// The normal map that tilts the shading normal.
     pub normal_map: Option<NormalMapDescription>,
+    /// Factors of the principled model's `roughness` (green) and `metallic` (blue), which vary over the surface. Other
+    /// models ignore it.
+    pub metallic_roughness_map: Option<Arc<Texture>>,
     /// Whether both sides scatter; otherwise the back absorbs everything. True for transmissive materials.
     pub two_sided: bool,
 }
 
 /// A tangent-space normal map.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, PartialEq)]
 pub struct NormalMapDescription {
     /// x, y and z of the normal, each mapped from [-1, 1] to [0, 1]: x along u, y along v, z away from the surface.
     pub texture: Arc<Texture>,
@@ -46,14 +51,27 @@ impl MaterialDescription {
             place,
             model,
             alpha: ColourDescription::Constant(Rgb::WHITE),
+            alpha_cutoff: None,
             normal_map: None,
+            metallic_roughness_map: None,
             two_sided: true,
         }
     }
 }
 
+impl MaterialDescription {
+    /// Whether the material transmits light anywhere, so that both sides scatter.
+    pub fn transmits(&self) -> bool {
+        match (&self.model, &self.metallic_roughness_map) {
+            // The map may make any part of a metal a dielectric.
+            (MaterialModel::Principled { transmission, .. }, Some(_)) => *transmission > 0.0,
+            (model, _) => model.transmits(),
+        }
+    }
+}
+
 /// The scattering models. Roughness is perceptual, in [0, 1]: the microfacet alpha is its square.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, PartialEq)]
 #[non_exhaustive]
 pub enum MaterialModel {
     /// Lambertian reflection.
@@ -120,8 +138,8 @@ pub enum MaterialModel {
 }
 
 impl MaterialModel {
-    /// Whether the material transmits light, so that both sides scatter.
-    pub fn transmits(&self) -> bool {
+    /// Whether the model transmits light, without a map of its parameters.
+    fn transmits(&self) -> bool {
         match self {
             Self::Dielectric { .. } => true,
             Self::Principled {

@@ -217,7 +217,7 @@ pub struct RenderDescription {
 }
 
 /// A colour that may vary over a surface.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, PartialEq)]
 pub enum ColourDescription {
     /// A constant.
     Constant(Rgb),
@@ -247,7 +247,7 @@ impl From<Rgb> for ColourDescription {
 }
 
 /// One shape with one material.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, PartialEq)]
 pub struct ShapeDescription {
     /// A name for messages, such as that of the OBJ group.
     #[serde(skip)]
@@ -272,7 +272,7 @@ pub struct ShapeDescription {
 }
 
 /// An instance of a group.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, PartialEq)]
 pub struct InstanceDescription {
     /// A name for messages.
     #[serde(skip)]
@@ -308,7 +308,7 @@ impl ShapeDescription {
 }
 
 /// The geometry types.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, PartialEq)]
 #[non_exhaustive]
 pub enum GeometryDescription {
     /// A triangle mesh.

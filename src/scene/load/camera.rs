@@ -23,10 +23,10 @@ pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
         None => Ok(default),
     };
     let fov = match table.optional("fov") {
-        Some(fov) => fov.number_where("an angle in degrees above 0 and below 180", |x| {
+        Some(fov) => fov.angle_where("an angle in degrees above 0 and below 180", |x| {
             x > 0.0 && x < 180.0
         })?,
-        None => 40.0,
+        None => 40_f64.to_radians(),
     };
     let lens_radius = table.optional("lens_radius").map_or(Ok(0.0), |radius| {
         radius.number_where("a number of at least 0", |x| x >= 0.0)
@@ -36,7 +36,7 @@ pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
         .map_or(Ok([0.0; 2]), |value| shutter(&value))?;
     let camera = CameraDescription {
         to_world,
-        fov: fov.to_radians(),
+        fov,
         lens_radius,
         focus_distance: positive("focus_distance", to_target)?,
         motion,

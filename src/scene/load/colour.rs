@@ -4,10 +4,11 @@
 //! Range: at least 0; a reflectance at most 1.
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs`.
 
-use super::reader::Value;
+use super::reader::{Table, Value};
 use super::wording::shown;
 use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
+use crate::geometry::uv_map::{UvMap, Wrap};
 use crate::image::{ColourSpace, Image, srgb};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -102,45 +103,116 @@ fn colour_or_data(
         return constant(value, bound).map(ColourDescription::Constant);
     }
     let table = value.table().map_err(|_| value.expected("a colour"))?;
-    let texture = match table.optional("texture") {
-        Some(file) => {
-            let space = table.optional("space").map_or(Ok(default_space), |space| {
-                space.one_of(&[("srgb", ColourSpace::Srgb), ("linear", ColourSpace::Linear)])
-            })?;
-            let scale = table.optional("scale").map_or(Ok(1.0), |scale| {
-                scale.single_where("a number of at least 0", |x| x >= 0.0)
-            })?;
-            textures
-                .read(&folder.join(file.text()?), space, scale)
-                .map_err(|error| file.error(error.to_string()).of_kind(error.kind()))?
-        }
-        None => {
-            let checker = table.required("checker").map_err(|_| {
-                table.error("expected a colour: a list of three numbers, a number, \"#rrggbb\", a texture or a checker")
-            })?;
-            let colours = checker.list()?;
-            let [first, second] = colours.as_slice() else {
-                return Err(checker.expected("a list of two colours"));
-            };
-            let colours = [constant(first, bound)?, constant(second, bound)?];
-            let repeat = match table.optional("repeat") {
-                Some(repeat) => repeat.vec2()?.as_vec2(),
-                None => Vec2::ONE,
-            };
-            Texture::Checker { colours, repeat }
-        }
-    };
+    let texture = texture(value, &table, bound, default_space, folder, textures)?;
     table.finish()?;
-    if bound == Bound::Reflectance && texture.brightest().max_channel() > 1.0 {
-        return Err(value.error(
-            "expected a value from 0 to 1 in every channel, but the texture has values above 1",
-        ));
-    }
     if let Some(what) = no_colour(&texture) {
         let file = table.required("texture")?;
         return Err(value.error(format!("{}: {what}", shown(file.text()?))));
     }
     Ok(ColourDescription::Texture(Arc::new(texture)))
+}
+
+/// Reads the keys of a texture or a checker from its table, which may have further keys; `value` is the table's.
+///
+/// # Errors
+/// If it is neither, or its colours are out of bounds.
+pub fn texture(
+    value: &Value<'_>,
+    table: &Table<'_>,
+    bound: Bound,
+    default_space: ColourSpace,
+    folder: &Path,
+    textures: &mut Textures,
+) -> Result<Texture> {
+    let texture = match table.optional("texture") {
+        Some(file) => image(table, &file, default_space, folder, textures)?,
+        None => checker(table, bound)?,
+    };
+    if bound == Bound::Reflectance && texture.brightest().max_channel() > 1.0 {
+        return Err(value.error(
+            "expected a value from 0 to 1 in every channel, but the texture has values above 1",
+        ));
+    }
+    Ok(texture)
+}
+
+/// Reads the keys of an image.
+fn image(
+    table: &Table<'_>,
+    file: &Value<'_>,
+    default_space: ColourSpace,
+    folder: &Path,
+    textures: &mut Textures,
+) -> Result<Texture> {
+    let space = table.optional("space").map_or(Ok(default_space), |space| {
+        space.one_of(&[("srgb", ColourSpace::Srgb), ("linear", ColourSpace::Linear)])
+    })?;
+    let scale = table.optional("scale");
+    let tint = match &scale {
+        Some(scale) if scale.is_list() => constant(scale, Bound::NonNegative)?,
+        Some(scale) => Rgb::grey(scale.single_where("a number of at least 0", |x| x >= 0.0)?),
+        None => Rgb::WHITE,
+    };
+    let uv_map = uv_map(table)?;
+    let [scale, ..] = tint.to_array();
+    let image = textures
+        .read(&folder.join(file.text()?), space, scale)
+        .map_err(|error| file.error(error.to_string()).of_kind(error.kind()))?;
+    Ok(match (image, uv_map) {
+        (image, None) if tint == Rgb::grey(scale) => image,
+        (Texture::Image { image, .. }, uv_map) => Texture::Placed {
+            image,
+            tint,
+            uv_map: uv_map.unwrap_or_default(),
+        },
+        (other, _) => other,
+    })
+}
+
+/// Reads the place of an image on the surface; `None` if it simply repeats.
+fn uv_map(table: &Table<'_>) -> Result<Option<UvMap>> {
+    let (rows, wrap) = (table.optional("uv_map"), table.optional("wrap"));
+    if rows.is_none() && wrap.is_none() {
+        return Ok(None);
+    }
+    let mut uv_map = UvMap::default();
+    if let Some(rows) = rows {
+        let numbers = rows.numbers::<6>()?.map(|x| x as f32);
+        if !numbers.iter().all(|x| x.is_finite()) {
+            return Err(rows.expected("six numbers within single precision"));
+        }
+        let [a, b, c, d, e, f] = numbers;
+        uv_map.rows = [[a, b, c], [d, e, f]];
+    }
+    if let Some(wrap) = wrap {
+        uv_map.wrap = if wrap.is_list() {
+            let both = wrap.list()?;
+            let [u, v] = both.as_slice() else {
+                return Err(wrap.expected("a list of two names, for u and for v"));
+            };
+            [u.one_of(Wrap::ALL)?, v.one_of(Wrap::ALL)?]
+        } else {
+            [wrap.one_of(Wrap::ALL)?; 2]
+        };
+    }
+    Ok(Some(uv_map))
+}
+
+/// Reads the keys of a checkerboard.
+fn checker(table: &Table<'_>, bound: Bound) -> Result<Texture> {
+    let checker = table.required("checker").map_err(|_| {
+        table.error("expected a colour: a list of three numbers, a number, \"#rrggbb\", a texture or a checker")
+    })?;
+    let colours = checker.list()?;
+    let [first, second] = colours.as_slice() else {
+        return Err(checker.expected("a list of two colours"));
+    };
+    let colours = [constant(first, bound)?, constant(second, bound)?];
+    let repeat = match table.optional("repeat") {
+        Some(repeat) => repeat.vec2()?.as_vec2(),
+        None => Vec2::ONE,
+    };
+    Ok(Texture::Checker { colours, repeat })
 }
 
 /// Reads a constant colour.
@@ -197,11 +269,13 @@ pub fn most(colour: &ColourDescription) -> Rgb {
 /// Describes the first texel that is negative, or not finite once scaled. EXR, HDR and PFM files may contain such
 /// texels; the colours of a checkerboard were already checked.
 fn no_colour(texture: &Texture) -> Option<String> {
-    let Texture::Image { image, scale } = texture else {
-        return None;
+    let (image, scale) = match texture {
+        Texture::Image { image, scale } => (image, Rgb::grey(*scale)),
+        Texture::Placed { image, tint, .. } => (image, *tint),
+        Texture::Checker { .. } => return None,
     };
     let bad =
-        |texel: &Rgb| texel.to_array().iter().any(|x| *x < 0.0) || !(*scale * *texel).is_finite();
+        |texel: &Rgb| texel.to_array().iter().any(|x| *x < 0.0) || !(scale * *texel).is_finite();
     let index = image.pixels().iter().position(bad)?;
     let (x, y) = (
         index % image.width() as usize,
@@ -211,6 +285,7 @@ fn no_colour(texture: &Texture) -> Option<String> {
     let expected = if texel.iter().any(|x| *x < 0.0) {
         "expected no values below 0".to_owned()
     } else {
+        let scale = scale.max_channel();
         format!("multiplied by {scale} it is too large for single precision")
     };
     Some(format!("pixel ({x}, {y}) is {texel:?}: {expected}"))

@@ -5,15 +5,22 @@
 //! Source: none needed. Tested in `tests/loading/scene_files.rs`.
 
 use super::colour::Textures;
+use super::ply;
+use crate::error::Result;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
-    ColourDescription, InstanceDescription, MaterialDescription, MaterialModel, Note, Place,
-    ShapeDescription,
+    ColourDescription, InstanceDescription, MaterialDescription, MaterialModel, MeshDescription,
+    Note, Place, ShapeDescription,
 };
 use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Maximum number of notes: a file may cause one in every line.
 const MOST_NOTES: usize = 20;
+
+/// A mesh, and the colours of its vertices, if it has any.
+type Ply = (Arc<MeshDescription>, Arc<Vec<Rgb>>);
 
 /// The materials, shapes, groups, instances and notes read so far.
 #[derive(Debug, Default)]
@@ -24,6 +31,8 @@ pub struct Contents {
     pub instances: Vec<InstanceDescription>,
     pub textures: Textures,
     pub notes: Vec<Note>,
+    /// The PLY files read so far: a mesh that several shapes have is stored once.
+    plys: HashMap<PathBuf, Ply>,
     /// Materials that shapes can refer to by name: those of the scene file, not those of its models.
     named: HashMap<String, usize>,
     /// Groups that have a member.
@@ -78,6 +87,23 @@ impl Contents {
         let mut names: Vec<&str> = self.groups.iter().map(String::as_str).collect();
         names.sort_unstable();
         names
+    }
+
+    /// Reads a PLY file, once.
+    ///
+    /// # Errors
+    /// If it cannot be read or is invalid.
+    pub fn ply(&mut self, path: &Path) -> Result<Ply> {
+        if let Some(known) = self.plys.get(path) {
+            return Ok(known.clone());
+        }
+        let model = ply::read_mesh(path)?;
+        for note in model.notes {
+            self.note(note);
+        }
+        let read = (Arc::new(model.mesh), Arc::new(model.colours));
+        self.plys.insert(path.to_path_buf(), read.clone());
+        Ok(read)
     }
 
     /// Returns the grey default material, which is added on first use.

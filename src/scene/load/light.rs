@@ -113,22 +113,25 @@ fn spot(table: &Table<'_>) -> Result<LightModel> {
     }
     let cone = table
         .required("cone")?
-        .number_where("an angle in degrees above 0, at most 180", |x| {
+        .angle_where("an angle in degrees above 0, at most 180", |x| {
             x > 0.0 && x <= 180.0
         })?;
     let penumbra = match table.optional("penumbra") {
-        Some(penumbra) => penumbra.number_where(
-            &format!("an angle in degrees from 0 to that of the cone, {cone}"),
-            |x| (0.0..=cone).contains(&x),
+        Some(penumbra) => penumbra.angle_where(
+            &format!(
+                "an angle in degrees from 0 to that of the cone, {}",
+                cone.to_degrees()
+            ),
+            |x| (0.0..=cone).contains(&x.to_radians()),
         )?,
-        None => PENUMBRA.min(cone),
+        None => PENUMBRA.to_radians().min(cone),
     };
     Ok(LightModel::Spot {
         position,
         target,
         intensity: emission(table, "intensity")?,
-        cone: cone.to_radians(),
-        penumbra: penumbra.to_radians(),
+        cone,
+        penumbra,
     })
 }
 

@@ -4,10 +4,11 @@
 //! Range: as docs/scene-format.md says for each key.
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs`.
 
-use super::colour::{Bound, Textures, colour, constant, mask, most};
+use super::colour::{Bound, Textures, colour, constant, mask, most, texture};
 use super::reader::{Table, Value};
 use crate::bsdf::conductor;
 use crate::error::Result;
+use crate::geometry::texture::Texture;
 use crate::image::ColourSpace;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
@@ -38,6 +39,9 @@ const TYPES: &[(&str, Type)] = &[
     ("principled", Type::Principled),
 ];
 
+/// A number in [0, 1], in error messages.
+const A_SHARE: &str = "a number from 0 to 1";
+
 /// Reads one `[[material]]` table.
 ///
 /// # Errors
@@ -59,12 +63,24 @@ pub fn material(
     if let Some(alpha) = table.optional("alpha") {
         material.alpha = mask(&alpha, folder, textures)?;
     }
+    material.alpha_cutoff = table
+        .optional("alpha_cutoff")
+        .map(|cutoff| cutoff.single_where(A_SHARE, |x| (0.0..=1.0).contains(&x)))
+        .transpose()?;
+    if let Some(map) = table.optional("metallic_roughness_map") {
+        if !matches!(material.model, MaterialModel::Principled { .. }) {
+            return Err(map.error("only materials of the type principled have this key"));
+        }
+        material.metallic_roughness_map =
+            Some(data_map(&map, Bound::Reflectance, folder, textures)?.0);
+    }
     if let Some(map) = table.optional("normal_map") {
-        material.normal_map = Some(normal_map(&map, folder, textures)?);
+        let (texture, strength) = data_map(&map, Bound::NonNegative, folder, textures)?;
+        material.normal_map = Some(NormalMapDescription { texture, strength });
     }
     if let Some(two_sided) = table.optional("two_sided") {
         material.two_sided = two_sided.truth()?;
-        if !material.two_sided && material.model.transmits() {
+        if !material.two_sided && material.transmits() {
             return Err(two_sided.error("a transmissive material has two sides"));
         }
     }
@@ -156,32 +172,36 @@ fn channels(colour: Rgb) -> String {
     format!("[{r}, {g}, {b}]")
 }
 
-/// Reads a normal map: a file, or a table with a strength.
-fn normal_map(
+/// Reads a map of data: a file, or a table of a texture. Its values are linear unless specified. A map of normals, which
+/// is no reflectance, may have a strength.
+fn data_map(
     value: &Value<'_>,
+    bound: Bound,
     folder: &Path,
     textures: &mut Textures,
-) -> Result<NormalMapDescription> {
-    let (file, strength) = if value.is_text() {
-        (value.clone(), 1.0)
-    } else {
-        let table = value
-            .table()
-            .map_err(|_| value.expected("a file in quotes, or a table of texture and strength"))?;
-        let file = table.required("texture")?;
-        let strength = number(&table, "strength", 1.0, "a number of at least 0", |x| {
+) -> Result<(Arc<Texture>, f32)> {
+    if value.is_text() {
+        let path = folder.join(value.text()?);
+        let texture = match bound {
+            Bound::Reflectance => textures.read_reflectance(&path, ColourSpace::Linear, 1.0),
+            Bound::NonNegative => textures.read(&path, ColourSpace::Linear, 1.0),
+        };
+        let texture =
+            texture.map_err(|error| value.error(error.to_string()).of_kind(error.kind()))?;
+        return Ok((Arc::new(texture), 1.0));
+    }
+    let table = value
+        .table()
+        .map_err(|_| value.expected("a file in quotes, or a table of a texture"))?;
+    let texture = texture(value, &table, bound, ColourSpace::Linear, folder, textures)?;
+    let strength = match bound {
+        Bound::Reflectance => 1.0,
+        Bound::NonNegative => number(&table, "strength", 1.0, "a number of at least 0", |x| {
             x >= 0.0
-        })?;
-        table.finish()?;
-        (file, strength)
+        })?,
     };
-    let texture = textures
-        .read(&folder.join(file.text()?), ColourSpace::Linear, 1.0)
-        .map_err(|error| file.error(error.to_string()).of_kind(error.kind()))?;
-    Ok(NormalMapDescription {
-        texture: Arc::new(texture),
-        strength,
-    })
+    table.finish()?;
+    Ok((Arc::new(texture), strength))
 }
 
 /// Reads the complex refractive index of a metal: a preset, or `eta` and `k`.
@@ -210,9 +230,7 @@ fn index_of_metal(table: &Table<'_>) -> Result<(Rgb, Rgb)> {
 }
 
 fn share(table: &Table<'_>, key: &'static str, default: f32) -> Result<f32> {
-    number(table, key, default, "a number from 0 to 1", |x| {
-        (0.0..=1.0).contains(&x)
-    })
+    number(table, key, default, A_SHARE, |x| (0.0..=1.0).contains(&x))
 }
 
 fn number(

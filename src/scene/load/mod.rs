@@ -7,6 +7,7 @@
 mod camera;
 mod colour;
 mod contents;
+mod gltf;
 mod instance;
 mod light;
 mod material;
@@ -41,6 +42,8 @@ const FORMATS: &[(&str, Load)] = &[
     ("obj", model::load_obj),
     ("ply", model::load_ply),
     ("xml", mitsuba::load),
+    ("gltf", |path| gltf::load(path, None)),
+    ("glb", |path| gltf::load(path, None)),
 ];
 
 /// Loads a scene by the file's extension. A bare model gets a camera and, if nothing in it emits, a sky.
@@ -48,11 +51,26 @@ const FORMATS: &[(&str, Load)] = &[
 /// # Errors
 /// If the file, or a file that it refers to, is invalid.
 pub fn load(path: &Path) -> Result<SceneDescription> {
+    load_with(path, None)
+}
+
+/// Loads a scene as [`load`] does, with the camera of this name if the file has several.
+///
+/// # Errors
+/// As [`load`]; and if there is no such camera, or the format has no names of cameras.
+pub fn load_with(path: &Path, camera: Option<&str>) -> Result<SceneDescription> {
     let extension = path
         .extension()
         .unwrap_or_default()
         .to_string_lossy()
         .to_lowercase();
+    if let Some(name) = camera {
+        if ["gltf", "glb"].contains(&extension.as_str()) {
+            return gltf::load(path, camera);
+        }
+        let message = format!("cameras of .{extension} files have no names, found `{name}`");
+        return Err(Error::usage(message).in_file(path));
+    }
     let format = FORMATS.iter().find(|(known, _)| *known == extension);
     let (_, load) = format.ok_or_else(|| {
         let known: Vec<String> = FORMATS

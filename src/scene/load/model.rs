@@ -70,40 +70,56 @@ pub fn load_ply(path: &Path) -> Result<SceneDescription> {
 ///
 /// # Errors
 /// If the model is too large to be framed.
-pub fn with_camera_and_sky(path: &Path, mut contents: Contents) -> Result<SceneDescription> {
+fn with_camera_and_sky(path: &Path, mut contents: Contents) -> Result<SceneDescription> {
     let bounds = contents
         .shapes
         .iter()
         .fold(Bounds::default(), |b, s| b.union(bounds_of(s)));
-    let camera = frame(&bounds).ok_or_else(|| {
+    let camera = framed(path, &bounds, &mut contents)?;
+    let is_lit = contents.shapes.iter().any(|shape| shape.emission.is_some());
+    let lights = sky_unless(is_lit, path, &mut contents);
+    Ok(SceneDescription {
+        materials: contents.materials,
+        shapes: contents.shapes,
+        lights: lights.into_iter().collect(),
+        notes: contents.notes,
+        ..SceneDescription::new(path, camera)
+    })
+}
+
+/// Returns a camera that frames a model with these bounds, with a note.
+///
+/// # Errors
+/// If the model is too large to be framed.
+pub fn framed(path: &Path, bounds: &Bounds, contents: &mut Contents) -> Result<CameraDescription> {
+    let camera = frame(bounds).ok_or_else(|| {
         Error::scene("the model is too large to be framed: use a scene file").in_file(path)
     })?;
     contents.note(Note::of_scene(
         NoteKind::Decision,
         "a bare model: the camera was placed to show all of it",
     ));
-    let mut lights = vec![];
-    if contents.shapes.iter().all(|shape| shape.emission.is_none()) {
-        let place = Place {
-            file: path.to_path_buf(),
-            line: None,
-        };
-        lights.push(LightDescription::sky(place, Rgb::WHITE));
-        contents.note(Note::of_scene(
-            NoteKind::Decision,
-            "nothing in the model emits light: a constant white sky was added",
-        ));
-    }
-    Ok(SceneDescription {
-        materials: contents.materials,
-        shapes: contents.shapes,
-        lights,
-        notes: contents.notes,
-        ..SceneDescription::new(path, camera)
-    })
+    Ok(camera)
 }
 
-fn bounds_of(shape: &ShapeDescription) -> Bounds {
+/// Returns a sky for a model that is not lit, with a note.
+pub fn sky_unless(is_lit: bool, path: &Path, contents: &mut Contents) -> Option<LightDescription> {
+    if is_lit {
+        return None;
+    }
+    let place = Place {
+        file: path.to_path_buf(),
+        line: None,
+    };
+    contents.note(Note::of_scene(
+        NoteKind::Decision,
+        "nothing in the model emits light: a constant white sky was added",
+    ));
+    Some(LightDescription::sky(place, Rgb::WHITE))
+}
+
+/// The bounds of a mesh, before its transform; empty for other shapes.
+pub fn bounds_of(shape: &ShapeDescription) -> Bounds {
     match &shape.geometry {
         GeometryDescription::Mesh(mesh) => {
             let used = mesh.indices.iter().flatten();

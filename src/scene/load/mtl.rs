@@ -313,6 +313,15 @@ fn multiplied(texture: Texture, factor: Rgb) -> Texture {
                 scale,
             }
         }
+        Texture::Placed {
+            image,
+            tint,
+            uv_map,
+        } => Texture::Placed {
+            image,
+            tint: factor * tint,
+            uv_map,
+        },
         Texture::Checker { colours, repeat } => Texture::Checker {
             colours: colours.map(|colour| factor * colour),
             repeat,

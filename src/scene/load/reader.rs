@@ -226,6 +226,22 @@ impl<'a> Value<'a> {
         }
     }
 
+    /// Returns the value as an angle in radians: a number of degrees that passes `test`, or a table of `radians`, for which
+    /// there may be no such number.
+    ///
+    /// # Errors
+    /// If it does not pass.
+    pub fn angle_where(&self, what: &str, test: impl Fn(f64) -> bool) -> Result<f64> {
+        if !self.value.is_table() {
+            return self.number_where(what, test).map(f64::to_radians);
+        }
+        let table = self.table()?;
+        let value = table.required("radians")?;
+        let radians = value.number_where(what, |x| test(x.to_degrees()))?;
+        table.finish()?;
+        Ok(radians)
+    }
+
     /// Returns the value as a number that is finite and passes `test` in single precision, which shading uses.
     ///
     /// # Errors

@@ -11,10 +11,14 @@ use super::motion::motion;
 use super::obj;
 use super::reader::{Table, Value};
 use super::transform::transform;
+use super::vertex_colours;
 use super::wording::unknown_name;
 use crate::error::{Error, Result};
 use crate::math::vec::{DAffine3, DVec3};
-use crate::scene::description::{GeometryDescription, MeshDescription, Place, ShapeDescription};
+use crate::scene::description::{
+    GeometryDescription, MaterialDescription, MaterialModel, MeshDescription, Place,
+    ShapeDescription,
+};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -22,6 +26,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Type {
     Obj,
+    Ply,
     Mesh,
     Sphere,
     Rectangle,
@@ -31,6 +36,7 @@ enum Type {
 
 const TYPES: &[(&str, Type)] = &[
     ("obj", Type::Obj),
+    ("ply", Type::Ply),
     ("mesh", Type::Mesh),
     ("sphere", Type::Sphere),
     ("rectangle", Type::Rectangle),
@@ -91,9 +97,17 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
         contents.shapes.append(&mut shapes);
         return Ok(());
     }
-    let geometry = geometry(shape_type, &table)?;
-    table.finish()?;
-    let material = material.unwrap_or_else(|| contents.default_material());
+    let (geometry, material) = if shape_type == Type::Ply {
+        let model = table.required("file")?;
+        let path = folder.join(model.text()?);
+        table.finish()?;
+        ply(&path, material, contents).map_err(|error| named_by(error, &model))?
+    } else {
+        let geometry = geometry(shape_type, &table)?;
+        table.finish()?;
+        let material = material.unwrap_or_else(|| contents.default_material());
+        (geometry, material)
+    };
     contents.shapes.push(ShapeDescription {
         transform,
         motion,
@@ -104,6 +118,30 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
         ..ShapeDescription::new(name, place, geometry)
     });
     Ok(())
+}
+
+/// Reads a PLY file, and returns its material, too: the one given, or else one of its colours.
+fn ply(
+    path: &Path,
+    material: Option<usize>,
+    contents: &mut Contents,
+) -> Result<(GeometryDescription, usize)> {
+    let (mesh, colours) = contents.ply(path)?;
+    if let Some(material) = material {
+        return Ok((GeometryDescription::Mesh(mesh), material));
+    }
+    if colours.is_empty() {
+        return Ok((GeometryDescription::Mesh(mesh), contents.default_material()));
+    }
+    let mut mesh = MeshDescription::clone(&mesh);
+    let reflectance = vertex_colours::to_texture(&mut mesh, &colours)?;
+    let model = MaterialModel::Diffuse { reflectance };
+    let place = Place {
+        file: path.to_path_buf(),
+        line: None,
+    };
+    let material = contents.add_material(MaterialDescription::new("colours", place, model));
+    Ok((GeometryDescription::Mesh(Arc::new(mesh)), material))
 }
 
 /// Wraps an error about a model in one about the scene that refers to it; both places are reported.
@@ -166,7 +204,7 @@ fn geometry(shape_type: Type, table: &Table<'_>) -> Result<GeometryDescription> 
             GeometryDescription::Box { min, max }
         }
         Type::Mesh => GeometryDescription::Mesh(Arc::new(mesh(table)?)),
-        Type::Obj => unreachable!("read by its caller"),
+        Type::Obj | Type::Ply => unreachable!("read by its caller"),
     })
 }
 

@@ -73,7 +73,7 @@ pub fn to_texture(mesh: &mut MeshDescription, colours: &[Rgb]) -> Result<ColourD
 }
 
 /// Bytes of a triangle: four texels, and three vertices with normals and texture coordinates.
-const BYTES: u64 = 4 * 16 + 3 * 64 + 3 * 8 + 12;
+pub const BYTES: u64 = 4 * 16 + 3 * 64 + 3 * 8 + 12;
 
 /// The four texels of a triangle.
 struct Block {

@@ -46,7 +46,7 @@ pub fn material(bsdf: &Object, contents: &mut Contents) -> Result<Surface> {
         )
     };
     reader.read(bsdf, &mut made)?;
-    if made.model.transmits() {
+    if made.transmits() {
         made.two_sided = true;
     }
     Ok(Surface {

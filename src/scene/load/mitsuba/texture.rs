@@ -113,6 +113,10 @@ pub fn mean(colour: &ColourDescription) -> f64 {
                 let [r, g, b] = image.mean();
                 f64::from(*scale) * f64::from(Rgb::new(r as f32, g as f32, b as f32).luminance())
             }
+            Texture::Placed { image, tint, .. } => {
+                let [r, g, b] = image.mean();
+                f64::from((*tint * Rgb::new(r as f32, g as f32, b as f32)).luminance())
+            }
             Texture::Checker { colours, .. } => {
                 0.5 * f64::from(colours[0].luminance() + colours[1].luminance())
             }

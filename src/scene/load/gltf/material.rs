@@ -1,0 +1,338 @@
+//! Materials of glTF: metallic-roughness becomes our principled model, which is the same; emission goes to the shapes.
+//!
+//! Measure: linear Rec. 709. The radiance of an emissive surface is `emissiveFactor` times `emissiveStrength`, in
+//! W m^-2 sr^-1, as Blender reads it.
+//! Range: factors outside of [0, 1] are clamped. Both sides scatter; one side emits unless `doubleSided` is set.
+//! Transmission refracts, as in Blender. All textures of a material have the same texture coordinates; one with others
+//! is replaced by its mean.
+//! Source: glTF 2.0, chapter 3.9 and appendix B, and the extensions KHR_materials_*. Tested in
+//! `tests/loading/gltf.rs`.
+
+use super::buffers::Asset;
+use super::texture::{Channels, Images, TextureReference};
+use crate::error::Result;
+use crate::geometry::texture::Texture;
+use crate::math::rgb::Rgb;
+use crate::scene::description::{
+    ColourDescription, MaterialDescription, MaterialModel, NormalMapDescription, Note, NoteKind,
+    Place,
+};
+use gltf::Material;
+use gltf::material::AlphaMode;
+use std::sync::Arc;
+
+/// A material as shapes need it.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    pub material: MaterialDescription,
+    pub emission: Option<ColourDescription>,
+    pub two_sided_emission: bool,
+}
+
+/// The colour of a surface's vertices: a factor of the base colour, or the base colour itself.
+#[derive(Debug, Clone)]
+pub struct VertexColour {
+    pub factor: Rgb,
+    pub alpha: f32,
+    /// Replaces the base colour of a material without textures.
+    pub texture: Option<ColourDescription>,
+}
+
+/// The textures of a material.
+#[derive(Debug, Default)]
+pub struct Textures {
+    base_color: Option<TextureReference>,
+    metallic_roughness: Option<TextureReference>,
+    normals: Option<TextureReference>,
+    emission: Option<TextureReference>,
+    transmission: Option<TextureReference>,
+}
+
+impl Textures {
+    /// Returns the textures of a material.
+    pub fn of(material: &Material<'_>) -> Self {
+        let pbr = material.pbr_metallic_roughness();
+        let transmission = material.transmission();
+        Self {
+            base_color: pbr.base_color_texture().as_ref().map(TextureReference::new),
+            metallic_roughness: pbr
+                .metallic_roughness_texture()
+                .as_ref()
+                .map(TextureReference::new),
+            normals: material
+                .normal_texture()
+                .as_ref()
+                .map(TextureReference::of_normals),
+            emission: material
+                .emissive_texture()
+                .as_ref()
+                .map(TextureReference::new),
+            transmission: transmission
+                .and_then(|it| it.transmission_texture())
+                .as_ref()
+                .map(TextureReference::new),
+        }
+    }
+
+    /// The texture coordinates of the first texture.
+    pub fn uv_set(&self) -> u32 {
+        self.all().next().map_or(0, |reference| reference.uv_set)
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.all().next().is_none()
+    }
+
+    fn all(&self) -> impl Iterator<Item = &TextureReference> {
+        let all = [
+            &self.base_color,
+            &self.metallic_roughness,
+            &self.normals,
+            &self.emission,
+            &self.transmission,
+        ];
+        all.into_iter().flatten()
+    }
+}
+
+/// Reads one material.
+pub struct MaterialReader<'a> {
+    pub asset: &'a Asset<'a>,
+    pub images: &'a mut Images,
+    pub material: &'a Material<'a>,
+    pub textures: &'a Textures,
+    pub notes: &'a mut Vec<Note>,
+}
+
+impl MaterialReader<'_> {
+    /// Returns the material of surfaces with this colour of vertices.
+    ///
+    /// # Errors
+    /// If an image cannot be read, or an emission is not a finite colour of at least 0.
+    pub fn surface(&mut self, vertices: &VertexColour) -> Result<Surface> {
+        let base_color = match &vertices.texture {
+            Some(texture) => texture.clone(),
+            None => self.base_color(vertices.factor)?,
+        };
+        let unlit = self.material.unlit();
+        let model = if unlit {
+            self.note(
+                NoteKind::Approximation,
+                "is unlit: drawn as a lamp whose radiance is its colour, which lights its surroundings, too",
+            );
+            MaterialModel::Diffuse {
+                reflectance: Rgb::BLACK.into(),
+            }
+        } else {
+            self.principled(base_color.clone())?
+        };
+        let mut material = MaterialDescription {
+            metallic_roughness_map: if unlit {
+                None
+            } else {
+                self.metallic_roughness()?
+            },
+            normal_map: self.normals()?,
+            ..MaterialDescription::new(self.name(), self.place(), model)
+        };
+        self.alpha(vertices.alpha, &mut material)?;
+        Ok(Surface {
+            material,
+            emission: if unlit {
+                Some(base_color)
+            } else {
+                self.emission()?
+            },
+            two_sided_emission: unlit || self.material.double_sided(),
+        })
+    }
+
+    fn base_color(&mut self, factor: Rgb) -> Result<ColourDescription> {
+        let [r, g, b, _] = self.material.pbr_metallic_roughness().base_color_factor();
+        let tint = factor * Rgb::new(r, g, b).map(share);
+        let texture = self.varying(&self.textures.base_color, Channels::Srgb, tint)?;
+        Ok(texture.unwrap_or(ColourDescription::Constant(tint)))
+    }
+
+    fn principled(&mut self, base_color: ColourDescription) -> Result<MaterialModel> {
+        let pbr = self.material.pbr_metallic_roughness();
+        let ior = self.material.ior().unwrap_or(1.5);
+        if ior < 1.0 || !ior.is_finite() {
+            let text = format!("has the refractive index {ior}: drawn with 1");
+            self.note(NoteKind::Approximation, &text);
+        }
+        Ok(MaterialModel::Principled {
+            base_color,
+            metallic: share(pbr.metallic_factor()),
+            roughness: share(pbr.roughness_factor()),
+            ior: if ior.is_finite() { ior.max(1.0) } else { 1.0 },
+            transmission: self.transmission()?,
+        })
+    }
+
+    fn transmission(&mut self) -> Result<f32> {
+        let Some(transmission) = self.material.transmission() else {
+            return Ok(0.0);
+        };
+        let factor = share(transmission.transmission_factor());
+        let Some(reference) = &self.textures.transmission else {
+            return Ok(factor);
+        };
+        let tint = Rgb::grey(factor);
+        let texture = self
+            .images
+            .texture(self.asset, reference, Channels::Linear, tint)?;
+        let Some(texture) = texture else {
+            return Ok(factor);
+        };
+        if let Some(constant) = texture.constant() {
+            return Ok(share(constant.to_array()[0]));
+        }
+        self.note(
+            NoteKind::Approximation,
+            "has a texture of its transmission: the mean is used",
+        );
+        Ok(share(mean(&texture).to_array()[0]))
+    }
+
+    fn metallic_roughness(&mut self) -> Result<Option<Arc<Texture>>> {
+        let reference = &self.textures.metallic_roughness;
+        let texture = self.varying(reference, Channels::Linear, Rgb::WHITE)?;
+        Ok(match texture {
+            Some(ColourDescription::Texture(texture)) => Some(texture),
+            // Both parameters are constant: a map of one colour.
+            Some(ColourDescription::Constant(factors)) => Some(Arc::new(Texture::Checker {
+                colours: [factors; 2],
+                repeat: crate::math::vec::Vec2::ONE,
+            })),
+            None => None,
+        })
+    }
+
+    fn normals(&mut self) -> Result<Option<NormalMapDescription>> {
+        let Some(normals) = self.material.normal_texture() else {
+            return Ok(None);
+        };
+        let strength = normals.scale();
+        if !(strength >= 0.0 && strength.is_finite()) {
+            let message = format!("expected a scale of at least 0, found {strength}");
+            return Err(self.error("normalTexture", &message));
+        }
+        let texture = self.varying(&self.textures.normals, Channels::Linear, Rgb::WHITE)?;
+        Ok(match texture {
+            Some(ColourDescription::Texture(texture)) => {
+                Some(NormalMapDescription { texture, strength })
+            }
+            // The mean of normals is hardly tilted.
+            _ => None,
+        })
+    }
+
+    fn alpha(&mut self, of_vertices: f32, material: &mut MaterialDescription) -> Result<()> {
+        let mode = self.material.alpha_mode();
+        if mode == AlphaMode::Opaque {
+            return Ok(());
+        }
+        let [.., factor] = self.material.pbr_metallic_roughness().base_color_factor();
+        let tint = Rgb::grey(share(factor) * share(of_vertices));
+        let texture = self.varying(&self.textures.base_color, Channels::Alpha, tint)?;
+        material.alpha = texture.unwrap_or(ColourDescription::Constant(tint));
+        if mode == AlphaMode::Mask {
+            material.alpha_cutoff = Some(share(self.material.alpha_cutoff().unwrap_or(0.5)));
+        }
+        Ok(())
+    }
+
+    fn emission(&mut self) -> Result<Option<ColourDescription>> {
+        let strength = self.material.emissive_strength().unwrap_or(1.0);
+        let factor = Rgb::from(self.material.emissive_factor().map(|x| x * strength));
+        let channels = factor.to_array();
+        if !channels.iter().all(|x| *x >= 0.0 && x.is_finite()) {
+            let message = format!("expected an emission of at least 0, found {channels:?}");
+            return Err(self.error("emissiveFactor", &message));
+        }
+        if factor.is_black() {
+            return Ok(None);
+        }
+        let texture = self.varying(&self.textures.emission, Channels::Srgb, factor)?;
+        Ok(
+            Some(texture.unwrap_or(ColourDescription::Constant(factor)))
+                .filter(|it| !it.is_black()),
+        )
+    }
+
+    /// Returns a texture, or its mean if it has other texture coordinates than the material's others.
+    fn varying(
+        &mut self,
+        reference: &Option<TextureReference>,
+        channels: Channels,
+        tint: Rgb,
+    ) -> Result<Option<ColourDescription>> {
+        let Some(reference) = reference else {
+            return Ok(None);
+        };
+        let Some(texture) = self.images.texture(self.asset, reference, channels, tint)? else {
+            if channels != Channels::Alpha {
+                self.note(
+                    NoteKind::Omission,
+                    "has a texture without an image of a format that is read",
+                );
+            }
+            return Ok(None);
+        };
+        if reference.uv_set == self.textures.uv_set() || texture.constant().is_some() {
+            return Ok(Some(ColourDescription::Texture(Arc::new(texture))));
+        }
+        self.note(
+            NoteKind::Approximation,
+            "has textures of several texture coordinates: the mean is used for those of other coordinates than the first",
+        );
+        Ok(Some(ColourDescription::Constant(mean(&texture))))
+    }
+
+    fn name(&self) -> String {
+        let index = self.material.index();
+        let unnamed = || index.map_or("default".to_owned(), |index| format!("material {index}"));
+        self.material.name().map_or_else(unnamed, str::to_owned)
+    }
+
+    fn place(&self) -> Place {
+        Place {
+            file: self.asset.path.to_path_buf(),
+            line: None,
+        }
+    }
+
+    fn error(&self, key: &str, message: &str) -> crate::Error {
+        let index = self.material.index().unwrap_or_default();
+        self.asset
+            .error(format!("materials[{index}].{key}"), message)
+    }
+
+    fn note(&mut self, kind: NoteKind, text: &str) {
+        let text = format!(
+            "material `{}` {text}",
+            super::super::wording::shown(&self.name())
+        );
+        let note = Note::at(self.place(), kind, text);
+        if !self.notes.contains(&note) {
+            self.notes.push(note);
+        }
+    }
+}
+
+/// Clamps to [0, 1].
+fn share(x: f32) -> f32 {
+    // `max` makes 0 of a NaN.
+    x.max(0.0).clamp(0.0, 1.0)
+}
+
+/// The mean colour of an image.
+fn mean(texture: &Texture) -> Rgb {
+    match texture {
+        Texture::Image { image, scale } => *scale * Rgb::from(image.mean().map(|x| x as f32)),
+        Texture::Placed { image, tint, .. } => *tint * Rgb::from(image.mean().map(|x| x as f32)),
+        Texture::Checker { colours, .. } => 0.5 * (colours[0] + colours[1]),
+    }
+}

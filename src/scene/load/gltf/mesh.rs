@@ -1,0 +1,351 @@
+//! Meshes of glTF: the triangles of a primitive, with the vertices that they use.
+//!
+//! Measure: the file's own units; texture coordinates with v up, where glTF's has it down.
+//! Range: triangles, strips and fans, indexed or not; indices within the vertices. Every list of accessors is read once,
+//! and all meshes together have at most [`EXPANSION`] times as many bytes as the file.
+//! Source: glTF 2.0, chapter 3.7.2. Tested in `tests/loading/gltf.rs`.
+
+use super::accessor::{Elements, check_finite};
+use super::buffers::Asset;
+use crate::error::{Error, Result};
+use crate::math::rgb::Rgb;
+use crate::math::vec::{DVec2, DVec3};
+use crate::memory;
+use crate::scene::description::MeshDescription;
+use gltf::Semantic;
+use gltf::mesh::{Mode, Primitive};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Bytes of meshes for each byte of the file, at most. Small integers become numbers of 8 bytes, and each index of a
+/// strip a triangle of 12 bytes; what is more refers to its data again and again.
+const EXPANSION: usize = 64;
+
+/// The colours of a primitive's vertices.
+#[derive(Debug, Clone)]
+pub enum VertexColours {
+    /// All of them, and their alpha.
+    Same(Rgb, f32),
+    /// Colours that vary, one per vertex, their mean, and the mean alpha.
+    Varying(Arc<Vec<Rgb>>, Rgb, f32),
+}
+
+/// The triangles of a primitive.
+#[derive(Debug, Clone)]
+pub struct PrimitiveMesh {
+    pub mesh: Arc<MeshDescription>,
+    pub colours: VertexColours,
+}
+
+/// The accessors of a primitive: position, normal, texture coordinate, colour and indices; and its mode.
+type Key = ([Option<usize>; 5], u8);
+
+/// Reads meshes, each list of accessors once.
+#[derive(Debug)]
+pub struct Meshes {
+    known: HashMap<Key, PrimitiveMesh>,
+    /// The bytes that meshes may still take.
+    left: usize,
+}
+
+/// The accessors of a primitive.
+struct Source<'a> {
+    positions: Elements<'a, 3>,
+    normals: Option<Elements<'a, 3>>,
+    uvs: Option<Elements<'a, 2>>,
+}
+
+impl Meshes {
+    pub fn new(asset: &Asset<'_>) -> Self {
+        Self {
+            known: HashMap::new(),
+            left: EXPANSION * asset.size(),
+        }
+    }
+
+    /// Reads a primitive with texture coordinates `uv_set`; `None` if it has no triangles. `field` is its place in the
+    /// JSON.
+    ///
+    /// # Errors
+    /// If its accessors are not as the format requires.
+    pub fn read(
+        &mut self,
+        asset: &Asset<'_>,
+        primitive: &Primitive<'_>,
+        uv_set: u32,
+        field: &str,
+    ) -> Result<Option<PrimitiveMesh>> {
+        if !matches!(
+            primitive.mode(),
+            Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan
+        ) {
+            return Ok(None);
+        }
+        let uvs = Semantic::TexCoords(uv_set);
+        let attributes = [
+            Semantic::Positions,
+            Semantic::Normals,
+            uvs,
+            Semantic::Colors(0),
+        ];
+        let [positions, normals, uvs, colours] =
+            attributes.map(|semantic| primitive.get(&semantic));
+        let indices = primitive.indices();
+        let ids = [&positions, &normals, &uvs, &colours, &indices]
+            .map(|accessor| accessor.as_ref().map(|accessor| accessor.index()));
+        let key = (ids, primitive.mode() as u8);
+        if let Some(known) = self.known.get(&key) {
+            return Ok(Some(known.clone()));
+        }
+        let Some(positions) = positions else {
+            return Err(asset.error(field, "expected an attribute POSITION"));
+        };
+        let source = Source {
+            positions: Elements::new(asset, &positions)?,
+            normals: normals.map(|it| Elements::new(asset, &it)).transpose()?,
+            uvs: uvs.map(|it| Elements::new(asset, &it)).transpose()?,
+        };
+        let count = source.positions.count();
+        if u32::try_from(count).is_err() {
+            return Err(asset.error(field, "expected fewer than 2^32 vertices"));
+        }
+        let others = [
+            source.normals.as_ref().map(Elements::count),
+            source.uvs.as_ref().map(Elements::count),
+            colours.as_ref().map(|it| it.count()),
+        ];
+        if let Some(other) = others.into_iter().flatten().find(|&other| other != count) {
+            return Err(asset.error(
+                field,
+                format!("expected as many of each attribute as there are positions, {count}, found {other}"),
+            ));
+        }
+        let triangles = match &indices {
+            Some(indices) => self.indexed(asset, indices, primitive.mode(), count)?,
+            None => {
+                self.take(asset, field, 4 * count)?;
+                triangles(primitive.mode(), count, |i| i as u32)
+            }
+        };
+        let (used, triangles) = compact(triangles, count);
+        self.take(asset, field, used.len() * 8 * (3 + 3 + 2))?;
+        let of_colours = colours.as_ref().map(|it| colours_of(asset, it, &used));
+        let mesh = PrimitiveMesh {
+            mesh: Arc::new(source.mesh(asset, &used, triangles, field)?),
+            colours: of_colours
+                .transpose()?
+                .unwrap_or(VertexColours::Same(Rgb::WHITE, 1.0)),
+        };
+        self.known.insert(key, mesh.clone());
+        Ok(Some(mesh))
+    }
+
+    /// Reads the triangles of an indexed primitive with `count` vertices.
+    fn indexed(
+        &mut self,
+        asset: &Asset<'_>,
+        accessor: &gltf::Accessor<'_>,
+        mode: Mode,
+        count: usize,
+    ) -> Result<Vec<[u32; 3]>> {
+        let field = format!("accessors[{}]", accessor.index());
+        let indices = Elements::<1>::new(asset, accessor)?;
+        if !indices.is_unsigned() {
+            return Err(asset.error(field, "expected unsigned integers as indices"));
+        }
+        self.take(asset, &field, 12 * indices.count())?;
+        let found = triangles(mode, indices.count(), |i| indices.index(i));
+        let most = found.as_flattened().iter().copied().max();
+        if let Some(most) = most.filter(|&most| most as usize >= count) {
+            let message = format!("expected indices of {count} vertices, found {most}");
+            return Err(asset.error(field, message));
+        }
+        Ok(found)
+    }
+
+    /// Takes bytes from those that are left.
+    pub fn take(&mut self, asset: &Asset<'_>, field: &str, bytes: usize) -> Result<()> {
+        memory::check(bytes as u64, || "a mesh".to_owned())?;
+        self.left = self.left.checked_sub(bytes).ok_or_else(|| {
+            let message = format!(
+                "expected at most {EXPANSION} times the bytes of all buffers in all meshes: they refer to the same data too often"
+            );
+            asset.error(field, message)
+        })?;
+        Ok(())
+    }
+}
+
+impl Source<'_> {
+    fn mesh(
+        &self,
+        asset: &Asset<'_>,
+        used: &Used,
+        indices: Vec<[u32; 3]>,
+        field: &str,
+    ) -> Result<MeshDescription> {
+        let vectors = |elements: &Elements<'_, 3>, what: &str| {
+            used.map(|i| {
+                let numbers = elements.get(i);
+                check_finite(numbers, i, |message| {
+                    asset.error(field, format!("{what}: {message}"))
+                })?;
+                Ok(DVec3::from_array(numbers))
+            })
+        };
+        let uvs = |elements: &Elements<'_, 2>| {
+            used.map(|i| {
+                let [u, v] = elements.get(i);
+                check_finite([u, v], i, |message| {
+                    asset.error(field, format!("TEXCOORD: {message}"))
+                })?;
+                Ok(DVec2::new(u, 1.0 - v))
+            })
+        };
+        let normals = self.normals.as_ref().map(|it| vectors(it, "NORMAL"));
+        Ok(MeshDescription {
+            positions: vectors(&self.positions, "POSITION")?,
+            normals: normals.transpose()?.unwrap_or_default(),
+            uvs: self.uvs.as_ref().map(uvs).transpose()?.unwrap_or_default(),
+            indices,
+        })
+    }
+}
+
+/// The triangles of `count` vertices, given by their order in the file.
+fn triangles(mode: Mode, count: usize, vertex: impl Fn(usize) -> u32) -> Vec<[u32; 3]> {
+    let corners = |[a, b, c]: [usize; 3]| [vertex(a), vertex(b), vertex(c)];
+    let has_area = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+    match mode {
+        Mode::TriangleStrip => (2..count)
+            .map(|i| corners([i - 2, i - 1 + i % 2, i - i % 2]))
+            .filter(has_area)
+            .collect(),
+        Mode::TriangleFan => (2..count)
+            .map(|i| corners([i - 1, i, 0]))
+            .filter(has_area)
+            .collect(),
+        _ => (0..count / 3)
+            .map(|i| corners([3 * i, 3 * i + 1, 3 * i + 2]))
+            .collect(),
+    }
+}
+
+/// The vertices that triangles use, in the order of the file.
+enum Used {
+    /// The first ones.
+    All(usize),
+    Some(Vec<u32>),
+}
+
+impl Used {
+    fn len(&self) -> usize {
+        match self {
+            Self::All(count) => *count,
+            Self::Some(vertices) => vertices.len(),
+        }
+    }
+
+    fn map<T>(&self, get: impl Fn(usize) -> Result<T>) -> Result<Vec<T>> {
+        let mut all = Vec::with_capacity(self.len());
+        match self {
+            Self::All(count) => {
+                for i in 0..*count {
+                    all.push(get(i)?);
+                }
+            }
+            Self::Some(vertices) => {
+                for &i in vertices {
+                    all.push(get(i as usize)?);
+                }
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// Finds the vertices that are used, of `count`, and numbers them anew.
+fn compact(mut triangles: Vec<[u32; 3]>, count: usize) -> (Used, Vec<[u32; 3]>) {
+    let corners = triangles.as_flattened();
+    // Parts of a large mesh may share its vertices: their time should not depend on the number of these.
+    let mut used: Vec<u32> = if corners.len() < count / 4 {
+        let mut sorted = corners.to_vec();
+        sorted.sort_unstable();
+        sorted.dedup();
+        sorted
+    } else {
+        let mut is_used = vec![false; count];
+        for &corner in corners {
+            is_used[corner as usize] = true;
+        }
+        if is_used.iter().all(|&used| used) {
+            return (Used::All(count), triangles);
+        }
+        let indices = (0..count as u32).zip(is_used);
+        indices.filter(|&(_, used)| used).map(|(i, _)| i).collect()
+    };
+    used.shrink_to_fit();
+    if used.len() * 4 < count {
+        for corner in triangles.as_flattened_mut() {
+            // Every corner is among them.
+            *corner = used.partition_point(|vertex| vertex < corner) as u32;
+        }
+    } else {
+        let mut places = vec![0; count];
+        for (place, &vertex) in used.iter().enumerate() {
+            places[vertex as usize] = place as u32;
+        }
+        for corner in triangles.as_flattened_mut() {
+            *corner = places[*corner as usize];
+        }
+    }
+    (Used::Some(used), triangles)
+}
+
+/// Reads the colours of the used vertices.
+fn colours_of(
+    asset: &Asset<'_>,
+    accessor: &gltf::Accessor<'_>,
+    used: &Used,
+) -> Result<VertexColours> {
+    let wrong = |message: String| -> Error {
+        asset.error(format!("accessors[{}]", accessor.index()), message)
+    };
+    let read = |get: &dyn Fn(usize) -> [f64; 4]| {
+        used.map(|i| {
+            let colour = get(i);
+            check_finite(colour, i, wrong)?;
+            Ok(colour.map(|x| x.clamp(0.0, 1.0) as f32))
+        })
+    };
+    let colours = if accessor.dimensions().multiplicity() == 3 {
+        let elements = Elements::<3>::new(asset, accessor)?;
+        read(&|i| {
+            let [r, g, b] = elements.get(i);
+            [r, g, b, 1.0]
+        })?
+    } else {
+        let elements = Elements::<4>::new(asset, accessor)?;
+        read(&|i| elements.get(i))?
+    };
+    let Some((&first, others)) = colours.split_first() else {
+        return Ok(VertexColours::Same(Rgb::WHITE, 1.0));
+    };
+    let rgb = |[r, g, b, _]: [f32; 4]| Rgb::new(r, g, b);
+    if others.iter().all(|colour| *colour == first) {
+        return Ok(VertexColours::Same(rgb(first), first[3]));
+    }
+    let mut sums = [0.0; 4];
+    for colour in &colours {
+        for (sum, channel) in sums.iter_mut().zip(colour) {
+            *sum += f64::from(*channel);
+        }
+    }
+    let mean = sums.map(|sum| ((sum / colours.len() as f64) as f32).clamp(0.0, 1.0));
+    let varying = colours.into_iter().map(rgb).collect();
+    Ok(VertexColours::Varying(
+        Arc::new(varying),
+        rgb(mean),
+        mean[3],
+    ))
+}

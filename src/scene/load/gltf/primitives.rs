@@ -1,0 +1,194 @@
+//! The shapes of glTF meshes: the triangles of a primitive with its material.
+//!
+//! Measure: the file's own units.
+//! Range: any mesh; a primitive without triangles is left out with a note. Vertex colours that vary become a texture of
+//! their own where the material has no other, and are replaced by their mean elsewhere.
+//! Source: glTF 2.0, chapter 3.7. Tested in `tests/loading/gltf.rs`.
+
+use super::super::contents::Contents;
+use super::super::vertex_colours;
+use super::super::wording::shown;
+use super::buffers::Asset;
+use super::material::{MaterialReader, Surface, Textures, VertexColour};
+use super::mesh::{Meshes, PrimitiveMesh, VertexColours};
+use super::texture::Images;
+use super::{of_file, whole};
+use crate::error::Result;
+use crate::math::rgb::Rgb;
+use crate::scene::description::{
+    ColourDescription, GeometryDescription, MeshDescription, NoteKind, ShapeDescription,
+};
+use gltf::Mesh;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A material of the file, or the default one, with a colour of vertices.
+type Key = (Option<usize>, [u32; 4]);
+
+/// A material of the scene, and what shapes with it emit.
+type Known = (usize, Option<ColourDescription>, bool);
+
+/// Reads primitives.
+pub struct Primitives<'a> {
+    asset: &'a Asset<'a>,
+    meshes: Meshes,
+    images: Images,
+    known: HashMap<Key, Known>,
+}
+
+/// The name of a mesh.
+pub fn name(mesh: &Mesh<'_>) -> String {
+    let unnamed = || format!("mesh {}", mesh.index());
+    mesh.name()
+        .filter(|name| !name.is_empty())
+        .map_or_else(unnamed, shown)
+}
+
+impl<'a> Primitives<'a> {
+    pub fn new(asset: &'a Asset<'a>) -> Self {
+        Self {
+            asset,
+            meshes: Meshes::new(asset),
+            images: Images::default(),
+            known: HashMap::new(),
+        }
+    }
+
+    /// Adds the shapes of a mesh.
+    ///
+    /// # Errors
+    /// If a primitive or its material is invalid.
+    pub fn add(&mut self, mesh: &Mesh<'_>, contents: &mut Contents) -> Result<()> {
+        let name = name(mesh);
+        let mut left_out = 0;
+        for primitive in mesh.primitives() {
+            let field = format!("meshes[{}].primitives[{}]", mesh.index(), primitive.index());
+            let material = primitive.material();
+            let textures = Textures::of(&material);
+            let uv_set = textures.uv_set();
+            let read = self.meshes.read(self.asset, &primitive, uv_set, &field)?;
+            let Some(read) = read.filter(|read| !read.mesh.indices.is_empty()) else {
+                left_out += 1;
+                continue;
+            };
+            if read.mesh.uvs.is_empty() && !textures.is_empty() {
+                let text =
+                    format!("{name} has no texture coordinates: its textures are not placed");
+                contents.note(of_file(self.asset.path, NoteKind::Approximation, text));
+            }
+            let (mesh, (material, emission, two_sided_emission)) =
+                self.surface(&material, &textures, &read, &field, contents)?;
+            contents.shapes.push(ShapeDescription {
+                material,
+                emission,
+                two_sided_emission,
+                ..ShapeDescription::new(
+                    name.clone(),
+                    whole(self.asset.path),
+                    GeometryDescription::Mesh(mesh),
+                )
+            });
+        }
+        if left_out > 0 {
+            let text = format!("{name}: {left_out} primitives without triangles were left out");
+            contents.note(of_file(self.asset.path, NoteKind::Omission, text));
+        }
+        Ok(())
+    }
+
+    /// Returns the mesh and the material of a primitive.
+    fn surface(
+        &mut self,
+        material: &gltf::Material<'_>,
+        textures: &Textures,
+        read: &PrimitiveMesh,
+        field: &str,
+        contents: &mut Contents,
+    ) -> Result<(Arc<MeshDescription>, Known)> {
+        let (factor, alpha) = match &read.colours {
+            VertexColours::Same(colour, alpha) => (*colour, *alpha),
+            VertexColours::Varying(colours, mean, alpha) => {
+                if textures.is_empty() {
+                    return self.coloured(
+                        material,
+                        textures,
+                        (read, colours, *alpha),
+                        field,
+                        contents,
+                    );
+                }
+                let text =
+                    format!("{field}: colours of vertices multiply a texture: their mean is used");
+                contents.note(of_file(self.asset.path, NoteKind::Approximation, text));
+                (*mean, *alpha)
+            }
+        };
+        let [r, g, b] = factor.to_array();
+        let key = (material.index(), [r, g, b, alpha].map(f32::to_bits));
+        if let Some(known) = self.known.get(&key) {
+            return Ok((Arc::clone(&read.mesh), known.clone()));
+        }
+        let vertices = VertexColour {
+            factor,
+            alpha,
+            texture: None,
+        };
+        let surface = self.read(material, textures, &vertices, contents)?;
+        let known = added(surface, contents);
+        self.known.insert(key, known.clone());
+        Ok((Arc::clone(&read.mesh), known))
+    }
+
+    /// Returns a mesh and a material with a texture of the vertices' colours.
+    fn coloured(
+        &mut self,
+        material: &gltf::Material<'_>,
+        textures: &Textures,
+        (read, colours, alpha): (&PrimitiveMesh, &[Rgb], f32),
+        field: &str,
+        contents: &mut Contents,
+    ) -> Result<(Arc<MeshDescription>, Known)> {
+        let [r, g, b, _] = material.pbr_metallic_roughness().base_color_factor();
+        let factor = Rgb::new(r, g, b).map(|x| x.clamp(0.0, 1.0));
+        let colours: Vec<Rgb> = colours.iter().map(|&colour| factor * colour).collect();
+        self.meshes.take(
+            self.asset,
+            field,
+            vertex_colours::BYTES as usize * read.mesh.indices.len(),
+        )?;
+        let mut mesh = MeshDescription::clone(&read.mesh);
+        let texture = vertex_colours::to_texture(&mut mesh, &colours)?;
+        let vertices = VertexColour {
+            factor: Rgb::WHITE,
+            alpha,
+            texture: Some(texture),
+        };
+        let surface = self.read(material, textures, &vertices, contents)?;
+        Ok((Arc::new(mesh), added(surface, contents)))
+    }
+
+    fn read(
+        &mut self,
+        material: &gltf::Material<'_>,
+        textures: &Textures,
+        vertices: &VertexColour,
+        contents: &mut Contents,
+    ) -> Result<Surface> {
+        let mut notes = vec![];
+        let mut reader = MaterialReader {
+            asset: self.asset,
+            images: &mut self.images,
+            material,
+            textures,
+            notes: &mut notes,
+        };
+        let surface = reader.surface(vertices)?;
+        notes.into_iter().for_each(|note| contents.note(note));
+        Ok(surface)
+    }
+}
+
+fn added(surface: Surface, contents: &mut Contents) -> Known {
+    let material = contents.add_material(surface.material);
+    (material, surface.emission, surface.two_sided_emission)
+}

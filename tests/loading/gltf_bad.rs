@@ -1,0 +1,209 @@
+//! glTF files that are not valid: each is an error that says where and what was expected, and none takes much memory.
+
+use crate::common::scene_folder::SceneFolder;
+use crate::gltf_builder::{Builder, F32, U8, floats, one_mesh, refused, square};
+use etendue::ErrorKind;
+use etendue::internals::scene::load::load;
+
+#[test]
+fn no_part_of_a_binary_file_is_one() {
+    let (builder, [all, _, indices]) = square();
+    let keys = format!("\"attributes\":{{\"POSITION\":{all}}},\"indices\":{indices}");
+    let whole = builder.glb(&one_mesh(&keys));
+    let folder = SceneFolder::new([("a.glb", &whole)]);
+    assert!(load(&folder.path("a.glb")).is_ok());
+    for length in 0..whole.len() {
+        std::fs::write(folder.path("a.glb"), &whole[..length]).expect("written");
+        let error = load(&folder.path("a.glb")).expect_err("cut off");
+        assert_eq!(error.kind(), ErrorKind::Scene, "{length}: {error}");
+        assert_eq!(error.file(), Some(folder.path("a.glb").as_path()));
+    }
+}
+
+#[test]
+fn errors_name_the_place_and_what_was_expected() {
+    let (builder, [all, uvs, indices]) = square();
+    let position = format!("\"attributes\":{{\"POSITION\":{all}}}");
+    let valid = builder.gltf(&one_mesh(&format!("{position},\"indices\":{indices}")));
+    let cases = [
+        (
+            "\"version\":\"2.0\"",
+            "\"version\":\"1.0\"",
+            "a.gltf: asset.version: expected glTF 2.0, found version 1.0",
+        ),
+        (
+            "\"count\":6",
+            "\"count\":7",
+            "a.gltf: accessors[2]: expected 7 elements of 1 bytes",
+        ),
+        (
+            "\"count\":4",
+            "\"count\":18446744073709551615",
+            "a.gltf: accessors[0]: expected",
+        ),
+        (
+            "\"byteLength\":48",
+            "\"byteLength\":4800",
+            "a.gltf: bufferViews[0]: expected 4800 bytes",
+        ),
+        (
+            "\"VEC3\"",
+            "\"VEC2\"",
+            "a.gltf: accessors[0]: expected elements of 3 numbers, found 2",
+        ),
+        (
+            "\"VEC3\"",
+            "\"VEC9\"",
+            "a.gltf: accessors[0].type: not valid",
+        ),
+        (
+            "\"mesh\":0",
+            "\"mesh\":1",
+            "a.gltf: nodes[0].mesh: not valid: index out of bounds",
+        ),
+        (
+            "{\"mesh\":0}",
+            "{\"mesh\":0,\"children\":[0]}",
+            "expected a scene, found no triangles",
+        ),
+        (
+            "\"mesh\":0}",
+            "\"mesh\":0},{\"children\":[2]},{\"children\":[1]}",
+            "",
+        ),
+        (
+            "\"mesh\":0",
+            "\"mesh\":0,\"scale\":[1e39,1,1]",
+            "a.gltf: nodes[0]: expected a transform of finite numbers",
+        ),
+        (
+            "\"POSITION\":0",
+            "\"POSITION\":9",
+            "a.gltf: meshes[0].primitives[0].attributes: expected one of 3 accessors, found 9",
+        ),
+        (
+            "\"POSITION\"",
+            "\"NORMAL\"",
+            "a.gltf: meshes[0].primitives[0]",
+        ),
+        (
+            "base64,",
+            "base64,!",
+            "a.gltf: buffers[0]: expected base 64",
+        ),
+        (
+            "data:application/octet-stream;base64,",
+            "http://a/",
+            "a.gltf: buffers[0]: expected the path of a file",
+        ),
+        (
+            "\"buffers\"",
+            "\"extensionsRequired\":[\"KHR_draco_mesh_compression\"],\"buffers\"",
+            "a.gltf: extensionsRequired: the file requires the extension KHR_draco_mesh_compression",
+        ),
+        ("\"nodes\"", "\"nodes", "a.gltf:"),
+    ];
+    for (from, to, expected) in cases {
+        assert!(valid.contains(from), "{from}");
+        let text = valid.replacen(from, to, 1);
+        if expected.is_empty() {
+            // Nodes in a cycle that no scene reaches.
+            let folder = SceneFolder::new([("a.gltf", &text)]);
+            assert!(load(&folder.path("a.gltf")).is_ok());
+            continue;
+        }
+        let message = refused(&text);
+        assert!(message.contains(expected), "{to}: {message}");
+    }
+    let cyclic = builder
+        .gltf("\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"children\":[1]},{\"children\":[0]}]");
+    assert!(refused(&cyclic).contains("nodes[0]: expected a tree of nodes"));
+    let message = refused(&builder.gltf(&one_mesh(&format!(
+        "\"attributes\":{{\"POSITION\":{all},\"TEXCOORD_0\":{indices}}}"
+    ))));
+    assert!(
+        message.contains("accessors[2]: expected elements of 2 numbers"),
+        "{message}"
+    );
+    let message = refused(&builder.gltf(&one_mesh(&format!("{position},\"indices\":{uvs}"))));
+    assert!(
+        message.contains("accessors[1]: expected elements of 1 numbers"),
+        "{message}"
+    );
+}
+
+#[test]
+fn indices_and_numbers_out_of_range_are_errors() {
+    let (mut builder, [all, ..]) = square();
+    let wrong = builder.add("SCALAR", U8, 3, &[0, 1, 4]);
+    let message = refused(&builder.gltf(&one_mesh(&format!(
+        "\"attributes\":{{\"POSITION\":{all}}},\"indices\":{wrong}"
+    ))));
+    assert!(
+        message.contains("accessors[3]: expected indices of 4 vertices, found 4"),
+        "{message}"
+    );
+    let endless = builder.add(
+        "VEC3",
+        F32,
+        3,
+        &floats(&[0., 0., f32::INFINITY, 1., 0., 0., 0., 1., 0.]),
+    );
+    let message = refused(&builder.gltf(&one_mesh(&format!(
+        "\"attributes\":{{\"POSITION\":{endless}}}"
+    ))));
+    assert!(
+        message.contains("POSITION: expected finite numbers"),
+        "{message}"
+    );
+    assert!(message.contains("element 0"), "{message}");
+}
+
+#[test]
+fn a_missing_file_is_an_input_error_that_names_both() {
+    let (builder, [all, ..]) = square();
+    let keys = one_mesh(&format!("\"attributes\":{{\"POSITION\":{all}}}"));
+    let folder = SceneFolder::new([("a.gltf", builder.gltf_beside(&keys, "none.bin"))]);
+    let error = load(&folder.path("a.gltf")).expect_err("there is none");
+    assert_eq!(error.kind(), ErrorKind::Io);
+    let message = error.to_string();
+    assert!(
+        message.contains("buffers[0]") && message.contains("none.bin"),
+        "{message}"
+    );
+}
+
+#[test]
+fn data_that_is_used_again_and_again_is_refused() {
+    let mut builder = Builder::default();
+    let positions = floats(&[0.5; 3 * 300]);
+    let view = builder.view(&positions, "");
+    // Each primitive has all vertices, from another one on.
+    let primitives: Vec<String> = (0..200)
+        .map(|i| {
+            let more = format!(",\"bufferView\":{view},\"byteOffset\":{}", 12 * i);
+            let accessor = builder.accessor("VEC3", F32, 99, &more);
+            format!("{{\"attributes\":{{\"POSITION\":{accessor}}}}}")
+        })
+        .collect();
+    let message = refused(&builder.gltf(&format!(
+        "\"nodes\":[{{\"mesh\":0}}],\"meshes\":[{{\"primitives\":[{}]}}]",
+        primitives.join(",")
+    )));
+    assert!(
+        message.contains("refer to the same data too often"),
+        "{message}"
+    );
+    // Zeros without a view are limited by the file, too.
+    let zeros = builder.accessor(
+        "VEC3",
+        F32,
+        1 << 40,
+        ",\"sparse\":{\"count\":1,\"indices\":\
+        {\"bufferView\":0,\"componentType\":5121},\"values\":{\"bufferView\":0}}",
+    );
+    let message = refused(&builder.gltf(&one_mesh(&format!(
+        "\"attributes\":{{\"POSITION\":{zeros}}}"
+    ))));
+    assert!(message.contains("expected a buffer view"), "{message}");
+}

@@ -1,0 +1,178 @@
+//! Scenes that are written as scene files and read again: the same descriptions, and the same images to the last bit.
+
+use crate::common::generated::{Generator, SIZE};
+use crate::common::scene_folder::{SceneFolder, in_repository, picture};
+use crate::gltf_builder::{one_mesh, picture as image_uri, square};
+use etendue::internals::effects::Effect;
+use etendue::internals::geometry::texture::Texture;
+use etendue::internals::geometry::uv_map::{UvMap, Wrap};
+use etendue::internals::image::Image;
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::scene::description::{
+    ColourDescription, MaterialModel, Place, SceneDescription,
+};
+use etendue::internals::scene::load::load;
+use etendue::internals::scene::save::save;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The scene without what a file cannot have: places, and names that occur twice.
+fn bare(scene: &SceneDescription) -> SceneDescription {
+    let mut scene = scene.clone();
+    scene.file = PathBuf::new();
+    scene.notes = vec![];
+    scene.camera.place = Place::default();
+    for (index, material) in scene.materials.iter_mut().enumerate() {
+        material.place = Place::default();
+        material.name = index.to_string();
+    }
+    for shape in &mut scene.shapes {
+        shape.place = Place::default();
+    }
+    for instance in &mut scene.instances {
+        instance.place = Place::default();
+    }
+    for light in &mut scene.lights {
+        light.place = Place::default();
+    }
+    for name in [
+        &mut scene.render.integrator,
+        &mut scene.render.sampler,
+        &mut scene.render.roulette,
+        &mut scene.render.adaptive,
+    ] {
+        name.iter_mut().for_each(|name| name.line = 0);
+    }
+    scene
+}
+
+fn assert_same(name: &str, scene: &SceneDescription, other: &SceneDescription) {
+    let (a, b) = (bare(scene), bare(other));
+    assert_eq!(a.camera, b.camera, "{name}");
+    assert_eq!(a.film, b.film, "{name}");
+    assert_eq!(a.render, b.render, "{name}");
+    assert!(
+        a.materials == b.materials,
+        "{name}: {:?}\n{:?}",
+        a.materials,
+        b.materials
+    );
+    assert!(a.shapes == b.shapes, "{name}: shapes");
+    assert_eq!(a.instances, b.instances, "{name}");
+    assert!(a.lights == b.lights, "{name}: lights");
+    assert_eq!(a.groups, b.groups, "{name}");
+}
+
+/// Writes a scene, reads it, and compares it and its image.
+fn check(name: &str, scene: &SceneDescription) {
+    let folder = SceneFolder::new([("unused", "")]);
+    let path = folder.path("s.toml");
+    save(scene, &path).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let again = load(&path).unwrap_or_else(|error| panic!("{name}: {error}"));
+    assert_same(name, scene, &again);
+    let image = |scene: &SceneDescription| {
+        let mut scene = scene.clone();
+        scene.film.size = SIZE;
+        let settings = RenderSettings {
+            max_bounces: Some(3),
+            threads: 1,
+            ..RenderSettings::new(SIZE, 1)
+        };
+        let image = picture(&scene, &settings);
+        let pixels = image.pixels().iter();
+        pixels
+            .map(|p| p.to_array().map(f32::to_bits))
+            .collect::<Vec<_>>()
+    };
+    assert!(image(scene) == image(&again), "{name}: the images differ");
+}
+
+fn scenes_below(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("scenes/ is readable") {
+        let path = entry.expect("it is readable").path();
+        if path.is_dir() {
+            scenes_below(&path, found);
+        } else if path.extension().is_some_and(|it| it == "toml") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn our_own_scenes_come_back() {
+    let mut paths = vec![];
+    scenes_below(&in_repository("scenes"), &mut paths);
+    assert!(paths.len() > 10);
+    for path in paths {
+        let scene = load(&path).expect("valid");
+        check(&path.display().to_string(), &scene);
+    }
+}
+
+#[test]
+fn generated_scenes_come_back() {
+    let mut generator = Generator::new(5);
+    for index in 0..40 {
+        let mut wanted = generator.wanted();
+        if index == 0 {
+            wanted = Effect::ALL.into_iter().collect();
+        }
+        let mut scene = generator.scene(wanted);
+        let image = Image::new(2, 1, vec![Rgb::new(0.1, 0.2, 0.3), Rgb::grey(1.0 / 3.0)]);
+        let texture = Texture::Placed {
+            image: Arc::new(image),
+            tint: Rgb::new(0.9, 0.1, 0.7),
+            uv_map: UvMap {
+                rows: [[0.1, 0.2, 0.3], [-0.4, 1.0 / 3.0, 7.0]],
+                wrap: [Wrap::Mirror, Wrap::Clamp],
+            },
+        };
+        let texture = Arc::new(texture);
+        let material = &mut scene.materials[1];
+        material.metallic_roughness_map = Some(Arc::clone(&texture));
+        material.model = MaterialModel::Principled {
+            base_color: ColourDescription::Texture(texture),
+            metallic: 0.3,
+            roughness: 0.7,
+            ior: 1.45,
+            transmission: 0.0,
+        };
+        material.alpha = Rgb::grey(0.6).into();
+        material.alpha_cutoff = Some(0.1);
+        scene.render.seed = Some(u64::MAX);
+        // No number of degrees has these bits.
+        scene.camera.fov = 0.7_f64.next_up();
+        check(&format!("scene {index}"), &scene);
+    }
+}
+
+#[test]
+fn a_gltf_scene_comes_back_with_its_textures() {
+    let (builder, [positions, uvs, indices]) = square();
+    let keys = format!(
+        "\"attributes\":{{\"POSITION\":{positions},\"TEXCOORD_0\":{uvs}}},\"indices\":{indices},\"material\":0"
+    );
+    let scene = builder.load(&format!(
+        "{},\"images\":[{{\"uri\":\"{}\"}}],\"textures\":[{{\"source\":0}}],\"materials\":[{{\"alphaMode\":\"MASK\",\
+         \"pbrMetallicRoughness\":{{\"baseColorTexture\":{{\"index\":0}},\"metallicRoughnessTexture\":{{\"index\":0}}}},\
+         \"normalTexture\":{{\"index\":0}},\"emissiveTexture\":{{\"index\":0}},\"emissiveFactor\":[1,0.5,0.3]}}]",
+        one_mesh(&keys),
+        image_uri()
+    ));
+    check("a glTF scene", &scene);
+}
+
+#[test]
+fn a_file_that_cannot_be_written_leaves_nothing_behind() {
+    let folder = SceneFolder::new([("s.toml", "before")]);
+    let scene = Generator::new(1).scene(Effect::ALL.into_iter().collect());
+    assert!(save(&scene, &folder.path("s.txt")).is_err());
+    assert!(save(&scene, &folder.path("none/s.toml")).is_err());
+    // A file where the folder of the meshes has to be.
+    std::fs::write(folder.path("s-assets"), "mine").expect("written");
+    assert!(save(&scene, &folder.path("s.toml")).is_err());
+    assert_eq!(folder.listing(), ["s-assets", "s.toml"]);
+    let kept = std::fs::read_to_string(folder.path("s.toml")).expect("kept");
+    assert_eq!(kept, "before");
+}

@@ -152,7 +152,7 @@ pub unsafe extern "C" fn etd_scene_error(
     unsafe { write_text(&words, text, capacity) }
 }
 
-/// Loads a `.toml` scene or a bare `.obj` model, which replaces the description. It takes effect at the next commit.
+/// Loads a scene file or a bare model, by its extension, which replaces the description. It takes effect at the next commit.
 ///
 /// # Safety
 /// `path` is null, or a NUL-terminated string.

@@ -60,7 +60,7 @@ struct CostReport {
 
 pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
     let accel = arguments.tracing.options();
-    let session = Session::load(&arguments.scene, accel)?;
+    let session = Session::new(arguments.scene.load()?, accel)?;
     let mut description = session.description().clone();
     let plan = Plan::new(&description, session.scene());
     let watcher = Watcher::new(ProgressMode::Auto)?;

@@ -16,7 +16,6 @@ use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::options::refuse_endless;
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
-use etendue::internals::scene::load;
 use etendue::{Error, Result};
 use etendue_lab::bench::machine::machine;
 use etendue_lab::bench::report::Machine;
@@ -38,7 +37,7 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
         false => arguments.progress,
     };
     let watcher = Watcher::new(mode)?;
-    let mut description = load::load(&arguments.scene)?;
+    let mut description = arguments.scene.load()?;
     let full_size = description.film.size;
     let (width, height) = full_size;
     description.film.size = match arguments.size {

@@ -94,7 +94,7 @@ impl Session {
         Self::of_valid(description, options)
     }
 
-    /// Loads a scene, a `.toml` file or a bare `.obj` model, and prepares it.
+    /// Loads a scene file or a bare model, by its extension, and prepares it.
     ///
     /// # Errors
     /// An invalid file, an invalid file that it names, an invalid scene, or an error of the backend.
@@ -143,9 +143,9 @@ impl Session {
     }
 
     /// Notes for the user on decisions and repairs, one sentence each.
-    pub fn notes(&self) -> impl Iterator<Item = &str> {
-        let all = self.description.notes.iter().chain(&self.notes);
-        all.map(String::as_str)
+    pub fn notes(&self) -> impl Iterator<Item = String> {
+        let loaded = self.description.notes.iter().map(ToString::to_string);
+        loaded.chain(self.notes.iter().cloned())
     }
 
     /// The preparation work done so far.

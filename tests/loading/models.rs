@@ -125,7 +125,11 @@ fn materials_become_what_their_keys_say() {
         (
             scene.materials[0].model.clone(),
             scene.shapes[0].emission.as_ref().and_then(|e| e.constant()),
-            scene.notes,
+            scene
+                .notes
+                .iter()
+                .map(ToString::to_string)
+                .collect::<Vec<_>>(),
         )
     };
     let (MaterialModel::Diffuse { reflectance }, None, _) = read("") else {
@@ -223,7 +227,7 @@ fn a_bare_model_is_framed_and_lit() {
     assert_eq!(scene.constant_environment(), Rgb::WHITE);
     for words in ["camera was placed", "white sky was added"] {
         assert!(
-            scene.notes.iter().any(|note| note.contains(words)),
+            scene.notes.iter().any(|note| note.text.contains(words)),
             "{:?}",
             scene.notes
         );
@@ -246,7 +250,11 @@ fn a_bare_model_is_framed_and_lit() {
     );
     assert_eq!(lamp.constant_environment(), Rgb::BLACK);
     let grey = load_model(&format!("usemtl it\n{TRIANGLE}"), "");
-    assert!(grey.notes[0].contains("drawn grey"), "{:?}", grey.notes);
+    assert!(
+        grey.notes[0].text.contains("drawn grey"),
+        "{:?}",
+        grey.notes
+    );
 }
 
 fn model<'a>(scene: &'a SceneDescription, name: &str) -> &'a MaterialModel {

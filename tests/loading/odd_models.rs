@@ -125,7 +125,9 @@ fn what_other_programs_write_is_not_taken_for_glass() {
     };
     assert_eq!((*transmission, *ior), (0.0, 1.0));
     assert!(
-        scene.notes[0].contains("a.mtl:9: map_Bump is not supported"),
+        scene.notes[0]
+            .to_string()
+            .contains("a.mtl:9: map_Bump is not supported"),
         "{:?}",
         scene.notes
     );

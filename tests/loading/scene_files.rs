@@ -256,7 +256,7 @@ motion = [{{ time = 0, transform = [] }}, {{ time = 1, transform = [{{ translate
         ("instance 2", 0, Some(1))
     );
     assert_eq!(leaf.motion.len(), 2);
-    assert!(!scene.notes.iter().any(|note| note.contains("group")));
+    assert!(!scene.notes.iter().any(|note| note.text.contains("group")));
 }
 
 #[test]
@@ -267,7 +267,7 @@ fn a_group_that_nothing_places_is_told_of() {
     ));
     assert_eq!(scene.groups, ["a", "b"]);
     assert_eq!(
-        scene.notes,
+        Vec::from_iter(scene.notes.iter().map(ToString::to_string)),
         ["group `a` is placed by no instance: it is not rendered"]
     );
 }
@@ -540,6 +540,6 @@ fn motion_without_an_open_shutter_is_noted() {
     let ball = "[[shape]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\nmotion = [\
         { time = 0, transform = [] }, { time = 1, transform = [{ translate = [1, 0, 0] }] }]\n";
     let notes = |head: &str| load_text(&format!("{head}{ball}")).notes;
-    assert!(notes(HEAD)[0].contains("the shutter is never open"));
+    assert!(notes(HEAD)[0].text.contains("the shutter is never open"));
     assert!(notes(&format!("{HEAD}shutter = [0, 1]\n")).is_empty());
 }

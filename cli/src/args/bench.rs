@@ -4,8 +4,8 @@
 //! Range: stated at each flag; a value outside it is a usage error that names the flag.
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/bench.rs` and `cli/tests/command/bad_flags.rs`.
 
-use super::ProgressMode;
 use super::values::{backend, precision};
+use super::{Fidelity, ProgressMode};
 use crate::durations::parse_duration;
 use clap::Args;
 use etendue::internals::accel::{Backend, Precision};
@@ -15,9 +15,12 @@ use std::time::Duration;
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
 pub struct BenchArguments {
-    /// Scenes: .toml files, bare .obj models, or names of the benchmark's own scenes: cornell-box, suzanne-room,
-    /// terrain, needles, stadium, soup. Default: all of the benchmark's own scenes.
+    /// Scenes: files of the formats that `render` reads, or names of the benchmark's own scenes: cornell-box,
+    /// suzanne-room, terrain, needles, stadium, soup. Default: all of the benchmark's own scenes.
     pub scenes: Vec<PathBuf>,
+    /// How faithfully files have to be read.
+    #[command(flatten)]
+    pub fidelity: Fidelity,
     /// Backend to measure; may be repeated. Default: all backends of this build.
     #[arg(long = "backend", value_name = "NAME", value_parser = backend())]
     pub backends: Vec<Backend>,

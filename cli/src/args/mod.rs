@@ -11,6 +11,7 @@ mod denoise;
 mod lesson;
 mod plan;
 mod render;
+mod scene;
 mod study;
 mod values;
 
@@ -21,6 +22,7 @@ pub use denoise::DenoiseArguments;
 pub use lesson::LessonArguments;
 pub use plan::PlanArguments;
 pub use render::RenderArguments;
+pub use scene::{Fidelity, SceneArguments};
 pub use study::StudyArguments;
 
 use clap::{Args, Parser, Subcommand};

@@ -4,16 +4,16 @@
 //! Range: stated at each flag; a value outside it is a usage error that names the flag.
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/plan.rs` and `cli/tests/command/bad_flags.rs`.
 
-use super::TracingArguments;
 use super::values::parse_size;
+use super::{SceneArguments, TracingArguments};
 use clap::Args;
-use std::path::PathBuf;
 
 /// Arguments of `plan`.
 #[derive(Debug, Args)]
 pub struct PlanArguments {
-    /// Scene: a .toml file, or a bare .obj model.
-    pub scene: PathBuf,
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArguments,
     /// Print the plan as one JSON object.
     #[arg(long)]
     pub json: bool,

@@ -7,7 +7,7 @@
 use super::values::{
     named, parse_distance, parse_exposure, parse_numbers, parse_share, parse_size, parse_small,
 };
-use super::{ProgressMode, TracingArguments};
+use super::{ProgressMode, SceneArguments, TracingArguments};
 use crate::durations::parse_duration;
 use clap::Args;
 use etendue::internals::effects::Kernel;
@@ -22,8 +22,9 @@ use std::time::Duration;
 /// Arguments of `render`.
 #[derive(Debug, Args)]
 pub struct RenderArguments {
-    /// Scene: a .toml file, or a bare .obj model.
-    pub scene: PathBuf,
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArguments,
     /// Output image: .exr, .png, .hdr or .pfm; may be repeated. Default: the scene's name with .png.
     #[arg(short, long = "out", value_name = "FILE")]
     pub out: Vec<PathBuf>,

@@ -5,7 +5,7 @@
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/study.rs` and below.
 
 use super::values::parse_size;
-use super::{ProgressMode, TracingArguments};
+use super::{ProgressMode, SceneArguments, TracingArguments};
 use crate::durations::parse_duration;
 use clap::Args;
 use etendue::internals::accel::{Backend, Precision};
@@ -20,8 +20,9 @@ use std::time::Duration;
 /// Arguments of `study`.
 #[derive(Debug, Args)]
 pub struct StudyArguments {
-    /// Scene: a .toml file, or a bare .obj model.
-    pub scene: PathBuf,
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArguments,
     /// Settings to compare, such as integrator=path,nee sampler=sobol,independent. Default: sampler=independent,sobol.
     ///
     /// Every combination of the values is rendered. The settings are integrator, sampler, precision, backend, kernel

@@ -35,9 +35,9 @@ pub fn run(arguments: &BenchArguments) -> Result<Outcome> {
             eprintln!("note: {text}");
         }
     };
-    let scenes = scenes::given(&arguments.scenes, &note)?;
+    let scenes = scenes::given(&arguments.scenes, arguments.fidelity, &note)?;
     for text in scenes.iter().flat_map(|given| &given.scene.notes) {
-        note(text);
+        note(&text.to_string());
     }
     let files = Files::new(arguments)?;
     let kept = KeptBench {

@@ -5,7 +5,7 @@
 //! error that lists the names.
 //! Source: none needed. Tested in `cli/tests/command/bench.rs`.
 
-use etendue::internals::scene::load;
+use crate::args::Fidelity;
 use etendue::{Error, ErrorKind, Result};
 use etendue_lab::bench::scenes::{SCENES, suzanne_room};
 use etendue_lab::bench::settings::GivenScene;
@@ -16,9 +16,16 @@ use std::time::Instant;
 const SUZANNE_ROOM: &str = "suzanne-room";
 
 /// Returns the requested scenes, or all of the benchmark's own scenes if none was requested.
-pub fn given(arguments: &[PathBuf], note: &dyn Fn(&str)) -> Result<Vec<GivenScene>> {
+pub fn given(
+    arguments: &[PathBuf],
+    fidelity: Fidelity,
+    note: &dyn Fn(&str),
+) -> Result<Vec<GivenScene>> {
     if !arguments.is_empty() {
-        return arguments.iter().map(|argument| scene(argument)).collect();
+        return arguments
+            .iter()
+            .map(|argument| scene(argument, fidelity))
+            .collect();
     }
     let without = |name: &&str| {
         let missing = *name == SUZANNE_ROOM && suzanne_room().is_none();
@@ -29,7 +36,7 @@ pub fn given(arguments: &[PathBuf], note: &dyn Fn(&str)) -> Result<Vec<GivenScen
     };
     names()
         .filter(without)
-        .map(|name| scene(Path::new(name)))
+        .map(|name| scene(Path::new(name), fidelity))
         .collect()
 }
 
@@ -39,7 +46,7 @@ fn names() -> impl Iterator<Item = &'static str> {
     made.chain([SUZANNE_ROOM])
 }
 
-fn scene(argument: &Path) -> Result<GivenScene> {
+fn scene(argument: &Path, fidelity: Fidelity) -> Result<GivenScene> {
     let start = Instant::now();
     let name = argument.display().to_string();
     let own = SCENES.iter().find(|scene| scene.name == name);
@@ -47,12 +54,12 @@ fn scene(argument: &Path) -> Result<GivenScene> {
         Some(own) => (own.sentence, own.describe(own.triangles)),
         None if name == SUZANNE_ROOM => (
             "A room with metal, glass and ceramic around a smooth head.",
-            load::load(&suzanne_room().ok_or_else(|| missing(argument))?)?,
+            fidelity.load(&suzanne_room().ok_or_else(|| missing(argument))?)?,
         ),
         None if argument.extension().is_none() && !argument.exists() => {
             return Err(missing(argument));
         }
-        None => ("", load::load(argument)?),
+        None => ("", fidelity.load(argument)?),
     };
     Ok(GivenScene {
         name,

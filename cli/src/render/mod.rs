@@ -22,7 +22,6 @@ use etendue::internals::image::atomic::{check_creatable, make_folder};
 use etendue::internals::image::{self, LayeredImage, MetadataValue, WriteOptions};
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::{RenderInput, RenderObserver, Rendered, Threads, strategies};
-use etendue::internals::scene::load;
 use etendue::internals::session::{Rendering, Session};
 use etendue::{Error, Result};
 use job::Job;
@@ -44,7 +43,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     if arguments.pixel.is_none() {
         check(arguments, &outputs)?;
     }
-    let mut description = load::load(&arguments.scene)?;
+    let mut description = arguments.scene.load()?;
     if let Some(size) = arguments.size {
         description.film.size = size;
     }
@@ -99,7 +98,7 @@ fn announce(job: &Job<'_>, session: &Session) {
             eprintln!("{}", sentence(recommendation));
         }
         let bias = job.settings.integrator.bias(job.scene.effects);
-        for note in session.notes().chain(bias.as_deref()) {
+        for note in session.notes().chain(bias) {
             eprintln!("note: {note}");
         }
         if arguments.denoise.is_some() && arguments.error.is_some() {
@@ -171,7 +170,7 @@ fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
 /// Returns the image files to write.
 fn outputs(arguments: &RenderArguments) -> Vec<PathBuf> {
     if arguments.out.is_empty() {
-        let name = arguments.scene.file_stem().unwrap_or("image".as_ref());
+        let name = arguments.scene.file.file_stem().unwrap_or("image".as_ref());
         vec![Path::new(name).with_extension("png")]
     } else {
         arguments.out.clone()

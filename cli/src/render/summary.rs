@@ -173,7 +173,7 @@ impl Job<'_> {
         let replay = rejected.first.map_or(String::new(), |first| {
             format!(
                 "; the first: etendue render {}{} --seed {} --pixel {},{} --sample {}",
-                quoted(&self.arguments.scene.display().to_string()),
+                quoted(&self.arguments.scene.file.display().to_string()),
                 self.flags_of_samples(),
                 self.settings.seed,
                 first.x,

@@ -26,7 +26,7 @@ fn a_scene_that_is_not_there() {
         &folder,
         "render a.png",
         USAGE,
-        &["a.png", "ends in .toml", "ends in .obj"],
+        &["a.png", "ends in one of: .toml, .obj, .ply"],
     );
 }
 

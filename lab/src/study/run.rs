@@ -89,8 +89,8 @@ fn blank(
         warnings: description
             .notes
             .iter()
-            .chain(&prepared.notes)
             .map(ToString::to_string)
+            .chain(prepared.notes.iter().cloned())
             .collect(),
         variants: settings.variants.iter().map(of_variant).collect(),
         ..StudyReport::default()

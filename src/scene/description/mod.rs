@@ -7,6 +7,7 @@
 
 mod light;
 mod material;
+mod note;
 
 use crate::error::{Error, Result};
 pub use crate::film::filter::{FilterDescription, FilterKind};
@@ -16,6 +17,7 @@ use crate::math::transform::look_at;
 use crate::math::vec::{DAffine3, DVec2, DVec3};
 pub use light::{LightDescription, LightModel};
 pub use material::{MaterialDescription, MaterialModel, NormalMapDescription};
+pub use note::{Note, NoteKind};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -40,8 +42,8 @@ pub struct SceneDescription {
     pub instances: Vec<InstanceDescription>,
     /// Lights that are not shapes.
     pub lights: Vec<LightDescription>,
-    /// Decisions and repairs of the loader, to be shown to the user: one sentence each.
-    pub notes: Vec<String>,
+    /// What the loader decided, approximated and left out, to be shown to the user.
+    pub notes: Vec<Note>,
 }
 
 impl SceneDescription {

@@ -7,7 +7,7 @@
 use super::colour::Textures;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
-    ColourDescription, InstanceDescription, MaterialDescription, MaterialModel, Place,
+    ColourDescription, InstanceDescription, MaterialDescription, MaterialModel, Note, Place,
     ShapeDescription,
 };
 use std::collections::HashMap;
@@ -23,7 +23,7 @@ pub struct Contents {
     pub groups: Vec<String>,
     pub instances: Vec<InstanceDescription>,
     pub textures: Textures,
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
     /// Materials that shapes can refer to by name: those of the scene file, not those of its models.
     named: HashMap<String, usize>,
     /// Groups that have a member.
@@ -92,12 +92,15 @@ impl Contents {
         index
     }
 
-    /// Adds a note for the user, up to the maximum number of notes.
-    pub fn note(&mut self, note: impl Into<String>) {
+    /// Adds a note for the user. After the maximum number of notes there is one for all others, of their greatest kind.
+    pub fn note(&mut self, note: Note) {
         if self.notes.len() < MOST_NOTES {
-            self.notes.push(note.into());
-        } else if self.notes.len() == MOST_NOTES {
-            self.notes.push("further notes were left out".to_owned());
+            self.notes.push(note);
+        } else if let Some(rest) = self.notes.get_mut(MOST_NOTES) {
+            rest.kind = rest.kind.max(note.kind);
+        } else {
+            self.notes
+                .push(Note::of_scene(note.kind, "further notes are not shown"));
         }
     }
 }

@@ -11,7 +11,7 @@ use super::transform::transform;
 use super::wording::{shown, unknown_name};
 use crate::error::Result;
 use crate::math::vec::DAffine3;
-use crate::scene::description::{InstanceDescription, Place};
+use crate::scene::description::{InstanceDescription, Note, NoteKind, Place};
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -42,8 +42,9 @@ fn note_unseen(contents: &mut Contents) {
     let unseen = (0..contents.groups.len()).filter(|group| !placed.contains(group));
     for group in unseen {
         let name = shown(&contents.groups[group]);
-        contents.note(format!(
-            "group `{name}` is placed by no instance: it is not rendered"
+        contents.note(Note::of_scene(
+            NoteKind::Decision,
+            format!("group `{name}` is placed by no instance: it is not rendered"),
         ));
     }
 }

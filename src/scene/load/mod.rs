@@ -1,8 +1,8 @@
-//! Loads a [`SceneDescription`] from a file: a TOML scene, or a bare OBJ model.
+//! Loads a [`SceneDescription`] from a file: our own TOML, another renderer's scene, or a bare model.
 //!
 //! Measure: as written: world units, degrees, sRGB or linear values.
-//! Range: every error names file, line, field and what was expected.
-//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
+//! Range: every error names file, line, field and what was expected; notes name what is approximated and left out.
+//! Source: docs/scene-format.md, docs/scene-formats.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
 mod camera;
 mod colour;
@@ -15,10 +15,12 @@ mod motion;
 mod mtl;
 mod obj;
 mod obj_text;
+mod ply;
 mod reader;
 mod shape;
 mod toml;
 mod transform;
+mod vertex_colours;
 mod wording;
 
 // Also used where render settings are read, since the names of integrators and samplers are known only there.
@@ -26,9 +28,20 @@ pub use wording::unknown_name;
 
 use super::description::SceneDescription;
 use crate::error::{Error, Result};
+use crate::memory;
 use std::path::Path;
 
-/// Loads a scene: a `.toml` file, or a bare `.obj` model. The latter gets a camera and, if nothing in it emits, a sky.
+/// What loads a format.
+type Load = fn(&Path) -> Result<SceneDescription>;
+
+/// The formats: extension in lower case, and loader.
+const FORMATS: &[(&str, Load)] = &[
+    ("toml", toml::load),
+    ("obj", model::load_obj),
+    ("ply", model::load_ply),
+];
+
+/// Loads a scene by the file's extension. A bare model gets a camera and, if nothing in it emits, a sky.
 ///
 /// # Errors
 /// If the file, or a file that it refers to, is invalid.
@@ -38,14 +51,19 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
         .unwrap_or_default()
         .to_string_lossy()
         .to_lowercase();
-    match extension.as_str() {
-        "toml" => toml::load(path),
-        "obj" => model::load(path),
-        _ => Err(
-            Error::usage("expected a scene that ends in .toml, or a model that ends in .obj")
-                .in_file(path),
-        ),
-    }
+    let format = FORMATS.iter().find(|(known, _)| *known == extension);
+    let (_, load) = format.ok_or_else(|| {
+        let known: Vec<String> = FORMATS
+            .iter()
+            .map(|(known, _)| format!(".{known}"))
+            .collect();
+        let known = known.join(", ");
+        Error::usage(format!(
+            "expected a scene or a model that ends in one of: {known}"
+        ))
+        .in_file(path)
+    })?;
+    load(path)
 }
 
 /// Reads a text file, without its byte order mark.
@@ -53,12 +71,7 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
 /// # Errors
 /// If the file cannot be read, is not a regular file, or is not UTF-8.
 fn read_text(path: &Path) -> Result<String> {
-    let cannot_read = |error| Error::io("cannot read", path, error);
-    // Reading a device such as /dev/zero would not terminate.
-    if !std::fs::metadata(path).map_err(cannot_read)?.is_file() {
-        return Err(cannot_read(std::io::Error::other("not a regular file")));
-    }
-    let bytes = std::fs::read(path).map_err(cannot_read)?;
+    let bytes = read_bytes(path)?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
         let line = 1 + error.as_bytes()[..valid]
@@ -73,4 +86,19 @@ fn read_text(path: &Path) -> Result<String> {
         Some(rest) => rest.to_owned(),
         None => text,
     })
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// If the file cannot be read, is not a regular file, or there is no memory for it.
+fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    let cannot_read = |error| Error::io("cannot read", path, error);
+    // Reading a device such as /dev/zero would not terminate.
+    let metadata = std::fs::metadata(path).map_err(cannot_read)?;
+    if !metadata.is_file() {
+        return Err(cannot_read(std::io::Error::other("not a regular file")));
+    }
+    memory::check(metadata.len(), || format!("{}", path.display()))?;
+    std::fs::read(path).map_err(cannot_read)
 }

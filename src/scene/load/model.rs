@@ -1,21 +1,23 @@
-//! Loads a bare model: adds a camera that frames it and, if nothing in it emits, a constant sky.
+//! Loads a bare model, OBJ or PLY: adds a camera that frames it and, if nothing in it emits, a constant sky.
 //!
 //! Measure: the model's own units.
 //! Range: any model with faces, up to a size of about 1e150.
-//! Source: none needed. Tested in `tests/loading/scene_files.rs`.
+//! Source: none needed. Tested in `tests/loading/scene_files.rs` and `tests/loading/ply.rs`.
 
 use super::contents::Contents;
-use super::obj;
+use super::wording::shown;
+use super::{obj, ply, vertex_colours};
 use crate::error::{Error, Result};
 use crate::math::bounds::Bounds;
 use crate::math::rgb::Rgb;
 use crate::math::transform::orientation;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{
-    CameraDescription, GeometryDescription, LightDescription, Place, SceneDescription,
-    ShapeDescription,
+    CameraDescription, GeometryDescription, LightDescription, MaterialDescription, MaterialModel,
+    Note, NoteKind, Place, SceneDescription, ShapeDescription,
 };
 use std::path::Path;
+use std::sync::Arc;
 
 /// Vertical field of view, in degrees.
 const FOV: f64 = 35.0;
@@ -23,13 +25,52 @@ const FOV: f64 = 35.0;
 /// Direction from the model to the camera: from the front, slightly from the right and from above.
 const VIEW: DVec3 = DVec3::new(0.45, 0.35, 1.0);
 
-/// Reads a model as a scene.
+/// Reads an OBJ model as a scene.
 ///
 /// # Errors
 /// If the file is invalid.
-pub fn load(path: &Path) -> Result<SceneDescription> {
+pub fn load_obj(path: &Path) -> Result<SceneDescription> {
     let mut contents = Contents::default();
     contents.shapes = obj::load(path, None, &mut contents)?;
+    with_camera_and_sky(path, contents)
+}
+
+/// Reads a PLY model as a scene.
+///
+/// # Errors
+/// If the file is invalid.
+pub fn load_ply(path: &Path) -> Result<SceneDescription> {
+    let model = ply::read_mesh(path)?;
+    let mut contents = Contents::default();
+    for note in model.notes {
+        contents.note(note);
+    }
+    let place = Place {
+        file: path.to_path_buf(),
+        line: None,
+    };
+    let name = shown(&path.file_stem().unwrap_or_default().to_string_lossy());
+    let mut mesh = model.mesh;
+    let material = if model.colours.is_empty() {
+        contents.default_material()
+    } else {
+        let reflectance = vertex_colours::to_texture(&mut mesh, &model.colours)?;
+        let model = MaterialModel::Diffuse { reflectance };
+        contents.add_material(MaterialDescription::new("colours", place.clone(), model))
+    };
+    let geometry = GeometryDescription::Mesh(Arc::new(mesh));
+    contents.shapes.push(ShapeDescription {
+        material,
+        ..ShapeDescription::new(name, place, geometry)
+    });
+    with_camera_and_sky(path, contents)
+}
+
+/// Adds a camera that frames the model and, if nothing in it emits, a sky.
+///
+/// # Errors
+/// If the model is too large to be framed.
+pub fn with_camera_and_sky(path: &Path, mut contents: Contents) -> Result<SceneDescription> {
     let bounds = contents
         .shapes
         .iter()
@@ -37,7 +78,10 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
     let camera = frame(&bounds).ok_or_else(|| {
         Error::scene("the model is too large to be framed: use a scene file").in_file(path)
     })?;
-    contents.note("a bare model: the camera was placed to show all of it".to_owned());
+    contents.note(Note::of_scene(
+        NoteKind::Decision,
+        "a bare model: the camera was placed to show all of it",
+    ));
     let mut lights = vec![];
     if contents.shapes.iter().all(|shape| shape.emission.is_none()) {
         let place = Place {
@@ -45,8 +89,10 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
             line: None,
         };
         lights.push(LightDescription::sky(place, Rgb::WHITE));
-        contents
-            .note("nothing in the model emits light: a constant white sky was added".to_owned());
+        contents.note(Note::of_scene(
+            NoteKind::Decision,
+            "nothing in the model emits light: a constant white sky was added",
+        ));
     }
     Ok(SceneDescription {
         materials: contents.materials,

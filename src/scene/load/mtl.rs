@@ -25,7 +25,8 @@ use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image};
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
-    ColourDescription, MaterialDescription, MaterialModel, NormalMapDescription, Place,
+    ColourDescription, MaterialDescription, MaterialModel, NormalMapDescription, Note, NoteKind,
+    Place,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -112,7 +113,11 @@ pub fn read(
             return Err(at(Error::scene("expected newmtl first")));
         };
         if let Some(note) = entry.set(key, rest, line).map_err(at)? {
-            contents.note(format!("{}:{line}: {note}", path.display()));
+            let place = Place {
+                file: path.to_path_buf(),
+                line: Some(line),
+            };
+            contents.note(Note::at(place, NoteKind::Omission, note));
         }
     }
     known.extend(current.map(|entry| (entry.name.clone(), entry)));

@@ -12,7 +12,8 @@ use super::wording::{shown, unknown_name};
 use crate::error::{Error, Result};
 use crate::math::vec::{DVec2, DVec3};
 use crate::scene::description::{
-    ColourDescription, GeometryDescription, MeshDescription, Place, ShapeDescription,
+    ColourDescription, GeometryDescription, MeshDescription, Note, NoteKind, Place,
+    ShapeDescription,
 };
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -36,9 +37,10 @@ pub fn load(
     }
     if obj.left_out > 0 {
         let count = obj.left_out;
-        contents.note(format!(
-            "{}: {count} points and lines were left out",
-            path.display()
+        contents.note(Note::at(
+            whole_file(path),
+            NoteKind::Omission,
+            format!("{count} points and lines were left out"),
         ));
     }
     let surfaces: Vec<Surface> = match material {
@@ -73,6 +75,14 @@ pub fn load(
     Ok(shapes)
 }
 
+/// Returns the place of what concerns a whole file.
+fn whole_file(path: &Path) -> Place {
+    Place {
+        file: path.to_path_buf(),
+        line: None,
+    }
+}
+
 /// Converts a complaint about a line of a file into an error.
 fn at(path: &Path) -> impl Fn(Complaint) -> Error {
     move |(line, why)| Error::scene(why).in_file(path).at_line(line)
@@ -82,9 +92,10 @@ fn at(path: &Path) -> impl Fn(Complaint) -> Error {
 fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<Surface>> {
     if obj.libraries.is_empty() {
         let grey = contents.default_material();
-        contents.note(format!(
-            "{}: has no material library; drawn grey",
-            path.display()
+        contents.note(Note::at(
+            whole_file(path),
+            NoteKind::Decision,
+            "has no material library; drawn grey",
         ));
         return Ok(vec![(grey, None); obj.materials.len()]);
     }

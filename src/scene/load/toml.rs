@@ -11,7 +11,8 @@ use super::{instance, light, material, read_text, shape};
 use crate::error::Result;
 use crate::image::MAX_SIDE;
 use crate::scene::description::{
-    FilmDescription, FilterDescription, FilterKind, RenderDescription, SceneDescription, Written,
+    FilmDescription, FilterDescription, FilterKind, Note, NoteKind, RenderDescription,
+    SceneDescription, Written,
 };
 use std::path::Path;
 
@@ -52,7 +53,10 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
     let motions = contents.shapes.iter().map(|shape| &shape.motion);
     let motions = motions.chain(contents.instances.iter().map(|instance| &instance.motion));
     if open == close && motions.chain([&camera.motion]).any(|keys| keys.len() > 1) {
-        contents.note("motion is given, but the shutter is never open: nothing moves");
+        contents.note(Note::of_scene(
+            NoteKind::Decision,
+            "motion is given, but the shutter is never open: nothing moves",
+        ));
     }
     Ok(SceneDescription {
         file: path.to_path_buf(),

@@ -1,0 +1,320 @@
+//! Reads PLY files: one triangle mesh with normals, texture coordinates and colours, as far as the file has them.
+//!
+//! Measure: the file's own units, in double precision; v of texture coordinates points up.
+//! Range: at least one face; polygons are split into triangle fans, which is correct for convex ones; other elements
+//! and properties are ignored. An error has the line, or the byte of a binary body.
+//! Source: Turk, "The PLY Polygon File Format" (1994). The crates for it build a record of boxed properties per element,
+//! which takes longer than building the acceleration structure. Tested in `tests/loading/ply.rs`.
+
+mod body;
+mod header;
+
+use super::wording::shown;
+use crate::error::{Error, Result};
+use crate::image::srgb;
+use crate::math::rgb::Rgb;
+use crate::math::vec::{DVec2, DVec3};
+use crate::memory;
+use crate::scene::description::{MeshDescription, Note, NoteKind, Place};
+use body::{Ascii, Binary, Numbers};
+use header::{Element, Encoding, Header, Scalar};
+use std::path::Path;
+
+/// What a PLY file contains.
+#[derive(Debug, Default)]
+pub struct PlyModel {
+    /// The mesh.
+    pub mesh: MeshDescription,
+    /// Linear colours, one per vertex; or empty. Bytes are read as sRGB codes, other types as linear values.
+    pub colours: Vec<Rgb>,
+    /// What was left out.
+    pub notes: Vec<Note>,
+}
+
+/// What is wrong with a file, and where.
+#[derive(Debug)]
+struct Complaint {
+    line: Option<usize>,
+    why: String,
+}
+
+impl Complaint {
+    fn at_line(line: usize, why: &str) -> Self {
+        Self {
+            line: Some(line),
+            why: why.to_owned(),
+        }
+    }
+
+    fn at_byte(byte: usize, why: &str) -> Self {
+        Self {
+            line: None,
+            why: format!("at byte {byte}: {why}"),
+        }
+    }
+}
+
+/// Reads a mesh.
+///
+/// # Errors
+/// If the file cannot be read, or is not a PLY file with faces.
+pub fn read_mesh(path: &Path) -> Result<PlyModel> {
+    let bytes = super::read_bytes(path)?;
+    let at = |complaint: Complaint| {
+        let error = Error::scene(complaint.why).in_file(path);
+        match complaint.line {
+            Some(line) => error.at_line(line),
+            None => error,
+        }
+    };
+    let header = Header::parse(&bytes).map_err(at)?;
+    let vertices = check(&header, bytes.len()).map_err(at)?;
+    let triangles = 2 * count_of(&header, "face") as u64;
+    let bytes_needed = vertices as u64 * VERTEX + triangles * TRIANGLE;
+    memory::check(bytes_needed, || format!("the mesh of {}", path.display()))?;
+    let read = match header.encoding {
+        Encoding::Ascii => read_body(&header, Ascii::new(&bytes, header.size, header.lines)),
+        Encoding::LittleEndian => read_body(&header, Binary::<false>::new(&bytes, header.size)),
+        Encoding::BigEndian => read_body(&header, Binary::<true>::new(&bytes, header.size)),
+    };
+    let body = read.map_err(at)?;
+    if body.mesh.indices.is_empty() {
+        let why =
+            "expected a mesh, found no faces: point clouds and triangle strips are not supported";
+        return Err(Error::scene(why).in_file(path));
+    }
+    Ok(PlyModel {
+        notes: body.notes(&header, path),
+        mesh: body.mesh,
+        colours: body.colours,
+    })
+}
+
+/// Bytes of a vertex with all attributes, and of a triangle.
+const VERTEX: u64 = 76;
+const TRIANGLE: u64 = 12;
+
+fn count_of(header: &Header, name: &str) -> usize {
+    let found = header.elements.iter().find(|element| element.name == name);
+    found.map_or(0, |element| element.count)
+}
+
+/// Checks the elements against the size of the file, and returns the number of vertices.
+fn check(header: &Header, file_size: usize) -> std::result::Result<usize, Complaint> {
+    let mut left = file_size - header.size;
+    for (index, element) in header.elements.iter().enumerate() {
+        let name = &element.name;
+        let wrong = |why: &str| Complaint::at_line(element.line, why);
+        if header.elements[..index]
+            .iter()
+            .any(|other| other.name == *name)
+        {
+            return Err(wrong(&format!("there is an element `{name}` already")));
+        }
+        let least = element
+            .count
+            .checked_mul(element.least_size(header.encoding));
+        left = least
+            .and_then(|least| left.checked_sub(least))
+            .ok_or_else(|| {
+                let count = element.count;
+                wrong(&format!(
+                    "the file is too short for {count} records of `{name}`"
+                ))
+            })?;
+        if name == "vertex" {
+            for axis in ["x", "y", "z"] {
+                let found = element.find(&[axis]).map(|i| &element.properties[i]);
+                if found.is_none_or(|property| property.length.is_some()) {
+                    return Err(wrong(&format!(
+                        "expected a property `{axis}` of the vertices"
+                    )));
+                }
+            }
+        }
+    }
+    let vertices = count_of(header, "vertex");
+    if u32::try_from(vertices).is_err() {
+        let why = format!("expected fewer than 2^32 vertices, found {vertices}");
+        return Err(Complaint::at_line(header.lines, &why));
+    }
+    Ok(vertices)
+}
+
+/// What the body contains.
+#[derive(Debug, Default)]
+struct Body {
+    mesh: MeshDescription,
+    colours: Vec<Rgb>,
+    /// Number of faces with fewer than three corners.
+    left_out: usize,
+}
+
+impl Body {
+    fn notes(&self, header: &Header, path: &Path) -> Vec<Note> {
+        let note = |line: Option<usize>, text: String| {
+            let file = path.to_path_buf();
+            Note::at(Place { file, line }, NoteKind::Omission, text)
+        };
+        let count = self.left_out;
+        let lines = format!("{count} faces of fewer than three corners were left out");
+        let lines = (count > 0).then(|| note(None, lines));
+        let faces = header
+            .elements
+            .iter()
+            .find(|element| element.name == "face");
+        let by_corner = faces.and_then(|faces| {
+            let property = &faces.properties[faces.find(&["texcoord"])?];
+            let text = format!(
+                "the texture coordinates of corners, `{}`, were left out",
+                property.name
+            );
+            Some(note(Some(faces.line), text))
+        });
+        lines.into_iter().chain(by_corner).collect()
+    }
+}
+
+fn read_body(header: &Header, mut numbers: impl Numbers) -> std::result::Result<Body, Complaint> {
+    let mut body = Body::default();
+    for element in &header.elements {
+        match element.name.as_str() {
+            "vertex" => read_vertices(element, &mut numbers, &mut body)?,
+            "face" => read_faces(element, count_of(header, "vertex"), &mut numbers, &mut body)?,
+            _ if element.properties.is_empty() => {}
+            _ => {
+                for _ in 0..element.count {
+                    for property in &element.properties {
+                        numbers.skip(property)?;
+                    }
+                }
+            }
+        }
+    }
+    Ok(body)
+}
+
+/// The properties of vertices: position, normal, texture coordinates, colour.
+const COLUMNS: [&[&str]; 11] = [
+    &["x"],
+    &["y"],
+    &["z"],
+    &["nx"],
+    &["ny"],
+    &["nz"],
+    &["u", "s", "texture_u", "texture_s"],
+    &["v", "t", "texture_v", "texture_t"],
+    &["red", "r", "diffuse_red"],
+    &["green", "g", "diffuse_green"],
+    &["blue", "b", "diffuse_blue"],
+];
+
+fn read_vertices(
+    element: &Element,
+    numbers: &mut impl Numbers,
+    body: &mut Body,
+) -> std::result::Result<(), Complaint> {
+    // The column of each property.
+    let mut columns = vec![None; element.properties.len()];
+    let mut found = [None; COLUMNS.len()];
+    for (column, names) in COLUMNS.iter().enumerate() {
+        let index = element.find(names);
+        if let Some(index) = index.filter(|&i| element.properties[i].length.is_none()) {
+            columns[index] = Some(column);
+            found[column] = Some(element.properties[index].scalar);
+        }
+    }
+    let has = |range: std::ops::Range<usize>| found[range].iter().all(Option::is_some);
+    let count = element.count;
+    let reserved = |has: bool| if has { count } else { 0 };
+    let (normals, uvs, colours) = (has(3..6), has(6..8), has(8..11));
+    body.mesh.positions.reserve_exact(count);
+    body.mesh.normals.reserve_exact(reserved(normals));
+    body.mesh.uvs.reserve_exact(reserved(uvs));
+    body.colours.reserve_exact(reserved(colours));
+    for _ in 0..count {
+        let mut row = [0.0; COLUMNS.len()];
+        for (property, column) in element.properties.iter().zip(&columns) {
+            let Some(column) = *column else {
+                numbers.skip(property)?;
+                continue;
+            };
+            row[column] = numbers.next(property.scalar)?;
+            if !(row[column] as f32).is_finite() {
+                let what = shown(&property.name);
+                let value = row[column];
+                let why = format!(
+                    "expected a number within single precision for `{what}`, found {value}"
+                );
+                return Err(numbers.wrong(&why));
+            }
+        }
+        let vec3 = |i: usize| DVec3::new(row[i], row[i + 1], row[i + 2]);
+        body.mesh.positions.push(vec3(0));
+        if normals {
+            body.mesh.normals.push(vec3(3));
+        }
+        if uvs {
+            body.mesh.uvs.push(DVec2::new(row[6], row[7]));
+        }
+        if colours {
+            let channel = |i: usize| linear(row[i], found[i].unwrap_or(Scalar::F64));
+            body.colours
+                .push(Rgb::new(channel(8), channel(9), channel(10)));
+        }
+    }
+    Ok(())
+}
+
+/// Returns the linear value, in [0, 1], of a channel.
+fn linear(value: f64, scalar: Scalar) -> f32 {
+    let share = (value / scalar.full()).clamp(0.0, 1.0);
+    let is_code = matches!(scalar, Scalar::I8 | Scalar::U8);
+    (if is_code {
+        srgb::to_linear(share)
+    } else {
+        share
+    }) as f32
+}
+
+fn read_faces(
+    element: &Element,
+    vertices: usize,
+    numbers: &mut impl Numbers,
+    body: &mut Body,
+) -> std::result::Result<(), Complaint> {
+    let list = element.find(&["vertex_indices", "vertex_index"]);
+    let list = list.and_then(|index| Some((index, element.properties[index].length?)));
+    let Some((list, length)) = list else {
+        let why = "expected a list `vertex_indices` of the faces";
+        return Err(Complaint::at_line(element.line, why));
+    };
+    body.mesh.indices.reserve(element.count);
+    for _ in 0..element.count {
+        for (index, property) in element.properties.iter().enumerate() {
+            if index != list {
+                numbers.skip(property)?;
+                continue;
+            }
+            let corners = numbers.length(property, length)?;
+            body.left_out += usize::from(corners < 3);
+            // A triangle fan around the first corner.
+            let (mut first, mut previous) = (0, 0);
+            for corner in 0..corners {
+                let vertex = numbers.next_index(property.scalar)?;
+                let vertex = vertex
+                    .filter(|&vertex| (vertex as usize) < vertices)
+                    .ok_or_else(|| {
+                        numbers.wrong(&format!("expected the index of one of {vertices} vertices"))
+                    })?;
+                match corner {
+                    0 => first = vertex,
+                    1 => {}
+                    _ => body.mesh.indices.push([first, previous, vertex]),
+                }
+                previous = vertex;
+            }
+        }
+    }
+    Ok(())
+}

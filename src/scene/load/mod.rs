@@ -5,6 +5,7 @@
 //! Source: docs/scene-format.md, docs/scene-formats.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
 mod camera;
+mod cie;
 mod colour;
 mod contents;
 mod instance;
@@ -13,11 +14,14 @@ mod material;
 mod model;
 mod motion;
 mod mtl;
+mod named_spectra;
 mod obj;
 mod obj_text;
+mod pbrt;
 mod ply;
 mod reader;
 mod shape;
+mod spectrum;
 mod toml;
 mod transform;
 mod vertex_colours;
@@ -39,6 +43,7 @@ const FORMATS: &[(&str, Load)] = &[
     ("toml", toml::load),
     ("obj", model::load_obj),
     ("ply", model::load_ply),
+    ("pbrt", pbrt::load),
 ];
 
 /// Loads a scene by the file's extension. A bare model gets a camera and, if nothing in it emits, a sky.

@@ -5,11 +5,11 @@
 //! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt.rs`.
 
 use super::params::{Parameters, Values};
-use super::texture::Textured;
+use super::textured::Textured;
 use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
 use crate::math::vec::DVec3;
-use crate::scene::description::Place;
+use crate::scene::description::{Note, NoteKind, Place};
 use crate::scene::load::contents::Contents;
 use crate::scene::load::read_text;
 use crate::scene::load::spectrum::{self, Named, Spectrum};
@@ -38,11 +38,23 @@ enum Given {
 }
 
 impl Library {
-    /// Adds a note about an approximation or something left out.
-    pub fn note(&mut self, place: &Place, message: impl AsRef<str>) {
-        let file = place.file.display();
-        let line = place.line.unwrap_or(1);
-        self.contents.note(format!("{file}:{line}: {}", message.as_ref()));
+    /// Notes that something became the most similar that there is.
+    pub fn approximated(&mut self, place: &Place, text: impl Into<String>) {
+        self.note(NoteKind::Approximation, place, text);
+    }
+
+    /// Notes that something was left out.
+    pub fn omitted(&mut self, place: &Place, text: impl Into<String>) {
+        self.note(NoteKind::Omission, place, text);
+    }
+
+    /// Notes a decision that does not change the image.
+    pub fn decided(&mut self, place: &Place, text: impl Into<String>) {
+        self.note(NoteKind::Decision, place, text);
+    }
+
+    fn note(&mut self, kind: NoteKind, place: &Place, text: impl Into<String>) {
+        self.contents.note(Note::at(place.clone(), kind, text));
     }
 
     /// The path of a file that a parameter names.
@@ -84,15 +96,16 @@ impl Library {
         };
         Ok(Some(match given {
             Given::Rgb(rgb) if rgb.max_element() > 1.0 => {
-                return Err(params.error_of(name, "expected a reflectance, at most 1 in every channel"));
+                return Err(
+                    params.error_of(name, "expected a reflectance, at most 1 in every channel")
+                );
             }
             Given::Rgb(rgb) => params.gamut_of(name).surface(rgb),
             Given::Named(Named::Light(colour) | Named::Index(colour)) => colour.map(|x| x.min(1.0)),
             Given::Sampled(samples) => samples.surface(),
             Given::Blackbody(kelvin) => {
-                let colour = spectrum::blackbody(kelvin).ok_or_else(|| {
-                    params.error_of(name, "expected a temperature that glows")
-                })?;
+                let colour = spectrum::blackbody(kelvin)
+                    .ok_or_else(|| params.error_of(name, "expected a temperature that glows"))?;
                 colour / colour.max_channel()
             }
         }))
@@ -129,7 +142,10 @@ impl Library {
                     Some(Given::Named(Named::Index(index))) => f64::from(index.to_array()[1]),
                     _ => return Err(params.error_of(name, "expected a refractive index")),
                 };
-                self.note(&params.place_of(name), "no dispersion: the index at 587.6 nm is used for all colours");
+                self.approximated(
+                    &params.place_of(name),
+                    "no dispersion: the index at 587.6 nm is used for all colours",
+                );
                 at_d_line
             }
         };
@@ -137,7 +153,10 @@ impl Library {
         if ior > 0.0 && ior.is_finite() {
             Ok(ior)
         } else {
-            Err(params.error_of(name, format!("expected a refractive index above 0, found {ior}")))
+            Err(params.error_of(
+                name,
+                format!("expected a refractive index above 0, found {ior}"),
+            ))
         }
     }
 
@@ -154,7 +173,11 @@ impl Library {
             },
             (Values::Numbers(kelvins), "blackbody") => match kelvins.as_slice() {
                 [kelvin] if *kelvin > 0.0 => Given::Blackbody(*kelvin),
-                _ => return Err(params.error_of(name, "expected one temperature above 0, in kelvins")),
+                _ => {
+                    return Err(
+                        params.error_of(name, "expected one temperature above 0, in kelvins")
+                    );
+                }
             },
             (Values::Numbers(numbers), _) => {
                 let (pairs, rest) = numbers.as_chunks();
@@ -192,7 +215,9 @@ impl Library {
 
     /// An error about a file, as one about the parameter that names it.
     pub fn about(&self, params: &Parameters, name: &str, error: &Error) -> Error {
-        params.error_of(name, error.to_string()).of_kind(error.kind())
+        params
+            .error_of(name, error.to_string())
+            .of_kind(error.kind())
     }
 
     /// Notes parameters of a statement that have no meaning here.
@@ -206,7 +231,7 @@ impl Library {
                 file: params.place.file.clone(),
                 line: Some(line),
             };
-            self.note(&place, format!("parameter `{name}` was ignored"));
+            self.decided(&place, format!("parameter `{name}` was ignored"));
         }
     }
 }

@@ -97,7 +97,9 @@ fn parameter(
         Some((Token::Open, _)) => loop {
             match tokens.next()? {
                 Some((Token::Close, _)) => break,
-                Some((token, line)) => push(&mut values, kind, &token).map_err(|why| (line, why))?,
+                Some((token, line)) => {
+                    push(&mut values, kind, &token).map_err(|why| (line, why))?
+                }
                 None => return Err((line, "expected `]`, found the end of the file".to_owned())),
             }
         },
@@ -119,7 +121,9 @@ pub fn declared(declaration: &str) -> std::result::Result<(&'static str, String)
     let mut words = declaration.split_ascii_whitespace();
     let (Some(kind), Some(name), None) = (words.next(), words.next(), words.next()) else {
         let found = shown(declaration);
-        return Err(format!("expected a parameter's type and name, found `{found}`"));
+        return Err(format!(
+            "expected a parameter's type and name, found `{found}`"
+        ));
     };
     let known = TYPES.iter().find(|(known, _)| *known == kind);
     let Some(&(kind, _)) = known else {
@@ -141,7 +145,10 @@ fn push(values: &mut Values, kind: &str, token: &Token<'_>) -> std::result::Resu
         (Values::Numbers(numbers), Token::Word(word)) => {
             let value = number(word)?;
             if kind == "integer" && (value.fract() != 0.0 || value.abs() > f64::from(i32::MAX)) {
-                return Err(format!("expected an integer of 32 bits, found `{}`", shown(word)));
+                return Err(format!(
+                    "expected an integer of 32 bits, found `{}`",
+                    shown(word)
+                ));
             }
             numbers.push(value);
         }
@@ -197,7 +204,12 @@ impl Parameter {
 
 impl Parameters {
     /// The parameters of a statement at `place`, with `defaults` for those that it leaves out.
-    pub fn new(place: Place, own: Vec<Rc<Parameter>>, defaults: Vec<Rc<Parameter>>, gamut: Gamut) -> Self {
+    pub fn new(
+        place: Place,
+        own: Vec<Rc<Parameter>>,
+        defaults: Vec<Rc<Parameter>>,
+        gamut: Gamut,
+    ) -> Self {
         Self {
             place,
             own,
@@ -234,7 +246,9 @@ impl Parameters {
 
     /// The colour space of the `rgb` values of a parameter.
     pub fn gamut_of(&self, name: &str) -> Gamut {
-        self.find(name).and_then(|found| found.gamut.get()).unwrap_or(self.gamut)
+        self.find(name)
+            .and_then(|found| found.gamut.get())
+            .unwrap_or(self.gamut)
     }
 
     /// The names of the parameters that nothing has asked for.
@@ -245,7 +259,9 @@ impl Parameters {
 
     fn find(&self, name: &str) -> Option<&Parameter> {
         let all = self.own.iter().chain(&self.defaults);
-        let found = all.map(Rc::as_ref).find(|parameter| parameter.name == name)?;
+        let found = all
+            .map(Rc::as_ref)
+            .find(|parameter| parameter.name == name)?;
         found.is_used.set(true);
         Some(found)
     }
@@ -262,7 +278,13 @@ impl Parameters {
             return Ok(Some(found));
         }
         let expected = types.join(" or ");
-        Err(self.error_of(name, format!("expected a parameter of type {expected}, found {}", found.kind)))
+        Err(self.error_of(
+            name,
+            format!(
+                "expected a parameter of type {expected}, found {}",
+                found.kind
+            ),
+        ))
     }
 
     /// All numbers of a parameter; a whole multiple of those of one element.
@@ -288,7 +310,9 @@ impl Parameters {
         match (self.has(name), self.list(name, &["float", "integer"])?) {
             (false, _) => Ok(default),
             (true, [only]) => Ok(*only),
-            (true, more) => Err(self.error_of(name, format!("expected one number, found {}", more.len()))),
+            (true, more) => {
+                Err(self.error_of(name, format!("expected one number, found {}", more.len())))
+            }
         }
     }
 
@@ -296,7 +320,13 @@ impl Parameters {
     ///
     /// # Errors
     /// As [`number`](Self::number); and if it does not hold, with `what` was expected.
-    pub fn number_where(&self, name: &str, default: f64, what: &str, test: impl Fn(f64) -> bool) -> Result<f64> {
+    pub fn number_where(
+        &self,
+        name: &str,
+        default: f64,
+        what: &str,
+        test: impl Fn(f64) -> bool,
+    ) -> Result<f64> {
         let value = self.number(name, default)?;
         if test(value) {
             Ok(value)
@@ -331,8 +361,13 @@ impl Parameters {
     /// If it has another type, or an index is not below `count`.
     pub fn indices(&self, name: &str, count: usize) -> Result<Vec<u32>> {
         let list = self.list(name, &["integer"])?;
-        match list.iter().find(|&&index| index < 0.0 || index >= count as f64) {
-            Some(bad) => Err(self.error_of(name, format!("vertex {bad}, but there are {count} points"))),
+        match list
+            .iter()
+            .find(|&&index| index < 0.0 || index >= count as f64)
+        {
+            Some(bad) => {
+                Err(self.error_of(name, format!("vertex {bad}, but there are {count} points")))
+            }
             None => Ok(list.iter().map(|&index| index as u32).collect()),
         }
     }
@@ -381,10 +416,12 @@ impl Parameters {
     /// # Errors
     /// If it has another type.
     pub fn texts(&self, name: &str) -> Result<&[String]> {
-        Ok(match self.of_type(name, &["string"])?.map(|found| &found.values) {
-            Some(Values::Texts(texts)) => texts,
-            _ => &[],
-        })
+        Ok(
+            match self.of_type(name, &["string"])?.map(|found| &found.values) {
+                Some(Values::Texts(texts)) => texts,
+                _ => &[],
+            },
+        )
     }
 
     /// One of the named choices, the first of which is the default.
@@ -396,7 +433,9 @@ impl Parameters {
             return Ok(choices[0]);
         };
         let found = choices.iter().find(|choice| **choice == text);
-        found.copied().ok_or_else(|| self.error_of(name, unknown_name("value", text, choices)))
+        found
+            .copied()
+            .ok_or_else(|| self.error_of(name, unknown_name("value", text, choices)))
     }
 
     /// A list of points, vectors or normals.
@@ -426,7 +465,9 @@ impl Parameters {
     /// If it has another type, or not two numbers for each.
     pub fn points2(&self, name: &str) -> Result<Vec<DVec2>> {
         // Files of pbrt-v3 give texture coordinates as floats.
-        let (pairs, _) = self.list(name, &["point2", "vector2", "float"])?.as_chunks();
+        let (pairs, _) = self
+            .list(name, &["point2", "vector2", "float"])?
+            .as_chunks();
         Ok(pairs.iter().copied().map(DVec2::from_array).collect())
     }
 }

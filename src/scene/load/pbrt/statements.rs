@@ -95,7 +95,12 @@ impl Entity {
     pub fn is_option(self) -> bool {
         matches!(
             self,
-            Self::Accelerator | Self::Camera | Self::Film | Self::Integrator | Self::PixelFilter | Self::Sampler
+            Self::Accelerator
+                | Self::Camera
+                | Self::Film
+                | Self::Integrator
+                | Self::PixelFilter
+                | Self::Sampler
         )
     }
 
@@ -149,7 +154,10 @@ pub fn next(tokens: &mut Tokens<'_>) -> Read<Option<(Statement, usize)>> {
         return Ok(None);
     };
     let Token::Word(word) = token else {
-        return Err((line, format!("expected a statement, found {}", quote(Some(&token)))));
+        return Err((
+            line,
+            format!("expected a statement, found {}", quote(Some(&token))),
+        ));
     };
     if let Some((_, entity)) = Entity::ALL.iter().find(|(name, _)| *name == word) {
         let name = text(tokens)?;
@@ -210,8 +218,14 @@ fn text(tokens: &mut Tokens<'_>) -> Read<String> {
     let line = tokens.line();
     match tokens.next()? {
         Some((Token::Quoted(text), _)) => Ok(text.into_owned()),
-        Some((other, line)) => Err((line, format!("expected a string in quotes, found {}", quote(Some(&other))))),
-        None => Err((line, "expected a string in quotes, found the end of the file".to_owned())),
+        Some((other, line)) => Err((
+            line,
+            format!("expected a string in quotes, found {}", quote(Some(&other))),
+        )),
+        None => Err((
+            line,
+            "expected a string in quotes, found the end of the file".to_owned(),
+        )),
     }
 }
 
@@ -219,8 +233,14 @@ fn one(tokens: &mut Tokens<'_>) -> Read<f64> {
     let line = tokens.line();
     match tokens.next()? {
         Some((Token::Word(word), line)) => number(word).map_err(|why| (line, why)),
-        Some((other, line)) => Err((line, format!("expected a number, found {}", quote(Some(&other))))),
-        None => Err((line, "expected a number, found the end of the file".to_owned())),
+        Some((other, line)) => Err((
+            line,
+            format!("expected a number, found {}", quote(Some(&other))),
+        )),
+        None => Err((
+            line,
+            "expected a number, found the end of the file".to_owned(),
+        )),
     }
 }
 
@@ -255,7 +275,13 @@ fn bracket(tokens: &mut Tokens<'_>, expected: &Token<'_>) -> Read<()> {
         other => {
             let line = other.as_ref().map_or(line, |(_, line)| *line);
             let found = quote(other.as_ref().map(|(token, _)| token));
-            Err((line, format!("expected {} around sixteen numbers, found {found}", quote(Some(expected)))))
+            Err((
+                line,
+                format!(
+                    "expected {} around sixteen numbers, found {found}",
+                    quote(Some(expected))
+                ),
+            ))
         }
     }
 }
@@ -267,7 +293,10 @@ fn active(tokens: &mut Tokens<'_>) -> Read<[bool; 2]> {
         Some(Token::Word("All")) => Ok([true, true]),
         Some(Token::Word("StartTime")) => Ok([true, false]),
         Some(Token::Word("EndTime")) => Ok([false, true]),
-        other => Err((line, format!("expected All, StartTime or EndTime, found {}", quote(other)))),
+        other => Err((
+            line,
+            format!("expected All, StartTime or EndTime, found {}", quote(other)),
+        )),
     }
 }
 
@@ -289,7 +318,10 @@ fn option(tokens: &mut Tokens<'_>) -> Read<Statement> {
         Some((Token::Quoted(value), _)) => Ok(Statement::Option(name, value.into_owned())),
         other => {
             let found = quote(other.as_ref().map(|(token, _)| token));
-            Err((line, format!("expected a value of the option, found {found}")))
+            Err((
+                line,
+                format!("expected a value of the option, found {found}"),
+            ))
         }
     }
 }

@@ -7,6 +7,7 @@
 
 use super::library::Library;
 use super::params::Parameters;
+use super::textured::{Mapping, Textured};
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image};
@@ -16,38 +17,6 @@ use crate::scene::description::ColourDescription;
 use crate::scene::load::wording::{shown, unknown_name};
 use std::sync::Arc;
 
-/// A texture, and how texture coordinates are changed before it is looked up.
-#[derive(Debug, Clone)]
-pub struct Textured {
-    pub colour: ColourDescription,
-    pub mapping: Mapping,
-}
-
-/// A linear change of texture coordinates.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mapping {
-    pub scale: DVec2,
-    pub delta: DVec2,
-}
-
-impl Default for Mapping {
-    fn default() -> Self {
-        Self {
-            scale: DVec2::ONE,
-            delta: DVec2::ZERO,
-        }
-    }
-}
-
-impl From<Rgb> for Textured {
-    fn from(colour: Rgb) -> Self {
-        Self {
-            colour: colour.into(),
-            mapping: Mapping::default(),
-        }
-    }
-}
-
 /// What the values of a texture are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -55,86 +24,6 @@ pub enum Kind {
     Float,
     /// Colours of surfaces.
     Colour,
-}
-
-impl Textured {
-    /// The mean of its values.
-    pub fn mean(&self) -> Rgb {
-        match &self.colour {
-            ColourDescription::Constant(colour) => *colour,
-            ColourDescription::Texture(texture) => match texture.as_ref() {
-                Texture::Image { image, scale } => *scale * Rgb::from(image.mean().map(|x| x as f32)),
-                Texture::Checker { colours, .. } => 0.5 * (colours[0] + colours[1]),
-            },
-        }
-    }
-
-    /// The texture with each of its values changed.
-    pub fn map(&self, f: impl Fn(Rgb) -> Rgb) -> Self {
-        let colour = match &self.colour {
-            ColourDescription::Constant(colour) => f(*colour).into(),
-            ColourDescription::Texture(texture) => ColourDescription::Texture(Arc::new(match texture.as_ref() {
-                Texture::Image { image, scale } => {
-                    let pixels = image.pixels().iter().map(|&pixel| f(*scale * pixel)).collect();
-                    Texture::Image {
-                        image: Arc::new(Image::new(image.width(), image.height(), pixels)),
-                        scale: 1.0,
-                    }
-                }
-                Texture::Checker { colours, repeat } => Texture::Checker {
-                    colours: colours.map(&f),
-                    repeat: *repeat,
-                },
-            })),
-        };
-        Self {
-            colour,
-            mapping: self.mapping,
-        }
-    }
-
-    /// The texture with values from 0 to 1.
-    pub fn clamped(self) -> Self {
-        let most = match &self.colour {
-            ColourDescription::Constant(colour) => *colour,
-            ColourDescription::Texture(texture) => texture.brightest(),
-        };
-        if most.max_channel() > 1.0 {
-            self.map(|colour| colour.map(|x| x.clamp(0.0, 1.0)))
-        } else {
-            self
-        }
-    }
-
-    /// A function of two textures; `None` if it is not one of one image or checkerboard.
-    fn with(&self, other: &Self, f: impl Fn(Rgb, Rgb) -> Rgb) -> Option<Self> {
-        match (self.colour.constant(), other.colour.constant()) {
-            (_, Some(second)) => Some(self.map(|first| f(first, second))),
-            (Some(first), None) => Some(other.map(|second| f(first, second))),
-            (None, None) => {
-                let image = |textured: &Self| match &textured.colour {
-                    ColourDescription::Texture(texture) => match texture.as_ref() {
-                        Texture::Image { image, scale } => Some((Arc::clone(image), *scale)),
-                        Texture::Checker { .. } => None,
-                    },
-                    ColourDescription::Constant(_) => None,
-                };
-                let ((a, scale_a), (b, scale_b)) = (image(self)?, image(other)?);
-                let size = |image: &Image| (image.width(), image.height());
-                if size(&a) != size(&b) || self.mapping != other.mapping {
-                    return None;
-                }
-                let pairs = a.pixels().iter().zip(b.pixels());
-                let pixels = pairs.map(|(&a, &b)| f(scale_a * a, scale_b * b)).collect();
-                let image = Arc::new(Image::new(a.width(), a.height(), pixels));
-                let texture = Texture::Image { image, scale: 1.0 };
-                Some(Self {
-                    colour: ColourDescription::Texture(Arc::new(texture)),
-                    mapping: self.mapping,
-                })
-            }
-        }
-    }
 }
 
 impl Library {
@@ -158,7 +47,10 @@ impl Library {
         let texture = params.texture(name)?;
         match self.texture(params, name, texture, Kind::Colour)? {
             Some(textured) => Ok(textured.clamped()),
-            None => Ok(self.surface(params, name)?.unwrap_or(Rgb::grey(default)).into()),
+            None => Ok(self
+                .surface(params, name)?
+                .unwrap_or(Rgb::grey(default))
+                .into()),
         }
     }
 
@@ -169,7 +61,13 @@ impl Library {
         }
     }
 
-    fn texture(&self, params: &Parameters, name: &str, texture: Option<&str>, kind: Kind) -> Result<Option<Textured>> {
+    fn texture(
+        &self,
+        params: &Parameters,
+        name: &str,
+        texture: Option<&str>,
+        kind: Kind,
+    ) -> Result<Option<Textured>> {
         let Some(wanted) = texture else {
             return Ok(None);
         };
@@ -191,7 +89,12 @@ impl Library {
     ///
     /// # Errors
     /// If a parameter is not as the class requires, or an image cannot be used.
-    pub fn make_texture(&mut self, class: &str, kind: Kind, params: &Parameters) -> Result<Textured> {
+    pub fn make_texture(
+        &mut self,
+        class: &str,
+        kind: Kind,
+        params: &Parameters,
+    ) -> Result<Textured> {
         match class {
             "constant" => self.value(params, "value", kind, 1.0),
             "scale" => {
@@ -224,8 +127,19 @@ impl Library {
             }
             _ => {
                 let known = [
-                    "bilerp", "checkerboard", "constant", "directionmix", "dots", "fbm", "imagemap", "marble", "mix",
-                    "ptex", "scale", "windy", "wrinkled",
+                    "bilerp",
+                    "checkerboard",
+                    "constant",
+                    "directionmix",
+                    "dots",
+                    "fbm",
+                    "imagemap",
+                    "marble",
+                    "mix",
+                    "ptex",
+                    "scale",
+                    "windy",
+                    "wrinkled",
                 ];
                 Err(params.error(unknown_name("texture class", class, &known)))
             }
@@ -235,15 +149,22 @@ impl Library {
     fn mean_instead(&mut self, params: &Parameters, class: &str, mean: Rgb) -> Textured {
         let [r, g, b] = mean.to_array();
         let message = format!("texture class `{class}` became one colour: {r:.3}, {g:.3}, {b:.3}");
-        self.note(&params.place, message);
+        self.approximated(&params.place, message);
         mean.into()
     }
 
     /// A function of two textures, or if need be of the first and the mean of the second.
-    fn both(&mut self, params: &Parameters, a: &Textured, b: &Textured, f: impl Fn(Rgb, Rgb) -> Rgb) -> Textured {
+    fn both(
+        &mut self,
+        params: &Parameters,
+        a: &Textured,
+        b: &Textured,
+        f: impl Fn(Rgb, Rgb) -> Rgb,
+    ) -> Textured {
         a.with(b, &f).unwrap_or_else(|| {
-            let message = "two textures that differ in size or mapping: the second one became its mean";
-            self.note(&params.place, message);
+            let message =
+                "two textures that differ in size or mapping: the second one became its mean";
+            self.approximated(&params.place, message);
             let mean = b.mean();
             a.map(|colour| f(colour, mean))
         })
@@ -253,14 +174,19 @@ impl Library {
         let first = self.value(params, "tex1", kind, 0.0)?;
         let second = self.value(params, "tex2", kind, 1.0)?;
         let amount = self.float(params, "amount", 0.5)?;
-        if amount.colour.constant().is_none() && first.colour.constant().is_some() && second.colour.constant().is_some()
+        if amount.colour.constant().is_none()
+            && first.colour.constant().is_some()
+            && second.colour.constant().is_some()
         {
             let (a, b) = (first.mean(), second.mean());
             return Ok(amount.map(|t| a + t * (b - a)));
         }
         let t = amount.mean();
         if amount.colour.constant().is_none() {
-            self.note(&params.place, "the amount of a mix of textures became its mean");
+            self.approximated(
+                &params.place,
+                "the amount of a mix of textures became its mean",
+            );
         }
         Ok(self.both(params, &first, &second, |a, b| a + t * (b - a)))
     }
@@ -274,8 +200,14 @@ impl Library {
             let mean = 0.5 * (colours[0].mean() + colours[1].mean());
             return Ok(self.mean_instead(params, "checkerboard of 3 dimensions", mean));
         }
-        if colours.iter().any(|colour| colour.colour.constant().is_none()) {
-            self.note(&params.place, "a checkerboard's textures became their means");
+        if colours
+            .iter()
+            .any(|colour| colour.colour.constant().is_none())
+        {
+            self.approximated(
+                &params.place,
+                "a checkerboard's textures became their means",
+            );
         }
         let mapping = self.mapping(params)?;
         // The repetitions of a checkerboard need no change of texture coordinates.
@@ -291,9 +223,13 @@ impl Library {
 
     fn image_map(&mut self, kind: Kind, params: &Parameters) -> Result<Textured> {
         let mapping = self.mapping(params)?;
-        let scale = params.number_where("scale", 1.0, "a number of at least 0", |x| x >= 0.0)? as f32;
+        let scale =
+            params.number_where("scale", 1.0, "a number of at least 0", |x| x >= 0.0)? as f32;
         if params.choice("wrap", &["repeat", "clamp", "black", "octahedralsphere"])? != "repeat" {
-            self.note(&params.place_of("wrap"), "the image repeats beyond its edges");
+            self.approximated(
+                &params.place_of("wrap"),
+                "the image repeats beyond its edges",
+            );
         }
         // How lookups are filtered: bilinear here.
         params.choice("filter", &["bilinear", "point", "trilinear", "EWA", "ewa"])?;
@@ -311,7 +247,11 @@ impl Library {
             // A number is the mean of the channels.
             textured = textured.map(|colour| {
                 let [r, g, b] = colour.to_array();
-                if r == g && g == b { colour } else { Rgb::grey((r + g + b) / 3.0) }
+                if r == g && g == b {
+                    colour
+                } else {
+                    Rgb::grey((r + g + b) / 3.0)
+                }
             });
         }
         Ok(textured)
@@ -326,14 +266,17 @@ impl Library {
             return Err(params.error(format!("expected a parameter `string {name}`")));
         };
         let encoding = params.text("encoding")?.unwrap_or("sRGB");
-        let gamma = encoding.strip_prefix("gamma ").and_then(|gamma| gamma.trim().parse::<f32>().ok());
+        let gamma = encoding
+            .strip_prefix("gamma ")
+            .and_then(|gamma| gamma.trim().parse::<f32>().ok());
         let space = match (encoding, gamma) {
             ("sRGB", _) => ColourSpace::Srgb,
             ("linear", _) => ColourSpace::Linear,
             (_, Some(gamma)) if gamma > 0.0 => ColourSpace::Linear,
             _ => {
                 let found = shown(encoding);
-                let message = format!("expected sRGB, linear or gamma and a number, found `{found}`");
+                let message =
+                    format!("expected sRGB, linear or gamma and a number, found `{found}`");
                 return Err(params.error_of("encoding", message));
             }
         };
@@ -343,13 +286,21 @@ impl Library {
         let Texture::Image { image, .. } = texture else {
             return Err(params.error_of(name, "expected an image"));
         };
-        if image.pixels().iter().any(|pixel| pixel.to_array().iter().any(|x| *x < 0.0)) {
+        if image
+            .pixels()
+            .iter()
+            .any(|pixel| pixel.to_array().iter().any(|x| *x < 0.0))
+        {
             return Err(params.error_of(name, "expected an image without values below 0"));
         }
         Ok(match gamma {
             None => image,
             Some(gamma) => {
-                let pixels = image.pixels().iter().map(|pixel| pixel.map(|x| x.powf(gamma))).collect();
+                let pixels = image
+                    .pixels()
+                    .iter()
+                    .map(|pixel| pixel.map(|x| x.powf(gamma)))
+                    .collect();
                 Arc::new(Image::new(image.width(), image.height(), pixels))
             }
         })
@@ -359,11 +310,14 @@ impl Library {
     fn mapping(&mut self, params: &Parameters) -> Result<Mapping> {
         let mapping = params.choice("mapping", &["uv", "spherical", "cylindrical", "planar"])?;
         if mapping != "uv" {
-            let message = format!("mapping `{mapping}` became that by the shapes' own texture coordinates");
-            self.note(&params.place_of("mapping"), message);
+            let message =
+                format!("mapping `{mapping}` became that by the shapes' own texture coordinates");
+            self.approximated(&params.place_of("mapping"), message);
         }
         let is_fine = |x: f64| (x as f32).is_finite();
-        let number = |name, default| params.number_where(name, default, "a number within single precision", is_fine);
+        let number = |name, default| {
+            params.number_where(name, default, "a number within single precision", is_fine)
+        };
         Ok(Mapping {
             scale: DVec2::new(number("uscale", 1.0)?, number("vscale", 1.0)?),
             delta: DVec2::new(number("udelta", 0.0)?, number("vdelta", 0.0)?),

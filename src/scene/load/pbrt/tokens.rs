@@ -98,7 +98,9 @@ impl<'a> Tokens<'a> {
 
     fn skip_blanks_and_comments(&mut self) {
         loop {
-            let trimmed = self.rest.trim_start_matches(|c: char| c.is_ascii_whitespace());
+            let trimmed = self
+                .rest
+                .trim_start_matches(|c: char| c.is_ascii_whitespace());
             let skipped = &self.rest[..self.rest.len() - trimmed.len()];
             self.line += skipped.bytes().filter(|&byte| byte == b'\n').count();
             self.rest = trimmed;
@@ -194,7 +196,12 @@ mod tests {
 
     #[test]
     fn strings_end_on_their_line_and_escapes_are_known() {
-        for (text, line) in [("\n\"a\nb\"", 2), ("\"a", 1), ("\"a\\", 1), ("\n\n\"\\q\"", 3)] {
+        for (text, line) in [
+            ("\n\"a\nb\"", 2),
+            ("\"a", 1),
+            ("\"a\\", 1),
+            ("\n\n\"\\q\"", 3),
+        ] {
             assert_eq!(all(text).expect_err(text).0, line, "{text:?}");
         }
     }

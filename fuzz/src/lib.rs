@@ -59,8 +59,15 @@ pub const IMAGE: Target = Target {
     per_byte: FOR_COMPRESSED,
 };
 
+/// A scene of pbrt. It may name `m.ply`, `t.pfm`, `part.pbrt` and `broken.png`.
+pub const PBRT: Target = Target {
+    name: "pbrt",
+    run: |bytes| load_bytes("fuzzed.pbrt", bytes, "fuzzed.pbrt"),
+    per_byte: FOR_TEXT,
+};
+
 /// All of them.
-pub const TARGETS: [Target; 4] = [SCENE_TOML, OBJ, MTL, IMAGE];
+pub const TARGETS: [Target; 5] = [SCENE_TOML, OBJ, MTL, IMAGE, PBRT];
 
 /// Text: the acceptance rule of the project's catalogue of hard cases.
 const FOR_TEXT: usize = 64;
@@ -75,7 +82,7 @@ const MOST_TRACED: usize = 4096;
 const LONGEST_MESSAGE: usize = 8 << 10;
 
 /// Files that what is fuzzed may name.
-const NAMED: [(&str, &[u8]); 5] = [
+const NAMED: [(&str, &[u8]); 7] = [
     (
         "m.obj",
         b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n",
@@ -84,6 +91,12 @@ const NAMED: [(&str, &[u8]); 5] = [
     ("t.pfm", b"Pf\n2 1\n-1\n\0\0\0\x3f\0\0\x80\x3f"),
     ("library.obj", MODEL),
     ("broken.png", b"\x89PNG\r\n\x1a\n"),
+    ("part.pbrt", b"Translate 1 0 0\nShape \"disk\"\n"),
+    (
+        "m.ply",
+        b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+          element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    ),
 ];
 
 /// A model whose library is fuzzed; its faces have both of its materials.

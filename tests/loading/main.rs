@@ -11,4 +11,5 @@ mod lights;
 mod models;
 mod odd_models;
 mod own_scenes;
+mod pbrt;
 mod scene_files;

@@ -2,20 +2,17 @@
 //!
 //! Measure: world units. The world is mirrored where pbrt's camera is not, see `options.rs`.
 //! Range: statements in the order that pbrt requires: options, `WorldBegin`, the world.
-//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt.rs`.
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
 use super::environment::{Panorama, panorama};
 use super::files::Files;
 use super::gamut::Gamut;
 use super::library::Library;
-use super::light;
 use super::material::{Made, Worn};
-use super::options::{Given, Options, Settings};
-use super::params::{Parameter, Parameters};
+use super::options::{Options, Settings};
 use super::shape::RoundMeshes;
-use super::state::{Block, Stack, State, TARGETS, look_at, rotation};
-use super::statements::{self, Entity, Statement};
-use super::texture::Kind;
+use super::state::{Block, Stack, State, look_at, rotation};
+use super::statements::{self, Statement};
 use super::tokens::Tokens;
 use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
@@ -26,7 +23,6 @@ use crate::scene::description::{
 use crate::scene::load::wording::{shown, unknown_name};
 use std::collections::HashMap;
 use std::path::Path;
-use std::rc::Rc;
 use std::sync::Arc;
 
 /// The scene as far as it was read.
@@ -42,14 +38,14 @@ pub struct Builder {
     /// Round shapes as meshes, and materials with opacity.
     pub round_meshes: RoundMeshes,
     pub worn: Worn,
-    options: Options,
+    pub options: Options,
     stack: Stack,
     files: Files,
-    spaces: HashMap<String, [DAffine3; 2]>,
-    materials: HashMap<String, Made>,
-    lights: Vec<LightDescription>,
-    panoramas: Vec<Panorama>,
-    panorama_place: Place,
+    pub spaces: HashMap<String, [DAffine3; 2]>,
+    pub materials: HashMap<String, Made>,
+    pub lights: Vec<LightDescription>,
+    pub panoramas: Vec<Panorama>,
+    pub panorama_place: Place,
     has_noted_media: bool,
 }
 
@@ -248,134 +244,6 @@ impl Builder {
         Ok(())
     }
 
-    /// Carries out a statement of a class and parameters.
-    fn entity(
-        &mut self,
-        entity: Entity,
-        class: String,
-        own: Vec<Rc<Parameter>>,
-        place: Place,
-    ) -> Result<()> {
-        if entity.is_option() {
-            self.before_world(entity.name(), &place)?;
-        } else if entity != Entity::MakeNamedMedium {
-            self.in_world(entity.name(), &place)?;
-        }
-        let target = match entity {
-            Entity::Shape => "shape",
-            Entity::LightSource | Entity::AreaLightSource => "light",
-            Entity::Material | Entity::MakeNamedMaterial => "material",
-            _ => "",
-        };
-        let params = Parameters::new(
-            place,
-            own,
-            self.state.defaults_for(target),
-            self.state.gamut,
-        );
-        match entity {
-            Entity::Accelerator => {}
-            Entity::Camera => {
-                let from_world = self.state.transforms;
-                let to_world = from_world.map(|t| t.inverse());
-                self.spaces.insert("camera".to_owned(), to_world);
-                let times = self.times.unwrap_or([0.0, 1.0]);
-                self.options.camera = Some((Given { class, params }, from_world, times));
-            }
-            Entity::Film => self.options.film = Some(Given { class, params }),
-            Entity::PixelFilter => self.options.filter = Some(Given { class, params }),
-            Entity::Sampler => self.options.sampler = Some(Given { class, params }),
-            Entity::Integrator => self.options.integrator = Some(Given { class, params }),
-            Entity::MakeNamedMedium => self.note_media(&params.place),
-            Entity::Material => {
-                let name = format!("{class} {}", self.library.contents.materials.len() + 1);
-                self.state.material =
-                    Some(
-                        self.library
-                            .make_material(&class, &name, &params, &self.materials)?,
-                    );
-            }
-            Entity::MakeNamedMaterial => {
-                let name = shown(&class);
-                if self.materials.contains_key(&class) {
-                    return Err(params.error(format!("there is a material `{name}` already")));
-                }
-                let Some(kind) = params.text("type")?.map(str::to_owned) else {
-                    return Err(params.error("expected a parameter `string type`"));
-                };
-                let made = self
-                    .library
-                    .make_material(&kind, &name, &params, &self.materials)?;
-                self.materials.insert(class, made);
-            }
-            Entity::AreaLightSource => {
-                let exposure = self.exposure();
-                let made = self.library.area_light(&class, &params, exposure)?;
-                self.state.area_light = Some(Rc::new(made));
-            }
-            Entity::LightSource => return self.light(&class, &params),
-            Entity::Shape => return self.shape(&class, &params),
-        }
-        Ok(())
-    }
-
-    fn light(&mut self, class: &str, params: &Parameters) -> Result<()> {
-        if self.state.is_animated() {
-            self.library
-                .approximated(&params.place, "a moving light stays where it starts");
-        }
-        let placed = self.to_ours() * self.state.transforms[0];
-        let exposure = self.exposure();
-        match self.library.make_light(class, params, &placed, exposure)? {
-            light::Made::Light(light) => self.lights.push(light),
-            light::Made::Panorama(map) => {
-                self.panorama_place = params.place.clone();
-                self.panoramas.push(map);
-            }
-            light::Made::Nothing => {}
-        }
-        Ok(())
-    }
-
-    fn texture(
-        &mut self,
-        name: String,
-        value_type: &str,
-        class: &str,
-        own: Vec<Rc<Parameter>>,
-        place: Place,
-    ) -> Result<()> {
-        self.in_world("Texture", &place)?;
-        let params = Parameters::new(
-            place,
-            own,
-            self.state.defaults_for("texture"),
-            self.state.gamut,
-        );
-        let kind = match value_type {
-            "float" => Kind::Float,
-            "spectrum" => Kind::Colour,
-            _ => {
-                return Err(params.error(unknown_name(
-                    "texture type",
-                    value_type,
-                    &["float", "spectrum"],
-                )));
-            }
-        };
-        let made = self.library.make_texture(class, kind, &params)?;
-        self.library.note_unused(&params);
-        let known = match kind {
-            Kind::Float => &mut self.library.floats,
-            Kind::Colour => &mut self.library.colours,
-        };
-        if known.insert(name.clone(), made).is_some() {
-            let name = shown(&name);
-            return Err(params.error(format!("there is a {value_type} texture `{name}` already")));
-        }
-        Ok(())
-    }
-
     fn include(&mut self, name: &str, place: &Place) -> Result<()> {
         let path = self.library.path(name);
         let read = self.read(&path);
@@ -385,8 +253,7 @@ impl Builder {
 
     fn world_begin(&mut self, place: Place) -> Result<()> {
         self.before_world("WorldBegin", &place)?;
-        let defaults = Parameters::new(place, vec![], vec![], Gamut::default());
-        self.settings = Some(self.options.settings(&defaults, &mut self.library)?);
+        self.settings = Some(self.options.settings(&place, &mut self.library)?);
         self.state.transforms = [DAffine3::IDENTITY; 2];
         self.state.active = [true; 2];
         self.spaces
@@ -394,58 +261,7 @@ impl Builder {
         Ok(())
     }
 
-    fn attribute(&mut self, target: &str, own: Vec<Rc<Parameter>>, place: &Place) -> Result<()> {
-        let Some(index) = TARGETS.iter().position(|known| *known == target) else {
-            return Err(place.error(unknown_name("attribute target", target, &TARGETS)));
-        };
-        let known = Rc::make_mut(&mut self.state.defaults[index]);
-        for parameter in own {
-            parameter.fix_gamut(self.state.gamut);
-            // The latest default of a name counts.
-            known.retain(|older| older.name != parameter.name);
-            known.push(parameter);
-        }
-        Ok(())
-    }
-
-    fn option(&mut self, name: &str, value: &str, place: &Place) -> Result<()> {
-        const KNOWN: &[&str] = &[
-            "disablepixeljitter",
-            "disabletexturefiltering",
-            "disablewavelengthjitter",
-            "displacementedgescale",
-            "forcediffuse",
-            "msereferenceimage",
-            "msereferenceout",
-            "pixelstats",
-            "rendercoordsys",
-            "seed",
-            "wavefront",
-        ];
-        let plain = name.replace(['-', '_'], "").to_lowercase();
-        if !KNOWN.contains(&plain.as_str()) {
-            return Err(place.error(unknown_name("option", &plain, KNOWN)));
-        }
-        match plain.as_str() {
-            "seed" => {
-                let seed = value.parse().ok();
-                self.options.seed = Some(seed.ok_or_else(|| {
-                    place.error(format!(
-                        "expected a whole number of at least 0, found `{}`",
-                        shown(value)
-                    ))
-                })?);
-            }
-            "disablepixeljitter" | "forcediffuse" if value == "true" => {
-                self.library
-                    .omitted(place, format!("option `{plain}` was ignored"));
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
-    fn note_media(&mut self, place: &Place) {
+    pub fn note_media(&mut self, place: &Place) {
         if !self.has_noted_media {
             self.library
                 .omitted(place, "participating media were left out");
@@ -454,7 +270,7 @@ impl Builder {
     }
 
     /// Requires that the world has not begun.
-    fn before_world(&self, what: &str, place: &Place) -> Result<()> {
+    pub fn before_world(&self, what: &str, place: &Place) -> Result<()> {
         match self.settings {
             None => Ok(()),
             Some(_) => Err(place.error(format!("expected {what} before WorldBegin"))),
@@ -476,7 +292,7 @@ impl Builder {
             .map_or(DAffine3::IDENTITY, |settings| settings.to_ours)
     }
 
-    fn exposure(&self) -> f64 {
+    pub fn exposure(&self) -> f64 {
         self.settings
             .as_ref()
             .map_or(1.0, |settings| settings.exposure)

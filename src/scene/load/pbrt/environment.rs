@@ -4,7 +4,7 @@
 //! Range: square maps; panoramas of at most 8192 x 4096 pixels. Each pixel of the panorama is the mean of sixteen
 //! lookups, bilinear in the map, so that its radiance is that of the map up to the resolution.
 //! Source: Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD". Tested below and in
-//! `tests/loading/pbrt.rs`.
+//! `tests/loading/pbrt/`.
 
 use crate::image::Image;
 use crate::math::rgb::Rgb;

@@ -2,7 +2,7 @@
 //!
 //! Measure: bytes.
 //! Range: at most 64 files within one another and 10000 in all, none within itself.
-//! Source: pbrt-v4's file format; RFC 1952. Tested in `tests/loading/pbrt.rs`.
+//! Source: pbrt-v4's file format; RFC 1952. Tested in `tests/loading/pbrt/`.
 
 use crate::error::{Error, Result};
 use crate::memory;

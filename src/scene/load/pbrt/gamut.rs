@@ -2,7 +2,7 @@
 //!
 //! Measure: linear RGB of each space; the result in linear Rec. 709.
 //! Range: the four spaces of pbrt-v4. Colours outside of Rec. 709 lose their negative channels.
-//! Source: the primaries and white points of each standard. Tested in `tests/loading/pbrt.rs`.
+//! Source: the primaries and white points of each standard. Tested in `tests/loading/pbrt/`.
 
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DMat3, DVec3};

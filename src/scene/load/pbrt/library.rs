@@ -2,9 +2,10 @@
 //!
 //! Measure: as in the description.
 //! Range: file names are relative to the folder of the main file, as in pbrt.
-//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt.rs`.
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
-use super::params::{Parameters, Values};
+use super::parameter::Values;
+use super::params::Parameters;
 use super::textured::Textured;
 use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;

@@ -3,7 +3,7 @@
 //! Measure: world units; radiance, radiant intensity and irradiance as in the description, times the film's imaging
 //! ratio. A spectrum other than `rgb` has luminance 1 before `scale`; `power` and `illuminance` replace its magnitude.
 //! Range: point, spot, distant and infinite lights; others are left out with a note.
-//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt.rs`.
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
 use super::environment::Panorama;
 use super::library::Library;

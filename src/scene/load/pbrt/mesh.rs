@@ -2,7 +2,7 @@
 //!
 //! Measure: the shape's own units.
 //! Range: indices below the number of points. Round shapes are cut into 32 x 16 fields of a sphere and 64 around others.
-//! Source: pbrt-v4's file format for texture coordinates and the sides of normals. Tested in `tests/loading/pbrt.rs`.
+//! Source: pbrt-v4's file format for texture coordinates and the sides of normals. Tested in `tests/loading/pbrt/`.
 
 use super::textured::Mapping;
 use crate::math::vec::{DVec2, DVec3};

@@ -2,9 +2,11 @@
 //!
 //! Measure: as written: world units, degrees, the spectra of pbrt.
 //! Range: what docs/scene-formats.md says; errors name file and line, and notes what is approximated or left out.
-//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt.rs`.
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
 mod builder;
+mod camera;
+mod entities;
 mod environment;
 mod files;
 mod gamut;
@@ -12,9 +14,12 @@ mod library;
 mod light;
 mod material;
 mod mesh;
+mod models;
 mod options;
+mod parameter;
 mod params;
 mod placing;
+mod radiance;
 mod shape;
 mod state;
 mod statements;

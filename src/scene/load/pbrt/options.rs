@@ -2,17 +2,17 @@
 //!
 //! Measure: world units; angles in degrees; the filter's radius in pixels.
 //! Range: perspective cameras whose transform neither stretches nor skews. pbrt's camera looks along its z axis with x to
-//! the right, ours along -z: a camera that is not mirrored shows the world mirrored, see [`Options::to_ours`].
-//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt.rs`.
+//! the right, ours along -z: a camera that is not mirrored shows the world mirrored, see [`to_ours`].
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
+use super::camera::GivenCamera;
 use super::library::Library;
 use super::params::Parameters;
 use crate::error::Result;
 use crate::image::MAX_SIDE;
-use crate::math::transform::{is_invertible, orientation};
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{
-    CameraDescription, FilmDescription, FilterDescription, FilterKind, Key, RenderDescription,
+    CameraDescription, FilmDescription, FilterDescription, FilterKind, Place, RenderDescription,
     Written,
 };
 use crate::scene::load::wording::unknown_name;
@@ -27,8 +27,7 @@ pub struct Given {
 /// The statements before `WorldBegin` so far.
 #[derive(Debug, Default)]
 pub struct Options {
-    /// The camera, the transform from world to camera at the start and the end, and the times of these.
-    pub camera: Option<(Given, [DAffine3; 2], [f64; 2])>,
+    pub camera: Option<GivenCamera>,
     pub film: Option<Given>,
     pub filter: Option<Given>,
     pub sampler: Option<Given>,
@@ -50,18 +49,17 @@ pub struct Settings {
     pub shutter: [f64; 2],
 }
 
-/// The maximum deviation of a camera's axes from being orthonormal, which files with few digits have.
-const SKEW: f64 = 1e-3;
-
 impl Options {
     /// Reads everything; called at `WorldBegin`.
     ///
     /// # Errors
     /// If a parameter is not as pbrt requires, or the camera is of a kind that is not supported.
-    pub fn settings(&self, defaults: &Parameters, library: &mut Library) -> Result<Settings> {
+    pub fn settings(&mut self, place: &Place, library: &mut Library) -> Result<Settings> {
         let film = self.film(library)?;
-        let to_ours = self.to_ours();
-        let (camera, exposure, shutter) = self.camera(defaults, film.size, &to_ours, library)?;
+        let camera = self.camera.take();
+        let camera = camera.unwrap_or_else(|| GivenCamera::default_at(place));
+        let to_ours = to_ours(&camera);
+        let (camera, shutter) = camera.read(film.size, &to_ours, library)?;
         let iso = match &self.film {
             Some(film) => film
                 .params
@@ -80,22 +78,10 @@ impl Options {
             camera,
             film,
             render,
-            exposure: exposure * iso / 100.0,
+            exposure: (shutter[1] - shutter[0]) * iso / 100.0,
             to_ours,
             shutter,
         })
-    }
-
-    /// The reflection from pbrt's world to ours, or the identity. A camera with x to the right, y up and z forward is
-    /// left-handed; files of right-handed worlds mirror it, and need no other change.
-    fn to_ours(&self) -> DAffine3 {
-        let is_mirrored =
-            |camera: &(Given, [DAffine3; 2], [f64; 2])| camera.1[0].matrix3.determinant() < 0.0;
-        if self.camera.as_ref().is_some_and(is_mirrored) {
-            DAffine3::IDENTITY
-        } else {
-            DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0))
-        }
     }
 
     fn film(&self, library: &mut Library) -> Result<FilmDescription> {
@@ -212,58 +198,6 @@ impl Options {
         Ok(FilterDescription { kind, radius: x })
     }
 
-    /// The camera, the time that the shutter is open, and when it is.
-    fn camera(
-        &self,
-        defaults: &Parameters,
-        size: (u32, u32),
-        to_ours: &DAffine3,
-        library: &mut Library,
-    ) -> Result<(CameraDescription, f64, [f64; 2])> {
-        let still = [DAffine3::IDENTITY; 2];
-        let (params, placed, times) = match &self.camera {
-            Some((Given { class, params }, placed, times)) => {
-                let known = ["orthographic", "perspective", "realistic", "spherical"];
-                if class != "perspective" && known.contains(&class.as_str()) {
-                    return Err(params.error(format!(
-                        "cameras of class `{class}` are not supported, only perspective"
-                    )));
-                }
-                if class != "perspective" {
-                    return Err(params.error(unknown_name("camera", class, &known)));
-                }
-                (params, placed, *times)
-            }
-            None => (defaults, &still, [0.0, 1.0]),
-        };
-        let (open, close) = (
-            params.number("shutteropen", 0.0)?,
-            params.number("shutterclose", 1.0)?,
-        );
-        if open >= close {
-            return Err(params.error_of(
-                "shutterclose",
-                "expected a shutter that closes after it opens",
-            ));
-        }
-        let (to_world, scale) = camera_to_world(&placed[0], to_ours, params)?;
-        let mut camera = CameraDescription {
-            fov: vertical_fov(params, size, library)?,
-            lens_radius: scale
-                * params.number_where("lensradius", 0.0, "a number of at least 0", |x| x >= 0.0)?,
-            focus_distance: scale
-                * params.number_where("focaldistance", 1e6, "a number above 0", |x| x > 0.0)?,
-            place: params.place.clone(),
-            ..CameraDescription::pinhole(to_world, 1.0)
-        };
-        if placed[0] != placed[1] {
-            let (last, _) = camera_to_world(&placed[1], to_ours, params)?;
-            camera.motion = keys([to_world, last], times, params)?;
-        }
-        library.note_unused(params);
-        Ok((camera, close - open, [open, close]))
-    }
-
     fn render(&self, library: &mut Library) -> Result<RenderDescription> {
         let written = |value: &str, params: &Parameters| Written {
             value: value.to_owned(),
@@ -363,94 +297,11 @@ impl Options {
     }
 }
 
-/// Keyframes of a motion between two transforms.
-///
-/// # Errors
-/// If the times are not in order.
-pub fn keys(transforms: [DAffine3; 2], times: [f64; 2], params: &Parameters) -> Result<Vec<Key>> {
-    if times[0] >= times[1] {
-        let [start, end] = times;
-        return Err(params.error(format!(
-            "expected TransformTimes in order, found {start} and {end}"
-        )));
+/// The reflection from pbrt's world to ours, or the identity. A camera with x to the right, y up and z forward is
+/// left-handed; files of right-handed worlds mirror it, and need no other change.
+fn to_ours(camera: &GivenCamera) -> DAffine3 {
+    match camera.is_mirrored() {
+        true => DAffine3::IDENTITY,
+        false => DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)),
     }
-    Ok(vec![
-        Key {
-            time: times[0],
-            transform: transforms[0],
-        },
-        Key {
-            time: times[1],
-            transform: transforms[1],
-        },
-    ])
-}
-
-/// Our camera to our world, and the scale of the camera's units, from pbrt's world to its camera.
-fn camera_to_world(
-    from_world: &DAffine3,
-    to_ours: &DAffine3,
-    params: &Parameters,
-) -> Result<(DAffine3, f64)> {
-    let refuse =
-        || params.error("expected a camera transform that neither flattens, stretches nor skews");
-    if !from_world.is_finite() || !is_invertible(&from_world.matrix3) {
-        return Err(refuse());
-    }
-    let placed = *to_ours * from_world.inverse();
-    let [right, up, forward] = [
-        placed.matrix3.x_axis,
-        placed.matrix3.y_axis,
-        placed.matrix3.z_axis,
-    ];
-    let scale = placed.matrix3.determinant().abs().cbrt();
-    let lengths = [right, up, forward].map(|axis| axis.length() / scale);
-    let cosines =
-        [right.dot(up), up.dot(forward), forward.dot(right)].map(|dot| dot / (scale * scale));
-    let is_rigid = lengths.iter().all(|length| (length - 1.0).abs() < SKEW)
-        && cosines.iter().all(|cos| cos.abs() < SKEW);
-    let matrix3 = orientation(-forward, up).filter(|axes| is_rigid && axes.x_axis.dot(right) > 0.0);
-    let to_world = DAffine3 {
-        matrix3: matrix3.ok_or_else(refuse)?,
-        translation: placed.translation,
-    };
-    if to_world.is_finite() {
-        Ok((to_world, scale))
-    } else {
-        Err(refuse())
-    }
-}
-
-/// The vertical field of view in radians. pbrt's is that of the shorter side of the image.
-fn vertical_fov(params: &Parameters, size: (u32, u32), library: &mut Library) -> Result<f64> {
-    let fov = params.number_where("fov", 90.0, "an angle above 0 and below 180", |x| {
-        x > 0.0 && x < 180.0
-    })?;
-    let aspect = f64::from(size.0) / f64::from(size.1);
-    let frame = params.number_where("frameaspectratio", aspect, "a number above 0", |x| x > 0.0)?;
-    let window = params.numbers("screenwindow")?;
-    let [left, right, bottom, top] = match *window {
-        [] if frame > 1.0 => [-frame, frame, -1.0, 1.0],
-        [] => [-1.0, 1.0, -1.0 / frame, 1.0 / frame],
-        [left, right, bottom, top] if left < right && bottom < top => [left, right, bottom, top],
-        _ => {
-            return Err(params.error_of(
-                "screenwindow",
-                "expected four numbers: left, right, bottom and top",
-            ));
-        }
-    };
-    let (width, height) = (right - left, top - bottom);
-    let is_centred = (left + right).abs() < 1e-6 * width && (bottom + top).abs() < 1e-6 * height;
-    if !is_centred {
-        library.approximated(
-            &params.place_of("screenwindow"),
-            "the screen window was moved to the centre of the view",
-        );
-    }
-    if (width / height - aspect).abs() > 1e-3 * aspect {
-        let what = "the image is not as wide as the screen window: pixels are square, and the height counts";
-        library.approximated(&params.place, what);
-    }
-    Ok(2.0 * (0.5 * height * (0.5 * fov).to_radians().tan()).atan())
 }

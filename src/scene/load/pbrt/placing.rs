@@ -2,35 +2,29 @@
 //!
 //! Measure: world units, mirrored where pbrt's camera is not; power in watts.
 //! Range: transforms that are not singular. Objects become groups.
-//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt.rs`.
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
 use super::builder::Builder;
+use super::camera::keys;
 use super::light::AreaLight;
 use super::material::Made;
 use super::mesh::Finish;
-use super::options::keys;
 use super::params::Parameters;
 use super::shape::Look;
 use super::textured::{Mapping, Textured};
 use crate::error::Result;
-use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
 use crate::math::transform::is_invertible;
-use crate::math::vec::{DAffine3, DMat3, DVec3};
+use crate::math::vec::{DAffine3, DMat3};
 use crate::scene::description::{
     ColourDescription, GeometryDescription, InstanceDescription, Key, MaterialDescription,
-    MaterialModel, MeshDescription, Place, ShapeDescription,
+    MaterialModel, Place, ShapeDescription,
 };
 use crate::scene::load::wording::{shown, unknown_name};
-use std::f64::consts::PI;
 use std::rc::Rc;
-use std::sync::Arc;
 
 /// The relative deviation from a uniform scale that files with few digits have.
 const UNEVEN: f64 = 1e-4;
-
-/// The most triangles that get a radiance of their own.
-const MOST_SEPARATE: usize = 256;
 
 /// Where an object is: a transform, and keys of what is applied after it.
 type Placed = (DAffine3, Vec<Key>);
@@ -155,71 +149,6 @@ impl Builder {
             }
         };
         Ok(Some((worn, mapping)))
-    }
-
-    /// Adds a shape that emits; where power is given, its radiance follows from its area.
-    fn emitting(
-        &mut self,
-        mut shape: ShapeDescription,
-        light: &AreaLight,
-        params: &Parameters,
-    ) -> Result<()> {
-        let Some(power) = light.power else {
-            shape.emission = Some(light.emission.clone());
-            self.library.contents.shapes.push(shape);
-            return Ok(());
-        };
-        let sides = if light.is_two_sided { 2.0 } else { 1.0 };
-        let over = |area: f64| power / (sides * PI * area * light.mean);
-        let start = shape
-            .motion
-            .first()
-            .map_or(DAffine3::IDENTITY, |key| key.transform);
-        let placed = start * shape.transform;
-        let mesh = match &shape.geometry {
-            GeometryDescription::Mesh(mesh) => Arc::clone(mesh),
-            round => {
-                let area = area_of_round(round, &placed);
-                shape.emission = Some(scaled(&light.emission, over(area), params)?);
-                self.library.contents.shapes.push(shape);
-                return Ok(());
-            }
-        };
-        // In pbrt every triangle is a shape and has the power.
-        let areas: Vec<f64> = mesh
-            .indices
-            .iter()
-            .map(|t| area(&mesh, t, &placed))
-            .collect();
-        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
-        if areas
-            .iter()
-            .all(|area| (area - mean).abs() <= UNEVEN * mean)
-        {
-            shape.emission = Some(scaled(&light.emission, over(mean), params)?);
-            self.library.contents.shapes.push(shape);
-            return Ok(());
-        }
-        if areas.len() > MOST_SEPARATE {
-            let what = "the power of each triangle became the same radiance of all";
-            self.library.approximated(&params.place, what);
-            shape.emission = Some(scaled(&light.emission, over(mean), params)?);
-            self.library.contents.shapes.push(shape);
-            return Ok(());
-        }
-        for (triangle, area) in mesh
-            .indices
-            .iter()
-            .zip(areas)
-            .filter(|(_, area)| *area > 0.0)
-        {
-            self.library.contents.shapes.push(ShapeDescription {
-                geometry: GeometryDescription::Mesh(Arc::new(alone(&mesh, triangle))),
-                emission: Some(scaled(&light.emission, over(area), params)?),
-                ..shape.clone()
-            });
-        }
-        Ok(())
     }
 
     /// Where the current transforms place an object.
@@ -357,71 +286,4 @@ fn place_round(
         transform,
     };
     (DAffine3::IDENTITY, vec![key])
-}
-
-/// The area of a sphere or disk under a transform.
-fn area_of_round(geometry: &GeometryDescription, placed: &DAffine3) -> f64 {
-    let scale = placed.matrix3.determinant().abs().cbrt();
-    match geometry {
-        GeometryDescription::Sphere { radius, .. } => 4.0 * PI * (scale * radius).powi(2),
-        GeometryDescription::Disk { radius, .. } => PI * (scale * radius).powi(2),
-        _ => 0.0,
-    }
-}
-
-fn area(mesh: &MeshDescription, triangle: &[u32; 3], placed: &DAffine3) -> f64 {
-    let [a, b, c] = triangle.map(|i| placed.transform_point3(mesh.positions[i as usize]));
-    0.5 * (b - a).cross(c - a).length()
-}
-
-/// One triangle of a mesh, with vertices of its own.
-fn alone(mesh: &MeshDescription, triangle: &[u32; 3]) -> MeshDescription {
-    let corners = triangle.map(|i| i as usize);
-    let of = |values: &[DVec3]| {
-        corners
-            .iter()
-            .filter_map(|&i| values.get(i).copied())
-            .collect()
-    };
-    MeshDescription {
-        positions: of(&mesh.positions),
-        normals: of(&mesh.normals),
-        uvs: corners
-            .iter()
-            .filter_map(|&i| mesh.uvs.get(i).copied())
-            .collect(),
-        indices: vec![[0, 1, 2]],
-    }
-}
-
-fn scaled(
-    emission: &ColourDescription,
-    factor: f64,
-    params: &Parameters,
-) -> Result<ColourDescription> {
-    let by = factor as f32;
-    let scaled: ColourDescription = match emission {
-        ColourDescription::Constant(colour) => (by * *colour).into(),
-        ColourDescription::Texture(texture) => {
-            ColourDescription::Texture(Arc::new(match texture.as_ref() {
-                Texture::Image { image, scale } => Texture::Image {
-                    image: Arc::clone(image),
-                    scale: by * scale,
-                },
-                Texture::Checker { colours, repeat } => Texture::Checker {
-                    colours: colours.map(|colour| by * colour),
-                    repeat: *repeat,
-                },
-            }))
-        }
-    };
-    let most = match &scaled {
-        ColourDescription::Constant(colour) => *colour,
-        ColourDescription::Texture(texture) => texture.brightest(),
-    };
-    if by.is_finite() && most.is_finite() {
-        Ok(scaled)
-    } else {
-        Err(params.error("expected an area and a power of light that give finite radiance"))
-    }
 }

@@ -2,7 +2,7 @@
 //!
 //! Measure: the shape's own units.
 //! Range: every class of shape of pbrt-v4. What is cut into triangles or left out is noted.
-//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt.rs`.
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
 use super::library::Library;
 use super::mesh::{self, Finish, Round, cut_patches, finish};

@@ -2,12 +2,12 @@
 //!
 //! Measure: world units; angles in degrees.
 //! Range: at most 1024 blocks within one another.
-//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt.rs`.
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
 use super::gamut::Gamut;
 use super::light::AreaLight;
 use super::material::Made;
-use super::params::Parameter;
+use super::parameter::Parameter;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 use crate::scene::description::Place;
 use std::rc::Rc;

@@ -2,9 +2,9 @@
 //!
 //! Measure: as in the file; matrices are column by column.
 //! Range: the statements of pbrt-v4. Anything else is an error that names the line.
-//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt.rs`.
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
-use super::params::{self, Parameter, declared, number, quote};
+use super::parameter::{self, Parameter, declared, number, quote};
 use super::tokens::{Complaint, Token, Tokens};
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 use crate::scene::load::wording::unknown_name;
@@ -161,7 +161,7 @@ pub fn next(tokens: &mut Tokens<'_>) -> Read<Option<(Statement, usize)>> {
     };
     if let Some((_, entity)) = Entity::ALL.iter().find(|(name, _)| *name == word) {
         let name = text(tokens)?;
-        let statement = Statement::Entity(*entity, name, params::read(tokens)?);
+        let statement = Statement::Entity(*entity, name, parameter::read(tokens)?);
         return Ok(Some((statement, line)));
     }
     let statement = match word {
@@ -186,7 +186,7 @@ pub fn next(tokens: &mut Tokens<'_>) -> Read<Option<(Statement, usize)>> {
         // pbrt-v4 takes the older names of attribute blocks, too.
         "AttributeBegin" | "TransformBegin" => Statement::AttributeBegin,
         "AttributeEnd" | "TransformEnd" => Statement::AttributeEnd,
-        "Attribute" => Statement::Attribute(text(tokens)?, params::read(tokens)?),
+        "Attribute" => Statement::Attribute(text(tokens)?, parameter::read(tokens)?),
         "ReverseOrientation" => Statement::ReverseOrientation,
         "ObjectBegin" => Statement::ObjectBegin(text(tokens)?),
         "ObjectEnd" => Statement::ObjectEnd,
@@ -202,7 +202,7 @@ pub fn next(tokens: &mut Tokens<'_>) -> Read<Option<(Statement, usize)>> {
             name: text(tokens)?,
             value_type: text(tokens)?,
             class: text(tokens)?,
-            parameters: params::read(tokens)?,
+            parameters: parameter::read(tokens)?,
         },
         _ => {
             let entities = Entity::ALL.iter().map(|(name, _)| *name);

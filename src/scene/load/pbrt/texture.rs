@@ -3,7 +3,7 @@
 //! Measure: linear Rec. 709; texture coordinates in which v points up.
 //! Range: textures over uv. Those of points in space, and functions of two textures that cannot be computed beforehand,
 //! become their mean, with a note.
-//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt.rs`.
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
 use super::library::Library;
 use super::params::Parameters;

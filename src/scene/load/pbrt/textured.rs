@@ -2,7 +2,7 @@
 //!
 //! Measure: linear Rec. 709; texture coordinates in which v points up.
 //! Range: constants, images and checkerboards.
-//! Source: none needed. Tested in `tests/loading/pbrt.rs`.
+//! Source: none needed. Tested in `tests/loading/pbrt/`.
 
 use crate::geometry::texture::Texture;
 use crate::image::Image;

@@ -3,7 +3,7 @@
 //! Measure: lines count from 1.
 //! Range: any text. A string that does not end on its line, and an unknown escape, are errors.
 //! Source: the tokens of pbrt-v4's file format. The crate pbrt4 was not used: it panics on statements that it does not
-//! know, and its errors have no place. Tested below and in `tests/loading/pbrt.rs`.
+//! know, and its errors have no place. Tested below and in `tests/loading/pbrt/`.
 
 use std::borrow::Cow;
 

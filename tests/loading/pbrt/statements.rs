@@ -196,6 +196,18 @@ fn meshes_are_read_with_their_texture_coordinates() {
 }
 
 #[test]
+fn meshes_may_be_in_ply_files_compressed_or_not() {
+    let ply = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    for (name, content) in [("m.ply", ply.to_vec()), ("m.ply.gz", packed(ply))] {
+        let text = format!("ReverseOrientation\nShape \"plymesh\" \"string filename\" \"{name}\"");
+        let scene = world_with(&text, [(name, content)]);
+        assert_eq!(mesh(&scene).indices, [[0, 2, 1]]);
+        assert_eq!(mesh(&scene).positions[1], DVec3::X);
+    }
+}
+
+#[test]
 fn round_shapes_are_exact_where_they_can_be() {
     let geometry = |text: &str| world(text).shapes[0].geometry.clone();
     assert!(matches!(

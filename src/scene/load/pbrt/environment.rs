@@ -10,6 +10,7 @@ use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::transform::is_invertible;
 use crate::math::vec::{DMat3, DVec2, DVec3};
+use crate::planted::planted;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
 
@@ -135,11 +136,12 @@ fn square(direction: DVec3) -> DVec2 {
     let r = (1.0 - z).max(0.0).sqrt();
     let phi = y.atan2(x) / FRAC_PI_2;
     let (u, v) = (r - phi * r, phi * r);
-    let (u, v) = if direction.z < 0.0 {
+    let below = planted!(
+        "octahedron-not-folded",
+        (1.0 - u, 1.0 - v),
         (1.0 - v, 1.0 - u)
-    } else {
-        (u, v)
-    };
+    );
+    let (u, v) = if direction.z < 0.0 { below } else { (u, v) };
     let signed = DVec2::new(u.copysign(direction.x), v.copysign(direction.y));
     0.5 * (signed + DVec2::ONE)
 }

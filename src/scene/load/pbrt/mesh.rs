@@ -14,7 +14,7 @@ const SPHERE_FIELDS: [u32; 2] = [32, 16];
 const AROUND: u32 = 64;
 
 /// Fields along each side of a bilinear patch that is not flat.
-const PATCH_FIELDS: u32 = 8;
+const PATCH_FIELDS: u32 = 6;
 /// Meshes of more patches than this are fine enough: two triangles for each.
 const MOST_CUT_PATCHES: usize = 256;
 
@@ -111,6 +111,11 @@ pub fn cut_patches(corners: MeshDescription, patches: &[[u32; 4]]) -> (MeshDescr
         // Curved patches get texture coordinates when they are cut, so all vertices have some.
         mesh.uvs = vec![DVec2::ZERO; mesh.positions.len()];
     }
+    let more = curved.len() * ((PATCH_FIELDS + 1) * (PATCH_FIELDS + 1)) as usize;
+    mesh.positions.reserve_exact(more);
+    mesh.uvs.reserve_exact(more);
+    mesh.indices
+        .reserve_exact(curved.len() * (2 * PATCH_FIELDS * PATCH_FIELDS) as usize);
     for patch in &curved {
         cut(&mut mesh, patch);
     }

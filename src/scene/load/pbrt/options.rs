@@ -11,6 +11,7 @@ use super::params::Parameters;
 use crate::error::Result;
 use crate::image::MAX_SIDE;
 use crate::math::vec::{DAffine3, DVec3};
+use crate::planted::planted;
 use crate::scene::description::{
     CameraDescription, FilmDescription, FilterDescription, FilterKind, Place, RenderDescription,
     Written,
@@ -300,7 +301,8 @@ impl Options {
 /// The reflection from pbrt's world to ours, or the identity. A camera with x to the right, y up and z forward is
 /// left-handed; files of right-handed worlds mirror it, and need no other change.
 fn to_ours(camera: &GivenCamera) -> DAffine3 {
-    match camera.is_mirrored() {
+    let keeps = planted!("pbrt-world-not-mirrored", true, camera.is_mirrored());
+    match keeps {
         true => DAffine3::IDENTITY,
         false => DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)),
     }

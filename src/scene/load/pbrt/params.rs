@@ -51,7 +51,10 @@ impl Parameters {
         let error = Error::scene(message).in_field(shown(name));
         let line = self.find(name).map(|found| found.line).or(self.place.line);
         let error = error.in_file(&self.place.file);
-        line.map_or_else(|| Error::scene(""), |line| error.at_line(line))
+        match line {
+            Some(line) => error.at_line(line),
+            None => error,
+        }
     }
 
     /// The place of a parameter, or of the statement if it leaves that out.

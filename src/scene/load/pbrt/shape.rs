@@ -4,12 +4,14 @@
 //! Range: every class of shape of pbrt-v4. What is cut into triangles or left out is noted.
 //! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
+use super::files::unpacked;
 use super::library::Library;
 use super::mesh::{self, Finish, Round, cut_patches, finish};
 use super::params::Parameters;
 use crate::error::Result;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{GeometryDescription, MeshDescription};
+use crate::scene::load::ply;
 use crate::scene::load::wording::unknown_name;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -219,7 +221,10 @@ impl Library {
             params.has("edgelength");
         }
         let path = self.path(file);
-        let model = crate::scene::load::ply::read_mesh(&path);
+        let model = match path.extension().is_some_and(|extension| extension == "gz") {
+            true => unpacked(&path).and_then(|bytes| ply::decode(&bytes, &path)),
+            false => ply::read_mesh(&path),
+        };
         let model = model.map_err(|error| self.about(params, "filename", &error))?;
         Ok(finished(model.mesh, look.finish))
     }

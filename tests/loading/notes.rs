@@ -10,7 +10,10 @@ use etendue::description::NoteKind;
 #[test]
 fn a_note_has_its_place_and_its_kind() {
     let folder = SceneFolder::new([
-        ("a.obj", "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\np 1\n"),
+        (
+            "a.obj",
+            "mtllib a.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\np 1\n",
+        ),
         ("a.mtl", "newmtl m\nmap_Bump a.png\n"),
     ]);
     let scene = folder.load("a.obj");
@@ -22,7 +25,10 @@ fn a_note_has_its_place_and_its_kind() {
     let [points, bump, camera, sky] = noted.as_slice() else {
         panic!("{noted:?}")
     };
-    assert_eq!(*points, (NoteKind::Omission, None, "1 points and lines were left out"));
+    assert_eq!(
+        *points,
+        (NoteKind::Omission, None, "1 points and lines were left out")
+    );
     assert_eq!((bump.0, bump.1), (NoteKind::Omission, Some(2)));
     assert_eq!((camera.0, sky.0), (NoteKind::Decision, NoteKind::Decision));
     let text = scene.notes[1].to_string();
@@ -37,8 +43,14 @@ fn strict_refuses_what_is_left_out_but_not_what_is_decided() {
     let decided = folder.load("decided.obj");
     assert!(!decided.notes.is_empty());
     decided.check_faithful().expect("only decisions");
-    let error = folder.load("left-out.obj").check_faithful().expect_err("a point");
+    let error = folder
+        .load("left-out.obj")
+        .check_faithful()
+        .expect_err("a point");
     let text = error.to_string();
-    assert!(text.contains("left-out.obj: 1 points and lines were left out"), "{text}");
+    assert!(
+        text.contains("left-out.obj: 1 points and lines were left out"),
+        "{text}"
+    );
     assert!(text.ends_with("(not allowed in strict mode)"), "{text}");
 }

@@ -9,8 +9,8 @@
 //! Source: glam. Tested there and below.
 
 pub use glam::{
-    DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Mat3, Vec2, Vec3 as LaneVec3, Vec3A as Vec3,
-    Vec3Swizzles, Vec4,
+    DAffine2, DAffine3, DMat2, DMat3, DMat4, DQuat, DVec2, DVec3, Mat3, Vec2, Vec3 as LaneVec3,
+    Vec3A as Vec3, Vec3Swizzles, Vec4,
 };
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};

@@ -11,6 +11,7 @@ mod contents;
 mod instance;
 mod light;
 mod material;
+mod mitsuba;
 mod model;
 mod motion;
 mod mtl;
@@ -44,6 +45,7 @@ const FORMATS: &[(&str, Load)] = &[
     ("obj", model::load_obj),
     ("ply", model::load_ply),
     ("pbrt", pbrt::load),
+    ("xml", mitsuba::load),
 ];
 
 /// Loads a scene by the file's extension. A bare model gets a camera and, if nothing in it emits, a sky.

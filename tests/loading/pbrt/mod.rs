@@ -1,5 +1,6 @@
 //! Scene files of pbrt-v4: every statement, the handedness of their world, and files that are broken.
 
+mod agreement;
 mod bad_files;
 mod materials;
 mod statements;

@@ -1,0 +1,180 @@
+//! The emitters of a Mitsuba scene.
+//!
+//! Measure: radiance, W/sr, W/m^2, as in Mitsuba.
+//! Range: area, constant, envmap, point, spot and directional emitters; others are left out with a note.
+//! Source: Mitsuba 3 documentation, "Emitters". Tested in `tests/loading/mitsuba.rs` and by
+//! `scripts/against-mitsuba.py`.
+
+use super::super::contents::Contents;
+use super::super::wording::unknown_name;
+use super::document::beside;
+use super::material::constant;
+use super::object::{Object, Value};
+use super::texture::{self, Kind};
+use crate::error::Result;
+use crate::geometry::texture::Texture;
+use crate::image::{ColourSpace, Image};
+use crate::math::rgb::Rgb;
+use crate::math::transform::is_rotation;
+use crate::math::vec::{DMat3, DVec3};
+use crate::scene::description::{ColourDescription, LightDescription, LightModel, NoteKind};
+use std::sync::Arc;
+
+const KNOWN: &[&str] = &["area", "constant", "envmap", "point", "spot", "directional"];
+const LEFT_OUT: &[&str] = &["projector", "directionalarea", "sunsky", "timed_sunsky"];
+
+/// Returns the radiance of an emitting shape.
+///
+/// # Errors
+/// If the emitter is of another type, or invalid.
+pub fn area(emitter: &Object, contents: &mut Contents) -> Result<ColourDescription> {
+    if emitter.kind != "area" {
+        return Err(emitter.error("expected an emitter of type area within a shape"));
+    }
+    let radiance = match emitter.get("radiance") {
+        None => Rgb::WHITE.into(),
+        Some(property) => match &property.value {
+            Value::Object(object) => {
+                let (colour, _) = texture::texture(object, Kind::Colour, contents)?;
+                if matches!(colour, ColourDescription::Texture(_)) {
+                    let text =
+                        "a texture of radiance needs a textured bsdf: it may lie differently";
+                    contents.note(emitter.note(NoteKind::Approximation, text));
+                }
+                colour
+            }
+            _ => constant(property)?.into(),
+        },
+    };
+    emitter.note_unused(&["sampling_weight"], contents);
+    Ok(radiance)
+}
+
+/// Returns a light that is not a shape; `None` if it has no counterpart.
+///
+/// # Errors
+/// If the emitter is of an unknown type, or invalid.
+pub fn light(emitter: &Object, contents: &mut Contents) -> Result<Option<LightDescription>> {
+    let colour = |name: &str| match emitter.get(name) {
+        Some(property) => constant(property),
+        None => Ok(Rgb::WHITE),
+    };
+    let to_world = emitter.transform("to_world")?;
+    let position = || Ok(emitter.vector("position")?.unwrap_or(to_world.translation));
+    let ahead = to_world.transform_vector3(DVec3::Z);
+    let model = match emitter.kind.as_str() {
+        "constant" => LightModel::Environment {
+            radiance: colour("radiance")?.into(),
+            to_world: DMat3::IDENTITY,
+        },
+        "envmap" => environment(emitter, contents)?,
+        "point" => LightModel::Point {
+            position: position()?,
+            intensity: colour("intensity")?,
+        },
+        "spot" => {
+            let cone = emitter.number_where(
+                "cutoff_angle",
+                20.0,
+                "an angle above 0 and below 180",
+                |x| x > 0.0 && x < 180.0,
+            )?;
+            let beam = emitter.number_where(
+                "beam_width",
+                0.75 * cone,
+                "an angle from 0 to `cutoff_angle`",
+                |x| (0.0..=cone).contains(&x),
+            )?;
+            if beam < 0.99 * cone {
+                let text = "the edge of the cone falls off by another curve";
+                contents.note(emitter.note(NoteKind::Approximation, text));
+            }
+            LightModel::Spot {
+                position: position()?,
+                target: position()? + ahead,
+                intensity: colour("intensity")?,
+                cone: cone.to_radians(),
+                penumbra: (cone - beam).to_radians(),
+            }
+        }
+        "directional" => {
+            let direction = emitter.vector("direction")?.unwrap_or(ahead);
+            if direction.try_normalize().is_none() {
+                return Err(emitter.error_at("direction", "expected a direction that is not zero"));
+            }
+            LightModel::Distant {
+                direction,
+                irradiance: colour("irradiance")?,
+            }
+        }
+        "area" => return Err(emitter.error("expected an area emitter within a shape")),
+        other if LEFT_OUT.contains(&other) => {
+            contents.note(emitter.note(NoteKind::Omission, "not supported: left out"));
+            return Ok(None);
+        }
+        other => {
+            return Err(emitter.error(&unknown_name(
+                "emitter",
+                other,
+                &[KNOWN, LEFT_OUT].concat(),
+            )));
+        }
+    };
+    emitter.note_unused(&["sampling_weight", "mis_compensation"], contents);
+    Ok(Some(LightDescription {
+        place: emitter.place.clone(),
+        model,
+    }))
+}
+
+/// The middle of Mitsuba's maps is along +z, that of ours along -z.
+fn environment(emitter: &Object, contents: &mut Contents) -> Result<LightModel> {
+    let name = emitter.text("filename")?;
+    let name = name.ok_or_else(|| emitter.error("expected a `filename`"))?;
+    let path = beside(&emitter.place.file, name);
+    let scale = emitter.number_where("scale", 1.0, "a number of at least 0", |x| {
+        (0.0..1e30).contains(&x)
+    })? as f32;
+    let named = |error: crate::Error| emitter.error(&error.to_string()).of_kind(error.kind());
+    let texture = contents
+        .textures
+        .read(&path, ColourSpace::Srgb, scale)
+        .map_err(named)?;
+    let Texture::Image { mut image, scale } = texture else {
+        return Err(emitter.error("expected an image"));
+    };
+    let axes = emitter.transform("to_world")?.matrix3;
+    let unit = |axis: DVec3| axis.normalize_or_zero();
+    let mut turn = DMat3::from_cols(unit(axes.x_axis), unit(axes.y_axis), unit(axes.z_axis));
+    if turn.determinant() < 0.0 {
+        turn.x_axis = -turn.x_axis;
+        image = Arc::new(mirrored(&image));
+    }
+    if !is_rotation(&orthonormal(turn))
+        || orthonormal(turn)
+            .mul_vec3(DVec3::ONE)
+            .distance(turn * DVec3::ONE)
+            > 1e-4
+    {
+        return Err(emitter.error_at("to_world", "expected rotations and mirrors only"));
+    }
+    Ok(LightModel::Environment {
+        radiance: ColourDescription::Texture(Arc::new(Texture::Image { image, scale })),
+        to_world: orthonormal(turn) * DMat3::from_rotation_y(std::f64::consts::PI),
+    })
+}
+
+/// The nearest rotation of axes that exporters rounded to single precision.
+fn orthonormal(axes: DMat3) -> DMat3 {
+    let z = axes.z_axis.normalize_or_zero();
+    let x = (axes.x_axis - axes.x_axis.dot(z) * z).normalize_or_zero();
+    DMat3::from_cols(x, z.cross(x), z)
+}
+
+/// Returns the image with left and right exchanged.
+fn mirrored(image: &Image) -> Image {
+    let width = image.width();
+    let rows = image.pixels().chunks(width as usize);
+    let pixels = rows.flat_map(|row| row.iter().rev().copied()).collect();
+    Image::new(width, image.height(), pixels)
+}

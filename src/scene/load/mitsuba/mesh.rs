@@ -1,0 +1,142 @@
+//! Meshes as Mitsuba has them: its cube and rectangle, orientation, normals and texture coordinates.
+//!
+//! Measure: units of the shape.
+//! Range: any mesh with valid indices. Where a shape has vertex normals, these decide which side of a triangle is its
+//! front, as in Mitsuba, and not the order of its corners.
+//! Source: Mitsuba 3 documentation, "Shapes"; smooth normals: Thürmer and Wüthrich 1998, "Computing Vertex Normals from
+//! Polygonal Facets". Tested in `tests/loading/mitsuba.rs`.
+
+use crate::math::vec::{DAffine2, DVec2, DVec3};
+use crate::scene::description::MeshDescription;
+
+/// How a mesh is to be finished.
+#[derive(Debug, Clone, Copy)]
+pub struct MeshOptions {
+    /// Whether the normals are reversed.
+    pub flip: bool,
+    /// The transform of texture coordinates, if the material has textures.
+    pub to_uv: Option<DAffine2>,
+    /// Whether the transform to the world mirrors: then triangles without normals show their other side.
+    pub mirrored: bool,
+    /// Whether vertex normals are discarded.
+    pub face_normals: bool,
+    /// Whether v points up in the file.
+    pub flip_v: bool,
+}
+
+/// Returns the mesh with our conventions.
+pub fn finished(mut mesh: MeshDescription, options: &MeshOptions) -> MeshDescription {
+    if options.face_normals {
+        mesh.normals.clear();
+    } else if mesh.normals.is_empty() {
+        mesh.normals = smooth_normals(&mesh);
+    }
+    let normals = &mesh.normals;
+    let positions = &mesh.positions;
+    for triangle in &mut mesh.indices {
+        let corners = triangle.map(|i| i as usize);
+        let reverse = match normals.is_empty() {
+            true => options.mirrored,
+            false => {
+                let mean: DVec3 = corners.iter().map(|&i| normals[i]).sum();
+                face_normal(corners.map(|i| positions[i])).dot(mean) < 0.0
+            }
+        };
+        if reverse != options.flip {
+            triangle.swap(1, 2);
+        }
+    }
+    if options.flip {
+        mesh.normals
+            .iter_mut()
+            .for_each(|normal| *normal = -*normal);
+    }
+    match options.to_uv {
+        // Nothing refers to them.
+        None => mesh.uvs.clear(),
+        Some(to_uv) => {
+            for uv in &mut mesh.uvs {
+                let v = if options.flip_v { 1.0 - uv.y } else { uv.y };
+                let of_texture = to_uv.transform_point2(DVec2::new(uv.x, v));
+                *uv = DVec2::new(of_texture.x, 1.0 - of_texture.y);
+            }
+        }
+    }
+    mesh
+}
+
+fn face_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
+}
+
+/// Returns the normals of vertices: those of the triangles around them, weighted by their angles.
+fn smooth_normals(mesh: &MeshDescription) -> Vec<DVec3> {
+    let mut normals = vec![DVec3::ZERO; mesh.positions.len()];
+    for triangle in &mesh.indices {
+        let corners = triangle.map(|i| i as usize);
+        let points = corners.map(|i| mesh.positions[i]);
+        let Some(normal) = face_normal(points).try_normalize() else {
+            continue;
+        };
+        for i in 0..3 {
+            let (to_next, to_last) = (
+                points[(i + 1) % 3] - points[i],
+                points[(i + 2) % 3] - points[i],
+            );
+            normals[corners[i]] += to_next.angle_between(to_last) * normal;
+        }
+    }
+    // Vertices of no triangle, or whose triangles cancel.
+    normals
+        .iter()
+        .map(|normal| normal.normalize_or(DVec3::Z))
+        .collect()
+}
+
+/// Mitsuba's rectangle: from -1 to 1 in x and y, facing z.
+pub fn rectangle() -> MeshDescription {
+    face([DVec3::X, DVec3::Y, DVec3::ZERO])
+}
+
+/// A square spanned by the first two vectors around the third one.
+fn face([u, v, center]: [DVec3; 3]) -> MeshDescription {
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    MeshDescription {
+        positions: corners.map(|(x, y)| center + x * u + y * v).to_vec(),
+        normals: vec![u.cross(v); 4],
+        uvs: corners
+            .map(|(x, y)| DVec2::new(0.5 * (x + 1.0), 0.5 * (y + 1.0)))
+            .to_vec(),
+        indices: vec![[0, 1, 2], [0, 2, 3]],
+    }
+}
+
+/// Mitsuba's cube: from -1 to 1 on every axis, facing outwards, each side with texture coordinates from 0 to 1.
+pub fn cube() -> MeshDescription {
+    let mut cube = MeshDescription::default();
+    for normal in [
+        DVec3::X,
+        DVec3::NEG_X,
+        DVec3::Y,
+        DVec3::NEG_Y,
+        DVec3::Z,
+        DVec3::NEG_Z,
+    ] {
+        let u = if normal.y == 0.0 {
+            DVec3::Y.cross(normal)
+        } else {
+            DVec3::X
+        };
+        let side = face([u, normal.cross(u), normal]);
+        let first = cube.positions.len() as u32;
+        cube.positions.extend(side.positions);
+        cube.normals.extend(side.normals);
+        cube.uvs.extend(side.uvs);
+        cube.indices.extend(
+            side.indices
+                .iter()
+                .map(|corners| corners.map(|i| first + i)),
+        );
+    }
+    cube
+}

@@ -1,0 +1,196 @@
+//! The objects of a Mitsuba scene with their properties, and typed access to these.
+//!
+//! Measure: as written; transforms map column vectors.
+//! Range: every property is requested by type; a mismatch is an error with file and line. A property that was not
+//! requested is noted as left out.
+//! Source: Mitsuba 3 documentation, "Scene XML file format". Tested in `tests/loading/mitsuba.rs`.
+
+use super::super::contents::Contents;
+use super::super::wording::shown;
+use crate::error::Result;
+use crate::math::rgb::Rgb;
+use crate::math::vec::{DAffine3, DVec3};
+use crate::scene::description::{Note, NoteKind, Place};
+use std::cell::Cell;
+use std::rc::Rc;
+
+/// A bsdf, a shape or another object.
+#[derive(Debug)]
+pub struct Object {
+    /// The name of the element, such as `bsdf`.
+    pub tag: String,
+    /// The attribute `type`.
+    pub kind: String,
+    /// The attribute `id`, or else a description, for messages.
+    pub id: String,
+    pub place: Place,
+    pub properties: Vec<Property>,
+}
+
+/// A named value; nested objects need no name.
+#[derive(Debug)]
+pub struct Property {
+    pub name: String,
+    pub place: Place,
+    pub value: Value,
+    pub used: Cell<bool>,
+}
+
+/// The value of a property.
+#[derive(Debug, Clone)]
+pub enum Value {
+    Number(f64),
+    Boolean(bool),
+    Text(String),
+    Vector(DVec3),
+    Colour(Rgb),
+    Transform(DAffine3),
+    Object(Rc<Object>),
+}
+
+impl Object {
+    /// Returns the property of this name, if present.
+    pub fn get(&self, name: &str) -> Option<&Property> {
+        let found = self
+            .properties
+            .iter()
+            .find(|property| property.name == name);
+        found.inspect(|property| property.used.set(true))
+    }
+
+    /// Returns a number.
+    ///
+    /// # Errors
+    /// If the property has another type.
+    pub fn number(&self, name: &str) -> Result<Option<f64>> {
+        match self.get(name).map(|property| (property, &property.value)) {
+            None => Ok(None),
+            Some((_, Value::Number(number))) => Ok(Some(*number)),
+            Some((property, _)) => Err(property.expected("a number")),
+        }
+    }
+
+    /// Returns a number that passes `test`, or `default`; `what` describes such a number.
+    ///
+    /// # Errors
+    /// If it has another type, or does not pass.
+    pub fn number_where(
+        &self,
+        name: &str,
+        default: f64,
+        what: &str,
+        test: impl Fn(f64) -> bool,
+    ) -> Result<f64> {
+        match self.number(name)? {
+            None => Ok(default),
+            Some(number) if test(number) => Ok(number),
+            Some(number) => Err(self.error_at(name, &format!("expected {what}, found {number}"))),
+        }
+    }
+
+    /// Returns a boolean, or `default`.
+    ///
+    /// # Errors
+    /// If the property has another type.
+    pub fn truth(&self, name: &str, default: bool) -> Result<bool> {
+        match self.get(name).map(|property| (property, &property.value)) {
+            None => Ok(default),
+            Some((_, Value::Boolean(truth))) => Ok(*truth),
+            Some((property, _)) => Err(property.expected("true or false")),
+        }
+    }
+
+    /// Returns a text.
+    ///
+    /// # Errors
+    /// If the property has another type.
+    pub fn text(&self, name: &str) -> Result<Option<&str>> {
+        match self.get(name).map(|property| (property, &property.value)) {
+            None => Ok(None),
+            Some((_, Value::Text(text))) => Ok(Some(text)),
+            Some((property, _)) => Err(property.expected("a string")),
+        }
+    }
+
+    /// Returns a point or a vector.
+    ///
+    /// # Errors
+    /// If the property has another type.
+    pub fn vector(&self, name: &str) -> Result<Option<DVec3>> {
+        match self.get(name).map(|property| (property, &property.value)) {
+            None => Ok(None),
+            Some((_, Value::Vector(vector))) => Ok(Some(*vector)),
+            Some((property, _)) => Err(property.expected("a point or a vector")),
+        }
+    }
+
+    /// Returns the transform `to_world`, or another one; the identity if it is absent.
+    ///
+    /// # Errors
+    /// If the property has another type.
+    pub fn transform(&self, name: &str) -> Result<DAffine3> {
+        match self.get(name).map(|property| (property, &property.value)) {
+            None => Ok(DAffine3::IDENTITY),
+            Some((_, Value::Transform(transform))) => Ok(*transform),
+            Some((property, _)) => Err(property.expected("a transform")),
+        }
+    }
+
+    /// Returns all nested objects of a tag, whatever their names.
+    pub fn children<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Rc<Object>> {
+        self.properties
+            .iter()
+            .filter_map(move |property| match &property.value {
+                Value::Object(object) if object.tag == tag => {
+                    property.used.set(true);
+                    Some(object)
+                }
+                _ => None,
+            })
+    }
+
+    /// Returns an error about a property, or about the object if it has none of this name.
+    pub fn error_at(&self, name: &str, why: &str) -> crate::Error {
+        let place = self
+            .get(name)
+            .map_or(&self.place, |property| &property.place);
+        place.error(format!("`{name}` of {}: {why}", self.id))
+    }
+
+    /// Returns an error about the object.
+    pub fn error(&self, why: &str) -> crate::Error {
+        self.place.error(format!("{}: {why}", self.id))
+    }
+
+    /// Returns a note about the object.
+    pub fn note(&self, kind: NoteKind, text: &str) -> Note {
+        Note::at(self.place.clone(), kind, format!("{}: {text}", self.id))
+    }
+
+    /// Notes the properties that nothing requested; `harmless` ones do not change the image.
+    pub fn note_unused(&self, harmless: &[&str], contents: &mut Contents) {
+        for property in &self.properties {
+            let is_harmless = harmless.contains(&property.name.as_str());
+            if property.used.replace(true) || is_harmless {
+                continue;
+            }
+            let what = match &property.value {
+                Value::Object(object) => format!("{} `{}`", object.tag, shown(&object.kind)),
+                _ => format!("`{}`", shown(&property.name)),
+            };
+            contents.note(Note::at(
+                property.place.clone(),
+                NoteKind::Omission,
+                format!("{}: {what} is not supported: left out", self.id),
+            ));
+        }
+    }
+}
+
+impl Property {
+    /// Returns an error that names what was expected.
+    pub fn expected(&self, what: &str) -> crate::Error {
+        let name = shown(&self.name);
+        self.place.error(format!("expected {what} for `{name}`"))
+    }
+}

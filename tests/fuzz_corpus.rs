@@ -46,6 +46,7 @@ fn repeat_lines(target: &Target, inputs: &[(String, Vec<u8>)]) {
     let start = match target.name {
         "scene_toml" => "version = 1\n[camera]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n",
         "obj" => "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n",
+        "pbrt" => "Scale -1 1 1\nWorldBegin\n",
         _ => "newmtl a\nnewmtl b\n",
     };
     for line in lines {

@@ -81,6 +81,13 @@ pub const IMAGE: Target = Target {
     per_byte: FOR_COMPRESSED,
 };
 
+/// A scene of pbrt. It may name `m.ply`, `t.pfm`, `part.pbrt` and `broken.png`.
+pub const PBRT: Target = Target {
+    name: "pbrt",
+    run: |bytes| load_bytes("fuzzed.pbrt", bytes, "fuzzed.pbrt"),
+    per_byte: FOR_TEXT,
+};
+
 /// A state file without its checksum, which is added: no fuzzer would guess it.
 pub const STATE: Target = Target {
     name: "state",
@@ -89,7 +96,17 @@ pub const STATE: Target = Target {
 };
 
 /// All of them.
-pub const TARGETS: [Target; 8] = [SCENE_TOML, OBJ, MTL, PLY, MITSUBA_XML, GLTF, IMAGE, STATE];
+pub const TARGETS: [Target; 9] = [
+    SCENE_TOML,
+    OBJ,
+    MTL,
+    PLY,
+    MITSUBA_XML,
+    PBRT,
+    GLTF,
+    IMAGE,
+    STATE,
+];
 
 /// Text: the acceptance rule of the project's catalogue of hard cases.
 const FOR_TEXT: usize = 64;
@@ -111,7 +128,7 @@ const MOST_TRACED: usize = 4096;
 const LONGEST_MESSAGE: usize = 8 << 10;
 
 /// Files that what is fuzzed may name.
-const NAMED: [(&str, &[u8]); 6] = [
+const NAMED: [(&str, &[u8]); 8] = [
     (
         "m.obj",
         b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n",
@@ -124,6 +141,12 @@ const NAMED: [(&str, &[u8]); 6] = [
     ),
     ("library.obj", MODEL),
     ("broken.png", b"\x89PNG\r\n\x1a\n"),
+    ("part.pbrt", b"Translate 1 0 0\nShape \"disk\"\n"),
+    (
+        "m.ply",
+        b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+          element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    ),
 ];
 
 /// A model whose library is fuzzed; its faces have both of its materials.

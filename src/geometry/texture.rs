@@ -73,6 +73,66 @@ impl Texture {
         }
     }
 
+    /// The mean over the image, or over both colours.
+    pub fn mean(&self) -> Rgb {
+        let of_image = |image: &Image| Rgb::from(image.mean().map(|x| x as f32));
+        match self {
+            Self::Image { image, scale } => *scale * of_image(image),
+            Self::Placed { image, tint, .. } => *tint * of_image(image),
+            Self::Checker { colours, .. } => 0.5 * (colours[0] + colours[1]),
+        }
+    }
+
+    /// The texture with a function of each of its values.
+    pub fn map(&self, f: impl Fn(Rgb) -> Rgb) -> Self {
+        let of_image = |image: &Image, f: &dyn Fn(Rgb) -> Rgb| {
+            let pixels = image.pixels().iter().map(|&texel| f(texel)).collect();
+            Arc::new(Image::new(image.width(), image.height(), pixels))
+        };
+        match self {
+            Self::Image { image, scale } => Self::Image {
+                image: of_image(image, &|texel| f(*scale * texel)),
+                scale: 1.0,
+            },
+            Self::Placed {
+                image,
+                tint,
+                uv_map,
+            } => Self::Placed {
+                image: of_image(image, &|texel| f(*tint * texel)),
+                tint: Rgb::WHITE,
+                uv_map: *uv_map,
+            },
+            Self::Checker { colours, repeat } => Self::Checker {
+                colours: colours.map(f),
+                repeat: *repeat,
+            },
+        }
+    }
+
+    /// The texture times a factor.
+    pub fn scaled(&self, by: f32) -> Self {
+        match self {
+            Self::Image { image, scale } => Self::Image {
+                image: Arc::clone(image),
+                scale: by * scale,
+            },
+            Self::Placed {
+                image,
+                tint,
+                uv_map,
+            } => Self::Placed {
+                image: Arc::clone(image),
+                tint: by * *tint,
+                uv_map: *uv_map,
+            },
+            Self::Checker { colours, repeat } => Self::Checker {
+                colours: colours.map(|colour| by * colour),
+                repeat: *repeat,
+            },
+        }
+    }
+
     /// The colour, if it is the same everywhere; identical to that of [`Texture::lookup`].
     pub fn constant(&self) -> Option<Rgb> {
         match self {

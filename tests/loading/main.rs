@@ -16,6 +16,7 @@ mod models;
 mod notes;
 mod odd_models;
 mod own_scenes;
+mod pbrt;
 mod ply;
 mod saving;
 mod scene_files;

@@ -5,6 +5,7 @@
 //! Source: docs/scene-format.md, docs/scene-formats.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
 mod camera;
+mod cie;
 mod colour;
 mod contents;
 mod gltf;
@@ -15,11 +16,14 @@ mod mitsuba;
 mod model;
 mod motion;
 mod mtl;
+mod named_spectra;
 mod obj;
 mod obj_text;
+mod pbrt;
 mod ply;
 mod reader;
 mod shape;
+mod spectrum;
 mod toml;
 mod transform;
 mod vertex_colours;
@@ -41,6 +45,7 @@ const FORMATS: &[(&str, Load)] = &[
     ("toml", toml::load),
     ("obj", model::load_obj),
     ("ply", model::load_ply),
+    ("pbrt", pbrt::load),
     ("xml", mitsuba::load),
     ("gltf", |path| gltf::load(path, None)),
     ("glb", |path| gltf::load(path, None)),

@@ -193,7 +193,7 @@ impl MaterialReader<'_> {
             NoteKind::Approximation,
             "has a texture of its transmission: the mean is used",
         );
-        Ok(share(mean(&texture).to_array()[0]))
+        Ok(share(texture.mean().to_array()[0]))
     }
 
     fn metallic_roughness(&mut self) -> Result<Option<Arc<Texture>>> {
@@ -288,7 +288,7 @@ impl MaterialReader<'_> {
             NoteKind::Approximation,
             "has textures of several texture coordinates: the mean is used for those of other coordinates than the first",
         );
-        Ok(Some(ColourDescription::Constant(mean(&texture))))
+        Ok(Some(ColourDescription::Constant(texture.mean())))
     }
 
     fn name(&self) -> String {
@@ -326,13 +326,4 @@ impl MaterialReader<'_> {
 fn share(x: f32) -> f32 {
     // `max` makes 0 of a NaN.
     x.max(0.0).clamp(0.0, 1.0)
-}
-
-/// The mean colour of an image.
-fn mean(texture: &Texture) -> Rgb {
-    match texture {
-        Texture::Image { image, scale } => *scale * Rgb::from(image.mean().map(|x| x as f32)),
-        Texture::Placed { image, tint, .. } => *tint * Rgb::from(image.mean().map(|x| x as f32)),
-        Texture::Checker { colours, .. } => 0.5 * (colours[0] + colours[1]),
-    }
 }

@@ -108,18 +108,6 @@ fn bitmap(texture: &Object, kind: Kind, contents: &mut Contents) -> Result<Textu
 pub fn mean(colour: &ColourDescription) -> f64 {
     match colour {
         ColourDescription::Constant(colour) => f64::from(colour.luminance()),
-        ColourDescription::Texture(texture) => match texture.as_ref() {
-            Texture::Image { image, scale } => {
-                let [r, g, b] = image.mean();
-                f64::from(*scale) * f64::from(Rgb::new(r as f32, g as f32, b as f32).luminance())
-            }
-            Texture::Placed { image, tint, .. } => {
-                let [r, g, b] = image.mean();
-                f64::from((*tint * Rgb::new(r as f32, g as f32, b as f32)).luminance())
-            }
-            Texture::Checker { colours, .. } => {
-                0.5 * f64::from(colours[0].luminance() + colours[1].luminance())
-            }
-        },
+        ColourDescription::Texture(texture) => f64::from(texture.mean().luminance()),
     }
 }

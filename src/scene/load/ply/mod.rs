@@ -38,7 +38,14 @@ pub struct PlyModel {
 /// # Errors
 /// If the file cannot be read, or is not a PLY file with faces.
 pub fn read_mesh(path: &Path) -> Result<PlyModel> {
-    let bytes = super::read_bytes(path)?;
+    decode(&super::read_bytes(path)?, path)
+}
+
+/// Reads a mesh from the bytes of a file, whose path is for messages.
+///
+/// # Errors
+/// If they are not those of a PLY file with faces.
+pub fn decode(bytes: &[u8], path: &Path) -> Result<PlyModel> {
     let at = |complaint: Complaint| {
         let error = Error::scene(complaint.why).in_file(path);
         match complaint.line {
@@ -46,15 +53,15 @@ pub fn read_mesh(path: &Path) -> Result<PlyModel> {
             None => error,
         }
     };
-    let header = Header::parse(&bytes).map_err(at)?;
+    let header = Header::parse(bytes).map_err(at)?;
     let vertices = check(&header, bytes.len()).map_err(at)?;
     let triangles = 2 * count_of(&header, "face") as u64;
     let bytes_needed = vertices as u64 * VERTEX + triangles * TRIANGLE;
     memory::check(bytes_needed, || format!("the mesh of {}", path.display()))?;
     let read = match header.encoding {
-        Encoding::Ascii => read_body(&header, Ascii::new(&bytes, header.size, header.lines)),
-        Encoding::LittleEndian => read_body(&header, Binary::<false>::new(&bytes, header.size)),
-        Encoding::BigEndian => read_body(&header, Binary::<true>::new(&bytes, header.size)),
+        Encoding::Ascii => read_body(&header, Ascii::new(bytes, header.size, header.lines)),
+        Encoding::LittleEndian => read_body(&header, Binary::<false>::new(bytes, header.size)),
+        Encoding::BigEndian => read_body(&header, Binary::<true>::new(bytes, header.size)),
     };
     let body = read.map_err(at)?;
     if body.mesh.indices.is_empty() {

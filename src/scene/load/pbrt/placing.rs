@@ -1,0 +1,288 @@
+//! Places the shapes and object instances of a pbrt file.
+//!
+//! Measure: world units, mirrored where pbrt's camera is not; power in watts.
+//! Range: transforms that are not singular. Objects become groups.
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
+
+use super::builder::Builder;
+use super::camera::keys;
+use super::light::AreaLight;
+use super::material::Made;
+use super::mesh::Finish;
+use super::params::Parameters;
+use super::shape::Look;
+use super::textured::{Mapping, Textured};
+use crate::error::Result;
+use crate::math::rgb::Rgb;
+use crate::math::transform::is_invertible;
+use crate::math::vec::{DAffine3, DMat3};
+use crate::scene::description::{
+    ColourDescription, GeometryDescription, InstanceDescription, Key, MaterialDescription,
+    MaterialModel, Place, ShapeDescription,
+};
+use crate::scene::load::wording::{shown, unknown_name};
+use std::rc::Rc;
+
+/// The relative deviation from a uniform scale that files with few digits have.
+const UNEVEN: f64 = 1e-4;
+
+/// Where an object is: a transform, and keys of what is applied after it.
+type Placed = (DAffine3, Vec<Key>);
+
+impl Builder {
+    /// Reads a `Shape` statement.
+    ///
+    /// # Errors
+    /// If a parameter is not as the class requires, or the transform is singular.
+    pub fn shape(&mut self, class: &str, params: &Parameters) -> Result<()> {
+        let light = self.area_light(params);
+        let Some((material, mapping)) = self.material(params, light.is_some())? else {
+            return Ok(());
+        };
+        let is_textured = |colour: &ColourDescription| colour.constant().is_none();
+        let emits_texture = light
+            .as_ref()
+            .is_some_and(|light| is_textured(&light.emission));
+        let worn = &self.library.contents.materials[material];
+        let textured = emits_texture || uses_uv(worn);
+        let look = Look {
+            finish: Finish {
+                reverse: self.state.reverse,
+                textured: textured.then_some(mapping),
+            },
+            has_sides: worn.transmits() || light.as_ref().is_some_and(|light| !light.is_two_sided),
+        };
+        let made = self
+            .library
+            .make_shape(class, params, look, &mut self.round_meshes)?;
+        self.library.note_unused(params);
+        let Some((geometry, before)) = made else {
+            return Ok(());
+        };
+        let (transform, motion) = self.placed(params)?;
+        let (transform, motion) =
+            place_round(&geometry, transform * before, motion, &params.place, self);
+        let name = format!(
+            "{} {}",
+            shown(class),
+            self.library.contents.shapes.len() + 1
+        );
+        let mut shape = ShapeDescription {
+            transform,
+            motion,
+            group: self.object,
+            material,
+            ..ShapeDescription::new(name, params.place.clone(), geometry)
+        };
+        match light {
+            None => self.library.contents.shapes.push(shape),
+            Some(light) => {
+                shape.two_sided_emission = light.is_two_sided;
+                return self.emitting(shape, &light, params);
+            }
+        }
+        Ok(())
+    }
+
+    /// The light of the shape's surface, if it has any.
+    fn area_light(&mut self, params: &Parameters) -> Option<Rc<AreaLight>> {
+        let light = self.state.area_light.clone()?;
+        if self.object.is_some() {
+            let what = "a shape of an object does not emit, as in pbrt";
+            self.library.decided(&params.place, what);
+            return None;
+        }
+        Some(light)
+    }
+
+    /// The material of a shape, with its opacity, and how it changes texture coordinates; `None` if the shape is
+    /// invisible.
+    fn material(&mut self, params: &Parameters, emits: bool) -> Result<Option<(usize, Mapping)>> {
+        let (material, mapping) = match self.state.material {
+            None => (self.library.contents.default_material(), Mapping::default()),
+            Some(Made::Surface { index, mapping }) => (index, mapping),
+            Some(Made::Interface) if !emits => return Ok(None),
+            Some(Made::Interface) => {
+                let what = "an emitting interface became a black surface";
+                self.library.approximated(&params.place, what);
+                let black = MaterialModel::Diffuse {
+                    reflectance: Rgb::BLACK.into(),
+                };
+                let material = MaterialDescription::new("interface", params.place.clone(), black);
+                (
+                    self.library.contents.add_material(material),
+                    Mapping::default(),
+                )
+            }
+        };
+        if !params.has("alpha") {
+            return Ok(Some((material, mapping)));
+        }
+        let alpha = self.library.float(params, "alpha", 1.0)?;
+        if alpha
+            .colour
+            .constant()
+            .is_some_and(|alpha| alpha.to_array()[0] >= 1.0)
+        {
+            return Ok(Some((material, mapping)));
+        }
+        let is_textured = alpha.colour.constant().is_none();
+        if is_textured
+            && uses_uv(&self.library.contents.materials[material])
+            && alpha.mapping != mapping
+        {
+            let what = "the mapping of the texture of alpha became that of the material's texture";
+            self.library.approximated(&params.place_of("alpha"), what);
+        }
+        let mapping = match is_textured && !uses_uv(&self.library.contents.materials[material]) {
+            true => alpha.mapping,
+            false => mapping,
+        };
+        let key = (material, name_of(params, &alpha)?);
+        let worn = match self.worn.get(&key) {
+            Some(known) => *known,
+            None => {
+                let made = self.library.with_alpha(material, &alpha);
+                self.worn.insert(key, made);
+                made
+            }
+        };
+        Ok(Some((worn, mapping)))
+    }
+
+    /// Where the current transforms place an object.
+    fn placed(&self, params: &Parameters) -> Result<Placed> {
+        let to_ours = match self.object {
+            // An instance of the object has the reflection.
+            Some(_) => DAffine3::IDENTITY,
+            None => self.to_ours(),
+        };
+        let placed = self.state.transforms.map(|transform| to_ours * transform);
+        let is_fine = |t: &DAffine3| t.is_finite() && is_invertible(&t.matrix3);
+        if !placed.iter().all(is_fine) {
+            return Err(params.error("the transform is singular: it flattens space"));
+        }
+        if !self.state.is_animated() {
+            return Ok((placed[0], vec![]));
+        }
+        let times = self.times.unwrap_or([0.0, 1.0]);
+        Ok((DAffine3::IDENTITY, keys(placed, times, params)?))
+    }
+
+    /// Begins the definition of an object, a group.
+    ///
+    /// # Errors
+    /// If it is within another, or the name is taken.
+    pub fn object_begin(&mut self, name: &str, place: &Place) -> Result<()> {
+        self.in_world("ObjectBegin", place)?;
+        if self.object.is_some() {
+            return Err(place.error("expected ObjectEnd before another ObjectBegin"));
+        }
+        if self.library.contents.group_named(name).is_some() {
+            return Err(place.error(format!("there is an object `{}` already", shown(name))));
+        }
+        self.begin_object_block(place)?;
+        self.object = Some(self.library.contents.add_to_group(name));
+        Ok(())
+    }
+
+    /// Places an object.
+    ///
+    /// # Errors
+    /// If there is none of this name, or the transform is singular.
+    pub fn object_instance(&mut self, name: &str, place: Place) -> Result<()> {
+        self.in_world("ObjectInstance", &place)?;
+        if self.object.is_some() {
+            return Err(place.error("expected ObjectInstance outside of ObjectBegin and ObjectEnd"));
+        }
+        let Some(of) = self.library.contents.group_named(name) else {
+            let known = self.library.contents.group_names();
+            return Err(place.error(unknown_name("object", name, &known)));
+        };
+        let params = Parameters::new(place, vec![], vec![], self.state.gamut);
+        let (transform, motion) = self.placed(&params)?;
+        let name = format!("instance {}", self.library.contents.instances.len() + 1);
+        self.library.contents.instances.push(InstanceDescription {
+            name,
+            place: params.place,
+            of,
+            group: None,
+            transform,
+            motion,
+        });
+        Ok(())
+    }
+}
+
+/// Whether a material looks up textures.
+fn uses_uv(material: &MaterialDescription) -> bool {
+    let varies = |colour: &ColourDescription| colour.constant().is_none();
+    let model_varies = match &material.model {
+        MaterialModel::Diffuse { reflectance }
+        | MaterialModel::Mirror { reflectance }
+        | MaterialModel::Plastic { reflectance, .. } => varies(reflectance),
+        MaterialModel::Dielectric { tint, .. } => varies(tint),
+        MaterialModel::Phong {
+            diffuse, specular, ..
+        } => varies(diffuse) || varies(specular),
+        MaterialModel::Principled { base_color, .. } => varies(base_color),
+        MaterialModel::Conductor { .. } => false,
+    };
+    model_varies || material.normal_map.is_some() || varies(&material.alpha)
+}
+
+/// A name for an opacity: that of its texture, or its value.
+fn name_of(params: &Parameters, alpha: &Textured) -> Result<String> {
+    Ok(match params.texture("alpha")? {
+        Some(name) => format!("texture {name}"),
+        None => format!("{:?}", alpha.mean()),
+    })
+}
+
+/// Places a round shape: its own transform has to scale evenly, what is applied after it need not.
+fn place_round(
+    geometry: &GeometryDescription,
+    transform: DAffine3,
+    motion: Vec<Key>,
+    place: &Place,
+    builder: &mut Builder,
+) -> Placed {
+    let is_round = matches!(
+        geometry,
+        GeometryDescription::Sphere { .. } | GeometryDescription::Disk { .. }
+    );
+    if !is_round || !motion.is_empty() {
+        return (transform, motion);
+    }
+    let [x, y, z] = [
+        transform.matrix3.x_axis,
+        transform.matrix3.y_axis,
+        transform.matrix3.z_axis,
+    ];
+    let scale = transform.matrix3.determinant().abs().cbrt();
+    let lengths = [x, y, z].map(|axis| axis.length() / scale);
+    let cosines = [x.dot(y), y.dot(z), z.dot(x)].map(|dot| dot / (scale * scale));
+    let is_even = lengths.iter().all(|length| (length - 1.0).abs() < UNEVEN)
+        && cosines.iter().all(|cos| cos.abs() < UNEVEN);
+    if is_even {
+        let x = x.normalize();
+        let y = (y - y.dot(x) * x).normalize();
+        let z = x.cross(y) * transform.matrix3.determinant().signum();
+        let matrix3 = DMat3::from_cols(x, y, z) * scale;
+        return (
+            DAffine3 {
+                matrix3,
+                ..transform
+            },
+            motion,
+        );
+    }
+    builder
+        .library
+        .decided(place, "a round shape is scaled unevenly");
+    let key = Key {
+        time: 0.0,
+        transform,
+    };
+    (DAffine3::IDENTITY, vec![key])
+}

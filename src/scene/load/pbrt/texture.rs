@@ -1,0 +1,326 @@
+//! Textures of a pbrt file: images, checkerboards, and what is computed from them.
+//!
+//! Measure: linear Rec. 709; texture coordinates in which v points up.
+//! Range: textures over uv. Those of points in space, and functions of two textures that cannot be computed beforehand,
+//! become their mean, with a note.
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
+
+use super::library::Library;
+use super::params::Parameters;
+use super::textured::{Mapping, Textured};
+use crate::error::Result;
+use crate::geometry::texture::Texture;
+use crate::image::{ColourSpace, Image};
+use crate::math::rgb::Rgb;
+use crate::math::vec::{DVec2, Vec2};
+use crate::scene::description::ColourDescription;
+use crate::scene::load::wording::{shown, unknown_name};
+use std::sync::Arc;
+
+/// What the values of a texture are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Numbers.
+    Float,
+    /// Colours of surfaces.
+    Colour,
+}
+
+impl Library {
+    /// A parameter that is a number or a texture of numbers, of which every channel is the same.
+    ///
+    /// # Errors
+    /// If it is neither.
+    pub fn float(&self, params: &Parameters, name: &str, default: f64) -> Result<Textured> {
+        let texture = params.texture(name)?;
+        match self.texture(params, name, texture, Kind::Float)? {
+            Some(textured) => Ok(textured),
+            None => Ok(Rgb::grey(params.number(name, default)? as f32).into()),
+        }
+    }
+
+    /// A parameter that is a reflectance or a texture of reflectances.
+    ///
+    /// # Errors
+    /// If it is neither.
+    pub fn reflectance(&self, params: &Parameters, name: &str, default: f32) -> Result<Textured> {
+        let texture = params.texture(name)?;
+        match self.texture(params, name, texture, Kind::Colour)? {
+            Some(textured) => Ok(textured.clamped()),
+            None => Ok(self
+                .surface(params, name)?
+                .unwrap_or(Rgb::grey(default))
+                .into()),
+        }
+    }
+
+    fn value(&self, params: &Parameters, name: &str, kind: Kind, default: f32) -> Result<Textured> {
+        match kind {
+            Kind::Float => self.float(params, name, f64::from(default)),
+            Kind::Colour => self.reflectance(params, name, default),
+        }
+    }
+
+    fn texture(
+        &self,
+        params: &Parameters,
+        name: &str,
+        texture: Option<&str>,
+        kind: Kind,
+    ) -> Result<Option<Textured>> {
+        let Some(wanted) = texture else {
+            return Ok(None);
+        };
+        let known = match kind {
+            Kind::Float => &self.floats,
+            Kind::Colour => &self.colours,
+        };
+        match known.get(wanted) {
+            Some(found) => Ok(Some(found.clone())),
+            None => {
+                let mut names: Vec<&str> = known.keys().map(String::as_str).collect();
+                names.sort_unstable();
+                Err(params.error_of(name, unknown_name("texture", wanted, &names)))
+            }
+        }
+    }
+
+    /// Reads a `Texture` statement.
+    ///
+    /// # Errors
+    /// If a parameter is not as the class requires, or an image cannot be used.
+    pub fn make_texture(
+        &mut self,
+        class: &str,
+        kind: Kind,
+        params: &Parameters,
+    ) -> Result<Textured> {
+        match class {
+            "constant" => self.value(params, "value", kind, 1.0),
+            "scale" => {
+                let texture = self.value(params, "tex", kind, 1.0)?;
+                let scale = self.float(params, "scale", 1.0)?;
+                Ok(self.both(params, &texture, &scale, |a, b| a * b))
+            }
+            "mix" => self.mix(kind, params),
+            "imagemap" => self.image_map(kind, params),
+            "checkerboard" => self.checkerboard(kind, params),
+            "bilerp" => {
+                let mut sum = Rgb::BLACK;
+                for (corner, default) in [("v00", 0.0), ("v01", 1.0), ("v10", 0.0), ("v11", 1.0)] {
+                    sum += self.value(params, corner, kind, default)?.mean();
+                }
+                Ok(self.mean_instead(params, class, 0.25 * sum))
+            }
+            "directionmix" => {
+                let first = self.value(params, "tex1", kind, 0.0)?.mean();
+                let second = self.value(params, "tex2", kind, 1.0)?.mean();
+                Ok(self.mean_instead(params, class, 0.5 * (first + second)))
+            }
+            "dots" => {
+                let inside = self.value(params, "inside", kind, 1.0)?.mean();
+                let outside = self.value(params, "outside", kind, 0.0)?.mean();
+                Ok(self.mean_instead(params, class, 0.5 * (inside + outside)))
+            }
+            "fbm" | "windy" | "wrinkled" | "marble" | "ptex" => {
+                Ok(self.mean_instead(params, class, Rgb::grey(0.5)))
+            }
+            _ => {
+                let known = [
+                    "bilerp",
+                    "checkerboard",
+                    "constant",
+                    "directionmix",
+                    "dots",
+                    "fbm",
+                    "imagemap",
+                    "marble",
+                    "mix",
+                    "ptex",
+                    "scale",
+                    "windy",
+                    "wrinkled",
+                ];
+                Err(params.error(unknown_name("texture class", class, &known)))
+            }
+        }
+    }
+
+    fn mean_instead(&mut self, params: &Parameters, class: &str, mean: Rgb) -> Textured {
+        let [r, g, b] = mean.to_array();
+        let message = format!("texture class `{class}` became one colour: {r:.3}, {g:.3}, {b:.3}");
+        self.approximated(&params.place, message);
+        mean.into()
+    }
+
+    /// A function of two textures, or if need be of the first and the mean of the second.
+    fn both(
+        &mut self,
+        params: &Parameters,
+        a: &Textured,
+        b: &Textured,
+        f: impl Fn(Rgb, Rgb) -> Rgb,
+    ) -> Textured {
+        a.with(b, &f).unwrap_or_else(|| {
+            let message =
+                "two textures that differ in size or mapping: the second one became its mean";
+            self.approximated(&params.place, message);
+            let mean = b.mean();
+            a.map(|colour| f(colour, mean))
+        })
+    }
+
+    fn mix(&mut self, kind: Kind, params: &Parameters) -> Result<Textured> {
+        let first = self.value(params, "tex1", kind, 0.0)?;
+        let second = self.value(params, "tex2", kind, 1.0)?;
+        let amount = self.float(params, "amount", 0.5)?;
+        if amount.colour.constant().is_none()
+            && first.colour.constant().is_some()
+            && second.colour.constant().is_some()
+        {
+            let (a, b) = (first.mean(), second.mean());
+            return Ok(amount.map(|t| a + t * (b - a)));
+        }
+        let t = amount.mean();
+        if amount.colour.constant().is_none() {
+            self.approximated(
+                &params.place,
+                "the amount of a mix of textures became its mean",
+            );
+        }
+        Ok(self.both(params, &first, &second, |a, b| a + t * (b - a)))
+    }
+
+    fn checkerboard(&mut self, kind: Kind, params: &Parameters) -> Result<Textured> {
+        let colours = [
+            self.value(params, "tex1", kind, 1.0)?,
+            self.value(params, "tex2", kind, 0.0)?,
+        ];
+        if params.whole("dimension", 2, [2, 3])? == 3 {
+            let mean = 0.5 * (colours[0].mean() + colours[1].mean());
+            return Ok(self.mean_instead(params, "checkerboard of 3 dimensions", mean));
+        }
+        if colours
+            .iter()
+            .any(|colour| colour.colour.constant().is_none())
+        {
+            self.approximated(
+                &params.place,
+                "a checkerboard's textures became their means",
+            );
+        }
+        let mapping = self.mapping(params)?;
+        // The repetitions of a checkerboard need no change of texture coordinates.
+        let (repeat, mapping) = if mapping.delta == DVec2::ZERO {
+            (mapping.scale.as_vec2(), Mapping::default())
+        } else {
+            (Vec2::ONE, mapping)
+        };
+        let colours = colours.map(|colour| colour.mean());
+        let colour = ColourDescription::Texture(Arc::new(Texture::Checker { colours, repeat }));
+        Ok(Textured { colour, mapping })
+    }
+
+    fn image_map(&mut self, kind: Kind, params: &Parameters) -> Result<Textured> {
+        let mapping = self.mapping(params)?;
+        let scale =
+            params.number_where("scale", 1.0, "a number of at least 0", |x| x >= 0.0)? as f32;
+        if params.choice("wrap", &["repeat", "clamp", "black", "octahedralsphere"])? != "repeat" {
+            self.approximated(
+                &params.place_of("wrap"),
+                "the image repeats beyond its edges",
+            );
+        }
+        // How lookups are filtered: bilinear here.
+        params.choice("filter", &["bilinear", "point", "trilinear", "EWA", "ewa"])?;
+        params.number("maxanisotropy", 8.0)?;
+        let invert = params.truth("invert", false)?;
+        let image = self.image(params, "filename")?;
+        let mut textured = Textured {
+            colour: ColourDescription::Texture(Arc::new(Texture::Image { image, scale })),
+            mapping,
+        };
+        if invert {
+            textured = textured.map(|colour| colour.map(|x| (1.0 - x).max(0.0)));
+        }
+        if kind == Kind::Float {
+            // A number is the mean of the channels.
+            textured = textured.map(|colour| {
+                let [r, g, b] = colour.to_array();
+                if r == g && g == b {
+                    colour
+                } else {
+                    Rgb::grey((r + g + b) / 3.0)
+                }
+            });
+        }
+        Ok(textured)
+    }
+
+    /// Reads the image that a parameter names, encoded as `encoding` says: sRGB by default.
+    ///
+    /// # Errors
+    /// If it is left out, or cannot be read, or has values below 0.
+    pub fn image(&mut self, params: &Parameters, name: &str) -> Result<Arc<Image>> {
+        let Some(file) = params.text(name)? else {
+            return Err(params.error(format!("expected a parameter `string {name}`")));
+        };
+        let encoding = params.text("encoding")?.unwrap_or("sRGB");
+        let gamma = encoding
+            .strip_prefix("gamma ")
+            .and_then(|gamma| gamma.trim().parse::<f32>().ok());
+        let space = match (encoding, gamma) {
+            ("sRGB", _) => ColourSpace::Srgb,
+            ("linear", _) => ColourSpace::Linear,
+            (_, Some(gamma)) if gamma > 0.0 => ColourSpace::Linear,
+            _ => {
+                let found = shown(encoding);
+                let message =
+                    format!("expected sRGB, linear or gamma and a number, found `{found}`");
+                return Err(params.error_of("encoding", message));
+            }
+        };
+        let path = self.path(file);
+        let texture = self.contents.textures.read(&path, space, 1.0);
+        let texture = texture.map_err(|error| self.about(params, name, &error))?;
+        let Texture::Image { image, .. } = texture else {
+            return Err(params.error_of(name, "expected an image"));
+        };
+        if image
+            .pixels()
+            .iter()
+            .any(|pixel| pixel.to_array().iter().any(|x| *x < 0.0))
+        {
+            return Err(params.error_of(name, "expected an image without values below 0"));
+        }
+        Ok(match gamma {
+            None => image,
+            Some(gamma) => {
+                let pixels = image
+                    .pixels()
+                    .iter()
+                    .map(|pixel| pixel.map(|x| x.powf(gamma)))
+                    .collect();
+                Arc::new(Image::new(image.width(), image.height(), pixels))
+            }
+        })
+    }
+
+    /// Reads how texture coordinates are changed.
+    fn mapping(&mut self, params: &Parameters) -> Result<Mapping> {
+        let mapping = params.choice("mapping", &["uv", "spherical", "cylindrical", "planar"])?;
+        if mapping != "uv" {
+            let message =
+                format!("mapping `{mapping}` became that by the shapes' own texture coordinates");
+            self.approximated(&params.place_of("mapping"), message);
+        }
+        let is_fine = |x: f64| (x as f32).is_finite();
+        let number = |name, default| {
+            params.number_where(name, default, "a number within single precision", is_fine)
+        };
+        Ok(Mapping {
+            scale: DVec2::new(number("uscale", 1.0)?, number("vscale", 1.0)?),
+            delta: DVec2::new(number("udelta", 0.0)?, number("vdelta", 0.0)?),
+        })
+    }
+}

@@ -104,7 +104,7 @@ pub fn cut_patches(corners: MeshDescription, patches: &[[u32; 4]]) -> (MeshDescr
     let (simple, curved): (Vec<_>, Vec<_>) = patches.iter().partition(|patch| fine || flat(patch));
     let halves = |&[a, b, c, d]: &[u32; 4]| [[a, b, d], [a, d, c]];
     let mut mesh = MeshDescription {
-        indices: simple.iter().flat_map(|patch| halves(patch)).collect(),
+        indices: simple.into_iter().flat_map(halves).collect(),
         ..corners
     };
     if mesh.uvs.is_empty() && !curved.is_empty() {

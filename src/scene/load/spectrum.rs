@@ -211,7 +211,7 @@ mod tests {
     use super::*;
 
     fn near(a: Rgb, b: [f32; 3], tolerance: f32) {
-        let difference = a.to_array().iter().zip(b).map(|(a, b)| (a - b).abs());
+        let difference = a.to_array().into_iter().zip(b).map(|(a, b)| (a - b).abs());
         assert!(difference.fold(0.0, f32::max) <= tolerance, "{a:?} {b:?}");
     }
 

@@ -8,7 +8,7 @@ SOAK_SECONDS ?= 1800
 ACCURACY_SEEDS ?= 400
 PREFIX ?= /usr/local
 PROFILE ?= release
-FUZZ_TARGETS ?= scene_toml obj mtl image pbrt
+FUZZ_TARGETS ?= scene_toml obj mtl ply mitsuba_xml image pbrt
 
 .PHONY: help setup demo test mutants mutants-some nightly install header battery bench instructions check fuzz accuracy soak clean
 .DEFAULT_GOAL := help

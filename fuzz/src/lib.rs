@@ -52,6 +52,20 @@ pub const MTL: Target = Target {
     per_byte: FOR_TEXT,
 };
 
+/// A bare model in PLY.
+pub const PLY: Target = Target {
+    name: "ply",
+    run: |bytes| load_bytes("fuzzed.ply", bytes, "fuzzed.ply"),
+    per_byte: FOR_PLY,
+};
+
+/// A scene of Mitsuba. It may name `m.obj` and `broken.png`, and include itself.
+pub const MITSUBA_XML: Target = Target {
+    name: "mitsuba_xml",
+    run: |bytes| load_bytes("fuzzed.xml", bytes, "fuzzed.xml"),
+    per_byte: FOR_XML,
+};
+
 /// A picture of any format that is read; the first bytes tell which.
 pub const IMAGE: Target = Target {
     name: "image",
@@ -67,10 +81,14 @@ pub const PBRT: Target = Target {
 };
 
 /// All of them.
-pub const TARGETS: [Target; 5] = [SCENE_TOML, OBJ, MTL, IMAGE, PBRT];
+pub const TARGETS: [Target; 7] = [SCENE_TOML, OBJ, MTL, PLY, MITSUBA_XML, IMAGE, PBRT];
 
 /// Text: the acceptance rule of the project's catalogue of hard cases.
 const FOR_TEXT: usize = 64;
+/// A corner of a polygon takes a byte, and colours give its triangle texels and vertices of its own.
+const FOR_PLY: usize = 512;
+/// An element takes eight bytes; it becomes a node, and a property with its place.
+const FOR_XML: usize = 256;
 /// Pictures: deflate makes 1032 bytes of eight pixels out of one, and each takes twelve bytes and what decoders need.
 const FOR_COMPRESSED: usize = 8 * 1032 * 32;
 /// Bytes of memory for anything: tables, the trees of a few shapes, the folder's own files.

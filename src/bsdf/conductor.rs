@@ -1,6 +1,7 @@
 //! The conductor BSDF: GGX microfacets with Fresnel reflectance, and compensation for multiple scattering between them.
 //!
 //! f = F D G2 / (4 cos_o cos_i) + F_ms (1 - E_o) (1 - E_i) / (pi (1 - E_mean)): without absorption the albedo is 1.
+//! A tint is a factor of F.
 //!
 //! Measure: f per steradian.
 //! Range: `eta` above 0 and `k` at least 0, relative to the medium outside; roughness in [0, 1], a delta below 0.01.
@@ -24,6 +25,7 @@ use crate::planted::planted;
 pub struct Conductor {
     eta: Rgb,
     k: Rgb,
+    tint: Rgb,
     facets: Option<Ggx>,
     albedo: AlbedoRow,
     /// F_ms, the colour of multiple scattering.
@@ -97,9 +99,20 @@ impl Conductor {
         Self {
             eta,
             k,
+            tint: Rgb::WHITE,
             facets,
             albedo,
             f_ms,
+        }
+    }
+
+    /// Returns the metal with its Fresnel reflectance multiplied by `tint`.
+    pub fn tinted(self, tint: Rgb) -> Self {
+        let mean = tint * fresnel::conductor_mean(self.eta, self.k);
+        Self {
+            tint,
+            f_ms: multiple_scattering_colour(mean, self.albedo.mean()),
+            ..self
         }
     }
 
@@ -128,7 +141,7 @@ impl Conductor {
         let Some(ggx) = self.facets else {
             return Some(BsdfSample {
                 wi: Vec3::new(-wo.x, -wo.y, wo.z),
-                weight: fresnel::conductor_rgb(up.z, self.eta, self.k),
+                weight: self.tint * fresnel::conductor_rgb(up.z, self.eta, self.k),
                 pdf: None,
                 lobe: Lobe::SpecularReflection,
             });
@@ -157,7 +170,7 @@ impl Conductor {
     #[inline]
     fn eval_rough(&self, ggx: &Ggx, wo: Vec3, wi: Vec3, o: SingleScatter) -> BsdfValue {
         let facets = ggx.mirroring(wo, wi);
-        let fresnel = fresnel::conductor_rgb(facets.cos, self.eta, self.k);
+        let fresnel = self.tint * fresnel::conductor_rgb(facets.cos, self.eta, self.k);
         let ms = self.albedo.multiple_scattering(o, self.albedo.at(wi.z));
         let pdf = (1.0 - o.loss) * facets.pdf + o.loss * self.albedo.pdf_multiple(wi.z);
         BsdfValue {

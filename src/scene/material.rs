@@ -231,9 +231,14 @@ impl Kind {
         match model {
             MaterialModel::Diffuse { reflectance } => Self::Diffuse(Colour::new(reflectance)),
             MaterialModel::Mirror { reflectance } => Self::Mirror(Colour::new(reflectance)),
-            MaterialModel::Conductor { eta, k, roughness } => {
-                Self::Uniform(Bsdf::Conductor(Conductor::new(*eta, *k, *roughness)))
-            }
+            MaterialModel::Conductor {
+                eta,
+                k,
+                roughness,
+                tint,
+            } => Self::Uniform(Bsdf::Conductor(
+                Conductor::new(*eta, *k, *roughness).tinted(*tint),
+            )),
             MaterialModel::Dielectric {
                 ior,
                 roughness,

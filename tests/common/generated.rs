@@ -59,7 +59,12 @@ impl Generator {
         let roughness = 0.2 + 0.5 * self.0.uniform();
         let mut models = vec![];
         if wanted.has(Effect::Glossy) {
-            models.push(MaterialModel::Conductor { eta, k, roughness });
+            models.push(MaterialModel::Conductor {
+                eta,
+                k,
+                roughness,
+                tint: Rgb::new(1.0, 0.9, 0.8),
+            });
             models.push(MaterialModel::Plastic {
                 reflectance: colour.clone(),
                 ior: 1.5,
@@ -79,6 +84,7 @@ impl Generator {
                 eta,
                 k,
                 roughness: 0.0,
+                tint: Rgb::WHITE,
             });
         }
         if wanted.has(Effect::Transmission) {

@@ -181,6 +181,7 @@ fn materials_out_of_their_range_are_refused() {
                 eta: Rgb::new(1.0, 0.0, 1.0),
                 k: Rgb::WHITE,
                 roughness: 0.0,
+                tint: Rgb::WHITE,
             },
         ),
         (

@@ -8,6 +8,7 @@ mod colours;
 mod damaged_files;
 mod generated_files;
 mod lights;
+mod mitsuba;
 mod models;
 mod notes;
 mod odd_models;

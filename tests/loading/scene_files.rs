@@ -323,14 +323,23 @@ fn the_render_table_is_kept_as_it_is_written() {
 
 #[test]
 fn materials_of_every_type_are_read() {
-    let model = material("type = \"conductor\"\npreset = \"gold\"\nroughness = 0.25");
-    let MaterialModel::Conductor { eta, k, roughness } = model else {
+    let model = material("type = \"conductor\"\npreset = \"gold\"\nroughness = 0.25\ntint = 0.5");
+    let MaterialModel::Conductor {
+        eta,
+        k,
+        roughness,
+        tint,
+    } = model
+    else {
         panic!()
     };
     assert!(eta.to_array()[0] < eta.to_array()[2] && k.to_array()[0] > k.to_array()[2]);
-    assert_eq!(roughness, 0.25);
+    assert_eq!((roughness, tint), (0.25, Rgb::grey(0.5)));
     let model = material("type = \"conductor\"\neta = [1, 2, 3]\nk = 4");
-    let MaterialModel::Conductor { eta, k, roughness } = model else {
+    let MaterialModel::Conductor {
+        eta, k, roughness, ..
+    } = model
+    else {
         panic!()
     };
     assert_eq!(

@@ -53,6 +53,8 @@ fn models() -> Vec<(String, Bsdf, f32)> {
     for roughness in [0.0].into_iter().chain(ROUGHNESSES) {
         let gold = Conductor::new(eta, k, roughness);
         models.push((format!("gold {roughness}"), Bsdf::Conductor(gold), 1.0));
+        let tinted = Bsdf::Conductor(gold.tinted(colour));
+        models.push((format!("tinted gold {roughness}"), tinted, 1.0));
         for ior in INDICES {
             let glass = Dielectric::new(ior, roughness, colour);
             models.push((

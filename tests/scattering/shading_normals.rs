@@ -61,6 +61,7 @@ fn white_models() -> Vec<(&'static str, MaterialModel)> {
                 eta: Rgb::WHITE,
                 k: Rgb::grey(1e6),
                 roughness: 0.6,
+                tint: Rgb::WHITE,
             },
         ),
         (

@@ -134,6 +134,7 @@ impl EtdMaterial {
                 eta: self.eta.into(),
                 k: self.k.into(),
                 roughness,
+                tint: Rgb::WHITE,
             },
             EtdModel::Dielectric => MaterialModel::Dielectric {
                 ior,

@@ -38,7 +38,13 @@ pub fn material(material: &MaterialDescription) -> Result<()> {
         MaterialModel::Diffuse { reflectance: r } | MaterialModel::Mirror { reflectance: r } => {
             reflectance("reflectance", r)
         }
-        MaterialModel::Conductor { eta, k, roughness } => {
+        MaterialModel::Conductor {
+            eta,
+            k,
+            roughness,
+            tint,
+        } => {
+            reflectance("tint", &ColourDescription::Constant(*tint))?;
             positive(*eta, || field("eta"))?;
             not_negative(*k, || field("k"))?;
             share("roughness", *roughness)

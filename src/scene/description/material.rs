@@ -71,6 +71,8 @@ pub enum MaterialModel {
         k: Rgb,
         /// Roughness; 0 is smooth.
         roughness: f32,
+        /// Factor for the reflected light.
+        tint: Rgb,
     },
     /// Lambertian reflection plus a lobe around the mirror direction. The two colours sum to at most 1 everywhere.
     Phong {

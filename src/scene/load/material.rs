@@ -92,6 +92,10 @@ fn model(table: &Table<'_>, folder: &Path, textures: &mut Textures) -> Result<Ma
                 eta,
                 k,
                 roughness: share(table, "roughness", 0.0)?,
+                tint: match table.optional("tint") {
+                    Some(tint) => constant(&tint, Bound::Reflectance)?,
+                    None => Rgb::WHITE,
+                },
             }
         }
         Type::Dielectric => MaterialModel::Dielectric {

@@ -8,7 +8,6 @@
 use super::super::contents::Contents;
 use super::super::wording::unknown_name;
 use super::document::beside;
-use super::material::constant;
 use super::object::{Object, Value};
 use super::texture::{self, Kind};
 use crate::error::Result;
@@ -43,7 +42,7 @@ pub fn area(emitter: &Object, contents: &mut Contents) -> Result<ColourDescripti
                 }
                 colour
             }
-            _ => constant(property)?.into(),
+            _ => property.colour()?.into(),
         },
     };
     emitter.note_unused(&["sampling_weight"], contents);
@@ -56,7 +55,7 @@ pub fn area(emitter: &Object, contents: &mut Contents) -> Result<ColourDescripti
 /// If the emitter is of an unknown type, or invalid.
 pub fn light(emitter: &Object, contents: &mut Contents) -> Result<Option<LightDescription>> {
     let colour = |name: &str| match emitter.get(name) {
-        Some(property) => constant(property),
+        Some(property) => property.colour(),
         None => Ok(Rgb::WHITE),
     };
     let to_world = emitter.transform("to_world")?;

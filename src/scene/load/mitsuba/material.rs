@@ -9,7 +9,7 @@ use super::super::colour::most;
 use super::super::contents::Contents;
 use super::super::wording::unknown_name;
 use super::metals;
-use super::object::{Object, Property, Value};
+use super::object::{Object, Value};
 use super::texture::{self, Kind};
 use crate::error::Result;
 use crate::math::rgb::Rgb;
@@ -182,7 +182,7 @@ impl Reader<'_> {
             return Ok(default.into());
         };
         let Value::Object(texture) = &property.value else {
-            return Ok(constant(property)?.into());
+            return Ok(property.colour()?.into());
         };
         let (colour, to_uv) = texture::texture(texture, kind, self.contents)?;
         if let Some(to_uv) = to_uv {
@@ -331,14 +331,24 @@ impl Reader<'_> {
                 )
             })?,
         };
-        self.factor(bsdf, "specular_reflectance")?;
-        made.model = MaterialModel::Conductor { eta, k, roughness };
+        let tint = self.reflectance(bsdf, "specular_reflectance", 1.0)?;
+        let tint = tint.constant().unwrap_or_else(|| {
+            let text = "a texture of `specular_reflectance` is replaced by its mean";
+            self.note(bsdf, NoteKind::Approximation, text);
+            Rgb::grey(texture::mean(&tint) as f32)
+        });
+        made.model = MaterialModel::Conductor {
+            eta,
+            k,
+            roughness,
+            tint,
+        };
         Ok(())
     }
 
     fn index(&self, bsdf: &Object, name: &str, default: f32) -> Result<Rgb> {
         let index = match bsdf.get(name) {
-            Some(property) => constant(property)?,
+            Some(property) => property.colour()?,
             None => Rgb::grey(default),
         };
         // An index of exactly 0 has no meaning in Fresnel's equations as we write them.
@@ -454,19 +464,5 @@ impl Reader<'_> {
             "replaced by the one of greater weight",
         );
         Ok(())
-    }
-}
-
-/// Returns a number or a colour as a colour.
-///
-/// # Errors
-/// If the property is anything else.
-pub fn constant(property: &Property) -> Result<Rgb> {
-    match &property.value {
-        Value::Number(number) if *number >= 0.0 && (*number as f32).is_finite() => {
-            Ok(Rgb::grey(*number as f32))
-        }
-        Value::Colour(colour) => Ok(*colour),
-        _ => Err(property.expected("a colour of at least 0")),
     }
 }

@@ -188,6 +188,20 @@ impl Object {
 }
 
 impl Property {
+    /// Returns a number or a colour as a colour.
+    ///
+    /// # Errors
+    /// If the property is anything else.
+    pub fn colour(&self) -> Result<Rgb> {
+        match &self.value {
+            Value::Number(number) if *number >= 0.0 && (*number as f32).is_finite() => {
+                Ok(Rgb::grey(*number as f32))
+            }
+            Value::Colour(colour) => Ok(*colour),
+            _ => Err(self.expected("a colour of at least 0")),
+        }
+    }
+
     /// Returns an error that names what was expected.
     pub fn expected(&self, what: &str) -> crate::Error {
         let name = shown(&self.name);

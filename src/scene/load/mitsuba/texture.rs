@@ -8,7 +8,6 @@
 use super::super::contents::Contents;
 use super::super::wording::unknown_name;
 use super::document::beside;
-use super::material::constant;
 use super::object::Object;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
@@ -40,7 +39,7 @@ pub fn texture(
         "bitmap" => bitmap(texture, kind, contents)?,
         "checkerboard" => {
             let colour = |name: &str, default: f32| match texture.get(name) {
-                Some(property) => constant(property),
+                Some(property) => property.colour(),
                 None => Ok(Rgb::grey(default)),
             };
             let colours = [colour("color1", 0.2)?, colour("color0", 0.4)?];
@@ -50,7 +49,7 @@ pub fn texture(
         "srgb" | "uniform" | "d65" => {
             let value = texture.get("value").or_else(|| texture.get("color"));
             let value = value.ok_or_else(|| texture.error("expected a `value`"))?;
-            return Ok((constant(value)?.into(), None));
+            return Ok((value.colour()?.into(), None));
         }
         other => {
             let known = ["bitmap", "checkerboard"];

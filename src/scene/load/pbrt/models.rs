@@ -107,7 +107,12 @@ impl Library {
         if eta.to_array().iter().any(|x| *x <= 0.0) {
             return Err(params.error_of(&eta_name, "expected a refractive index above 0"));
         }
-        Ok(MaterialModel::Conductor { eta, k, roughness })
+        Ok(MaterialModel::Conductor {
+            eta,
+            k,
+            roughness,
+            tint: Rgb::WHITE,
+        })
     }
 
     /// pbrt gives a metal of this reflectance at normal incidence an index of 1 and the absorption that follows.
@@ -127,6 +132,7 @@ impl Library {
                 eta: Rgb::WHITE,
                 k: colour.map(absorption),
                 roughness,
+                tint: Rgb::WHITE,
             });
         }
         let what =

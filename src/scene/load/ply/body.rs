@@ -4,7 +4,7 @@
 //! Range: any bytes; an error has the line (ascii) or the byte (binary), and what was expected.
 //! Source: Turk, "The PLY Polygon File Format" (1994). Tested in `tests/loading/ply.rs`.
 
-use super::Complaint;
+use super::complaint::Complaint;
 use super::header::{Property, Scalar};
 use crate::scene::load::wording::shown;
 

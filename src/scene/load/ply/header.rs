@@ -4,7 +4,7 @@
 //! Range: any header; an error has the line and what was expected.
 //! Source: Turk, "The PLY Polygon File Format" (1994). Tested in `tests/loading/ply.rs`.
 
-use super::Complaint;
+use super::complaint::Complaint;
 use crate::scene::load::wording::{shown, unknown_name};
 
 /// How the body is written.

@@ -7,6 +7,7 @@
 //! which takes longer than building the acceleration structure. Tested in `tests/loading/ply.rs`.
 
 mod body;
+mod complaint;
 mod header;
 
 use super::wording::shown;
@@ -17,6 +18,7 @@ use crate::math::vec::{DVec2, DVec3};
 use crate::memory;
 use crate::scene::description::{MeshDescription, Note, NoteKind, Place};
 use body::{Ascii, Binary, Numbers};
+use complaint::Complaint;
 use header::{Element, Encoding, Header, Scalar};
 use std::path::Path;
 
@@ -29,29 +31,6 @@ pub struct PlyModel {
     pub colours: Vec<Rgb>,
     /// What was left out.
     pub notes: Vec<Note>,
-}
-
-/// What is wrong with a file, and where.
-#[derive(Debug)]
-struct Complaint {
-    line: Option<usize>,
-    why: String,
-}
-
-impl Complaint {
-    fn at_line(line: usize, why: &str) -> Self {
-        Self {
-            line: Some(line),
-            why: why.to_owned(),
-        }
-    }
-
-    fn at_byte(byte: usize, why: &str) -> Self {
-        Self {
-            line: None,
-            why: format!("at byte {byte}: {why}"),
-        }
-    }
 }
 
 /// Reads a mesh.

@@ -1,0 +1,469 @@
+//! Scenes of Mitsuba 3: conventions, references, meshes, and damaged files.
+//!
+//! Measure: world units, radians.
+//! Range: scenes that are made here, and those of Bitterli's collection.
+//! Source: docs/scene-formats.md. `scripts/against-mitsuba.py` compares images with those of Mitsuba.
+
+use crate::common::scene_folder::{SceneFolder, in_repository};
+use etendue::Error;
+use etendue::description::{
+    GeometryDescription, LightModel, MaterialModel, MeshDescription, NoteKind, SceneDescription,
+};
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::DVec3;
+use etendue::internals::scene::load::load;
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use std::io::Write;
+
+const SENSOR: &str = r#"<sensor type="perspective"><float name="fov" value="40"/></sensor>"#;
+
+fn scene(content: &str) -> String {
+    format!("<scene version=\"3.0.0\">\n{SENSOR}\n{content}\n</scene>")
+}
+
+fn read(text: &str) -> Result<SceneDescription, Error> {
+    load(&SceneFolder::new([("a.xml", text)]).path("a.xml"))
+}
+
+fn valid(content: &str) -> SceneDescription {
+    read(&scene(content)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn complaint(content: &str) -> String {
+    read(&scene(content))
+        .expect_err("the scene is invalid")
+        .to_string()
+}
+
+fn material(bsdf: &str) -> (MaterialModel, bool, SceneDescription) {
+    let scene = valid(&format!("<shape type=\"sphere\">{bsdf}</shape>"));
+    let it = &scene.materials[scene.shapes[0].material];
+    (it.model.clone(), it.two_sided, scene.clone())
+}
+
+fn mesh(scene: &SceneDescription, index: usize) -> &MeshDescription {
+    match &scene.shapes[index].geometry {
+        GeometryDescription::Mesh(mesh) => mesh,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn close(a: DVec3, b: DVec3) -> bool {
+    a.distance(b) < 1e-6
+}
+
+#[test]
+fn the_scenes_of_the_collection_are_read() {
+    let cornell = load(&in_repository("scenes/mitsuba/cornell-box/scene.xml")).expect("valid");
+    assert_eq!((cornell.shapes.len(), cornell.film.size), (8, (1024, 1024)));
+    assert_eq!(
+        (cornell.render.spp, cornell.render.max_bounces),
+        (Some(64), Some(29))
+    );
+    assert!(close(
+        cornell.camera.to_world.translation,
+        DVec3::new(0.0, 1.0, 6.8)
+    ));
+    assert!(close(
+        cornell.camera.to_world.matrix3 * DVec3::NEG_Z,
+        DVec3::NEG_Z
+    ));
+    assert!(close(cornell.camera.to_world.matrix3 * DVec3::X, DVec3::X));
+    let light = cornell
+        .shapes
+        .last()
+        .and_then(|shape| shape.emission.as_ref());
+    assert_eq!(
+        light.and_then(|light| light.constant()),
+        Some(Rgb::new(17.0, 12.0, 4.0))
+    );
+    assert!(
+        cornell.check_faithful().is_err(),
+        "the integrator is unknown"
+    );
+
+    let veach = load(&in_repository("scenes/mitsuba/veach-mis/scene.xml")).expect("valid");
+    assert_eq!(veach.render.max_bounces, Some(2));
+    // The horizontal field of view is given.
+    let fov = 2.0 * ((17.5_f64).to_radians().tan() * 720.0 / 1280.0).atan();
+    assert!((veach.camera.fov - fov).abs() < 1e-12);
+    let MaterialModel::Conductor {
+        roughness, tint, ..
+    } = veach.materials[0].model
+    else {
+        panic!("{:?}", veach.materials[0])
+    };
+    assert!((roughness - 0.1).abs() < 1e-6, "{roughness}");
+    assert_eq!(tint, Rgb::grey(0.3));
+}
+
+#[test]
+fn names_references_and_transforms_are_resolved_in_order() {
+    let it = valid(
+        r#"<default name="x" value="2"/><default name="x" value="3"/><default name="xy" value="5"/>
+        <bsdf type="diffuse" id="red"><rgb name="reflectance" value="0.5, 0.25 0"/></bsdf>
+        <shape type="cube"><ref id="red"/><transform name="to_world">
+            <scale value="$x"/><translate x="$xy"/><rotate z="1" angle="90"/></transform></shape>
+        <shape type="sphere"><ref name="bsdf" id="red"/><point name="center" x="1" y="2" z="3"/>
+            <float name="radius" value="4"/></shape>"#,
+    );
+    assert!(close(
+        it.shapes[0].transform.transform_point3(DVec3::ONE),
+        DVec3::new(-2.0, 7.0, 2.0)
+    ));
+    assert_eq!(it.materials.len(), 1);
+    assert!(!it.materials[0].two_sided);
+    assert!(close(
+        it.shapes[1].transform.translation,
+        DVec3::new(1.0, 2.0, 3.0)
+    ));
+    let [a, b] = [
+        "<lookat origin=\"1, 2, 3\" target=\"1, 2, 0\" up=\"0, 1, 0\"/>",
+        "<matrix value=\"-1 0 0 1 0 1 0 2 0 0 -1 3 0 0 0 1\"/>",
+    ]
+    .map(|step| {
+        let sensor = format!(
+            "<scene version=\"3.0.0\"><sensor type=\"thinlens\"><float name=\"aperture_radius\" value=\"0.5\"/>\
+            <float name=\"focus_distance\" value=\"7\"/><transform name=\"to_world\">{step}</transform></sensor></scene>"
+        );
+        read(&sensor).unwrap_or_else(|error| panic!("{error}")).camera
+    });
+    assert!(close(a.to_world.translation, b.to_world.translation));
+    assert!(close(
+        a.to_world.matrix3 * DVec3::ONE,
+        b.to_world.matrix3 * DVec3::ONE
+    ));
+    assert!(close(a.to_world.matrix3 * DVec3::ONE, DVec3::ONE));
+    assert_eq!((a.lens_radius, a.focus_distance), (0.5, 7.0));
+}
+
+#[test]
+fn every_bsdf_becomes_a_material() {
+    let (model, two_sided, _) = material(
+        r#"<bsdf type="twosided"><bsdf type="roughconductor">
+        <string name="material" value="Au"/><float name="alpha" value="0.25"/>
+        <string name="distribution" value="ggx"/></bsdf></bsdf>"#,
+    );
+    let MaterialModel::Conductor { eta, roughness, .. } = model else {
+        panic!("{model:?}")
+    };
+    assert!(two_sided);
+    assert_eq!((eta, roughness), (Rgb::new(0.143, 0.3753, 1.442), 0.5));
+    let (model, _, _) =
+        material(r#"<bsdf type="conductor"><string name="material" value="none"/></bsdf>"#);
+    assert!(matches!(model, MaterialModel::Mirror { .. }));
+    let (model, two_sided, _) = material(
+        r#"<bsdf type="dielectric"><string name="int_ior" value="water"/>
+        <float name="ext_ior" value="1"/></bsdf>"#,
+    );
+    let MaterialModel::Dielectric { ior, roughness, .. } = model else {
+        panic!("{model:?}")
+    };
+    assert!(two_sided);
+    assert_eq!((ior, roughness), (1.333, 0.0));
+    for (bsdf, kind) in [
+        ("<bsdf type=\"plastic\"/>", NoteKind::Approximation),
+        ("<bsdf type=\"principled\"/>", NoteKind::Approximation),
+        ("<bsdf type=\"hair\"/>", NoteKind::Approximation),
+        ("<bsdf type=\"thindielectric\"/>", NoteKind::Approximation),
+        ("<bsdf type=\"roughconductor\"/>", NoteKind::Approximation),
+        (
+            "<bsdf type=\"bumpmap\"><bsdf type=\"diffuse\"/></bsdf>",
+            NoteKind::Omission,
+        ),
+        (
+            "<bsdf type=\"diffuse\"><float name=\"shine\" value=\"1\"/></bsdf>",
+            NoteKind::Omission,
+        ),
+    ] {
+        let (_, _, scene) = material(bsdf);
+        let found = scene
+            .notes
+            .iter()
+            .any(|note| note.kind == kind && note.place.line == Some(3));
+        assert!(found, "{bsdf}: {:?}", scene.notes);
+        let error = scene.check_faithful().expect_err(bsdf);
+        assert!(error.to_string().contains("a.xml:3: bsdf"), "{error}");
+    }
+    let (model, ..) = material(
+        r#"<bsdf type="blendbsdf"><float name="weight" value="0.25"/>
+        <bsdf type="diffuse"><rgb name="reflectance" value="0.8"/></bsdf>
+        <bsdf type="diffuse"><rgb name="reflectance" value="0.4"/></bsdf></bsdf>"#,
+    );
+    let MaterialModel::Diffuse { reflectance } = model else {
+        panic!("{model:?}")
+    };
+    let grey = reflectance.constant().expect("a constant").luminance();
+    assert!((grey - 0.7).abs() < 1e-6);
+    let masked = material(
+        r#"<bsdf type="mask"><float name="opacity" value="0.25"/><bsdf type="diffuse"/></bsdf>"#,
+    )
+    .2;
+    assert_eq!(masked.materials[0].alpha.constant(), Some(Rgb::grey(0.25)));
+}
+
+#[test]
+fn every_emitter_becomes_a_light() {
+    let it = valid(
+        r#"<emitter type="constant"><rgb name="radiance" value="0.5"/></emitter>
+        <emitter type="point"><point name="position" x="1" y="2" z="3"/><rgb name="intensity" value="4"/></emitter>
+        <emitter type="spot"><transform name="to_world"><lookat origin="0 5 0" target="0 0 0" up="0 0 1"/></transform>
+            <float name="cutoff_angle" value="30"/><float name="beam_width" value="30"/></emitter>
+        <emitter type="directional"><vector name="direction" x="0" y="-1" z="0"/></emitter>
+        <emitter type="sunsky"/>
+        <shape type="rectangle"><emitter type="area"><rgb name="radiance" value="7"/></emitter></shape>"#,
+    );
+    assert_eq!(it.lights.len(), 4);
+    assert!(
+        matches!(it.lights[1].model, LightModel::Point { position, .. } if position == DVec3::new(1.0, 2.0, 3.0))
+    );
+    let LightModel::Spot {
+        position,
+        target,
+        penumbra,
+        ..
+    } = it.lights[2].model
+    else {
+        panic!("{:?}", it.lights[2])
+    };
+    assert!(close(position, DVec3::new(0.0, 5.0, 0.0)) && close(target - position, DVec3::NEG_Y));
+    assert_eq!(penumbra, 0.0);
+    assert!(
+        it.notes
+            .iter()
+            .any(|note| note.kind == NoteKind::Omission && note.text.contains("sunsky"))
+    );
+    assert!(it.shapes[0].emission.is_some());
+    // An emitter without a bsdf reflects nothing.
+    let MaterialModel::Diffuse { reflectance } = &it.materials[0].model else {
+        panic!("{:?}", it.materials[0])
+    };
+    assert!(reflectance.is_black());
+}
+
+#[test]
+fn groups_are_placed_by_instances() {
+    let it = valid(
+        r#"<shape type="shapegroup" id="pair"><shape type="sphere"/><shape type="cube"/></shape>
+        <shape type="instance"><ref id="pair"/><transform name="to_world"><translate y="3"/></transform></shape>
+        <shape type="instance"><ref id="pair"/></shape>
+        <shape type="merge"><shape type="cube"/><shape type="disk"/></shape>"#,
+    );
+    assert_eq!(
+        (it.groups.len(), it.instances.len(), it.shapes.len()),
+        (1, 2, 4)
+    );
+    assert_eq!(
+        it.shapes
+            .iter()
+            .filter(|shape| shape.group == Some(0))
+            .count(),
+        2
+    );
+    assert_eq!(
+        it.instances[0].transform.translation,
+        DVec3::new(0.0, 3.0, 0.0)
+    );
+}
+
+#[test]
+fn normals_and_texture_coordinates_follow_the_conventions_of_mitsuba() {
+    let checker = r#"<bsdf type="diffuse"><texture type="checkerboard" name="reflectance">
+        <transform name="to_uv"><scale x="3" y="2"/></transform></texture></bsdf>"#;
+    let it = valid(&format!(
+        "<shape type=\"rectangle\">{checker}</shape><shape type=\"rectangle\">{checker}\
+        <boolean name=\"flip_normals\" value=\"true\"/></shape>"
+    ));
+    for (index, facing) in [1.0, -1.0].into_iter().enumerate() {
+        let mesh = mesh(&it, index);
+        for triangle in &mesh.indices {
+            let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+            assert_eq!((b - a).cross(c - a).z.signum(), facing);
+            assert_eq!(mesh.normals[triangle[0] as usize].z.signum(), facing);
+        }
+        // Mitsuba has v down, and ours is mirrored: the corner (1, 1) is at (3, 1 - 2).
+        let corner = mesh
+            .positions
+            .iter()
+            .position(|p| *p == DVec3::new(1.0, 1.0, 0.0))
+            .expect("a corner");
+        assert_eq!(mesh.uvs[corner].to_array(), [3.0, -1.0]);
+    }
+    let cube = valid(
+        "<shape type=\"cube\"><boolean name=\"face_normals\" value=\"true\"/>\
+        <transform name=\"to_world\"><scale x=\"-1\"/></transform></shape>",
+    );
+    let cube = mesh(&cube, 0);
+    assert!(cube.normals.is_empty());
+    for triangle in &cube.indices {
+        let [a, b, c] = triangle.map(|i| cube.positions[i as usize]);
+        assert!(
+            (b - a).cross(c - a).dot(a + b + c) < 0.0,
+            "mirrored without normals: inside out"
+        );
+    }
+}
+
+/// A mesh of two triangles in the format `serialized`.
+fn serialized(version: u16) -> Vec<u8> {
+    let mut stream = Vec::new();
+    stream.extend(0x1002_u32.to_le_bytes());
+    if version == 4 {
+        stream.extend(b"a\0");
+    }
+    stream.extend(4_u64.to_le_bytes());
+    stream.extend(2_u64.to_le_bytes());
+    let positions = [
+        0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0_f32,
+    ];
+    let uvs = [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0_f32];
+    stream.extend(positions.iter().chain(&uvs).flat_map(|x| x.to_le_bytes()));
+    stream.extend([0, 1, 2, 0, 2, 3_u32].iter().flat_map(|i| i.to_le_bytes()));
+    let mut file = Vec::new();
+    file.extend(0x041c_u16.to_le_bytes());
+    file.extend(version.to_le_bytes());
+    let mut encoder = ZlibEncoder::new(&mut file, Compression::default());
+    encoder.write_all(&stream).expect("memory");
+    encoder.finish().expect("memory");
+    if version == 4 {
+        file.extend(0_u64.to_le_bytes());
+    } else {
+        file.extend(0_u32.to_le_bytes());
+    }
+    file.extend(1_u32.to_le_bytes());
+    file
+}
+
+fn load_serialized(bytes: &[u8], index: usize) -> Result<SceneDescription, Error> {
+    let text = scene(&format!(
+        "<shape type=\"serialized\"><string name=\"filename\" value=\"a.serialized\"/>\
+        <integer name=\"shape_index\" value=\"{index}\"/></shape>"
+    ));
+    load(&SceneFolder::new([("a.xml", text.as_bytes()), ("a.serialized", bytes)]).path("a.xml"))
+}
+
+#[test]
+fn serialized_meshes_are_read_and_damaged_ones_refused() {
+    for version in [3, 4] {
+        let whole = serialized(version);
+        let it = load_serialized(&whole, 0).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(mesh(&it, 0).indices, [[0, 1, 2], [0, 2, 3]]);
+        assert!(mesh(&it, 0).normals.iter().all(|n| close(*n, DVec3::Z)));
+        for length in 0..whole.len() {
+            let error = load_serialized(&whole[..length], 0).expect_err("the file is cut");
+            assert!(error.to_string().contains("a.serialized"), "{error}");
+        }
+        let error = load_serialized(&whole, 1)
+            .expect_err("there is one mesh")
+            .to_string();
+        assert!(error.contains("there are 1 meshes"), "{error}");
+    }
+}
+
+#[test]
+fn errors_have_a_line_and_what_was_expected() {
+    for (content, expected) in [
+        (
+            "<shap type=\"cube\"/>",
+            "a.xml:3: unknown element `shap`; did you mean `shape`?",
+        ),
+        (
+            "<shape type=\"cub\"/>",
+            "unknown shape `cub`; did you mean `cube`?",
+        ),
+        ("<shape/>", "a.xml:3: expected an attribute `type`"),
+        (
+            "<shape type=\"cube\"><ref id=\"m\"/></shape>",
+            "a.xml:3: unknown id `m`",
+        ),
+        (
+            "<bsdf id=\"a\" type=\"diffuse\"/><bsdf id=\"a\" type=\"diffuse\"/>",
+            "an object of the id `a` already",
+        ),
+        (
+            "<bsdf id=\"a\" type=\"twosided\"><ref id=\"a\"/></bsdf>",
+            "a.xml:3: unknown id `a`",
+        ),
+        (
+            "<shape type=\"sphere\"><float name=\"radius\" value=\"$r\"/></shape>",
+            "unknown parameter `r`",
+        ),
+        (
+            "<shape type=\"sphere\"><float name=\"radius\" value=\"1e999\"/></shape>",
+            "expected a finite number, found 1e999",
+        ),
+        (
+            "<shape type=\"sphere\"><float name=\"radius\" value=\"-1\"/></shape>",
+            "expected a number above 0, found -1",
+        ),
+        (
+            "<shape type=\"sphere\"><float name=\"radius\" value=\"1 2\"/></shape>",
+            "expected 1 numbers, found 2",
+        ),
+        (
+            "<shape type=\"obj\"><string name=\"filename\" value=\"none.obj\"/></shape>",
+            "none.obj",
+        ),
+        ("<shape type=\"ply\"/>", "expected a `filename`"),
+        (
+            "<shape type=\"instance\"/>",
+            "expected a reference to a shape of type shapegroup",
+        ),
+        (
+            "<include filename=\"a.xml\"/>",
+            "does a.xml include itself?",
+        ),
+        ("<include filename=\"none.xml\"/>", "a.xml:3: "),
+        (
+            "<emitter type=\"envmap\"><string name=\"filename\" value=\"none.exr\"/></emitter>",
+            "a.xml:3: emitter `envmap`",
+        ),
+        ("<emitter type=\"lamp\"/>", "unknown emitter `lamp`"),
+        (
+            "<shape type=\"sphere\"><bsdf type=\"difuse\"/></shape>",
+            "unknown bsdf `difuse`; did you mean `diffuse`?",
+        ),
+        (
+            "<shape type=\"cube\"><transform name=\"to_world\"><scale value=\"0\"/></transform></shape>",
+            "not singular",
+        ),
+        (
+            "<shape type=\"cube\"><transform name=\"to_world\"><matrix value=\"1 2\"/></transform></shape>",
+            "16 or 9",
+        ),
+        (
+            "<integrator type=\"path\"><integer name=\"max_depth\" value=\"-2\"/></integrator>",
+            "expected -1, or",
+        ),
+        ("<", "a.xml:"),
+    ] {
+        let words = complaint(content);
+        assert!(words.contains("a.xml"), "{words}");
+        assert!(words.contains(expected), "{expected}: {words}");
+    }
+    let deep = "<shape type=\"merge\">".repeat(500) + &"</shape>".repeat(500);
+    assert!(complaint(&deep).contains("nested at most 64 deep"));
+    assert!(
+        read("<scene version=\"3.0.0\"/>")
+            .expect_err("no sensor")
+            .to_string()
+            .contains("expected a sensor")
+    );
+    assert!(
+        read("<bsdf/>")
+            .expect_err("no scene")
+            .to_string()
+            .contains("expected an element `scene`")
+    );
+}
+
+#[test]
+fn a_scene_cut_anywhere_is_an_error_and_never_a_panic() {
+    let whole =
+        scene("<bsdf type=\"diffuse\" id=\"é\"/><shape type=\"cube\"><ref id=\"é\"/></shape>");
+    for length in 0..whole.len() {
+        let error = load(&SceneFolder::new([("a.xml", &whole.as_bytes()[..length])]).path("a.xml"));
+        assert!(error.expect_err("it is cut").to_string().contains("a.xml"));
+    }
+}

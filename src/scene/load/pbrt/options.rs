@@ -200,101 +200,117 @@ impl Options {
     }
 
     fn render(&self, library: &mut Library) -> Result<RenderDescription> {
-        let written = |value: &str, params: &Parameters| Written {
-            value: value.to_owned(),
-            line: params.place.line.unwrap_or(1),
-        };
         let mut render = RenderDescription {
             spp: Some(16),
             max_bounces: Some(5),
             ..RenderDescription::default()
         };
-        if let Some(Given { class, params }) = &self.sampler {
-            let whole = |name, default| params.whole(name, default, [1, i32::MAX as u32]);
-            let ours = match class.as_str() {
-                "independent" => Some("independent"),
-                "stratified" => Some("stratified"),
-                "halton" | "paddedsobol" | "pmj02bn" | "sobol" | "zsobol" => None,
-                _ => {
-                    let known = [
-                        "halton",
-                        "independent",
-                        "paddedsobol",
-                        "pmj02bn",
-                        "sobol",
-                        "stratified",
-                        "zsobol",
-                    ];
-                    return Err(params.error(unknown_name("sampler", class, &known)));
-                }
-            };
-            render.sampler = ours.map(|name| written(name, params));
-            render.spp = Some(match class.as_str() {
-                "stratified" => u64::from(whole("xsamples", 4)?) * u64::from(whole("ysamples", 4)?),
-                _ => u64::from(whole("pixelsamples", 16)?),
-            });
-            for ignored in ["randomization", "jitter", "seed"] {
-                params.has(ignored);
-            }
+        if let Some(sampler) = &self.sampler {
+            read_sampler(sampler, &mut render)?;
         }
-        let Some(Given { class, params }) = &self.integrator else {
-            return Ok(render);
-        };
-        render.max_bounces = Some(params.whole("maxdepth", 5, [0, i32::MAX as u32])?);
-        let ours = match class.as_str() {
-            "path" | "simplepath" | "volpath" | "simplevolpath" => "path",
-            "bdpt" => "bdpt",
-            "mlt" => "mlt",
-            "ambientocclusion" | "function" | "lightpath" | "randomwalk" | "sppm" => {
-                library.approximated(
-                    &params.place,
-                    format!("the integrator `{class}` became `path`"),
-                );
-                "path"
-            }
-            _ => {
-                let known = [
-                    "ambientocclusion",
-                    "bdpt",
-                    "function",
-                    "lightpath",
-                    "mlt",
-                    "path",
-                    "randomwalk",
-                    "simplepath",
-                    "simplevolpath",
-                    "sppm",
-                    "volpath",
-                ];
-                return Err(params.error(unknown_name("integrator", class, &known)));
-            }
-        };
-        if params.truth("regularize", false)? {
-            library.omitted(&params.place_of("regularize"), "BSDFs are not regularized");
+        if let Some(integrator) = &self.integrator {
+            read_integrator(integrator, &mut render, library)?;
         }
-        // How pbrt computes the image, not which.
-        for ignored in [
-            "lightsampler",
-            "usemis",
-            "samplebsdf",
-            "samplelights",
-            "bootstrapsamples",
-            "chains",
-            "mutationsperpixel",
-            "largestepprobability",
-            "sigma",
-            "photonsperiteration",
-            "radius",
-            "seed",
-            "cossample",
-            "maxdistance",
-            "visualizestrategies",
-            "visualizeweights",
-        ] {
-            params.has(ignored);
-        }
-        render.integrator = Some(written(ours, params));
         Ok(render)
+    }
+}
+
+fn read_sampler(Given { class, params }: &Given, render: &mut RenderDescription) -> Result<()> {
+    let whole = |name, default| params.whole(name, default, [1, i32::MAX as u32]);
+    let ours = match class.as_str() {
+        "independent" => Some("independent"),
+        "stratified" => Some("stratified"),
+        "halton" | "paddedsobol" | "pmj02bn" | "sobol" | "zsobol" => None,
+        _ => {
+            let known = [
+                "halton",
+                "independent",
+                "paddedsobol",
+                "pmj02bn",
+                "sobol",
+                "stratified",
+                "zsobol",
+            ];
+            return Err(params.error(unknown_name("sampler", class, &known)));
+        }
+    };
+    render.sampler = ours.map(|name| written(name, params));
+    render.spp = Some(match class.as_str() {
+        "stratified" => u64::from(whole("xsamples", 4)?) * u64::from(whole("ysamples", 4)?),
+        _ => u64::from(whole("pixelsamples", 16)?),
+    });
+    for ignored in ["randomization", "jitter", "seed"] {
+        params.has(ignored);
+    }
+    Ok(())
+}
+
+fn read_integrator(
+    Given { class, params }: &Given,
+    render: &mut RenderDescription,
+    library: &mut Library,
+) -> Result<()> {
+    render.max_bounces = Some(params.whole("maxdepth", 5, [0, i32::MAX as u32])?);
+    let ours = match class.as_str() {
+        "path" | "simplepath" | "volpath" | "simplevolpath" => "path",
+        "bdpt" => "bdpt",
+        "mlt" => "mlt",
+        "ambientocclusion" | "function" | "lightpath" | "randomwalk" | "sppm" => {
+            library.approximated(
+                &params.place,
+                format!("the integrator `{class}` became `path`"),
+            );
+            "path"
+        }
+        _ => {
+            let known = [
+                "ambientocclusion",
+                "bdpt",
+                "function",
+                "lightpath",
+                "mlt",
+                "path",
+                "randomwalk",
+                "simplepath",
+                "simplevolpath",
+                "sppm",
+                "volpath",
+            ];
+            return Err(params.error(unknown_name("integrator", class, &known)));
+        }
+    };
+    if params.truth("regularize", false)? {
+        library.omitted(&params.place_of("regularize"), "BSDFs are not regularized");
+    }
+    // How pbrt computes the image, not which.
+    for ignored in [
+        "lightsampler",
+        "usemis",
+        "samplebsdf",
+        "samplelights",
+        "bootstrapsamples",
+        "chains",
+        "mutationsperpixel",
+        "largestepprobability",
+        "sigma",
+        "photonsperiteration",
+        "radius",
+        "seed",
+        "cossample",
+        "maxdistance",
+        "visualizestrategies",
+        "visualizeweights",
+    ] {
+        params.has(ignored);
+    }
+    render.integrator = Some(written(ours, params));
+    Ok(())
+}
+
+fn written(value: &str, params: &Parameters) -> Written<String> {
+    Written {
+        value: value.to_owned(),
+        line: params.place.line.unwrap_or(1),
     }
 }
 

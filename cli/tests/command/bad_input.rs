@@ -293,8 +293,8 @@ fn materials_that_contradict_themselves() {
         &["material[0].normal_map.strength", "at least 0, found -1"],
     );
     map(
-        "{ texture = \"t.png\", scale = 1 }",
-        &["unknown key `scale`"],
+        "{ checker = [0.7, 0.2], repeat = [4, 4], weight = 1 }",
+        &["unknown key `weight`"],
     );
 }
 

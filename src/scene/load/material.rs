@@ -193,13 +193,13 @@ fn data_map(
     let table = value
         .table()
         .map_err(|_| value.expected("a file in quotes, or a table of a texture"))?;
-    let texture = texture(value, &table, bound, ColourSpace::Linear, folder, textures)?;
     let strength = match bound {
         Bound::Reflectance => 1.0,
         Bound::NonNegative => number(&table, "strength", 1.0, "a number of at least 0", |x| {
             x >= 0.0
         })?,
     };
+    let texture = texture(value, &table, bound, ColourSpace::Linear, folder, textures)?;
     table.finish()?;
     Ok((Arc::new(texture), strength))
 }

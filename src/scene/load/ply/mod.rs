@@ -3,8 +3,7 @@
 //! Measure: the file's own units, in double precision; v of texture coordinates points up.
 //! Range: at least one face; polygons are split into triangle fans, which is correct for convex ones; other elements
 //! and properties are ignored. An error has the line, or the byte of a binary body.
-//! Source: Turk, "The PLY Polygon File Format" (1994). The crates for it build a record of boxed properties per element,
-//! which takes longer than building the acceleration structure. Tested in `tests/loading/ply.rs`.
+//! Source: Turk, "The PLY Polygon File Format" (1994). Tested in `tests/loading/ply.rs`.
 
 mod body;
 mod complaint;

@@ -18,7 +18,7 @@ pub struct BenchArguments {
     /// Scenes: files of the formats that `render` reads, or names of the benchmark's own scenes: cornell-box,
     /// suzanne-room, terrain, needles, stadium, soup. Default: all of the benchmark's own scenes.
     pub scenes: Vec<PathBuf>,
-    /// How faithfully files have to be read.
+    /// The faithfulness with which files have to be read.
     #[command(flatten)]
     pub fidelity: Fidelity,
     /// Backend to measure; may be repeated. Default: all backends of this build.

@@ -19,7 +19,7 @@ pub struct SceneArguments {
     /// Camera of this name, of a file that has several. Default: the first.
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
-    /// How faithfully it has to be read.
+    /// The faithfulness with which it has to be read.
     #[command(flatten)]
     pub fidelity: Fidelity,
 }
@@ -35,7 +35,7 @@ impl SceneArguments {
     }
 }
 
-/// How faithfully a scene has to be read.
+/// The faithfulness with which a scene has to be read.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Fidelity {
     /// Refuse a scene of which something would be approximated or left out, instead of printing notes.

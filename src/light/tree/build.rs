@@ -35,7 +35,7 @@ struct Group {
     cost: f32,
 }
 
-/// What the cost of a group depends on.
+/// The quantities that the cost of a group depends on.
 #[derive(Debug, Clone, Copy)]
 struct Extent {
     low: Vec3,

@@ -11,15 +11,15 @@ use std::fmt;
 /// One sentence of the loader to the user.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Note {
-    /// What the loader did.
+    /// The kind of decision.
     pub kind: NoteKind,
     /// The place of the object concerned; the default if the note is about the whole scene.
     pub place: Place,
-    /// What was found, and what it became.
+    /// The object that was found, and its replacement.
     pub text: String,
 }
 
-/// What the loader did, from the least to the greatest effect on the image.
+/// Decisions of a loader, from the least to the greatest effect on the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum NoteKind {

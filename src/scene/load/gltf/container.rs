@@ -38,7 +38,7 @@ struct Chunks<'a> {
     bin: Option<&'a [u8]>,
 }
 
-/// What has to be known before the JSON is read as a whole.
+/// The fields that have to be known before the JSON is read as a whole.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Head {

@@ -238,25 +238,7 @@ impl Reader<'_> {
                 &format!("distribution `{of_bsdf}` is replaced by GGX"),
             );
         }
-        let mut alpha_of = |name: &str, default: f64| -> Result<f64> {
-            let colour = self.colour(bsdf, name, Rgb::grey(default as f32), Kind::Data)?;
-            let alpha = match colour.constant() {
-                Some(alpha) => f64::from(alpha.luminance()),
-                None => {
-                    self.note(
-                        bsdf,
-                        NoteKind::Approximation,
-                        &format!("`{name}` is replaced by its mean"),
-                    );
-                    texture::mean(&colour)
-                }
-            };
-            if (0.0..=1.0).contains(&alpha) {
-                Ok(alpha)
-            } else {
-                Err(bsdf.error_at(name, "expected a number from 0 to 1"))
-            }
-        };
+        let mut alpha_of = |name: &str, default: f64| self.share(bsdf, name, default);
         let alpha = alpha_of("alpha", 0.1)?;
         let (u, v) = (alpha_of("alpha_u", alpha)?, alpha_of("alpha_v", alpha)?);
         if u != v {
@@ -375,25 +357,30 @@ impl Reader<'_> {
         Ok(())
     }
 
+    /// A number from 0 to 1, or the mean of a texture, with a note.
+    fn share(&mut self, bsdf: &Object, name: &str, default: f64) -> Result<f64> {
+        let colour = self.colour(bsdf, name, Rgb::grey(default as f32), Kind::Data)?;
+        let share = match colour.constant() {
+            Some(share) => f64::from(share.luminance()),
+            None => {
+                self.note(
+                    bsdf,
+                    NoteKind::Approximation,
+                    &format!("`{name}` is replaced by its mean"),
+                );
+                texture::mean(&colour)
+            }
+        };
+        if (0.0..=1.0).contains(&share) {
+            Ok(share)
+        } else {
+            Err(bsdf.error_at(name, "expected a number from 0 to 1"))
+        }
+    }
+
     fn principled(&mut self, bsdf: &Object, made: &mut MaterialDescription) -> Result<()> {
         let mut share = |name: &str, default: f64| -> Result<f32> {
-            let colour = self.colour(bsdf, name, Rgb::grey(default as f32), Kind::Data)?;
-            let value = match colour.constant() {
-                Some(value) => f64::from(value.luminance()),
-                None => {
-                    self.note(
-                        bsdf,
-                        NoteKind::Approximation,
-                        &format!("`{name}` is replaced by its mean"),
-                    );
-                    texture::mean(&colour)
-                }
-            };
-            if (0.0..=1.0).contains(&value) {
-                Ok(value as f32)
-            } else {
-                Err(bsdf.error_at(name, "expected a number from 0 to 1"))
-            }
+            Ok(self.share(bsdf, name, default)? as f32)
         };
         let (metallic, roughness) = (share("metallic", 0.0)?, share("roughness", 0.5)?);
         let (transmission, specular) = (share("spec_trans", 0.0)?, share("specular", 0.5)?);

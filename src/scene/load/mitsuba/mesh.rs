@@ -9,7 +9,7 @@
 use crate::math::vec::{DAffine2, DVec2, DVec3};
 use crate::scene::description::MeshDescription;
 
-/// How a mesh is to be finished.
+/// The steps that finish a mesh.
 #[derive(Debug, Clone, Copy)]
 pub struct MeshOptions {
     /// Whether the normals are reversed.

@@ -149,7 +149,7 @@ fn densities_with_a_normal_give_the_projected_solid_angle() {
             "{at:?}: {mean} {exact} {variance:e}"
         );
     }
-    assert!(clear > 1000, "{clear}");
+    assert!(clear > 900, "{clear}");
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn hits_have_the_density_of_samples() {
 fn lights_that_cross_the_horizon_give_the_projected_solid_angle() {
     let mut rng = TestRng::new(31);
     let mut sums = Moments::default();
-    for _ in 0..200 {
+    for _ in 0..300 {
         let flat = Flat::random(&mut rng);
         let distance = 10.0_f32.powf(2.0 * rng.uniform() - 1.0);
         let p = distance * rng.direction_log_uniform(0.05);
@@ -185,16 +185,24 @@ fn lights_that_cross_the_horizon_give_the_projected_solid_angle() {
         let normal = (on_light - p).cross(direction(&mut rng)).normalize();
         let at = Receiver { p, normal };
         let exact = flat.projected_solid_angle(&at);
+        let mut above = 0;
         let estimates = Moments::of((0..4096).map(|_| {
             let sample = flat.sample(&at, rng.uniform_2d()).expect("off the plane");
-            f64::from(sample.wi.dot(normal)).max(0.0) / density(&sample)
+            let cos = f64::from(sample.wi.dot(normal)).max(0.0);
+            above += u32::from(cos > 0.0);
+            cos / density(&sample)
         }));
+        // Of a sliver above the horizon too few samples tell the standard error.
+        if above < 200 {
+            continue;
+        }
         let error = estimates.standard_error().expect("many");
         let deviation = (estimates.mean() - exact) / error.max(1e-5 * exact);
         assert!(deviation.abs() < 5.5, "{at:?}: {deviation}");
         sums.push(deviation);
     }
-    assert!(sums.mean().abs() < 0.3, "{}", sums.mean());
+    assert!(sums.count() > 120, "{}", sums.count());
+    assert!(sums.mean().abs() < 0.4, "{}", sums.mean());
 }
 
 /// The p-value of samples counted in cells of the sphere about the receiver, whose densities are integrated there: for lights
@@ -302,10 +310,10 @@ fn samples_follow_their_density_from_near_and_far() {
 fn a_normal_takes_most_of_the_variance_of_the_cosine() {
     let mut rng = TestRng::new(33);
     for (distance, is_triangle, uniform, weighted) in [
-        (1.2, false, 0.12, 0.03),
-        (3.0, false, 0.02, 0.006),
-        (10.0, false, 0.0025, 0.0006),
-        (1.2, true, 0.07, 0.02),
+        (1.2, false, 0.02, 0.007),
+        (3.0, false, 0.015, 0.01),
+        (10.0, false, 0.002, 0.0001),
+        (1.2, true, 0.015, 0.01),
     ] {
         let [mut without, mut with] = [Moments::default(); 2];
         for _ in 0..1000 {

@@ -10,6 +10,7 @@
 //! Source: SVG 2. Colours as in `chart.rs`; marks also differ in shape and guides are dashed, so that colour is never
 //! needed to tell series apart. Tested below.
 
+mod labels;
 mod scale;
 
 use super::chart::HUES;
@@ -109,6 +110,7 @@ fn svg(plot: &Plot) -> Markup {
             text.name.end x=(LEFT + frame.width) y=(height - 8.0) { (plot.x.label) }
             svg x=(LEFT) y=(TOP) width=(frame.width) height=(frame.height) {
                 @for series in &plot.series { (drawn(series, &frame)) }
+                (labels::drawn(&plot.series, &frame))
             }
             path.axes d=(format!("M{LEFT} {TOP}V{bottom}H{}", LEFT + frame.width)) {}
         }
@@ -260,6 +262,7 @@ pub const STYLE: &str = "
 .plot .guide { stroke-dasharray: 6 4; stroke-width: 1.3; }
 .plot .mark, .plot .bars { fill: currentColor; } .plot .bars { fill-opacity: .55; stroke: none; }
 .plot .dot { fill: none; stroke: currentColor; stroke-width: 6; stroke-linecap: round; } .plot .small { stroke-width: 2.4; }
+.plot .label { fill: currentColor; font-weight: 600; paint-order: stroke; stroke: var(--ground); stroke-width: 4; }
 .plot .ribbon { fill: currentColor; fill-opacity: .16; stroke: none; }
 .keys { list-style: none; display: flex; flex-wrap: wrap; gap: .1rem 1.2rem; padding: 0; margin: .2rem 0 .4rem; font-size: .9rem; }
 .key-mark { width: 28px; height: 14px; margin-right: .4rem; vertical-align: -1px; }

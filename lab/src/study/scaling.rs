@@ -1,0 +1,131 @@
+//! The time on another number of processors, by the measured gain from one thread to all of this machine.
+//!
+//! With a share s of the time that is not divided among threads, p of them take t(p) = t(1) (s + (1 - s) / p).
+//!
+//! Measure: shares of the time of one thread; the predicted time over that of this machine, without unit.
+//! Range: machines of two threads or more, with processors like this one's; memory that limits many threads is not
+//! included. The interval of s has a confidence of 95 %; s is in [0, 1].
+//! Source: Amdahl 1967. Tested below.
+
+use super::bootstrap::Ranged;
+use super::fit::TimeLaw;
+use super::run::Study;
+use super::runner::{Purpose, seed_for};
+use super::schedule::SCALING;
+use super::settings::Watch;
+use etendue::Result;
+use etendue::internals::math::stats::{Moments, student_quantile_of};
+use serde::Serialize;
+
+/// The minimum and the maximum number of pairs of renders, with one thread and with all.
+const ROUNDS: [u64; 2] = [4, 12];
+
+/// The time on another number of threads.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Scaling {
+    /// Number of threads that were measured, besides one.
+    pub measured: usize,
+    /// Number of threads for which times are predicted.
+    pub threads: usize,
+    /// The share of the time that is not divided among threads.
+    pub serial: Ranged,
+    /// The time with `threads` over that with `measured` threads.
+    pub factor: Ranged,
+}
+
+impl Scaling {
+    /// The prediction from the times of `measured` threads over those of one.
+    pub fn of(measured: usize, threads: usize, ratios: &[f64]) -> Option<Self> {
+        let n = 1.0 / measured as f64;
+        let serial = Moments::of(ratios.iter().map(|ratio| (ratio - n) / (1.0 - n)));
+        let quantile = student_quantile_of(serial.count() as f64 - 1.0, 0.975);
+        let margin = quantile * serial.standard_error()?;
+        let [value, low, high] =
+            [0.0, -1.0, 1.0].map(|side| (serial.mean() + side * margin).clamp(0.0, 1.0));
+        let serial = Ranged { value, low, high };
+        let time = |s: f64, p: f64| s + (1.0 - s) / p;
+        let factor = |s: f64| time(s, threads as f64) / time(s, measured as f64);
+        let [at_low, at_high] = [factor(low), factor(high)];
+        Some(Self {
+            measured,
+            threads,
+            serial,
+            factor: Ranged {
+                value: factor(value),
+                low: at_low.min(at_high),
+                high: at_low.max(at_high),
+            },
+        })
+    }
+}
+
+impl Study<'_> {
+    /// Measures the gain by threads with the first variant, if times for another number of them were requested; `None`
+    /// if it was cancelled.
+    pub(super) fn scaling(&mut self, laws: &[TimeLaw], watch: &Watch<'_>) -> Result<Option<()>> {
+        let Some((threads, (law, variant))) = self
+            .settings
+            .for_threads
+            .zip(laws.first().zip(self.settings.variants.first()))
+        else {
+            return Ok(Some(()));
+        };
+        let measured = self.settings.options.threads;
+        if measured < 2 {
+            self.report.warn(
+                "times for another number of threads need a measurement with two threads or more",
+            );
+            return Ok(Some(()));
+        }
+        let least = variant.settings.least_samples();
+        let [fewest, most] = ROUNDS;
+        let seconds = SCALING * self.settings.budget;
+        // A pair takes as long as one render and `measured` times that.
+        let pair = |spp: f64| (1.0 + measured as f64) * law.at(spp);
+        let spp = ((seconds / most as f64 / pair(1.0)) as u64).max(1);
+        let rounds = ((seconds / pair(spp as f64)) as u64).clamp(fewest, most);
+        let mut ratios = Vec::new();
+        for round in 0..rounds {
+            let seed = seed_for(self.settings.seed, Purpose::Scaling, [round, 0, 0]);
+            let mut times = [0.0; 2];
+            for (time, threads) in times.iter_mut().zip([1, measured]) {
+                let mut settings = self.prepared.settings(variant, spp * least, seed);
+                settings.threads = threads;
+                let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
+                    return Ok(None);
+                };
+                *time = shot.seconds.wall;
+            }
+            ratios.push(times[1] / times[0]);
+        }
+        self.report.scaling = Scaling::of(measured, threads, &ratios);
+        Ok(Some(()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_follow_from_the_share_that_is_not_divided() {
+        // A tenth of the time is serial: two threads take 0.55 of the time of one, 64 take 0.1140625.
+        let ratios = [0.54, 0.55, 0.56, 0.55];
+        let scaling = Scaling::of(2, 64, &ratios).expect("several");
+        assert!((scaling.serial.value - 0.1).abs() < 1e-12);
+        assert!((scaling.factor.value - 0.114_062_5 / 0.55).abs() < 1e-12);
+        assert!(scaling.factor.low < scaling.factor.value);
+        assert!(scaling.factor.high > scaling.factor.value);
+    }
+
+    #[test]
+    fn a_perfect_division_has_an_end_at_that_of_the_processors() {
+        let scaling = Scaling::of(2, 64, &[0.49, 0.5, 0.49, 0.5]).expect("several");
+        assert_eq!((scaling.serial.value, scaling.serial.low), (0.0, 0.0));
+        assert!(
+            (scaling.factor.low - 2.0 / 64.0).abs() < 1e-12,
+            "{scaling:?}"
+        );
+        assert_eq!(Scaling::of(2, 64, &[0.5]), None);
+    }
+}

@@ -3,8 +3,8 @@
 
 Usage: pip install mitsuba numpy; scripts/error-against-time.py [--etendue PROGRAM] [--budget SECONDS] [SCENE...]
 
-Scenes are those of SCENES below: of a Mitsuba scene both read the same file (box filter, GGX in place of Beckmann);
-suzanne-room is read by Mitsuba with its `principled` material, which is near ours, not equal. Each program is held
+Of a Mitsuba scene both programs read the same file, with a box filter and GGX in place of Beckmann; suzanne-room is
+read by Mitsuba with its `principled` material, which is near ours, not equal. Each program is held
 against its own pair of references R1, R2 of a third of its time: with w = 1 / (r^2 + 0.01 mean(r)^2) the mean of
 w (X - R1)(X - R2) is the squared error of X, without the noise of the references, and without the differences between
 the programs. Renders of both alternate. Seconds are those of rendering: of Etendue as --stats has them, of Mitsuba from
@@ -151,9 +151,10 @@ def suzanne_room(folder, size, sampler):
 def bsdf_of(material, folder):
     if "Tf" in material:
         return {"type": "dielectric", "int_ior": material["Ni"][0]}
-    colour = {"type": "rgb", "value": material["Kd"]}
     if "map_Kd" in material:
         colour = {"type": "bitmap", "filename": os.path.join(folder, material["map_Kd"])}
+    else:
+        colour = {"type": "rgb", "value": material["Kd"]}
     principled = {"type": "principled", "base_color": colour, "roughness": max(material["Pr"][0], 0.02)}
     principled.update(metallic=material["Pm"][0], eta=material["Ni"][0])
     return {"type": "twosided", "bsdf": principled}
@@ -163,7 +164,7 @@ def references(program, seconds):
     """Two renders that take about `seconds` together, with the weight of squared errors."""
     program.render(16, 900)
     _, pace = program.render(16, 901)
-    spp = 2 ** max(4, int(math.log2(max(16 * seconds / (2 * pace), 16))))
+    spp = 4 ** int(math.log(max(16 * seconds / (2 * pace), 16), 4))
     one, two = (program.render(spp, 902 + index)[0] for index in range(2))
     mean = 0.5 * (one + two)
     return one, two, 1 / (mean**2 + 0.01 * mean.mean() ** 2)

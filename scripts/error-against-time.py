@@ -203,7 +203,7 @@ def cost(levels):
 
 def plot(results, file):
     """Error against seconds, a panel for each scene, as SVG that follows a light or dark page."""
-    wide, high, margin = 360, 250, 46
+    wide, high, margin = 360, 250, 54
     columns = 2
     rows = -(-len(results) // columns)
     every = [(t, 100 * math.sqrt(e)) for _, both in results for levels in both for _, t, e, _ in levels if e > 0]

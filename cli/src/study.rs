@@ -44,8 +44,11 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
     description.film.size = arguments.size.unwrap_or(full_size);
     let mut settings = settings(arguments, &description)?;
     let recommendation = recommendation(&settings, &description, &watcher)?;
-    // The pilot is part of the study.
-    settings.budget = (settings.budget - start.elapsed().as_secs_f64()).max(0.0);
+    if recommendation.is_some() {
+        // The pilot is part of the study. To a tenth of a second, as the budget is printed.
+        let left = settings.budget - start.elapsed().as_secs_f64();
+        settings.budget = (10.0 * left.max(0.0)).round() / 10.0;
+    }
     let files = Files::new(arguments, recommendation)?;
     let kept = KeptStudy {
         keeper: Keeper::new(&watcher),

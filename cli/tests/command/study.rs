@@ -169,6 +169,7 @@ fn a_study_is_printed_and_written_in_three_forms() {
     for expected in [
         "<svg",
         "What accuracy costs",
+        "Error against time",
         "data:image/png",
         "--seed 3",
         "What errors look like",

@@ -5,5 +5,6 @@ pub mod answers;
 pub mod cheaper;
 pub mod report;
 pub mod run;
+mod watch;
 
 pub use run::run;

@@ -9,6 +9,7 @@
 use super::answers::Facts;
 use super::cheaper::Comparison;
 use super::report::{PriceReport, PriceSettings};
+use super::watch::Watch;
 use crate::study::culprits::culprits;
 use crate::study::prepared_scene::PreparedScene;
 use crate::study::reference::References;
@@ -21,7 +22,7 @@ use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::auto::{Recommendation, recommend};
 use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
 use etendue::internals::render::{
-    CONFIDENCE, Progress, RenderInput, RenderObserver, Rendered, Threads, render,
+    CONFIDENCE, RenderInput, RenderObserver, Rendered, Threads, render,
 };
 use etendue::internals::sampler::hash::combine;
 use etendue::internals::scene::description::SceneDescription;
@@ -32,9 +33,6 @@ use std::time::{Duration, Instant};
 const PACE: f64 = 0.06;
 const CULPRITS: f64 = 0.08;
 const CHEAPER: f64 = 0.36;
-
-/// The share of the budget that is kept for the output.
-const RESERVE: f64 = 0.02;
 
 /// The number of samples per pixel that measure the pace.
 const PACE_SPP: u64 = 8;
@@ -149,38 +147,6 @@ fn blank(
     }
 }
 
-/// The clock, which passes on cancellation.
-struct Watch<'a> {
-    observer: &'a dyn StudyObserver,
-    start: Instant,
-    budget: f64,
-}
-
-impl Watch<'_> {
-    fn elapsed(&self) -> f64 {
-        self.start.elapsed().as_secs_f64()
-    }
-
-    fn left(&self) -> f64 {
-        (1.0 - RESERVE) * self.budget - self.elapsed()
-    }
-
-    fn begin(&self, what: &str) {
-        let fraction = (self.elapsed() / self.budget).min(0.99);
-        self.observer.progress(fraction, what);
-    }
-}
-
-impl RenderObserver for Watch<'_> {
-    fn progress(&self, _progress: &Progress) {
-        self.begin("measuring the price");
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.observer.is_cancelled()
-    }
-}
-
 /// A price that is being measured. Each step returns `None` if it was cancelled.
 struct Price<'a> {
     description: &'a SceneDescription,
@@ -214,7 +180,9 @@ impl Price<'_> {
             return Ok(None);
         }
         let left = self.watch.left();
-        let share = (left / own_pace / ENOUGH_SPP).clamp(SMALLEST / pixels, 1.0);
+        let share = (left / own_pace / ENOUGH_SPP)
+            .max(SMALLEST / pixels)
+            .min(1.0);
         let longest = match share < 1.0 {
             true => self.prepared.on_film(scaled(own, share)),
             false => self.prepared.on_film(own),
@@ -303,11 +271,11 @@ impl Price<'_> {
         let variant = Variant::new(self.on_film(small), self.settings.options);
         let seed = combine(self.base.seed, 3);
         let found = culprits(small, self.description, &variant, &references, (spp, seed));
-        if found.is_none() {
-            self.report.notes.push(format!(
-                "{} does not tell which paths its error comes from",
-                self.base.integrator.name()
-            ));
+        let integrator = self.base.integrator;
+        if integrator.splats() || integrator == IntegratorKind::IrradianceCache {
+            let name = integrator.name();
+            let note = format!("{name} does not tell which paths its error comes from");
+            self.report.notes.push(note);
         }
         self.report.culprits = found;
         Ok((!self.watch.is_cancelled()).then_some(()))

@@ -133,7 +133,12 @@ impl Bench<'_> {
         Ok(Some(pairs))
     }
 
-    fn outcome(&self, scene: &Scene, kernel: Option<Kernel>, seed: u64) -> Result<Option<RenderCost>> {
+    fn outcome(
+        &self,
+        scene: &Scene,
+        kernel: Option<Kernel>,
+        seed: u64,
+    ) -> Result<Option<RenderCost>> {
         let settings = RenderSettings {
             seed,
             kernel,

@@ -28,7 +28,9 @@ pub fn p_values(references: &References, renders: &[Image]) -> Vec<f64> {
         let pixels: Vec<usize> = pixels.collect();
         p_value(&pixels, references.mean(), &variance, renders)
     };
-    ImageTile::all(width, height, EDGE).filter_map(of_tile).collect()
+    ImageTile::all(width, height, EDGE)
+        .filter_map(of_tile)
+        .collect()
 }
 
 fn p_value(

@@ -38,6 +38,9 @@ const SECONDS: [(f64, &str); 14] = [
     (3_155_760_000.0, "100 years"),
 ];
 
+/// The factor from the longest time to the end of its axis.
+const ROOM: f64 = 10.0;
+
 /// Number of segments of a law: it is straight except for the start.
 const SEGMENTS: u32 = 16;
 
@@ -68,12 +71,26 @@ pub fn price(findings: &Findings<'_>) -> Plot {
                 .labelled(labels.collect()),
         );
     }
+    let times = series
+        .iter()
+        .flat_map(|it| &it.points)
+        .map(|point| point[0]);
+    let around = |[low, high]: [f64; 2], x: f64| [low.min(x), high.max(x)];
+    let [start, end] = times
+        .filter(|time| time.is_finite() && *time > 0.0)
+        .fold([f64::INFINITY, f64::NEG_INFINITY], around);
+    let axis = Axis::log("rendering time");
+    // Room for the last label.
+    let axis = match start <= end {
+        true => axis.over(0.7 * start, ROOM * end),
+        false => axis,
+    };
     Plot {
-        title: "What accuracy costs".to_owned(),
+        title: "Error against time".to_owned(),
         reading: "The error of the image against the time that it renders, at the scene's own size; the lower and the farther left, the better. Marks were measured, with bands of 95 %; dashes continue them by the law of the error so far. The times are those to errors of 10, 3, 1, 0.3 and 0.1 %: `≈` is beyond what was measured. A line that flattens is biased."
             .to_owned(),
         shape: Shape::Wide,
-        x: Axis::log("rendering time").marked(SECONDS.map(|(s, text)| (s, text.to_owned())).to_vec()),
+        x: axis.marked(SECONDS.map(|(s, text)| (s, text.to_owned())).to_vec()),
         y: Axis::log("error, %").marked(ERRORS.map(|it| (it, format!("{it}"))).to_vec()),
         series,
     }

@@ -186,7 +186,7 @@ pub fn answers_in_words(findings: &Findings<'_>) -> String {
         .filter(|table| !table.rows.is_empty())
     {
         text += &format!(
-            "{}\n\n{}{}\n",
+            "{}\n\n{}\n{}\n",
             table.title,
             wrapped(&table.says, 80),
             table.grid()

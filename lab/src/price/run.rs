@@ -34,6 +34,9 @@ const PACE: f64 = 0.06;
 const CULPRITS: f64 = 0.08;
 const CHEAPER: f64 = 0.36;
 
+/// The least share for the longest render.
+const LEAST: f64 = 0.1;
+
 /// The number of samples per pixel that measure the pace.
 const PACE_SPP: u64 = 8;
 
@@ -179,7 +182,8 @@ impl Price<'_> {
         if self.sources(&small, of_small)?.is_none() || self.cheaper(small)?.is_none() {
             return Ok(None);
         }
-        let left = self.watch.left();
+        // On a busy machine the steps before may have taken all of the time.
+        let left = self.watch.left().max(LEAST * self.settings.budget);
         let share = (left / own_pace / ENOUGH_SPP)
             .max(SMALLEST / pixels)
             .min(1.0);
@@ -188,9 +192,6 @@ impl Price<'_> {
             false => self.prepared.on_film(own),
         };
         self.report.size = longest.size();
-        if left <= 0.0 {
-            return Err(self.too_small());
-        }
         let until = Budget {
             error: Some(ErrorTarget {
                 rel_rmse: UNREACHED,

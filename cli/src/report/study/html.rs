@@ -147,7 +147,7 @@ fn path_charts(findings: &Findings<'_>) -> Markup {
 /// The additional styles of studies.
 const STYLE: &str = "
 .conclusions { padding-left: 1.2rem; } .conclusions li { margin: .3rem 0; }
-.crops { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 9rem), 1fr)); gap: 1rem; margin: .8rem 0; }
+.crops { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 9rem), 15rem)); gap: 1rem; margin: .8rem 0; }
 @media (max-width: 40rem) { .crops { grid-template-columns: repeat(3, 1fr); gap: .4rem; } .picture { font-size: .8rem; } }
 .pairs { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 26rem), 1fr)); gap: 1rem 2rem; margin: .8rem 0; }
 .pair { display: grid; grid-template-columns: 1fr 1fr; gap: .6rem; break-inside: avoid; }

@@ -38,8 +38,8 @@ impl Scaling {
     pub fn of(measured: usize, threads: usize, ratios: &[f64]) -> Option<Self> {
         let n = 1.0 / measured as f64;
         let serial = Moments::of(ratios.iter().map(|ratio| (ratio - n) / (1.0 - n)));
-        let quantile = student_quantile_of(serial.count() as f64 - 1.0, 0.975);
-        let margin = quantile * serial.standard_error()?;
+        let error = serial.standard_error()?;
+        let margin = student_quantile_of(serial.count() as f64 - 1.0, 0.975) * error;
         let [value, low, high] =
             [0.0, -1.0, 1.0].map(|side| (serial.mean() + side * margin).clamp(0.0, 1.0));
         let serial = Ranged { value, low, high };

@@ -470,4 +470,14 @@ pub const PLANTED: &[Planted] = &[
         "what the rays of a record find of lights counts as if light sampling did not find it at every point",
         "rendering::irradiance_cache::a_room_is_as_path_shows_it",
     ),
+    bug(
+        "splats-by-the-pixels-own-count",
+        "samples of a neighbouring tile are divided by the count of the pixel's own tile",
+        "lib::film::splatted::tests::each_tile_is_divided_by_its_own_count",
+    ),
+    bug(
+        "no-samples-beyond-the-edge",
+        "pixels at the image's edge lack the samples outside that their filter covers",
+        "rendering::filters::a_furnace_is_exact_up_to_the_edge",
+    ),
 ];

@@ -273,13 +273,14 @@ impl Rectangle {
                     over_r2.sqrt()
                 }
         };
-        let weights = [corner, corner + u, corner + v, corner + u + v].map(weight);
-        let is_uniform =
-            is_behind | is_far | !(weights[0] + weights[1] + weights[2] + weights[3] > LEAST);
-        let weights = weights.map(|weight| if is_uniform { 1.0 } else { weight });
+        let (w00, w10) = (weight(corner), weight(corner + u));
+        let (w01, w11) = (weight(corner + v), weight(corner + u + v));
+        // Written out: `array::map` would keep the compiler from vectorising the loop over lanes.
+        let is_uniform = is_behind | is_far | (w00 + w10 + w01 + w11 <= LEAST);
+        let or_one = |weight: f32| if is_uniform { 1.0 } else { weight };
         Choice {
             is_near: !is_behind & (distance2 < CLEAR * CLEAR),
-            density: BilinearSquare::new(weights),
+            density: BilinearSquare::new([or_one(w00), or_one(w10), or_one(w01), or_one(w11)]),
         }
     }
 

@@ -280,6 +280,23 @@ mod tests {
     }
 
     #[test]
+    fn the_edge_of_a_lamp_is_no_single_sample() {
+        // Half of each pixel's samples in column 10 meet a lamp, a thousand times as bright as its surroundings.
+        let is_edge = |pixel: usize| pixel % SIZE.0 as usize == 10;
+        let edge = |pixel: usize, numbers: &mut Numbers| match is_edge(pixel) {
+            true if numbers.uniform() < 0.5 => 1000.0,
+            true => 0.0,
+            false => 1.0 + 0.1 * numbers.normal(),
+        };
+        for seed in 0..10 {
+            let film = film(SIZE, 1024, seed, edge);
+            let error = film.error(0.95).expect("it has samples");
+            assert!(error.largest_sample < 1.0, "{error:?}");
+            assert_eq!(error.doubt, None);
+        }
+    }
+
+    #[test]
     fn one_bright_pixel_leaves_no_bound() {
         let bright = |pixel: usize, numbers: &mut Numbers| {
             let is_lamp = pixel == 700 && numbers.uniform() < 0.02;

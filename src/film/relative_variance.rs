@@ -138,8 +138,8 @@ struct ChannelTerms {
     halves: [Vec<f64>; 2],
     /// The sum of these with the truth from one batch, over all pixels, halves and batches.
     of_quarters: f64,
-    /// The squared contribution of each pixel's largest sample, relative to the smallest truth next to it, summed over the
-    /// pixels that the sample may contribute to.
+    /// The squared contribution of each pixel's largest sample, relative to the least truth that the pixel would have
+    /// without it, summed over the pixels that the sample may contribute to.
     largest_sample: Vec<f64>,
 }
 
@@ -158,8 +158,8 @@ impl ChannelTerms {
             relative(variance, &of_half, epsilon).collect()
         });
         let epsilon = 0.5 * (epsilons[0] + epsilons[1]);
-        let darkest = channel.whole_truth().box_min(1);
-        let darkest = darkest.like(|i| darkest.values[i].max(0.0));
+        let near = channel.whole_truth().box_min(1);
+        let darkest = near.like(|i| near.values[i].max(channel.least.values[i]));
         let mut largest = channel.largest_sample.clone();
         largest.values = relative(&channel.largest_sample, &darkest, epsilon)
             .map(|term| term as f32)
@@ -184,6 +184,8 @@ struct Channel {
     variances: [Plane; 2],
     /// The squared contribution of a pixel's largest sample to its mean, estimated from the batches.
     largest_sample: Plane,
+    /// Half of the least of a pixel's batch means: a lower estimate of its truth, if one batch is high by a single sample.
+    least: Plane,
 }
 
 impl Channel {
@@ -195,7 +197,8 @@ impl Channel {
         let mut halves = [empty(), empty()];
         let mut of_halves = [empty(), empty()];
         let mut variances = [empty(), empty()];
-        let (mut whole, mut of_whole, mut largest) = (empty(), empty(), empty());
+        let (mut whole, mut of_whole) = (empty(), empty());
+        let (mut largest, mut least) = (empty(), empty());
         let square = unit * unit;
         for index in 0..film.pixel_count() {
             let pixel = film.batch_means(index);
@@ -214,7 +217,10 @@ impl Channel {
             }
             whole.values[index] = (pixel.mean()[c] / unit) as f32;
             of_whole.values[index] = (pixel.variance()?[c] / n / square) as f32;
-            largest.values[index] = (largest_sample(&pixel, c) / unit).powi(2) as f32;
+            let [lowest, highest] = range(&pixel, c);
+            let contribution = (highest - lowest) / BATCHES as f64;
+            largest.values[index] = (contribution / unit).powi(2) as f32;
+            least.values[index] = (0.5 * lowest / unit).max(0.0) as f32;
         }
         let [even, odd] = halves;
         let [of_even, of_odd] = of_halves;
@@ -224,6 +230,7 @@ impl Channel {
             whole: Smoothed::new(whole, &of_whole),
             variances,
             largest_sample: largest,
+            least,
         })
     }
 
@@ -244,14 +251,13 @@ impl Channel {
     }
 }
 
-/// The largest contribution that a single sample can have made to the pixel's mean: the range of the batch means over
-/// their number.
-fn largest_sample(pixel: &BatchMeans, c: usize) -> f64 {
+/// The smallest and the largest batch mean of a pixel in a channel. A single sample contributes at most their difference
+/// over the number of batches to the pixel's mean.
+fn range(pixel: &BatchMeans, c: usize) -> [f64; 2] {
     let means = pixel.means.iter().map(|mean| mean[c]);
-    let (least, most) = means.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| {
-        (least.min(x), most.max(x))
-    });
-    (most - least) / BATCHES as f64
+    means.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| {
+        [least.min(x), most.max(x)]
+    })
 }
 
 /// Variances over the squared truth plus epsilon.

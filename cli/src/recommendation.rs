@@ -4,7 +4,6 @@
 //! Range: any recommendation.
 //! Source: docs/accuracy.md, "Which integrator". Tested in `cli/tests/command/auto.rs`.
 
-use crate::report::study::wording::rough;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::auto::Recommendation;
 use etendue_lab::study::bootstrap::Ranged;
@@ -74,12 +73,7 @@ pub fn advice(present: &str, gains: &[(&str, Ranged)], auto: Option<&Recommendat
             None => format!("no other integrator is faster than {present} beyond doubt"),
         };
     };
-    let times = format!(
-        "{} ({} to {})",
-        rough(gain.value),
-        rough(gain.low),
-        rough(gain.high)
-    );
+    let times = format!("{:.2} ({:.2} to {:.2})", gain.value, gain.low, gain.high);
     let faster = format!("{name} is {times} times as fast as {present}");
     match auto.map(|auto| auto.integrator.name()) {
         Some(auto) if auto == *name => format!("{faster}, and `--integrator auto` selects it, too"),
@@ -149,7 +143,7 @@ mod tests {
             (
                 vec![("bdpt", gain(3.0))],
                 Some(&bdpt),
-                "bdpt is 3 (2.4 to 3.6) times as fast as path, and",
+                "bdpt is 3.00 (2.40 to 3.60) times as fast as path, and",
             ),
             (
                 vec![("bdpt", gain(3.0))],
@@ -159,7 +153,7 @@ mod tests {
             (
                 vec![("mlt", gain(9.0)), ("bdpt", gain(3.0))],
                 None,
-                "mlt is 9",
+                "mlt is 9.00",
             ),
             (vec![], None, "no other integrator"),
         ] {

@@ -2,8 +2,8 @@
 //! one render for the rest of the time, whose looks at its own error give the answers.
 //!
 //! Measure: seconds.
-//! Range: a budget for the pilot and 16 samples of each pixel of a small image; a smaller one, a black image and an
-//! unknown error are errors that say so. After a cancellation the report has the results so far.
+//! Range: a budget for the pilot and one sample of each pixel; a smaller one, a black image and an unknown error are
+//! errors that say so. An error of fewer than 16 samples is marked by a note. After a cancellation the report has the results so far.
 //! Source: docs/accuracy.md, "The price". Tested in `cli/tests/command/price.rs`.
 
 use super::answers::Facts;
@@ -20,6 +20,7 @@ use etendue::internals::accel::{AccelOptions, Precision};
 use etendue::internals::film::Doubt;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::auto::{Recommendation, recommend};
+use etendue::internals::render::convergence::Look;
 use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
 use etendue::internals::render::{
     CONFIDENCE, RenderInput, RenderObserver, Rendered, Threads, render,
@@ -176,6 +177,9 @@ impl Price<'_> {
                 "the image is black after its first samples: relative errors are undefined",
             ));
         }
+        if self.watch.elapsed() > self.settings.budget {
+            return Err(self.too_small());
+        }
         let own_pace = first.elapsed.as_secs_f64() / first.spp as f64;
         let small = self.prepared.on_film(scaled(own, SMALL / pixels));
         let of_small = own_pace * (SMALL / pixels).min(1.0);
@@ -317,17 +321,23 @@ impl Price<'_> {
 
     /// Computes the answers from the longest render.
     fn answer(&mut self, rendered: &Rendered, pace: f64) -> Result<()> {
-        let error = rendered.error(CONFIDENCE);
-        let (Some(error), false) = (error, rendered.looks.is_empty()) else {
+        let Some(error) = rendered.error(CONFIDENCE) else {
             return match rendered.cancelled {
                 true => Ok(()),
                 false => Err(self.too_small()),
             };
         };
+        let mut looks = rendered.looks.clone();
+        if looks.is_empty() {
+            let spp = rendered.spp;
+            looks.push(Look::new(spp as f64, &error));
+            let note = format!("the error is that of {spp} samples only: give a larger --budget");
+            self.report.notes.push(note);
+        }
         let (width, height) = self.report.full_size;
         let doubt = error.doubt.map(in_words);
         let facts = Facts {
-            looks: &rendered.looks,
+            looks: &looks,
             spp: rendered.spp as f64,
             pixels: u64::from(width) * u64::from(height),
             in_steps: self.base.sampler == SamplerKind::Sobol,

@@ -6,11 +6,11 @@
 //! to be sure of the error.
 //! Source: docs/accuracy.md, "The study". Tested below and in `lab/tests/reports/study.rs`.
 
+use super::bias::Bias;
 use super::bootstrap::Ranged;
 use super::fit::{Curve, TimeLaw};
 use super::gram::Estimate;
 use super::law::{Law, NoLaw};
-use super::summary::Bias;
 use etendue::internals::render::CONFIDENCE;
 use etendue::internals::render::convergence::{Forecast, Look};
 use serde::Serialize;

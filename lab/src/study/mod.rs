@@ -2,6 +2,7 @@
 
 pub mod answer;
 pub mod bars;
+pub mod bias;
 pub mod bootstrap;
 pub mod clock;
 pub mod comparison;
@@ -26,6 +27,7 @@ pub mod scaling;
 pub mod schedule;
 pub mod settings;
 pub mod summary;
+mod thread_gain;
 pub mod tiles;
 pub mod variance;
 pub mod variant;

@@ -5,22 +5,17 @@
 //! Source: docs/accuracy.md, "The study". Tested below and in `lab/tests/reports/study.rs`.
 
 use super::answer::{Answer, Facts};
+use super::bias::Bias;
 use super::bootstrap::{Dealer, REPLICAS, Ranged};
 use super::fit::{Curve, ErrorLevel, Slope, TimeLaw};
 use super::gram::Estimate;
 use super::law::Law;
 use super::report::{LevelReport, StudyReport, VariantStudy};
-use etendue::internals::math::stats::{Moments, student_p_value};
+use etendue::internals::math::stats::Moments;
 use serde::Serialize;
 
 /// Roots of relMSE for which the time is reported.
 pub const TARGETS: [f64; 5] = [0.1, 0.03, 0.01, 0.003, 0.001];
-
-/// The p-value below which a bias is found.
-const SIGNIFICANT: f64 = 1e-3;
-
-/// Number of levels for the estimate of the squared bias: the last ones, with the least noise.
-const BIAS_LEVELS: usize = 3;
 
 /// The statistics of the renders of a variant.
 #[derive(Debug, Clone, Serialize)]
@@ -68,23 +63,6 @@ pub struct LevelSummary {
     pub variance: Estimate,
     /// The squared bias: the part that does not.
     pub squared_bias: Estimate,
-}
-
-/// The bias of a variant relative to the references.
-#[derive(Debug, Clone, Copy, Serialize)]
-pub struct Bias {
-    /// The squared bias, relative, of the last levels together.
-    pub squared: Estimate,
-    /// The p-value of the bias, in the squares or in the light of the whole image.
-    pub p: f64,
-    /// Whether the p-value is significant.
-    pub is_found: bool,
-    /// Whether the squares alone are significant, so that the size of the bias is known; else it is found in the light.
-    pub is_square_found: bool,
-    /// An upper limit of the root of the squared bias, with a confidence of 95 %.
-    pub at_most: f64,
-    /// Mean luminance over that of the references - 1, and its margin with a confidence of 95 %.
-    pub light: [f64; 2],
 }
 
 /// Summaries of all variants that have enough renders, with their index.
@@ -160,7 +138,7 @@ fn summary(
     let last = levels.last()?;
     let time = time_law(&levels)?;
     let curve = curve(&levels, dealer.below(usize::MAX) as u64);
-    let bias = bias(&levels, reference, shared)?;
+    let bias = Bias::of(&levels, reference, shared)?;
     let (efficiency, replicas) = efficiency(last, dealer);
     let slope = curve.slope();
     let ranges = curve.levels();
@@ -235,63 +213,6 @@ fn efficiency(level: &LevelReport, dealer: &mut Dealer) -> (Ranged, Vec<f64>) {
         .collect();
     let ranged = Ranged::of(of_means(&means), replicas.iter().copied());
     (ranged, replicas)
-}
-
-/// Estimates the bias. The squared bias does not depend on the number of samples, but its noise does: levels with less
-/// noise have more weight.
-fn bias(levels: &[LevelReport], reference: [f64; 2], shared: f64) -> Option<Bias> {
-    let used = levels.iter().rev().take(BIAS_LEVELS);
-    let weight = |level: &LevelReport| {
-        let (n, spp) = (level.runs.len() as f64, level.spp as f64);
-        n * (n - 1.0) * spp * spp
-    };
-    let total: f64 = used.clone().map(weight).sum();
-    let parts = used.map(|level| Some((weight(level) / total, level.gram.squared_bias()?)));
-    let mut squared = Estimate::sum(&parts.collect::<Option<Vec<_>>>()?);
-    squared.standard_error = squared.standard_error.hypot(shared);
-    let light = light(levels, reference)?;
-    let t = light.value / light.standard_error;
-    let of_light = match t.is_nan() {
-        true => 1.0,
-        false => student_p_value(t, light.freedom),
-    };
-    let of_square = squared.p_above_zero();
-    // Bonferroni correction: either of two tests may find it.
-    let p = (2.0 * of_square.min(of_light)).min(1.0);
-    Some(Bias {
-        squared,
-        p,
-        is_found: p < SIGNIFICANT,
-        is_square_found: 2.0 * of_square < SIGNIFICANT,
-        // One-sided: the margin of 90 % has 5 % above it.
-        at_most: (squared.value.max(0.0) + squared.margin(0.90)).sqrt(),
-        light: [light.value, light.margin(0.95)],
-    })
-}
-
-/// The relative difference in brightness between the last levels, weighted by their samples, and the references.
-fn light(levels: &[LevelReport], [reference, reference_error]: [f64; 2]) -> Option<Estimate> {
-    let used = levels.iter().rev().take(BIAS_LEVELS);
-    let weight = |level: &LevelReport| (level.runs.len() as u64 * level.spp) as f64;
-    let total: f64 = used.clone().map(weight).sum();
-    let part = |level: &LevelReport| {
-        let light = Moments::of(level.runs.iter().map(|run| run.luminance));
-        let estimate = Estimate {
-            value: light.mean() / reference - 1.0,
-            standard_error: light.standard_error()? / reference,
-            freedom: light.count() as f64 - 1.0,
-        };
-        Some((weight(level) / total, estimate))
-    };
-    let mut light = Estimate::sum(&used.map(part).collect::<Option<Vec<_>>>()?);
-    light.standard_error = light.standard_error.hypot(reference_error / reference);
-    // If the renders have no noise, that of the references remains.
-    light.freedom = if light.freedom > 0.0 {
-        light.freedom
-    } else {
-        1.0
-    };
-    Some(light)
 }
 
 /// The variance of one sample: that of each level times its samples, weighted by the number of renders.

@@ -4,7 +4,7 @@
 //! Range: any labels; one that would cover another or leave the frame at all four corners of its point is left out.
 //! Source: none needed. Tested below.
 
-use super::{Frame, round};
+use super::frame::{Frame, round};
 use crate::report::chart::HUES;
 use etendue_lab::plot::Series;
 use maud::{Markup, html};

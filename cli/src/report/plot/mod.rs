@@ -10,14 +10,15 @@
 //! Source: SVG 2. Colours as in `chart.rs`; marks also differ in shape and guides are dashed, so that colour is never
 //! needed to tell series apart. Tested below.
 
+mod frame;
 mod labels;
 mod scale;
 
 use super::chart::HUES;
 use super::prose::prose;
 use etendue_lab::plot::{Mark, Plot, Series, Shape};
+use frame::{Frame, round};
 use maud::{Markup, html};
-use scale::Ruler;
 pub use scale::superscript;
 use std::fmt::Write;
 
@@ -52,42 +53,6 @@ pub fn figures(plots: &[Plot]) -> Markup {
     let squares = plots.iter().all(|plot| plot.shape == Shape::Square);
     let class = if squares { "plots squares" } else { "plots" };
     html! { div class=(class) { @for plot in plots { (figure(plot)) } } }
-}
-
-/// The frame of a plot: its inner size and its axes.
-struct Frame {
-    width: f64,
-    height: f64,
-    x: Ruler,
-    y: Ruler,
-}
-
-impl Frame {
-    fn new(plot: &Plot) -> Self {
-        let (width, height) = match plot.shape {
-            Shape::Wide => (482.0, 260.0),
-            Shape::Square => (300.0, 300.0),
-        };
-        let points = || plot.series.iter().flat_map(|series| &series.points);
-        let ribbons = || plot.series.iter().flat_map(|series| &series.ribbon);
-        let floor = plot.series.iter().any(|series| series.mark == Mark::Bars);
-        let xs = points().map(|p| p[0]).chain(ribbons().map(|r| r[0]));
-        let ys = points().map(|p| p[1]);
-        let ys = ys
-            .chain(ribbons().flat_map(|r| [r[1], r[2]]))
-            .chain(floor.then_some(0.0));
-        Self {
-            width,
-            height,
-            x: Ruler::new(&plot.x, false, xs),
-            y: Ruler::new(&plot.y, floor, ys),
-        }
-    }
-
-    fn at(&self, x: f64, y: f64) -> Option<[f64; 2]> {
-        let (x, y) = (self.x.place(x)?, self.y.place(y)?);
-        Some([x * self.width, (1.0 - y) * self.height])
-    }
 }
 
 fn svg(plot: &Plot) -> Markup {
@@ -240,11 +205,6 @@ const WRITES: &str = "writing to a string cannot fail";
 
 fn push(path: &mut String, command: char, [x, y]: [f64; 2]) {
     write!(path, "{command}{} {}", round(x), round(y)).expect(WRITES);
-}
-
-/// Rounds to a tenth of a unit, which is below visibility.
-fn round(x: f64) -> f64 {
-    (x * 10.0).round() / 10.0
 }
 
 /// The style sheet of plots; it needs [`super::page::STYLE`], which defines the colours.

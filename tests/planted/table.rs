@@ -146,6 +146,11 @@ pub const PLANTED: &[Planted] = &[
         "scattering::furnace::smooth_glass_gives_everything_back",
     ),
     bug(
+        "pane-of-one-side",
+        "a thin pane reflects as one of its sides does",
+        "scattering::furnace::a_pane_reflects_what_its_two_sides_do",
+    ),
+    bug(
         "facets-met-but-once",
         "light between a metal's facets is coloured by one meeting too few",
         "lib::bsdf::conductor::tests::light_between_facets_is_the_sum_over_its_meetings",

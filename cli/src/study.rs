@@ -11,6 +11,7 @@ use super::plan::Cancelling;
 use super::report::keeper::Keeper;
 use super::report::study::{Findings, csv, html, json, tables};
 use super::{Outcome, command_line, print};
+use etendue::internals::film::filter::FilterSampling;
 use etendue::internals::image::atomic::{check_creatable, make_folder, write_text};
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::auto::Recommendation;
@@ -109,6 +110,8 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
     let options = arguments.tracing.options();
     let base = RenderSettings {
         threads: options.threads,
+        // Statistics over pixels take their noise as independent.
+        filter_sampling: FilterSampling::Importance,
         ..RenderSettings::of_scene(description)?
     };
     let mut choices: Vec<Choice> = arguments.vary.iter().flat_map(|v| v.0.clone()).collect();

@@ -25,9 +25,14 @@ const BLOCK: usize = 8;
 /// The least number of blocks; blocks are made smaller where there would be fewer.
 const LEAST_BLOCKS: usize = 32;
 
+/// The least edge of a block, as a multiple of the reach of a sample.
+const LEAST_REACHES: usize = 4;
+
 /// The variance of each pixel's mean over the squared truth, by either half of the batches.
 pub(super) struct RelativeVariances {
     width: usize,
+    /// The reach of a sample, which correlates the noise of pixels up to twice as far apart.
+    reach: usize,
     /// Means over the channels: the variance by the even batches, and by the odd ones.
     halves: [Vec<f64>; 2],
     /// The factor E / Q, which removes the bias from noise in the denominators.
@@ -44,6 +49,7 @@ impl RelativeVariances {
             return None;
         }
         let width = film.window.width as usize;
+        let reach = film.reach() as usize;
         let count = film.pixel_count();
         let means = Half::ALL.map(|half| mean_of_half(film, half));
         if means.iter().any(|&mean| mean <= 0.0) {
@@ -54,7 +60,7 @@ impl RelativeVariances {
         let epsilons = means.map(|mean| (0.01 * (mean / unit) * (mean / unit)) as f32);
         let channels = (0..3).into_par_iter().map(|c| {
             let channel = Channel::of(film, c, unit)?;
-            Some(ChannelTerms::of(&channel, epsilons))
+            Some(ChannelTerms::of(&channel, epsilons, reach))
         });
         let channels: Vec<ChannelTerms> = channels.collect::<Option<_>>()?;
         let mean = |of: fn(&ChannelTerms) -> &Vec<f64>| -> Vec<f64> {
@@ -72,6 +78,7 @@ impl RelativeVariances {
         let of_halves = 0.5 * (sum(&halves[0]) + sum(&halves[1])) / count as f64;
         Some(Self {
             width,
+            reach,
             halves,
             extrapolation: if of_quarters > 0.0 {
                 of_halves / of_quarters
@@ -97,8 +104,10 @@ impl RelativeVariances {
     pub(super) fn block_differences(&self) -> Vec<f64> {
         let [width, height] = [self.width, self.halves[0].len() / self.width];
         let blocks = |edge: usize| width.div_ceil(edge) * height.div_ceil(edge);
-        let mut edge = BLOCK;
-        while edge > 1 && blocks(edge) < LEAST_BLOCKS {
+        // Blocks of a few times the reach contain nearly all correlation of neighbours.
+        let mut edge = BLOCK * self.reach.max(1);
+        let least = (LEAST_REACHES * self.reach).max(1);
+        while edge > least && blocks(edge) < LEAST_BLOCKS {
             edge /= 2;
         }
         let across = width.div_ceil(edge);
@@ -130,13 +139,13 @@ struct ChannelTerms {
     /// The sum of these with the truth from one batch, over all pixels, halves and batches.
     of_quarters: f64,
     /// The squared contribution of each pixel's largest sample, relative to the least truth that the pixel would have
-    /// without it.
+    /// without it, summed over the pixels that the sample may contribute to.
     largest_sample: Vec<f64>,
 }
 
 impl ChannelTerms {
-    /// Computes the terms of a channel, given epsilon for either half.
-    fn of(channel: &Channel, epsilons: [f32; 2]) -> Self {
+    /// Computes the terms of a channel, given epsilon for either half and the reach of a sample.
+    fn of(channel: &Channel, epsilons: [f32; 2], reach: usize) -> Self {
         let mut of_quarters = 0.0;
         let halves = Half::ALL.map(|half| {
             let other = planted!("denominator-of-the-same-half", half, half.other());
@@ -151,10 +160,17 @@ impl ChannelTerms {
         let epsilon = 0.5 * (epsilons[0] + epsilons[1]);
         let near = channel.whole_truth().box_min(1);
         let darkest = near.like(|i| near.values[i].max(channel.least.values[i]));
+        let mut largest = channel.largest_sample.clone();
+        largest.values = relative(&channel.largest_sample, &darkest, epsilon)
+            .map(|term| term as f32)
+            .collect();
+        // The terms of all pixels that a sample contributes to add up.
+        let pixels = (2 * reach + 1).pow(2) as f64;
+        let largest = largest.box_mean(reach).values.into_iter();
         Self {
             halves,
             of_quarters,
-            largest_sample: relative(&channel.largest_sample, &darkest, epsilon).collect(),
+            largest_sample: largest.map(|term| pixels * f64::from(term)).collect(),
         }
     }
 }

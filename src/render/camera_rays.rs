@@ -11,7 +11,7 @@
 use super::pixel_block::PixelBlock;
 use crate::accel::lanes::{ExcludedLanes, NO_ID};
 use crate::effects::{Effects, Switch};
-use crate::film::filter::Filter;
+use crate::film::filter::{Filter, FilterSampling};
 use crate::film::splats::SplatList;
 use crate::integrator::observer::{PathObserver, RayKind};
 use crate::integrator::path::{PathMemory, WAVEFRONT_SIZE};
@@ -30,6 +30,7 @@ const MOST_PACKETS: usize = 4 * WAVEFRONT_SIZE / LANES;
 pub struct CameraRaySource<'a> {
     pub scene: &'a Scene,
     pub filter: &'a Filter,
+    pub filter_sampling: FilterSampling,
     pub sampler: &'a AnySampler,
 }
 
@@ -50,6 +51,8 @@ pub struct CameraRays<E: Effects> {
     samples: Vec<SampleLanes>,
     /// The samplers of all lanes of all packets.
     samplers: Vec<AnySampler>,
+    /// The positions of the samples in their pixels, if they are uniformly distributed there.
+    positions: Vec<[Lanes<f32>; 2]>,
     /// The filter weights of the samples in their pixels.
     weights: Vec<Lanes<f32>>,
     /// The number of requested samples.
@@ -64,6 +67,7 @@ impl<E: Effects> CameraRays<E> {
             indices: Vec::new(),
             samples: Vec::new(),
             samplers: Vec::new(),
+            positions: Vec::new(),
             weights: Vec::new(),
             count: 0,
             memory: PathMemory::default(),
@@ -74,6 +78,7 @@ impl<E: Effects> CameraRays<E> {
     pub fn clear(&mut self) {
         self.indices.clear();
         self.samplers.clear();
+        self.positions.clear();
         self.weights.clear();
         self.count = 0;
     }
@@ -99,10 +104,18 @@ impl<E: Effects> CameraRays<E> {
         self.samplers
             .extend(source.sampler.start_lanes(&pixels, index.sample));
         let numbers = CameraNumbers::draw::<E>(&mut self.samplers[packet * LANES..]);
-        let ([x, y], weights) = source.filter.sample_lanes(&numbers.film);
+        let ([x, y], weights) = match source.filter_sampling {
+            FilterSampling::Importance => source.filter.sample_lanes(&numbers.film),
+            FilterSampling::Splatting => {
+                let offsets = numbers.film.map(|axis| axis.map(|position| position - 0.5));
+                (offsets, [1.0; LANES])
+            }
+        };
         let middle = planted!("half-a-pixel", 0.0, 0.5);
         let on_film = |axis: usize, offsets: Lanes<f32>| {
-            std::array::from_fn(|lane| pixels[axis][lane] as f32 + middle + offsets[lane])
+            // Pixels above and to the left of the image have negative coordinates.
+            let pixel = |lane: usize| pixels[axis][lane] as i32 as f32;
+            std::array::from_fn(|lane| pixel(lane) + middle + offsets[lane])
         };
         let samples = &mut self.samples[packet];
         samples.active = requested;
@@ -121,6 +134,7 @@ impl<E: Effects> CameraRays<E> {
             let (ray, time) = rays.get(lane);
             observer.traced(RayKind::Camera, &ray, time);
         }
+        self.positions.push(numbers.film);
         self.weights
             .push(planted!("filter-weight-dropped", [1.0; LANES], weights));
         self.count += requested.count();
@@ -152,6 +166,11 @@ impl<E: Effects> CameraRays<E> {
     /// The sampler of a sample.
     pub fn sampler(&mut self, packet: usize, lane: usize) -> &mut AnySampler {
         &mut self.samplers[packet * LANES + lane]
+    }
+
+    /// The positions of a packet's samples in their pixels, if they are uniformly distributed there.
+    pub fn positions(&self, packet: usize) -> &[Lanes<f32>; 2] {
+        &self.positions[packet]
     }
 
     /// The filter weight of a sample in its pixel.
@@ -198,7 +217,8 @@ impl<E: Effects> CameraRays<E> {
         self.samples[packet].set_estimate(lane, radiance, closest, shadow);
     }
 
-    /// The value of a sample, once it is estimated: radiance along the camera ray, times the filter weight.
+    /// The value of a sample, once it is estimated: radiance along the camera ray, times the filter weight if its position is
+    /// sampled from the filter.
     #[inline]
     pub fn value(&self, packet: usize, lane: usize) -> Rgb {
         self.weights[packet][lane] * self.samples[packet].estimate(lane).radiance

@@ -102,7 +102,7 @@ impl Lamps {
         let choice = (light, Pmf(1.0));
         let sample = self
             .lights
-            .sample::<Everything>(choice, rules, at, 0.0, Vec2::ZERO);
+            .sample::<Everything>(choice, rules, at.p, 0.0, Vec2::ZERO);
         sample.map_or(0.0, |sample| {
             f64::from(sample.radiance.luminance() * sample.wi.dot(at.normal).max(0.0))
         })

@@ -47,6 +47,7 @@ impl Object {
             Effect::Instances if self.calls_for.has(Effect::Motion) => "moves",
             Effect::Instances if self.written.has(Effect::Instances) => "places a group",
             Effect::Instances => "is stretched by its keyframes",
+            Effect::LightPaths => "has light paths",
         }
     }
 }

@@ -89,7 +89,7 @@ impl Rendered {
     /// A render that has not begun.
     pub fn nothing(settings: &RenderSettings) -> Self {
         let mut film = Film::new(settings.window, settings.tile_size);
-        if settings.integrator.splats() {
+        if settings.splats() {
             film = film.with_splats();
         }
         if settings.adaptive != Adaptive::Off {

@@ -6,7 +6,7 @@
 //! `cli/tests/command/bad_input.rs`.
 
 use super::CONFIDENCE;
-use super::settings::Adaptive;
+use super::settings::{Adaptive, LightPathRule};
 use super::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind, available_threads};
 use crate::effects::Kernel;
 use crate::error::{Error, Result};
@@ -47,6 +47,8 @@ pub struct RenderOptions {
     pub roulette: Option<Roulette>,
     /// The selection of lights.
     pub light_choice: Option<LightChoice>,
+    /// The number of light paths for each camera path.
+    pub light_paths: Option<LightPathRule>,
     /// The largest distance of occlusion for ambient occlusion, in world units.
     pub occlusion_distance: Option<f64>,
     /// The largest relative error of indirect light from an irradiance cache, from 0 to below 1.
@@ -84,6 +86,7 @@ impl RenderOptions {
             max_bounces: self.max_bounces.or(of_scene.max_bounces),
             roulette: self.roulette.or(of_scene.roulette),
             light_choice: self.light_choice,
+            light_paths: self.light_paths.unwrap_or(of_scene.light_paths),
             occlusion_distance: self.occlusion_distance.or(of_scene.occlusion_distance),
             cache_error: self.cache_error.unwrap_or(of_scene.cache_error),
             kernel: self.kernel,

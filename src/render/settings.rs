@@ -4,15 +4,17 @@
 //! Range: stated at each field; [`RenderSettings::validate`] names what is out of it.
 //! Source: design of the command line. Tested below and in `cli/tests/command/bad_flags.rs`.
 
-use crate::effects::{EffectSet, Kernel};
+use crate::effects::{Effect, EffectSet, Kernel};
 use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::film::batches::BATCHES;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
+use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::roulette::NoRoulette;
 use crate::light::types::{LightChoice, MapRule};
 use crate::planted::planted;
+use crate::scene::Scene;
 use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
 use serde::{Deserialize, Serialize};
@@ -59,6 +61,41 @@ impl SamplerKind {
             Self::Independent => "independent",
             Self::Stratified => "stratified",
             Self::Sobol => "sobol",
+        }
+    }
+}
+
+/// The number of light paths for each camera path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum LightPathRule {
+    /// A number that follows from the scene.
+    Auto,
+    /// This number.
+    Share(LightPathShare),
+}
+
+impl Default for LightPathRule {
+    fn default() -> Self {
+        Self::Share(LightPathShare::None)
+    }
+}
+
+impl LightPathRule {
+    /// Every rule.
+    pub const ALL: &'static [Self] = &[
+        Self::Auto,
+        Self::Share(LightPathShare::None),
+        Self::Share(LightPathShare::Quarter),
+        Self::Share(LightPathShare::Half),
+        Self::Share(LightPathShare::One),
+        Self::Share(LightPathShare::Two),
+    ];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Share(share) => share.name(),
         }
     }
 }
@@ -176,6 +213,8 @@ pub struct RenderSettings {
     pub roulette: Option<Roulette>,
     /// The selection of lights; `None` for the integrator's own.
     pub light_choice: Option<LightChoice>,
+    /// The number of light paths for each camera path of `path`.
+    pub light_paths: LightPathRule,
     /// The largest distance of occlusion for ambient occlusion, in world units; `None` for any distance.
     pub occlusion_distance: Option<f64>,
     /// The largest relative error of indirect light from an irradiance cache, from 0, which disables it, to below 1.
@@ -206,6 +245,7 @@ impl RenderSettings {
             max_bounces: None,
             roulette: None,
             light_choice: None,
+            light_paths: LightPathRule::default(),
             occlusion_distance: None,
             cache_error: DEFAULT_CACHE_ERROR,
             kernel: None,
@@ -233,6 +273,8 @@ impl RenderSettings {
         let ways = Adaptive::ALL.iter().map(|&a| (a.name(), a));
         let adaptive = chosen(description, "adaptive", &render.adaptive, ways)?;
         let roulette = roulette_of(description)?;
+        let rules = LightPathRule::ALL.iter().map(|&rule| (rule.name(), rule));
+        let light_paths = chosen(description, "light_paths", &render.light_paths, rules)?;
         let spp = render.spp.unwrap_or(DEFAULT_SPP);
         Ok(Self {
             integrator: integrator.unwrap_or_default(),
@@ -241,6 +283,7 @@ impl RenderSettings {
             adaptive: adaptive.unwrap_or_default(),
             max_bounces: render.max_bounces,
             roulette,
+            light_paths: light_paths.unwrap_or_default(),
             occlusion_distance: render.occlusion_distance,
             cache_error: render.cache_error.unwrap_or(DEFAULT_CACHE_ERROR),
             ..Self::new(description.film.size, spp)
@@ -301,6 +344,15 @@ impl RenderSettings {
                     self.integrator.name()
                 )))
             }
+            _ if self.adaptive != Adaptive::Off && self.forces_light_paths() => Err(Error::usage(
+                "light paths contribute to any pixel, and cannot be combined with adaptive sampling: use --adaptive off, or --light-paths off",
+            )),
+            _ if !self.may_have_light_paths() && self.forces_light_paths() => {
+                Err(Error::usage(format!(
+                    "only the integrator path has light paths beside camera paths, not {}: use --integrator path, or leave --light-paths out",
+                    self.integrator.name()
+                )))
+            }
             _ if !(0.0..1.0).contains(&self.cache_error) => Err(Error::usage(
                 "the error of an irradiance cache must be from 0 to below 1",
             )),
@@ -308,6 +360,16 @@ impl RenderSettings {
             _ if self.tile_size == 0 => Err(Error::usage("the tile size must be at least 1")),
             _ => Ok(()),
         }
+    }
+
+    /// Whether the integrator has light paths beside camera paths, or stands for one that may.
+    fn may_have_light_paths(&self) -> bool {
+        matches!(self.integrator, IntegratorKind::Path | IntegratorKind::Auto)
+    }
+
+    /// Whether a number of light paths is given.
+    fn forces_light_paths(&self) -> bool {
+        matches!(self.light_paths, LightPathRule::Share(share) if share != LightPathShare::None)
     }
 
     /// The largest number of scattering events, by these settings and by the integrator.
@@ -348,6 +410,42 @@ impl RenderSettings {
         self.light_choice.unwrap_or(self.integrator.light_choice())
     }
 
+    /// The number of light paths for each camera path: none but beside `path`, and none by `auto`, which has to be replaced
+    /// before a scene is rendered (`render/auto/`).
+    pub fn light_path_share(&self) -> LightPathShare {
+        match self.light_paths {
+            LightPathRule::Share(share) if self.integrator == IntegratorKind::Path => share,
+            _ => LightPathShare::None,
+        }
+    }
+
+    /// The number of light paths for each camera path by which `auto` is replaced in a scene: none where no shape throws
+    /// light, and none where the counts of camera paths differ.
+    pub fn settle_light_paths(&mut self, scene: &Scene) {
+        if self.light_paths == LightPathRule::Auto {
+            let may_pay = scene.throws_light()
+                && self.integrator == IntegratorKind::Path
+                && self.adaptive == Adaptive::Off
+                && self.most_bounces().is_none_or(|most| most > 1);
+            self.light_paths = LightPathRule::Share(if may_pay {
+                LightPathShare::Half
+            } else {
+                LightPathShare::None
+            });
+        }
+    }
+
+    /// The effects that a render of a scene with these effects needs.
+    pub fn effects(&self, of_scene: EffectSet) -> EffectSet {
+        let has_light_paths = self.light_path_share() != LightPathShare::None;
+        of_scene.with_if(Effect::LightPaths, has_light_paths)
+    }
+
+    /// Whether samples contribute to other pixels, too, by splats.
+    pub fn splats(&self) -> bool {
+        self.integrator.splats() || self.light_path_share() != LightPathShare::None
+    }
+
     /// The density of directions to an environment map: compensated where BSDF sampling finds all of its light, too.
     pub fn map_rule(&self) -> MapRule {
         let has_both = self.integrator == IntegratorKind::Path;
@@ -358,12 +456,17 @@ impl RenderSettings {
         }
     }
 
+    /// The light that the integrator leaves out of the image of a scene with these effects, in words.
+    pub fn bias_of_integrator(&self, effects: EffectSet) -> Option<String> {
+        self.integrator.bias(self.effects(effects))
+    }
+
     /// The biases of the image of a scene with these effects, in words; empty for an unbiased one.
     pub fn bias(&self, effects: EffectSet) -> Vec<String> {
         let limit = self
             .max_bounces
             .map(|n| format!("max_bounces {n}: light that scatters more often is missing"));
-        let integrator = self.integrator.bias(effects);
+        let integrator = self.bias_of_integrator(effects);
         let is_cached =
             self.integrator == IntegratorKind::IrradianceCache && self.cache_error > 0.0;
         let cache = is_cached.then(|| {

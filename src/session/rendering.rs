@@ -164,7 +164,7 @@ impl Rendering {
 fn check_room(settings: &RenderSettings) -> Result<()> {
     let has_counts = settings.adaptive != Adaptive::Off;
     let of_pixel = size_of::<PixelSums>()
-        + usize::from(settings.integrator.splats()) * Splats::BYTES_PER_PIXEL
+        + usize::from(settings.splats()) * Splats::BYTES_PER_PIXEL
         + usize::from(has_counts) * 2 * size_of::<u64>();
     let bytes = settings
         .window

@@ -89,6 +89,7 @@ impl Job<'_> {
             integrator: self.settings.integrator.name(),
             auto: self.auto.map(|it| it.why.clone()),
             roulette: self.settings.roulette().to_string(),
+            light_paths: self.settings.light_path_share().name(),
             sampler: self.settings.sampler.name(),
             adaptive: self.settings.adaptive.name(),
             backend: self.arguments.tracing.backend.name(),
@@ -97,7 +98,12 @@ impl Job<'_> {
             seed: self.settings.seed,
             threads: self.settings.threads,
             kernel: kernel(self.scene, self.settings).name(),
-            effects: self.scene.effects.iter().map(Effect::name).collect(),
+            effects: self
+                .settings
+                .effects(self.scene.effects)
+                .iter()
+                .map(Effect::name)
+                .collect(),
             time: times,
             samples,
             spp_range: [least, most].map(|count| count.copied().unwrap_or(0)),
@@ -152,6 +158,10 @@ impl Job<'_> {
                     .map(|_| self.settings.integrator.name().to_owned()),
             ),
             ("roulette", flags.roulette.map(|it| it.to_string())),
+            (
+                "light-paths",
+                flags.light_paths.map(|it| it.name().to_owned()),
+            ),
             (
                 "light-choice",
                 flags.light_choice.map(|it| it.name().to_owned()),

@@ -4,6 +4,7 @@
 //! Range: any block.
 //! Source: none needed.
 
+use super::light_paths::LightPathLanes;
 use crate::accel::lanes::RayLanes;
 use crate::bsdf::principled::lanes::{PrincipledLanes, SampledLanes};
 use crate::bsdf::{Diffuse, Lobe};
@@ -28,6 +29,7 @@ pub struct StageMemory<E: Effects> {
     pub bsdfs: BsdfLanes<E>,
     pub direct_light: DirectLightLanes,
     pub scattering: ScatteringLanes,
+    pub light_paths: State<E::LightPaths, LightPathLanes>,
 }
 
 impl<E: Effects> Default for StageMemory<E> {
@@ -38,6 +40,7 @@ impl<E: Effects> Default for StageMemory<E> {
             bsdfs: BsdfLanes::default(),
             direct_light: DirectLightLanes::default(),
             scattering: ScatteringLanes::default(),
+            light_paths: Slot::new(LightPathLanes::default),
         }
     }
 }

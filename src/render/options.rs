@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
+use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::technique::EmissionRule;
 use crate::light::types::LightChoice;
 use crate::scene::description::SceneDescription;
@@ -94,9 +95,33 @@ impl RenderOptions {
             window: self.window(description.film.size)?,
             ..of_scene
         };
+        self.refuse_light_paths(&settings)?;
         refuse_endless(&settings)?;
         settings.validate(description.film.size)?;
         Ok(settings)
+    }
+
+    /// Refuses requested light paths that the settings cannot have.
+    fn refuse_light_paths(&self, settings: &RenderSettings) -> Result<()> {
+        if !matches!(self.light_paths, Some(LightPathRule::Share(share)) if share != LightPathShare::None)
+        {
+            return Ok(());
+        }
+        if settings.adaptive != Adaptive::Off {
+            return Err(Error::usage(
+                "light paths contribute to any pixel and cannot be combined with adaptive sampling: use --adaptive off, or --light-paths off",
+            ));
+        }
+        if !matches!(
+            settings.integrator,
+            IntegratorKind::Path | IntegratorKind::Auto
+        ) {
+            return Err(Error::usage(format!(
+                "only the integrator path has light paths beside camera paths, not {}: use --integrator path, or leave --light-paths out",
+                settings.integrator.name()
+            )));
+        }
+        Ok(())
     }
 
     /// The requested limits, over those of the scene.

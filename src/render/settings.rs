@@ -344,15 +344,6 @@ impl RenderSettings {
                     self.integrator.name()
                 )))
             }
-            _ if self.adaptive != Adaptive::Off && self.forces_light_paths() => Err(Error::usage(
-                "light paths contribute to any pixel, and cannot be combined with adaptive sampling: use --adaptive off, or --light-paths off",
-            )),
-            _ if !self.may_have_light_paths() && self.forces_light_paths() => {
-                Err(Error::usage(format!(
-                    "only the integrator path has light paths beside camera paths, not {}: use --integrator path, or leave --light-paths out",
-                    self.integrator.name()
-                )))
-            }
             _ if !(0.0..1.0).contains(&self.cache_error) => Err(Error::usage(
                 "the error of an irradiance cache must be from 0 to below 1",
             )),
@@ -360,16 +351,6 @@ impl RenderSettings {
             _ if self.tile_size == 0 => Err(Error::usage("the tile size must be at least 1")),
             _ => Ok(()),
         }
-    }
-
-    /// Whether the integrator has light paths beside camera paths, or stands for one that may.
-    fn may_have_light_paths(&self) -> bool {
-        matches!(self.integrator, IntegratorKind::Path | IntegratorKind::Auto)
-    }
-
-    /// Whether a number of light paths is given.
-    fn forces_light_paths(&self) -> bool {
-        matches!(self.light_paths, LightPathRule::Share(share) if share != LightPathShare::None)
     }
 
     /// The largest number of scattering events, by these settings and by the integrator.
@@ -410,11 +391,12 @@ impl RenderSettings {
         self.light_choice.unwrap_or(self.integrator.light_choice())
     }
 
-    /// The number of light paths for each camera path: none but beside `path`, and none by `auto`, which has to be replaced
-    /// before a scene is rendered (`render/auto/`).
+    /// The number of light paths for each camera path: none but beside `path` with equal sample counts, and none by `auto`,
+    /// which has to be replaced before a scene is rendered (`render/auto/`).
     pub fn light_path_share(&self) -> LightPathShare {
+        let may_have = self.integrator == IntegratorKind::Path && self.adaptive == Adaptive::Off;
         match self.light_paths {
-            LightPathRule::Share(share) if self.integrator == IntegratorKind::Path => share,
+            LightPathRule::Share(share) if may_have => share,
             _ => LightPathShare::None,
         }
     }
@@ -438,7 +420,9 @@ impl RenderSettings {
     /// The effects that a render of a scene with these effects needs.
     pub fn effects(&self, of_scene: EffectSet) -> EffectSet {
         let has_light_paths = self.light_path_share() != LightPathShare::None;
-        of_scene.with_if(Effect::LightPaths, has_light_paths)
+        of_scene
+            .without(Effect::LightPaths)
+            .with_if(Effect::LightPaths, has_light_paths)
     }
 
     /// Whether samples contribute to other pixels, too, by splats.

@@ -16,6 +16,7 @@ use etendue::internals::film::filter::{FilterDescription, FilterKind};
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::math::vec::DVec3;
+use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{Adaptive, LightPathRule, RenderSettings};
 use etendue::internals::scene::description::SceneDescription;
 
@@ -167,20 +168,18 @@ fn threads_and_tiles_change_no_bit() {
 #[test]
 fn adaptive_sampling_and_other_integrators_are_refused() {
     let scene = matte();
-    let fine = with_light_paths(&scene, LightPathShare::One, 64);
-    assert!(fine.validate(scene.film.size).is_ok());
-    let adaptive = RenderSettings {
-        adaptive: Adaptive::TwoPhase,
-        ..fine.clone()
+    let options = |change: &dyn Fn(&mut RenderOptions)| {
+        let mut options = RenderOptions::samples(64);
+        options.light_paths = Some(LightPathRule::Share(LightPathShare::One));
+        change(&mut options);
+        options.settings(&scene)
     };
-    let both_ends = RenderSettings {
-        integrator: IntegratorKind::Bidirectional,
-        ..fine
-    };
-    for wrong in [adaptive, both_ends] {
-        let error = wrong
-            .validate(scene.film.size)
-            .expect_err("light paths do not fit");
+    assert!(options(&|_| {}).is_ok());
+    for wrong in [
+        options(&|it| it.adaptive = Some(Adaptive::TwoPhase)),
+        options(&|it| it.integrator = Some(IntegratorKind::Bidirectional)),
+    ] {
+        let error = wrong.expect_err("light paths do not fit");
         assert_eq!(error.kind(), etendue::ErrorKind::Usage);
     }
 }

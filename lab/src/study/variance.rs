@@ -88,8 +88,7 @@ pub fn path_shares(
     seed: u64,
 ) -> Option<PathShares> {
     let settings = prepared.settings(variant, spp, seed);
-    let integrator = settings.integrator;
-    if integrator == IntegratorKind::IrradianceCache || integrator.splats() {
+    if settings.integrator == IntegratorKind::IrradianceCache || settings.splats() {
         return None;
     }
     let scene = prepared.scene(variant.options);

@@ -6,11 +6,13 @@ OUT ?= out
 FUZZ_SECONDS ?= 60
 SOAK_SECONDS ?= 1800
 ACCURACY_SEEDS ?= 400
+STUDY_BUDGET ?= 15m
+PYTHON ?= python3
 PREFIX ?= /usr/local
 PROFILE ?= release
 FUZZ_TARGETS ?= scene_toml obj mtl ply mitsuba_xml gltf pbrt image state
 
-.PHONY: help setup demo test mutants mutants-some nightly install header battery bench instructions check fuzz accuracy slurm soak clean
+.PHONY: help setup demo test mutants mutants-some nightly install header battery bench studies against-mitsuba instructions check fuzz accuracy slurm soak clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
@@ -81,6 +83,16 @@ battery: setup ## Runs the long battery of hard cases with exact answers; report
 
 bench: setup ## Runs the benchmarks of single parts; backends are compared by `etendue bench`.
 	$(CARGO) bench
+
+# Nothing else should run on the machine meanwhile.
+studies: setup ## Makes docs/study.md anew: studies of five scenes, STUDY_BUDGET each (default: 15m).
+	$(CARGO) build --release
+	scripts/studies.sh target/release/etendue $(STUDY_BUDGET)
+
+# Needs a Python with mitsuba and numpy: PYTHON (default: python3).
+against-mitsuba: setup ## Makes docs/compare.md anew: error against time of Etendue and of Mitsuba 3.
+	$(CARGO) build --release
+	$(PYTHON) scripts/error-against-time.py
 
 instructions: setup ## Counts instructions a sample, of the chosen kernel and of the one with everything.
 	$(CARGO) build --release

@@ -114,6 +114,8 @@ typedef enum {
   ETD_MODEL_PLASTIC = 5,
   // The metallic-roughness model: `color`, `metallic`, `roughness`, `ior`, `transmission`.
   ETD_MODEL_PRINCIPLED = 6,
+  // A smooth pane of a dielectric: `ior`, and `color` as the tint of transmitted light.
+  ETD_MODEL_THIN_DIELECTRIC = 7,
 } EtdModel;
 
 // Precision of ray intersection.

@@ -16,6 +16,7 @@ mod lesson;
 mod merge;
 mod output;
 mod plan;
+mod price;
 mod recommendation;
 mod render;
 mod report;
@@ -44,6 +45,7 @@ fn main() -> ExitCode {
         Verb::Render(render) => render::run(render),
         Verb::Merge(merge) => merge::run(merge),
         Verb::Plan(plan) => plan::run(plan),
+        Verb::Price(price) => price::run(price),
         Verb::Study(study) => study::run(study),
         Verb::Convert(convert) => convert::run(convert),
         Verb::Compare(compare) => compare::run(compare),

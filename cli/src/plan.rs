@@ -103,7 +103,7 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
 
 /// Returns an image size with the same aspect ratio and at most about 20 000 pixels, for renders that are repeated
 /// often.
-pub fn small(width: u32, height: u32) -> (u32, u32) {
+fn small(width: u32, height: u32) -> (u32, u32) {
     let scale = (PIXELS / (f64::from(width) * f64::from(height)))
         .sqrt()
         .min(1.0);
@@ -112,7 +112,7 @@ pub fn small(width: u32, height: u32) -> (u32, u32) {
 }
 
 /// Forwards Ctrl-C, but not the progress of single renders.
-struct Cancelling<'a>(&'a Watcher);
+pub struct Cancelling<'a>(pub &'a Watcher);
 
 impl RenderObserver for Cancelling<'_> {
     fn is_cancelled(&self) -> bool {

@@ -6,6 +6,7 @@
 
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::auto::Recommendation;
+use etendue_lab::study::bootstrap::Ranged;
 use serde::Serialize;
 
 /// A recommendation in its printed form.
@@ -55,6 +56,34 @@ pub fn sentence(recommendation: &Recommendation) -> String {
     format!("auto: {name}, as {}", recommendation.why)
 }
 
+/// Returns the advice on the integrator from the measured gains of others over the present one, each the factor by which
+/// it is faster with its interval. What `auto` selects by its pilot is named wherever a longer measurement disagrees.
+pub fn advice(present: &str, gains: &[(&str, Ranged)], auto: Option<&Recommendation>) -> String {
+    let sure = gains.iter().filter(|(_, gain)| gain.low > 1.0);
+    let best = sure.max_by(|a, b| a.1.value.total_cmp(&b.1.value));
+    let Some((name, gain)) = best else {
+        return match auto {
+            Some(auto) if auto.integrator.name() == present => format!(
+                "no other integrator is faster beyond doubt, and `--integrator auto` selects {present}, too"
+            ),
+            Some(auto) => format!(
+                "no other integrator is faster than {present} beyond doubt; the short pilot of `--integrator auto` selects {}",
+                auto.integrator.name()
+            ),
+            None => format!("no other integrator is faster than {present} beyond doubt"),
+        };
+    };
+    let times = format!("{:.2} ({:.2} to {:.2})", gain.value, gain.low, gain.high);
+    let faster = format!("{name} is {times} times as fast as {present}");
+    match auto.map(|auto| auto.integrator.name()) {
+        Some(auto) if auto == *name => format!("{faster}, and `--integrator auto` selects it, too"),
+        Some(auto) => format!(
+            "{faster}: name it by --integrator {name}, as the short pilot of `--integrator auto` selects {auto}"
+        ),
+        None => format!("{faster}: --integrator {name}"),
+    }
+}
+
 impl RecommendationReport {
     /// Returns the lines that `etendue plan` prints.
     pub fn lines(&self) -> Vec<String> {
@@ -75,5 +104,61 @@ impl RecommendationReport {
         }
         lines.extend(self.option.clone());
         lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn auto(integrator: IntegratorKind) -> Recommendation {
+        Recommendation {
+            integrator,
+            why: String::new(),
+            candidates: vec![],
+            option: None,
+        }
+    }
+
+    #[test]
+    fn advice_never_contradicts_the_measurement_and_tells_where_auto_does() {
+        let gain = |value: f64| Ranged {
+            value,
+            low: 0.8 * value,
+            high: 1.2 * value,
+        };
+        let path = auto(IntegratorKind::Path);
+        let bdpt = auto(IntegratorKind::Bidirectional);
+        for (gains, auto, words) in [
+            (
+                vec![("bdpt", gain(0.5))],
+                Some(&path),
+                "auto` selects path, too",
+            ),
+            (
+                vec![("bdpt", gain(1.1))],
+                Some(&bdpt),
+                "pilot of `--integrator auto` selects bdpt",
+            ),
+            (
+                vec![("bdpt", gain(3.0))],
+                Some(&bdpt),
+                "bdpt is 3.00 (2.40 to 3.60) times as fast as path, and",
+            ),
+            (
+                vec![("bdpt", gain(3.0))],
+                Some(&path),
+                "name it by --integrator bdpt",
+            ),
+            (
+                vec![("mlt", gain(9.0)), ("bdpt", gain(3.0))],
+                None,
+                "mlt is 9.00",
+            ),
+            (vec![], None, "no other integrator"),
+        ] {
+            let text = advice("path", &gains, auto);
+            assert!(text.contains(words), "no {words} in {text}");
+        }
     }
 }

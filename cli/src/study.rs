@@ -7,15 +7,18 @@
 use super::args::{ProgressMode, StudyArguments};
 use super::durations::format_duration;
 use super::output::Watcher;
-use super::plan::small;
+use super::plan::Cancelling;
 use super::report::keeper::Keeper;
 use super::report::study::{Findings, csv, html, json, tables};
 use super::{Outcome, command_line, print};
+use etendue::internals::film::filter::FilterSampling;
 use etendue::internals::image::atomic::{check_creatable, make_folder, write_text};
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::options::refuse_endless;
+use etendue::internals::render::auto::Recommendation;
+use etendue::internals::render::options::{RenderOptions, refuse_endless};
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
+use etendue::internals::session::Session;
 use etendue::{Error, Result};
 use etendue_lab::bench::machine::machine;
 use etendue_lab::bench::report::Machine;
@@ -39,14 +42,15 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
     let watcher = Watcher::new(mode)?;
     let mut description = arguments.scene.load()?;
     let full_size = description.film.size;
-    let (width, height) = full_size;
-    description.film.size = match arguments.size {
-        Some(size) => size,
-        None if arguments.full_size => full_size,
-        None => small(width, height),
-    };
-    let settings = settings(arguments, &description)?;
-    let files = Files::new(arguments)?;
+    description.film.size = arguments.size.unwrap_or(full_size);
+    let mut settings = settings(arguments, &description)?;
+    let recommendation = recommendation(&settings, &description, &watcher)?;
+    if recommendation.is_some() {
+        // The pilot is part of the study. To a tenth of a second, as the budget is printed.
+        let left = settings.budget - start.elapsed().as_secs_f64();
+        settings.budget = (10.0 * left.max(0.0)).round() / 10.0;
+    }
+    let files = Files::new(arguments, recommendation)?;
     let kept = KeptStudy {
         keeper: Keeper::new(&watcher),
         files: &files,
@@ -61,10 +65,11 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
     write_text(&files.json, &json::of_findings(&findings))?;
     write_text(&files.csv, &csv::of_report(&report))?;
     write_text(&files.html, &html::of_findings(&findings))?;
+    write_text(&files.markdown, &tables::markdown(&findings))?;
     if arguments.json {
         print(json::of_findings(&findings).as_bytes())?;
     } else {
-        print(tables::markdown(&findings).as_bytes())?;
+        print(tables::answers_in_words(&findings).as_bytes())?;
     }
     if !arguments.quiet {
         let end = if report.complete {
@@ -81,10 +86,32 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
     })
 }
 
+/// The integrator that `auto` selects, if several are compared.
+fn recommendation(
+    settings: &StudySettings,
+    description: &SceneDescription,
+    watcher: &Watcher,
+) -> Result<Option<Recommendation>> {
+    let mut kinds = settings
+        .variants
+        .iter()
+        .map(|variant| variant.settings.integrator);
+    let first = kinds.next();
+    if kinds.all(|kind| Some(kind) == first) {
+        return Ok(None);
+    }
+    let session = Session::new(description.clone(), settings.options)?;
+    session
+        .recommend(&RenderOptions::default(), &Cancelling(watcher))
+        .map(Some)
+}
+
 fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Result<StudySettings> {
     let options = arguments.tracing.options();
     let base = RenderSettings {
         threads: options.threads,
+        // Statistics over pixels take their noise as independent.
+        filter_sampling: FilterSampling::Importance,
         ..RenderSettings::of_scene(description)?
     };
     let mut choices: Vec<Choice> = arguments.vary.iter().flat_map(|v| v.0.clone()).collect();
@@ -110,6 +137,8 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
         reference: arguments.reference,
         options,
         variants,
+        may_shrink: arguments.size.is_none() && !arguments.full_size,
+        for_threads: arguments.for_threads.map(|threads| threads as usize),
         schedule: None,
     })
 }
@@ -120,24 +149,28 @@ struct Files {
     json: PathBuf,
     csv: PathBuf,
     html: PathBuf,
+    markdown: PathBuf,
     machine: Machine,
     command: String,
+    recommendation: Option<Recommendation>,
 }
 
 impl Files {
     /// Creates the folder, and checks that all files can be written before anything is measured.
-    fn new(arguments: &StudyArguments) -> Result<Self> {
+    fn new(arguments: &StudyArguments, recommendation: Option<Recommendation>) -> Result<Self> {
         let folder = &arguments.out;
         make_folder(folder)?;
         let files = Self {
             json: folder.join("study.json"),
             csv: folder.join("study.csv"),
             html: folder.join("study.html"),
+            markdown: folder.join("study.md"),
             folder: folder.clone(),
             machine: machine(),
             command: command_line(),
+            recommendation,
         };
-        for file in [&files.json, &files.csv, &files.html] {
+        for file in [&files.json, &files.csv, &files.html, &files.markdown] {
             check_creatable(file)?;
         }
         Ok(files)
@@ -149,6 +182,7 @@ impl Files {
             summaries: summaries(report),
             machine: &self.machine,
             command: &self.command,
+            recommendation: self.recommendation.as_ref(),
         }
     }
 

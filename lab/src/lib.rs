@@ -14,6 +14,7 @@ pub mod lesson;
 #[path = "../../src/planted.rs"]
 mod planted;
 pub mod plot;
+pub mod price;
 pub mod scene_builder;
 pub mod study;
 pub mod verdict;

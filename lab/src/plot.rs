@@ -50,6 +50,8 @@ pub struct Axis {
     pub scale: Scale,
     /// Start and end of the axis; `None` fits all points.
     pub range: Option<[f64; 2]>,
+    /// The marked values with their texts; empty for round numbers.
+    pub ticks: Vec<(f64, String)>,
 }
 
 impl Axis {
@@ -59,6 +61,7 @@ impl Axis {
             label: label.into(),
             scale: Scale::Linear,
             range: None,
+            ticks: Vec::new(),
         }
     }
 
@@ -68,6 +71,11 @@ impl Axis {
             scale: Scale::Log,
             ..Self::linear(label)
         }
+    }
+
+    /// This axis with these values marked, as far as they are within its range.
+    pub fn marked(self, ticks: Vec<(f64, String)>) -> Self {
+        Self { ticks, ..self }
     }
 
     /// This axis restricted to `start` to `end`.
@@ -107,6 +115,17 @@ pub struct Series {
     pub points: Vec<[f64; 2]>,
     /// The band of uncertainty around the points: (x, low, high).
     pub ribbon: Vec<[f64; 3]>,
+    /// Texts at points, left out where there is no room.
+    pub labels: Vec<Label>,
+}
+
+/// A text at a point.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Label {
+    /// The point (x, y).
+    pub point: [f64; 2],
+    /// The text.
+    pub text: String,
 }
 
 impl Series {
@@ -118,12 +137,18 @@ impl Series {
             hue,
             points,
             ribbon: Vec::new(),
+            labels: Vec::new(),
         }
     }
 
     /// This series with a ribbon.
     pub fn within(self, ribbon: Vec<[f64; 3]>) -> Self {
         Self { ribbon, ..self }
+    }
+
+    /// This series with labels.
+    pub fn labelled(self, labels: Vec<Label>) -> Self {
+        Self { labels, ..self }
     }
 
     /// Samples a function at evenly spaced places from `start` to `end`.

@@ -1,4 +1,5 @@
-//! The dielectric BSDF, as of glass or water: reflection and refraction at a smooth or rough surface.
+//! The dielectric BSDF, as of glass or water: reflection and refraction at a smooth or rough surface, or at both sides of
+//! a thin pane.
 //!
 //! Measure: f per steradian; refraction carries the factor (n_o / n_i)^2 of radiance.
 //! Range: `ior` above 0, inside over outside; at exactly 1 the surface is invisible whatever its roughness. Where the
@@ -6,8 +7,9 @@
 //! Rough glass models single scattering and loses the light that microfacets shadow: at index 1.5, from outside along the
 //! normal, 0.1 % at alpha 0.1 and 11 % at alpha 1, up to 58 % at grazing angles; `tests/scattering/furnace.rs` prints the
 //! losses.
-//! Source: Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces". Tested in
-//! `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
+//! Source: Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces"; a thin pane: Stokes 1862, "On the
+//! Intensity of the Light Reflected from or Transmitted through a Pile of Plates". Tested in `tests/scattering/bsdf.rs` and
+//! `tests/scattering/furnace.rs`.
 
 use super::fresnel::{self, Interface};
 use super::microfacet::{Ggx, SMOOTH_ALPHA};
@@ -25,6 +27,8 @@ pub struct Dielectric {
     ior: f32,
     tint: Rgb,
     facets: Option<Ggx>,
+    /// Whether the surface is a pane that light leaves in the direction in which it came.
+    is_thin: bool,
 }
 
 /// The interface as seen from the side of `wo`, which is mirrored to the upper side.
@@ -43,7 +47,21 @@ impl Dielectric {
     pub fn new(ior: f32, roughness: f32, tint: Rgb) -> Self {
         let facets = Ggx::from_roughness(roughness)
             .filter(|ggx| ggx.alpha() * (ior - 1.0).abs() >= SMOOTH_ALPHA);
-        Self { ior, tint, facets }
+        Self {
+            ior,
+            tint,
+            facets,
+            is_thin: false,
+        }
+    }
+
+    /// Creates a smooth pane of index `ior` and no thickness, with air on both sides; `tint` multiplies transmitted light.
+    #[inline]
+    pub fn thin(ior: f32, tint: Rgb) -> Self {
+        Self {
+            is_thin: true,
+            ..Self::new(ior, 0.0, tint)
+        }
     }
 
     /// Returns the surface with another tint.
@@ -52,10 +70,10 @@ impl Dielectric {
         Self { tint, ..*self }
     }
 
-    /// Refractive index, inside over outside.
+    /// Refractive index, inside over outside; 1 for a pane, whose two sides are outside.
     #[inline]
     pub fn ior(&self) -> f32 {
-        self.ior
+        if self.is_thin { 1.0 } else { self.ior }
     }
 
     /// Whether both lobes are deltas.
@@ -90,6 +108,7 @@ impl Dielectric {
         }
         let side = self.side(wo);
         match self.facets {
+            None if self.is_thin => Some(self.sample_thin(wo, u_lobe)),
             None => Some(self.sample_smooth(&side, wo, u_lobe)),
             Some(ggx) => self.sample_rough(&side, &ggx, wo, u_lobe, u),
         }
@@ -124,6 +143,28 @@ impl Dielectric {
         BsdfSample {
             wi: Vec3::new(-r * wo.x, -r * wo.y, -side.sign * cos_t),
             weight: planted!("eta-squared-forgotten", 1.0, r * r) * self.tint,
+            pdf: None,
+            lobe: Lobe::SpecularTransmission,
+        }
+    }
+
+    /// Samples a pane: the sum of all reflections between its sides, with the reflectance R of one, is 2R / (1 + R)
+    /// (Stokes 1862).
+    #[inline]
+    fn sample_thin(&self, wo: Vec3, u_lobe: f32) -> BsdfSample {
+        let side = fresnel::dielectric(wo.z.abs(), 1.0, self.ior).reflectance;
+        let pane = planted!("pane-of-one-side", side, 2.0 * side / (1.0 + side));
+        if u_lobe < pane {
+            return BsdfSample {
+                wi: Vec3::new(-wo.x, -wo.y, wo.z),
+                weight: Rgb::WHITE,
+                pdf: None,
+                lobe: Lobe::SpecularReflection,
+            };
+        }
+        BsdfSample {
+            wi: -wo,
+            weight: self.tint,
             pdf: None,
             lobe: Lobe::SpecularTransmission,
         }

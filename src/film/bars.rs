@@ -21,7 +21,8 @@
 //! **Flags.** A pixel is flagged if its neighbours' means have an excess kurtosis above 12, or if more than a fifth of
 //! its neighbours are black in all batches and most others are black in some of them. Black neighbours of pixels that
 //! are lit in every batch are an edge of the image's content, not missed light. The pixel's own samples are not used: a
-//! pixel that missed a rare contribution would appear to be the most reliable.
+//! pixel that missed a rare contribution would appear to be the most reliable. Where samples contribute to several pixels,
+//! neighbours that share any of its samples are not used either.
 //!
 //! Measure: radiance; an interval is mean ± se q, with q by [`standardised_student_quantile`].
 //! Range: a pixel without a sample in each batch is flagged. Pixels at the border have fewer neighbours.
@@ -87,12 +88,13 @@ impl Film {
     /// Computes the error bars of all pixels.
     pub fn error_bars(&self) -> ErrorBars {
         let pixels = Pixels::of(self);
-        let neighbours = Neighbours::of(&pixels);
+        let shared = 2 * self.reach as usize;
         let own = [
             &pixels.variances[0],
             &pixels.variances[1],
             &pixels.variances[2],
         ];
+        let neighbours = Neighbours::of(&pixels, shared);
         let near = own.map(|plane| plane.mean_of_others(NEAR));
         let weights: Vec<Weights> = (0..self.pixel_count())
             .map(|index| neighbours.weights(index))
@@ -172,7 +174,7 @@ impl Pixels {
             self.fourth.values[index] = (cumulants.fourth / scale) as f32;
             self.squared.values[index] = (cumulants.squared_variance / scale) as f32;
         }
-        let black = batches.means.iter().filter(|mean| **mean == [0.0; 3]);
+        let black = batches.are_black.iter().filter(|&&is_black| is_black);
         let black = black.count() as u64;
         self.unlit.values[index] = f32::from(u8::from(black == BATCHES));
         self.partly_lit.values[index] = f32::from(u8::from((1..BATCHES).contains(&black)));
@@ -190,12 +192,14 @@ struct Neighbours {
 }
 
 impl Neighbours {
-    fn of(pixels: &Pixels) -> Self {
+    /// The means, where a pixel shares samples with those at most `shared` rows and columns away. The kurtosis and the flags
+    /// are taken from others; the noise of variances that are moderated is much larger than what is shared.
+    fn of(pixels: &Pixels, shared: usize) -> Self {
         let far = |plane: &Plane| {
             planted!(
                 "flags-by-the-pixel-itself",
                 plane.clone(),
-                plane.mean_of_others(FAR)
+                plane.mean_around(shared, FAR + shared)
             )
         };
         Self {
@@ -203,8 +207,8 @@ impl Neighbours {
             deviation: pixels.deviation.mean_of_others(NEAR),
             fourth: far(&pixels.fourth),
             squared: far(&pixels.squared),
-            unlit: pixels.unlit.mean_of_others(FAR),
-            partly_lit: pixels.partly_lit.mean_of_others(FAR),
+            unlit: far(&pixels.unlit),
+            partly_lit: far(&pixels.partly_lit),
         }
     }
 

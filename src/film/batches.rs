@@ -30,6 +30,8 @@ pub struct BatchMeans {
     pub means: [[f64; 3]; COUNT],
     /// The sample count of each batch.
     pub counts: [u64; COUNT],
+    /// Whether no sample of the batch has any light.
+    pub are_black: [bool; COUNT],
 }
 
 impl BatchMeans {
@@ -162,6 +164,7 @@ mod tests {
         BatchMeans {
             means: means.map(|mean| [mean; 3]),
             counts,
+            are_black: means.map(|mean| mean == 0.0),
         }
     }
 

@@ -7,7 +7,7 @@
 //!
 //! **The bound.** e_even and e_odd of a block of pixels estimate the same value from different samples. Their
 //! differences give the variance of E without a model of how the error varies over the image, and blocks contain the
-//! correlation of neighbours. The squared error of this one image varies about its expectation with twice the
+//! correlation of neighbours, also of those that share samples: blocks grow with the reach of a sample. The squared error of this one image varies about its expectation with twice the
 //! variance of the halves' mean, if pixels are normal, and less where few bright samples dominate, which are in both
 //! x and v. Together: 3/4 of the sum of squared differences. A sample that is there by chance adds a term that neither
 //! half can estimate; [`CHANCE`] times the largest of these terms widens the bound, in quadrature.
@@ -276,6 +276,23 @@ mod tests {
             println!("rare, {samples}: {ratio:.3}, {held} of 60");
             assert!((ratio - 1.0).abs() < 0.1, "{samples}: {ratio}");
             assert!(held >= 54, "{samples}: {held} of 60");
+        }
+    }
+
+    #[test]
+    fn the_edge_of_a_lamp_is_no_single_sample() {
+        // Half of each pixel's samples in column 10 meet a lamp, a thousand times as bright as its surroundings.
+        let is_edge = |pixel: usize| pixel % SIZE.0 as usize == 10;
+        let edge = |pixel: usize, numbers: &mut Numbers| match is_edge(pixel) {
+            true if numbers.uniform() < 0.5 => 1000.0,
+            true => 0.0,
+            false => 1.0 + 0.1 * numbers.normal(),
+        };
+        for seed in 0..10 {
+            let film = film(SIZE, 1024, seed, edge);
+            let error = film.error(0.95).expect("it has samples");
+            assert!(error.largest_sample < 1.0, "{error:?}");
+            assert_eq!(error.doubt, None);
         }
     }
 

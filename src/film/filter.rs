@@ -1,10 +1,11 @@
-//! Reconstruction filters, importance sampled: a sample belongs to one pixel, and its offset has a pdf proportional
-//! to the absolute value of the filter.
+//! Reconstruction filters, in two forms: a sample contributes to every pixel that its filter covers (`footprint.rs`), or it
+//! belongs to one pixel, and its offset has a pdf proportional to the absolute value of the filter.
 //!
 //! Measure: pixels, from the centre of the pixel; f has unit integral over the plane.
 //! Range: u in [0, 1 - 2^-24]; offsets in [-radius, radius]. A radius that is not a positive number panics.
 //! Source: Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling"; the shapes are named at each. Tested below.
 
+use super::footprint::Footprint;
 use crate::math::lanes::{LANES, Lanes, each_lane, vectorised};
 use crate::math::vec::Vec2;
 use serde::Serialize;
@@ -17,6 +18,34 @@ pub struct FilterDescription {
     pub kind: FilterKind,
     /// Half the width of the support, in pixels, above 0.
     pub radius: f64,
+}
+
+/// The largest radius of a filter, in pixels.
+pub const MOST_RADIUS: f64 = 32.0;
+
+/// How a filter is estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[non_exhaustive]
+pub enum FilterSampling {
+    /// Samples are distributed uniformly and contribute to every pixel that the filter covers. Neighbouring pixels have
+    /// correlated noise.
+    #[default]
+    Splatting,
+    /// Positions are sampled from the filter of one pixel, to which the sample belongs. The noise of pixels is independent.
+    Importance,
+}
+
+impl FilterSampling {
+    /// Both ways.
+    pub const ALL: &'static [Self] = &[Self::Splatting, Self::Importance];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Splatting => "splatting",
+            Self::Importance => "importance",
+        }
+    }
 }
 
 /// The shapes of reconstruction filters.
@@ -33,6 +62,15 @@ pub enum FilterKind {
     Mitchell,
     /// The four-term Blackman-Harris window.
     BlackmanHarris,
+}
+
+impl FilterDescription {
+    /// The name of the kind and the radius, as on the command line.
+    pub fn name(&self) -> String {
+        let kind = FilterKind::ALL.iter().find(|(_, kind)| *kind == self.kind);
+        let (name, _) = kind.expect("every kind has a name");
+        format!("{name}:{}", self.radius)
+    }
 }
 
 impl FilterKind {
@@ -78,6 +116,8 @@ pub struct Filter {
     guide: Vec<u16>,
     /// The radius in single precision, for sampling.
     reach: f32,
+    /// The weights of samples that contribute to several pixels.
+    footprint: Option<Footprint>,
 }
 
 /// Sampling data of one cell of the table.
@@ -151,18 +191,29 @@ impl Filter {
                 weight: excess.copysign(values[i] + values[i + 1]) as f32,
             })
             .collect();
-        Self {
+        let mut filter = Self {
             radius,
             values,
             cells,
             guide,
             reach: radius as f32,
+            footprint: None,
+        };
+        if kind != FilterKind::Box {
+            filter.footprint = Footprint::new(radius, |x| filter.evaluate_axis(x));
         }
+        filter
     }
 
     /// Half the width of the support, in pixels.
     pub fn radius(&self) -> f64 {
         self.radius
+    }
+
+    /// The weights of samples that contribute to several pixels; `None` for boxes, which are the same in both forms, and for
+    /// radii too large or too small for them.
+    pub fn footprint(&self) -> Option<&Footprint> {
+        self.footprint.as_ref()
     }
 
     /// Samples an offset with pdf |f| over its integral.

@@ -1,10 +1,11 @@
 //! The film: the window of the image, in tiles that are rendered independently, and the image and batch means
 //! computed from them.
 //!
-//! Each sample belongs to one pixel, and sums do not depend on the order of samples. So the image
-//! does not depend on tiles, passes or threads.
+//! A sample contributes to the pixel that it is taken for, its source, or, if the film has a footprint, to every pixel that
+//! its filter covers; then pixels just outside of the window have samples, too. Sums do not depend on the order of samples.
+//! So the image does not depend on tiles, passes or threads.
 //!
-//! Measure: pixels; radiance.
+//! Measure: pixels, whose coordinates are modulo 2^32: the column left of the image is 2^32 - 1; radiance.
 //! Range: a window of at least one pixel; sample counts may differ between tiles after an interruption, and between
 //! pixels with adaptive sampling.
 //! Source: the image error of docs/accuracy.md. Tested below and in `tests/rendering/determinism.rs`.
@@ -14,23 +15,28 @@ pub mod batches;
 mod error;
 mod estimate;
 pub mod filter;
+pub mod footprint;
 mod local_truth;
 pub mod pixel;
 mod relative_variance;
 pub mod splats;
+pub mod splatted;
 #[cfg(test)]
 mod synthetic;
 
 use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;
+use crate::planted::planted;
 use batches::{BATCHES, BatchMeans, Half};
 pub use error::{Doubt, ErrorEstimate};
 pub(crate) use error::{MODEL_ERROR, margin};
 pub use estimate::PixelEstimate;
+use filter::FilterSampling;
 use pixel::PixelSums;
 use serde::{Deserialize, Serialize};
 use splats::Splats;
+use splatted::{Splatted, WeightedSums};
 
 /// A rectangle of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -54,19 +60,31 @@ impl Window {
     /// Whether a pixel is in the window.
     #[inline]
     pub fn contains(&self, [x, y]: [u32; 2]) -> bool {
-        (self.x..self.x + self.width).contains(&x) && (self.y..self.y + self.height).contains(&y)
+        x.wrapping_sub(self.x) < self.width && y.wrapping_sub(self.y) < self.height
     }
 
     /// The index of a pixel of the window, row by row.
     #[inline]
     pub fn index(&self, [x, y]: [u32; 2]) -> usize {
-        (y - self.y) as usize * self.width as usize + (x - self.x) as usize
+        let [column, row] = [x.wrapping_sub(self.x), y.wrapping_sub(self.y)];
+        row as usize * self.width as usize + column as usize
     }
 
     /// The pixels of the window, row by row.
     pub fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
-        let columns = self.x..self.x + self.width;
-        (self.y..self.y + self.height).flat_map(move |y| columns.clone().map(move |x| [x, y]))
+        let columns = (0..self.width).map(move |column| self.x.wrapping_add(column));
+        let rows = (0..self.height).map(move |row| self.y.wrapping_add(row));
+        rows.flat_map(move |y| columns.clone().map(move |x| [x, y]))
+    }
+
+    /// The window with `reach` more pixels on each side.
+    pub fn grown(self, reach: u32) -> Self {
+        Self {
+            x: self.x.wrapping_sub(reach),
+            y: self.y.wrapping_sub(reach),
+            width: self.width + 2 * reach,
+            height: self.height + 2 * reach,
+        }
     }
 }
 
@@ -75,8 +93,10 @@ impl Window {
 pub struct Tile {
     /// The pixels that the tile covers.
     pub window: Window,
-    /// The sample sums of the tile's pixels, row by row.
+    /// The sample sums of the tile's pixels, row by row; empty if samples contribute to several pixels.
     pub pixels: Vec<PixelSums>,
+    /// The sums of samples that contribute to several pixels.
+    pub splatted: Option<Splatted>,
     /// The sample count of every pixel; where counts differ, the count that every pixel has at least.
     pub samples: u64,
     /// The sample count of each pixel, where they may differ.
@@ -86,6 +106,13 @@ pub struct Tile {
 }
 
 impl Tile {
+    /// The pixels whose samples are taken: the tile's, and with a footprint those beyond the image's edge that contribute.
+    pub fn sources(&self) -> Window {
+        self.splatted
+            .as_ref()
+            .map_or(self.window, Splatted::sources)
+    }
+
     /// The sample count of the pixel at this index in the tile.
     pub fn count(&self, place: usize) -> u64 {
         match &self.counts {
@@ -108,6 +135,8 @@ impl Tile {
 pub struct Film {
     window: Window,
     tile_size: u32,
+    /// The number of pixels on either side of a sample's own that it contributes to.
+    reach: u32,
     tiles: Vec<Tile>,
     /// The splats of light paths, if there are any.
     splats: Option<Splats>,
@@ -130,6 +159,7 @@ impl Film {
                 tiles.push(Tile {
                     window: tile,
                     pixels: vec![PixelSums::default(); tile.pixel_count() as usize],
+                    splatted: None,
                     samples: 0,
                     counts: None,
                     rays: None,
@@ -139,9 +169,39 @@ impl Film {
         Self {
             window,
             tile_size: step,
+            reach: 0,
             tiles,
             splats: None,
         }
+    }
+
+    /// Lets each sample contribute to the pixels at most `reach` rows and columns away from its own; with 0, to its own alone.
+    pub fn with_reach(mut self, reach: u32) -> Self {
+        self.reach = reach;
+        if reach > 0 {
+            for tile in &mut self.tiles {
+                tile.pixels = vec![];
+                let sources = sources(self.window, tile.window, reach);
+                tile.splatted = Some(Splatted::new(sources, reach));
+            }
+        }
+        self
+    }
+
+    /// The memory of the sums of the pixels of a film, in bytes, without the splats of light paths.
+    pub fn memory(window: Window, tile_size: u32, reach: u32) -> u64 {
+        if reach == 0 {
+            return window
+                .pixel_count()
+                .saturating_mul(size_of::<PixelSums>() as u64);
+        }
+        // Each tile along an axis adds its halo, and the sources beyond the edge.
+        let along = |length: u32| {
+            let tiles = u64::from(length.div_ceil(tile_size.max(1)));
+            u64::from(length) + 2 * u64::from(reach) * (tiles + 1)
+        };
+        let pixels = along(window.width).saturating_mul(along(window.height));
+        pixels.saturating_mul(size_of::<WeightedSums>() as u64)
     }
 
     /// Adds a buffer for the splats of light paths.
@@ -167,6 +227,19 @@ impl Film {
     /// The edge of a tile, in pixels.
     pub fn tile_size(&self) -> u32 {
         self.tile_size
+    }
+
+    /// The number of pixels on either side of a sample's own that it contributes to.
+    pub fn reach(&self) -> u32 {
+        self.reach
+    }
+
+    /// How the samples of the film estimate the filter.
+    pub fn filter_sampling(&self) -> FilterSampling {
+        match self.reach {
+            0 => FilterSampling::Importance,
+            _ => FilterSampling::Splatting,
+        }
     }
 
     /// The tiles.
@@ -239,14 +312,44 @@ impl Film {
     /// The batch means of a pixel of the window: of its samples plus the splats of light paths. Samples and splats
     /// are not independent, but batches are.
     pub fn batch_means(&self, index: usize) -> BatchMeans {
+        if self.reach > 0 {
+            return self.splatted_means(index);
+        }
         let (tile, place) = self.locate(index);
         let mut batches = tile.pixels[place].batch_means(tile.count(place));
         if let Some(splats) = &self.splats {
             for (batch, splats) in batches.means.iter_mut().zip(splats.batch_means(index)) {
                 *batch = sum(*batch, splats);
             }
+            batches.are_black = batches.means.map(|mean| mean == [0.0; 3]);
         }
         batches
+    }
+
+    /// The batch means of a pixel of a film whose samples contribute to several pixels.
+    fn splatted_means(&self, index: usize) -> BatchMeans {
+        let (home, _) = self.locate(index);
+        let (width, step) = (self.window.width as usize, self.tile_size as usize);
+        let reach = self.reach as usize;
+        let across = width.div_ceil(step);
+        let near = |at: usize, tiles: usize| {
+            let last = (at + reach) / step;
+            at.saturating_sub(reach) / step..(last + 1).min(tiles)
+        };
+        let (x, y) = (index % width, index / width);
+        let pixel = [
+            self.window.x.wrapping_add(x as u32),
+            self.window.y.wrapping_add(y as u32),
+        ];
+        let columns = near(x, across);
+        let rows = near(y, self.tiles.len() / across);
+        let tiles = rows.flat_map(|row| columns.clone().map(move |column| (row, column)));
+        let sums = tiles.filter_map(|(row, column)| {
+            let tile = &self.tiles[row * across + column];
+            let sums = tile.splatted.as_ref()?.sums_of(pixel)?;
+            Some((sums, tile.samples))
+        });
+        splatted::batch_means(sums, home.samples)
     }
 
     /// Whether every pixel has a sample in each batch, which error estimates require.
@@ -295,16 +398,39 @@ impl Film {
     /// The index in the window, mean and sample count of each pixel.
     fn means(&self) -> impl Iterator<Item = (usize, [f64; 3], u64)> {
         self.tiles.iter().flat_map(move |tile| {
-            let pixels = tile.window.pixels().zip(&tile.pixels).enumerate();
-            pixels.map(move |(place, (pixel, sums))| {
+            let pixels = tile.window.pixels().enumerate();
+            pixels.map(move |(place, pixel)| {
                 let (index, samples) = (self.index(pixel), tile.count(place));
-                let mut mean = sums.mean(samples);
+                let mut mean = match tile.pixels.get(place) {
+                    Some(sums) => sums.mean(samples),
+                    None => self.splatted_means(index).mean(),
+                };
                 if let Some(splats) = &self.splats {
                     mean = sum(mean, splats.mean(index));
                 }
                 (index, mean, samples)
             })
         })
+    }
+}
+
+/// The pixels whose samples a tile takes: its own, and at the edge of the film's window those beyond that contribute to it.
+fn sources(window: Window, tile: Window, reach: u32) -> Window {
+    let beyond = |start: u32, end: u32, first: u32, last: u32| {
+        [start == first, end == last].map(|is_edge| {
+            let reach = planted!("no-samples-beyond-the-edge", 0, reach);
+            if is_edge { reach } else { 0 }
+        })
+    };
+    let ends = |window: Window| [window.x + window.width, window.y + window.height];
+    let ([right, bottom], [last_column, last_row]) = (ends(tile), ends(window));
+    let [left, more_right] = beyond(tile.x, right, window.x, last_column);
+    let [above, below] = beyond(tile.y, bottom, window.y, last_row);
+    Window {
+        x: tile.x.wrapping_sub(left),
+        y: tile.y.wrapping_sub(above),
+        width: tile.width + left + more_right,
+        height: tile.height + above + below,
     }
 }
 

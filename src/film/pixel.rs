@@ -7,51 +7,78 @@
 //! Source: `batches.rs`. Tested below.
 
 use super::batches::{BATCHES, BatchMeans, samples_of_batches};
-use crate::math::exact_sum::ExactSum;
+use crate::math::exact_sum::ExactSums;
 use crate::math::rgb::Rgb;
 use crate::planted::planted;
 
-/// Sums of samples for each batch and channel.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PixelSums {
-    batches: [[ExactSum; 3]; BATCHES as usize],
+/// Sums for each batch and each of `C` channels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sums<const C: usize> {
+    batches: [ExactSums<C>; BATCHES as usize],
 }
 
-impl PixelSums {
-    /// The number of doubles that the sums consist of.
-    pub const DOUBLES: usize = 6 * BATCHES as usize;
+/// Sums of the samples of a pixel.
+pub type PixelSums = Sums<3>;
 
-    /// Adds the sample with this index.
-    #[inline]
-    pub fn add(&mut self, index: u64, sample: Rgb) {
-        let batch = &mut self.batches[(index % BATCHES) as usize];
-        for (sum, x) in batch.iter_mut().zip(sample.to_array().map(f64::from)) {
-            sum.add(planted!(
-                "film-in-single-precision",
-                f64::from((sum.value() + x) as f32) - sum.value(),
-                x
-            ));
+impl<const C: usize> Default for Sums<C> {
+    fn default() -> Self {
+        Self {
+            batches: [ExactSums::default(); BATCHES as usize],
+        }
+    }
+}
+
+impl<const C: usize> Sums<C> {
+    /// The number of doubles that the sums consist of.
+    pub const DOUBLES: usize = 2 * C * BATCHES as usize;
+
+    /// Adds a number to each channel, for the sample with this index.
+    #[inline(always)]
+    pub fn add_terms(&mut self, index: u64, terms: [f64; C]) {
+        self.batches[(index % BATCHES) as usize].add(terms);
+    }
+
+    /// Adds the terms of other sums.
+    pub fn add_sums(&mut self, other: &Self) {
+        for (batch, other) in self.batches.iter_mut().zip(&other.batches) {
+            batch.add_sums(other);
         }
     }
 
     /// The sum of each batch and channel.
-    pub fn values(&self) -> [[f64; 3]; BATCHES as usize] {
-        self.batches.map(|batch| batch.map(ExactSum::value))
+    pub fn values(&self) -> [[f64; C]; BATCHES as usize] {
+        self.batches.map(|batch| batch.values())
     }
 
     /// The doubles that the sums consist of, those that hold the values before those that hold their errors.
-    pub fn to_doubles(&self) -> [f64; Self::DOUBLES] {
-        let sums = self.batches.as_flattened();
-        std::array::from_fn(|i| sums[i % sums.len()].parts()[i / sums.len()])
+    pub fn to_doubles(&self) -> impl Iterator<Item = f64> {
+        let parts = [0, 1].into_iter();
+        parts.flat_map(|part| self.batches.iter().flat_map(move |it| it.parts()[part]))
     }
 
     /// Adds the samples of which this double, one of [`to_doubles`](Self::to_doubles) of their sums, is a part. The samples
     /// are those of sums all of whose doubles, but those that are 0, were added.
     #[inline]
     pub fn add_double(&mut self, index: usize, double: f64) {
-        let sums = self.batches.as_flattened_mut();
-        let count = sums.len();
-        sums[index % count].add(double);
+        let sum = index % (Self::DOUBLES / 2);
+        self.batches[sum / C].add_to(sum % C, double);
+    }
+}
+
+impl PixelSums {
+    /// Adds the sample with this index.
+    #[inline]
+    pub fn add(&mut self, index: u64, sample: Rgb) {
+        let batch = &mut self.batches[(index % BATCHES) as usize];
+        let terms = sample.to_array().map(f64::from);
+        batch.add(planted!(
+            "film-in-single-precision",
+            {
+                let sums = batch.values();
+                std::array::from_fn(|c| f64::from((sums[c] + terms[c]) as f32) - sums[c])
+            },
+            terms
+        ));
     }
 
     /// The mean of the first `n` samples.
@@ -72,6 +99,7 @@ impl PixelSums {
                 values[batch].map(|sum| sum / counts[batch].max(1) as f64)
             }),
             counts,
+            are_black: values.map(|sums| sums == [0.0; 3]),
         }
     }
 }
@@ -102,12 +130,12 @@ mod tests {
         };
         let all: Vec<u64> = (1..200).collect();
         let mut parts = of(&all[77..]);
-        for (index, double) in of(&all[..77]).to_doubles().into_iter().enumerate() {
+        for (index, double) in of(&all[..77]).to_doubles().enumerate() {
             parts.add_double(index, double);
         }
         assert_eq!(parts, of(&all));
         let mut again = of(&[]);
-        for (index, double) in parts.to_doubles().into_iter().enumerate() {
+        for (index, double) in parts.to_doubles().enumerate() {
             again.add_double(index, double);
         }
         assert_eq!(again, parts);

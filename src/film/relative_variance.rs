@@ -25,9 +25,14 @@ const BLOCK: usize = 8;
 /// The least number of blocks; blocks are made smaller where there would be fewer.
 const LEAST_BLOCKS: usize = 32;
 
+/// The least edge of a block, as a multiple of the reach of a sample.
+const LEAST_REACHES: usize = 4;
+
 /// The variance of each pixel's mean over the squared truth, by either half of the batches.
 pub(super) struct RelativeVariances {
     width: usize,
+    /// The reach of a sample, which correlates the noise of pixels up to twice as far apart.
+    reach: usize,
     /// Means over the channels: the variance by the even batches, and by the odd ones.
     halves: [Vec<f64>; 2],
     /// The factor E / Q, which removes the bias from noise in the denominators.
@@ -44,6 +49,7 @@ impl RelativeVariances {
             return None;
         }
         let width = film.window.width as usize;
+        let reach = film.reach() as usize;
         let count = film.pixel_count();
         let means = Half::ALL.map(|half| mean_of_half(film, half));
         if means.iter().any(|&mean| mean <= 0.0) {
@@ -54,7 +60,7 @@ impl RelativeVariances {
         let epsilons = means.map(|mean| (0.01 * (mean / unit) * (mean / unit)) as f32);
         let channels = (0..3).into_par_iter().map(|c| {
             let channel = Channel::of(film, c, unit)?;
-            Some(ChannelTerms::of(&channel, epsilons))
+            Some(ChannelTerms::of(&channel, epsilons, reach))
         });
         let channels: Vec<ChannelTerms> = channels.collect::<Option<_>>()?;
         let mean = |of: fn(&ChannelTerms) -> &Vec<f64>| -> Vec<f64> {
@@ -72,6 +78,7 @@ impl RelativeVariances {
         let of_halves = 0.5 * (sum(&halves[0]) + sum(&halves[1])) / count as f64;
         Some(Self {
             width,
+            reach,
             halves,
             extrapolation: if of_quarters > 0.0 {
                 of_halves / of_quarters
@@ -97,8 +104,10 @@ impl RelativeVariances {
     pub(super) fn block_differences(&self) -> Vec<f64> {
         let [width, height] = [self.width, self.halves[0].len() / self.width];
         let blocks = |edge: usize| width.div_ceil(edge) * height.div_ceil(edge);
-        let mut edge = BLOCK;
-        while edge > 1 && blocks(edge) < LEAST_BLOCKS {
+        // Blocks of a few times the reach contain nearly all correlation of neighbours.
+        let mut edge = BLOCK * self.reach.max(1);
+        let least = (LEAST_REACHES * self.reach).max(1);
+        while edge > least && blocks(edge) < LEAST_BLOCKS {
             edge /= 2;
         }
         let across = width.div_ceil(edge);
@@ -129,13 +138,14 @@ struct ChannelTerms {
     halves: [Vec<f64>; 2],
     /// The sum of these with the truth from one batch, over all pixels, halves and batches.
     of_quarters: f64,
-    /// The squared contribution of each pixel's largest sample, relative to the smallest truth next to it.
+    /// The squared contribution of each pixel's largest sample, relative to the least truth that the pixel would have
+    /// without it, summed over the pixels that the sample may contribute to.
     largest_sample: Vec<f64>,
 }
 
 impl ChannelTerms {
-    /// Computes the terms of a channel, given epsilon for either half.
-    fn of(channel: &Channel, epsilons: [f32; 2]) -> Self {
+    /// Computes the terms of a channel, given epsilon for either half and the reach of a sample.
+    fn of(channel: &Channel, epsilons: [f32; 2], reach: usize) -> Self {
         let mut of_quarters = 0.0;
         let halves = Half::ALL.map(|half| {
             let other = planted!("denominator-of-the-same-half", half, half.other());
@@ -148,12 +158,19 @@ impl ChannelTerms {
             relative(variance, &of_half, epsilon).collect()
         });
         let epsilon = 0.5 * (epsilons[0] + epsilons[1]);
-        let darkest = channel.whole_truth().box_min(1);
-        let darkest = darkest.like(|i| darkest.values[i].max(0.0));
+        let near = channel.whole_truth().box_min(1);
+        let darkest = near.like(|i| near.values[i].max(channel.least.values[i]));
+        let mut largest = channel.largest_sample.clone();
+        largest.values = relative(&channel.largest_sample, &darkest, epsilon)
+            .map(|term| term as f32)
+            .collect();
+        // The terms of all pixels that a sample contributes to add up.
+        let pixels = (2 * reach + 1).pow(2) as f64;
+        let largest = largest.box_mean(reach).values.into_iter();
         Self {
             halves,
             of_quarters,
-            largest_sample: relative(&channel.largest_sample, &darkest, epsilon).collect(),
+            largest_sample: largest.map(|term| pixels * f64::from(term)).collect(),
         }
     }
 }
@@ -167,6 +184,8 @@ struct Channel {
     variances: [Plane; 2],
     /// The squared contribution of a pixel's largest sample to its mean, estimated from the batches.
     largest_sample: Plane,
+    /// Half of the least of a pixel's batch means: a lower estimate of its truth, if one batch is high by a single sample.
+    least: Plane,
 }
 
 impl Channel {
@@ -178,7 +197,8 @@ impl Channel {
         let mut halves = [empty(), empty()];
         let mut of_halves = [empty(), empty()];
         let mut variances = [empty(), empty()];
-        let (mut whole, mut of_whole, mut largest) = (empty(), empty(), empty());
+        let (mut whole, mut of_whole) = (empty(), empty());
+        let (mut largest, mut least) = (empty(), empty());
         let square = unit * unit;
         for index in 0..film.pixel_count() {
             let pixel = film.batch_means(index);
@@ -197,7 +217,10 @@ impl Channel {
             }
             whole.values[index] = (pixel.mean()[c] / unit) as f32;
             of_whole.values[index] = (pixel.variance()?[c] / n / square) as f32;
-            largest.values[index] = (largest_sample(&pixel, c) / unit).powi(2) as f32;
+            let [lowest, highest] = range(&pixel, c);
+            let contribution = (highest - lowest) / BATCHES as f64;
+            largest.values[index] = (contribution / unit).powi(2) as f32;
+            least.values[index] = (0.5 * lowest / unit).max(0.0) as f32;
         }
         let [even, odd] = halves;
         let [of_even, of_odd] = of_halves;
@@ -207,6 +230,7 @@ impl Channel {
             whole: Smoothed::new(whole, &of_whole),
             variances,
             largest_sample: largest,
+            least,
         })
     }
 
@@ -227,14 +251,13 @@ impl Channel {
     }
 }
 
-/// The largest contribution that a single sample can have made to the pixel's mean: the range of the batch means over
-/// their number.
-fn largest_sample(pixel: &BatchMeans, c: usize) -> f64 {
+/// The smallest and the largest batch mean of a pixel in a channel. A single sample contributes at most their difference
+/// over the number of batches to the pixel's mean.
+fn range(pixel: &BatchMeans, c: usize) -> [f64; 2] {
     let means = pixel.means.iter().map(|mean| mean[c]);
-    let (least, most) = means.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| {
-        (least.min(x), most.max(x))
-    });
-    (most - least) / BATCHES as f64
+    means.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| {
+        [least.min(x), most.max(x)]
+    })
 }
 
 /// Variances over the squared truth plus epsilon.

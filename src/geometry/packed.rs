@@ -38,14 +38,14 @@ pub enum PackedImage {
 pub struct Codes {
     size: (u32, u32),
     tiles_per_row: u32,
-    tiles: Vec<Tile>,
+    tiles: Vec<TexelBlock>,
     values: Box<[f32; CODES]>,
 }
 
 /// The codes of red, green and blue of each texel, padded to four bytes.
 #[derive(Debug, Clone, Copy, Default)]
 #[repr(align(64))]
-struct Tile([[u8; 4]; (SIDE * SIDE) as usize]);
+struct TexelBlock([[u8; 4]; (SIDE * SIDE) as usize]);
 
 impl PackedImage {
     /// Packs an image.
@@ -83,7 +83,7 @@ impl Codes {
         let mut codes = Self {
             size,
             tiles_per_row,
-            tiles: vec![Tile::default(); count],
+            tiles: vec![TexelBlock::default(); count],
             values: Box::new([0.0; CODES]),
         };
         let mut codebook = Codebook::default();

@@ -8,7 +8,7 @@
 //! below.
 
 use super::Image;
-use super::tiles::Tile;
+use super::tiles::ImageTile;
 use crate::error::{Error, Result};
 use serde::Serialize;
 
@@ -83,7 +83,7 @@ pub fn mean_differences(image: &Image, reference: &Image) -> [f64; 3] {
 pub struct TileError {
     /// The tile.
     #[serde(flatten)]
-    pub tile: Tile,
+    pub tile: ImageTile,
     /// The share of the tile in the sum of all errors.
     pub share: f64,
     /// The root of the mean error in the tile.
@@ -98,7 +98,7 @@ pub fn worst_tiles(errors: &[f64], image_width: u32, side: u32) -> Vec<TileError
         return Vec::new();
     }
     let height = (errors.len() / image_width as usize) as u32;
-    let mut tiles: Vec<TileError> = Tile::all(image_width, height, side)
+    let mut tiles: Vec<TileError> = ImageTile::all(image_width, height, side)
         .map(|tile| {
             let sum: f64 = tile.indices(image_width).map(|i| errors[i]).sum();
             let pixels = f64::from(tile.width) * f64::from(tile.height);

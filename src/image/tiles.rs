@@ -11,7 +11,7 @@ pub const SIDE: u32 = 32;
 
 /// One tile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Tile {
+pub struct ImageTile {
     /// Left column.
     pub x: u32,
     /// Top row.
@@ -22,7 +22,7 @@ pub struct Tile {
     pub height: u32,
 }
 
-impl Tile {
+impl ImageTile {
     /// All tiles of an image, row by row from the top.
     ///
     /// # Panics
@@ -56,17 +56,17 @@ mod tests {
     #[test]
     fn tiles_have_every_pixel_once() {
         for (width, height, side) in [(13, 7, 4), (32, 32, 32), (1, 1, 32), (65, 2, 32)] {
-            let mut seen: Vec<usize> = Tile::all(width, height, side)
+            let mut seen: Vec<usize> = ImageTile::all(width, height, side)
                 .flat_map(|tile| tile.indices(width))
                 .collect();
             seen.sort_unstable();
             let all: Vec<usize> = (0..(width * height) as usize).collect();
             assert_eq!(seen, all, "{width} x {height}");
         }
-        let last = Tile::all(13, 7, 4).last().expect("there are tiles");
+        let last = ImageTile::all(13, 7, 4).last().expect("there are tiles");
         assert_eq!(
             last,
-            Tile {
+            ImageTile {
                 x: 12,
                 y: 4,
                 width: 1,

@@ -1,5 +1,5 @@
-//! Sums that do not depend on the order of their terms: two doubles, of which the second holds the rounding error of
-//! the first.
+//! Sums that do not depend on the order of their terms: each is two doubles, of which the second holds the rounding
+//! error of the first.
 //!
 //! Measure: that of the terms.
 //! Range: finite terms. While every term is an `f32`, and the smallest of them that is not 0 and the largest sum of any of
@@ -11,34 +11,58 @@
 
 use crate::planted::planted;
 
-/// A sum in twice the precision of a double.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ExactSum {
-    high: f64,
-    low: f64,
+/// Sums in twice the precision of a double, side by side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExactSums<const N: usize> {
+    high: [f64; N],
+    low: [f64; N],
 }
 
-impl ExactSum {
-    /// Adds a number and the rounding error of the sum (Dekker), in the form that does not depend on which number is
-    /// larger (Knuth).
+impl<const N: usize> Default for ExactSums<N> {
+    fn default() -> Self {
+        Self {
+            high: [0.0; N],
+            low: [0.0; N],
+        }
+    }
+}
+
+impl<const N: usize> ExactSums<N> {
+    /// Adds a number to each sum.
     #[inline(always)]
-    pub fn add(&mut self, x: f64) {
-        let sum = self.high + x;
-        let of_x = sum - self.high;
-        let lost = (self.high - (sum - of_x)) + (x - of_x);
-        let low = planted!("sums-lose-digits", 0.0, self.low + lost);
-        self.high = sum + low;
-        self.low = low - (self.high - sum);
+    pub fn add(&mut self, terms: [f64; N]) {
+        for (i, x) in terms.into_iter().enumerate() {
+            self.add_to(i, x);
+        }
     }
 
-    /// The sum, rounded to a double.
+    /// Adds a number to one sum, and the rounding error (Dekker), in the form that does not depend on which number is
+    /// larger (Knuth).
+    #[inline(always)]
+    pub fn add_to(&mut self, i: usize, x: f64) {
+        let sum = self.high[i] + x;
+        let of_x = sum - self.high[i];
+        let lost = (self.high[i] - (sum - of_x)) + (x - of_x);
+        let low = planted!("sums-lose-digits", 0.0, self.low[i] + lost);
+        self.high[i] = sum + low;
+        self.low[i] = low - (self.high[i] - sum);
+    }
+
+    /// Adds the terms of other sums.
+    pub fn add_sums(&mut self, other: &Self) {
+        for terms in other.parts() {
+            self.add(terms);
+        }
+    }
+
+    /// The sums, rounded to doubles.
     #[inline]
-    pub fn value(self) -> f64 {
+    pub fn values(&self) -> [f64; N] {
         self.high
     }
 
-    /// The two doubles, whose sum it is: another sum to which both are added has all of its terms.
-    pub fn parts(self) -> [f64; 2] {
+    /// The two doubles of each sum, which add up to it: another sum to which both are added has all of its terms.
+    pub fn parts(&self) -> [[f64; N]; 2] {
         [self.high, self.low]
     }
 }
@@ -57,10 +81,10 @@ mod tests {
         (0..1000).map(term).collect()
     }
 
-    fn sum(terms: &[f64]) -> ExactSum {
-        let mut sum = ExactSum::default();
-        terms.iter().for_each(|&x| sum.add(x));
-        sum
+    fn sum(terms: &[f64]) -> ExactSums<2> {
+        let mut sums = ExactSums::default();
+        terms.iter().for_each(|&x| sums.add([x, 3.0 * x]));
+        sums
     }
 
     #[test]
@@ -68,13 +92,9 @@ mod tests {
         let mut terms = terms();
         let whole = sum(&terms);
         for parts in [2, 7, 64] {
-            let mut merged = ExactSum::default();
+            let mut merged = ExactSums::default();
             let parts = terms.chunks(terms.len().div_ceil(parts));
-            for part in parts.rev() {
-                for double in sum(part).parts() {
-                    merged.add(double);
-                }
-            }
+            parts.rev().for_each(|part| merged.add_sums(&sum(part)));
             assert_eq!(merged, whole);
         }
         terms.reverse();

@@ -80,6 +80,31 @@ impl Plane {
         )
     }
 
+    /// The mean over the pixels more than `inner` and at most `outer` rows or columns away; the pixel's own value where the
+    /// plane has none of them.
+    pub fn mean_around(&self, inner: usize, outer: usize) -> Self {
+        if inner == 0 {
+            return self.mean_of_others(outer);
+        }
+        self.like(|index| {
+            let (x, y) = (index % self.width, index / self.width);
+            let (mut sum, mut count) = (0.0, 0);
+            // Term by term: a difference of two sums would leave only rounding error next to a much brighter pixel.
+            for row in y.saturating_sub(outer)..(y + outer + 1).min(self.height) {
+                for column in x.saturating_sub(outer)..(x + outer + 1).min(self.width) {
+                    if row.abs_diff(y) > inner || column.abs_diff(x) > inner {
+                        sum += self.values[row * self.width + column];
+                        count += 1;
+                    }
+                }
+            }
+            match count {
+                0 => self.values[index],
+                count => sum / count as f32,
+            }
+        })
+    }
+
     /// The minimum over the square of `2 radius + 1` pixels a side about each pixel.
     pub fn box_min(&self, radius: usize) -> Self {
         self.box_fold(radius, f32::min)

@@ -142,7 +142,9 @@ fn written_in_material(material: &MaterialDescription) -> EffectSet {
         MaterialModel::Phong {
             diffuse, specular, ..
         } => &[diffuse, specular],
-        MaterialModel::Dielectric { tint, .. } => &[tint],
+        MaterialModel::Dielectric { tint, .. } | MaterialModel::ThinDielectric { tint, .. } => {
+            &[tint]
+        }
         MaterialModel::Principled { base_color, .. } => &[base_color],
         MaterialModel::Conductor { .. } => &[],
     };

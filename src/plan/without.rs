@@ -165,7 +165,9 @@ fn flatten_colours(material: &mut MaterialDescription) {
             flatten(diffuse);
             flatten(specular);
         }
-        MaterialModel::Dielectric { tint, .. } => flatten(tint),
+        MaterialModel::Dielectric { tint, .. } | MaterialModel::ThinDielectric { tint, .. } => {
+            flatten(tint);
+        }
         MaterialModel::Principled { base_color, .. } => flatten(base_color),
         MaterialModel::Conductor { .. } => {}
     }
@@ -208,6 +210,11 @@ fn absorb(material: &mut MaterialDescription, effect: Effect) {
         MaterialModel::Conductor { roughness, .. } if effect == shiny(*roughness) => black,
         MaterialModel::Dielectric { roughness, .. }
             if effect == shiny(*roughness) || effect == Effect::Transmission =>
+        {
+            black
+        }
+        MaterialModel::ThinDielectric { .. }
+            if matches!(effect, Effect::Specular | Effect::Transmission) =>
         {
             black
         }

@@ -17,7 +17,7 @@ use super::settings::RenderSettings;
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
 use crate::film::batches::BATCHES;
-use crate::film::filter::Filter;
+use crate::film::filter::{Filter, FilterSampling};
 use crate::integrator::RayCounts;
 use crate::integrator::indirect::Traced;
 use crate::integrator::irradiance_cache::{IrradianceCache, Survey, Surveyed};
@@ -136,6 +136,7 @@ impl Surveyor<'_> {
         let source = CameraRaySource {
             scene: self.scene,
             filter: self.filter,
+            filter_sampling: FilterSampling::Importance,
             sampler,
         };
         let block = PixelBlock::of(position);

@@ -11,7 +11,7 @@
 use super::pixel_block::PixelBlock;
 use crate::accel::lanes::{ExcludedLanes, NO_ID};
 use crate::effects::{Effects, Switch};
-use crate::film::filter::Filter;
+use crate::film::filter::{Filter, FilterSampling};
 use crate::film::splats::SplatList;
 use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::light_paths::walk::LightPathRules;
@@ -35,6 +35,7 @@ const SECOND_PATH: u32 = 1 << 31;
 pub struct CameraRaySource<'a> {
     pub scene: &'a Scene,
     pub filter: &'a Filter,
+    pub filter_sampling: FilterSampling,
     pub sampler: &'a AnySampler,
 }
 
@@ -55,6 +56,8 @@ pub struct CameraRays<E: Effects> {
     samples: Vec<SampleLanes>,
     /// The samplers of all lanes of all packets.
     samplers: Vec<AnySampler>,
+    /// The positions of the samples in their pixels, if they are uniformly distributed there.
+    positions: Vec<[Lanes<f32>; 2]>,
     /// The filter weights of the samples in their pixels.
     weights: Vec<Lanes<f32>>,
     /// The number of requested samples.
@@ -69,6 +72,7 @@ impl<E: Effects> CameraRays<E> {
             indices: Vec::new(),
             samples: Vec::new(),
             samplers: Vec::new(),
+            positions: Vec::new(),
             weights: Vec::new(),
             count: 0,
             memory: PathMemory::default(),
@@ -79,6 +83,7 @@ impl<E: Effects> CameraRays<E> {
     pub fn clear(&mut self) {
         self.indices.clear();
         self.samplers.clear();
+        self.positions.clear();
         self.weights.clear();
         self.count = 0;
     }
@@ -104,10 +109,18 @@ impl<E: Effects> CameraRays<E> {
         self.samplers
             .extend(source.sampler.start_lanes(&pixels, index.sample));
         let numbers = CameraNumbers::draw::<E>(&mut self.samplers[packet * LANES..]);
-        let ([x, y], weights) = source.filter.sample_lanes(&numbers.film);
+        let ([x, y], weights) = match source.filter_sampling {
+            FilterSampling::Importance => source.filter.sample_lanes(&numbers.film),
+            FilterSampling::Splatting => {
+                let offsets = numbers.film.map(|axis| axis.map(|position| position - 0.5));
+                (offsets, [1.0; LANES])
+            }
+        };
         let middle = planted!("half-a-pixel", 0.0, 0.5);
         let on_film = |axis: usize, offsets: Lanes<f32>| {
-            std::array::from_fn(|lane| pixels[axis][lane] as f32 + middle + offsets[lane])
+            // Pixels above and to the left of the image have negative coordinates.
+            let pixel = |lane: usize| pixels[axis][lane] as i32 as f32;
+            std::array::from_fn(|lane| pixel(lane) + middle + offsets[lane])
         };
         let samples = &mut self.samples[packet];
         samples.active = requested;
@@ -126,6 +139,7 @@ impl<E: Effects> CameraRays<E> {
             let (ray, time) = rays.get(lane);
             observer.traced(RayKind::Camera, &ray, time);
         }
+        self.positions.push(numbers.film);
         self.weights
             .push(planted!("filter-weight-dropped", [1.0; LANES], weights));
         self.count += requested.count();
@@ -157,6 +171,11 @@ impl<E: Effects> CameraRays<E> {
     /// The sampler of a sample.
     pub fn sampler(&mut self, packet: usize, lane: usize) -> &mut AnySampler {
         &mut self.samplers[packet * LANES + lane]
+    }
+
+    /// The positions of a packet's samples in their pixels, if they are uniformly distributed there.
+    pub fn positions(&self, packet: usize) -> &[Lanes<f32>; 2] {
+        &self.positions[packet]
     }
 
     /// The filter weight of a sample in its pixel.
@@ -228,7 +247,8 @@ impl<E: Effects> CameraRays<E> {
         self.samples[packet].count_rays(lane, rays);
     }
 
-    /// The value of a sample, once it is estimated: radiance along the camera ray, times the filter weight.
+    /// The value of a sample, once it is estimated: radiance along the camera ray, times the filter weight if its position is
+    /// sampled from the filter.
     #[inline]
     pub fn value(&self, packet: usize, lane: usize) -> Rgb {
         self.weights[packet][lane] * self.samples[packet].estimate(lane).radiance

@@ -14,7 +14,7 @@ use super::pixel_block::PixelBlock;
 use super::settings::RenderSettings;
 use crate::effects::kernel::types::Everything;
 use crate::film::Window;
-use crate::film::filter::Filter;
+use crate::film::filter::{Filter, FilterSampling};
 use crate::integrator::CameraRay;
 use crate::integrator::observer::Unobserved;
 use crate::math::lanes::{LANES, Lanes};
@@ -161,6 +161,7 @@ impl Job<'_> {
         let source = CameraRaySource {
             scene: self.scene,
             filter: self.filter,
+            filter_sampling: FilterSampling::Importance,
             sampler: &self.sampler,
         };
         let lanes = block.lanes_in(self.window);

@@ -87,8 +87,9 @@ pub struct Rendered {
 
 impl Rendered {
     /// A render that has not begun.
-    pub fn nothing(settings: &RenderSettings) -> Self {
-        let mut film = Film::new(settings.window, settings.tile_size);
+    pub fn nothing(settings: &RenderSettings, filter: &Filter) -> Self {
+        let film = Film::new(settings.window, settings.tile_size);
+        let mut film = film.with_reach(settings.reach(filter));
         if settings.splats() {
             film = film.with_splats();
         }
@@ -171,7 +172,7 @@ pub fn render(
     };
     let threads = Threads::new(settings.threads)?;
     let (settings, _) = auto::settle(&view, &threads, settings, observer)?;
-    let mut rendered = Rendered::nothing(&settings);
+    let mut rendered = Rendered::nothing(&settings, filter);
     resume(
         &view,
         &threads,
@@ -446,6 +447,7 @@ impl Run<'_> {
             _ => film.tiles().iter().map(same).collect(),
         };
         let sampler = dispatch::sampler(self.settings, Batches::new(BATCHES));
+        let filter_sampling = film.filter_sampling();
         let (all_tiles, splats) = film.tiles_and_splats();
         let mut tiles: Vec<(&mut Tile, SampleRange)> =
             all_tiles.iter_mut().zip(sample_range).collect();
@@ -456,6 +458,7 @@ impl Run<'_> {
                 rays: CameraRaySource {
                     scene: self.scene,
                     filter: self.filter,
+                    filter_sampling,
                     sampler: &sampler,
                 },
                 splats,

@@ -10,7 +10,7 @@ use super::settings::RenderSettings;
 use super::tile::{ObservedTileJob, SampleRange, SampleSource};
 use crate::film::Tile;
 use crate::film::batches::BATCHES;
-use crate::film::filter::Filter;
+use crate::film::filter::{Filter, FilterSampling};
 use crate::integrator::irradiance_cache::IrradianceCache;
 use crate::integrator::observer::PathObserver;
 use crate::sampler::Batches;
@@ -29,11 +29,16 @@ pub fn observe_tile(
     observer: &mut dyn PathObserver,
 ) {
     let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
+    let filter_sampling = match tile.splatted {
+        Some(_) => FilterSampling::Splatting,
+        None => FilterSampling::Importance,
+    };
     let job = ObservedTileJob {
         source: SampleSource {
             rays: CameraRaySource {
                 scene,
                 filter,
+                filter_sampling,
                 sampler: &sampler,
             },
             splats: None,

@@ -11,6 +11,7 @@ use super::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind, availabl
 use crate::effects::Kernel;
 use crate::error::{Error, Result};
 use crate::film::Window;
+use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
@@ -50,6 +51,9 @@ pub struct RenderOptions {
     pub light_choice: Option<LightChoice>,
     /// The number of light paths for each camera path.
     pub light_paths: Option<LightPathRule>,
+    /// How the filter is estimated; with layers importance sampled unless given, since whatever reads layers takes the noise
+    /// of pixels as independent.
+    pub filter_sampling: Option<FilterSampling>,
     /// The largest distance of occlusion for ambient occlusion, in world units.
     pub occlusion_distance: Option<f64>,
     /// The largest relative error of indirect light from an irradiance cache, from 0 to below 1.
@@ -88,6 +92,7 @@ impl RenderOptions {
             roulette: self.roulette.or(of_scene.roulette),
             light_choice: self.light_choice,
             light_paths: self.light_paths.unwrap_or(of_scene.light_paths),
+            filter_sampling: self.filter_sampling(of_scene.filter_sampling),
             occlusion_distance: self.occlusion_distance.or(of_scene.occlusion_distance),
             cache_error: self.cache_error.unwrap_or(of_scene.cache_error),
             kernel: self.kernel,
@@ -122,6 +127,15 @@ impl RenderOptions {
             )));
         }
         Ok(())
+    }
+
+    /// The requested estimation of the filter, over that of the scene.
+    fn filter_sampling(&self, of_scene: FilterSampling) -> FilterSampling {
+        let otherwise = match self.layers {
+            true => FilterSampling::Importance,
+            false => of_scene,
+        };
+        self.filter_sampling.unwrap_or(otherwise)
     }
 
     /// The requested limits, over those of the scene.

@@ -1,6 +1,6 @@
 //! Blocks of 4 x 4 pixels, whose camera rays form packets.
 //!
-//! Measure: pixels.
+//! Measure: pixels, whose coordinates are modulo 2^32.
 //! Range: blocks begin at multiples of four pixels of the film; some of their pixels may be beyond its edge.
 //! Source: none needed. Tested below.
 
@@ -33,8 +33,13 @@ impl PixelBlock {
     /// The blocks of the pixels of a window, row by row.
     pub fn covering(window: Window) -> impl Iterator<Item = Self> {
         let Self { corner: [x, y] } = Self::of([window.x, window.y]);
-        let columns = (x..window.x + window.width).step_by(SIDE as usize);
-        let rows = (y..window.y + window.height).step_by(SIDE as usize);
+        let corners = |corner: u32, start: u32, length: u32| {
+            let pixels = start.wrapping_sub(corner) + length;
+            let blocks = 0..pixels.div_ceil(SIDE);
+            blocks.map(move |block| corner.wrapping_add(SIDE * block))
+        };
+        let columns = corners(x, window.x, window.width);
+        let rows = corners(y, window.y, window.height);
         rows.flat_map(move |y| columns.clone().map(move |x| Self { corner: [x, y] }))
     }
 
@@ -73,7 +78,15 @@ mod tests {
 
     #[test]
     fn every_pixel_of_a_window_is_in_one_lane_of_one_block() {
-        for (x, y, width, height) in [(0, 0, 16, 8), (3, 2, 7, 9), (5, 4, 1, 1), (6, 7, 3, 2)] {
+        let before = |n: u32| n.wrapping_neg();
+        for (x, y, width, height) in [
+            (0, 0, 16, 8),
+            (3, 2, 7, 9),
+            (5, 4, 1, 1),
+            (6, 7, 3, 2),
+            (before(1), 0, 6, 3),
+            (4, before(5), 3, 9),
+        ] {
             let window = Window {
                 x,
                 y,

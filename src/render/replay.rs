@@ -1,7 +1,7 @@
 //! The replay of one sample, with every vertex of its path recorded.
 //!
 //! Measure: positions in world units.
-//! Range: any pixel and sample; the value is bit for bit that of the render with the same settings.
+//! Range: any pixel and sample, the pixel as the source of the sample; the value is bit for bit that of the render with the same settings.
 //! Source: pbrt's method of debugging a bad sample. Tested in `cli/tests/command/render.rs`.
 
 use super::cache_prepass::cache_prepass;
@@ -78,7 +78,8 @@ pub enum PathEvent {
 /// A replayed sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
-    /// The value of the sample, as it is added to the film.
+    /// The value of the sample: radiance, times the filter weight if its position is sampled from the filter. Where it
+    /// contributes to several pixels, each has a weight of its own.
     pub radiance: Rgb,
     /// The events, in order.
     pub events: Vec<PathEvent>,
@@ -104,7 +105,7 @@ pub fn replay(
         width: 1,
         height: 1,
     };
-    let mut film = Film::new(window, 1);
+    let mut film = Film::new(window, 1).with_reach(settings.reach(filter));
     let mut recorder = Recorder {
         scene,
         events: Vec::new(),

@@ -8,6 +8,8 @@ use crate::effects::{Effect, EffectSet, Kernel};
 use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::film::batches::BATCHES;
+use crate::film::filter::{Filter, FilterSampling};
+use crate::film::footprint::Footprint;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
@@ -215,6 +217,8 @@ pub struct RenderSettings {
     pub light_choice: Option<LightChoice>,
     /// The number of light paths for each camera path of `path`.
     pub light_paths: LightPathRule,
+    /// How the filter is estimated, where both ways are possible: see [`Self::reach`].
+    pub filter_sampling: FilterSampling,
     /// The largest distance of occlusion for ambient occlusion, in world units; `None` for any distance.
     pub occlusion_distance: Option<f64>,
     /// The largest relative error of indirect light from an irradiance cache, from 0, which disables it, to below 1.
@@ -233,7 +237,8 @@ pub struct RenderSettings {
 }
 
 impl RenderSettings {
-    /// The default settings for a whole image of this size and this many samples per pixel.
+    /// The default settings for a whole image of this size and this many samples per pixel. The noise of pixels is
+    /// independent, as statistics over pixels require; the filter of a scene's render is splatted ([`Self::of_scene`]).
     pub fn new(size: (u32, u32), spp: u64) -> Self {
         Self {
             integrator: IntegratorKind::default(),
@@ -246,6 +251,7 @@ impl RenderSettings {
             roulette: None,
             light_choice: None,
             light_paths: LightPathRule::default(),
+            filter_sampling: FilterSampling::Importance,
             occlusion_distance: None,
             cache_error: DEFAULT_CACHE_ERROR,
             kernel: None,
@@ -281,6 +287,7 @@ impl RenderSettings {
             sampler: sampler.unwrap_or_default(),
             seed: render.seed.unwrap_or(0),
             adaptive: adaptive.unwrap_or_default(),
+            filter_sampling: FilterSampling::default(),
             max_bounces: render.max_bounces,
             roulette,
             light_paths: light_paths.unwrap_or_default(),
@@ -351,6 +358,17 @@ impl RenderSettings {
             _ if self.tile_size == 0 => Err(Error::usage("the tile size must be at least 1")),
             _ => Ok(()),
         }
+    }
+
+    /// The number of pixels on either side of its own to which a sample contributes by this filter; 0 if it belongs to its own
+    /// alone. That is so for filters without a footprint; for adaptive renders, whose pixels differ in the count that a
+    /// sample's weight is divided by; and with light paths, which splat by the filter themselves.
+    pub fn reach(&self, filter: &Filter) -> u32 {
+        let is_splatted = self.filter_sampling == FilterSampling::Splatting
+            && self.adaptive == Adaptive::Off
+            && !self.splats();
+        let footprint = filter.footprint().filter(|_| is_splatted);
+        footprint.map_or(0, Footprint::reach)
     }
 
     /// The largest number of scattering events, by these settings and by the integrator.

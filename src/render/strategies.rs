@@ -17,6 +17,7 @@ use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
 use crate::error::{Error, Result};
 use crate::film::batches::BATCHES;
+use crate::film::filter::FilterSampling;
 use crate::film::splats::{Splats, Strategy};
 use crate::film::{Film, Window};
 use crate::image::Image;
@@ -144,6 +145,7 @@ impl KernelJob for Job<'_> {
         let source = CameraRaySource {
             scene,
             filter,
+            filter_sampling: FilterSampling::Importance,
             sampler: self.sampler,
         };
         let mut camera_rays = CameraRays::<E>::new();

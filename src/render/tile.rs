@@ -8,11 +8,13 @@ use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
 use super::dispatch::Dispatched;
 use super::pixel_block::PixelBlock;
 use crate::effects::{Effects, Switch};
-use crate::film::Tile;
 use crate::film::splats::{SplatList, Splats};
+use crate::film::splatted::SplattedSamples;
+use crate::film::{Tile, Window};
 use crate::integrator::observer::{PathObserver, Unobserved};
 use crate::integrator::{Integrator, RayCounts};
-use crate::math::lanes::{ActiveLanes, Lanes};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes};
+use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -45,6 +47,9 @@ impl Rejected {
         self.first = self.first.into_iter().chain(other.first).min();
     }
 }
+
+/// More than the weight of a sample in any pixel.
+const LARGEST_WEIGHT: f32 = 16.0;
 
 /// The results of a tile's pass beside its sums.
 #[derive(Debug, Default)]
@@ -169,8 +174,9 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         sample_range: SampleRange,
         observer: &mut O,
     ) -> Outcome {
-        for block in PixelBlock::covering(tile.window) {
-            self.add_block(tile, block, &sample_range, observer);
+        let sources = tile.sources();
+        for block in PixelBlock::covering(sources) {
+            self.add_block(tile, sources, block, &sample_range, observer);
         }
         self.advance(tile, observer);
         if let (Some(splats), SampleRange::Same(range)) = (self.source.splats, &sample_range) {
@@ -192,17 +198,20 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
     fn add_block<O: PathObserver + ?Sized>(
         &mut self,
         tile: &mut Tile,
+        sources: Window,
         block: PixelBlock,
         sample_range: &SampleRange,
         observer: &mut O,
     ) {
-        let in_tile = block.lanes_in(tile.window);
+        let in_tile = block.lanes_in(sources);
         let mut ranges: Lanes<Range<u64>> = std::array::from_fn(|_| 0..0);
         for lane in in_tile.each() {
-            let pixel = tile.window.index(block.pixel(lane));
             ranges[lane] = match sample_range {
                 SampleRange::Same(range) => range.clone(),
-                SampleRange::Each(ends) => tile.count(pixel)..ends[pixel],
+                SampleRange::Each(ends) => {
+                    let pixel = tile.window.index(block.pixel(lane));
+                    tile.count(pixel)..ends[pixel]
+                }
             };
         }
         let requested = || ranges.iter().filter(|range| !range.is_empty());
@@ -236,6 +245,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
                 .estimate::<I, O>(scene, self.integrator, observer);
         }
         for packet in 0..self.camera_rays.indices().len() {
+            let mut kept = ActiveLanes::NONE;
             for lane in self.camera_rays.samples(packet).active.each() {
                 if !is_together {
                     let splats = &mut self.elsewhere;
@@ -251,13 +261,34 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
                     self.camera_rays
                         .trace_light_paths(packet, lane, scene, rules, splats);
                 }
-                self.film(tile, packet, lane, observer);
+                kept.set(lane, self.film(tile, packet, lane, observer));
             }
+            self.splat(tile, packet, kept);
         }
         self.camera_rays.clear();
     }
 
-    /// Adds one sample to the film.
+    /// Adds the samples of a packet to all pixels that they contribute to, if these are several.
+    fn splat(&self, tile: &mut Tile, packet: usize, samples: ActiveLanes<LANES>) {
+        let footprint = self.source.rays.filter.footprint();
+        if let (Some(splatted), Some(footprint)) = (&mut tile.splatted, footprint) {
+            let PacketIndex { block, sample } = self.camera_rays.indices()[packet];
+            let radiance = |lane| match samples.has(lane) {
+                true => self.camera_rays.value(packet, lane),
+                false => Rgb::BLACK,
+            };
+            let samples = SplattedSamples {
+                active: samples,
+                pixels: block.pixels(),
+                positions: *self.camera_rays.positions(packet),
+                radiance: std::array::from_fn(radiance),
+            };
+            splatted.add(footprint, sample, &samples);
+        }
+    }
+
+    /// Adds one sample to the film, but to several pixels only with its packet ([`Self::splat`]). Returns whether it is
+    /// finite.
     #[inline]
     fn film<O: PathObserver + ?Sized>(
         &mut self,
@@ -265,19 +296,28 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         packet: usize,
         lane: usize,
         observer: &mut O,
-    ) {
+    ) -> bool {
         let PacketIndex { block, sample } = self.camera_rays.indices()[packet];
         let [x, y] = block.pixel(lane);
-        let pixel = tile.window.index([x, y]);
         let value = self.camera_rays.value(packet, lane);
+        let is_splatted = tile.splatted.is_some();
+        let largest = if is_splatted {
+            LARGEST_WEIGHT * value
+        } else {
+            value
+        };
         let elsewhere = &mut self.elsewhere.splats;
-        if value.is_finite() && elsewhere.iter().all(|splat| splat.value.is_finite()) {
+        let is_finite =
+            largest.is_finite() && elsewhere.iter().all(|splat| splat.value.is_finite());
+        if is_finite {
             if let Some(splats) = self.source.splats {
                 for splat in &*elsewhere {
                     splats.add(self.source.rays.filter, sample, splat.film, splat.value);
                 }
             }
-            tile.pixels[pixel].add(sample, value);
+            if !is_splatted {
+                tile.pixels[tile.window.index([x, y])].add(sample, value);
+            }
         } else {
             let first = Some(NonFiniteSample { y, x, sample });
             self.outcome.rejected.merge(Rejected { count: 1, first });
@@ -286,8 +326,9 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         let rays = self.camera_rays.samples(packet).estimate(lane).rays;
         self.outcome.rays += rays;
         if let Some(of_pixels) = &mut tile.rays {
-            of_pixels[pixel] += rays.total();
+            of_pixels[tile.window.index([x, y])] += rays.total();
         }
         observer.filmed(value);
+        is_finite
     }
 }

@@ -28,7 +28,7 @@ pub fn throws_light(material: &MaterialDescription) -> bool {
     let is_smooth = |roughness: f32| roughness <= LARGEST_ROUGHNESS;
     match &material.model {
         MaterialModel::Diffuse { .. } | MaterialModel::Plastic { .. } => false,
-        MaterialModel::Mirror { .. } => true,
+        MaterialModel::Mirror { .. } | MaterialModel::ThinDielectric { .. } => true,
         MaterialModel::Conductor { roughness, .. }
         | MaterialModel::Dielectric { roughness, .. } => is_smooth(*roughness),
         MaterialModel::Phong {

@@ -278,6 +278,9 @@ impl Kind {
                 Dielectric::new(*ior, *roughness, Rgb::WHITE),
                 Colour::new(tint),
             ),
+            MaterialModel::ThinDielectric { ior, tint } => {
+                Self::Dielectric(Dielectric::thin(*ior, Rgb::WHITE), Colour::new(tint))
+            }
             // Without a specular lobe, the material is diffuse.
             MaterialModel::Phong {
                 diffuse, specular, ..

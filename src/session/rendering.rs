@@ -7,7 +7,7 @@
 use super::{Session, State, layers};
 use crate::error::{Error, Result};
 use crate::film::bars::ErrorBars;
-use crate::film::pixel::PixelSums;
+use crate::film::filter::Filter;
 use crate::film::splats::Splats;
 use crate::film::{ErrorEstimate, Film};
 use crate::image::{Image, LayeredImage};
@@ -45,9 +45,9 @@ impl Rendering {
         let view = session.view();
         let (settings, recommendation) = settle(&view, &session.threads, &wished, observer)?;
         check(&session.scene, &settings)?;
-        check_room(&settings)?;
+        check_room(&settings, &session.filter)?;
         Ok(Self {
-            rendered: Rendered::nothing(&settings),
+            rendered: Rendered::nothing(&settings, &session.filter),
             settings,
             recommendation,
             shard: None,
@@ -161,15 +161,16 @@ impl Rendering {
 }
 
 /// Checks that there is memory for the sums of all pixels.
-fn check_room(settings: &RenderSettings) -> Result<()> {
+fn check_room(settings: &RenderSettings, filter: &Filter) -> Result<()> {
     let has_counts = settings.adaptive != Adaptive::Off;
-    let of_pixel = size_of::<PixelSums>()
-        + usize::from(settings.splats()) * Splats::BYTES_PER_PIXEL
+    let of_pixel = usize::from(settings.splats()) * Splats::BYTES_PER_PIXEL
         + usize::from(has_counts) * 2 * size_of::<u64>();
-    let bytes = settings
+    let others = settings
         .window
         .pixel_count()
         .saturating_mul(of_pixel as u64);
+    let sums = Film::memory(settings.window, settings.tile_size, settings.reach(filter));
+    let bytes = sums.saturating_add(others);
     let (width, height) = (settings.window.width, settings.window.height);
     memory::check(bytes, || format!("a picture of {width} x {height} pixels"))
 }

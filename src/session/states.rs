@@ -39,7 +39,8 @@ impl Session {
             return Err(Error::usage("the state is of another part of the picture"));
         }
         rendering.shard = state.header.shard.map(|[first, end]| first..end);
-        rendering.rendered = state.into_rendered(Rendered::nothing(&rendering.settings))?;
+        let nothing = Rendered::nothing(&rendering.settings, &self.filter);
+        rendering.rendered = state.into_rendered(nothing)?;
         Ok(rendering)
     }
 }

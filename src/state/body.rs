@@ -1,7 +1,7 @@
 //! The body of a state file: the sums of all pixels, which are added to those of a film.
 //!
 //! Most of the doubles of a sum are 0: samples of similar brightness have no rounding error, and black pixels have no
-//! sum. 24 bits for each pixel tell which are not.
+//! sum. A bit for each double, 24 or 32 a pixel, tells which are not.
 //!
 //! Measure: bytes; sums as in `film/pixel.rs`.
 //! Range: a body that is too short, too long or has a number that no sum has is an error that names the byte.
@@ -10,9 +10,13 @@
 use super::header::{Header, damaged};
 use crate::error::Result;
 use crate::film::Film;
-use crate::film::pixel::PixelSums;
+use crate::film::pixel::Sums;
+use crate::film::splatted::Splatted;
 use crate::image::Layer;
 use std::io::{self, Write};
+
+/// The doubles of the sums of a pixel whose samples contribute to several: one for each bit.
+const MOST_DOUBLES: usize = 32;
 
 /// Writes the body of a state.
 pub fn write(film: &Film, layers: &[Layer], writer: &mut impl Write) -> io::Result<()> {
@@ -20,8 +24,13 @@ pub fn write(film: &Film, layers: &[Layer], writer: &mut impl Write) -> io::Resu
     for tile in tiles {
         writer.write_all(&tile.samples.to_le_bytes())?;
     }
-    for sums in tiles.iter().flat_map(|tile| &tile.pixels) {
-        write_sums(sums, writer)?;
+    for tile in tiles {
+        for sums in &tile.pixels {
+            write_sums(sums, writer)?;
+        }
+        for sums in tile.splatted.iter().flat_map(Splatted::sums) {
+            write_sums(sums, writer)?;
+        }
     }
     if let Some(splats) = film.splats() {
         for pixel in 0..film.window().pixel_count() as usize {
@@ -37,10 +46,10 @@ pub fn write(film: &Film, layers: &[Layer], writer: &mut impl Write) -> io::Resu
 }
 
 /// Writes the sums of a pixel: which doubles are not 0, and these.
-fn write_sums(sums: &PixelSums, writer: &mut impl Write) -> io::Result<()> {
-    let mut bytes = [0; 4 + 8 * PixelSums::DOUBLES];
+fn write_sums<const C: usize>(sums: &Sums<C>, writer: &mut impl Write) -> io::Result<()> {
+    let mut bytes = [0; 4 + 8 * MOST_DOUBLES];
     let (mut mask, mut length) = (0_u32, 4);
-    for (i, double) in sums.to_doubles().into_iter().enumerate() {
+    for (i, double) in sums.to_doubles().enumerate() {
         if double != 0.0 {
             mask |= 1 << i;
             bytes[length..length + 8].copy_from_slice(&double.to_le_bytes());
@@ -71,8 +80,13 @@ pub fn add_to(header: &Header, body: &[u8], film: &mut Film) -> Result<Vec<Layer
         let sum = tile.samples.checked_add(samples);
         tile.samples = sum.ok_or_else(|| reader.damaged("fewer than 2^64 samples"))?;
     }
-    for sums in tiles.iter_mut().flat_map(|tile| &mut tile.pixels) {
-        reader.add_sums(sums)?;
+    for tile in tiles {
+        for sums in &mut tile.pixels {
+            reader.add_sums(sums)?;
+        }
+        for sums in tile.splatted.iter_mut().flat_map(Splatted::sums_mut) {
+            reader.add_sums(sums)?;
+        }
     }
     if let (Some(splats), Some(paths)) = (splats, header.paths) {
         for (batch, count) in (0..).zip(paths) {
@@ -115,9 +129,9 @@ impl Reader<'_> {
     }
 
     /// Adds the sums of a pixel to other sums.
-    fn add_sums(&mut self, sums: &mut PixelSums) -> Result<()> {
+    fn add_sums<const C: usize>(&mut self, sums: &mut Sums<C>) -> Result<()> {
         let mut mask = u32::from_le_bytes(self.take()?);
-        if mask >> PixelSums::DOUBLES != 0 {
+        if u64::from(mask) >> Sums::<C>::DOUBLES != 0 {
             return Err(self.damaged("24 bits that tell which doubles are not 0"));
         }
         while mask != 0 {

@@ -76,7 +76,7 @@ pub fn fingerprint(
     Ok(Fingerprint {
         program: concat!("etendue ", env!("CARGO_PKG_VERSION")).to_owned(),
         scene: scene(description)?,
-        settings: all_settings(settings, tracing)?,
+        settings: all_settings(description, settings, tracing)?,
     })
 }
 
@@ -92,7 +92,11 @@ fn scene(description: &SceneDescription) -> Result<String> {
 }
 
 /// Every setting that changes bits, with its name.
-fn all_settings(settings: &RenderSettings, tracing: AccelOptions) -> Result<Map<String, Value>> {
+fn all_settings(
+    description: &SceneDescription,
+    settings: &RenderSettings,
+    tracing: AccelOptions,
+) -> Result<Map<String, Value>> {
     let resolved = RenderSettings {
         roulette: Some(settings.roulette()),
         max_bounces: settings.most_bounces(),
@@ -103,9 +107,11 @@ fn all_settings(settings: &RenderSettings, tracing: AccelOptions) -> Result<Map<
         return Err(Error::render("the settings are not a map"));
     };
     for (name, value) in [
+        ("filter", description.film.filter.name().as_str()),
         ("integrator", settings.integrator.name()),
         ("sampler", settings.sampler.name()),
         ("adaptive", settings.adaptive.name()),
+        ("filter_sampling", settings.filter_sampling.name()),
     ] {
         map.insert(name.to_owned(), json!(value));
     }

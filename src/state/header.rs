@@ -8,7 +8,7 @@ use super::fingerprint::Fingerprint;
 use super::ranges::describe;
 use crate::error::{Error, ErrorKind, Result};
 use crate::film::batches::BATCHES;
-use crate::film::pixel::PixelSums;
+use crate::film::footprint::MOST_REACH;
 use crate::film::splats::Splats;
 use crate::film::{Film, Window};
 use crate::image::{Layer, MAX_SIDE};
@@ -30,6 +30,9 @@ pub struct Header {
     pub window: Window,
     /// The edge of a tile, in pixels.
     pub tile_size: u32,
+    /// The number of pixels on either side of its own that a sample contributes to.
+    #[serde(default)]
+    pub reach: u32,
     /// The samples per pixel of the whole render, if they are known.
     pub spp: Option<u64>,
     /// The first sample of the shard and the one after its last; `None` for a whole render.
@@ -66,6 +69,7 @@ impl Header {
             scene_file,
             window,
             tile_size: 1,
+            reach: 0,
             spp: None,
             shard: None,
             done: vec![],
@@ -93,6 +97,7 @@ impl Header {
             done: Some(done).filter(|[a, b]| a < b).into_iter().collect(),
             is_uneven: least != most,
             tile_size: film.tile_size(),
+            reach: film.reach(),
             seconds: rendered.elapsed.as_secs_f64(),
             rays: rendered.rays,
             rejected: rendered.rejected,
@@ -115,12 +120,13 @@ impl Header {
     /// Too little memory.
     pub fn empty_film(&self) -> Result<Film> {
         let Window { width, height, .. } = self.window;
-        let of_pixel = size_of::<PixelSums>()
-            + usize::from(self.paths.is_some()) * Splats::BYTES_PER_PIXEL
+        let of_pixel = usize::from(self.paths.is_some()) * Splats::BYTES_PER_PIXEL
             + self.layers.len() * size_of::<f32>();
-        let bytes = self.window.pixel_count().saturating_mul(of_pixel as u64);
+        let others = self.window.pixel_count().saturating_mul(of_pixel as u64);
+        let sums = Film::memory(self.window, self.tile_size, self.reach);
+        let bytes = sums.saturating_add(others);
         memory::check(bytes, || format!("a picture of {width} x {height} pixels"))?;
-        let mut film = Film::new(self.window, self.tile_size);
+        let mut film = Film::new(self.window, self.tile_size).with_reach(self.reach);
         if self.paths.is_some() {
             film = film.with_splats();
         }
@@ -138,10 +144,11 @@ impl Header {
         let fits = |start: u32, length: u32| {
             (1..=MAX_SIDE).contains(&(length as usize)) && start.checked_add(length).is_some()
         };
-        if !fits(x, width) || !fits(y, height) || self.tile_size == 0 {
+        let is_tiled = self.tile_size > 0 && self.reach <= MOST_REACH;
+        if !fits(x, width) || !fits(y, height) || !is_tiled {
             return Err(damaged(format!(
-                "its header has an impossible window: {width} x {height} pixels from ({x}, {y}) in tiles of {}",
-                self.tile_size
+                "its header has an impossible window: {width} x {height} pixels from ({x}, {y}) in tiles of {} and {} around",
+                self.tile_size, self.reach
             )));
         }
         let is_empty = |[first, end]: &[u64; 2]| first >= end;

@@ -162,7 +162,8 @@ fn ranges(parts: &[(PathBuf, Header)]) -> Vec<([u64; 2], usize)> {
 fn check_same(first: &Path, a: &Header, other: &Path, b: &Header) -> Result<()> {
     let [ours, theirs] = [first, other].map(|path| path.display().to_string());
     let mut differences = a.identity.differences(&b.identity, &ours, &theirs);
-    if (a.tile_size, a.paths.is_some()) != (b.tile_size, b.paths.is_some()) {
+    let sums = |header: &Header| (header.tile_size, header.reach, header.paths.is_some());
+    if sums(a) != sums(b) {
         differences.push(format!("{ours} and {theirs} keep different sums"));
     }
     match differences.is_empty() {

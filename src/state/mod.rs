@@ -10,7 +10,7 @@
 //! | 4 | the length of the header |
 //! | | the header, as JSON: [`Header`] |
 //! | 8 a tile | the sample count of each tile of the film |
-//! | 4 to 196 a pixel | the sums of each pixel, tile by tile: 24 bits that tell which doubles are not 0, and these |
+//! | 4 to 196 a pixel | the sums of each pixel, tile by tile: 24 bits that tell which doubles are not 0, and these; 4 to 260 for each pixel of a tile and its halo where samples contribute to several pixels |
 //! | 4 to 196 a pixel | the splat sums of each pixel, row by row, if the integrator splats |
 //! | 4 a pixel and layer | layers of the first hits, row by row, in the file with the render's first sample |
 //! | 32 | BLAKE3 of all bytes before |

@@ -97,6 +97,12 @@ impl Generator {
                 },
                 tint: colour.clone(),
             });
+            if wanted.has(Effect::Specular) {
+                models.push(MaterialModel::ThinDielectric {
+                    ior: 1.5,
+                    tint: colour.clone(),
+                });
+            }
             if wanted.has(Effect::Glossy) {
                 models.push(MaterialModel::Principled {
                     base_color: colour.clone(),

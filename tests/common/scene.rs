@@ -10,6 +10,7 @@ use etendue::internals::film::filter::Filter;
 use etendue::internals::geometry::texture::Texture;
 use etendue::internals::image::Image;
 use etendue::internals::integrator::Roulette;
+use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::math::vec::{DAffine3, DVec3};
@@ -58,6 +59,19 @@ pub fn see(
     max_bounces: Option<u32>,
     roulette: Roulette,
 ) -> Moments {
+    let integrator = IntegratorKind::default();
+    see_by(integrator, description, backend, spp, max_bounces, roulette)
+}
+
+/// The moments of the pixels of the patch by an integrator.
+pub fn see_by(
+    integrator: IntegratorKind,
+    description: &SceneDescription,
+    backend: Backend,
+    spp: u64,
+    max_bounces: Option<u32>,
+    roulette: Roulette,
+) -> Moments {
     let trial = Trial {
         options: robust(backend),
         seed: 0,
@@ -69,7 +83,8 @@ pub fn see(
         max_bounces,
         roulette,
     };
-    Moments::of(patch::see(&trial, description, look).expect("a valid scene"))
+    let pixels = patch::see_by(&trial, integrator, description, look);
+    Moments::of(pixels.expect("a valid scene"))
 }
 
 /// An octahedron with shading normals; half of its triangles have reversed winding.

@@ -4,13 +4,14 @@ use crate::common::TestRng;
 use crate::common::chi_square::ChiSquareTest;
 use crate::common::closed_forms::bright_texel;
 use crate::common::quadrature::integrate;
-use crate::common::scene::{diffuse, looking, ready, rectangle, see, surface};
+use crate::common::scene::{diffuse, looking, ready, rectangle, see, see_by, surface};
 use crate::common::verdict::assert_mean;
 use etendue::internals::accel::Backend;
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::geometry::texture::Texture;
 use etendue::internals::image::Image;
 use etendue::internals::integrator::Roulette;
+use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::light::Light;
 use etendue::internals::light::environment::EnvironmentMap;
 use etendue::internals::light::point::PointLight;
@@ -301,7 +302,13 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
         let choice = choice.expect("both lights have power");
         let light = choice.0;
         let s = lights
-            .sample::<Everything>(choice, LightSampling::default(), Vec3::ZERO, 0.0, a)
+            .sample::<Everything>(
+                choice,
+                LightSampling::default(),
+                &Receiver::anywhere(Vec3::ZERO),
+                0.0,
+                a,
+            )
             .expect("both lights reach every point");
         let Some(pdf) = s.pdf else {
             // The irradiance of the point light is divided by its selection probability, 1 / 4.
@@ -382,6 +389,24 @@ fn a_floor_under_a_panorama_has_its_irradiance() {
         Roulette::default(),
     );
     assert_mean("sun and sky", &pixels, exact, 1e-3);
+}
+
+/// Half of this sky is 1, the other half 3: the mean is 2, and a density above the mean alone misses a quarter of the light.
+#[test]
+fn light_sampling_alone_finds_the_darker_part_of_a_panorama() {
+    let halves = picture_of(64, 32, |x, _| if x < 32 { 0.5 } else { 1.5 });
+    let scene = floor_under(halves, DMat3::IDENTITY);
+    for integrator in [IntegratorKind::Path, IntegratorKind::NextEvent] {
+        let pixels = see_by(
+            integrator,
+            &scene,
+            Backend::ALL[0],
+            1 << 12,
+            Some(1),
+            Roulette::default(),
+        );
+        assert_mean(integrator.name(), &pixels, 0.5 * 2.0, 5e-3);
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@
 mod common;
 
 mod choice;
+mod cosine;
 mod delta_lights;
 mod emission;
 mod environment;

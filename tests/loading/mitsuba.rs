@@ -162,11 +162,13 @@ fn every_bsdf_becomes_a_material() {
     };
     assert!(two_sided);
     assert_eq!((ior, roughness), (1.333, 0.0));
+    let (pane, two_sided, scene) = material(r#"<bsdf type="thindielectric"/>"#);
+    assert!(two_sided && scene.check_faithful().is_ok());
+    assert!(matches!(pane, MaterialModel::ThinDielectric { .. }));
     for (bsdf, kind) in [
         ("<bsdf type=\"plastic\"/>", NoteKind::Approximation),
         ("<bsdf type=\"principled\"/>", NoteKind::Approximation),
         ("<bsdf type=\"hair\"/>", NoteKind::Approximation),
-        ("<bsdf type=\"thindielectric\"/>", NoteKind::Approximation),
         ("<bsdf type=\"roughconductor\"/>", NoteKind::Approximation),
         (
             "<bsdf type=\"bumpmap\"><bsdf type=\"diffuse\"/></bsdf>",

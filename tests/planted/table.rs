@@ -146,6 +146,11 @@ pub const PLANTED: &[Planted] = &[
         "scattering::furnace::smooth_glass_gives_everything_back",
     ),
     bug(
+        "pane-of-one-side",
+        "a thin pane reflects as one of its sides does",
+        "scattering::furnace::a_pane_reflects_what_its_two_sides_do",
+    ),
+    bug(
         "facets-met-but-once",
         "light between a metal's facets is coloured by one meeting too few",
         "lib::bsdf::conductor::tests::light_between_facets_is_the_sum_over_its_meetings",
@@ -161,9 +166,19 @@ pub const PLANTED: &[Planted] = &[
         "lights::choice::no_light_that_shines_on_a_receiver_is_left_out",
     ),
     bug(
+        "warp-without-density",
+        "the numbers of a light sample are warped, but their density stays uniform",
+        "lights::cosine::densities_with_a_normal_give_the_projected_solid_angle",
+    ),
+    bug(
+        "normal-left-out-of-pdf",
+        "a scattered ray that hits a lamp has the density of light sampling without the cosine",
+        "lights::cosine::hits_have_the_density_of_samples",
+    ),
+    bug(
         "compensated-alone",
         "light sampling without a weight leaves out what is darker than the mean of an environment map",
-        "lib::render::settings::tests::only_path_compensates_the_density_of_environment_maps",
+        "lights::environment::light_sampling_alone_finds_the_darker_part_of_a_panorama",
     ),
     bug(
         "choice-left-out-of-pdf",
@@ -469,5 +484,15 @@ pub const PLANTED: &[Planted] = &[
         "cache-counts-lights-twice",
         "what the rays of a record find of lights counts as if light sampling did not find it at every point",
         "rendering::irradiance_cache::a_room_is_as_path_shows_it",
+    ),
+    bug(
+        "splats-by-the-pixels-own-count",
+        "samples of a neighbouring tile are divided by the count of the pixel's own tile",
+        "lib::film::splatted::tests::each_tile_is_divided_by_its_own_count",
+    ),
+    bug(
+        "no-samples-beyond-the-edge",
+        "pixels at the image's edge lack the samples outside that their filter covers",
+        "rendering::filters::a_furnace_is_exact_up_to_the_edge",
     ),
 ];

@@ -11,6 +11,7 @@ mod denoise;
 mod determinism;
 mod effects;
 mod error_bars;
+mod filters;
 mod integrators;
 mod irradiance_cache;
 mod lens;

@@ -80,7 +80,7 @@ fn samples_in_parts_are_those_at_once() {
                 ..stage.settings(spp)
             };
             let whole = stage.at_once(&settings(48));
-            let mut parts = Rendered::nothing(&settings(16));
+            let mut parts = Rendered::nothing(&settings(16), &stage.filter);
             for spp in [16, 32, 48] {
                 let until = Budget::samples(spp);
                 stage
@@ -122,7 +122,7 @@ fn an_interrupted_render_goes_on_and_loses_nothing() {
         ..Stage::new()
     };
     let settings = stage.settings(8);
-    let mut parts = Rendered::nothing(&settings);
+    let mut parts = Rendered::nothing(&settings, &stage.filter);
     let observer = Impatient {
         tiles: AtomicU64::new(27),
     };
@@ -160,7 +160,7 @@ fn every_pass_shows_the_picture_so_far() {
     let stage = Stage::new();
     let settings = stage.settings(4);
     let album = Album(Mutex::default());
-    let mut rendered = Rendered::nothing(&settings);
+    let mut rendered = Rendered::nothing(&settings, &stage.filter);
     stage
         .go_on(&settings, settings.budget, &mut rendered, &album)
         .expect("valid settings");

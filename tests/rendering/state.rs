@@ -87,6 +87,11 @@ fn assert_same(state: &State, whole: &Rendering, what: &str) {
             "{what}: sums of {:?} differ",
             a.window
         );
+        assert!(
+            a.splatted == b.splatted,
+            "{what}: sums of {:?} and its halo differ",
+            a.window
+        );
         assert_eq!(a.samples, b.samples, "{what}");
     }
     let pixels = film.window().pixel_count() as usize;

@@ -63,6 +63,10 @@ fn models() -> Vec<(String, Bsdf, f32)> {
                 ior,
             ));
         }
+        if roughness == 0.0 {
+            let pane = Bsdf::Dielectric(Dielectric::thin(1.5, colour));
+            models.push(("pane".into(), pane, 1.0));
+        }
         for (metallic, transmission) in [(0.0, 0.0), (1.0, 0.0), (0.5, 0.0), (0.0, 1.0), (0.3, 0.4)]
         {
             let name = format!("principled {metallic} {roughness} {transmission}");

@@ -84,6 +84,33 @@ fn smooth_glass_gives_everything_back() {
 }
 
 #[test]
+fn a_pane_reflects_what_its_two_sides_do() {
+    // One side reflects R = ((1 - n) / (1 + n))^2 along the normal; with all reflections in between, a pane reflects
+    // 2R / (1 + R) = (n - 1)^2 / (n^2 + 1).
+    let tint = Rgb::new(0.9, 0.5, 0.1);
+    for ior in [1.0_f32, 1.3, 1.5, 2.4] {
+        let exact = (ior - 1.0).powi(2) / (ior * ior + 1.0);
+        let pane = Dielectric::thin(ior, tint);
+        for wo in [view(1.0), -view(1.0)] {
+            let sample = |u_lobe| pane.sample(wo, u_lobe, Vec2::splat(0.3)).expect("a delta");
+            if exact > 0.0 {
+                let s = sample(0.999 * exact);
+                assert_eq!((s.lobe, s.weight), (Lobe::SpecularReflection, Rgb::WHITE));
+                assert!((s.wi - wo).length() < 1e-6);
+            }
+            let s = sample(1.001 * exact + 1e-6);
+            assert_eq!((s.lobe, s.weight), (Lobe::SpecularTransmission, tint));
+            assert_eq!(s.wi, -wo);
+        }
+        for cos in [1.0, 0.5, 0.1, 1e-3] {
+            let glass = Bsdf::Dielectric(Dielectric::thin(ior, Rgb::WHITE));
+            let moments = albedo(&glass, 1.0, view(cos), 16, 8);
+            assert!((moments.mean() - 1.0).abs() < 2e-6, "{ior} {cos}");
+        }
+    }
+}
+
+#[test]
 fn an_index_of_one_is_no_surface() {
     let tint = Rgb::new(0.9, 0.5, 0.1);
     for roughness in [0.0, 0.1, 0.5, 1.0] {

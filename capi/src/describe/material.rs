@@ -31,6 +31,8 @@ pub enum EtdModel {
     Plastic = 5,
     /// The metallic-roughness model: `color`, `metallic`, `roughness`, `ior`, `transmission`.
     Principled = 6,
+    /// A smooth pane of a dielectric: `ior`, and `color` as the tint of transmitted light.
+    ThinDielectric = 7,
 }
 
 /// A material. Fields that are not listed at its model are ignored; sides, alpha and normals apply to every model.
@@ -122,6 +124,7 @@ impl EtdMaterial {
             (EtdModel::Phong as i32, EtdModel::Phong),
             (EtdModel::Plastic as i32, EtdModel::Plastic),
             (EtdModel::Principled as i32, EtdModel::Principled),
+            (EtdModel::ThinDielectric as i32, EtdModel::ThinDielectric),
         ];
         // SAFETY: the caller's promise.
         let color = unsafe { texture_or(self.texture, self.color.into()) }?;
@@ -141,6 +144,7 @@ impl EtdMaterial {
                 roughness,
                 tint: color,
             },
+            EtdModel::ThinDielectric => MaterialModel::ThinDielectric { ior, tint: color },
             EtdModel::Phong => MaterialModel::Phong {
                 diffuse: color,
                 // SAFETY: as above.

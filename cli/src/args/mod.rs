@@ -11,6 +11,7 @@ mod convert;
 mod denoise;
 mod lesson;
 mod plan;
+mod price;
 mod render;
 mod scene;
 mod state;
@@ -24,6 +25,7 @@ pub use convert::ConvertArguments;
 pub use denoise::DenoiseArguments;
 pub use lesson::LessonArguments;
 pub use plan::PlanArguments;
+pub use price::PriceArguments;
 pub use render::RenderArguments;
 pub use scene::{Fidelity, SceneArguments};
 pub use state::MergeArguments;
@@ -52,6 +54,9 @@ pub enum Verb {
     Merge(MergeArguments),
     /// Print which effects a scene needs, why, and which kernel and integrator suit it.
     Plan(PlanArguments),
+    /// Measure within half a minute what accuracy costs in a scene: the time to some errors, where the error comes from,
+    /// and what would make it cheaper.
+    Price(PriceArguments),
     /// Measure error against time for several ways to render a scene: time to an error, bias, and the cost of a smaller
     /// error.
     Study(StudyArguments),

@@ -6,13 +6,14 @@
 
 use super::state::StateArguments;
 use super::values::{
-    named, parse_distance, parse_exposure, parse_numbers, parse_roulette, parse_share, parse_size,
-    parse_small,
+    named, parse_distance, parse_exposure, parse_filter, parse_numbers, parse_roulette,
+    parse_share, parse_size, parse_small,
 };
 use super::{ProgressMode, SceneArguments, TracingArguments};
 use crate::durations::parse_duration;
 use clap::Args;
 use etendue::internals::effects::Kernel;
+use etendue::internals::film::filter::{FilterDescription, FilterSampling};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::light::types::LightChoice;
@@ -128,6 +129,18 @@ pub struct RenderArguments {
     /// it, from a tree of lights if there are more than 16. power: in proportion to power, everywhere alike.
     #[arg(long, value_parser = named(LightChoice::ALL, LightChoice::name))]
     pub light_choice: Option<LightChoice>,
+    /// Reconstruction filter, with its radius in pixels if not the default: box (0.5), tent (1), gaussian (1.5), mitchell (2),
+    /// blackman-harris (1.5). Default: the scene's, or gaussian.
+    #[arg(long, value_name = "NAME[:RADIUS]", value_parser = parse_filter)]
+    pub filter: Option<FilterDescription>,
+    /// How the filter is estimated. Affects noise and time, not the mean.
+    ///
+    /// splatting: a sample contributes to every pixel that its filter covers; the noise of neighbouring pixels is correlated.
+    /// importance: a sample belongs to one pixel, and its position is sampled from the filter. Box filters, radii above 4.5
+    /// pixels, adaptive renders, bdpt and mlt have importance sampling alone. Default: splatting; with --layers and --denoise
+    /// importance, since what reads layers takes the noise of pixels as independent.
+    #[arg(long, value_parser = named(FilterSampling::ALL, FilterSampling::name))]
+    pub filter_sampling: Option<FilterSampling>,
     /// Folder to which the contribution of each bdpt strategy is also written. Needs --max-bounces.
     ///
     /// sS-tT.exr, with S vertices from the light and T from the camera, is the strategy alone without weights;

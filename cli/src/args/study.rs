@@ -35,19 +35,22 @@ pub struct StudyArguments {
     /// Integrator of the reference renders: path, bdpt or mlt, whichever converges best for the scene.
     #[arg(long, value_name = "INTEGRATOR", value_parser = parse_reference, default_value = "path")]
     pub reference: IntegratorKind,
-    /// Image size of the renders in pixels. Default: the scene's aspect ratio, at most about 20 000 pixels.
+    /// Image size of the renders in pixels. Default: the scene's own, or a smaller one if the budget is too short for it.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
-    /// Render at the scene's own size.
+    /// Render at the scene's own size, however short the budget.
     #[arg(long, conflicts_with = "size")]
     pub full_size: bool,
+    /// Also predict times for this number of threads, by the measured gain from one thread to all of this machine.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub for_threads: Option<u32>,
     /// Seed of the random numbers and of the order of the renders, from 0 to 2^64 - 1.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Output folder for study.html, study.json and study.csv; created if missing.
+    /// Output folder for study.html, study.md, study.json and study.csv; created if missing.
     #[arg(short, long = "out", value_name = "DIR", default_value = "out/study")]
     pub out: PathBuf,
-    /// Print study.json instead of the tables.
+    /// Print study.json instead of the answers.
     #[arg(long)]
     pub json: bool,
     /// Progress display on standard error.

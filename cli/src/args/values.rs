@@ -6,8 +6,10 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use etendue::internals::accel::{Backend, Precision, Quality};
+use etendue::internals::film::filter::{FilterDescription, FilterKind, MOST_RADIUS};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::roulette::NoRoulette;
+use etendue::internals::scene::load::unknown_name;
 use etendue::internals::state::Shard;
 
 /// Parses the name of a backend of this build. For `embree` in a build without it, the error names the missing feature.
@@ -47,6 +49,29 @@ pub fn named<T: Copy + Send + Sync + 'static>(
 /// Parses a rule of Russian roulette.
 pub fn parse_roulette(text: &str) -> Result<Roulette, NoRoulette> {
     text.parse()
+}
+
+/// Parses a reconstruction filter: its name, and its radius in pixels if it is not the default one.
+pub fn parse_filter(text: &str) -> Result<FilterDescription, String> {
+    let (name, radius) = match text.split_once(':') {
+        Some((name, radius)) => (name, Some(radius)),
+        None => (text, None),
+    };
+    let Some(&(_, kind)) = FilterKind::ALL.iter().find(|(known, _)| *known == name) else {
+        let names: Vec<&str> = FilterKind::ALL.iter().map(|(name, _)| *name).collect();
+        return Err(unknown_name("filter", name, &names));
+    };
+    let radius = match radius {
+        None => kind.default_radius(),
+        Some(radius) => radius
+            .parse()
+            .ok()
+            .filter(|&radius: &f64| radius > 0.0 && radius <= MOST_RADIUS)
+            .ok_or_else(|| {
+                format!("expected a radius above 0, up to {MOST_RADIUS} pixels, such as {name}:2")
+            })?,
+    };
+    Ok(FilterDescription { kind, radius })
 }
 
 /// Parses a width and a height in pixels.

@@ -6,6 +6,7 @@
 
 use crate::args::RenderArguments;
 use etendue::internals::effects::Effect;
+use etendue::internals::film::filter::{Filter, FilterSampling};
 use etendue::internals::render::auto::Recommendation;
 use etendue::internals::render::kernel;
 use etendue::internals::render::settings::RenderSettings;
@@ -34,6 +35,16 @@ impl Job<'_> {
         bias
     }
 
+    /// Describes the reconstruction filter and how it is estimated.
+    pub fn filter(&self) -> String {
+        let description = self.description.film.filter;
+        let sampling = match self.settings.reach(&Filter::new(&description)) {
+            0 => FilterSampling::Importance,
+            _ => FilterSampling::Splatting,
+        };
+        format!("{}, {}", description.name(), sampling.name())
+    }
+
     /// Summarises the scene, the tracing options and the kernel.
     pub fn summary(&self) -> String {
         let world = &self.scene.world;
@@ -60,6 +71,7 @@ impl Job<'_> {
             "scene: {shapes} shapes, {primitives} primitives, {instances}{} materials, {} lights; {width} x {height} pixels\n\
              tracing: {}, {}, {} quality; {:.1} MB\n\
              plan: kernel {}; {}\n\
+             filter: {}\n\
              roulette: {}\n\
              light paths: {}\n",
             self.description.materials.len(),
@@ -70,6 +82,7 @@ impl Job<'_> {
             self.scene.accel.memory() as f64 / 1e6,
             kernel(self.scene, self.settings).name(),
             effects,
+            self.filter(),
             self.settings.roulette(),
             self.settings.light_path_share().name(),
         )

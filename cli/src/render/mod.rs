@@ -17,7 +17,7 @@ use crate::output::Watcher;
 use crate::recommendation::sentence;
 use crate::{Outcome, command_line};
 use etendue::internals::film::ErrorEstimate;
-use etendue::internals::film::filter::Filter;
+use etendue::internals::film::filter::{Filter, FilterSampling};
 use etendue::internals::film::splats::Strategy;
 use etendue::internals::image::atomic::{check_creatable, make_folder};
 use etendue::internals::image::{self, LayeredImage, MetadataValue, WriteOptions};
@@ -48,6 +48,9 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     let mut description = arguments.scene.load()?;
     if let Some(size) = arguments.size {
         description.film.size = size;
+    }
+    if let Some(filter) = arguments.filter {
+        description.film.filter = filter;
     }
     let options = options(arguments);
     // Invalid combinations of options are reported before anything slow starts.
@@ -169,6 +172,11 @@ fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
     }
     if let Some(filter) = arguments.denoise {
         filter.check()?;
+        if arguments.filter_sampling == Some(FilterSampling::Splatting) {
+            return Err(Error::usage(
+                "--denoise takes the noise of pixels as independent, which that of --filter-sampling splatting is not: leave the latter out",
+            ));
+        }
     }
     arguments.stats.as_deref().map_or(Ok(()), check_creatable)
 }
@@ -251,6 +259,7 @@ impl Job<'_> {
             ("integrator", text(self.settings.integrator.name())),
             ("sampler", text(self.settings.sampler.name())),
             ("adaptive", text(self.settings.adaptive.name())),
+            ("filter", text(&self.filter())),
             ("roulette", text(&self.settings.roulette().to_string())),
             ("lightPaths", text(self.settings.light_path_share().name())),
             ("spp", MetadataValue::Real(rendered.spp as f64)),

@@ -23,6 +23,7 @@ pub fn options(arguments: &RenderArguments) -> RenderOptions {
     options.roulette = arguments.roulette;
     options.light_paths = arguments.light_paths;
     options.light_choice = arguments.light_choice;
+    options.filter_sampling = arguments.filter_sampling;
     options.occlusion_distance = arguments.occlusion_distance;
     options.cache_error = arguments.cache_error;
     options.kernel = arguments.kernel;

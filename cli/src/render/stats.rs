@@ -22,6 +22,8 @@ pub struct Stats {
     pub integrator: &'static str,
     /// The reason for the integrator, if `auto` chose it.
     pub auto: Option<String>,
+    /// The reconstruction filter, and how it is estimated.
+    pub filter: String,
     /// The rule of Russian roulette.
     pub roulette: String,
     /// The number of light paths for each camera path, in words.

@@ -18,7 +18,7 @@ use etendue::internals::film::splats::Splats;
 use etendue::internals::image::atomic::write_text;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::settings::Adaptive;
-use etendue::internals::render::{Rejected, Rendered, kernel};
+use etendue::internals::render::{NonFiniteSample, Rejected, Rendered, kernel};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -88,6 +88,7 @@ impl Job<'_> {
             spp: rendered.spp,
             integrator: self.settings.integrator.name(),
             auto: self.auto.map(|it| it.why.clone()),
+            filter: self.filter(),
             roulette: self.settings.roulette().to_string(),
             light_paths: self.settings.light_path_share().name(),
             sampler: self.settings.sampler.name(),
@@ -157,6 +158,11 @@ impl Job<'_> {
                     .integrator
                     .map(|_| self.settings.integrator.name().to_owned()),
             ),
+            ("filter", flags.filter.map(|it| it.name())),
+            (
+                "filter-sampling",
+                flags.filter_sampling.map(|it| it.name().to_owned()),
+            ),
             ("roulette", flags.roulette.map(|it| it.to_string())),
             (
                 "light-paths",
@@ -185,17 +191,23 @@ impl Job<'_> {
 
     /// Describes the number of non-finite samples, and the command that replays the first of them.
     fn describe_rejected(&self, rejected: &Rejected) -> String {
-        let replay = rejected.first.map_or(String::new(), |first| {
-            format!(
-                "; the first: etendue render {}{} --seed {} --pixel {},{} --sample {}",
-                quoted(&self.arguments.scene.file.display().to_string()),
-                self.flags_of_samples(),
-                self.settings.seed,
-                first.x,
-                first.y,
-                first.sample
-            )
-        });
+        // Samples beyond the image's edge contribute to it, but cannot be named.
+        let (width, height) = self.description.film.size;
+        let in_image = |first: &NonFiniteSample| first.x < width && first.y < height;
+        let replay = rejected
+            .first
+            .filter(in_image)
+            .map_or(String::new(), |first| {
+                format!(
+                    "; the first: etendue render {}{} --seed {} --pixel {},{} --sample {}",
+                    quoted(&self.arguments.scene.file.display().to_string()),
+                    self.flags_of_samples(),
+                    self.settings.seed,
+                    first.x,
+                    first.y,
+                    first.sample
+                )
+            });
         format!(
             "warning: {} samples were not finite and are left out{replay}",
             rejected.count

@@ -10,6 +10,7 @@ pub mod keeper;
 pub mod lesson;
 pub mod page;
 pub mod plot;
+pub mod price;
 pub mod prose;
 pub mod study;
 pub mod table;

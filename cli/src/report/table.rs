@@ -93,6 +93,30 @@ impl Table {
         text.push_str("|\n");
     }
 
+    /// Returns the table for a terminal: columns two spaces apart, without title and caption.
+    pub fn grid(&self) -> String {
+        let head: Vec<String> = self.head.iter().map(|(name, _)| name.clone()).collect();
+        let rows: Vec<Vec<String>> = [head]
+            .into_iter()
+            .chain(self.rows.iter().cloned())
+            .collect();
+        let width = |column: usize| {
+            let cells = rows.iter().map(|row| row[column].chars().count());
+            cells.max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..self.head.len()).map(width).collect();
+        let line = |row: &Vec<String>| {
+            let cells = row.iter().zip(&widths).zip(&self.head);
+            let cells = cells.map(|((cell, &width), (_, side))| match side {
+                Side::Left => format!("{cell:<width$}"),
+                Side::Right => format!("{cell:>width$}"),
+            });
+            let line = cells.collect::<Vec<String>>().join("  ");
+            line.trim_end().to_owned() + "\n"
+        };
+        rows.iter().map(line).collect()
+    }
+
     /// Returns the table as HTML, without its title and caption.
     pub fn html(&self) -> Markup {
         html! {
@@ -110,6 +134,25 @@ impl Table {
             }
         }
     }
+}
+
+/// Breaks a text at spaces into lines of at most `width` characters, each with a line end. Longer words stay whole.
+pub fn wrapped(text: &str, width: usize) -> String {
+    let (mut all, mut length) = (String::new(), 0);
+    for word in text.split(' ') {
+        let count = word.chars().count();
+        if length > 0 && length + 1 + count > width {
+            all.push('\n');
+            length = 0;
+        }
+        if length > 0 {
+            all.push(' ');
+            length += 1;
+        }
+        all += word;
+        length += count;
+    }
+    all + "\n"
 }
 
 fn one_line(cell: &str) -> String {
@@ -140,6 +183,21 @@ mod tests {
                         | a\\|b c |    7 |\n\
                         | <d>    | 1234 |\n\n";
         assert_eq!(table().markdown(2), expected);
+    }
+
+    #[test]
+    fn a_terminal_shows_columns_and_lines_that_fit() {
+        let grid = Table {
+            rows: vec![
+                vec!["a".to_owned(), "7".to_owned()],
+                vec!["bcde".to_owned(), "12".to_owned()],
+            ],
+            ..table()
+        }
+        .grid();
+        assert_eq!(grid, "who   ns\na      7\nbcde  12\n");
+        assert_eq!(wrapped("one two three four", 9), "one two\nthree\nfour\n");
+        assert_eq!(wrapped("extraordinary it is", 8), "extraordinary\nit is\n");
     }
 
     #[test]

@@ -23,6 +23,7 @@ mod layers;
 mod lesson;
 mod non_finite;
 mod plan;
+mod price;
 mod render;
 mod shards;
 mod study;

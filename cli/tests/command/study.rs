@@ -117,11 +117,21 @@ fn a_study_is_printed_and_written_in_three_forms() {
         "direct-directional, independent",
         "--seed 3",
     ] {
-        assert!(
-            finished.stdout.contains(expected),
-            "no {expected} in {}",
-            finished.stdout
-        );
+        let tables = read(&folder, "out/study.md");
+        assert!(tables.contains(expected), "no {expected} in {tables}");
+    }
+    // The terminal gets the answers, in lines that fit.
+    for expected in [
+        "small.toml\n",
+        "Time to an error",
+        "An error of 1 % takes",
+        "never",
+    ] {
+        let text = &finished.stdout;
+        assert!(text.contains(expected), "no {expected} in {text}");
+    }
+    for line in finished.stdout.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
     }
     assert!(
         finished.stderr.contains("out/study.html: done"),
@@ -148,6 +158,8 @@ fn a_study_is_printed_and_written_in_three_forms() {
         })
         .sum();
     assert!(report["derived"][0]["slope"]["b"]["value"].is_number());
+    let answers = report["derived"][0]["answers"].as_array().expect("answers");
+    assert_eq!(answers.len(), 5);
     assert!(report["seconds"].as_f64().expect("a number") > 1.0);
 
     let csv = read(&folder, "out/study.csv");
@@ -156,10 +168,11 @@ fn a_study_is_printed_and_written_in_three_forms() {
     stands_alone(&page);
     for expected in [
         "<svg",
+        "What accuracy costs",
         "Error against time",
         "data:image/png",
         "--seed 3",
-        "At equal error",
+        "What errors look like",
     ] {
         assert!(page.contains(expected), "no {expected}");
     }
@@ -228,4 +241,44 @@ fn help_says_what_can_be_varied() {
     for word in ["integrator", "max-bounces", "--budget", "study.html"] {
         assert!(finished.stdout.contains(word), "no {word}");
     }
+}
+
+#[test]
+fn times_are_predicted_for_other_threads_and_bad_numbers_are_refused() {
+    let folder = small();
+    fails(
+        &folder,
+        "study small.toml --for-threads 0",
+        USAGE,
+        &["--for-threads", "0"],
+    );
+    succeed(
+        &folder,
+        "study small.toml --vary sampler=sobol --budget 4s --size 8x6 --threads 2 --for-threads 64 -q -o out",
+    );
+    let report = json(&read(&folder, "out/study.json"));
+    let scaling = &report["scaling"];
+    assert_eq!(
+        (&scaling["measured"], &scaling["threads"]),
+        (&2.into(), &64.into())
+    );
+    let tables = read(&folder, "out/study.md");
+    assert!(
+        tables.contains("Time to an error on 64 threads"),
+        "{tables}"
+    );
+}
+
+#[test]
+fn a_scene_of_one_colour_is_exact() {
+    let grey =
+        format!("{HEAD}[film]\nsize = [8, 8]\n[[light]]\ntype = \"environment\"\nradiance = 0.5\n");
+    let folder = SceneFolder::new([("grey.toml", grey)]);
+    let finished = succeed(&folder, "study grey.toml --budget 3s -q -o out");
+    assert!(
+        finished.stdout.contains("has no noise in this scene"),
+        "{}",
+        finished.stdout
+    );
+    stands_alone(&read(&folder, "out/study.html"));
 }

@@ -61,13 +61,13 @@ pub fn builds(
         .into_iter()
         .flat_map(|t| pools.iter().map(move |p| (t, p)));
     let pairs: Vec<(&Target, &ThreadPool)> = pairs.collect();
-    let mut outcomes: Vec<Vec<Outcome>> = vec![vec![]; pairs.len()];
+    let mut outcomes: Vec<Vec<BuildCost>> = vec![vec![]; pairs.len()];
     let all = (rounds * pairs.len()) as f64;
     for round in 0..rounds {
         for (index, (target, pool)) in pairs.iter().enumerate() {
             let start = Instant::now();
             let accel = build(world, **target, pool)?;
-            outcomes[index].push(Outcome {
+            outcomes[index].push(BuildCost {
                 seconds: start.elapsed().as_secs_f64(),
                 bytes: accel.memory(),
                 nodes: accel.nodes(),
@@ -84,13 +84,13 @@ pub fn builds(
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Outcome {
+struct BuildCost {
     seconds: f64,
     bytes: usize,
     nodes: Option<usize>,
 }
 
-fn report(target: Target, pool: &ThreadPool, outcomes: &[Outcome]) -> BuildReport {
+fn report(target: Target, pool: &ThreadPool, outcomes: &[BuildCost]) -> BuildReport {
     let last = outcomes.last().expect("there is at least one round");
     BuildReport {
         target,

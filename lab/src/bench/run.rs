@@ -21,7 +21,7 @@ use super::trace::{TraceMode, trace};
 use super::work::{self, Work};
 use etendue::Result;
 use etendue::internals::accel::Accel;
-use etendue::internals::film::filter::Filter;
+use etendue::internals::film::filter::{Filter, FilterSampling};
 use etendue::internals::integrator::observer::RayKind;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::scene::Scene;
@@ -170,7 +170,10 @@ impl Bench<'_> {
             scene: prepared.scene,
             filter: Filter::new(&description.film.filter),
             size: description.film.size,
-            settings: RenderSettings::of_scene(description)?.by_name(),
+            settings: RenderSettings {
+                filter_sampling: FilterSampling::Importance,
+                ..RenderSettings::of_scene(description)?.by_name()
+            },
             target,
             accels: vec![],
             load: given.load + (seconds - build).as_secs_f64(),

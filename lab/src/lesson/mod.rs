@@ -19,6 +19,7 @@ mod hemisphere;
 mod importance;
 mod ladder;
 mod lesson_scene;
+mod lights;
 pub mod number;
 pub mod page;
 mod pdf_cdf;
@@ -29,6 +30,7 @@ mod roulette;
 mod stratified;
 pub mod topic;
 mod uniform;
+mod window;
 
 use etendue::{Error, Result};
 use page::Page;
@@ -47,7 +49,9 @@ pub const TOPICS: &[Topic] = &[
     importance::TOPIC,
     stratified::TOPIC,
     roulette::TOPIC,
+    window::TOPIC,
     direct::TOPIC,
+    lights::TOPIC,
     ladder::TOPIC,
 ];
 

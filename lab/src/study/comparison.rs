@@ -14,7 +14,7 @@
 use crate::study::difference::{Difference, Estimate, MeanDifference, family_p_value, sidak};
 use etendue::internals::film::batches::BATCHES;
 use etendue::internals::image::metrics::{self, TileError};
-use etendue::internals::image::tiles::Tile;
+use etendue::internals::image::tiles::ImageTile;
 use etendue::internals::image::{LayeredImage, MetadataValue};
 use etendue::{Error, Result};
 use serde::Serialize;
@@ -103,7 +103,7 @@ pub struct ChannelTest {
 pub struct TileTest {
     /// The tile.
     #[serde(flatten)]
-    pub tile: Tile,
+    pub tile: ImageTile,
     /// 0 is red, 1 green, 2 blue.
     pub channel: usize,
     /// The test.
@@ -137,7 +137,7 @@ pub fn bias_test(
     let (width, height) = (image.image.width(), image.image.height());
     let mut whole = [Difference::default(); 3];
     let mut tiles = Vec::new();
-    for tile in Tile::all(width, height, side) {
+    for tile in ImageTile::all(width, height, side) {
         let differences = tile_differences(&sides, tile, width);
         for (c, difference) in differences.into_iter().enumerate() {
             whole[c] = whole[c].merge(difference);
@@ -156,7 +156,7 @@ pub fn bias_test(
 }
 
 /// The sums over the pixels of a tile that neither image flags.
-fn tile_differences(sides: &[Bars; 2], tile: Tile, width: u32) -> [Difference; 3] {
+fn tile_differences(sides: &[Bars; 2], tile: ImageTile, width: u32) -> [Difference; 3] {
     // The degrees of freedom of the pixel's own batches: variance that neighbours add to a pixel is missing from their
     // own.
     let freedom = (BATCHES - 1) as f64;

@@ -62,7 +62,7 @@ impl Study<'_> {
             }
             let variant = &self.settings.variants[index];
             let seed = seed_for(self.settings.seed, Purpose::Paths, [index as u64, 0, 0]);
-            let shares = path_shares(self.prepared, variant, references, spp, seed);
+            let shares = path_shares(&self.prepared, variant, references, spp, seed);
             self.report.variants[index].paths = shares;
         }
     }
@@ -81,7 +81,7 @@ impl Study<'_> {
         }
         let seed = |round| seed_for(self.settings.seed, Purpose::Bounces, [round, 0, 0]);
         let seeds: Vec<u64> = (0..BOUNCE_ROUNDS).map(seed).collect();
-        let costs = bounce_costs(self.prepared, variant, spp, &seeds, watch)?;
+        let costs = bounce_costs(&self.prepared, variant, spp, &seeds, watch)?;
         let is_whole = costs.is_some();
         self.report.variants[0].bounces = costs.unwrap_or_default();
         Ok(is_whole.then_some(()))
@@ -89,7 +89,10 @@ impl Study<'_> {
 
     /// Measures the cost of each effect of the scene.
     fn effects(&mut self, laws: &[TimeLaw], seconds: f64, watch: &Watch<'_>) -> Result<Option<()>> {
-        let plan = Plan::new(self.description, self.prepared.scene(self.settings.options));
+        let plan = Plan::new(
+            &self.description,
+            self.prepared.scene(self.settings.options),
+        );
         let renders = 2 * (plan.on().count() as u64 + 1) * (EFFECT_ROUNDS + 1);
         let builds = self
             .prepared
@@ -112,7 +115,7 @@ impl Study<'_> {
             spp,
             rounds: EFFECT_ROUNDS,
         };
-        let costs = effect_costs(self.description, &plan, &settings, watch, |_| {})?;
+        let costs = effect_costs(&self.description, &plan, &settings, watch, |_| {})?;
         let is_whole = costs.is_some();
         let effects = costs.map(|costs| costs.effects).unwrap_or_default();
         let share = |cost: EffectCost| EffectShare {

@@ -101,7 +101,7 @@ pub fn effect_costs(
 
 /// The result of one render.
 #[derive(Debug, Clone, Copy)]
-struct Outcome {
+struct RenderCost {
     seconds: f64,
     luminance: f64,
 }
@@ -116,7 +116,7 @@ struct Bench<'a> {
 
 impl Bench<'_> {
     /// Renders the scene and another one in turn; `None` if cancelled.
-    fn pairs(&self, other: &Scene, kernel: Option<Kernel>) -> Result<Option<Vec<[Outcome; 2]>>> {
+    fn pairs(&self, other: &Scene, kernel: Option<Kernel>) -> Result<Option<Vec<[RenderCost; 2]>>> {
         let mut pairs = Vec::new();
         // The first round warms up the caches and is discarded.
         for round in 0..=self.settings.rounds {
@@ -133,7 +133,12 @@ impl Bench<'_> {
         Ok(Some(pairs))
     }
 
-    fn outcome(&self, scene: &Scene, kernel: Option<Kernel>, seed: u64) -> Result<Option<Outcome>> {
+    fn outcome(
+        &self,
+        scene: &Scene,
+        kernel: Option<Kernel>,
+        seed: u64,
+    ) -> Result<Option<RenderCost>> {
         let settings = RenderSettings {
             seed,
             kernel,
@@ -142,15 +147,15 @@ impl Bench<'_> {
         };
         let rendered = render(scene, self.filter, self.size, &settings, self.observer)?;
         let mean = rendered.film.mean().map(|x| x as f32);
-        Ok((!rendered.cancelled).then(|| Outcome {
+        Ok((!rendered.cancelled).then(|| RenderCost {
             seconds: rendered.elapsed.as_secs_f64(),
             luminance: f64::from(<Rgb>::from(mean).luminance()),
         }))
     }
 }
 
-fn cost(effect: Effect, pairs: &[[Outcome; 2]]) -> EffectCost {
-    let share = |value: fn(&Outcome) -> f64| {
+fn cost(effect: Effect, pairs: &[[RenderCost; 2]]) -> EffectCost {
+    let share = |value: fn(&RenderCost) -> f64| {
         let shares = pairs
             .iter()
             .map(move |[with, without]| 1.0 - value(without) / value(with));

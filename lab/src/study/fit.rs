@@ -1,8 +1,8 @@
-//! Laws fitted to measured points: time by samples, error by time, and the time at which the error falls below a limit.
+//! Lines fitted to measured points: time by samples, error by samples, and the samples at which the error falls below a
+//! limit.
 //!
 //! Measure: seconds, samples per pixel, relMSE.
-//! Range: at least two levels of samples for a law, three for a test of its fit. Nothing is extrapolated: an error that was
-//! not reached has no time.
+//! Range: at least two levels of samples for a line, three for a test of its fit. `law.rs` extrapolates.
 //! Source: weighted least squares; intervals by the bootstrap over renders within each level. Tested below.
 
 use super::bootstrap::{Dealer, REPLICAS, Ranged};
@@ -75,10 +75,10 @@ pub struct Slope {
 /// Error levels, with bootstrap replicas of their mean errors.
 #[derive(Debug, Clone)]
 pub struct Curve {
-    spp: Vec<f64>,
-    groups: Vec<Vec<f64>>,
-    means: Vec<f64>,
-    replicas: Vec<Vec<f64>>,
+    pub(super) spp: Vec<f64>,
+    pub(super) groups: Vec<Vec<f64>>,
+    pub(super) means: Vec<f64>,
+    pub(super) replicas: Vec<Vec<f64>>,
 }
 
 impl Curve {
@@ -112,26 +112,34 @@ impl Curve {
 
     /// The slope over samples per pixel, to which time is proportional except for the start.
     pub fn slope(&self) -> Option<Slope> {
-        let [a, b] = self.line(&self.means)?;
-        let slopes = self.replicas.iter().filter_map(|means| self.line(means));
+        let [a, b] = self.line(&self.means, 0)?;
+        let slopes = self.replicas.iter().filter_map(|means| self.line(means, 0));
         Some(Slope {
             b: Ranged::of(b, slopes.map(|[_, b]| b)),
             a,
-            lack_of_fit: self.lack_of_fit([a, b]),
+            lack_of_fit: self.lack_of_fit([a, b], 0),
         })
     }
 
-    /// Fits a and b to these means, weighted by their numbers of renders.
-    fn line(&self, means: &[f64]) -> Option<[f64; 2]> {
+    /// Number of levels.
+    pub fn len(&self) -> usize {
+        self.spp.len()
+    }
+
+    /// Whether there are no levels.
+    pub fn is_empty(&self) -> bool {
+        self.spp.is_empty()
+    }
+
+    /// Fits a and b to the means of the levels from `first` on, weighted by their numbers of renders.
+    pub(super) fn line(&self, means: &[f64], first: usize) -> Option<[f64; 2]> {
         let mut sums = [0.0; 5];
         let mut levels = 0;
-        for ((spp, group), &mean) in self.spp.iter().zip(&self.groups).zip(means) {
-            // A mean that is 0 or less by chance has no logarithm.
-            if mean <= 0.0 {
-                continue;
-            }
+        // A mean that is 0 or less by chance has no logarithm.
+        for index in (first..self.len()).filter(|&index| means[index] > 0.0) {
             levels += 1;
-            let (w, x, y) = (group.len() as f64, spp.ln(), mean.ln());
+            let weight = self.groups[index].len() as f64;
+            let (w, x, y) = (weight, self.spp[index].ln(), means[index].ln());
             for (sum, term) in sums.iter_mut().zip([1.0, x, y, x * x, x * y]) {
                 *sum += w * term;
             }
@@ -142,12 +150,10 @@ impl Curve {
     }
 
     /// The F-test of the distances from the line against the variance of renders within the levels.
-    fn lack_of_fit(&self, [a, b]: [f64; 2]) -> Option<f64> {
+    pub(super) fn lack_of_fit(&self, [a, b]: [f64; 2], first: usize) -> Option<f64> {
         let (mut off, mut within, mut freedom, mut levels) = (0.0, 0.0, 0.0, 0.0);
-        for ((spp, group), &mean) in self.spp.iter().zip(&self.groups).zip(&self.means) {
-            if mean <= 0.0 {
-                continue;
-            }
+        for index in (first..self.len()).filter(|&index| self.means[index] > 0.0) {
+            let (spp, group, mean) = (self.spp[index], &self.groups[index], self.means[index]);
             let moments = Moments::of(group.iter().copied());
             let count = group.len() as f64;
             off += count * (mean.ln() - a + b * spp.ln()).powi(2);
@@ -161,26 +167,9 @@ impl Curve {
         f.is_finite().then(|| law.sf(f))
     }
 
-    /// The samples per pixel from which on the error stays below `rel_mse`; see [`Reached`].
-    pub fn reached(&self, rel_mse: f64) -> Reached {
-        let value = self.crossing(&self.means, rel_mse);
-        let replicas = self.replicas.iter();
-        let replicas = replicas.map(|means| self.crossing(means, rel_mse));
-        let range = Ranged::of(value, replicas);
-        let longest = self.spp.last().copied().unwrap_or(f64::NAN);
-        let least = self.spp.first().copied().unwrap_or(f64::NAN);
-        if value.is_infinite() {
-            Reached::Beyond(longest)
-        } else if value == 0.0 {
-            Reached::Within(least)
-        } else {
-            Reached::At(range)
-        }
-    }
-
     /// The last crossing of `rel_mse`: 0 before the first level, infinite after the last; interpolated between two
     /// levels by a power law.
-    fn crossing(&self, means: &[f64], rel_mse: f64) -> f64 {
+    pub(super) fn crossing(&self, means: &[f64], rel_mse: f64) -> f64 {
         let above = means.iter().rposition(|&mean| mean >= rel_mse);
         match above {
             None if means.is_empty() => f64::INFINITY,
@@ -192,40 +181,6 @@ impl Curve {
                 let [e0, e1] = [means[i].ln(), means[i + 1].max(f64::MIN_POSITIVE).ln()];
                 (n0 + (n1 - n0) * (e0 - rel_mse.ln()) / (e0 - e1)).exp()
             }
-        }
-    }
-
-    /// The level with the most samples: its samples per pixel, its mean error and the replicas of that.
-    pub fn last(&self) -> Option<(f64, f64, Vec<f64>)> {
-        let index = self.spp.len().checked_sub(1)?;
-        let replicas = self.replicas.iter().map(|means| means[index]).collect();
-        Some((self.spp[index], self.means[index], replicas))
-    }
-}
-
-/// The number of samples, or the time, at which an error is reached.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Reached {
-    /// Between two levels.
-    At(Ranged),
-    /// Before the first level, which is this.
-    Within(f64),
-    /// Not even at the last level, which is this.
-    Beyond(f64),
-}
-
-impl Reached {
-    /// This result in other units.
-    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        match self {
-            Self::At(range) => Self::At(Ranged {
-                value: f(range.value),
-                low: f(range.low),
-                high: f(range.high),
-            }),
-            Self::Within(x) => Self::Within(f(x)),
-            Self::Beyond(x) => Self::Beyond(f(x)),
         }
     }
 }
@@ -319,23 +274,19 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_reached_between_levels_and_never_beyond() {
+    fn errors_are_reached_between_levels() {
         let level = |spp: f64, mean: f64| ErrorLevel {
             spp,
             errors: vec![mean * 0.9, mean, mean * 1.1],
         };
         let curve = Curve::new(&[level(1.0, 1e-1), level(4.0, 1e-2), level(16.0, 4e-3)], 1);
-        let Reached::At(at) = curve.reached(10_f64.powf(-1.5)) else {
-            panic!("between the first two");
-        };
+        let crossing = |curve: &Curve, rel_mse| curve.crossing(&curve.means, rel_mse);
         // Half way on logarithmic axes.
-        assert!((at.value - 2.0).abs() < 1e-9 && at.holds(2.0), "{at:?}");
-        assert!(at.low > 1.7 && at.high < 2.4, "{at:?}");
-        assert_eq!(curve.reached(1e-3), Reached::Beyond(16.0));
-        assert_eq!(curve.reached(0.5), Reached::Within(1.0));
-        assert_eq!(curve.reached(0.5).map(|n| 2.0 * n), Reached::Within(2.0));
+        assert!((crossing(&curve, 10_f64.powf(-1.5)) - 2.0).abs() < 1e-9);
+        assert_eq!(crossing(&curve, 1e-3), f64::INFINITY);
+        assert_eq!(crossing(&curve, 0.5), 0.0);
         // The last crossing counts: an error that rises again was low by chance.
         let rises = Curve::new(&[level(1.0, 1e-1), level(4.0, 1e-3), level(16.0, 4e-3)], 1);
-        assert_eq!(rises.reached(2e-3), Reached::Beyond(16.0));
+        assert_eq!(crossing(&rises, 2e-3), f64::INFINITY);
     }
 }

@@ -1,24 +1,28 @@
-//! The part of a study that makes and tests images: tiles, error bars, and the variants at equal time and at equal
-//! error.
+//! The part of a study that selects and tests images: tiles, error bars, the variants after certain times, examples of
+//! certain errors.
 //!
 //! Measure: as in the report.
 //! Range: a study whose levels are rendered.
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
 use super::bars::reliability;
-use super::fit::Reached;
-use super::pictures::{Shown, relative_standard_errors};
+use super::pictures::{AtTime, EXAMPLES, Shown, TIMES, relative_standard_errors};
 use super::reference::References;
-use super::report::VariantStudy;
+use super::report::LevelReport;
 use super::run::Study;
 use super::runner::{Purpose, Runner, seed_for};
 use super::settings::Watch;
-use super::summary::{curve, time_law};
+use super::summary::{Summary, summaries};
 use super::tiles;
 use etendue::Result;
 use etendue::internals::film::batches::BATCHES;
 use etendue::internals::image::metrics::signed_errors;
+use etendue::internals::render::CONFIDENCE;
+use etendue::internals::render::convergence::Look;
 use etendue::internals::render::settings::RenderSettings;
+
+/// The largest ratio between the error of an example and the one that it stands for.
+const SIMILAR: f64 = 1.5;
 
 /// Each step returns `None` if the study was cancelled.
 impl Study<'_> {
@@ -51,6 +55,11 @@ impl Study<'_> {
             let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
                 return Ok(None);
             };
+            let look = shot
+                .film
+                .error(CONFIDENCE)
+                .filter(|error| error.doubt.is_none());
+            self.report.variants[index].look = look.map(|error| Look::new(spp as f64, &error));
             if let Some((report, errors)) = reliability(&shot.film, spp, references) {
                 self.report.variants[index].bars = Some(report);
                 let errors = relative_standard_errors(references, &errors);
@@ -60,72 +69,77 @@ impl Study<'_> {
         Ok(Some(()))
     }
 
-    /// Renders the variants at equal time and at equal error.
-    pub(super) fn pictures(
-        &mut self,
-        references: &References,
-        watch: &Watch<'_>,
-    ) -> Result<Option<()>> {
-        let known = |study: &VariantStudy| {
-            let law = time_law(&study.levels)?;
-            let curve = curve(&study.levels, 0);
-            let (spp, mse, _) = curve.last()?;
-            Some((law, curve, spp, mse))
-        };
-        let known: Vec<_> = self.report.variants.iter().map(known).collect();
-        let all = || known.iter().flatten();
-        let seconds = all()
-            .map(|(law, _, spp, _)| law.at(*spp))
-            .fold(f64::INFINITY, f64::min);
-        let error = all().map(|(.., mse)| *mse).fold(0.0, f64::max);
-        for (index, known) in known.iter().enumerate() {
-            let Some((law, curve, longest, _)) = known else {
-                continue;
-            };
-            let in_time = ((seconds - law.start) / law.sample).round().max(1.0);
-            let at_error = match curve.reached(error) {
-                Reached::At(spp) => spp.value.round().max(1.0),
-                Reached::Within(_) => 1.0,
-                Reached::Beyond(_) => *longest,
-            };
-            for (kind, spp) in [in_time, at_error].into_iter().enumerate() {
-                let Some(shown) = self.shown(index, kind as u64, spp as u64, references, watch)?
-                else {
-                    return Ok(None);
+    /// Selects the images to be shown among those of the levels.
+    pub(super) fn pictures(&mut self, references: &References, runner: &Runner<'_>) -> Result<()> {
+        let found = summaries(&self.report);
+        let mut before: Vec<Option<usize>> = Vec::new();
+        for seconds in TIMES {
+            let nearest = |(index, summary): &(usize, Summary)| {
+                let off = |level: &LevelReport| {
+                    let time = summary.own_time.at(level.spp as f64);
+                    (time / seconds).ln().abs()
                 };
-                let pictures = &mut self.report.pictures;
-                match kind {
-                    0 => pictures.equal_time.push(shown),
-                    _ => pictures.equal_error.push(shown),
-                }
+                self.nearest(*index, off)
+            };
+            let levels: Vec<Option<usize>> = found.iter().map(nearest).collect();
+            if levels != before {
+                let pairs = found.iter().zip(&levels);
+                let pairs = pairs.filter_map(|((index, _), level)| Some((*index, (*level)?)));
+                let shown = pairs.map(|pair| self.shown(pair, references, runner));
+                let shown = shown.collect::<Result<Vec<Shown>>>()?;
+                self.report
+                    .pictures
+                    .at_times
+                    .push(AtTime { seconds, shown });
+            }
+            before = levels;
+        }
+        for error in EXAMPLES {
+            let off = |level: &LevelReport| {
+                let mean = level.gram.mse().map_or(f64::NAN, |mse| mse.value);
+                (0.5 * mean.ln() - error.ln()).abs()
+            };
+            let right = found.iter().filter(|(_, summary)| !summary.bias.is_found);
+            let candidates = right.filter_map(|(index, _)| {
+                let level = self.nearest(*index, off)?;
+                Some((
+                    off(&self.report.variants[*index].levels[level]),
+                    (*index, level),
+                ))
+            });
+            let best = candidates.min_by(|a, b| a.0.total_cmp(&b.0));
+            if let Some((_, pair)) = best.filter(|(off, _)| *off < SIMILAR.ln()) {
+                let shown = self.shown(pair, references, runner)?;
+                self.report.pictures.examples.push(shown);
             }
         }
-        Ok(Some(()))
+        Ok(())
     }
 
+    /// The level of a variant for which `off` is least, among those with renders.
+    fn nearest(&self, variant: usize, off: impl Fn(&LevelReport) -> f64) -> Option<usize> {
+        let levels = self.report.variants[variant].levels.iter().enumerate();
+        let rendered = levels.filter(|(_, level)| !level.runs.is_empty());
+        let nearest = rendered.min_by(|(_, a), (_, b)| off(a).total_cmp(&off(b)));
+        nearest.map(|(index, _)| index)
+    }
+
+    /// The first image of a level.
     fn shown(
         &self,
-        index: usize,
-        kind: u64,
-        spp: u64,
+        (variant, level): (usize, usize),
         references: &References,
-        watch: &Watch<'_>,
-    ) -> Result<Option<Shown>> {
-        let variant = &self.settings.variants[index];
-        let place = [index as u64, kind, 0];
-        let seed = seed_for(self.settings.seed, Purpose::Picture, place);
-        let settings = self.prepared.settings(variant, spp, seed);
-        let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
-            return Ok(None);
-        };
-        let image = shot.film.develop();
-        Ok(Some(Shown {
-            variant: index,
-            spp,
-            seconds: shot.seconds.wall,
-            rel_mse: references.rel_mse(&image)[0],
-            errors: signed_errors(&image, references.mean())?,
-            image,
-        }))
+        runner: &Runner<'_>,
+    ) -> Result<Shown> {
+        let image = &runner.images[variant][level][0];
+        let level = &self.report.variants[variant].levels[level];
+        Ok(Shown {
+            variant,
+            spp: level.spp,
+            seconds: level.runs[0].seconds.wall,
+            rel_mse: level.runs[0].rel_mse,
+            errors: signed_errors(image, references.mean())?,
+            image: image.clone(),
+        })
     }
 }

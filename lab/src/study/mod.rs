@@ -1,25 +1,33 @@
 //! Statistics of renders: the difference of two, the error against time of many, the cost of an effect.
 
+pub mod answer;
 pub mod bars;
+pub mod bias;
 pub mod bootstrap;
 pub mod clock;
 pub mod comparison;
 pub mod costs;
+pub mod covariance;
+pub mod culprits;
 mod difference;
 pub mod effect_cost;
 pub mod fit;
 pub mod gram;
 mod images;
+pub mod law;
 pub mod lengths;
 pub mod pictures;
+mod planning;
 pub mod prepared_scene;
 pub mod reference;
 pub mod report;
 pub mod run;
 pub mod runner;
+pub mod scaling;
 pub mod schedule;
 pub mod settings;
 pub mod summary;
+mod thread_gain;
 pub mod tiles;
 pub mod variance;
 pub mod variant;

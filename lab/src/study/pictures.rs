@@ -1,4 +1,4 @@
-//! Images of a study: the variants at equal time and at equal error, and their errors.
+//! Images of a study: the variants after certain times, examples of certain errors, and the errors of pixels.
 //!
 //! Measure: radiance; relative errors as in relMSE, signed.
 //! Range: images of the study's size.
@@ -13,12 +13,27 @@ use etendue::internals::math::rgb::Rgb;
 pub struct Pictures {
     /// The mean of both references.
     pub reference: Option<Image>,
-    /// The variants at equal time: that of the quickest of their longest renders.
-    pub equal_time: Vec<Shown>,
-    /// The variants at equal error: the least error that all of them reached.
-    pub equal_error: Vec<Shown>,
+    /// The variants after certain times.
+    pub at_times: Vec<AtTime>,
+    /// Images with about the errors of [`EXAMPLES`], by any variant without bias, as far as there are any.
+    pub examples: Vec<Shown>,
     /// The relative standard error of each pixel, by variant.
     pub standard_errors: Vec<(usize, Vec<f64>)>,
+}
+
+/// The seconds after which images are shown.
+pub const TIMES: [f64; 3] = [10.0, 60.0, 600.0];
+
+/// Roots of relMSE of which examples are shown.
+pub const EXAMPLES: [f64; 3] = [0.1, 0.03, 0.01];
+
+/// One image of each variant, of the level that takes nearly a certain time.
+#[derive(Debug, Clone)]
+pub struct AtTime {
+    /// That time in seconds, at the scene's own size.
+    pub seconds: f64,
+    /// The images.
+    pub shown: Vec<Shown>,
 }
 
 /// An image with its error.

@@ -105,6 +105,19 @@ impl PreparedScene {
         }
     }
 
+    /// This scene on a film of another size; nothing is built again.
+    pub fn on_film(&self, size: (u32, u32)) -> Self {
+        let scenes = self.scenes.iter();
+        let scenes = scenes.map(|(options, scene)| (*options, scene.on_film(self.size, size)));
+        Self {
+            filter: self.filter.clone(),
+            size,
+            scenes: scenes.collect(),
+            notes: self.notes.clone(),
+            builds: self.builds.clone(),
+        }
+    }
+
     /// Renders a variant; `None` if it was cancelled.
     ///
     /// # Errors

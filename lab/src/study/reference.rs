@@ -12,6 +12,11 @@
 
 use etendue::internals::image::Image;
 use etendue::internals::image::metrics::trimmed_mean;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Number of pixels that one thread sums at a time.
+const PART: usize = 8192;
 
 /// Two references, and the weights that make errors relative.
 #[derive(Debug, Clone)]
@@ -63,13 +68,19 @@ impl References {
 
     /// The mean of w (a - R1)(b - R2).
     pub fn product(&self, a: &Image, b: &Image) -> f64 {
-        let sum: f64 = self.products(a, b).flatten().sum();
-        sum / (3 * self.weights.len()) as f64
+        let count = self.weights.len();
+        // Parts of a fixed size, so that the sum does not depend on the number of threads.
+        let of_part = |part: usize| -> f64 {
+            let pixels = part * PART..((part + 1) * PART).min(count);
+            self.products(a, b, pixels).flatten().sum()
+        };
+        let parts = (0..count.div_ceil(PART)).into_par_iter().map(of_part);
+        parts.collect::<Vec<f64>>().iter().sum::<f64>() / (3 * count) as f64
     }
 
     /// The relMSE of a render, and its mean without the largest 0.1 % of all pixels, which include the outliers.
     pub fn rel_mse(&self, image: &Image) -> [f64; 2] {
-        let pixels = self.products(image, image);
+        let pixels = self.products(image, image, 0..self.weights.len());
         let pixels: Vec<f64> = pixels.map(|p| p.iter().sum::<f64>() / 3.0).collect();
         let all = pixels.iter().sum::<f64>() / pixels.len() as f64;
         [all, trimmed_mean(pixels)]
@@ -121,10 +132,15 @@ impl References {
         pairs.map(of_pixel).collect()
     }
 
-    fn products(&self, a: &Image, b: &Image) -> impl Iterator<Item = [f64; 3]> {
-        let (a, b) = (a.pixels().iter(), b.pixels().iter());
-        let references = self.one.pixels().iter().zip(self.two.pixels());
-        let all = a.zip(b).zip(references).zip(&self.weights);
+    fn products<'a>(
+        &'a self,
+        a: &'a Image,
+        b: &'a Image,
+        pixels: Range<usize>,
+    ) -> impl Iterator<Item = [f64; 3]> + 'a {
+        let images = [a, b, &self.one, &self.two];
+        let [a, b, one, two] = images.map(|image| image.pixels()[pixels.clone()].iter());
+        let all = a.zip(b).zip(one.zip(two)).zip(&self.weights[pixels]);
         all.map(|(((a, b), (r1, r2)), w)| {
             let [a, b, r1, r2] = [a, b, r1, r2].map(|pixel| pixel.to_array().map(f64::from));
             std::array::from_fn(|c| w[c] * (a[c] - r1[c]) * (b[c] - r2[c]))

@@ -11,10 +11,12 @@ use super::gram::Gram;
 use super::lengths::BounceCost;
 use super::pictures::Pictures;
 use super::reference::ReferenceNoise;
+use super::scaling::Scaling;
 use super::schedule::Schedule;
 use super::variance::PathShares;
 use super::variant::VariantReport;
 use etendue::internals::math::stats::Spread;
+use etendue::internals::render::convergence::Look;
 use serde::Serialize;
 
 /// The report of a whole study.
@@ -46,6 +48,8 @@ pub struct StudyReport {
     pub reference: Option<ReferenceReport>,
     /// The variants.
     pub variants: Vec<VariantStudy>,
+    /// The time on another number of processors.
+    pub scaling: Option<Scaling>,
     /// The cost of each effect of the scene.
     pub effects: Vec<EffectShare>,
     /// Images, which are not part of the JSON.
@@ -81,6 +85,8 @@ pub struct VariantStudy {
     pub variant: VariantReport,
     /// Seconds by samples, from the warm-up; [`super::summary`] fits all renders.
     pub warm_up: TimeLaw,
+    /// Seconds by samples at the scene's own size, if another size was studied and this was measured.
+    pub own_size: Option<TimeLaw>,
     /// Seconds of building its structure.
     pub build: f64,
     /// Levels from few samples to many.
@@ -89,6 +95,8 @@ pub struct VariantStudy {
     pub repeated: usize,
     /// Number of renders whose repetition was disturbed, too, or that could not be repeated for lack of time.
     pub disturbed: usize,
+    /// The error as a render estimates it, from which the certainty follows that `--error` asks for.
+    pub look: Option<Look>,
     /// The reliability of its error bars.
     pub bars: Option<BarsReport>,
     /// The p-value of each tile's mean against that of the references.

@@ -9,7 +9,7 @@
 use super::fit::TimeLaw;
 use super::prepared_scene::{PreparedScene, Shot};
 use super::reference::References;
-use super::report::{LevelReport, ReferenceReport, StudyReport, VariantStudy};
+use super::report::{ReferenceReport, StudyReport, VariantStudy};
 use super::runner::{Ended, Purpose, Runner, luminance, seed_for};
 use super::schedule::{ANATOMY, Schedule};
 use super::settings::{StudyObserver, StudySettings, Watch};
@@ -17,15 +17,10 @@ use super::variant::Variant;
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
 use etendue::{Error, Result};
-use std::time::Duration;
+use std::rc::Rc;
 
-/// Maximum number of bytes of images that are kept.
-const MOST_MEMORY: u64 = 4 << 30;
-
-/// The share of the budget for measuring the cost of renders, and its maximum in seconds, over all variants.
-const WARM_UP: (f64, f64) = (0.04, 8.0);
-
-/// Studies the scene in the size of its description; `full_size` is the size in the scene file.
+/// Studies the scene in the size of its description, or in a smaller one if the settings allow it; `full_size` is the
+/// size in the scene file.
 ///
 /// # Errors
 /// A budget too small, a scene that is black or not valid, or a render that fails.
@@ -40,10 +35,10 @@ pub fn run(
     let options = settings.variants.iter().map(|variant| variant.options);
     let prepared = PreparedScene::new(description, [settings.options].into_iter().chain(options))?;
     let mut study = Study {
-        description,
+        description: description.clone(),
         settings,
-        prepared: &prepared,
         report: blank(description, full_size, settings, &prepared),
+        prepared: Rc::new(prepared),
     };
     let finished = study.all(&mut watch)?;
     study.report.complete = finished.is_some();
@@ -65,6 +60,7 @@ fn blank(
             start: f64::NAN,
             sample: f64::NAN,
         },
+        own_size: None,
         build: prepared
             .builds
             .iter()
@@ -73,6 +69,7 @@ fn blank(
         levels: Vec::new(),
         repeated: 0,
         disturbed: 0,
+        look: None,
         bars: None,
         tile_p_values: Vec::new(),
         paths: None,
@@ -99,19 +96,22 @@ fn blank(
 
 /// A running study. Each step returns `None` if it was cancelled.
 pub(super) struct Study<'a> {
-    pub(super) description: &'a SceneDescription,
+    pub(super) description: SceneDescription,
     pub(super) settings: &'a StudySettings,
-    pub(super) prepared: &'a PreparedScene,
+    pub(super) prepared: Rc<PreparedScene>,
     pub(super) report: StudyReport,
 }
 
 impl Study<'_> {
     fn all(&mut self, watch: &mut Watch<'_>) -> Result<Option<()>> {
         watch.begin("measuring the cost of renders");
-        let Some((laws, reference_law)) = self.warm_up(watch)? else {
+        let Some((costs, schedule)) = self.plan(watch)? else {
             return Ok(None);
         };
-        let schedule = self.schedule(&laws, reference_law, watch)?;
+        let laws = costs.laws;
+        if self.scaling(&laws, watch)?.is_none() {
+            return Ok(None);
+        }
         watch.begin("rendering two references");
         let Some(references) = self.references(schedule.reference_spp, watch)? else {
             return Ok(None);
@@ -120,15 +120,8 @@ impl Study<'_> {
         let reserve = self.reserve(&laws, &schedule);
         self.report.schedule = Some(schedule.clone());
         watch.begin("rendering all levels in turn");
-        let (settings, prepared) = (self.settings, self.prepared);
-        let mut runner = Runner::new(
-            settings,
-            prepared,
-            watch,
-            &references,
-            &laws,
-            &schedule.doublings,
-        );
+        let (settings, prepared) = (self.settings, Rc::clone(&self.prepared));
+        let mut runner = Runner::new(settings, &prepared, watch, &references, &laws, &schedule);
         let order = seed_for(settings.seed, Purpose::Order, [0; 3]);
         let mut left_out = 0;
         for tasks in schedule.blocks(order) {
@@ -146,10 +139,10 @@ impl Study<'_> {
             ));
         }
         self.tiles(&references, &runner);
+        self.pictures(&references, &runner)?;
         drop(runner);
-        watch.begin("error bars and pictures");
-        let looked = self.bars(&references, watch)?;
-        if looked.is_none() || self.pictures(&references, watch)?.is_none() {
+        watch.begin("error bars");
+        if self.bars(&references, watch)?.is_none() {
             return Ok(None);
         }
         self.tell(watch);
@@ -163,7 +156,7 @@ impl Study<'_> {
     }
 
     /// The variant that renders the references, with Sobol' points where the integrator supports them.
-    fn reference_variant(&self) -> Variant {
+    pub(super) fn reference_variant(&self) -> Variant {
         let settings = RenderSettings {
             integrator: self.settings.reference,
             sampler: SamplerKind::Sobol,
@@ -172,92 +165,6 @@ impl Study<'_> {
             ..RenderSettings::new(self.prepared.size(), 1)
         };
         Variant::new(settings, self.settings.options)
-    }
-
-    /// Measures the cost of each variant and of the reference, in units of the minimum number of samples of each. The
-    /// first render of each warms up the caches and is discarded.
-    fn warm_up(&mut self, watch: &Watch<'_>) -> Result<Option<(Vec<TimeLaw>, TimeLaw)>> {
-        let reference = self.reference_variant();
-        let variants = self.settings.variants.iter().chain([&reference]);
-        let share = WARM_UP.0 * self.settings.budget;
-        let each = share.min(WARM_UP.1) / (self.settings.variants.len() + 1) as f64;
-        let mut laws = Vec::new();
-        for (index, variant) in variants.enumerate() {
-            let mut points = Vec::new();
-            let least = variant.settings.least_samples();
-            let (mut times, mut spent) = (1, 0.0);
-            loop {
-                let number = points.len() as u64;
-                let seed = seed_for(
-                    self.settings.seed,
-                    Purpose::WarmUp,
-                    [index as u64, number, 0],
-                );
-                let settings = self.prepared.settings(variant, times * least, seed);
-                let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
-                    return Ok(None);
-                };
-                points.push([times as f64, shot.seconds.wall]);
-                spent += shot.seconds.wall;
-                // The next render takes about twice as long.
-                if points.len() > 2 && 2.0 * shot.seconds.wall + spent > each {
-                    break;
-                }
-                if points.len() > 1 {
-                    times *= 2;
-                }
-            }
-            let law = TimeLaw::of(&points[1..]).ok_or_else(|| Error::render("no time passed"))?;
-            if let Some(study) = self.report.variants.get_mut(index) {
-                study.warm_up = TimeLaw {
-                    sample: law.sample / least as f64,
-                    ..law
-                };
-            }
-            laws.push(law);
-        }
-        let reference = laws.pop().expect("the reference is the last");
-        Ok(Some((laws, reference)))
-    }
-
-    fn schedule(
-        &mut self,
-        laws: &[TimeLaw],
-        reference: TimeLaw,
-        watch: &Watch<'_>,
-    ) -> Result<Schedule> {
-        let (width, height) = self.prepared.size();
-        let schedule = match &self.settings.schedule {
-            Some(given) => Ok(given.clone()),
-            None => Schedule::fit(laws, reference, watch.left()),
-        };
-        let schedule = schedule.map_err(|enough| {
-            let enough = Duration::from_secs_f64((1.1 * enough + watch.elapsed()).ceil());
-            Error::usage(format!(
-                "a budget of {} s is too small: {} variants of {width} x {height} pixels take at least {} s; give more by --budget, a smaller picture by --size, or vary less",
-                self.settings.budget,
-                laws.len(),
-                enough.as_secs()
-            ))
-        })?;
-        let bytes = schedule.renders() * u64::from(width) * u64::from(height) * 12;
-        if bytes > MOST_MEMORY {
-            return Err(Error::usage(format!(
-                "{} pictures of {width} x {height} pixels take {:.1} GB of memory; give a smaller picture by --size, or a smaller budget",
-                schedule.renders(),
-                bytes as f64 / 1e9
-            )));
-        }
-        let variants = self.report.variants.iter_mut().zip(&self.settings.variants);
-        for ((study, variant), &k) in variants.zip(&schedule.doublings) {
-            let least = variant.settings.least_samples();
-            let level = |level: u32| LevelReport {
-                spp: least << level,
-                ..LevelReport::default()
-            };
-            study.levels = (0..=k).map(level).collect();
-        }
-        Ok(schedule)
     }
 
     fn references(&mut self, spp: u64, watch: &Watch<'_>) -> Result<Option<References>> {
@@ -291,10 +198,11 @@ impl Study<'_> {
         Ok(Some(references))
     }
 
-    /// Seconds that are reserved for the steps after the levels.
+    /// Seconds that are reserved for the steps after the levels: renders with error bars of a quarter of the samples of
+    /// the longest, and the anatomy.
     fn reserve(&self, laws: &[TimeLaw], schedule: &Schedule) -> f64 {
-        let longest = |(law, &k): (&TimeLaw, &u32)| law.at(f64::from(k).exp2());
-        let longest: f64 = laws.iter().zip(&schedule.doublings).map(longest).sum();
-        ANATOMY * self.settings.budget + 2.5 * longest
+        let longest = |(law, seeds): (&TimeLaw, &Vec<u64>)| law.at((seeds.len() as f64).exp2());
+        let longest: f64 = laws.iter().zip(&schedule.seeds).map(longest).sum();
+        ANATOMY * self.settings.budget + 0.2 * longest
     }
 }

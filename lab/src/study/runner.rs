@@ -12,7 +12,7 @@ use super::fit::TimeLaw;
 use super::prepared_scene::{PreparedScene, Shot};
 use super::reference::References;
 use super::report::{RunReport, StudyReport};
-use super::schedule::Task;
+use super::schedule::{Schedule, Task};
 use super::settings::{StudySettings, Watch};
 use etendue::Result;
 use etendue::internals::image::Image;
@@ -38,8 +38,8 @@ pub enum Purpose {
     Level,
     /// Error bars.
     Bars,
-    /// Images to be shown.
-    Picture,
+    /// Measuring the time by the number of threads.
+    Scaling,
     /// Measuring the sources of variance.
     Paths,
     /// Measuring the cost of bounces.
@@ -78,23 +78,23 @@ pub enum Ended {
 }
 
 impl<'a> Runner<'a> {
-    /// A runner for levels up to `doublings` of each variant.
+    /// A runner for the levels of a schedule.
     pub fn new(
         settings: &'a StudySettings,
         prepared: &'a PreparedScene,
         watch: &'a Watch<'a>,
         references: &'a References,
         laws: &'a [TimeLaw],
-        doublings: &[u32],
+        schedule: &Schedule,
     ) -> Self {
-        let levels = |&k: &u32| vec![Vec::new(); k as usize + 1];
+        let levels = |seeds: &Vec<u64>| vec![Vec::new(); seeds.len()];
         Self {
             settings,
             prepared,
             watch,
             references,
             laws,
-            images: doublings.iter().map(levels).collect(),
+            images: schedule.seeds.iter().map(levels).collect(),
             done: 0,
         }
     }

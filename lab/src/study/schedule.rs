@@ -1,11 +1,12 @@
 //! Plans the renders of a study within its budget: samples per pixel, number of seeds, length of the references.
 //!
-//! Every variant gets the same share of the time, so that fast ones reach more samples; time that is not enough for
-//! another doubling goes to the references, which are shared by all.
+//! Every variant gets the same share of the time, so that fast ones reach more samples. Each level of a variant takes
+//! about as long as the others, with the fewest seeds for the longest renders: half of the share measures them, a single
+//! one takes about an eighth to a sixteenth. Time that is not enough for another doubling goes to the references, which
+//! are shared by all.
 //!
 //! Measure: seconds, samples per pixel.
-//! Range: a budget for at least three levels of samples with four seeds each; for a smaller one, the result is a
-//! sufficient budget.
+//! Range: a budget for at least three levels of samples; for a smaller one, the result is a sufficient budget.
 //! Source: docs/accuracy.md, "The study"; randomised blocks by Fisher 1935. Tested below.
 
 use super::bootstrap::Dealer;
@@ -13,25 +14,26 @@ use super::fit::TimeLaw;
 use serde::Serialize;
 
 /// The minimum share of the time for both references.
-const REFERENCES: f64 = 0.33;
+const REFERENCES: f64 = 0.27;
 
 /// The maximum share for all levels of all variants.
-const LEVELS: f64 = 0.40;
+const LEVELS: f64 = 0.55;
 
 /// The share for measuring the sources of time and variance.
-pub const ANATOMY: f64 = 0.10;
+pub const ANATOMY: f64 = 0.08;
 
-/// Numbers of seeds of each level, with the minimum number of doublings for which they are used, the best first.
-const SEEDS: [(u64, u32); 3] = [(16, 4), (8, 3), (4, 2)];
+/// The share for measuring the gain by threads, if it was requested.
+pub const SCALING: f64 = 0.03;
 
-/// The minimum number of seeds for an estimate of the spread.
-const FEWEST_SEEDS: u64 = 4;
+/// Numbers of seeds of the levels, from the longest renders on: the last number is that of all shorter ones. With the
+/// first list levels take the same time; the second reaches longer renders within the same share.
+const SEEDS: [&[u64]; 2] = [&[4, 8, 16], &[4, 4, 4, 6, 8, 12, 16]];
 
-/// The maximum number of doublings.
-const MOST_DOUBLINGS: u32 = 20;
+/// The number of blocks: the largest number of seeds.
+const BLOCKS: u64 = 16;
 
-/// The minimum ratio of the samples of a reference to those of the longest render that is compared with it.
-const REFERENCE_OVER_LEVEL: u64 = 4;
+/// The minimum and maximum number of doublings.
+const DOUBLINGS: [u32; 2] = [2, 24];
 
 /// The minimum number of samples of a reference.
 const LEAST_REFERENCE: u64 = 64;
@@ -42,12 +44,9 @@ pub struct Schedule {
     /// Samples per pixel of each of the two references, in units of the minimum number for their integrator: 16 for
     /// `mlt`, else 1.
     pub reference_spp: u64,
-    /// Number of seeds of each level.
-    pub seeds: u64,
-    /// Number of seeds of the last level of each variant.
-    pub last_seeds: u64,
-    /// The last level k of each variant: its levels have 1, 2, 4 ... 2^k samples per pixel, in units of its minimum.
-    pub doublings: Vec<u32>,
+    /// Number of seeds of each level of each variant. Its levels have 1, 2, 4 ... samples per pixel, in units of its
+    /// minimum.
+    pub seeds: Vec<Vec<u64>>,
 }
 
 /// One render of a schedule.
@@ -65,77 +64,77 @@ impl Schedule {
     /// The best schedule for variants of these costs, or the seconds that would be enough for the smallest one.
     pub fn fit(costs: &[TimeLaw], reference: TimeLaw, seconds: f64) -> Result<Self, f64> {
         let share = LEVELS * seconds / costs.len() as f64;
-        let most_spp = reference_spp(reference, REFERENCES * seconds / 2.0);
-        for (seeds, least) in SEEDS {
-            let doublings: Option<Vec<u32>> = costs
-                .iter()
-                .map(|&cost| {
-                    (least..=MOST_DOUBLINGS)
-                        .take_while(|&k| {
-                            levels_time(cost, seeds, k) <= share
-                                && REFERENCE_OVER_LEVEL << k <= most_spp
-                        })
-                        .last()
-                })
-                .collect();
-            let Some(doublings) = doublings.filter(|_| most_spp >= LEAST_REFERENCE) else {
-                continue;
-            };
-            let used: f64 = costs
-                .iter()
-                .zip(&doublings)
-                .map(|(&cost, &k)| levels_time(cost, seeds, k))
-                .sum();
-            let left = LEVELS * seconds - used + REFERENCES * seconds;
-            return Ok(Self {
-                reference_spp: reference_spp(reference, left / 2.0),
-                seeds,
-                last_seeds: last_seeds(seeds),
-                doublings,
-            });
-        }
-        Err(enough(costs, reference))
+        let seeds: Option<Vec<Vec<u64>>> = costs.iter().map(|&it| levels(it, share)).collect();
+        let least = reference_spp(reference, REFERENCES * seconds / 2.0);
+        let Some(seeds) = seeds.filter(|_| least >= LEAST_REFERENCE) else {
+            return Err(enough(costs, reference));
+        };
+        let used = costs.iter().zip(&seeds).map(|(&it, seeds)| time(it, seeds));
+        let left = LEVELS * seconds - used.sum::<f64>() + REFERENCES * seconds;
+        Ok(Self {
+            reference_spp: reference_spp(reference, left / 2.0),
+            seeds,
+        })
     }
 
-    /// All renders except the references: blocks with the same renders each, with separate seeds and in a random order.
-    /// An end at any time thus leaves as many of each, and a machine that becomes slower affects all of them.
+    /// The least number of doublings of a variant.
+    pub fn least_doublings(&self) -> usize {
+        let doublings = self.seeds.iter().map(|seeds| seeds.len().saturating_sub(1));
+        doublings.min().unwrap_or(0)
+    }
+
+    /// All renders except the references: blocks with as many renders of each level as its number of seeds allows, in a
+    /// random order. An end at any time thus leaves as large a part of each level, and a machine that becomes slower
+    /// affects all of them.
     pub fn blocks(&self, seed: u64) -> Vec<Vec<Task>> {
         let mut dealer = Dealer::new(seed);
         let block = |index: u64| {
             let mut tasks = Vec::new();
-            for (variant, &k) in self.doublings.iter().enumerate() {
-                let whole = (0..k).map(|level| (level, index));
-                // The last level is in every second block, if it has half the seeds.
-                let step = self.seeds / self.last_seeds;
-                let last = index.is_multiple_of(step).then_some((k, index / step));
-                tasks.extend(whole.chain(last).map(|(level, seed)| Task {
-                    variant,
-                    level,
-                    seed,
-                }));
+            for (variant, seeds) in self.seeds.iter().enumerate() {
+                for (level, &count) in (0..).zip(seeds) {
+                    // The seeds whose turn has come in this block, of `count` spread over all blocks.
+                    let before = |index: u64| (index * count).div_ceil(BLOCKS);
+                    tasks.extend((before(index)..before(index + 1)).map(|seed| Task {
+                        variant,
+                        level,
+                        seed,
+                    }));
+                }
             }
             dealer.shuffle(&mut tasks);
             tasks
         };
-        (0..self.seeds).map(block).collect()
+        (0..BLOCKS).map(block).collect()
     }
 
     /// Number of images that are kept until the end.
     pub fn renders(&self) -> u64 {
-        let of_variant = |&k: &u32| u64::from(k) * self.seeds + self.last_seeds;
-        self.doublings.iter().map(of_variant).sum()
+        self.seeds.iter().flatten().sum()
     }
 }
 
-fn last_seeds(seeds: u64) -> u64 {
-    (seeds / 2).max(FEWEST_SEEDS)
+/// The number of seeds of each level of the longest schedule that takes at most `share` seconds, with equal time for all
+/// levels if there is time enough.
+fn levels(cost: TimeLaw, share: f64) -> Option<Vec<u64>> {
+    let [least, most] = DOUBLINGS;
+    let of_lists = |k: u32| SEEDS.map(|list| seeds(list, k));
+    let fitting = |k: u32| of_lists(k).into_iter().find(|it| time(cost, it) <= share);
+    (least..=most).rev().find_map(fitting)
 }
 
-/// Seconds for the levels up to `k` doublings.
-fn levels_time(cost: TimeLaw, seeds: u64, k: u32) -> f64 {
-    let at = |level: u32| cost.at(f64::from(level).exp2());
-    let whole: f64 = (0..k).map(at).sum();
-    seeds as f64 * whole + last_seeds(seeds) as f64 * at(k)
+/// The number of seeds of the levels up to `k` doublings, by a list that begins at the last of them.
+fn seeds(list: &[u64], k: u32) -> Vec<u64> {
+    let all = list.iter().chain(list.last().into_iter().cycle());
+    let mut seeds: Vec<u64> = all.take(k as usize + 1).copied().collect();
+    seeds.reverse();
+    seeds
+}
+
+/// Seconds for all renders of a variant.
+fn time(cost: TimeLaw, seeds: &[u64]) -> f64 {
+    let levels = (0..).zip(seeds);
+    let of_level = levels.map(|(level, &count)| count as f64 * cost.at(f64::from(level).exp2()));
+    of_level.sum()
 }
 
 /// Samples per pixel of a reference that takes `seconds`: a power of two, or one and a half times that, which suits
@@ -155,14 +154,11 @@ fn reference_spp(cost: TimeLaw, seconds: f64) -> u64 {
 
 /// The seconds that are enough for the smallest schedule.
 fn enough(costs: &[TimeLaw], reference: TimeLaw) -> f64 {
-    let [.., (seeds, least)] = SEEDS;
-    let longest = costs
-        .iter()
-        .map(|&cost| levels_time(cost, seeds, least))
-        .fold(0.0, f64::max);
-    let levels = costs.len() as f64 * longest / LEVELS;
-    let spp = LEAST_REFERENCE.max(REFERENCE_OVER_LEVEL << least);
-    let references = 2.0 * reference.at(spp as f64) / REFERENCES;
+    let [_, frugal] = SEEDS;
+    let shortest = seeds(frugal, DOUBLINGS[0]);
+    let of_variant = costs.iter().map(|&cost| time(cost, &shortest));
+    let levels = costs.len() as f64 * of_variant.fold(0.0, f64::max) / LEVELS;
+    let references = 2.0 * reference.at(LEAST_REFERENCE as f64) / REFERENCES;
     levels.max(references)
 }
 
@@ -197,20 +193,31 @@ mod tests {
                     continue;
                 };
                 let taken = seconds(&schedule, &costs, reference) / budget;
-                assert!((0.45..=LEVELS + REFERENCES).contains(&taken), "{taken}");
-                assert!(schedule.doublings.iter().all(|&k| k >= 2));
+                assert!((0.5..=LEVELS + REFERENCES).contains(&taken), "{taken}");
+                assert!(schedule.least_doublings() >= 2);
+                let of_references = 2.0 * reference.at(schedule.reference_spp as f64);
+                // A power of two, or one and a half times that, of at least a quarter of the budget.
+                assert!(of_references > 0.66 * 0.25 * budget, "{of_references}");
             }
         }
     }
 
     #[test]
-    fn more_time_means_more_seeds_then_more_samples() {
-        let costs = [law(0.0, 0.02)];
-        let at = |budget| Schedule::fit(&costs, costs[0], budget).expect("enough");
-        let [little, much, more] = [8.0, 60.0, 600.0].map(at);
-        assert!(little.seeds < 16 && much.seeds == 16 && more.seeds == 16);
-        assert!(more.doublings[0] > much.doublings[0]);
-        assert_eq!((more.last_seeds, little.last_seeds), (8, 4));
+    fn long_renders_are_measured_as_well_as_short_ones() {
+        let cost = law(0.0, 0.02);
+        for budget in [60.0, 100.0, 600.0, 1700.0] {
+            let schedule = Schedule::fit(&[cost], cost, budget).expect("enough");
+            let seeds = &schedule.seeds[0];
+            assert_eq!((seeds[0], seeds[seeds.len() - 1]), (16, 4));
+            let share = LEVELS * budget;
+            let longest = cost.at(((seeds.len() - 1) as f64).exp2());
+            assert!((share / 20.0..share / 8.0).contains(&longest), "{longest}");
+            // The two longest levels take about as long as each other, the shorter ones all less.
+            let of_level = |level: usize| seeds[level] as f64 * cost.at((level as f64).exp2());
+            let last = of_level(seeds.len() - 1);
+            assert!((0..seeds.len()).all(|level| of_level(level) <= last));
+            assert!(of_level(seeds.len() - 2) >= 0.5 * last);
+        }
     }
 
     #[test]
@@ -219,7 +226,9 @@ mod tests {
         let enough = Schedule::fit(&costs, reference, 10.0).expect_err("too little");
         assert!(enough > 10.0);
         let schedule = Schedule::fit(&costs, reference, 1.001 * enough).expect("enough");
-        assert!(schedule.seeds >= 4 && schedule.doublings.iter().all(|&k| k >= 2));
+        assert!(
+            schedule.least_doublings() >= 2 && schedule.seeds.iter().flatten().all(|&n| n >= 4)
+        );
         assert!(Schedule::fit(&costs, reference, 0.8 * enough).is_err());
     }
 
@@ -227,27 +236,24 @@ mod tests {
     fn blocks_have_every_render_once_in_an_order_by_seed() {
         let schedule = Schedule {
             reference_spp: 64,
-            seeds: 16,
-            last_seeds: 8,
-            doublings: vec![3, 5],
+            seeds: vec![vec![16, 8, 4], vec![16, 12, 8, 6, 4, 4]],
         };
         let blocks = schedule.blocks(7);
         let all: HashSet<Task> = blocks.iter().flatten().copied().collect();
-        assert_eq!(all.len(), 16 * 3 + 8 + 16 * 5 + 8);
+        assert_eq!(all.len() as u64, 28 + 50);
         assert_eq!(all.len() as u64, schedule.renders());
         assert_eq!(blocks.iter().flatten().count(), all.len());
         let of_seed = |seed: u64| schedule.blocks(seed)[0].clone();
         assert_eq!(of_seed(7), of_seed(7));
         assert_ne!(of_seed(7), of_seed(8));
-        let lasts = |block: &Vec<Task>| {
-            block
-                .iter()
-                .filter(|t| t.variant == 0 && t.level == 3)
+        // The first block has every level, and after half of the blocks there is half of each.
+        assert_eq!(blocks[0].len(), 9);
+        let half: HashSet<Task> = blocks[..8].iter().flatten().copied().collect();
+        let count = |level: u32| {
+            half.iter()
+                .filter(|it| it.variant == 1 && it.level == level)
                 .count()
         };
-        assert_eq!(
-            blocks.iter().map(lasts).take(4).collect::<Vec<_>>(),
-            [1, 0, 1, 0]
-        );
+        assert_eq!([0, 1, 2, 3, 4, 5].map(count), [8, 6, 4, 3, 2, 2]);
     }
 }

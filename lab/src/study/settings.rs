@@ -25,6 +25,10 @@ pub struct StudySettings {
     pub options: AccelOptions,
     /// The variants to compare; ratios are to the first.
     pub variants: Vec<Variant>,
+    /// Whether a smaller image may be rendered if the time is too short for one of this size.
+    pub may_shrink: bool,
+    /// Another number of threads, for which times are to be predicted.
+    pub for_threads: Option<usize>,
     /// The renders, regardless of their time; `None` for the best schedule within the budget. It determines all images
     /// that are compared with the references, together with the seed.
     pub schedule: Option<Schedule>,

@@ -1,49 +1,49 @@
-//! Statistics of the renders of a variant: the time to given errors, its efficiency, its bias, and the cost of a tenth
-//! of its error.
+//! Statistics of the renders of a variant: the time to given errors, its efficiency and its bias.
 //!
 //! Measure: seconds, relMSE and its root, stated at each field.
 //! Range: at least two levels with two renders each.
 //! Source: docs/accuracy.md, "The study". Tested below and in `lab/tests/reports/study.rs`.
 
+use super::answer::{Answer, Facts};
+use super::bias::Bias;
 use super::bootstrap::{Dealer, REPLICAS, Ranged};
-use super::fit::{Curve, ErrorLevel, Reached, Slope, TimeLaw};
+use super::fit::{Curve, ErrorLevel, Slope, TimeLaw};
 use super::gram::Estimate;
+use super::law::Law;
 use super::report::{LevelReport, StudyReport, VariantStudy};
-use etendue::internals::math::stats::{Moments, student_p_value};
+use etendue::internals::math::stats::Moments;
 use serde::Serialize;
 
 /// Roots of relMSE for which the time is reported.
-pub const TARGETS: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
-
-/// The p-value below which a bias is found.
-const SIGNIFICANT: f64 = 1e-3;
-
-/// Number of levels for the estimate of the squared bias: the last ones, with the least noise.
-const BIAS_LEVELS: usize = 3;
+pub const TARGETS: [f64; 5] = [0.1, 0.03, 0.01, 0.003, 0.001];
 
 /// The statistics of the renders of a variant.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
     /// Its name.
     pub name: String,
-    /// Seconds by samples per pixel.
+    /// Seconds by samples per pixel, at the size of the study ...
     pub time: TimeLaw,
+    /// ... and at the scene's own size.
+    pub own_time: TimeLaw,
     /// Number of processors in use, on average.
     pub processors: f64,
     /// Levels from few samples to many.
     pub levels: Vec<LevelSummary>,
     /// The decrease of its error with time; `None` for one level.
     pub slope: Option<Slope>,
-    /// Seconds to each of [`TARGETS`].
-    pub times: Vec<(f64, Reached)>,
+    /// The law by which its error falls; `None` if there is none.
+    pub law: Option<Law>,
+    /// The time to each of [`TARGETS`] at the scene's own size.
+    pub answers: Vec<(f64, Answer)>,
     /// 1 / (relMSE x seconds) of its longest renders.
     pub efficiency: Ranged,
     /// The efficiency over that of the first variant.
     pub ratio: Ranged,
     /// The test of its bias.
     pub bias: Bias,
-    /// The cost of a tenth of the error.
-    pub tenth: Tenth,
+    /// The time to a tenth of the error of the longest renders, at the scene's own size.
+    pub tenth: Answer,
 }
 
 /// The statistics of one level.
@@ -65,35 +65,6 @@ pub struct LevelSummary {
     pub squared_bias: Estimate,
 }
 
-/// The bias of a variant relative to the references.
-#[derive(Debug, Clone, Copy, Serialize)]
-pub struct Bias {
-    /// The squared bias, relative, of the last levels together.
-    pub squared: Estimate,
-    /// The p-value of the bias, in the squares or in the light of the whole image.
-    pub p: f64,
-    /// Whether the p-value is significant.
-    pub is_found: bool,
-    /// Whether the squares alone are significant, so that the size of the bias is known; else it is found in the light.
-    pub is_square_found: bool,
-    /// An upper limit of the root of the squared bias, with a confidence of 95 %.
-    pub at_most: f64,
-    /// Mean luminance over that of the references - 1, and its margin with a confidence of 95 %.
-    pub light: [f64; 2],
-}
-
-/// The cost of a tenth of the error of the longest renders.
-#[derive(Debug, Clone, Copy, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Tenth {
-    /// Seconds, if the error continues to fall as it does.
-    Costs(Ranged),
-    /// Not reachable: the bias alone is larger. This is its root.
-    Never(f64),
-    /// Too few data.
-    Unknown,
-}
-
 /// Summaries of all variants that have enough renders, with their index.
 pub fn summaries(report: &StudyReport) -> Vec<(usize, Summary)> {
     let Some(reference) = &report.reference else {
@@ -107,7 +78,9 @@ pub fn summaries(report: &StudyReport) -> Vec<(usize, Summary)> {
     let mut all = Vec::new();
     for (index, study) in report.variants.iter().enumerate() {
         let shared = reference.noise.product_deviation;
-        let Some((summary, replicas)) = summary(study, luminance, shared, &mut dealer) else {
+        let sizes = [report.size, report.full_size];
+        let Some((summary, replicas)) = summary(study, luminance, shared, sizes, &mut dealer)
+        else {
             continue;
         };
         efficiencies.push((index, replicas));
@@ -153,6 +126,7 @@ fn summary(
     study: &VariantStudy,
     reference: [f64; 2],
     shared: f64,
+    sizes: [(u32, u32); 2],
     dealer: &mut Dealer,
 ) -> Option<(Summary, Vec<f64>)> {
     let levels: Vec<LevelReport> = study
@@ -164,7 +138,7 @@ fn summary(
     let last = levels.last()?;
     let time = time_law(&levels)?;
     let curve = curve(&levels, dealer.below(usize::MAX) as u64);
-    let bias = bias(&levels, reference, shared)?;
+    let bias = Bias::of(&levels, reference, shared)?;
     let (efficiency, replicas) = efficiency(last, dealer);
     let slope = curve.slope();
     let ranges = curve.levels();
@@ -184,18 +158,38 @@ fn summary(
         wall += run.seconds.wall;
         cpu += run.seconds.cpu;
     }
-    let times = TARGETS.map(|target| {
-        let reached = curve.reached(target * target);
-        (target, reached.map(|spp| time.at(spp)))
-    });
-    let tenth = tenth(last, &curve, slope.as_ref(), &bias, time);
+    let [pixels, own_pixels] = sizes.map(|(width, height)| f64::from(width) * f64::from(height));
+    let own_time = match study.own_size {
+        Some(law) if pixels != own_pixels => law,
+        _ => TimeLaw {
+            sample: time.sample * own_pixels / pixels,
+            ..time
+        },
+    };
+    let law = curve.law();
+    let facts = Facts {
+        curve: &curve,
+        law,
+        bias: &bias,
+        is_biased: !study.variant.bias.is_empty(),
+        variance: variance_of_sample(&levels)?,
+        time: own_time,
+        pace_error: pace_error(last),
+        look: study.look,
+        pixels: own_pixels as u64,
+    };
+    let answers = TARGETS.map(|target| (target, facts.answer(target)));
+    let last_error = last.gram.mse()?.value.max(0.0).sqrt();
+    let tenth = facts.answer(0.1 * last_error);
     let summary = Summary {
         name: study.variant.name.clone(),
         time,
+        own_time,
         processors: cpu / wall,
         levels: levels.iter().zip(&ranges).filter_map(level).collect(),
         slope,
-        times: times.to_vec(),
+        law: law.ok(),
+        answers: answers.to_vec(),
         efficiency,
         ratio: efficiency,
         bias,
@@ -221,92 +215,20 @@ fn efficiency(level: &LevelReport, dealer: &mut Dealer) -> (Ranged, Vec<f64>) {
     (ranged, replicas)
 }
 
-/// Estimates the bias. The squared bias does not depend on the number of samples, but its noise does: levels with less
-/// noise have more weight.
-fn bias(levels: &[LevelReport], reference: [f64; 2], shared: f64) -> Option<Bias> {
-    let used = levels.iter().rev().take(BIAS_LEVELS);
-    let weight = |level: &LevelReport| {
-        let (n, spp) = (level.runs.len() as f64, level.spp as f64);
-        n * (n - 1.0) * spp * spp
-    };
-    let total: f64 = used.clone().map(weight).sum();
-    let parts = used.map(|level| Some((weight(level) / total, level.gram.squared_bias()?)));
-    let mut squared = Estimate::sum(&parts.collect::<Option<Vec<_>>>()?);
-    squared.standard_error = squared.standard_error.hypot(shared);
-    let light = light(levels, reference)?;
-    let t = light.value / light.standard_error;
-    let of_light = match t.is_nan() {
-        true => 1.0,
-        false => student_p_value(t, light.freedom),
-    };
-    let of_square = squared.p_above_zero();
-    // Bonferroni correction: either of two tests may find it.
-    let p = (2.0 * of_square.min(of_light)).min(1.0);
-    Some(Bias {
-        squared,
-        p,
-        is_found: p < SIGNIFICANT,
-        is_square_found: 2.0 * of_square < SIGNIFICANT,
-        // One-sided: the margin of 90 % has 5 % above it.
-        at_most: (squared.value.max(0.0) + squared.margin(0.90)).sqrt(),
-        light: [light.value, light.margin(0.95)],
-    })
-}
-
-/// The relative difference in brightness between the last levels, weighted by their samples, and the references.
-fn light(levels: &[LevelReport], [reference, reference_error]: [f64; 2]) -> Option<Estimate> {
-    let used = levels.iter().rev().take(BIAS_LEVELS);
-    let weight = |level: &LevelReport| (level.runs.len() as u64 * level.spp) as f64;
-    let total: f64 = used.clone().map(weight).sum();
+/// The variance of one sample: that of each level times its samples, weighted by the number of renders.
+fn variance_of_sample(levels: &[LevelReport]) -> Option<Estimate> {
+    let total: f64 = levels.iter().map(|level| level.runs.len() as f64).sum();
     let part = |level: &LevelReport| {
-        let light = Moments::of(level.runs.iter().map(|run| run.luminance));
-        let estimate = Estimate {
-            value: light.mean() / reference - 1.0,
-            standard_error: light.standard_error()? / reference,
-            freedom: light.count() as f64 - 1.0,
-        };
-        Some((weight(level) / total, estimate))
+        let weight = level.runs.len() as f64 * level.spp as f64 / total;
+        Some((weight, level.gram.variance()?))
     };
-    let mut light = Estimate::sum(&used.map(part).collect::<Option<Vec<_>>>()?);
-    light.standard_error = light.standard_error.hypot(reference_error / reference);
-    // If the renders have no noise, that of the references remains.
-    light.freedom = if light.freedom > 0.0 {
-        light.freedom
-    } else {
-        1.0
-    };
-    Some(light)
+    Some(Estimate::sum(
+        &levels.iter().map(part).collect::<Option<Vec<_>>>()?,
+    ))
 }
 
-fn tenth(
-    last: &LevelReport,
-    curve: &Curve,
-    slope: Option<&Slope>,
-    bias: &Bias,
-    time: TimeLaw,
-) -> Tenth {
-    let Some((spp, mse, _)) = curve.last() else {
-        return Tenth::Unknown;
-    };
-    if bias.is_square_found && bias.squared.value > 0.01 * mse {
-        return Tenth::Never(bias.squared.value.sqrt());
-    }
-    let Some(slope) = slope.filter(|slope| slope.b.low > 0.0 && last.runs.len() > 1) else {
-        return Tenth::Unknown;
-    };
-    // A hundredth of the relMSE. With independent samples this takes a hundred times as many, which is the least upper
-    // end: a slope that is steeper so far need not stay so.
-    let factor = |b: f64| 100_f64.powf(1.0 / b);
-    let value = if slope.b.holds(1.0) {
-        1.0
-    } else {
-        slope.b.value
-    };
-    let high = factor(slope.b.low).max(100.0);
-    let at = |factor: f64| time.at(spp * factor);
-    Tenth::Costs(Ranged {
-        value: at(factor(value)),
-        low: at(factor(slope.b.high)),
-        high: at(high),
-    })
+/// The relative standard error of the time of a render.
+fn pace_error(level: &LevelReport) -> f64 {
+    let seconds = Moments::of(level.runs.iter().map(|run| run.seconds.wall));
+    seconds.standard_error().unwrap_or(0.0) / seconds.mean()
 }

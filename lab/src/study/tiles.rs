@@ -8,7 +8,7 @@
 
 use super::reference::References;
 use etendue::internals::image::Image;
-use etendue::internals::image::tiles::Tile;
+use etendue::internals::image::tiles::ImageTile;
 use etendue::internals::math::stats::{Moments, student_p_value};
 
 /// Edge of a tile in pixels.
@@ -21,14 +21,16 @@ pub fn p_values(references: &References, renders: &[Image]) -> Vec<f64> {
     };
     let (width, height) = (first.width(), first.height());
     let variance = references.variance_of_mean();
-    let of_tile = |tile: Tile| {
+    let of_tile = |tile: ImageTile| {
         let columns = tile.x..tile.x + tile.width;
         let rows = tile.y..tile.y + tile.height;
         let pixels = rows.flat_map(|y| columns.clone().map(move |x| (y * width + x) as usize));
         let pixels: Vec<usize> = pixels.collect();
         p_value(&pixels, references.mean(), &variance, renders)
     };
-    Tile::all(width, height, EDGE).filter_map(of_tile).collect()
+    ImageTile::all(width, height, EDGE)
+        .filter_map(of_tile)
+        .collect()
 }
 
 fn p_value(

@@ -87,7 +87,9 @@ topics_hold! {
     importance: "importance",
     stratified: "stratified",
     roulette: "roulette",
+    window: "window",
     direct: "direct",
+    lights: "lights",
     ladder: "ladder",
 }
 

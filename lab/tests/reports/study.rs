@@ -6,11 +6,12 @@ use etendue::internals::accel::{AccelOptions, Backend, Precision};
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
+use etendue_lab::study::answer::Answer;
 use etendue_lab::study::report::StudyReport;
 use etendue_lab::study::run;
 use etendue_lab::study::schedule::Schedule;
 use etendue_lab::study::settings::{StudyObserver, StudySettings, Unattended};
-use etendue_lab::study::summary::{Summary, Tenth, summaries};
+use etendue_lab::study::summary::{Summary, summaries};
 use etendue_lab::study::variance::LightFoundBy;
 use etendue_lab::study::variant::{Choice, Variant};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -33,6 +34,8 @@ fn settings(choices: &[Choice], budget: f64, schedule: Option<Schedule>) -> Stud
         reference: IntegratorKind::Path,
         options,
         variants: Variant::all(&base, choices),
+        may_shrink: false,
+        for_threads: None,
         schedule,
     }
 }
@@ -45,9 +48,7 @@ fn study(settings: &StudySettings) -> StudyReport {
 fn fixed(variants: usize) -> Schedule {
     Schedule {
         reference_spp: 1024,
-        seeds: 8,
-        last_seeds: 4,
-        doublings: vec![5; variants],
+        seeds: vec![vec![8, 8, 8, 8, 8, 4]; variants],
     }
 }
 
@@ -105,9 +106,9 @@ fn biased_integrators_are_found_and_others_are_ordered_by_their_efficiency() {
     assert!(error(bsdf) > 10.0 * error(path));
     assert!(bsdf.efficiency.value < path.efficiency.value);
     assert!(bsdf.ratio.value < 1.0 && path.ratio.value == 1.0);
-    assert!(matches!(path.tenth, Tenth::Costs(_)), "{:?}", path.tenth);
+    assert!(matches!(path.tenth, Answer::Law(_)), "{:?}", path.tenth);
     let biased_much = direct.bias.squared.value > 0.01 * error(direct);
-    assert_eq!(matches!(direct.tenth, Tenth::Never(_)), biased_much);
+    assert_eq!(matches!(direct.tenth, Answer::Never(_)), biased_much);
 
     // Without bias the p-values of tiles are uniform in [0, 1]; with this bias all are small.
     let below = |index: usize| {
@@ -126,16 +127,10 @@ fn biased_integrators_are_found_and_others_are_ordered_by_their_efficiency() {
 fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
     let choices = [IntegratorKind::Path, IntegratorKind::Bsdf].map(Choice::Integrator);
     let mut settings = settings(&choices, 20.0, Some(fixed(2)));
-    settings
-        .schedule
-        .as_mut()
-        .expect("a given schedule")
-        .doublings = vec![8, 2];
-    settings
-        .schedule
-        .as_mut()
-        .expect("a given schedule")
-        .reference_spp = 4096;
+    settings.schedule = Some(Schedule {
+        reference_spp: 4096,
+        seeds: vec![[vec![8; 8], vec![4]].concat(), vec![8, 8, 4]],
+    });
     for variant in &mut settings.variants {
         variant.settings.sampler = SamplerKind::Independent;
     }
@@ -221,8 +216,8 @@ fn everything_needed_to_compute_again_is_in_the_report() {
         seeds.dedup();
         assert_eq!(seeds.len(), level.runs.len());
     }
-    assert_eq!(one.pictures.equal_time.len(), 1);
-    assert_eq!(one.pictures.equal_time[0].errors.len(), 256);
+    assert_eq!(one.pictures.at_times.len(), 1);
+    assert_eq!(one.pictures.at_times[0].shown[0].errors.len(), 256);
 }
 
 #[test]
@@ -283,8 +278,50 @@ fn a_study_that_is_ended_early_says_so_and_keeps_what_it_has() {
     let with_references = ended(1);
     assert!(with_references.reference.is_some());
     assert_eq!(counts(&with_references), [0; 6]);
-    // Three blocks contain each level three times, but the last level only in every second block.
+    // Sixteen blocks have eight renders of most levels and four of the last one.
     let three_blocks = ended(4);
-    assert_eq!(counts(&three_blocks), [3, 3, 3, 3, 3, 2]);
+    assert_eq!(counts(&three_blocks), [2, 2, 2, 2, 2, 1]);
     assert_eq!(summaries(&three_blocks)[0].1.levels.len(), 6);
+}
+
+#[test]
+fn every_error_has_an_answer() {
+    let choices = [SamplerKind::Independent, SamplerKind::Sobol].map(Choice::Sampler);
+    let report = study(&settings(&choices, 8.0, Some(fixed(2))));
+    for (_, summary) in summaries(&report) {
+        assert_eq!(summary.answers.len(), 5);
+        let times: Vec<f64> = summary
+            .answers
+            .iter()
+            .filter_map(|(_, it)| it.seconds())
+            .collect();
+        assert_eq!(times.len(), 5, "{:?}", summary.answers);
+        assert!(times.windows(2).all(|pair| pair[0] <= pair[1]), "{times:?}");
+        // A third of the error takes about ten times the samples of independent ones, never more by the law.
+        let samples =
+            |index: usize| (times[index] - summary.own_time.start) / summary.own_time.sample;
+        let ratio = samples(4) / samples(3);
+        assert!((3.0..12.0).contains(&ratio), "{ratio}");
+    }
+}
+
+#[test]
+fn a_budget_too_short_for_the_own_size_leads_to_a_smaller_one_and_says_so() {
+    let mut scene = scene();
+    scene.film.size = (640, 480);
+    let settings = StudySettings {
+        may_shrink: true,
+        ..settings(&[], 6.0, None)
+    };
+    let report = run(&scene, (640, 480), &settings, &Unattended).expect("a smaller study fits");
+    assert_eq!(report.full_size, (640, 480));
+    assert!(report.size.0 < 640, "{:?}", report.size);
+    assert!(
+        report.warnings.iter().any(|it| it.contains("own size")),
+        "{:?}",
+        report.warnings
+    );
+    let summary = &summaries(&report)[0].1;
+    // Times are for the scene's own size, which has more pixels.
+    assert!(summary.own_time.sample > summary.time.sample);
 }

@@ -76,15 +76,15 @@ pub fn means(halves: &Halves, guides: &[Feature], comparison: &Comparison) -> Ve
         .step_by(TILE)
         .flat_map(|y| (0..width).step_by(TILE).map(move |x| [x, y]))
         .collect();
-    let tiles: Vec<Tile> = corners
+    let tiles: Vec<FilterTile> = corners
         .into_par_iter()
         .map(|[x, y]| {
             let size = [TILE.min(width - x), TILE.min(height - y)];
-            Tile::filtered([x, y], size, halves, guides, comparison)
+            FilterTile::filtered([x, y], size, halves, guides, comparison)
         })
         .collect();
     let empty = Plane::filled(width, height, 0.0);
-    let place = |get: &dyn Fn(&Tile) -> &[f32]| {
+    let place = |get: &dyn Fn(&FilterTile) -> &[f32]| {
         let mut plane = empty.clone();
         for tile in &tiles {
             let [columns, _] = tile.size;
@@ -104,7 +104,7 @@ pub fn means(halves: &Halves, guides: &[Feature], comparison: &Comparison) -> Ve
 }
 
 /// A tile of the image while it is filtered.
-struct Tile {
+struct FilterTile {
     corner: [usize; 2],
     size: [usize; 2],
     /// The sums for each strictness.
@@ -147,7 +147,7 @@ struct Scratch {
     row: Vec<f32>,
 }
 
-impl Tile {
+impl FilterTile {
     fn filtered(
         corner: [usize; 2],
         size: [usize; 2],

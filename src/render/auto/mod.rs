@@ -204,7 +204,7 @@ impl<'a> PilotRun<'a> {
                 size: self.size,
                 ..*self.view
             };
-            let mut rendered = Rendered::nothing(&settings);
+            let mut rendered = Rendered::nothing(&settings, view.filter);
             let observer = Ended(self.observer);
             let until = settings.budget;
             resume(

@@ -20,7 +20,7 @@
 
 use super::rule::Candidate;
 use crate::image::Image;
-use crate::image::tiles::Tile;
+use crate::image::tiles::ImageTile;
 use crate::integrator::kind::IntegratorKind;
 use crate::math::rgb::Rgb;
 use crate::planted::planted;
@@ -139,7 +139,7 @@ impl Truth {
     fn lacking(&self, pilot: &Pilot, other: &Pilot) -> f64 {
         let (width, height) = (self.image.width(), self.image.height());
         let mut sum = 0.0;
-        for tile in Tile::all(width, height, SIDE) {
+        for tile in ImageTile::all(width, height, SIDE) {
             let of_truth = mean(&self.image, tile);
             let scale = self.scale(of_truth);
             let [own, others] = [pilot, other].map(|it| {
@@ -173,7 +173,7 @@ fn variance(pilot: &Pilot, index: usize) -> [f64; 3] {
 }
 
 /// The variance of the mean of both images over a tile, whose pixels are taken as independent.
-fn variance_of_tile(pilot: &Pilot, tile: Tile) -> [f64; 3] {
+fn variance_of_tile(pilot: &Pilot, tile: ImageTile) -> [f64; 3] {
     let mut sum = [0.0; 3];
     let mut count = 0.0;
     for index in tile.indices(pilot.pictures[0].width()) {
@@ -186,7 +186,7 @@ fn variance_of_tile(pilot: &Pilot, tile: Tile) -> [f64; 3] {
 }
 
 /// The mean of an image's channels over a tile.
-fn mean(image: &Image, tile: Tile) -> [f64; 3] {
+fn mean(image: &Image, tile: ImageTile) -> [f64; 3] {
     let mut sum = [0.0; 3];
     let mut count = 0.0;
     for index in tile.indices(image.width()) {

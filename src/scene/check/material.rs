@@ -29,6 +29,14 @@ pub fn material(material: &MaterialDescription) -> Result<()> {
             "expected a finite number of at least 1",
         )
     };
+    let positive_index = |ior: f32| {
+        let is_index = ior > 0.0 && ior.is_finite();
+        require(
+            is_index,
+            || field("ior"),
+            "expected a finite number above 0",
+        )
+    };
     reflectance("alpha", &material.alpha)?;
     if let Some(cutoff) = material.alpha_cutoff {
         share("alpha_cutoff", cutoff)?;
@@ -91,13 +99,12 @@ pub fn material(material: &MaterialDescription) -> Result<()> {
             roughness,
             tint,
         } => {
-            let is_index = *ior > 0.0 && ior.is_finite();
-            require(
-                is_index,
-                || field("ior"),
-                "expected a finite number above 0",
-            )?;
+            positive_index(*ior)?;
             share("roughness", *roughness)?;
+            reflectance("tint", tint)
+        }
+        MaterialModel::ThinDielectric { ior, tint } => {
+            positive_index(*ior)?;
             reflectance("tint", tint)
         }
         MaterialModel::Principled {

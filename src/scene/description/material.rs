@@ -122,6 +122,13 @@ pub enum MaterialModel {
         /// Factor for the refracted light.
         tint: ColourDescription,
     },
+    /// A smooth pane of a dielectric, with air on both sides, such as the glass of a window.
+    ThinDielectric {
+        /// Refractive index, above 0.
+        ior: f32,
+        /// Factor for the transmitted light.
+        tint: ColourDescription,
+    },
     /// The metallic-roughness model of glTF, with refraction.
     Principled {
         /// Albedo of the diffuse base, reflectance of the metal, tint of the refracted light.
@@ -141,7 +148,7 @@ impl MaterialModel {
     /// Whether the model transmits light, without a map of its parameters.
     fn transmits(&self) -> bool {
         match self {
-            Self::Dielectric { .. } => true,
+            Self::Dielectric { .. } | Self::ThinDielectric { .. } => true,
             Self::Principled {
                 metallic,
                 transmission,

@@ -24,6 +24,7 @@ enum Type {
     Mirror,
     Conductor,
     Dielectric,
+    ThinDielectric,
     Phong,
     Plastic,
     Principled,
@@ -34,6 +35,7 @@ const TYPES: &[(&str, Type)] = &[
     ("mirror", Type::Mirror),
     ("conductor", Type::Conductor),
     ("dielectric", Type::Dielectric),
+    ("thin_dielectric", Type::ThinDielectric),
     ("phong", Type::Phong),
     ("plastic", Type::Plastic),
     ("principled", Type::Principled),
@@ -117,6 +119,10 @@ fn model(table: &Table<'_>, folder: &Path, textures: &mut Textures) -> Result<Ma
         Type::Dielectric => MaterialModel::Dielectric {
             ior: number(table, "ior", 1.5, "a number above 0", |x| x > 0.0)?,
             roughness: share(table, "roughness", 0.0)?,
+            tint: reflectance("tint", 1.0)?,
+        },
+        Type::ThinDielectric => MaterialModel::ThinDielectric {
+            ior: number(table, "ior", 1.5, "a number above 0", |x| x > 0.0)?,
             tint: reflectance("tint", 1.0)?,
         },
         Type::Phong => {

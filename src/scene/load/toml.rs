@@ -9,6 +9,7 @@ use super::contents::Contents;
 use super::reader::{Document, Table, Value};
 use super::{instance, light, material, read_text, shape};
 use crate::error::Result;
+use crate::film::filter::MOST_RADIUS;
 use crate::image::MAX_SIDE;
 use crate::scene::description::{
     FilmDescription, FilterDescription, FilterKind, Note, NoteKind, RenderDescription,
@@ -110,7 +111,7 @@ fn film(table: Option<Table<'_>>) -> Result<FilmDescription> {
                 .optional("radius")
                 .map_or(Ok(kind.default_radius()), |radius| {
                     radius.number_where("a number of pixels above 0, up to 32", |x| {
-                        x > 0.0 && x <= 32.0
+                        x > 0.0 && x <= MOST_RADIUS
                     })
                 })?;
             filter.finish()?;

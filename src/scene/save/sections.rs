@@ -219,6 +219,11 @@ impl<'a> Sections<'a> {
                 text.entry("roughness", single(*roughness));
                 text.entry("tint", colour(tint, assets)?);
             }
+            MaterialModel::ThinDielectric { ior, tint } => {
+                text.entry("type", string("thin_dielectric"));
+                text.entry("ior", single(*ior));
+                text.entry("tint", colour(tint, assets)?);
+            }
             MaterialModel::Principled {
                 base_color,
                 metallic,

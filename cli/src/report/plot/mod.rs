@@ -10,13 +10,15 @@
 //! Source: SVG 2. Colours as in `chart.rs`; marks also differ in shape and guides are dashed, so that colour is never
 //! needed to tell series apart. Tested below.
 
+mod frame;
+mod labels;
 mod scale;
 
 use super::chart::HUES;
 use super::prose::prose;
 use etendue_lab::plot::{Mark, Plot, Series, Shape};
+use frame::{Frame, round};
 use maud::{Markup, html};
-use scale::Ruler;
 pub use scale::superscript;
 use std::fmt::Write;
 
@@ -53,42 +55,6 @@ pub fn figures(plots: &[Plot]) -> Markup {
     html! { div class=(class) { @for plot in plots { (figure(plot)) } } }
 }
 
-/// The frame of a plot: its inner size and its axes.
-struct Frame {
-    width: f64,
-    height: f64,
-    x: Ruler,
-    y: Ruler,
-}
-
-impl Frame {
-    fn new(plot: &Plot) -> Self {
-        let (width, height) = match plot.shape {
-            Shape::Wide => (482.0, 260.0),
-            Shape::Square => (300.0, 300.0),
-        };
-        let points = || plot.series.iter().flat_map(|series| &series.points);
-        let ribbons = || plot.series.iter().flat_map(|series| &series.ribbon);
-        let floor = plot.series.iter().any(|series| series.mark == Mark::Bars);
-        let xs = points().map(|p| p[0]).chain(ribbons().map(|r| r[0]));
-        let ys = points().map(|p| p[1]);
-        let ys = ys
-            .chain(ribbons().flat_map(|r| [r[1], r[2]]))
-            .chain(floor.then_some(0.0));
-        Self {
-            width,
-            height,
-            x: Ruler::new(&plot.x, false, xs),
-            y: Ruler::new(&plot.y, floor, ys),
-        }
-    }
-
-    fn at(&self, x: f64, y: f64) -> Option<[f64; 2]> {
-        let (x, y) = (self.x.place(x)?, self.y.place(y)?);
-        Some([x * self.width, (1.0 - y) * self.height])
-    }
-}
-
 fn svg(plot: &Plot) -> Markup {
     let frame = Frame::new(plot);
     let (width, height) = (frame.width + LEFT + RIGHT, frame.height + TOP + BOTTOM);
@@ -109,6 +75,7 @@ fn svg(plot: &Plot) -> Markup {
             text.name.end x=(LEFT + frame.width) y=(height - 8.0) { (plot.x.label) }
             svg x=(LEFT) y=(TOP) width=(frame.width) height=(frame.height) {
                 @for series in &plot.series { (drawn(series, &frame)) }
+                (labels::drawn(&plot.series, &frame))
             }
             path.axes d=(format!("M{LEFT} {TOP}V{bottom}H{}", LEFT + frame.width)) {}
         }
@@ -240,11 +207,6 @@ fn push(path: &mut String, command: char, [x, y]: [f64; 2]) {
     write!(path, "{command}{} {}", round(x), round(y)).expect(WRITES);
 }
 
-/// Rounds to a tenth of a unit, which is below visibility.
-fn round(x: f64) -> f64 {
-    (x * 10.0).round() / 10.0
-}
-
 /// The style sheet of plots; it needs [`super::page::STYLE`], which defines the colours.
 pub const STYLE: &str = "
 .plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 21rem), 1fr)); gap: 0 2rem; }
@@ -260,6 +222,7 @@ pub const STYLE: &str = "
 .plot .guide { stroke-dasharray: 6 4; stroke-width: 1.3; }
 .plot .mark, .plot .bars { fill: currentColor; } .plot .bars { fill-opacity: .55; stroke: none; }
 .plot .dot { fill: none; stroke: currentColor; stroke-width: 6; stroke-linecap: round; } .plot .small { stroke-width: 2.4; }
+.plot .label { fill: currentColor; font-weight: 600; paint-order: stroke; stroke: var(--ground); stroke-width: 4; }
 .plot .ribbon { fill: currentColor; fill-opacity: .16; stroke: none; }
 .keys { list-style: none; display: flex; flex-wrap: wrap; gap: .1rem 1.2rem; padding: 0; margin: .2rem 0 .4rem; font-size: .9rem; }
 .key-mark { width: 28px; height: 14px; margin-right: .4rem; vertical-align: -1px; }

@@ -9,10 +9,15 @@ use etendue_lab::plot::{Axis, Scale};
 /// The approximate maximum number of labels on an axis; more would overlap on a phone.
 const MOST_LABELS: f64 = 6.0;
 
+/// The maximum number of marked values on an axis.
+const MOST_MARKED: usize = 8;
+
 /// A drawn axis.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Ruler {
     scale: Scale,
+    /// The marked values; none for round numbers.
+    marked: Vec<(f64, String)>,
     /// The ends; exponents of ten on a logarithmic axis.
     start: f64,
     end: f64,
@@ -51,7 +56,12 @@ impl Ruler {
             }
         };
         let scale = axis.scale;
-        Self { scale, start, end }
+        Self {
+            scale,
+            marked: axis.ticks.clone(),
+            start,
+            end,
+        }
     }
 
     /// Returns the position of a value; `None` if it has none, such as 0 on a logarithmic axis.
@@ -68,9 +78,19 @@ impl Ruler {
     /// Returns the ticks.
     pub fn ticks(&self) -> Vec<Tick> {
         match self.scale {
+            _ if !self.marked.is_empty() => self.marked_ticks(),
             Scale::Linear => self.even_ticks(),
             Scale::Log => self.log_ticks(),
         }
+    }
+
+    /// Returns the marked values within the axis, or every second, third ... if there are too many.
+    fn marked_ticks(&self) -> Vec<Tick> {
+        let marked = self.marked.iter();
+        let within = marked.filter_map(|(value, label)| self.tick(*value, label.clone()));
+        let ticks: Vec<Tick> = within.collect();
+        let stride = ticks.len().div_ceil(MOST_MARKED).max(1);
+        ticks.into_iter().rev().step_by(stride).collect()
     }
 
     fn even_ticks(&self) -> Vec<Tick> {

@@ -1,14 +1,15 @@
-//! The conclusions of a study in a few sentences: which variant is most efficient, which are biased, the cost of a
-//! smaller error.
+//! The conclusions of a study in a few sentences: what accuracy costs, which variant is most efficient, which are biased.
 //!
 //! Measure: as in `study/summary.rs`.
 //! Range: any summaries; if there are none, a sentence that too little was rendered.
 //! Source: none needed. Tested below.
 
 use super::Findings;
-use super::wording::{number, percent, ranged, reached, seconds, signed_percent};
-use etendue_lab::study::fit::Reached;
-use etendue_lab::study::summary::{Summary, Tenth};
+use super::wording::{number, percent, ranged, seconds_ranged, short_answer, signed_percent};
+use crate::recommendation::advice;
+use etendue_lab::study::answer::Answer;
+use etendue_lab::study::bootstrap::Ranged;
+use etendue_lab::study::summary::Summary;
 
 /// Returns the sentences, the most important first.
 pub fn of_findings(findings: &Findings<'_>) -> Vec<String> {
@@ -16,7 +17,7 @@ pub fn of_findings(findings: &Findings<'_>) -> Vec<String> {
     let Some(&first) = all.first() else {
         return vec!["Too little was rendered for a conclusion.".to_owned()];
     };
-    let mut sentences = Vec::new();
+    let mut sentences: Vec<String> = price(findings).into_iter().collect();
     let (wrong, right): (Vec<&Summary>, Vec<&Summary>) =
         all.iter().partition(|summary| summary.bias.is_found);
     sentences.extend(best(&right, first));
@@ -34,14 +35,30 @@ pub fn of_findings(findings: &Findings<'_>) -> Vec<String> {
             signed_percent(summary.bias.light[0], summary.bias.light[1]),
         ));
     }
-    let best = right
-        .iter()
-        .max_by(|a, b| a.efficiency.value.total_cmp(&b.efficiency.value));
-    if let Some(best) = best {
-        sentences.extend(price(best));
-    }
+    sentences.extend(integrators(findings));
     sentences.extend(disturbance(findings));
     sentences
+}
+
+/// Returns the advice on the integrator, if several were compared.
+fn integrators(findings: &Findings<'_>) -> Option<String> {
+    let auto = findings.recommendation?;
+    let kind = |index: usize| findings.report.variants[index].variant.integrator;
+    let right = findings
+        .summaries
+        .iter()
+        .filter(|(_, it)| !it.bias.is_found);
+    let (first, present) = right.clone().next()?;
+    // Gains are over the first variant without bias.
+    let others = right.filter(|(index, _)| kind(*index) != kind(*first));
+    let gain = |it: &Summary| Ranged {
+        value: it.efficiency.value / present.efficiency.value,
+        low: it.efficiency.low / present.efficiency.high,
+        high: it.efficiency.high / present.efficiency.low,
+    };
+    let gains: Vec<(&str, Ranged)> = others.map(|(index, it)| (kind(*index), gain(it))).collect();
+    let advice = advice(kind(*first), &gains, Some(auto));
+    Some(format!("On the integrator: {advice}."))
 }
 
 /// The share of disturbed renders above which a warning is given.
@@ -93,37 +110,65 @@ fn best(right: &[&Summary], first: &Summary) -> Option<String> {
     ))
 }
 
-/// Returns a sentence about the cost of the best variant.
-fn price(best: &Summary) -> Option<String> {
-    let found = best
-        .times
-        .iter()
-        .rev()
-        .find(|(_, reached)| matches!(reached, Reached::At(_)));
-    let now = found.map(|(target, time)| {
-        let time = reached(time, false);
-        format!(
-            "`{}` reaches an error of {} in {time}",
-            best.name,
-            percent(*target)
-        )
+/// The error whose price is told first, and those told after it.
+const TOLD: f64 = 0.01;
+const ALSO_TOLD: [f64; 2] = [0.1, 0.001];
+
+/// Returns the variant that reaches [`TOLD`] first, of those without a known bias if there are any, with its answer.
+pub fn quickest<'a>(findings: &'a Findings<'_>) -> Option<(&'a Summary, &'a Answer)> {
+    let all = findings.summaries.iter();
+    let answered = all.filter_map(|(index, summary)| {
+        let (_, answer) = summary.answers.iter().find(|(target, _)| *target == TOLD)?;
+        let study = &findings.report.variants[*index];
+        let is_biased = summary.bias.is_found || !study.variant.bias.is_empty();
+        Some((is_biased, answer.seconds()?, summary, answer))
     });
-    let last = best.levels.last()?;
-    let longest = percent(last.rel_mse.value.max(0.0).sqrt());
-    let tenth = match &best.tenth {
-        Tenth::Costs(range) => Some(format!(
-            "{} tenth of the {longest} that `{}` reached in {} would take {} ({} to {})",
-            if now.is_some() { "a" } else { "A" },
-            best.name,
-            seconds(last.seconds),
-            seconds(range.value),
-            seconds(range.low),
-            seconds(range.high)
-        )),
-        Tenth::Never(_) | Tenth::Unknown => None,
+    let quickest = answered.min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    quickest.map(|(_, _, summary, answer)| (summary, answer))
+}
+
+/// Returns the sentence about the time to 1 % and to other errors, by the quickest variant.
+fn price(findings: &Findings<'_>) -> Option<String> {
+    let (summary, first) = quickest(findings)?;
+    let report = findings.report;
+    let (width, height) = report.full_size;
+    let time = match first {
+        Answer::Measured(range) | Answer::Law(range) => {
+            let about = if matches!(first, Answer::Law(_)) {
+                "about "
+            } else {
+                ""
+            };
+            format!("{about}{}", seconds_ranged(range))
+        }
+        Answer::Exact(_) => {
+            return Some(format!(
+                "`{}` has no noise in this scene: every sample is exact, and one of each pixel takes {}.",
+                summary.name,
+                short_answer(first)?
+            ));
+        }
+        other => short_answer(other)?,
     };
-    let text: Vec<String> = [now, tenth].into_iter().flatten().collect();
-    (!text.is_empty()).then(|| text.join("; ") + ".")
+    let others = ALSO_TOLD.iter().filter_map(|told| {
+        let (_, answer) = summary.answers.iter().find(|(target, _)| target == told)?;
+        Some(format!("{} {}", percent(*told), short_answer(answer)?))
+    });
+    let others: Vec<String> = others.collect();
+    let others = match others.is_empty() {
+        true => String::new(),
+        false => format!("; {}", others.join(", ")),
+    };
+    let among = match findings.summaries.len() {
+        1 => String::new(),
+        count => format!(", the quickest of {count} variants"),
+    };
+    Some(format!(
+        "An error of {} takes {time} by `{}`{among}, for {width} × {height} pixels on {} threads{others}.",
+        percent(TOLD),
+        summary.name,
+        report.threads
+    ))
 }
 
 #[cfg(test)]
@@ -137,7 +182,8 @@ mod tests {
         let text = of_findings(&findings(&report)).join("\n");
         for words in [
             "`bsdf, sobol` converges to a different image",
-            "that `path, sobol` reached",
+            "An error of 1 % takes about",
+            "by `path, sobol`, the quickest of 2 variants, for 16 × 16 pixels on 2 threads; 10 % ",
         ] {
             assert!(text.contains(words), "no {words} in {text}");
         }
@@ -159,13 +205,13 @@ mod tests {
         let runs = slow.levels.iter_mut().flat_map(|level| &mut level.runs);
         runs.for_each(|run| run.seconds.wall *= 2.0);
         report.variants = vec![report.variants[0].clone(), slow.clone()];
-        let first = of_findings(&findings(&report))[0].clone();
+        let first = of_findings(&findings(&report))[1].clone();
         assert!(
             first.contains("`path, sobol` is the most efficient: 2 ("),
             "{first}"
         );
         report.variants.reverse();
-        let first = of_findings(&findings(&report))[0].clone();
+        let first = of_findings(&findings(&report))[1].clone();
         assert!(
             first.contains("`path, sobol` is the most efficient: 2 ("),
             "{first}"

@@ -1,15 +1,18 @@
 //! A study as tables, as JSON, as CSV and as a page.
 
+mod answers;
 mod conclusions;
 pub mod csv;
 pub mod html;
 pub mod json;
+mod looks;
 mod plots;
 #[cfg(test)]
 mod sample;
 pub mod tables;
-mod wording;
+pub mod wording;
 
+use etendue::internals::render::auto::Recommendation;
 use etendue_lab::bench::report::Machine;
 use etendue_lab::study::report::StudyReport;
 use etendue_lab::study::summary::Summary;
@@ -20,4 +23,6 @@ pub struct Findings<'a> {
     pub summaries: Vec<(usize, Summary)>,
     pub machine: &'a Machine,
     pub command: &'a str,
+    /// The integrator that `auto` selects, where several were compared.
+    pub recommendation: Option<&'a Recommendation>,
 }

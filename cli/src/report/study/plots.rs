@@ -5,7 +5,9 @@
 //! Source: none needed. Tested in `cli/tests/command/study.rs`.
 
 use super::Findings;
-use etendue_lab::plot::{Axis, Mark, Plot, Series, Shape};
+use super::wording::short_answer;
+use etendue_lab::plot::{Axis, Label, Mark, Plot, Series, Shape};
+use etendue_lab::study::answer::Answer;
 use etendue_lab::study::bars::{BINS, Coverage, FARTHEST};
 use etendue_lab::study::summary::Summary;
 use statrs::distribution::{Continuous, Normal};
@@ -13,88 +15,152 @@ use statrs::distribution::{Continuous, Normal};
 /// The number of bins of the histogram of p-values.
 const P_BINS: usize = 20;
 
-/// Returns the plots of error against time, of error against samples, and of the residuals of the power law.
-pub fn errors(findings: &Findings<'_>) -> Vec<Plot> {
-    let time = Plot {
+/// The marked values of the axis of errors, in percent ...
+const ERRORS: [f64; 12] = [
+    0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0,
+];
+
+/// ... and of the axis of times, in seconds.
+const SECONDS: [(f64, &str); 14] = [
+    (1e-3, "1 ms"),
+    (1e-2, "10 ms"),
+    (1e-1, "0.1 s"),
+    (1.0, "1 s"),
+    (10.0, "10 s"),
+    (60.0, "1 min"),
+    (600.0, "10 min"),
+    (3600.0, "1 h"),
+    (36_000.0, "10 h"),
+    (345_600.0, "4 days"),
+    (3_456_000.0, "40 days"),
+    (31_557_600.0, "1 year"),
+    (315_576_000.0, "10 years"),
+    (3_155_760_000.0, "100 years"),
+];
+
+/// The factor from the longest time to the end of its axis.
+const ROOM: f64 = 10.0;
+
+/// Number of segments of a law: it is straight except for the start.
+const SEGMENTS: u32 = 16;
+
+/// Returns the plot of what accuracy costs: error against time at the scene's own size, with the times to each error.
+pub fn price(findings: &Findings<'_>) -> Plot {
+    let mut series = Vec::new();
+    for (index, summary) in &findings.summaries {
+        let at = |spp: f64| summary.own_time.at(spp);
+        let levels = || summary.levels.iter();
+        let points = levels().map(|it| [at(it.spp as f64), error(it.rel_mse.value)]);
+        let ribbon = levels().map(|it| {
+            // On a logarithmic axis an interval that reaches 0 has no lower end.
+            let low = it.rel_mse.low.max(0.05 * it.rel_mse.value);
+            [at(it.spp as f64), error(low), error(it.rel_mse.high)]
+        });
+        series.extend(law(*index, summary));
+        let labels = summary.answers.iter().filter_map(|(target, it)| {
+            let is_crossing = matches!(it, Answer::Measured(_) | Answer::Law(_));
+            let point = [it.seconds().filter(|_| is_crossing)?, 100.0 * target];
+            Some(Label {
+                point,
+                text: short_answer(it)?,
+            })
+        });
+        series.push(
+            Series::new(&summary.name, Mark::Marks, *index, points.collect())
+                .within(ribbon.collect())
+                .labelled(labels.collect()),
+        );
+    }
+    let times = series
+        .iter()
+        .flat_map(|it| &it.points)
+        .map(|point| point[0]);
+    let around = |[low, high]: [f64; 2], x: f64| [low.min(x), high.max(x)];
+    let [start, end] = times
+        .filter(|time| time.is_finite() && *time > 0.0)
+        .fold([f64::INFINITY, f64::NEG_INFINITY], around);
+    let axis = Axis::log("rendering time");
+    // Room for the last label.
+    let axis = match start <= end {
+        true => axis.over(0.7 * start, ROOM * end),
+        false => axis,
+    };
+    Plot {
         title: "Error against time".to_owned(),
-        reading: "The lower and the farther left, the better: the horizontal distance between two lines is the ratio of their times to the same error. The bands are 95 % confidence intervals of the mean error. A line that flattens is biased. The dashed horizontal line is the error of one reference alone; smaller errors can be measured because there are two. Short dashes at the bottom: the start of a variant's first sample."
+        reading: "The error of the image against the time that it renders, at the scene's own size; the lower and the farther left, the better. Marks were measured, with bands of 95 %; dashes continue them by the law of the error so far. The times are those to errors of 10, 3, 1, 0.3 and 0.1 %: `≈` is beyond what was measured. A line that flattens is biased."
             .to_owned(),
         shape: Shape::Wide,
-        x: Axis::log("seconds"),
-        y: Axis::log("error, %"),
-        series: with_floor(findings, |summary, spp| summary.time.at(spp), true),
+        x: axis.marked(SECONDS.map(|(s, text)| (s, text.to_owned())).to_vec()),
+        y: Axis::log("error, %").marked(ERRORS.map(|it| (it, format!("{it}"))).to_vec()),
+        series,
+    }
+}
+
+/// Returns the law of a variant from its longest renders to the smallest of the errors; `None` if it has none.
+fn law(index: usize, summary: &Summary) -> Option<Series> {
+    let law = summary.law.filter(|_| !summary.bias.is_square_found)?;
+    let last = summary.levels.last()?.spp as f64;
+    let (target, _) = summary.answers.last()?;
+    let end = ((law.a - (target * target).ln()) / law.b).exp();
+    if end <= last {
+        return None;
+    }
+    let at = |step: u32| {
+        let spp = last * (end / last).powf(f64::from(step) / f64::from(SEGMENTS));
+        [summary.own_time.at(spp), error(law.at(spp))]
     };
+    let points = (0..=SEGMENTS).map(at).collect();
+    Some(Series::new("", Mark::Guide, index, points))
+}
+
+/// Returns the plots of error against samples, and of the residuals of the power law.
+pub fn errors(findings: &Findings<'_>) -> Vec<Plot> {
     let samples = Plot {
         title: "Error against samples".to_owned(),
-        reading: "The same by samples per pixel, whatever the cost of a sample. The thin dashes have the slope of independent samples."
+        reading: "The error by samples per pixel, whatever the cost of a sample. The thin dashes have the slope of independent samples. The dashed horizontal line is the error of one reference alone; smaller errors can be measured because there are two."
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("samples per pixel"),
         y: Axis::log("error, %"),
-        series: with_floor(findings, |_, spp| spp, false),
+        series: by_samples(findings),
     };
-    vec![time, samples, residuals(findings)]
+    vec![samples, residuals(findings)]
 }
 
 fn error(rel_mse: f64) -> f64 {
     100.0 * rel_mse.sqrt()
 }
 
-fn with_floor(
-    findings: &Findings<'_>,
-    x: impl Fn(&Summary, f64) -> f64,
-    marks_start: bool,
-) -> Vec<Series> {
+fn by_samples(findings: &Findings<'_>) -> Vec<Series> {
     let curves: Vec<Series> = findings
         .summaries
         .iter()
         .map(|(index, summary)| {
-            let at = |spp: u64| x(summary, spp as f64);
             let points = summary.levels.iter();
-            let points = points.map(|level| [at(level.spp), error(level.rel_mse.value)]);
+            let points = points.map(|level| [level.spp as f64, error(level.rel_mse.value)]);
             let ribbon = summary.levels.iter().map(|level| {
-                // On a logarithmic axis an interval that reaches 0 has no lower end.
                 let low = level.rel_mse.low.max(0.05 * level.rel_mse.value);
-                [at(level.spp), error(low), error(level.rel_mse.high)]
+                [level.spp as f64, error(low), error(level.rel_mse.high)]
             });
             Series::new(&summary.name, Mark::Marks, *index, points.collect())
                 .within(ribbon.collect())
         })
         .collect();
     let points = || curves.iter().flat_map(|series| &series.points);
-    let drawn = |p: &&[f64; 2]| p[0] > 0.0 && p[1] > 0.0;
     let around = |[low, high]: [f64; 2], x: f64| [low.min(x), high.max(x)];
-    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
-    let xs = points().filter(drawn).map(|p| p[0]).fold(nothing, around);
-    let ys = points().filter(drawn).map(|p| p[1]).fold(nothing, around);
+    let xs = points()
+        .map(|p| p[0])
+        .fold([f64::INFINITY, f64::NEG_INFINITY], around);
     let mut all = Vec::new();
-    let mut bottom = ys[0];
     if let Some(reference) = &findings.report.reference {
         let floor = error(reference.noise.rel_mse);
-        bottom = bottom.min(floor);
-        all.push(Series::new(
-            "one reference",
-            Mark::Guide,
-            6,
-            vec![[xs[0], floor], [xs[1], floor]],
-        ));
+        let ends = xs.map(|x| [x, floor]).to_vec();
+        all.push(Series::new("one reference", Mark::Guide, 6, ends));
     }
-    if marks_start {
-        for (index, summary) in &findings.summaries {
-            let start = summary.time.start;
-            if start > 0.0 {
-                let tick = vec![[start, bottom], [start, 1.4 * bottom]];
-                all.push(Series::new("", Mark::Guide, *index, tick));
-            }
-        }
-    } else if let Some(first) = curves.first().and_then(|series| series.points.first()) {
+    if let Some(first) = curves.first().and_then(|series| series.points.first()) {
         let end = first[1] * (first[0] / xs[1]).sqrt();
-        all.push(Series::new(
-            "independent samples",
-            Mark::Guide,
-            5,
-            vec![*first, [xs[1], end]],
-        ));
+        let ends = vec![*first, [xs[1], end]];
+        all.push(Series::new("independent samples", Mark::Guide, 5, ends));
     }
     all.extend(curves);
     all

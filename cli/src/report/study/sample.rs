@@ -59,10 +59,12 @@ fn variant(integrator: &'static str, bias: f64) -> VariantStudy {
             start: 0.01,
             sample: 0.001,
         },
+        own_size: None,
         build: 0.1,
         levels: [1, 2, 4, 8].map(|spp| level(spp, bias)).to_vec(),
         repeated: 1,
         disturbed: 0,
+        look: None,
         bars: None,
         tile_p_values: vec![0.1, 0.5, 0.9],
         paths: None,
@@ -75,7 +77,7 @@ pub fn report() -> StudyReport {
     StudyReport {
         version: "1.2.3",
         scene: "box.toml".to_owned(),
-        full_size: (64, 64),
+        full_size: (16, 16),
         size: (16, 16),
         threads: 2,
         budget: 10.0,
@@ -112,5 +114,6 @@ pub fn findings(report: &StudyReport) -> Findings<'_> {
         summaries: summaries(report),
         machine: &MACHINE,
         command: "etendue study box.toml",
+        recommendation: None,
     }
 }

@@ -5,14 +5,14 @@
 //! Source: none needed. Tested in `cli/tests/command/study.rs`.
 
 use super::wording::{
-    number, percent, probability, ranged, reached, rough, seconds, signed_percent,
+    answer, number, percent, probability, ranged, rough, seconds, signed_percent,
 };
-use super::{Findings, conclusions};
+use super::{Findings, answers, conclusions};
 use crate::report::bench::tables as machine_tables;
-use crate::report::table::{Table, numbers, words};
+use crate::report::table::{Table, numbers, words, wrapped};
 use etendue_lab::study::bootstrap::Ranged;
 use etendue_lab::study::costs::BOUNCE_ROUNDS;
-use etendue_lab::study::summary::{Summary, TARGETS, Tenth};
+use etendue_lab::study::summary::Summary;
 use etendue_lab::study::variance::{ClassShare, LightFoundBy, is_longest};
 
 /// Returns all tables as Markdown.
@@ -30,8 +30,9 @@ pub fn markdown(findings: &Findings<'_>) -> String {
         text += &format!("- {sentence}\n");
     }
     text.push('\n');
-    let tables = [
-        times(findings),
+    let mut tables = vec![answers::one_by_one(findings)];
+    tables.extend(answers::for_threads(findings));
+    tables.extend([
         efficiency(findings),
         bias(findings),
         tenth(findings),
@@ -40,50 +41,11 @@ pub fn markdown(findings: &Findings<'_>) -> String {
         effects(findings),
         environment(findings),
         warnings(findings),
-    ];
+    ]);
     for table in tables.iter().filter(|table| !table.rows.is_empty()) {
         text += &table.markdown(2);
     }
     text
-}
-
-/// Returns the table of the time that each variant takes to reach an error.
-pub fn times(findings: &Findings<'_>) -> Table {
-    let heads = TARGETS.map(|target| numbers(percent(target)));
-    let row = |(_, summary): &(usize, Summary)| {
-        let cells = summary.times.iter().map(|(target, time)| {
-            let is_beyond_bias = summary.bias.is_square_found
-                && summary.bias.squared.value - summary.bias.squared.margin(0.95) > target * target;
-            reached(time, is_beyond_bias)
-        });
-        [summary.name.clone()].into_iter().chain(cells).collect()
-    };
-    let (width, height) = findings.report.size;
-    Table {
-        title: "Time to an error".to_owned(),
-        says: format!(
-            "Seconds on {} threads until the root of relMSE is below the given error, with intervals of 95 %, for {width} × {height} pixels{}. Less is better; `>` marks the longest time that was measured, nothing is extrapolated; `never` means an error below the variant's bias.",
-            findings.report.threads,
-            full_size(findings)
-        ),
-        head: [words("variant")].into_iter().chain(heads).collect(),
-        rows: findings.summaries.iter().map(row).collect(),
-    }
-}
-
-/// Describes the factor between these times and those at the scene's own size.
-fn full_size(findings: &Findings<'_>) -> String {
-    let pixels = |(width, height): (u32, u32)| f64::from(width) * f64::from(height);
-    let (full, size) = (findings.report.full_size, findings.report.size);
-    if full == size {
-        return String::new();
-    }
-    format!(
-        "; the scene's own {} × {} take about {} times as long",
-        full.0,
-        full.1,
-        rough(pixels(full) / pixels(size))
-    )
 }
 
 /// Returns the table of the efficiency of each variant.
@@ -182,22 +144,19 @@ pub fn tenth(findings: &Findings<'_>) -> Table {
     let row = |(_, summary): &(usize, Summary)| {
         let last = summary.levels.last();
         let now = last.map(|last| last.rel_mse.value.max(0.0).sqrt());
-        let cell = match &summary.tenth {
-            Tenth::Costs(range) => ranged(range, seconds),
-            Tenth::Never(bias) => format!("never: its bias is {}", percent(*bias)),
-            Tenth::Unknown => "not known".to_owned(),
-        };
         vec![
             summary.name.clone(),
             now.map_or("-".to_owned(), percent),
-            last.map_or("-".to_owned(), |last| seconds(last.seconds)),
+            last.map_or("-".to_owned(), |last| {
+                seconds(summary.own_time.at(last.spp as f64))
+            }),
             now.map_or("-".to_owned(), |now| percent(0.1 * now)),
-            cell,
+            answer(&summary.tenth),
         ]
     };
     Table {
         title: "Cost of a tenth of the error".to_owned(),
-        says: "The error of the longest renders, and the extrapolated time for a tenth of it: by the law of independent samples where that fits, a hundred times as long; by the steeper slope where it was steeper so far, with a hundred times as the upper end, since it need not stay so. Time does not reduce bias: the light lost by a limit of bounces or by the technique, and the rounding of single precision (about 10⁻⁶), remain."
+        says: "The error of the longest renders, and the time for a tenth of it, at the scene's own size: by the law of independent samples where that fits, a hundred times as long; by the steeper slope where it was steeper so far, with a hundred times as the upper end, since it need not stay so. Time does not reduce bias: the light lost by a limit of bounces or by the technique, and the rounding of single precision (about 10⁻⁶), remain."
             .to_owned(),
         head: vec![
             words("variant"),
@@ -208,6 +167,32 @@ pub fn tenth(findings: &Findings<'_>) -> Table {
         ],
         rows: findings.summaries.iter().map(row).collect(),
     }
+}
+
+/// Returns the conclusions and the answers for a terminal.
+pub fn answers_in_words(findings: &Findings<'_>) -> String {
+    let mut text = format!("{}\n\n", findings.report.scene);
+    for sentence in conclusions::of_findings(findings) {
+        text += &wrapped(&format!("- {sentence}"), 80);
+    }
+    text.push('\n');
+    let tables = [
+        Some(answers::one_by_one(findings)),
+        answers::for_threads(findings),
+    ];
+    for table in tables
+        .into_iter()
+        .flatten()
+        .filter(|table| !table.rows.is_empty())
+    {
+        text += &format!(
+            "{}\n\n{}\n{}\n",
+            table.title,
+            wrapped(&table.says, 80),
+            table.grid()
+        );
+    }
+    text
 }
 
 /// Describes a class of paths.
@@ -321,12 +306,13 @@ pub fn environment(findings: &Findings<'_>) -> Table {
             seconds(report.budget)
         ),
     );
-    if let Some(schedule) = &report.schedule {
+    if let Some(seeds) = report.schedule.as_ref().and_then(|it| it.seeds.first()) {
+        let counts: Vec<String> = seeds.iter().map(u64::to_string).collect();
         add(
             "seeds",
             format!(
-                "{} for each sample count, {} for the largest of each variant",
-                schedule.seeds, schedule.last_seeds
+                "{} from the shortest renders to the longest",
+                counts.join(", ")
             ),
         );
     }

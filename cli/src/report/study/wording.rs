@@ -5,8 +5,8 @@
 //! Source: the intervals justify two or three digits. Tested below.
 
 use crate::report::lesson::wording::significant;
+use etendue_lab::study::answer::Answer;
 use etendue_lab::study::bootstrap::Ranged;
-use etendue_lab::study::fit::Reached;
 
 /// Formats a number with three digits.
 pub fn number(x: f64) -> String {
@@ -23,11 +23,22 @@ pub fn seconds(x: f64) -> String {
     match x {
         x if x.is_nan() => "-".to_owned(),
         x if x.is_infinite() => "∞".to_owned(),
-        x if x < 1.0 => format!("{} ms", number(1e3 * x)),
-        x if x < 120.0 => format!("{} s", number(x)),
-        x if x < 7200.0 => format!("{} min", number(x / 60.0)),
-        x if x < 172_800.0 => format!("{} h", number(x / 3600.0)),
-        x => format!("{} days", number(x / 86_400.0)),
+        x => {
+            let (one, unit) = unit_of(x);
+            format!("{} {unit}", number(x / one))
+        }
+    }
+}
+
+/// Returns the unit of a time, in seconds and in words.
+fn unit_of(x: f64) -> (f64, &'static str) {
+    match x {
+        x if x < 1.0 => (1e-3, "ms"),
+        x if x < 120.0 => (1.0, "s"),
+        x if x < 7200.0 => (60.0, "min"),
+        x if x < 172_800.0 => (3600.0, "h"),
+        x if x < 3.2e7 => (86_400.0, "days"),
+        _ => (31_557_600.0, "years"),
     }
 }
 
@@ -51,14 +62,43 @@ pub fn ranged(range: &Ranged, write: impl Fn(f64) -> String) -> String {
     }
 }
 
-/// Formats the time at which an error was reached; `never` if the bias is larger than that error.
-pub fn reached(reached: &Reached, is_beyond_bias: bool) -> String {
-    match reached {
-        Reached::At(range) => ranged(range, seconds),
-        Reached::Within(least) => format!("< {}", seconds(*least)),
-        Reached::Beyond(_) if is_beyond_bias => "never".to_owned(),
-        Reached::Beyond(most) => format!("> {}", seconds(*most)),
+/// Formats a time and its interval in one unit, such as `12.3 s (11.9 to 12.8)`.
+pub fn seconds_ranged(range: &Ranged) -> String {
+    let value = seconds(range.value);
+    let Some((_, unit)) = value.split_once(' ').filter(|_| range.low < range.high) else {
+        return value;
+    };
+    let one = unit_of(range.value).0;
+    let [low, high] = [range.low, range.high].map(|end| match end.is_finite() {
+        true => number(end / one),
+        false => "∞".to_owned(),
+    });
+    match (low == high, value.strip_suffix(unit)) {
+        (false, Some(digits)) => format!("{digits}{unit} ({low} to {high})"),
+        _ => value,
     }
+}
+
+/// Formats an answer: `≈` marks times by the law.
+pub fn answer(answer: &Answer) -> String {
+    match answer {
+        Answer::Measured(range) => seconds_ranged(range),
+        Answer::Law(range) => format!("≈ {}", seconds_ranged(range)),
+        Answer::AtOnce(least) => format!("< {}", seconds(*least)),
+        Answer::Never(_) => "never".to_owned(),
+        Answer::Exact(least) => format!("exact at once, {}", seconds(*least)),
+        Answer::Unknown(_) => "unknown".to_owned(),
+    }
+}
+
+/// Formats an answer without its interval; `None` if there is no time.
+pub fn short_answer(answer: &Answer) -> Option<String> {
+    let time = seconds(answer.seconds()?);
+    Some(match answer {
+        Answer::Law(_) => format!("≈ {time}"),
+        Answer::AtOnce(_) => format!("< {time}"),
+        _ => time,
+    })
 }
 
 /// Formats a probability.
@@ -111,16 +151,24 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_reached_is_not_extrapolated() {
-        assert_eq!(reached(&Reached::Beyond(20.0), false), "> 20 s");
-        assert_eq!(reached(&Reached::Beyond(20.0), true), "never");
-        assert_eq!(reached(&Reached::Within(0.5), false), "< 500 ms");
-        let range = Ranged {
-            value: 3.0,
-            low: 2.0,
-            high: f64::INFINITY,
-        };
-        assert_eq!(reached(&Reached::At(range), true), "3 s (2 s to ∞)");
+    fn each_kind_of_answer_is_told_apart() {
+        let range = |value: f64, low: f64, high: f64| Ranged { value, low, high };
+        for (given, text) in [
+            (Answer::Measured(range(3.0, 2.9, 3.2)), "3 s (2.9 to 3.2)"),
+            (Answer::Law(range(300.0, 240.0, 360.0)), "≈ 5 min (4 to 6)"),
+            (
+                Answer::Measured(range(3.0, 2.0, f64::INFINITY)),
+                "3 s (2 to ∞)",
+            ),
+            (Answer::Measured(range(3.0, 3.0, 3.0)), "3 s"),
+            (Answer::AtOnce(0.5), "< 500 ms"),
+            (Answer::Never(0.02), "never"),
+            (Answer::Exact(0.5), "exact at once, 500 ms"),
+            (Answer::Unknown("why".to_owned()), "unknown"),
+        ] {
+            assert_eq!(answer(&given), text);
+        }
+        assert_eq!(short_answer(&Answer::Never(0.02)), None);
     }
 
     #[test]

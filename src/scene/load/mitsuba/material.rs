@@ -272,16 +272,15 @@ impl Reader<'_> {
 
     fn dielectric(&mut self, bsdf: &Object, made: &mut MaterialDescription) -> Result<()> {
         self.factor(bsdf, "specular_reflectance")?;
-        let mut ior = self.ior(bsdf, "bk7")?;
-        if bsdf.kind == "thindielectric" {
-            let text = "a thin pane is not supported: replaced by one that lets all light pass";
-            self.note(bsdf, NoteKind::Approximation, text);
-            ior = 1.0;
-        }
-        made.model = MaterialModel::Dielectric {
-            ior,
-            roughness: self.roughness(bsdf)?,
-            tint: self.reflectance(bsdf, "specular_transmittance", 1.0)?,
+        let ior = self.ior(bsdf, "bk7")?;
+        let tint = self.reflectance(bsdf, "specular_transmittance", 1.0)?;
+        made.model = match bsdf.kind.as_str() {
+            "thindielectric" => MaterialModel::ThinDielectric { ior, tint },
+            _ => MaterialModel::Dielectric {
+                ior,
+                roughness: self.roughness(bsdf)?,
+                tint,
+            },
         };
         Ok(())
     }

@@ -160,14 +160,8 @@ impl Library {
     }
 
     pub fn thin_dielectric(&mut self, params: &Parameters) -> Result<MaterialModel> {
-        self.ior(params, "eta")?;
-        self.approximated(
-            &params.place,
-            "a thin dielectric became one of index 1: it reflects nothing",
-        );
-        Ok(MaterialModel::Dielectric {
-            ior: 1.0,
-            roughness: 0.0,
+        Ok(MaterialModel::ThinDielectric {
+            ior: self.ior(params, "eta")?,
             tint: Rgb::WHITE.into(),
         })
     }

@@ -221,7 +221,9 @@ fn uses_uv(material: &MaterialDescription) -> bool {
         MaterialModel::Diffuse { reflectance }
         | MaterialModel::Mirror { reflectance }
         | MaterialModel::Plastic { reflectance, .. } => varies(reflectance),
-        MaterialModel::Dielectric { tint, .. } => varies(tint),
+        MaterialModel::Dielectric { tint, .. } | MaterialModel::ThinDielectric { tint, .. } => {
+            varies(tint)
+        }
         MaterialModel::Phong {
             diffuse, specular, ..
         } => varies(diffuse) || varies(specular),

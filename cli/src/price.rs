@@ -1,0 +1,72 @@
+//! `etendue price`: what accuracy costs in a scene, within half a minute, as a table or JSON.
+//!
+//! Measure: as in `lab/src/price/report.rs`.
+//! Range: any scene that loads. After Ctrl-C the results so far are printed.
+//! Source: docs/accuracy.md, "The price". Tested in `cli/tests/command/price.rs`.
+
+use super::args::{PriceArguments, ProgressMode};
+use super::durations::format_duration;
+use super::output::Watcher;
+use super::report::price::{json, text};
+use super::{Outcome, command_line, print};
+use etendue::Result;
+use etendue::internals::render::RenderObserver;
+use etendue_lab::bench::machine::machine;
+use etendue_lab::price;
+use etendue_lab::price::report::PriceSettings;
+use etendue_lab::study::settings::StudyObserver;
+use std::time::Instant;
+
+pub fn run(arguments: &PriceArguments) -> Result<Outcome> {
+    let start = Instant::now();
+    let mode = match arguments.quiet {
+        true => ProgressMode::None,
+        false => arguments.progress,
+    };
+    let watcher = Watcher::new(mode)?;
+    let mut description = arguments.scene.load()?;
+    if let Some(size) = arguments.size {
+        description.film.size = size;
+    }
+    let settings = PriceSettings {
+        budget: arguments.budget.as_secs_f64(),
+        integrator: Some(arguments.integrator),
+        seed: arguments.seed,
+        options: arguments.tracing.options(),
+    };
+    let measured = price::run(&description, &settings, start, &Shown(&watcher));
+    watcher.finish();
+    let report = measured?;
+    if arguments.json {
+        print(json::of_report(&report, &command_line(), &machine()).as_bytes())?;
+    } else {
+        print(text::of_report(&report).as_bytes())?;
+    }
+    if report.complete {
+        return Ok(Outcome::Done);
+    }
+    if !arguments.quiet {
+        let what = match report.answers.is_empty() {
+            true => "before the errors were measured",
+            false => "the answers are those of a shorter render",
+        };
+        eprintln!(
+            "interrupted after {}: {what}",
+            format_duration(start.elapsed())
+        );
+    }
+    Ok(Outcome::Interrupted)
+}
+
+/// Shows the progress, and forwards Ctrl-C.
+struct Shown<'a>(&'a Watcher);
+
+impl StudyObserver for Shown<'_> {
+    fn progress(&self, fraction: f64, what: &str) {
+        self.0.show(fraction, || what.to_owned());
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.0.is_cancelled()
+    }
+}

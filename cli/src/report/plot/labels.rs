@@ -1,0 +1,125 @@
+//! Texts at points of a plot, where there is room for them.
+//!
+//! Measure: units of the frame.
+//! Range: any labels; one that would cover another or leave the frame at all four corners of its point is left out.
+//! Source: none needed. Tested below.
+
+use super::frame::{Frame, round};
+use crate::report::chart::HUES;
+use etendue_lab::plot::Series;
+use maud::{Markup, html};
+
+/// The height of a text, and the width of one character, at the font size of narrow pages.
+const HEIGHT: f64 = 15.0;
+const WIDTH: f64 = 8.0;
+
+/// The distance between a point and its text.
+const AWAY: f64 = 7.0;
+
+/// A placed text.
+struct Placed<'a> {
+    text: &'a str,
+    hue: usize,
+    /// The left end of its base line.
+    at: [f64; 2],
+    /// Left, top, right, bottom.
+    area: [f64; 4],
+}
+
+/// Draws the labels of all series.
+pub fn drawn(series: &[Series], frame: &Frame) -> Markup {
+    html! {
+        @for placed in placed(series, frame) {
+            g class=(format!("series-{}", placed.hue % HUES)) {
+                text.label x=(round(placed.at[0])) y=(round(placed.at[1])) { (placed.text) }
+            }
+        }
+    }
+}
+
+fn placed<'a>(series: &'a [Series], frame: &Frame) -> Vec<Placed<'a>> {
+    let mut all: Vec<Placed<'a>> = Vec::new();
+    for series in series {
+        for label in &series.labels {
+            let Some([x, y]) = frame.at(label.point[0], label.point[1]) else {
+                continue;
+            };
+            let width = WIDTH * label.text.chars().count() as f64;
+            let corners = [(1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0)];
+            let place = corners.into_iter().find_map(|(right, down)| {
+                let left = if right > 0.0 {
+                    x + AWAY
+                } else {
+                    x - AWAY - width
+                };
+                let top = if down > 0.0 {
+                    y + 0.5 * AWAY
+                } else {
+                    y - 0.5 * AWAY - HEIGHT
+                };
+                let area = [left, top, left + width, top + HEIGHT];
+                let is_inside =
+                    left >= 0.0 && top >= 0.0 && area[2] <= frame.width && area[3] <= frame.height;
+                let is_free = all.iter().all(|other| !overlap(&area, &other.area));
+                (is_inside && is_free).then_some(area)
+            });
+            all.extend(place.map(|area| Placed {
+                text: &label.text,
+                hue: series.hue,
+                at: [area[0], area[3] - 0.25 * HEIGHT],
+                area,
+            }));
+        }
+    }
+    all
+}
+
+fn overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use etendue_lab::plot::{Axis, Label, Mark, Plot, Shape};
+
+    fn labels(points: &[[f64; 2]]) -> Vec<[f64; 4]> {
+        let labels = points.iter().map(|&point| Label {
+            point,
+            text: "1 min".to_owned(),
+        });
+        let series = Series::new("s", Mark::Line, 0, vec![]).labelled(labels.collect());
+        let plot = Plot {
+            title: String::new(),
+            reading: String::new(),
+            shape: Shape::Square,
+            x: Axis::linear("x").over(0.0, 1.0),
+            y: Axis::linear("y").over(0.0, 1.0),
+            series: vec![series],
+        };
+        let frame = Frame::new(&plot);
+        placed(&plot.series, &frame)
+            .iter()
+            .map(|it| it.area)
+            .collect()
+    }
+
+    #[test]
+    fn no_label_covers_another() {
+        let areas = labels(&[[0.5, 0.5]; 6]);
+        assert_eq!(areas.len(), 4);
+        for (index, a) in areas.iter().enumerate() {
+            assert!(areas[..index].iter().all(|b| !overlap(a, b)));
+        }
+    }
+
+    #[test]
+    fn labels_stay_inside() {
+        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+        let areas = labels(&corners);
+        assert_eq!(areas.len(), 4);
+        let inside = |a: &[f64; 4]| a[0] >= 0.0 && a[1] >= 0.0 && a[2] <= 300.0 && a[3] <= 300.0;
+        assert!(areas.iter().all(inside), "{areas:?}");
+        assert!(labels(&[[f64::NAN, 0.5]]).is_empty());
+    }
+}

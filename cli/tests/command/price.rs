@@ -1,0 +1,159 @@
+//! `etendue price`: its answers, its table and JSON, invalid requests, and interruption.
+
+use crate::common::scene_folder::{HEAD, SMALL, SceneFolder};
+use crate::support::{INPUT_OUTPUT, SCENE, USAGE, command, fails, run, succeed};
+use serde_json::Value;
+
+fn folder() -> SceneFolder {
+    SceneFolder::new([
+        ("small.toml", SMALL.to_owned()),
+        ("bad.toml", format!("{HEAD}[[shape]]\n")),
+        ("black.toml", format!("{HEAD}[film]\nsize = [8, 8]\n")),
+        // Nothing but a sky of one colour.
+        (
+            "grey.toml",
+            format!(
+                "{HEAD}[film]\nsize = [16, 16]\n[[light]]\ntype = \"environment\"\nradiance = 0.5\n"
+            ),
+        ),
+    ])
+}
+
+fn json(folder: &SceneFolder, arguments: &str) -> Value {
+    let finished = succeed(folder, arguments);
+    serde_json::from_str(&finished.stdout).expect("it is JSON")
+}
+
+#[test]
+fn requests_that_make_no_sense() {
+    let folder = folder();
+    for (arguments, code, words) in [
+        ("small.toml --budget soon", USAGE, ["--budget", "5m"]),
+        ("small.toml --budget 0s", USAGE, ["--budget", "5m"]),
+        ("small.toml --integrator paht", USAGE, ["paht", "path"]),
+        ("small.toml --size 0x8", USAGE, ["--size", "0x8"]),
+        (
+            "small.toml --size 1024x1024 --budget 0.01s",
+            USAGE,
+            ["too small", "--budget"],
+        ),
+        ("bad.toml", SCENE, ["bad.toml", "type"]),
+        ("none.toml", INPUT_OUTPUT, ["none.toml", "cannot"]),
+    ] {
+        fails(&folder, &format!("price {arguments}"), code, &words);
+    }
+    let black = run(&folder, "price black.toml --budget 2s --integrator path -q");
+    assert_eq!(black.code, 1, "{}", black.stderr);
+    assert!(black.stderr.contains("black"), "{}", black.stderr);
+}
+
+#[test]
+fn errors_have_times_samples_and_sources_and_the_table_fits_a_terminal() {
+    let folder = folder();
+    let finished = succeed(
+        &folder,
+        "price small.toml --budget 4s --integrator path --progress none",
+    );
+    for line in finished.stdout.lines() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+    for words in [
+        "small.toml: 24 x 16 pixels, path with sobol",
+        "10 %",
+        "0.1 %",
+        "where the error",
+        "material",
+        "what would make it cheaper",
+        "--integrator bdpt",
+        "--denoise",
+        "path beyond doubt",
+    ] {
+        let text = &finished.stdout;
+        // Which integrator is faster depends on the machine.
+        let is_there = text.contains(words)
+            || words.starts_with("path") && text.contains("times as fast as path");
+        assert!(is_there, "no {words} in {text}");
+    }
+}
+
+#[test]
+fn the_json_has_what_error_then_takes() {
+    let folder = folder();
+    let report = json(
+        &folder,
+        "price small.toml --size 48x32 --budget 5s --integrator path --json -q --seed 3",
+    );
+    assert_eq!(
+        (&report["complete"], &report["integrator"]),
+        (&true.into(), &"path".into())
+    );
+    assert_eq!(report["full_size"], serde_json::json!([48, 32]));
+    let rows = report["answers"].as_array().expect("rows");
+    assert_eq!(rows.len(), 5);
+    let samples = |index: usize| rows[index]["spp"].as_f64().expect("a number");
+    // Smaller errors take more samples, none less than independent ones save.
+    assert!((1..5).all(|index| samples(index) > samples(index - 1)));
+    let culprits = &report["culprits"];
+    let total = |kind: &str| {
+        let all = culprits[kind].as_array().expect("a list");
+        all.iter()
+            .map(|it| it["variance"].as_f64().expect("a number"))
+            .sum::<f64>()
+    };
+    // Each kind of source explains all of the error.
+    assert!((total("materials") - 1.0).abs() < 1e-4 && (total("lights") - 1.0).abs() < 1e-4);
+    assert!(report["advice"][0].is_string());
+
+    // What a render to 5 % then takes, between the rows of 10 % and 3 %, and to 3 % itself: samples, not seconds, so
+    // that no timing decides.
+    let error = succeed(
+        &folder,
+        "render small.toml --size 48x32 --integrator path --error 3% --json -q --seed 11 -o a.png",
+    );
+    let stats: Value = serde_json::from_str(&error.stdout).expect("it is JSON");
+    let spp = stats["spp"].as_f64().expect("a number");
+    let ratio = spp / samples(1);
+    // The error of an image of 1536 pixels is known to about 10 %, its samples to twice that.
+    assert!((0.6..1.6).contains(&ratio), "{spp} for {}", samples(1));
+}
+
+#[test]
+fn auto_is_that_of_plan() {
+    let folder = folder();
+    let price = json(&folder, "price small.toml --budget 4s --json -q");
+    let plan = json(&folder, "plan small.toml --json");
+    assert_eq!(price["auto"]["recommended"], price["integrator"]);
+    assert_eq!(price["integrator"], plan["integrator"]["recommended"]);
+}
+
+#[test]
+fn a_scene_of_one_colour_is_exact() {
+    let folder = folder();
+    let finished = succeed(&folder, "price grey.toml --budget 2s --integrator path -q");
+    assert!(
+        finished.stdout.contains("exact: no noise"),
+        "{}",
+        finished.stdout
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_says_what_there_is() {
+    let folder = folder();
+    let child = command(
+        &folder,
+        "price small.toml --budget 10m --integrator path --progress none",
+    )
+    .spawn()
+    .expect("the command starts");
+    std::thread::sleep(std::time::Duration::from_millis(800));
+    let killed = std::process::Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(killed.expect("kill(1) is there").success());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130));
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("interrupted after"), "{message}");
+}

@@ -1,0 +1,379 @@
+//! Measures a price: the pace at the scene's own size, the sources of the error and cheaper ways with small images, then
+//! one render for the rest of the time, whose looks at its own error give the answers.
+//!
+//! Measure: seconds.
+//! Range: a budget for the pilot and one sample of each pixel; a smaller one, a black image and an unknown error are
+//! errors that say so. An error of fewer than 16 samples is marked by a note. After a cancellation the report has the results so far.
+//! Source: docs/accuracy.md, "The price". Tested in `cli/tests/command/price.rs`.
+
+use super::answers::Facts;
+use super::cheaper::Comparison;
+use super::report::{PriceReport, PriceSettings};
+use super::watch::Watch;
+use crate::study::culprits::culprits;
+use crate::study::prepared_scene::PreparedScene;
+use crate::study::reference::References;
+use crate::study::settings::StudyObserver;
+use crate::study::summary::TARGETS;
+use crate::study::variant::Variant;
+use etendue::internals::accel::{AccelOptions, Precision};
+use etendue::internals::film::Doubt;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::auto::{Recommendation, recommend};
+use etendue::internals::render::convergence::Look;
+use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
+use etendue::internals::render::{
+    CONFIDENCE, RenderInput, RenderObserver, Rendered, Threads, render,
+};
+use etendue::internals::sampler::hash::combine;
+use etendue::internals::scene::description::SceneDescription;
+use etendue::{Error, Result};
+use std::time::{Duration, Instant};
+
+/// The shares of the budget for the pace, the sources of the error, and cheaper ways.
+const PACE: f64 = 0.06;
+const CULPRITS: f64 = 0.08;
+const CHEAPER: f64 = 0.36;
+
+/// The least share for the longest render.
+const LEAST: f64 = 0.1;
+
+/// The number of samples per pixel that measure the pace.
+const PACE_SPP: u64 = 8;
+
+/// The samples per pixel that the longest render should reach: for fewer, a smaller image is rendered.
+const ENOUGH_SPP: f64 = 96.0;
+
+/// The numbers of pixels of small images, and of the smallest longest render.
+const SMALL: f64 = 24_000.0;
+const SMALLEST: f64 = 6_000.0;
+
+/// Minimum and maximum number of observed samples of a pixel.
+const OBSERVED: [u64; 2] = [8, 64];
+
+/// A relative standard error of the pace, which differs between renders on a machine with nothing else to do.
+const PACE_ERROR: f64 = 0.02;
+
+/// An error that no forecast reaches, so that the longest render looks at its error until its time is over.
+const UNREACHED: f64 = 1e-9;
+
+/// The offset of the seeds, which are combined with the user's.
+const SEEDS: u64 = 0x0070_7269_6365;
+
+/// Measures the price of a scene, from `start` on.
+///
+/// # Errors
+/// A scene that is black or not valid, a budget too small, or a render that fails.
+pub fn run(
+    description: &SceneDescription,
+    settings: &PriceSettings,
+    start: Instant,
+    observer: &dyn StudyObserver,
+) -> Result<PriceReport> {
+    let watch = Watch {
+        observer,
+        start,
+        budget: settings.budget,
+    };
+    let options = settings.options;
+    let prepared = PreparedScene::new(description, [options])?;
+    let base = RenderSettings {
+        threads: options.threads,
+        seed: combine(settings.seed, SEEDS),
+        ..RenderSettings::of_scene(description)?
+    };
+    let integrator = settings.integrator.unwrap_or(base.integrator);
+    let (integrator, recommendation) = settled(&prepared, &base, integrator, options, &watch)?;
+    let base = RenderSettings { integrator, ..base };
+    let mut price = Price {
+        report: blank(description, settings, &base, &prepared),
+        description,
+        settings,
+        prepared,
+        base,
+        watch,
+    };
+    price.report.recommendation = recommendation;
+    let whole = price.all()?;
+    price.report.complete = whole.is_some();
+    price.report.seconds = price.watch.elapsed();
+    Ok(price.report)
+}
+
+/// The integrator in place of `auto`, by the pilot of `etendue plan` and of `render --integrator auto`.
+fn settled(
+    prepared: &PreparedScene,
+    base: &RenderSettings,
+    integrator: IntegratorKind,
+    options: AccelOptions,
+    watch: &Watch<'_>,
+) -> Result<(IntegratorKind, Option<Recommendation>)> {
+    if integrator != IntegratorKind::Auto {
+        return Ok((integrator, None));
+    }
+    let view = RenderInput {
+        scene: prepared.scene(options),
+        filter: prepared.filter(),
+        size: prepared.size(),
+    };
+    let threads = Threads::new(base.threads)?;
+    let recommendation = recommend(&view, &threads, base, watch)?;
+    Ok((recommendation.integrator, Some(recommendation)))
+}
+
+fn blank(
+    description: &SceneDescription,
+    settings: &PriceSettings,
+    base: &RenderSettings,
+    prepared: &PreparedScene,
+) -> PriceReport {
+    PriceReport {
+        version: env!("CARGO_PKG_VERSION"),
+        scene: description.file.display().to_string(),
+        full_size: description.film.size,
+        size: description.film.size,
+        threads: base.threads,
+        integrator: base.integrator.name(),
+        sampler: base.sampler.name(),
+        recommendation: None,
+        budget: settings.budget,
+        seconds: 0.0,
+        spp: 0,
+        rel_rmse: None,
+        doubt: None,
+        pace: f64::NAN,
+        answers: Vec::new(),
+        culprits: None,
+        cheaper: Vec::new(),
+        bias: base.bias(prepared.effects()),
+        notes: Vec::new(),
+        complete: false,
+    }
+}
+
+/// A price that is being measured. Each step returns `None` if it was cancelled.
+struct Price<'a> {
+    description: &'a SceneDescription,
+    settings: &'a PriceSettings,
+    prepared: PreparedScene,
+    base: RenderSettings,
+    watch: Watch<'a>,
+    report: PriceReport,
+}
+
+impl Price<'_> {
+    fn all(&mut self) -> Result<Option<()>> {
+        let own = self.prepared.size();
+        let pixels = f64::from(own.0) * f64::from(own.1);
+        let pace = Budget {
+            spp: Some(PACE_SPP),
+            ..Budget::time(Duration::from_secs_f64(PACE * self.settings.budget))
+        };
+        let Some(first) = self.render(&self.prepared, pace, 0)? else {
+            return Ok(None);
+        };
+        if first.film.mean() == [0.0; 3] {
+            return Err(Error::render(
+                "the image is black after its first samples: relative errors are undefined",
+            ));
+        }
+        if self.watch.elapsed() > self.settings.budget {
+            return Err(self.too_small());
+        }
+        let own_pace = first.elapsed.as_secs_f64() / first.spp as f64;
+        let small = self.prepared.on_film(scaled(own, SMALL / pixels));
+        let of_small = own_pace * (SMALL / pixels).min(1.0);
+        if self.sources(&small, of_small)?.is_none() || self.cheaper(small)?.is_none() {
+            return Ok(None);
+        }
+        // On a busy machine the steps before may have taken all of the time.
+        let left = self.watch.left().max(LEAST * self.settings.budget);
+        let share = (left / own_pace / ENOUGH_SPP)
+            .max(SMALLEST / pixels)
+            .min(1.0);
+        let longest = match share < 1.0 {
+            true => self.prepared.on_film(scaled(own, share)),
+            false => self.prepared.on_film(own),
+        };
+        self.report.size = longest.size();
+        let until = Budget {
+            error: Some(ErrorTarget {
+                rel_rmse: UNREACHED,
+                confidence: CONFIDENCE,
+            }),
+            ..Budget::time(Duration::from_secs_f64(left))
+        };
+        let rendered = self.render_whatever(&longest, until, 1)?;
+        let pace = match longest.size() == own {
+            true => rendered.elapsed.as_secs_f64() / rendered.spp.max(1) as f64,
+            false => own_pace,
+        };
+        self.answer(&rendered, pace)?;
+        Ok((!rendered.cancelled).then_some(()))
+    }
+
+    /// Renders with the measured settings, `None` if it was cancelled.
+    fn render(
+        &self,
+        prepared: &PreparedScene,
+        until: Budget,
+        seed: u64,
+    ) -> Result<Option<Rendered>> {
+        let rendered = self.render_whatever(prepared, until, seed)?;
+        Ok((!rendered.cancelled).then_some(rendered))
+    }
+
+    fn render_whatever(
+        &self,
+        prepared: &PreparedScene,
+        until: Budget,
+        seed: u64,
+    ) -> Result<Rendered> {
+        let settings = RenderSettings {
+            budget: until,
+            seed: combine(self.base.seed, seed),
+            ..self.on_film(prepared)
+        };
+        let scene = prepared.scene(self.settings.options);
+        render(
+            scene,
+            prepared.filter(),
+            prepared.size(),
+            &settings,
+            &self.watch,
+        )
+    }
+
+    /// The settings for images of another size.
+    fn on_film(&self, prepared: &PreparedScene) -> RenderSettings {
+        RenderSettings {
+            window: RenderSettings::new(prepared.size(), 1).window,
+            ..self.base.clone()
+        }
+    }
+
+    /// Measures the sources of the error.
+    fn sources(&mut self, small: &PreparedScene, pace: f64) -> Result<Option<()>> {
+        self.watch.begin("sources of the error");
+        let seconds = CULPRITS * self.settings.budget;
+        // Observed paths are followed one at a time, twice, in several times the time of a render.
+        let spp = (seconds / (6.0 * pace)) as u64;
+        if spp < OBSERVED[0] {
+            self.report
+                .notes
+                .push("no time for the sources of the error: give a larger --budget".to_owned());
+            return Ok(Some(()));
+        }
+        let spp = spp.clamp(OBSERVED[0], OBSERVED[1]);
+        let Some(image) = self.render(small, Budget::samples(spp), 2)? else {
+            return Ok(None);
+        };
+        let image = image.film.develop();
+        // One noisy image in both places: it only scales errors.
+        let Some(references) = References::new(image.clone(), image) else {
+            return Ok(Some(()));
+        };
+        let variant = Variant::new(self.on_film(small), self.settings.options);
+        let seed = combine(self.base.seed, 3);
+        let found = culprits(small, self.description, &variant, &references, (spp, seed));
+        let integrator = self.base.integrator;
+        if self.base.splats() || integrator == IntegratorKind::IrradianceCache {
+            let name = integrator.name();
+            let note = format!("{name} does not tell which paths its error comes from");
+            self.report.notes.push(note);
+        }
+        self.report.culprits = found;
+        Ok((!self.watch.is_cancelled()).then_some(()))
+    }
+
+    /// Measures other ways to render the scene.
+    fn cheaper(&mut self, small: PreparedScene) -> Result<Option<()>> {
+        self.watch.begin("cheaper ways");
+        let options = self.settings.options;
+        let fast = AccelOptions {
+            precision: Precision::Fast,
+            ..options
+        };
+        let build = small.builds.first().map_or(0.0, |(_, seconds)| *seconds);
+        let seconds = CHEAPER * self.settings.budget - build;
+        if seconds < 0.5 * CHEAPER * self.settings.budget {
+            self.report
+                .notes
+                .push("no time for cheaper ways: give a larger --budget".to_owned());
+            return Ok(Some(()));
+        }
+        let size = small.size();
+        let small = match options == fast {
+            true => small,
+            false => PreparedScene::new(self.description, [options, fast])?.on_film(size),
+        };
+        let settings = self.on_film(&small);
+        let comparison = Comparison {
+            prepared: &small,
+            settings: &settings,
+            options,
+            seconds,
+            observer: &self.watch,
+        };
+        self.report.cheaper = comparison.all()?;
+        Ok((!self.watch.is_cancelled()).then_some(()))
+    }
+
+    /// Computes the answers from the longest render.
+    fn answer(&mut self, rendered: &Rendered, pace: f64) -> Result<()> {
+        let Some(error) = rendered.error(CONFIDENCE) else {
+            return match rendered.cancelled {
+                true => Ok(()),
+                false => Err(self.too_small()),
+            };
+        };
+        let mut looks = rendered.looks.clone();
+        if looks.is_empty() {
+            let spp = rendered.spp;
+            looks.push(Look::new(spp as f64, &error));
+            let note = format!("the error is that of {spp} samples only: give a larger --budget");
+            self.report.notes.push(note);
+        }
+        let (width, height) = self.report.full_size;
+        let doubt = error.doubt.map(in_words);
+        let facts = Facts {
+            looks: &looks,
+            spp: rendered.spp as f64,
+            pixels: u64::from(width) * u64::from(height),
+            in_steps: self.base.sampler == SamplerKind::Sobol,
+            pace,
+            pace_error: PACE_ERROR,
+            doubt: doubt.as_deref(),
+        };
+        self.report.answers = TARGETS.map(|target| facts.row(target)).to_vec();
+        self.report.doubt = doubt;
+        self.report.rel_rmse = Some(error.rel_rmse);
+        self.report.spp = rendered.spp;
+        self.report.pace = pace;
+        Ok(())
+    }
+
+    fn too_small(&self) -> Error {
+        Error::usage(format!(
+            "a budget of {} s is too small to estimate the error of this scene: give a larger --budget",
+            self.settings.budget
+        ))
+    }
+}
+
+/// The reason of a doubt, in words.
+fn in_words(doubt: Doubt) -> String {
+    match doubt {
+        Doubt::FewPixels { .. } | Doubt::OneSample { .. } => {
+            "rare bright paths dominate the error, and the samples so far cannot tell how many were missed".to_owned()
+        }
+        Doubt::Rising { .. } => "the error has not fallen as it should: rare bright paths".to_owned(),
+    }
+}
+
+/// A size with this share of the pixels, at most all.
+fn scaled((width, height): (u32, u32), share: f64) -> (u32, u32) {
+    let scale = share.min(1.0).sqrt();
+    let side = |side: u32| ((f64::from(side) * scale).round() as u32).max(1);
+    (side(width), side(height))
+}

@@ -1,0 +1,47 @@
+//! The clock of a price.
+//!
+//! Measure: seconds.
+//! Range: negative seconds are left after the end of the budget.
+//! Source: none needed. Tested in `cli/tests/command/price.rs`.
+
+use crate::study::settings::StudyObserver;
+use etendue::internals::render::{Progress, RenderObserver};
+use std::time::Instant;
+
+/// The share of the budget that is kept for the output.
+const RESERVE: f64 = 0.02;
+
+/// The clock, which passes on cancellation.
+pub(super) struct Watch<'a> {
+    pub observer: &'a dyn StudyObserver,
+    pub start: Instant,
+    pub budget: f64,
+}
+
+impl Watch<'_> {
+    /// Seconds since the start.
+    pub fn elapsed(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    /// Seconds left to measure in.
+    pub fn left(&self) -> f64 {
+        (1.0 - RESERVE) * self.budget - self.elapsed()
+    }
+
+    /// Begins a step and reports its name.
+    pub fn begin(&self, what: &str) {
+        let fraction = (self.elapsed() / self.budget).min(0.99);
+        self.observer.progress(fraction, what);
+    }
+}
+
+impl RenderObserver for Watch<'_> {
+    fn progress(&self, _progress: &Progress) {
+        self.begin("measuring the price");
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.observer.is_cancelled()
+    }
+}

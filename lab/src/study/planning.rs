@@ -1,0 +1,201 @@
+//! The part of a study that plans it: the cost of renders, the size of the image, the schedule.
+//!
+//! Measure: seconds, pixels, samples per pixel.
+//! Range: the image has the scene's own size, unless that leaves fewer than eight doublings of the samples and a smaller
+//! one was not ruled out: then it is made smaller, with a warning.
+//! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
+
+use super::fit::TimeLaw;
+use super::reference::References;
+use super::report::LevelReport;
+use super::run::Study;
+use super::runner::{Purpose, seed_for};
+use super::schedule::Schedule;
+use super::settings::Watch;
+use etendue::internals::image::Image;
+use etendue::{Error, Result};
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+/// Maximum number of bytes of images that are kept.
+const MOST_MEMORY: u64 = 4 << 30;
+
+/// The share of the budget for measuring the cost of renders, and its maximum in seconds, over all variants.
+const WARM_UP: (f64, f64) = (0.04, 8.0);
+
+/// The number of doublings of the samples below which a smaller image is studied.
+const FEW_DOUBLINGS: usize = 8;
+
+/// The number of pixels below which an image is not made smaller.
+const FEW_PIXELS: f64 = 16_000.0;
+
+/// The share of the pixels that one step towards a smaller image keeps.
+const SMALLER: f64 = 0.7;
+
+/// The number of images of its level with which a render is compared, on average, and the cost of its own error.
+const COMPARISONS: f64 = 16.0;
+
+/// The measured costs, in units of the minimum number of samples of each integrator.
+pub(super) struct Costs {
+    /// Of each variant, with the comparison with the references.
+    pub laws: Vec<TimeLaw>,
+    reference: TimeLaw,
+}
+
+impl Study<'_> {
+    /// Measures the cost of renders and plans them; `None` if it was cancelled.
+    pub(super) fn plan(&mut self, watch: &Watch<'_>) -> Result<Option<(Costs, Schedule)>> {
+        let Some(mut costs) = self.warm_up(watch)? else {
+            return Ok(None);
+        };
+        if self.settings.may_shrink && self.settings.schedule.is_none() {
+            let size = self.smaller_size(&costs, watch);
+            if size != self.prepared.size() {
+                for study in &mut self.report.variants {
+                    study.own_size = Some(study.warm_up);
+                }
+                self.on_film(size);
+                let Some(again) = self.warm_up(watch)? else {
+                    return Ok(None);
+                };
+                costs = again;
+            }
+        }
+        let schedule = self.schedule(&costs, watch)?;
+        Ok(Some((costs, schedule)))
+    }
+
+    /// The largest size with enough doublings, or the smallest allowed one.
+    fn smaller_size(&self, costs: &Costs, watch: &Watch<'_>) -> (u32, u32) {
+        let (width, height) = self.prepared.size();
+        let pixels = f64::from(width) * f64::from(height);
+        let mut share = 1.0;
+        while share * pixels > FEW_PIXELS {
+            let scaled = |law: &TimeLaw| TimeLaw {
+                start: share * law.start,
+                sample: share * law.sample,
+            };
+            let laws: Vec<TimeLaw> = costs.laws.iter().map(scaled).collect();
+            let schedule = Schedule::fit(&laws, scaled(&costs.reference), watch.left());
+            let is_enough = schedule.is_ok_and(|schedule| {
+                schedule.least_doublings() >= FEW_DOUBLINGS
+                    && bytes(&schedule, share * pixels) <= MOST_MEMORY
+            });
+            if is_enough {
+                break;
+            }
+            share = (SMALLER * share).max(FEW_PIXELS / pixels);
+        }
+        let side = |side: u32| ((f64::from(side) * share.min(1.0).sqrt()).round() as u32).max(1);
+        (side(width), side(height))
+    }
+
+    fn on_film(&mut self, size: (u32, u32)) {
+        let (width, height) = size;
+        self.report.warn(format!(
+            "the scene's own size would leave fewer than {FEW_DOUBLINGS} doublings of the samples in this time: {width} × {height} pixels were rendered, and times are converted to the scene's own size by the pace measured there"
+        ));
+        self.prepared = Rc::new(self.prepared.on_film(size));
+        self.description.film.size = size;
+        self.report.size = size;
+    }
+
+    /// Measures the cost of each variant and of the reference. The first render of each warms up the caches and is
+    /// discarded.
+    fn warm_up(&mut self, watch: &Watch<'_>) -> Result<Option<Costs>> {
+        let reference = self.reference_variant();
+        let variants = self.settings.variants.iter().chain([&reference]);
+        let share = WARM_UP.0 * self.settings.budget;
+        let each = share.min(WARM_UP.1) / (self.settings.variants.len() + 1) as f64;
+        let mut laws = Vec::new();
+        let mut comparison = 0.0;
+        for (index, variant) in variants.enumerate() {
+            let mut points = Vec::new();
+            let least = variant.settings.least_samples();
+            let (mut times, mut spent) = (1, 0.0);
+            loop {
+                let number = points.len() as u64;
+                let place = [index as u64, number, 0];
+                let seed = seed_for(self.settings.seed, Purpose::WarmUp, place);
+                let settings = self.prepared.settings(variant, times * least, seed);
+                let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
+                    return Ok(None);
+                };
+                points.push([times as f64, shot.seconds.wall]);
+                spent += shot.seconds.wall;
+                // The next render takes about twice as long.
+                if points.len() > 2 && 2.0 * shot.seconds.wall + spent > each {
+                    comparison = seconds_to_compare(shot.film.develop());
+                    break;
+                }
+                if points.len() > 1 {
+                    times *= 2;
+                }
+            }
+            let law = TimeLaw::of(&points[1..]).ok_or_else(|| Error::render("no time passed"))?;
+            if let Some(study) = self.report.variants.get_mut(index) {
+                study.warm_up = TimeLaw {
+                    sample: law.sample / least as f64,
+                    ..law
+                };
+            }
+            laws.push(law);
+        }
+        let reference = laws.pop().expect("the reference is the last");
+        for law in &mut laws {
+            law.start += comparison;
+        }
+        Ok(Some(Costs { laws, reference }))
+    }
+
+    fn schedule(&mut self, costs: &Costs, watch: &Watch<'_>) -> Result<Schedule> {
+        let (width, height) = self.prepared.size();
+        let schedule = match &self.settings.schedule {
+            Some(given) => Ok(given.clone()),
+            None => Schedule::fit(&costs.laws, costs.reference, watch.left()),
+        };
+        let schedule = schedule.map_err(|enough| {
+            let enough = Duration::from_secs_f64((1.1 * enough + watch.elapsed()).ceil());
+            Error::usage(format!(
+                "a budget of {} s is too small: {} variants of {width} x {height} pixels take at least {} s; give more by --budget, a smaller picture by --size, or vary less",
+                self.settings.budget,
+                costs.laws.len(),
+                enough.as_secs()
+            ))
+        })?;
+        let bytes = bytes(&schedule, f64::from(width) * f64::from(height));
+        if bytes > MOST_MEMORY {
+            return Err(Error::usage(format!(
+                "{} pictures of {width} x {height} pixels take {:.1} GB of memory; give a smaller picture by --size, or a smaller budget",
+                schedule.renders(),
+                bytes as f64 / 1e9
+            )));
+        }
+        let variants = self.report.variants.iter_mut().zip(&self.settings.variants);
+        for ((study, variant), seeds) in variants.zip(&schedule.seeds) {
+            let least = variant.settings.least_samples();
+            let level = |level: usize| LevelReport {
+                spp: least << level,
+                ..LevelReport::default()
+            };
+            study.levels = (0..seeds.len()).map(level).collect();
+        }
+        Ok(schedule)
+    }
+}
+
+/// The memory of all images of a schedule.
+fn bytes(schedule: &Schedule, pixels: f64) -> u64 {
+    (schedule.renders() as f64 * pixels * size_of::<[f32; 3]>() as f64) as u64
+}
+
+/// Seconds to compare an image with the references and the other images of its level; 0 for a black one.
+fn seconds_to_compare(image: Image) -> f64 {
+    let other = image.clone();
+    let Some(references) = References::new(image.clone(), other) else {
+        return 0.0;
+    };
+    let start = Instant::now();
+    std::hint::black_box(references.product(&image, &image));
+    COMPARISONS * start.elapsed().as_secs_f64()
+}

@@ -14,7 +14,7 @@ use super::super::observer::PathObserver;
 use super::super::technique::TechniqueSource;
 use super::block::PathBlock;
 use super::scattering::replace;
-use super::shading::{PrincipledStage, StageMemory};
+use super::shading::{LightPathLanes, PrincipledStage, StageMemory};
 use super::{PathIntegrator, Walk};
 use crate::effects::{Effects, Slot, Switch};
 use crate::geometry::surface::SurfacePoint;
@@ -26,29 +26,6 @@ use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::InteractionLanes;
 use crate::scene::{Scene, ShapeTraits};
 use std::f32::consts::FRAC_1_PI;
-
-/// The densities of light paths at the surfaces of a block.
-#[repr(align(64))]
-#[derive(Debug, Clone, Copy)]
-pub struct LightPathLanes {
-    /// The densities with which light paths that arrive along the light samples continue towards the camera.
-    of_light_samples: Lanes<f32>,
-    /// Those of light paths that arrive against the sampled directions.
-    of_scattered: Lanes<f32>,
-    /// The ratios of the densities of a light path and of light sampling, for the light samples.
-    pub over_nee: Lanes<f32>,
-}
-
-impl Default for LightPathLanes {
-    fn default() -> Self {
-        let zero = [0.0; LANES];
-        Self {
-            of_light_samples: zero,
-            of_scattered: zero,
-            over_nee: zero,
-        }
-    }
-}
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Whether the kernel has light paths and the settings ask for them.

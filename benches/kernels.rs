@@ -200,11 +200,6 @@ fn flat_lights(c: &mut Criterion) {
             Light::Triangle(TriangleLight::new(vertices, emission)),
         ),
     ];
-    // Receivers on a surface that faces the lights.
-    let at = |p: Vec3| Receiver {
-        p,
-        normal: -Vec3::Z,
-    };
     for (name, light) in lights {
         for (place, distance) in [("far", 20.0), ("middle", 3.0), ("near", 0.3)] {
             let seen: Vec<(Vec3, Vec2)> = u
@@ -220,7 +215,7 @@ fn flat_lights(c: &mut Criterion) {
                 b.iter(|| {
                     i = (i + 1) % seen.len();
                     let (p, u) = black_box(seen[i]);
-                    light.sample::<Everything>(LightSampling::default(), &at(p), 0.0, u)
+                    light.sample::<Everything>(LightSampling::default(), p, 0.0, u)
                 });
             });
             group.bench_function("pdf", |b| {
@@ -228,7 +223,7 @@ fn flat_lights(c: &mut Criterion) {
                     i = (i + 1) % seen.len();
                     let (p, u) = black_box(seen[i]);
                     let to = Vec3::new(0.5 * u.x - 0.5, 0.5 * u.y - 0.5, 0.0);
-                    light.pdf::<Everything>(&at(p), 0.0, to - p, Vec3::Z)
+                    light.pdf::<Everything>(p, 0.0, to - p, Vec3::Z)
                 });
             });
         }
@@ -260,7 +255,7 @@ fn lights_of_a_room(c: &mut Criterion) {
             let (rules, u) = (LightSampling::default(), Vec2::new(u, v));
             scene
                 .lights
-                .sample::<Everything>(choice, rules, &receiver, 0.0, u)
+                .sample::<Everything>(choice, rules, hits[i].p, 0.0, u)
         });
     });
 }

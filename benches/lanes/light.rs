@@ -2,7 +2,7 @@
 
 use etendue::internals::math::measure::PdfArea;
 use etendue::internals::math::vec::{LaneVec3 as Vec3, Vec2};
-use etendue::internals::sampling::bilinear::BilinearSquare;
+use etendue::internals::sampling::linear::LinearSquare;
 
 /// A rectangle light that emits to one side.
 pub struct Light {
@@ -13,6 +13,7 @@ pub struct Light {
     /// One over the area.
     pub pdf_area: f32,
     pub over_radius2: f32,
+    pub half_edges2: Vec2,
     pub over_edges2: Vec2,
 }
 
@@ -29,20 +30,23 @@ impl Light {
             radiance,
             pdf_area: 1.0 / (lengths2[0] * lengths2[1]).sqrt(),
             over_radius2: 1.0 / radius2,
+            half_edges2: Vec2::from(lengths2) * (0.25 / radius2),
             over_edges2: 1.0 / Vec2::from(lengths2),
         }
     }
 
-    /// The density for a receiver, given the corner relative to it: 1 / r^3 at each corner, as in
-    /// `src/light/rectangle.rs` where light from both sides is scattered.
+    /// The density for a receiver, given the corner relative to it: 1 / r^3 at the midpoint of each edge, as in
+    /// `src/light/rectangle.rs`.
     #[inline(always)]
-    pub fn density(&self, corner: Vec3) -> BilinearSquare {
-        let [u, v] = self.edges;
-        let weight = |corner: Vec3| {
-            let over_r2 = 1.0 / (self.over_radius2 * corner.length_squared());
-            over_r2 * over_r2.sqrt()
-        };
-        BilinearSquare::new([corner, corner + u, corner + v, corner + u + v].map(weight))
+    pub fn density(&self, corner: Vec3) -> LinearSquare {
+        let center = corner + 0.5 * (self.edges[0] + self.edges[1]);
+        let distance2 = self.over_radius2 * center.length_squared();
+        let along = self.edges.map(|edge| self.over_radius2 * center.dot(edge));
+        let far = self.half_edges2 + Vec2::splat(distance2);
+        let weight = |r2: f32| (1.0 / r2) * (1.0 / r2).sqrt();
+        let weights = |r2: Vec2| Vec2::new(weight(r2.x), weight(r2.y));
+        let along = Vec2::from(along);
+        LinearSquare::new(weights(far - along), weights(far + along))
     }
 
     #[inline(always)]

@@ -149,6 +149,8 @@ fn metadata(
         false => bias.join("; "),
     };
     let seed = header.identity.settings.get("seed");
+    let sampling = state.film.filter_sampling().name();
+    let filter = format!("{}, {sampling}", header.identity.name("filter"));
     let mut metadata = vec![
         ("version", text(&header.identity.program)),
         ("scene", text(&header.scene_file)),
@@ -158,6 +160,7 @@ fn metadata(
         ),
         ("integrator", text(header.identity.name("integrator"))),
         ("sampler", text(header.identity.name("sampler"))),
+        ("filter", text(&filter)),
         ("adaptive", text(header.identity.name("adaptive"))),
         ("spp", MetadataValue::Real(header.samples() as f64)),
         ("seconds", MetadataValue::Real(header.seconds)),

@@ -34,7 +34,7 @@ use sphere::SphereLight;
 use spot::SpotLight;
 use std::sync::Arc;
 use triangle::TriangleLight;
-use types::{LightSample, LightSampling, PointRule, Receiver};
+use types::{LightSample, LightSampling, PointRule};
 
 /// A light.
 #[derive(Debug, Clone)]
@@ -76,24 +76,23 @@ impl Light {
         }
     }
 
-    /// Samples a direction to the light for a receiver; `None` where there is none. A kernel samples only the kinds
+    /// Samples a direction to the light for the receiver `p`; `None` where there is none. A kernel samples only the kinds
     /// of light that its effects include.
     #[inline]
     pub fn sample<E: Effects>(
         &self,
         rules: LightSampling,
-        receiver: &Receiver,
+        p: Vec3,
         time: f32,
         u: Vec2,
     ) -> Option<LightSample> {
-        let p = receiver.p;
         match self {
             _ if rules.points == PointRule::Area && self.is_surface() => {
                 self.sample_by_area::<E>(p, time, u)
             }
-            Self::Triangle(light) if E::AreaLights::ON => light.sample(receiver, u),
-            Self::MovingTriangle(light) if E::Motion::ON => light.sample(receiver, time, u),
-            Self::Rectangle(light) if E::AreaLights::ON => light.sample(receiver, u),
+            Self::Triangle(light) if E::AreaLights::ON => light.sample(p, u),
+            Self::MovingTriangle(light) if E::Motion::ON => light.sample(p, time, u),
+            Self::Rectangle(light) if E::AreaLights::ON => light.sample(p, u),
             Self::Disk(light) if E::AreaLights::ON => light.sample(p, u),
             Self::Sphere(light) if E::AreaLights::ON => light.sample(p, u),
             Self::Point(light) if E::DeltaLights::ON => light.sample(p),
@@ -124,12 +123,12 @@ impl Light {
         }
     }
 
-    /// The density of [`sample`](Self::sample) for a receiver at the point of this light at `towards` from it, with unit
-    /// normal `normal`; `None` for a light that is not a surface.
+    /// The density of [`sample`](Self::sample) for the receiver `p` at the point of this light at `towards` from it, with
+    /// unit normal `normal`; `None` for a light that is not a surface.
     #[inline]
     pub fn pdf<E: Effects>(
         &self,
-        receiver: &Receiver,
+        p: Vec3,
         time: f32,
         towards: Vec3,
         normal: Vec3,
@@ -140,11 +139,11 @@ impl Light {
         let distance2 = towards.length_squared();
         let cos = towards.dot(normal) / distance2.sqrt();
         match self {
-            Self::Triangle(light) => light.pdf(receiver, towards, cos),
-            Self::MovingTriangle(light) => light.pdf(receiver, time, towards, cos),
-            Self::Rectangle(light) => light.pdf(receiver, towards, cos),
+            Self::Triangle(light) => light.pdf(p, distance2, cos),
+            Self::MovingTriangle(light) => light.pdf(p, time, distance2, cos),
+            Self::Rectangle(light) => light.pdf(p, towards, cos),
             Self::Disk(light) => light.pdf(distance2, cos),
-            Self::Sphere(light) => Some(light.pdf(receiver.p)),
+            Self::Sphere(light) => Some(light.pdf(p)),
             Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Environment(_) => None,
         }
     }

@@ -5,7 +5,7 @@
 //! Source: none needed. Tested in `tests/lights/light.rs` and `tests/rendering/motion.rs`.
 
 use super::triangle::TriangleLight;
-use super::types::{Emission, LightSample, Receiver};
+use super::types::{Emission, LightSample};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::vec::{Vec2, Vec3};
 use std::sync::Arc;
@@ -47,9 +47,9 @@ impl MovingTriangle {
         powers.sum::<f64>() / self.steps.len() as f64
     }
 
-    /// Samples a point on the light for a receiver at a time.
-    pub fn sample(&self, receiver: &Receiver, time: f32, u: Vec2) -> Option<LightSample> {
-        self.at(time).sample(receiver, u)
+    /// Samples a point on the light for the receiver `p` at a time.
+    pub fn sample(&self, p: Vec3, time: f32, u: Vec2) -> Option<LightSample> {
+        self.at(time).sample(p, u)
     }
 
     /// Samples a point uniformly by area, for the receiver `p` at a time.
@@ -58,14 +58,8 @@ impl MovingTriangle {
     }
 
     /// The density of [`sample`](Self::sample), as [`TriangleLight::pdf`].
-    pub fn pdf(
-        &self,
-        receiver: &Receiver,
-        time: f32,
-        towards: Vec3,
-        cos: f32,
-    ) -> Option<PdfSolidAngle> {
-        self.at(time).pdf(receiver, towards, cos)
+    pub fn pdf(&self, p: Vec3, time: f32, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        self.at(time).pdf(p, distance2, cos)
     }
 
     /// The triangle light at a time.

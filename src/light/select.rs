@@ -8,9 +8,9 @@
 use super::Light;
 use super::environment::EnvironmentMap;
 use super::lanes::{LightContextLanes, LightSampleLanes};
-use super::rectangle::lanes::RectangleLanes;
+use super::rectangle::RectangleLanes;
 use super::tree::LightTree;
-use super::triangle::lanes::TriangleLanes;
+use super::triangle::TriangleLanes;
 use super::types::{LightChoice, LightSample, LightSampling, MapRule, Receiver};
 use crate::effects::{Effects, Switch};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3};
@@ -185,33 +185,33 @@ impl Lights {
         }
     }
 
-    /// Samples a direction to a light for a receiver, at a time of the shutter. The sample's density, or the
+    /// Samples a direction to a light for the receiver `p`, at a time of the shutter. The sample's density, or the
     /// irradiance of a delta light, includes the probability `pmf` of selecting the light.
     #[inline]
     pub fn sample<E: Effects>(
         &self,
         (light, pmf): (u32, Pmf),
         rules: LightSampling,
-        receiver: &Receiver,
+        p: Vec3,
         time: f32,
         u: Vec2,
     ) -> Option<LightSample> {
         if pmf.0 == 0.0 {
             return None;
         }
-        let mut sample = self.lights[light as usize].sample::<E>(rules, receiver, time, u)?;
+        let mut sample = self.lights[light as usize].sample::<E>(rules, p, time, u)?;
         sample.is_chosen_with(pmf);
         Some(sample)
     }
 
-    /// Samples the selected light of each active lane for its receiver, if it is of a kind that is sampled in
-    /// lanes. Returns the lanes that [`sample`](Self::sample) has to sample.
+    /// Samples the selected light of each active lane for the receiver `p` uniformly by solid angle, if it is of a kind
+    /// that is sampled in lanes. Returns the lanes that [`sample`](Self::sample) has to sample.
     #[inline]
     pub fn sample_lanes(
         &self,
         active: &ActiveLanes<LANES>,
         context: &LightContextLanes,
-        receivers: &Receiver<Lanes3>,
+        p: &Lanes3,
         lights: &mut LightLanes,
         samples: &mut LightSampleLanes,
     ) -> ActiveLanes<LANES> {
@@ -224,15 +224,11 @@ impl Lights {
         let triangles = active.and(|lane| lights.is_triangle.has(lane));
         let mut singly = active.without(&rectangles).without(&triangles);
         if rectangles.any() {
-            let near = lights
-                .rectangles
-                .sample(&rectangles, context, receivers, samples);
+            let near = lights.rectangles.sample(&rectangles, context, p, samples);
             singly = singly.with(&near);
         }
         if triangles.any() {
-            let skew = lights
-                .triangles
-                .sample(&triangles, context, receivers, samples);
+            let skew = lights.triangles.sample(&triangles, context, p, samples);
             singly = singly.with(&skew);
         }
         singly
@@ -250,12 +246,7 @@ impl Lights {
         towards: Vec3,
         normal: Vec3,
     ) -> PdfSolidAngle {
-        let at = planted!(
-            "normal-left-out-of-pdf",
-            Receiver::anywhere(receiver.p),
-            *receiver
-        );
-        let pdf = self.lights[light as usize].pdf::<E>(&at, time, towards, normal);
+        let pdf = self.lights[light as usize].pdf::<E>(receiver.p, time, towards, normal);
         let pmf = planted!(
             "choice-left-out-of-pdf",
             Pmf(1.0),

@@ -3,20 +3,17 @@
 //! Measure: densities per steradian.
 //! Range: any receiver off the triangle's plane. Beyond [`FAR`] radii, and on the side that does not emit, the point is
 //! sampled by area; nearer by solid angle, in single precision where [`ClearTriangle`] allows it, else in double; and by
-//! area again below [`spherical_triangle::SMALLEST`]. For a receiver with a normal, solid angles are weighted by the cosine
-//! there, approximately.
-//! Source: Hart, Pharr, Müller, Lopes, McGuire and Shirley 2020, "Practical Product Sampling by Fitting and Composing
-//! Warps"; `sampling/clear_triangle.rs`, `sampling/spherical_triangle.rs`. Tested in `tests/lights/light.rs`,
-//! `tests/lights/cosine.rs` and `tests/lights/lanes.rs`.
+//! area again below [`spherical_triangle::SMALLEST`].
+//! Source: `sampling/clear_triangle.rs`, `sampling/spherical_triangle.rs`. Tested in `tests/lights/light.rs`
+//! and `tests/lights/lanes.rs`.
 
-pub mod lanes;
-
-use super::types::{Emission, LightSample, Receiver, ShadowRayEnd};
+use super::lanes::{End, LaneSample, LightContextLanes, LightSampleLanes};
+use super::types::{Emission, LightSample, ShadowRayEnd};
 use crate::geometry::mesh::{greatest_error, triangle_point};
 use crate::geometry::surface::SurfacePoint;
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::vec::{DVec3, LaneVec3, Vec2, Vec3};
-use crate::sampling::bilinear::BilinearSquare;
 use crate::sampling::clear_triangle::ClearTriangle;
 use crate::sampling::{spherical_triangle, warp};
 
@@ -112,49 +109,30 @@ impl TriangleLight {
         self.triangle.pdf_area()
     }
 
-    /// Samples a point on the light for a receiver.
+    /// Samples a point on the light for the receiver `p`.
     #[inline]
-    pub fn sample(&self, receiver: &Receiver, u: Vec2) -> Option<LightSample> {
-        let p = receiver.p;
+    pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let (method, clear) = self.triangle.method(p.into());
         match method {
             Method::Area => self.sample_by_area(p, u),
             Method::Clear => {
-                let density = self.triangle.density(&receiver.in_lanes());
-                let u = density.sample(u);
-                let pdf = density.pdf(u) / clear.solid_angle();
+                let pdf = 1.0 / clear.solid_angle();
                 self.light_sample(p, clear.sample(u), |_, _| pdf)
             }
-            Method::Skew => self.sample_skew(receiver, u),
+            Method::Skew => self.sample_skew(p, u),
         }
     }
 
-    /// The density of [`sample`](Self::sample) for a receiver at the point at `towards` from it whose normal has cosine
-    /// `cos` with the direction to the receiver.
+    /// The density of [`sample`](Self::sample) for the receiver `p` at the point at squared distance `distance2` whose
+    /// normal has cosine `cos` with the direction to the receiver.
     #[inline]
-    pub fn pdf(&self, receiver: &Receiver, towards: Vec3, cos: f32) -> Option<PdfSolidAngle> {
-        let (method, clear) = self.triangle.method(receiver.p.into());
-        let omega = match method {
-            Method::Area => {
-                return self
-                    .pdf_area()
-                    .to_solid_angle(towards.length_squared(), cos);
-            }
-            Method::Clear => f64::from(clear.solid_angle()),
-            Method::Skew => spherical_triangle::solid_angle(self.seen_from(receiver.p)),
-        };
-        if omega < spherical_triangle::SMALLEST {
-            return self
-                .pdf_area()
-                .to_solid_angle(towards.length_squared(), cos);
+    pub fn pdf(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        let (method, clear) = self.triangle.method(p.into());
+        match method {
+            Method::Area => self.pdf_area().to_solid_angle(distance2, cos),
+            Method::Clear => Some(PdfSolidAngle(1.0 / clear.solid_angle())),
+            Method::Skew => self.pdf_skew(p, distance2, cos),
         }
-        if !receiver.has_normal() {
-            return Some(PdfSolidAngle((1.0 / omega) as f32));
-        }
-        let vertices = self.seen_from(receiver.p);
-        let u = spherical_triangle::invert(vertices, omega, towards.as_dvec3());
-        let density = self.triangle.density(&receiver.in_lanes()).pdf(u);
-        Some(PdfSolidAngle(density / omega as f32))
     }
 
     /// Samples a point uniformly by area, for the receiver `p`.
@@ -166,20 +144,26 @@ impl TriangleLight {
 
     /// Samples by solid angle in double precision: the triangle is large, or seen from near its plane.
     #[cold]
-    fn sample_skew(&self, receiver: &Receiver, u: Vec2) -> Option<LightSample> {
-        let p = receiver.p;
+    fn sample_skew(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let vertices = self.seen_from(p);
         let omega = spherical_triangle::solid_angle(vertices);
         if omega < spherical_triangle::SMALLEST {
             return self.sample_by_area(p, u);
         }
-        let density = self.triangle.density(&receiver.in_lanes());
-        let u = density.sample(u);
         let b = spherical_triangle::sample(vertices, omega, u).map_or_else(
             || warp::sample_triangle_uniform(u).to_array(),
             |b| b.map(|b| b as f32),
         );
-        self.light_sample(p, b, |_, _| density.pdf(u) / omega as f32)
+        self.light_sample(p, b, |_, _| (1.0 / omega) as f32)
+    }
+
+    #[cold]
+    fn pdf_skew(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
+        let omega = spherical_triangle::solid_angle(self.seen_from(p));
+        if omega < spherical_triangle::SMALLEST {
+            return self.pdf_area().to_solid_angle(distance2, cos);
+        }
+        Some(PdfSolidAngle((1.0 / omega) as f32))
     }
 
     fn seen_from(&self, p: Vec3) -> [DVec3; 3] {
@@ -251,14 +235,6 @@ impl Triangle {
         (method, triangle)
     }
 
-    /// The density of the numbers from which directions are sampled uniformly by solid angle.
-    #[inline(always)]
-    fn density(&self, receiver: &Receiver<LaneVec3>) -> BilinearSquare {
-        let corners = self.vertices.map(|v| v - receiver.p);
-        let [a, b, c] = receiver.corner_cosines(corners);
-        BilinearSquare::new([b, b, a, c])
-    }
-
     fn pdf_area(&self) -> PdfArea {
         PdfArea(1.0 / self.area)
     }
@@ -296,5 +272,120 @@ impl Triangle {
             cos,
             pdf: density(distance2, cos),
         }
+    }
+}
+
+/// A triangle light for each lane.
+#[repr(align(64))]
+#[derive(Debug)]
+pub struct TriangleLanes {
+    vectors: [Lanes3; 6],
+    area: Lanes<f32>,
+    far2: Lanes<f32>,
+    two_sided: Lanes<u32>,
+    cross: [Lanes<f64>; 3],
+}
+
+impl Default for TriangleLanes {
+    fn default() -> Self {
+        Self {
+            vectors: [[[0.0; LANES]; 3]; 6],
+            area: [0.0; LANES],
+            far2: [0.0; LANES],
+            two_sided: [0; LANES],
+            cross: [[0.0; LANES]; 3],
+        }
+    }
+}
+
+impl TriangleLanes {
+    /// Sets the light of a lane.
+    #[inline]
+    pub fn set(&mut self, lane: usize, light: &TriangleLight) {
+        let it = &light.triangle;
+        let ([a, b, c], radiance) = (it.vertices, it.emission.radiance.into());
+        let vectors = [a, b, c, it.normal, it.error, LaneVec3::from_array(radiance)];
+        for (to, vector) in self.vectors.iter_mut().zip(vectors) {
+            store(to, lane, vector);
+        }
+        (self.area[lane], self.far2[lane]) = (it.area, it.far2);
+        self.two_sided[lane] = u32::from(it.emission.two_sided);
+        for (to, number) in self.cross.iter_mut().zip(it.cross.to_array()) {
+            to[lane] = number;
+        }
+    }
+
+    /// The triangle of a lane.
+    #[inline(always)]
+    fn get(&self, lane: usize) -> Triangle {
+        let [a, b, c, normal, error, radiance] = &self.vectors;
+        let [x, y, z] = &self.cross;
+        Triangle {
+            vertices: [load(a, lane), load(b, lane), load(c, lane)],
+            normal: load(normal, lane),
+            error: load(error, lane),
+            emission: Emission {
+                radiance: load(radiance, lane),
+                two_sided: self.two_sided[lane] != 0,
+            },
+            area: self.area[lane],
+            far2: self.far2[lane],
+            cross: DVec3::new(x[lane], y[lane], z[lane]),
+        }
+    }
+
+    /// Samples a point on the light of each lane of `mask` for the receiver `p`. Returns the lanes whose triangle is large or
+    /// seen from near its plane, so that [`TriangleLight::sample`] has to do it.
+    #[inline]
+    pub fn sample(
+        &self,
+        mask: &ActiveLanes<LANES>,
+        context: &LightContextLanes,
+        p: &Lanes3,
+        samples: &mut LightSampleLanes,
+    ) -> ActiveLanes<LANES> {
+        sample_lanes(self, mask, context, p, samples)
+    }
+}
+
+vectorised! {
+    /// [`TriangleLanes::sample`].
+    fn sample_lanes(
+        lights: &TriangleLanes,
+        mask: &ActiveLanes<LANES>,
+        context: &LightContextLanes,
+        p: &Lanes3,
+        samples: &mut LightSampleLanes,
+    ) -> ActiveLanes<LANES> {
+        let mut skew = ActiveLanes::NONE;
+        for lane in 0..LANES {
+            let light = lights.get(lane);
+            let p: LaneVec3 = load(p, lane);
+            let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
+            let (method, clear) = light.method(p);
+            let is_by_area = method == Method::Area;
+            let b = if is_by_area {
+                warp::sample_triangle_uniform(u).to_array()
+            } else {
+                clear.sample(u)
+            };
+            let by_angle = 1.0 / clear.solid_angle();
+            let TrianglePoint { position, wi, cos, pdf } = light.point(p, b, |distance2, cos| {
+                if is_by_area { light.by_area(distance2, cos) } else { by_angle }
+            });
+            let is_in_mask = mask.has(lane);
+            skew.set(lane, (method == Method::Skew) & is_in_mask);
+            let sample = LaneSample {
+                end: if pdf.is_finite() { End::Surface } else { End::None },
+                wi,
+                radiance: light.emission.towards(cos),
+                pdf: context.pmf[lane] * pdf,
+                p: position,
+                error: light.error,
+                normal: light.normal,
+            };
+            samples.set_if(is_in_mask, lane, &sample);
+        }
+        skew
     }
 }

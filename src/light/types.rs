@@ -5,7 +5,6 @@
 //! Source: Veach 1997, section 8.2; Pharr, Jakob, Humphreys, "Light Interface". Tested in `tests/lights/light.rs`.
 
 use crate::geometry::surface::SurfacePoint;
-use crate::math::lanes::{Lanes3, load};
 use crate::math::measure::{PdfArea, PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{LaneVec3, Vec3, Vector};
@@ -89,10 +88,6 @@ pub struct LightSampling {
     pub map: MapRule,
 }
 
-/// The least weight of a corner of a light, relative to the largest: of a near light that reaches below the horizon, the
-/// corners tell little about the cosines between them.
-const LEAST_WEIGHT: f32 = 0.1;
-
 /// A point that receives light.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Receiver<V = Vec3> {
@@ -109,49 +104,6 @@ impl Receiver {
             p,
             normal: Vec3::ZERO,
         }
-    }
-
-    /// The receiver with the type of vector for loops over lanes.
-    #[inline(always)]
-    pub fn in_lanes(&self) -> Receiver<LaneVec3> {
-        Receiver {
-            p: self.p.into(),
-            normal: self.normal.into(),
-        }
-    }
-}
-
-impl Receiver<Lanes3> {
-    /// The receiver of a lane.
-    #[inline(always)]
-    pub fn get<V: Vector>(&self, lane: usize) -> Receiver<V> {
-        Receiver {
-            p: load(&self.p, lane),
-            normal: load(&self.normal, lane),
-        }
-    }
-}
-
-impl<V: Vector> Receiver<V> {
-    /// Whether light from one side alone is scattered, and so in proportion to the cosine.
-    #[inline(always)]
-    pub fn has_normal(&self) -> bool {
-        self.normal.length_squared() > 0.0
-    }
-
-    /// The cosines of the corners of a flat light, given relative to the point, as weights of a density that covers all
-    /// of the light above the horizon: at least [`LEAST_WEIGHT`] times the largest one. Equal weights where nothing is above
-    /// the horizon, or light from both sides is scattered. Free of branches.
-    #[inline(always)]
-    pub fn corner_cosines<const N: usize>(&self, corners: [V; N]) -> [f32; N] {
-        let cosine = |towards: V| self.normal.dot(towards) / towards.length_squared().sqrt();
-        let center = corners
-            .iter()
-            .fold(V::splat(0.0), |sum, corner| sum + *corner);
-        let cosines = corners.map(cosine);
-        let largest = cosines.iter().fold(cosine(center), |a, b| a.max(*b));
-        let least = LEAST_WEIGHT * largest;
-        cosines.map(|cos| if largest > 0.0 { cos.max(least) } else { 1.0 })
     }
 }
 

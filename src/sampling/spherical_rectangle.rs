@@ -36,16 +36,8 @@ impl SphericalRectangle {
             return None;
         }
         let (x0, y0) = (corner.dot(axes[0]), corner.dot(axes[1]));
-        Some(Self::between(
-            [x0, x0 + lengths[0]],
-            [y0, y0 + lengths[1]],
-            z * z,
-        ))
-    }
-
-    /// The rectangle of this extent along the edges, in a plane at the squared distance `z2`.
-    fn between(x: [f64; 2], y: [f64; 2], z2: f64) -> Self {
-        let z = z2.sqrt();
+        let (x, y) = ([x0, x0 + lengths[0]], [y0, y0 + lengths[1]]);
+        let z2 = z * z;
         // The angle between the planes through the edges that meet at the corner (x, y) has the tangent z r / (+-x y),
         // where r is the corner's distance: a complex number that needs no normal of unit length.
         let angle = |x: f64, y: f64, sign: f64| [sign * x * y, z * (x * x + y * y + z2).sqrt()];
@@ -55,13 +47,13 @@ impl SphericalRectangle {
         let sum = sin.atan2(cos);
         // The sum exceeds 2 pi by the solid angle, which is below 2 pi itself.
         let solid_angle = if sum < 0.0 { sum + TAU } else { sum };
-        Self {
+        Some(Self {
             x,
             y,
             z2,
             far_angles,
             solid_angle,
-        }
+        })
     }
 
     /// The solid angle, in steradians.
@@ -105,18 +97,6 @@ impl SphericalRectangle {
             (x - self.x[0]) / (self.x[1] - self.x[0]),
             (y - self.y[0]) / (self.y[1] - self.y[0]),
         ]
-    }
-
-    /// The u that [`sample`](Self::sample) maps to a point: the share of the solid angle before it along the first edge, and
-    /// the share of the line through it.
-    pub fn invert(&self, [s_x, s_y]: [f64; 2]) -> Vec2 {
-        let x = self.x[0] + s_x * (self.x[1] - self.x[0]);
-        let y = self.y[0] + s_y * (self.y[1] - self.y[0]);
-        let before = Self::between([self.x[0], x], self.y, self.z2).solid_angle;
-        let h = |y: f64| y / (x * x + self.z2 + y * y).sqrt();
-        let [h0, h1] = self.y.map(h);
-        let u = [before / self.solid_angle, (h(y) - h0) / (h1 - h0)];
-        Vec2::from(u.map(|u| u.clamp(0.0, 1.0) as f32))
     }
 }
 

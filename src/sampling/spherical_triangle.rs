@@ -38,25 +38,6 @@ pub fn sample(vertices: [DVec3; 3], omega: f64, u: Vec2) -> Option<[f64; 2]> {
         .then(|| clamp_to_triangle(uv))
 }
 
-/// The u that [`sample`] maps to the point of the triangle along `w`.
-pub fn invert(vertices: [DVec3; 3], omega: f64, w: DVec3) -> Vec2 {
-    let Some((_, uv)) = meet_plane(vertices, DVec3::ZERO, w) else {
-        return Vec2::ZERO;
-    };
-    let [a, b, c] = vertices;
-    let [b1, b2] = clamp_to_triangle(uv);
-    // The point is on the line from B to C', which cuts off the fraction `s` of AC.
-    let s = if b1 < 1.0 { b2 / (1.0 - b1) } else { 0.0 };
-    let c_cut = a + s.min(1.0) * (c - a);
-    let b = b.normalize();
-    let one_minus_cos = |v: DVec3| 0.5 * (v.normalize() - b).length_squared();
-    let u = [
-        solid_angle([a, b, c_cut]) / omega,
-        one_minus_cos(w) / one_minus_cos(c_cut),
-    ];
-    Vec2::from(u.map(|u| u.clamp(0.0, 1.0) as f32))
-}
-
 /// Samples a direction by Arvo's construction: a point C' on the arc AC cuts off the area u_x omega; the result is on BC'.
 fn sample_direction([a, b, c]: [DVec3; 3], omega: f64, u: Vec2) -> DVec3 {
     let (ab, ac) = (a.cross(b), a.cross(c));

@@ -39,7 +39,7 @@ use crate::light::types::{
     Receiver, ShadowRayEnd,
 };
 use crate::math::lanes::ActiveLanes;
-use crate::math::lanes::{LANES, Lanes, Lanes3};
+use crate::math::lanes::{LANES, Lanes, Lanes3, load};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
@@ -332,29 +332,29 @@ impl Scene {
         })
     }
 
-    /// Samples the incident direction at a receiver from a given light; see [`Lights::sample`].
+    /// Samples the incident direction at `p` from a given light; see [`Lights::sample`].
     #[inline]
     pub fn sample_light<E: Effects>(
         &self,
         choice: (u32, Pmf),
         rules: LightSampling,
-        receiver: &Receiver,
+        p: Vec3,
         time: f32,
         u: Vec2,
     ) -> Option<LightSample> {
-        let mut sample = self.lights.sample::<E>(choice, rules, receiver, time, u)?;
+        let mut sample = self.lights.sample::<E>(choice, rules, p, time, u)?;
         self.adapt_to_primitive::<E>(choice.0, time, &mut sample.radiance, &mut sample.end);
         Some(sample)
     }
 
-    /// Samples the selected light of each active lane for its receiver; see [`sample_light`](Self::sample_light).
+    /// Samples the selected light of each active lane for the receiver `p`; see [`sample_light`](Self::sample_light).
     #[inline]
     pub fn sample_lights<E: Effects>(
         &self,
         active: &ActiveLanes<LANES>,
         context: &LightContextLanes,
         rules: LightSampling,
-        receivers: &Receiver<Lanes3>,
+        p: &Lanes3,
         lights: &mut LightLanes,
         samples: &mut LightSampleLanes,
     ) {
@@ -363,7 +363,7 @@ impl Scene {
             && self.light_primitives.is_empty();
         let singly = if is_in_lanes {
             self.lights
-                .sample_lanes(active, context, receivers, lights, samples)
+                .sample_lanes(active, context, p, lights, samples)
         } else {
             *active
         };
@@ -371,7 +371,7 @@ impl Scene {
             let choice = (context.light[lane], Pmf(context.pmf[lane]));
             let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
             let time = context.time[lane];
-            let sample = self.sample_light::<E>(choice, rules, &receivers.get(lane), time, u);
+            let sample = self.sample_light::<E>(choice, rules, load(p, lane), time, u);
             samples.set(lane, sample.as_ref());
         }
     }

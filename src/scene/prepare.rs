@@ -209,7 +209,7 @@ mod tests {
     use crate::accel::{Backend, Precision};
     use crate::effects::Slot;
     use crate::effects::kernel::types::Everything;
-    use crate::light::types::{LightSampling, Receiver};
+    use crate::light::types::LightSampling;
     use crate::math::measure::Pmf;
     use crate::math::ray::Ray;
     use crate::math::rgb::Rgb;
@@ -418,8 +418,8 @@ mod tests {
             let p = scene.normalisation.point(DVec3::new(0.0, scale, 0.0));
             let only = (0, Pmf(1.0));
             let u = Vec2::splat(0.5);
-            let (rules, at) = (LightSampling::default(), Receiver::anywhere(p));
-            let sample = scene.sample_light::<Everything>(only, rules, &at, 0.0, u);
+            let sample =
+                scene.sample_light::<Everything>(only, LightSampling::default(), p, 0.0, u);
             sample.expect("it is lit").radiance
         };
         for exponent in [-70, -40, 0, 40, 60] {

@@ -163,7 +163,8 @@ fn no_light_that_shines_on_a_receiver_is_left_out() {
                 let certain = (light, Pmf(1.0));
                 let shines = (0..4).any(|_| {
                     let (u, rules) = (rng.uniform_2d(), LightSampling::default());
-                    let sample = lights.sample::<Everything>(certain, rules, &at, rng.uniform(), u);
+                    let sample =
+                        lights.sample::<Everything>(certain, rules, at.p, rng.uniform(), u);
                     sample.is_some_and(|it| {
                         let is_above = at.normal == Vec3::ZERO || it.wi.dot(at.normal) > 0.0;
                         is_above && !it.radiance.is_black()

@@ -302,13 +302,7 @@ fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
         let choice = choice.expect("both lights have power");
         let light = choice.0;
         let s = lights
-            .sample::<Everything>(
-                choice,
-                LightSampling::default(),
-                &Receiver::anywhere(Vec3::ZERO),
-                0.0,
-                a,
-            )
+            .sample::<Everything>(choice, LightSampling::default(), Vec3::ZERO, 0.0, a)
             .expect("both lights reach every point");
         let Some(pdf) = s.pdf else {
             // The irradiance of the point light is divided by its selection probability, 1 / 4.

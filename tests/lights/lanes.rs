@@ -8,10 +8,8 @@ use etendue::internals::light::point::PointLight;
 use etendue::internals::light::rectangle::RectangleLight;
 use etendue::internals::light::select::{LightLanes, Lights};
 use etendue::internals::light::triangle::TriangleLight;
-use etendue::internals::light::types::{
-    Emission, LightSample, LightSampling, Receiver, ShadowRayEnd,
-};
-use etendue::internals::math::lanes::{ActiveLanes, LANES, Lanes3, store};
+use etendue::internals::light::types::{Emission, LightSample, LightSampling, ShadowRayEnd};
+use etendue::internals::math::lanes::{ActiveLanes, LANES, load, store};
 use etendue::internals::math::measure::Pmf;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{Vec2, Vec3};
@@ -69,7 +67,7 @@ fn agree(lights: &Lights, memory: &mut Memory, rng: &mut TestRng) -> [usize; 3] 
         of_lanes,
         samples,
     } = memory;
-    let (mut active, mut receivers) = (ActiveLanes::<LANES>::NONE, Receiver::<Lanes3>::default());
+    let (mut active, mut p) = (ActiveLanes::<LANES>::NONE, [[0.0; LANES]; 3]);
     for lane in 0..LANES {
         active.set(lane, rng.uniform() < 0.8);
         let u_choice = rng.uniform_2d().to_array();
@@ -81,28 +79,22 @@ fn agree(lights: &Lights, memory: &mut Memory, rng: &mut TestRng) -> [usize; 3] 
         if rng.uniform() < 0.05 {
             receiver.z = 1.0;
         }
-        store(&mut receivers.p, lane, receiver);
-        let normal = if rng.uniform() < 0.2 {
-            Vec3::ZERO
-        } else {
-            rng.direction_log_uniform(1e-3)
-        };
-        store(&mut receivers.normal, lane, normal);
+        store(&mut p, lane, receiver);
         (context.light[lane], context.pmf[lane]) = (light, pmf.0);
         let u = rng.uniform_2d();
         (context.u[0][lane], context.u[1][lane]) = (u.x, u.y);
     }
-    let singly = lights.sample_lanes(&active, context, &receivers, of_lanes, samples);
+    let singly = lights.sample_lanes(&active, context, &p, of_lanes, samples);
     let in_lanes = active.without(&singly);
     let mut valid = 0;
     for lane in in_lanes.each() {
         let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
         let choice = (context.light[lane], Pmf(context.pmf[lane]));
-        let (receiver, rules) = (receivers.get(lane), LightSampling::default());
-        let alone = lights.sample::<Everything>(choice, rules, &receiver, 0.0, u);
+        let (receiver, rules) = (load(&p, lane), LightSampling::default());
+        let alone = lights.sample::<Everything>(choice, rules, receiver, 0.0, u);
         valid += usize::from(alone.is_some());
         let sample = samples.get(lane);
-        assert_eq!(bits(sample), bits(alone), "{receiver:?} {choice:?}");
+        assert_eq!(bits(sample), bits(alone), "{receiver} {choice:?}");
     }
     [active.count(), in_lanes.count(), valid]
 }

@@ -57,13 +57,7 @@ fn by_power(lights: Vec<Light>) -> Lights {
 
 fn sampled(lights: &Lights, p: Vec3, [u, v, a, b]: [f32; 4]) -> Option<LightSample> {
     let choice = lights.choose_by_power::<Everything>([a, b])?;
-    let at = Receiver::anywhere(p);
-    lights.sample::<Everything>(choice, LightSampling::default(), &at, 0.0, Vec2::new(u, v))
-}
-
-/// A sample of a light for a point that scatters light from all directions.
-fn at_point(light: &Light, p: Vec3, u: Vec2) -> Option<LightSample> {
-    light.sample::<Everything>(LightSampling::default(), &Receiver::anywhere(p), 0.0, u)
+    lights.sample::<Everything>(choice, LightSampling::default(), p, 0.0, Vec2::new(u, v))
 }
 
 /// Whether a ray from `p` along `w` hits a light.
@@ -132,7 +126,8 @@ fn samples_cover_the_solid_angle() {
                 }))
             };
             let by_light = replicates(0, 1 << 10, &|rng| {
-                let s = at_point(&light, p, rng.uniform_2d());
+                let s =
+                    light.sample::<Everything>(LightSampling::default(), p, 0.0, rng.uniform_2d());
                 s.map_or(0.0, |s| 1.0 / f64::from(density(&s)))
             });
             // All lights are within 0.7 of the centre: random directions are restricted to that sphere.
@@ -233,9 +228,11 @@ fn over_samples(light: &Light, p: Vec3) -> (f64, f64) {
     for (x, weight_x) in &nodes {
         for (y, weight_y) in &nodes {
             let u = Vec2::new((0.5 + 0.5 * x) as f32, (0.5 + 0.5 * y) as f32);
-            let s = at_point(light, p, u).expect("off the plane");
+            let s = light
+                .sample::<Everything>(LightSampling::default(), p, 0.0, u)
+                .expect("off the plane");
             let point = end_of(&s);
-            let pdf = light.pdf::<Everything>(&Receiver::anywhere(p), 0.0, point.p - p, point.ng);
+            let pdf = light.pdf::<Everything>(p, 0.0, point.p - p, point.ng);
             let ratio = pdf.expect("the light is a surface").0 / density(&s);
             assert!((ratio - 1.0).abs() < 1e-4, "{p} {u} {s:?} {pdf:?}");
             let value = 1.0 / f64::from(density(&s));
@@ -327,13 +324,17 @@ fn one_sided_lights_are_dark_from_behind() {
             (Vec3::new(0.1, 0.2, 3.0), name == "sphere"),
         ] {
             for _ in 0..100 {
-                let s = at_point(&light, p, rng.uniform_2d()).expect("off the plane");
+                let s = light
+                    .sample::<Everything>(LightSampling::default(), p, 0.0, rng.uniform_2d())
+                    .expect("off the plane");
                 assert_eq!(!s.radiance.is_black(), lit, "{name} {p} {s:?}");
             }
         }
         // Only a two-sided sphere emits to its inside.
         if name == "sphere" {
-            let s = at_point(&light, CENTER, Vec2::splat(0.3)).expect("inside");
+            let s = light
+                .sample::<Everything>(LightSampling::default(), CENTER, 0.0, Vec2::splat(0.3))
+                .expect("inside");
             assert!(s.radiance.is_black());
         }
     }
@@ -343,7 +344,9 @@ fn one_sided_lights_are_dark_from_behind() {
             Vec3::new(0.1, 0.2, 3.0),
             Vec3::new(0.1, 0.0, 0.9),
         ] {
-            let s = at_point(&light, p, Vec2::splat(0.3)).expect("off the plane");
+            let s = light
+                .sample::<Everything>(LightSampling::default(), p, 0.0, Vec2::splat(0.3))
+                .expect("off the plane");
             assert!(!s.radiance.is_black(), "{name} {p}");
         }
     }

@@ -4,7 +4,6 @@
 mod common;
 
 mod choice;
-mod cosine;
 mod delta_lights;
 mod emission;
 mod environment;

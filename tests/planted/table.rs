@@ -166,16 +166,6 @@ pub const PLANTED: &[Planted] = &[
         "lights::choice::no_light_that_shines_on_a_receiver_is_left_out",
     ),
     bug(
-        "warp-without-density",
-        "the numbers of a light sample are warped, but their density stays uniform",
-        "lights::cosine::densities_with_a_normal_give_the_projected_solid_angle",
-    ),
-    bug(
-        "normal-left-out-of-pdf",
-        "a scattered ray that hits a lamp has the density of light sampling without the cosine",
-        "lights::cosine::hits_have_the_density_of_samples",
-    ),
-    bug(
         "compensated-alone",
         "light sampling without a weight leaves out what is darker than the mean of an environment map",
         "lights::environment::light_sampling_alone_finds_the_darker_part_of_a_panorama",

@@ -53,13 +53,12 @@ fn a_furnace_is_exact_up_to_the_edge() {
         let mut description = furnace();
         description.film.filter = FilterDescription { kind, radius };
         for sampler in [SamplerKind::Sobol, SamplerKind::Independent] {
-            // The mean over the seeds tells whether the weights have the right expectation, without a control variate.
             let settings = |spp, seed| RenderSettings {
                 sampler,
                 seed,
                 ..splatting(&description, spp)
             };
-            for pixel in rendered(&description, &settings(4, 0)).develop().pixels() {
+            for pixel in rendered(&description, &settings(16, 0)).develop().pixels() {
                 for (value, exact) in pixel.to_array().into_iter().zip([0.25, 1.0, 4.0]) {
                     assert!((value / exact - 1.0).abs() < 1e-6, "{kind:?}: {value}");
                 }
@@ -69,11 +68,11 @@ fn a_furnace_is_exact_up_to_the_edge() {
                 let pixels = rendered(&description, &settings(1, seed)).develop();
                 f64::from(pixels.pixels()[0].to_array()[1])
             };
-            let moments = Moments::of((0..400).map(corner));
+            let moments = Moments::of((0..100).map(corner));
             let error = moments.standard_error().expect("many seeds");
             let off = (moments.mean() - 1.0).abs();
             assert!(off < 4.5 * error, "{kind:?}: {} +- {error}", moments.mean());
-            assert!(error < 0.05, "{kind:?}: {error}");
+            assert!(error < 0.06, "{kind:?}: {error}");
         }
     }
 }
@@ -119,7 +118,7 @@ fn splatting_agrees_with_importance_sampling() {
                 (a - b).abs() < 4.6 * error,
                 "{kind:?}, tile {tile}: {a} {b} {error}"
             );
-            assert!(error < 0.05 * a, "{kind:?}, tile {tile}: {a} +- {error}");
+            assert!(error < 0.03 * a, "{kind:?}, tile {tile}: {a} +- {error}");
         }
     }
 }
@@ -198,10 +197,16 @@ fn boxes_wide_filters_and_adaptive_renders_are_importance_sampled() {
     );
 }
 
-/// With independent samples the default filter has 2.4 times less variance, where light is smooth.
+/// With independent samples the default filter has 3.0 times less variance, where light is smooth.
 #[test]
 fn splatting_has_less_error_and_says_so() {
-    let description = scene(FilterKind::Gaussian, 1.5);
+    // Rare bright paths would make the ratio of errors uncertain.
+    let matte = "type = \"diffuse\"\nreflectance = 0.5";
+    let text = SMALL.replace("type = \"dielectric\"", matte).replace(
+        "type = \"conductor\"\npreset = \"gold\"\nroughness = 0.4",
+        matte,
+    );
+    let description = load_text(&text);
     let truth = rendered(&description, &splatting(&description, 1 << 13)).develop();
     let errors = |filter_sampling| {
         let (mut exact, mut told, mut held) = (0.0, 0.0, 0);

@@ -4,6 +4,7 @@ use crate::common::scene_folder::{SMALL, load_text};
 use etendue::ErrorKind;
 use etendue::internals::accel::{AccelOptions, Backend};
 use etendue::internals::effects::Effect;
+use etendue::internals::film::filter::{Filter, FilterSampling};
 use etendue::internals::image::Image;
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
@@ -99,11 +100,14 @@ fn movable() -> SceneDescription {
 fn a_session_renders_what_a_render_of_its_scene_does() {
     let description = load_text(SMALL);
     let session = session(description.clone(), Backend::ALL[0]);
-    let settings = RenderSettings::new(description.film.size, 4);
+    let settings = RenderSettings {
+        filter_sampling: FilterSampling::Splatting,
+        ..RenderSettings::new(description.film.size, 4)
+    };
     let prepared =
         etendue::internals::scene::prepare::prepare(&description, traced_by(Backend::ALL[0]));
     let scene = prepared.expect("valid").scene;
-    let filter = etendue::internals::film::filter::Filter::new(&description.film.filter);
+    let filter = Filter::new(&description.film.filter);
     let size = description.film.size;
     let alone = render(&scene, &filter, size, &settings, &Unwatched).expect("valid");
     assert_eq!(picture(&session, 4), alone.film.develop());

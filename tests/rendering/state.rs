@@ -2,6 +2,7 @@
 
 use crate::common::scene_folder::{SMALL, load_text};
 use etendue::internals::accel::{AccelOptions, Backend};
+use etendue::internals::film::filter::FilterSampling;
 use etendue::internals::image::LayeredImage;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::options::RenderOptions;
@@ -329,6 +330,19 @@ fn what_does_not_belong_together_is_refused_and_both_are_named() {
     other = base.clone();
     other.max_bounces = Some(3);
     differs(&other, SMALL, &["max_bounces is null in", "3 in"]);
+    other = base.clone();
+    other.filter_sampling = Some(FilterSampling::Importance);
+    differs(
+        &other,
+        SMALL,
+        &["filter_sampling is \"splatting\" in", "\"importance\" in"],
+    );
+    let tent = SMALL.replace("size = [24, 16]", "size = [24, 16]\nfilter = \"tent\"");
+    differs(
+        &base,
+        &tent,
+        &["filter is \"gaussian:1.5\" in", "\"tent:1\" in"],
+    );
     let darker = SMALL.replace("[0.7, 0.2]", "[0.7, 0.25]");
     differs(&base, &darker, &["the scenes differ"]);
 

@@ -5,9 +5,9 @@ use crate::common::chi_square::{ChiSquareTest, pearson, uniformity};
 use crate::common::closed_forms::{rectangle_solid_angle, triangle_solid_angle};
 use crate::common::verdict::sidak;
 use etendue::internals::math::vec::{DVec2, DVec3, LaneVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
-use etendue::internals::sampling::bilinear::BilinearSquare;
 use etendue::internals::sampling::clear_triangle::ClearTriangle;
 use etendue::internals::sampling::distribution::AliasTable;
+use etendue::internals::sampling::linear::LinearSquare;
 use etendue::internals::sampling::spherical_rectangle::SphericalRectangle;
 use etendue::internals::sampling::{spherical_triangle, warp};
 
@@ -226,10 +226,9 @@ fn directions_to_rectangles_are_uniform() {
                 ));
             }
             for u in uniform_pairs(seed).take(n as usize) {
-                let s = rectangle.sample(u);
-                let error = (rectangle.invert(s) - u).abs().max_element();
-                assert!(error < 1e-4, "{view:?} {size} {u}: {error}");
-                let [x, y] = s.map(|s| ((CELLS as f64 * s) as usize).min(CELLS - 1));
+                let [x, y] = rectangle
+                    .sample(u)
+                    .map(|s| ((CELLS as f64 * s) as usize).min(CELLS - 1));
                 cells[CELLS * x + y].1 += 1.0;
             }
             checks.push((format!("{view:?} {size}"), pearson(&mut cells)));
@@ -277,10 +276,6 @@ fn directions_to_triangles_are_uniform() {
             }
             for u in uniform_pairs(seed).take(n as usize) {
                 let b = spherical_triangle::sample(triangle, omega, u).expect("a triangle");
-                let w = triangle[0] + b[0] * edges[0] + b[1] * edges[1];
-                let inverse = spherical_triangle::invert(triangle, omega, w);
-                let error = (inverse - u).abs().max_element();
-                assert!(error < 1e-4, "{view:?} {size} {u}: {error}");
                 let [x, y] = b.map(|b| (CELLS as f64 * b).min(CELLS as f64 - 1e-9));
                 let reversed = x.fract() + y.fract() > 1.0 && x as usize + y as usize + 1 < CELLS;
                 cells[2 * (CELLS * x as usize + y as usize) + usize::from(reversed)].1 += 1.0;
@@ -360,7 +355,7 @@ fn clear_triangles_are_sampled_uniformly_in_single_precision() {
 }
 
 #[test]
-fn bilinear_densities_are_what_is_sampled() {
+fn linear_densities_are_what_is_sampled() {
     const CELLS: usize = 12;
     let mut checks = Vec::new();
     let weights = [
@@ -368,12 +363,9 @@ fn bilinear_densities_are_what_is_sampled() {
         [1.0, 2.0, 5.0, 3.0],
         [1e-6, 1.0, 1e6, 1e-6],
         [1e9, 1e9, 0.99e9, 1e9],
-        [0.0, 1.0, 0.0, 2.0],
-        [0.0, 0.0, 0.0, 1e-9],
-        [3.0, 0.0, 0.0, 1.0],
     ];
-    for (seed, corners) in (80..).zip(weights) {
-        let density = BilinearSquare::new(corners);
+    for (seed, [a, b, c, d]) in (80..).zip(weights) {
+        let density = LinearSquare::new(Vec2::new(a, c), Vec2::new(b, d));
         let name = format!("{density:?}");
         for u in extreme_pairs() {
             let at = density.sample(u);
@@ -383,17 +375,16 @@ fn bilinear_densities_are_what_is_sampled() {
             );
         }
         // The mean of a bilinear function over a cell is the value at its centre.
-        let [w00, w10, w01, w11] = corners.map(f64::from);
-        let value = |x: f64, y: f64| {
-            let [left, right] = [[w00, w01], [w10, w11]].map(|[a, b]| a + y * (b - a));
-            4.0 * (left + x * (right - left)) / (w00 + w10 + w01 + w11)
+        let factor = |x: f64, [a, b]: [f32; 2]| {
+            let [a, b] = [a, b].map(f64::from);
+            2.0 * (a + x * (b - a)) / (a + b)
         };
         let mut cells = Vec::new();
         for i in 0..CELLS * CELLS {
             let [x, y] = [i / CELLS, i % CELLS].map(|k| (k as f64 + 0.5) / CELLS as f64);
-            let exact = value(x, y);
+            let exact = factor(x, [a, b]) * factor(y, [c, d]);
             let pdf = f64::from(density.pdf(Vec2::new(x as f32, y as f32)));
-            assert!((pdf - exact).abs() < 1e-5 * exact, "{name} {x} {y} {pdf}");
+            assert!((pdf / exact - 1.0).abs() < 1e-5, "{name} {x} {y} {pdf}");
             let count = f64::from(1 << 17) / (CELLS * CELLS) as f64;
             cells.push((count * exact, 0.0));
         }

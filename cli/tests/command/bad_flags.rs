@@ -55,6 +55,20 @@ fn flags_that_make_no_sense() {
         &["--occlusion-distance", "above 0"],
     );
     flags_fail("--integrator nee --kernel room", &["nee", "room", "matte"]);
+    flags_fail("--filter gauss", &["--filter", "gauss", "`gaussian`"]);
+    flags_fail("--filter tent:0", &["--filter", "above 0, up to 32 pixels"]);
+    flags_fail(
+        "--filter tent:wide",
+        &["--filter", "above 0, up to 32 pixels"],
+    );
+    flags_fail(
+        "--filter-sampling splat",
+        &["--filter-sampling", "splatting"],
+    );
+    flags_fail(
+        "--denoise --filter-sampling splatting",
+        &["--denoise", "--filter-sampling splatting"],
+    );
     flags_fail("--sampler sobl", &["--sampler", "sobol"]);
     flags_fail("--backend embre", &["--backend"]);
     flags_fail("--sp 3", &["--sp", "--spp"]);

@@ -335,7 +335,8 @@ fn a_replayed_sample_is_the_one_that_was_rendered() {
         (12, 15, "light-or-rest"),
         (12, 14, "ambient-occlusion"),
     ] {
-        let flags = format!("--spp 1 --integrator {integrator}");
+        // A pixel of a box filter is its sample; others are sums over the samples of several pixels.
+        let flags = format!("--spp 1 --filter box --integrator {integrator}");
         let crop = format!("{flags} --crop {x},{y},{},{}", x + 1, y + 1);
         let [r, g, b] = render(&folder, &crop).get(0, 0).to_array();
         let finished = succeed(

@@ -54,6 +54,7 @@ fn merged_shards_are_the_image_of_one_render_with_its_layers() {
         "seed",
         "integrator",
         "sampler",
+        "filter",
         "spp",
         "bias",
         "relRmse",

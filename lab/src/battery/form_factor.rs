@@ -75,7 +75,7 @@ fn share(scene: &Scene, p: Vec3, normal: Vec3, u: [f32; 4]) -> f64 {
         .lights
         .choose::<Everything>(rule, &receiver, [u_choice, v_choice]);
     let (rules, u) = (LightSampling::default(), Vec2::new(u, v));
-    let sample = choice.and_then(|c| scene.sample_light::<Everything>(c, rules, &receiver, 0.0, u));
+    let sample = choice.and_then(|c| scene.sample_light::<Everything>(c, rules, p, 0.0, u));
     let Some(sample) = sample else {
         return 0.0;
     };

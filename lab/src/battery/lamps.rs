@@ -19,7 +19,7 @@ use etendue::internals::light::Light;
 use etendue::internals::light::environment::EnvironmentMap;
 use etendue::internals::light::sphere::SphereLight;
 use etendue::internals::light::triangle::TriangleLight;
-use etendue::internals::light::types::{Emission, LightSampling, MapRule, Receiver};
+use etendue::internals::light::types::{Emission, LightSampling, MapRule};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DMat3, DVec3, Vec2, Vec3};
 use etendue::internals::scene::description::{
@@ -54,9 +54,8 @@ fn solid_angle(lamp: &Light) -> f64 {
     const GRID: u32 = 64;
     let middle = |i: u32| (i as f32 + 0.5) / GRID as f32;
     let points = (0..GRID * GRID).map(|i| Vec2::new(middle(i % GRID), middle(i / GRID)));
-    let at = Receiver::anywhere(Vec3::ZERO);
     let one = |u: Vec2| {
-        let sample = lamp.sample::<Everything>(LightSampling::default(), &at, 0.0, u);
+        let sample = lamp.sample::<Everything>(LightSampling::default(), Vec3::ZERO, 0.0, u);
         let pdf = sample.and_then(|sample| sample.pdf);
         pdf.map_or(f64::NAN, |pdf| 1.0 / f64::from(pdf.0))
     };

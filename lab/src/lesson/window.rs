@@ -204,7 +204,7 @@ fn works(lesson: &Lesson<'_>) -> Plot {
         series.push(Series::new(name, Mark::Dots, hue, measured.collect()));
     }
     let at = best(R);
-    let line = vec![[at, 0.3], [at, 1.2]];
+    let line = vec![[at, 0.4], [at, 1.8]];
     series.push(Series::new(format!("best, R = {R}"), Mark::Guide, 6, line));
     Plot {
         title: "Variance × surfaces, relative to w = 1".to_owned(),
@@ -214,7 +214,7 @@ fn works(lesson: &Lesson<'_>) -> Plot {
             .to_owned(),
         shape: Shape::Wide,
         x: Axis::log("window w"),
-        y: Axis::linear("V · T, relative to w = 1").over(0.3, 1.2),
+        y: Axis::linear("V · T, relative to w = 1").over(0.4, 1.8),
         series,
     }
 }

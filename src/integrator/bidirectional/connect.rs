@@ -244,7 +244,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         };
         let (from, rules) = (vertex.at.p, LightSampling::default());
         let u = Vec2::new(u, v);
-        let found = scene.sample_light::<E>(choice, rules, &receiver, self.time, u);
+        let found = scene.sample_light::<E>(choice, rules, from, self.time, u);
         let found = found.filter(|light| !light.radiance.is_black());
         let Some((light, at)) = found.and_then(|light| {
             let at = vertex.scattering(scene, vertex.at.wo, light.wi)?;

@@ -13,7 +13,7 @@ use crate::math::measure::PdfSolidAngle;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::math::robust::offset_point;
-use crate::math::vec::Vector;
+use crate::math::vec::{Vec3, Vector};
 use crate::planted::planted;
 use crate::scene::interaction::Interaction;
 
@@ -43,7 +43,7 @@ pub struct PathBlock<E: Effects> {
     light_path_ratio: State<E::LightPaths, Lanes<f32>>,
     /// The points of the last scattering events, and their normals as receivers of light.
     from: Lanes3,
-    from_normal: Lanes3,
+    from_normal: State<E::ManyLights, Lanes3>,
     /// The densities of their directions; infinite from the camera and from delta lobes.
     pdf: Lanes<f32>,
     /// The lights that were last chosen by light sampling.
@@ -66,7 +66,7 @@ impl<E: Effects> Default for PathBlock<E> {
             eta_scale: Slot::new(|| zero),
             light_path_ratio: Slot::new(|| zero),
             from: [zero; 3],
-            from_normal: [zero; 3],
+            from_normal: Slot::new(|| [zero; 3]),
             pdf: zero,
             chosen: [NO_LIGHT; LANES],
             closest_rays: [0; LANES],
@@ -149,7 +149,9 @@ impl<E: Effects> PathBlock<E> {
             self.set_light_path_ratio(lane, of[from]);
         }
         copy(&mut self.from, &other.from);
-        copy(&mut self.from_normal, &other.from_normal);
+        if let (Some(to), Some(of)) = (self.from_normal.get_mut(), other.from_normal.get()) {
+            copy(to, of);
+        }
         self.pdf[lane] = other.pdf[from];
         self.chosen[lane] = other.chosen[from];
         self.closest_rays[lane] = other.closest_rays[from];
@@ -180,9 +182,10 @@ impl<E: Effects> PathBlock<E> {
     pub fn scattered_from(&self, lane: usize) -> Option<(Receiver, PdfSolidAngle)> {
         let pdf = self.pdf[lane];
         (pdf < f32::INFINITY).then(|| {
+            let normal = self.from_normal.get();
             let receiver = Receiver {
                 p: load(&self.from, lane),
-                normal: load(&self.from_normal, lane),
+                normal: normal.map_or(Vec3::ZERO, |normal| load(normal, lane)),
             };
             (receiver, PdfSolidAngle(pdf))
         })
@@ -201,7 +204,9 @@ impl<E: Effects> PathBlock<E> {
     /// Sets the normal of the last scattering event as a receiver of light.
     #[inline(always)]
     pub fn set_from_normal(&mut self, lane: usize, normal: impl Into<[f32; 3]>) {
-        store(&mut self.from_normal, lane, normal);
+        if let Some(to) = self.from_normal.get_mut() {
+            store(to, lane, normal);
+        }
     }
 
     /// The densities of light paths over those of the paths, if the kernel has light paths.

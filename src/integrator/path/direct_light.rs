@@ -68,12 +68,15 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             S::draw_lanes(samplers, &lit, &block.path, states, decision, point);
         }
         let rules = self.light_sampling();
-        stage.at.receivers(receivers);
+        if E::ManyLights::ON {
+            stage.at.receivers(receivers);
+        }
         let choices = &scene.lights;
         choices.choose_lanes::<E>(rules.choice, &lit, receivers, context);
         block.choose(&lit, &context.light);
         context.time = block.packet.rays.time;
-        scene.sample_lights::<E>(&lit, context, rules, receivers, lights, samples);
+        let p = &stage.at.p;
+        scene.sample_lights::<E>(&lit, context, rules, p, lights, samples);
         lit
     }
 

@@ -30,6 +30,7 @@ macro_rules! switch {
     (AreaLights [AreaLights $($rest:ident)*]) => { On };
     (ManyLights [ManyLights $($rest:ident)*]) => { On };
     (Instances [Instances $($rest:ident)*]) => { On };
+    (LightPaths [LightPaths $($rest:ident)*]) => { On };
     ($effect:ident [$other:ident $($rest:ident)*]) => { switch!($effect [$($rest)*]) };
 }
 
@@ -67,6 +68,7 @@ macro_rules! kernels {
                     type AreaLights = switch!(AreaLights [$($effect)*]);
                     type ManyLights = switch!(ManyLights [$($effect)*]);
                     type Instances = switch!(Instances [$($effect)*]);
+                    type LightPaths = switch!(LightPaths [$($effect)*]);
                 }
             )*
         }
@@ -123,6 +125,11 @@ kernels! {
     Room = "room" [
         ShadingNormals Textures Glossy Specular Transmission Environment AreaLights ManyLights
     ];
+    /// Any BSDF, area lights and a constant environment, with light paths.
+    Caustics = "caustics" [
+        ShadingNormals Textures OneSided Glossy Specular Transmission Environment AreaLights
+        ManyLights LightPaths
+    ];
     /// Any BSDF, area lights and a constant environment, with a lens, motion and instances.
     Moving = "moving" [
         ShadingNormals Textures Glossy Specular Transmission Lens Motion Environment AreaLights
@@ -141,7 +148,7 @@ kernels! {
     /// Every effect.
     Everything = "everything" [
         ShadingNormals Textures NormalMaps Alpha OneSided Glossy Specular Transmission Lens Motion
-        Environment EnvironmentMap DeltaLights AreaLights ManyLights Instances
+        Environment EnvironmentMap DeltaLights AreaLights ManyLights Instances LightPaths
     ];
 }
 

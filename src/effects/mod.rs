@@ -56,11 +56,13 @@ pub enum Effect {
     ManyLights,
     /// Groups of shapes placed several times, or moving.
     Instances,
+    /// Light paths beside camera paths.
+    LightPaths,
 }
 
 impl Effect {
     /// Every effect, in the order in which they are listed.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::ShadingNormals,
         Self::Textures,
         Self::NormalMaps,
@@ -77,6 +79,7 @@ impl Effect {
         Self::AreaLights,
         Self::ManyLights,
         Self::Instances,
+        Self::LightPaths,
     ];
 
     /// The name in tables and JSON.
@@ -98,6 +101,7 @@ impl Effect {
             Self::AreaLights => "area-lights",
             Self::ManyLights => "many-lights",
             Self::Instances => "instances",
+            Self::LightPaths => "light-paths",
         }
     }
 
@@ -126,6 +130,9 @@ impl Effect {
             }
             Self::ManyLights => "choosing a light",
             Self::Instances => "frames of their own for hits and rays",
+            Self::LightPaths => {
+                "densities of light paths along camera paths, and paths that begin at lights"
+            }
         }
     }
 }

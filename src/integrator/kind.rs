@@ -151,10 +151,10 @@ impl IntegratorKind {
                 "no scattered ray can meet point, spot and distant lights, whose light is missing",
             );
         }
-        // Delta lights are found only by light sampling, which cannot go by way of a delta lobe.
+        // Delta lights are found only by light sampling, which cannot go by way of a delta lobe, and by light paths.
         let has_both = effects.has(Effect::DeltaLights) && effects.has(Effect::Specular);
         if has_both && technique.samples_lights() && self.most_bounces().is_none() {
-            lacks.push(if self.splats() {
+            lacks.push(if self.splats() || effects.has(Effect::LightPaths) {
                 "where it is seen in mirrors or through smooth glass, light is missing that other mirrors or glass throw there from point, spot and distant lights"
             } else {
                 "light is missing that mirrors and smooth glass throw on other surfaces from point, spot and distant lights"
@@ -187,5 +187,7 @@ mod tests {
         let [path, both_ends] = [IntegratorKind::Path, IntegratorKind::Bidirectional]
             .map(|kind| kind.bias(both).expect("both lack some"));
         assert!(path.contains("on other surfaces") && both_ends.contains("seen in mirrors"));
+        let with_light_paths = IntegratorKind::Path.bias(both.with(Effect::LightPaths));
+        assert!(with_light_paths.is_some_and(|it| it.contains("seen in mirrors")));
     }
 }

@@ -8,6 +8,7 @@ pub mod bidirectional;
 pub mod indirect;
 pub mod irradiance_cache;
 pub mod kind;
+pub mod light_paths;
 pub mod observer;
 pub mod path;
 pub mod roulette;
@@ -22,6 +23,7 @@ use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
+use light_paths::walk::LightPathRules;
 use observer::PathObserver;
 use path::PathMemory;
 pub use roulette::Roulette;
@@ -104,6 +106,12 @@ impl SampleLanes {
         self.closest_rays[lane] = closest_rays;
         self.shadow_rays[lane] = shadow_rays;
     }
+
+    /// Counts further rays of a lane.
+    pub fn count_rays(&mut self, lane: usize, rays: RayCounts) {
+        self.closest_rays[lane] += rays.closest as u32;
+        self.shadow_rays[lane] += rays.shadow as u32;
+    }
 }
 
 /// The estimate of a sample.
@@ -178,6 +186,12 @@ pub trait Integrator: Copy + Send + Sync {
         _splats: &mut SplatList<'_>,
     ) -> Rgb {
         self.radiance::<E, S, O>(scene, sampler, camera_ray, found, rays, observer)
+    }
+
+    /// The rules of the light paths that are traced beside the camera paths, if there are any.
+    #[inline]
+    fn light_paths(&self) -> Option<LightPathRules> {
+        None
     }
 }
 

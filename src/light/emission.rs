@@ -14,8 +14,10 @@ use super::types::{BoundingSphere, Emission, EmissionPdf, EmissionSample, MapRul
 use crate::effects::{Effects, Switch, beyond_kernel};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::frame::Frame;
-use crate::math::measure::{PdfArea, PdfSolidAngle};
+use crate::math::measure::{PdfArea, PdfSolidAngle, Pmf};
+use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
+use crate::math::robust::{offset_point, reach_of_point};
 use crate::math::vec::{Vec2, Vec3};
 use crate::planted::planted;
 use crate::sampling::warp;
@@ -74,6 +76,18 @@ impl Light {
         }
     }
 
+    /// Whether the light is a surface that emits on both sides.
+    pub fn is_two_sided(&self) -> bool {
+        match self {
+            Self::Triangle(light) => light.emission().two_sided,
+            Self::MovingTriangle(light) => light.at(0.0).emission().two_sided,
+            Self::Rectangle(light) => light.emission().two_sided,
+            Self::Disk(light) => light.emission().two_sided,
+            Self::Sphere(light) => light.emission().two_sided,
+            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Environment(_) => false,
+        }
+    }
+
     /// The densities of [`sample_emission`](Self::sample_emission) for a ray along the unit vector `direction` that leaves
     /// the light where its normal is `normal`, which lights without a surface ignore.
     pub fn pdf_emission(
@@ -112,6 +126,33 @@ impl Light {
                 direction: Some(map.eval(-direction, MapRule::Radiance).1),
             },
         }
+    }
+}
+
+impl EmissionSample {
+    /// The ray: it begins beyond the bound of the error of its point.
+    pub fn ray(&self) -> Ray {
+        let origin = match &self.end {
+            ShadowRayEnd::Surface(point, _) => {
+                let leaves_above = self.direction.dot(point.ng) > 0.0;
+                let side = if leaves_above { point.ng } else { -point.ng };
+                offset_point(point.p, point.error, side)
+            }
+            ShadowRayEnd::Point(point) => *point + reach_of_point(*point) * self.direction,
+            ShadowRayEnd::Infinity => self.origin,
+        };
+        Ray::new(origin, self.direction)
+    }
+
+    /// The flux that a light path along the ray carries, with the probability `pmf` of selecting the light.
+    pub fn flux(&self, pmf: Pmf) -> Rgb {
+        let cos = match &self.end {
+            ShadowRayEnd::Surface(point, _) => self.direction.dot(point.ng).abs(),
+            ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => 1.0,
+        };
+        let position = self.pdf.position.map_or(1.0, |pdf| pdf.0);
+        let direction = self.pdf.direction.map_or(1.0, |pdf| pdf.0);
+        self.radiance * (cos / direction / position / pmf.0)
     }
 }
 

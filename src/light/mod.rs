@@ -9,6 +9,7 @@ pub mod disk;
 pub mod distant;
 pub mod emission;
 pub mod environment;
+pub mod guides;
 pub mod lanes;
 pub mod moving;
 pub mod point;

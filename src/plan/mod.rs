@@ -119,7 +119,8 @@ fn vanishes(effect: Effect) -> &'static str {
         | Effect::Specular
         | Effect::Transmission
         | Effect::ManyLights
-        | Effect::Instances => "has none of it",
+        | Effect::Instances
+        | Effect::LightPaths => "has none of it",
     }
 }
 
@@ -142,5 +143,6 @@ fn nothing(effect: Effect) -> &'static str {
         Effect::AreaLights => "no shape emits",
         Effect::ManyLights => "there is at most one light",
         Effect::Instances => "no group is placed, and no shape moves",
+        Effect::LightPaths => "light_paths is off",
     }
 }

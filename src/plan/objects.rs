@@ -47,6 +47,7 @@ impl Object {
             Effect::Instances if self.calls_for.has(Effect::Motion) => "moves",
             Effect::Instances if self.written.has(Effect::Instances) => "places a group",
             Effect::Instances => "is stretched by its keyframes",
+            Effect::LightPaths => "asks for light paths",
         }
     }
 }
@@ -115,6 +116,17 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
             written,
         }
     }));
+    if let Some(rule) = &description.render.light_paths {
+        objects.push(Object {
+            name: format!("light_paths = \"{}\"", rule.value),
+            place: Place {
+                file: description.file.clone(),
+                line: Some(rule.line),
+            },
+            calls_for: effects::of_render(description),
+            written: none,
+        });
+    }
     objects
 }
 

@@ -11,6 +11,7 @@
 //! | environment, delta-lights, area-lights, many-lights | removing these lights; for many-lights, all but the first |
 //! | environment-map | its mean over all directions |
 //! | instances | removing them, and moving shapes |
+//! | light-paths | light paths off: the light is found by camera paths alone, or not at all |
 //!
 //! Measure: none.
 //! Range: any scene.
@@ -23,7 +24,7 @@ use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
     ColourDescription, GeometryDescription, LightModel, MaterialDescription, MaterialModel,
-    MeshDescription, SceneDescription,
+    MeshDescription, SceneDescription, Written,
 };
 use crate::scene::placement::{self, stands_alone};
 use std::f64::consts::PI;
@@ -84,8 +85,16 @@ pub fn without(description: &SceneDescription, effect: Effect) -> SceneDescripti
             scene.instances.clear();
             scene.shapes.retain(|shape| !stands_alone(shape, shutter));
         }
+        Effect::LightPaths => scene.render.light_paths = Some(no_light_paths()),
     }
     scene
+}
+
+fn no_light_paths() -> Written<String> {
+    Written {
+        value: "off".to_owned(),
+        line: 0,
+    }
 }
 
 fn each_material(scene: &mut SceneDescription, change: impl FnMut(&mut MaterialDescription)) {

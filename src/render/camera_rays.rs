@@ -13,6 +13,8 @@ use crate::accel::lanes::{ExcludedLanes, NO_ID};
 use crate::effects::{Effects, Switch};
 use crate::film::filter::{Filter, FilterSampling};
 use crate::film::splats::SplatList;
+use crate::integrator::light_paths::LightPathShare;
+use crate::integrator::light_paths::walk::LightPathRules;
 use crate::integrator::observer::{PathObserver, RayKind};
 use crate::integrator::path::{PathMemory, WAVEFRONT_SIZE};
 use crate::integrator::{Integrator, RayCounts, SampleLanes};
@@ -24,6 +26,9 @@ use crate::scene::Scene;
 
 /// The largest number of packets, for packets of which few lanes are requested.
 const MOST_PACKETS: usize = 4 * WAVEFRONT_SIZE / LANES;
+
+/// The bit of a column that no image has, for the random numbers of the second light path of a sample.
+const SECOND_PATH: u32 = 1 << 31;
 
 /// The source of camera rays.
 #[derive(Clone, Copy)]
@@ -215,6 +220,31 @@ impl<E: Effects> CameraRays<E> {
         );
         let [closest, shadow] = [rays.closest, rays.shadow].map(|count| count as u32);
         self.samples[packet].set_estimate(lane, radiance, closest, shadow);
+    }
+
+    /// Traces the light paths of a sample, which is estimated, and counts their rays with its own.
+    pub fn trace_light_paths(
+        &mut self,
+        packet: usize,
+        lane: usize,
+        scene: &Scene,
+        rules: &LightPathRules,
+        splats: &mut SplatList<'_>,
+    ) {
+        let time = self.samples[packet].packet.rays.time[lane];
+        let PacketIndex { block, sample } = self.indices[packet];
+        let sampler = &mut self.samplers[packet * LANES + lane];
+        let mut rays = RayCounts::default();
+        if rules.has_path(sampler) {
+            rules.trace::<E, _>(scene, sampler, time, &mut rays, splats);
+        }
+        if rules.paths.share == LightPathShare::Two {
+            let [x, y] = block.pixel(lane);
+            let mut other = sampler.clone();
+            other.start([x | SECOND_PATH, y], sample);
+            rules.trace::<E, _>(scene, &mut other, time, &mut rays, splats);
+        }
+        self.samples[packet].count_rays(lane, rays);
     }
 
     /// The value of a sample, once it is estimated: radiance along the camera ray, times the filter weight if its position is

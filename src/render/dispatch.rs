@@ -18,6 +18,7 @@ use crate::integrator::bidirectional::Bidirectional;
 use crate::integrator::indirect::{Indirect, Traced};
 use crate::integrator::irradiance_cache::{Cached, IrradianceCache};
 use crate::integrator::kind::IntegratorKind;
+use crate::integrator::light_paths::LightPaths;
 use crate::integrator::path::PathIntegrator;
 use crate::integrator::technique::Weighted;
 use crate::sampler::{AnySampler, Batches, Independent, Sobol, Stratified};
@@ -36,7 +37,7 @@ pub fn kernel(scene: &Scene, settings: &RenderSettings) -> Kernel {
     let compiled = kernels(settings.integrator).iter().copied();
     settings
         .kernel
-        .unwrap_or_else(|| Kernel::smallest_of(compiled, scene.effects))
+        .unwrap_or_else(|| Kernel::smallest_of(compiled, settings.effects(scene.effects)))
 }
 
 /// Checks that a scene can be rendered with these settings.
@@ -61,8 +62,9 @@ pub fn check(scene: &Scene, settings: &RenderSettings) -> Result<()> {
             compiled.join(" and ")
         )));
     }
-    if !kernel.effects().contains(scene.effects) {
-        let lacking = scene.effects.iter().filter(|&e| !kernel.effects().has(e));
+    let effects = settings.effects(scene.effects);
+    if !kernel.effects().contains(effects) {
+        let lacking = effects.iter().filter(|&e| !kernel.effects().has(e));
         let lacking: Vec<&str> = lacking.map(|effect| effect.name()).collect();
         return Err(Error::usage(format!(
             "the kernel {} lacks effects of the scene: {}",
@@ -96,7 +98,10 @@ pub fn dispatch<D: Dispatched>(
 ) -> D::Output {
     match settings.integrator {
         IntegratorKind::Path => {
-            let integrator = path(settings, Weighted, Traced);
+            let integrator = PathIntegrator {
+                light_paths: light_paths(settings),
+                ..path(settings, Weighted, Traced)
+            };
             kernel(scene, settings).run(With(job, integrator))
         }
         _ => dispatch_to_two(scene, settings, cache, job),
@@ -114,7 +119,11 @@ pub fn dispatch_to_two<D: Dispatched>(
     let kernel = kernel(scene, settings);
     match (settings.integrator.technique(), cache) {
         (Some(_), None) if settings.integrator == IntegratorKind::Path => {
-            first_or_last(kernel, With(job, path(settings, Weighted, Traced)))
+            let integrator = PathIntegrator {
+                light_paths: light_paths(settings),
+                ..path(settings, Weighted, Traced)
+            };
+            first_or_last(kernel, With(job, integrator))
         }
         (Some(_), Some(cache)) => {
             first_or_last(kernel, With(job, path(settings, Weighted, Cached(cache))))
@@ -147,7 +156,15 @@ pub fn sampler(settings: &RenderSettings, batches: Batches) -> AnySampler {
     }
 }
 
-/// The path tracer of these settings.
+/// The light paths of an image.
+fn light_paths(settings: &RenderSettings) -> LightPaths {
+    LightPaths {
+        share: settings.light_path_share(),
+        pixels: settings.window.pixel_count(),
+    }
+}
+
+/// The path tracer of these settings, without light paths.
 pub fn path<C, K: Indirect>(
     settings: &RenderSettings,
     technique: C,
@@ -160,6 +177,7 @@ pub fn path<C, K: Indirect>(
         roulette: settings.roulette(),
         light_choice: settings.light_choice(),
         map: settings.map_rule(),
+        light_paths: LightPaths::NONE,
     }
 }
 

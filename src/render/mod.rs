@@ -90,7 +90,7 @@ impl Rendered {
     pub fn nothing(settings: &RenderSettings, filter: &Filter) -> Self {
         let film = Film::new(settings.window, settings.tile_size);
         let mut film = film.with_reach(settings.reach(filter));
-        if settings.integrator.splats() {
+        if settings.splats() {
             film = film.with_splats();
         }
         if settings.adaptive != Adaptive::Off {

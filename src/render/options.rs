@@ -6,7 +6,7 @@
 //! `cli/tests/command/bad_input.rs`.
 
 use super::CONFIDENCE;
-use super::settings::Adaptive;
+use super::settings::{Adaptive, LightPathRule};
 use super::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind, available_threads};
 use crate::effects::Kernel;
 use crate::error::{Error, Result};
@@ -14,6 +14,7 @@ use crate::film::Window;
 use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
+use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::technique::EmissionRule;
 use crate::light::types::LightChoice;
 use crate::scene::description::SceneDescription;
@@ -48,6 +49,8 @@ pub struct RenderOptions {
     pub roulette: Option<Roulette>,
     /// The selection of lights.
     pub light_choice: Option<LightChoice>,
+    /// The number of light paths for each camera path.
+    pub light_paths: Option<LightPathRule>,
     /// How the filter is estimated; with layers importance sampled unless given, since whatever reads layers takes the noise
     /// of pixels as independent.
     pub filter_sampling: Option<FilterSampling>,
@@ -88,6 +91,7 @@ impl RenderOptions {
             max_bounces: self.max_bounces.or(of_scene.max_bounces),
             roulette: self.roulette.or(of_scene.roulette),
             light_choice: self.light_choice,
+            light_paths: self.light_paths.unwrap_or(of_scene.light_paths),
             filter_sampling: self.filter_sampling(of_scene.filter_sampling),
             occlusion_distance: self.occlusion_distance.or(of_scene.occlusion_distance),
             cache_error: self.cache_error.unwrap_or(of_scene.cache_error),
@@ -96,9 +100,33 @@ impl RenderOptions {
             window: self.window(description.film.size)?,
             ..of_scene
         };
+        self.refuse_light_paths(&settings)?;
         refuse_endless(&settings)?;
         settings.validate(description.film.size)?;
         Ok(settings)
+    }
+
+    /// Refuses requested light paths that the settings cannot have.
+    fn refuse_light_paths(&self, settings: &RenderSettings) -> Result<()> {
+        if !matches!(self.light_paths, Some(LightPathRule::Share(share)) if share != LightPathShare::None)
+        {
+            return Ok(());
+        }
+        if settings.adaptive != Adaptive::Off {
+            return Err(Error::usage(
+                "light paths contribute to any pixel and cannot be combined with adaptive sampling: use --adaptive off, or --light-paths off",
+            ));
+        }
+        if !matches!(
+            settings.integrator,
+            IntegratorKind::Path | IntegratorKind::Auto
+        ) {
+            return Err(Error::usage(format!(
+                "only the integrator path has light paths beside camera paths, not {}: use --integrator path, or leave --light-paths out",
+                settings.integrator.name()
+            )));
+        }
+        Ok(())
     }
 
     /// The requested estimation of the filter, over that of the scene.

@@ -4,7 +4,7 @@
 //! Range: stated at each field; [`RenderSettings::validate`] names what is out of it.
 //! Source: design of the command line. Tested below and in `cli/tests/command/bad_flags.rs`.
 
-use crate::effects::{EffectSet, Kernel};
+use crate::effects::{Effect, EffectSet, Kernel};
 use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::film::batches::BATCHES;
@@ -12,9 +12,11 @@ use crate::film::filter::{Filter, FilterSampling};
 use crate::film::footprint::Footprint;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
+use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::roulette::NoRoulette;
 use crate::light::types::{LightChoice, MapRule};
 use crate::planted::planted;
+use crate::scene::Scene;
 use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
 use serde::{Deserialize, Serialize};
@@ -61,6 +63,41 @@ impl SamplerKind {
             Self::Independent => "independent",
             Self::Stratified => "stratified",
             Self::Sobol => "sobol",
+        }
+    }
+}
+
+/// The number of light paths for each camera path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub enum LightPathRule {
+    /// A number that follows from the scene.
+    Auto,
+    /// This number.
+    Share(LightPathShare),
+}
+
+impl Default for LightPathRule {
+    fn default() -> Self {
+        Self::Share(LightPathShare::None)
+    }
+}
+
+impl LightPathRule {
+    /// Every rule.
+    pub const ALL: &'static [Self] = &[
+        Self::Auto,
+        Self::Share(LightPathShare::None),
+        Self::Share(LightPathShare::Quarter),
+        Self::Share(LightPathShare::Half),
+        Self::Share(LightPathShare::One),
+        Self::Share(LightPathShare::Two),
+    ];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Share(share) => share.name(),
         }
     }
 }
@@ -178,6 +215,8 @@ pub struct RenderSettings {
     pub roulette: Option<Roulette>,
     /// The selection of lights; `None` for the integrator's own.
     pub light_choice: Option<LightChoice>,
+    /// The number of light paths for each camera path of `path`.
+    pub light_paths: LightPathRule,
     /// How the filter is estimated, where both ways are possible: see [`Self::reach`].
     pub filter_sampling: FilterSampling,
     /// The largest distance of occlusion for ambient occlusion, in world units; `None` for any distance.
@@ -211,6 +250,7 @@ impl RenderSettings {
             max_bounces: None,
             roulette: None,
             light_choice: None,
+            light_paths: LightPathRule::default(),
             filter_sampling: FilterSampling::Importance,
             occlusion_distance: None,
             cache_error: DEFAULT_CACHE_ERROR,
@@ -239,6 +279,8 @@ impl RenderSettings {
         let ways = Adaptive::ALL.iter().map(|&a| (a.name(), a));
         let adaptive = chosen(description, "adaptive", &render.adaptive, ways)?;
         let roulette = roulette_of(description)?;
+        let rules = LightPathRule::ALL.iter().map(|&rule| (rule.name(), rule));
+        let light_paths = chosen(description, "light_paths", &render.light_paths, rules)?;
         let spp = render.spp.unwrap_or(DEFAULT_SPP);
         Ok(Self {
             integrator: integrator.unwrap_or_default(),
@@ -248,6 +290,7 @@ impl RenderSettings {
             filter_sampling: FilterSampling::default(),
             max_bounces: render.max_bounces,
             roulette,
+            light_paths: light_paths.unwrap_or_default(),
             occlusion_distance: render.occlusion_distance,
             cache_error: render.cache_error.unwrap_or(DEFAULT_CACHE_ERROR),
             ..Self::new(description.film.size, spp)
@@ -319,11 +362,11 @@ impl RenderSettings {
 
     /// The number of pixels on either side of its own to which a sample contributes by this filter; 0 if it belongs to its own
     /// alone. That is so for filters without a footprint; for adaptive renders, whose pixels differ in the count that a
-    /// sample's weight is divided by; and for integrators whose light paths splat by the filter themselves.
+    /// sample's weight is divided by; and with light paths, which splat by the filter themselves.
     pub fn reach(&self, filter: &Filter) -> u32 {
         let is_splatted = self.filter_sampling == FilterSampling::Splatting
             && self.adaptive == Adaptive::Off
-            && !self.integrator.splats();
+            && !self.splats();
         let footprint = filter.footprint().filter(|_| is_splatted);
         footprint.map_or(0, Footprint::reach)
     }
@@ -366,6 +409,45 @@ impl RenderSettings {
         self.light_choice.unwrap_or(self.integrator.light_choice())
     }
 
+    /// The number of light paths for each camera path: none but beside `path` with equal sample counts, and none by `auto`,
+    /// which has to be replaced before a scene is rendered (`render/auto/`).
+    pub fn light_path_share(&self) -> LightPathShare {
+        let may_have = self.integrator == IntegratorKind::Path && self.adaptive == Adaptive::Off;
+        match self.light_paths {
+            LightPathRule::Share(share) if may_have => share,
+            _ => LightPathShare::None,
+        }
+    }
+
+    /// The number of light paths for each camera path by which `auto` is replaced in a scene: none where no shape throws
+    /// light, and none where the counts of camera paths differ.
+    pub fn settle_light_paths(&mut self, scene: &Scene) {
+        if self.light_paths == LightPathRule::Auto {
+            let may_pay = scene.throws_light()
+                && self.integrator == IntegratorKind::Path
+                && self.adaptive == Adaptive::Off
+                && self.most_bounces().is_none_or(|most| most > 1);
+            self.light_paths = LightPathRule::Share(if may_pay {
+                LightPathShare::Half
+            } else {
+                LightPathShare::None
+            });
+        }
+    }
+
+    /// The effects that a render of a scene with these effects needs.
+    pub fn effects(&self, of_scene: EffectSet) -> EffectSet {
+        let has_light_paths = self.light_path_share() != LightPathShare::None;
+        of_scene
+            .without(Effect::LightPaths)
+            .with_if(Effect::LightPaths, has_light_paths)
+    }
+
+    /// Whether samples contribute to other pixels, too, by splats.
+    pub fn splats(&self) -> bool {
+        self.integrator.splats() || self.light_path_share() != LightPathShare::None
+    }
+
     /// The density of directions to an environment map: compensated where BSDF sampling finds all of its light, too.
     pub fn map_rule(&self) -> MapRule {
         let has_both = self.integrator == IntegratorKind::Path;
@@ -376,12 +458,17 @@ impl RenderSettings {
         }
     }
 
+    /// The light that the integrator leaves out of the image of a scene with these effects, in words.
+    pub fn bias_of_integrator(&self, effects: EffectSet) -> Option<String> {
+        self.integrator.bias(self.effects(effects))
+    }
+
     /// The biases of the image of a scene with these effects, in words; empty for an unbiased one.
     pub fn bias(&self, effects: EffectSet) -> Vec<String> {
         let limit = self
             .max_bounces
             .map(|n| format!("max_bounces {n}: light that scatters more often is missing"));
-        let integrator = self.integrator.bias(effects);
+        let integrator = self.bias_of_integrator(effects);
         let is_cached =
             self.integrator == IntegratorKind::IrradianceCache && self.cache_error > 0.0;
         let cache = is_cached.then(|| {

@@ -7,7 +7,7 @@
 use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
 use super::dispatch::Dispatched;
 use super::pixel_block::PixelBlock;
-use crate::effects::Effects;
+use crate::effects::{Effects, Switch};
 use crate::film::splats::{SplatList, Splats};
 use crate::film::splatted::SplattedSamples;
 use crate::film::{Tile, Window};
@@ -238,6 +238,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
     fn advance<O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, observer: &mut O) {
         let scene = self.source.rays.scene;
         self.camera_rays.trace(scene);
+        let light_paths = self.integrator.light_paths();
         let is_together = I::SIDE_BY_SIDE && !observer.is_sequential();
         if is_together {
             self.camera_rays
@@ -251,6 +252,14 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
                     let integrator = self.integrator;
                     self.camera_rays
                         .estimate_one(packet, lane, scene, integrator, observer, splats);
+                }
+                if E::LightPaths::ON
+                    && self.source.splats.is_some()
+                    && let Some(rules) = &light_paths
+                {
+                    let splats = &mut self.elsewhere;
+                    self.camera_rays
+                        .trace_light_paths(packet, lane, scene, rules, splats);
                 }
                 kept.set(lane, self.film(tile, packet, lane, observer));
             }

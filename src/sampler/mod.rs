@@ -33,6 +33,8 @@ pub enum Decision {
     Time,
     /// The strategy of a path, where a sample builds one path by one strategy: one number.
     Strategy,
+    /// Whether a sample has a light path, where not every sample has one: one number.
+    LightPath,
     /// The alpha test of a hit, after the given number of scattering events: one number.
     Alpha(u32),
     /// Whether a path ends with the emission of a hit, after the given number of scattering events: one number.
@@ -45,7 +47,7 @@ pub enum Decision {
     Roulette(u32),
     /// The start of a light subpath: two numbers for the point, two for the selection of the light.
     Source,
-    /// The initial direction of a light subpath: two numbers.
+    /// The initial direction of a light subpath: two numbers, and one for the choice of a guide.
     SourceDirection,
     /// [`Bsdf`](Self::Bsdf) on a light subpath.
     LightPathBsdf(u32),
@@ -78,6 +80,7 @@ impl Decision {
             Self::Camera => 0,
             Self::Time => 4,
             Self::Strategy => 5,
+            Self::LightPath => 6,
             Self::Alpha(b) => ALPHA + u64::from(b),
             Self::Emission(b) => EMISSION + u64::from(b),
             Self::Light(b) => bounce(b, 0),
@@ -231,8 +234,9 @@ mod tests {
         take(Decision::Camera, 4);
         take(Decision::Time, 1);
         take(Decision::Strategy, 1);
+        take(Decision::LightPath, 1);
         take(Decision::Source, 4);
-        take(Decision::SourceDirection, 2);
+        take(Decision::SourceDirection, 3);
         for bounce in [0, 1, 2, u32::MAX - 1, u32::MAX] {
             take(Decision::Alpha(bounce), 1);
             take(Decision::Emission(bounce), 1);

@@ -1,4 +1,4 @@
-//! Multiple importance sampling weights for two strategies.
+//! Multiple importance sampling weights for two strategies, and for one more.
 //!
 //! Measure: both densities in the same measure; the weight has none.
 //! Range: any densities from 0 to the largest `f32` of which the first is not 0. Only their ratio is squared, so that 0/0
@@ -17,6 +17,14 @@ pub fn power_heuristic(p: PdfSolidAngle, other: PdfSolidAngle) -> f32 {
     1.0 / (1.0 + power)
 }
 
+/// The power heuristic's weight of a sample that one more strategy draws, too, whose density is `ratio` times that of the
+/// sample. `weight` is its weight among the other strategies. Free of branches.
+#[inline(always)]
+pub fn with_another(weight: f32, ratio: f32) -> f32 {
+    let with = 1.0 / (1.0 / weight + ratio * ratio);
+    if ratio > 0.0 { with } else { weight }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -32,6 +40,17 @@ mod tests {
             }
         }
         assert_eq!(power_heuristic(PdfSolidAngle(1.0), PdfSolidAngle(0.0)), 1.0);
+    }
+
+    #[test]
+    fn one_more_strategy_takes_its_share_from_all_others() {
+        let (p, q) = (PdfSolidAngle(0.3), PdfSolidAngle(0.6));
+        let [a, b] = [power_heuristic(p, q), power_heuristic(q, p)];
+        // The third strategy has the density 0.9: squares of 1 : 2 : 3.
+        assert!((with_another(a, 3.0) - 1.0 / 14.0).abs() < 1e-7);
+        assert!((with_another(b, 1.5) - 4.0 / 14.0).abs() < 1e-7);
+        assert_eq!(with_another(a, 0.0), a);
+        assert_eq!((with_another(a, 1e30), with_another(0.0, 1.0)), (0.0, 0.0));
     }
 
     /// Weights of any exponent sum to one; this test is specific to exponent 2.

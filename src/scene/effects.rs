@@ -9,6 +9,7 @@ use super::description::{
     CameraDescription, GeometryDescription, InstanceDescription, Key, LightDescription, LightModel,
     MaterialDescription, SceneDescription, ShapeDescription,
 };
+use super::guides::throws_light;
 use super::keyframes;
 use super::material::Material;
 use super::placed::has_shading_normals;
@@ -75,6 +76,16 @@ pub fn of_light(light: &LightDescription) -> EffectSet {
     }
 }
 
+/// Returns the effects of a scene's render settings.
+pub fn of_render(description: &SceneDescription) -> EffectSet {
+    let has_light_paths = match &description.render.light_paths {
+        Some(rule) if rule.value == "auto" => description.materials.iter().any(throws_light),
+        Some(rule) => rule.value != "off",
+        None => false,
+    };
+    EffectSet::NONE.with_if(Effect::LightPaths, has_light_paths)
+}
+
 /// Returns the effects of a scene's objects with this layout, except its camera and the choice among several lights.
 /// Shapes of groups that are not placed, and unused materials, do not count.
 pub fn of_objects(description: &SceneDescription, layout: &Layout) -> EffectSet {
@@ -91,6 +102,7 @@ pub fn of_objects(description: &SceneDescription, layout: &Layout) -> EffectSet 
     for light in &description.lights {
         effects |= of_light(light);
     }
+    effects |= of_render(description);
     let moving = layout.placements.iter().any(|p| p.steps.len() > 1);
     effects
         .with_if(Effect::Instances, !layout.placements.is_empty())

@@ -8,6 +8,7 @@ pub mod effects;
 mod emitters;
 mod extent;
 pub mod footprint;
+pub mod guides;
 pub mod interaction;
 pub mod keyframes;
 pub mod load;
@@ -30,6 +31,7 @@ use crate::camera::Camera;
 use crate::effects::{EffectSet, Effects, Slot, State, Switch};
 use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
+use crate::light::guides::Guides;
 use crate::light::lanes::{LightContextLanes, LightSampleLanes};
 use crate::light::select::{LightLanes, Lights};
 use crate::light::types::{
@@ -63,6 +65,8 @@ pub struct Scene {
     pub lights: Lights,
     /// Bounding sphere of all shapes.
     pub around: BoundingSphere,
+    /// The shapes towards which light paths are sampled.
+    pub guides: Guides,
     /// Radiance of the constant environment; that of an environment map is returned by [`Lights::environment`].
     pub environment: Rgb,
     /// Map from world units to normalised units.

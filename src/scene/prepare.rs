@@ -13,6 +13,7 @@ use super::description::{CameraDescription, SceneDescription};
 use super::effects;
 use super::extent::{boxes, frame_of, scene_radius, sphere_around};
 use super::footprint;
+use super::guides::guides;
 use super::keyframes;
 use super::material::Material;
 use super::normalisation::Normalisation;
@@ -98,6 +99,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     let notes = scene_lights.notes(&kept);
     let scene = Scene {
         around: sphere_around(&world),
+        guides: guides(description, &scene_lights.shapes, &world),
         camera: camera(&description.camera, description.film.size, &normalisation),
         environment: description.constant_environment(),
         normalisation,
@@ -152,6 +154,7 @@ impl Scene {
         let notes = scene_lights.notes(kept);
         self.effects = scene_lights.effects(&description.camera, kept);
         self.around = sphere_around(&world);
+        self.guides = guides(description, &scene_lights.shapes, &world);
         (self.world, self.accel) = (world, accel);
         (self.shapes, self.emitters) = (scene_lights.shapes, scene_lights.emitters);
         (self.lights, self.light_primitives) = (scene_lights.lights, scene_lights.light_primitives);

@@ -11,12 +11,14 @@ use crate::effects::Slot;
 use crate::effects::kernel::types::Everything;
 use crate::error::{Error, Result};
 use crate::integrator::CameraRay;
+use crate::integrator::light_paths::LightPathShare;
 use crate::math::ray::Ray;
 use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
 use crate::planted::planted;
 use crate::render::along_ray::{AlongRay, along_rays};
 use crate::render::check;
 use crate::render::options::RenderOptions;
+use crate::render::settings::LightPathRule;
 
 /// The alpha above which a surface is hit, and the visibility above which a ray is unoccluded.
 const HALF: f32 = 0.5;
@@ -117,7 +119,9 @@ impl Session {
             spp: Some(spp),
             ..options.clone()
         };
-        let settings = options.settings(&self.description)?;
+        let mut settings = options.settings(&self.description)?;
+        // The camera does not see where other rays begin.
+        settings.light_paths = LightPathRule::Share(LightPathShare::None);
         check(&self.scene, &settings)?;
         if settings.integrator.splats() {
             return Err(Error::usage(format!(

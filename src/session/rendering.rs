@@ -163,7 +163,7 @@ impl Rendering {
 /// Checks that there is memory for the sums of all pixels.
 fn check_room(settings: &RenderSettings, filter: &Filter) -> Result<()> {
     let has_counts = settings.adaptive != Adaptive::Off;
-    let of_pixel = usize::from(settings.integrator.splats()) * Splats::BYTES_PER_PIXEL
+    let of_pixel = usize::from(settings.splats()) * Splats::BYTES_PER_PIXEL
         + usize::from(has_counts) * 2 * size_of::<u64>();
     let others = settings
         .window

@@ -14,7 +14,7 @@ use etendue::internals::math::vec::{DAffine3, DMat3, DVec3, Vec2};
 use etendue::internals::scene::description::{
     ColourDescription, FilmDescription, GeometryDescription, InstanceDescription, Key,
     LightDescription, LightModel, MaterialDescription, MaterialModel, NormalMapDescription, Place,
-    SceneDescription,
+    SceneDescription, Written,
 };
 use std::sync::Arc;
 
@@ -241,6 +241,10 @@ impl Generator {
             self.instances(&mut scene, wanted);
         }
         self.lamps(&mut scene, wanted);
+        scene.render.light_paths = wanted.has(Effect::LightPaths).then(|| Written {
+            value: "1".to_owned(),
+            line: 1,
+        });
         scene
     }
 

@@ -411,6 +411,21 @@ pub const PLANTED: &[Planted] = &[
         "rendering::bidirectional::it_agrees_with_path_in_every_part_of_six_scenes",
     ),
     bug(
+        "light-paths-without-importance",
+        "a light path that comes to the lens is not divided by the solid angle of a pixel",
+        "rendering::light_paths::they_agree_with_path_in_every_part_of_six_scenes",
+    ),
+    bug(
+        "light-paths-counted-per-pixel",
+        "camera paths are weighed as if all light paths were their own pixel's",
+        "rendering::light_paths::they_agree_with_path_in_every_part_of_six_scenes",
+    ),
+    bug(
+        "guides-left-out-of-weight",
+        "camera paths are weighed as if light paths were not sampled towards what throws light",
+        "rendering::light_paths::they_agree_with_path_in_every_part_of_six_scenes",
+    ),
+    bug(
         "new-lens-left-out",
         "a camera that replaces another calls for no effects of its own",
         "rendering::session::another_camera_builds_nothing_and_shows_what_it_should",

@@ -41,9 +41,11 @@ fn ready(description: &SceneDescription, backend: Backend) -> Scene {
 
 /// Renders a scene with one kernel.
 fn picture(description: &SceneDescription, scene: &Scene, kernel: Option<Kernel>) -> Image {
+    let of_scene = RenderSettings::of_scene(description).expect("valid settings");
     let settings = RenderSettings {
         kernel,
         seed: 3,
+        light_paths: of_scene.light_paths,
         ..RenderSettings::new(SIZE, 2)
     };
     let filter = Filter::new(&description.film.filter);
@@ -159,10 +161,11 @@ fn state_of_absent_effects_has_no_size() {
     assert!(Matte::SET.len() == 2 && Everything::SET == EffectSet::ALL);
     assert_eq!(size_of::<State<Off, [f32; 3]>>(), 0);
     assert_eq!(size_of::<State<On, [f32; 3]>>(), 12);
-    // The eta scales of sixteen paths, and their last normals. The time belongs to Embree's packet, which has it always.
+    // The eta scales of sixteen paths, their last normals, and the ratios of their densities to those of light paths. The
+    // time belongs to Embree's packet, which has it always.
     assert_eq!(
         size_of::<PathBlock<Everything>>() - size_of::<PathBlock<Matte>>(),
-        64 + 192
+        64 + 192 + 64
     );
     // Texture coordinate, shading normal and whether it is the geometric one; also a multiple of 16 bytes.
     assert_eq!(

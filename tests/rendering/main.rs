@@ -16,6 +16,7 @@ mod integrators;
 mod irradiance_cache;
 mod lens;
 mod light_choice;
+mod light_paths;
 mod metamorphic;
 mod metropolis;
 mod motion;

@@ -10,10 +10,11 @@ use etendue::internals::sampler::{
 };
 
 /// Decisions of all kinds, also where the independent sampler changes its stream (bounce 8191) and far beyond.
-const DECISIONS: [Decision; 24] = [
+const DECISIONS: [Decision; 25] = [
     Decision::Camera,
     Decision::Time,
     Decision::Strategy,
+    Decision::LightPath,
     Decision::Alpha(0),
     Decision::Alpha(9),
     Decision::Emission(0),
@@ -40,10 +41,11 @@ const DECISIONS: [Decision; 24] = [
 fn count(decision: Decision) -> usize {
     match decision {
         Decision::Camera | Decision::Light(_) | Decision::Source => 4,
-        Decision::Bsdf(_) | Decision::LightPathBsdf(_) => 3,
-        Decision::SourceDirection | Decision::Lens(_) => 2,
+        Decision::Bsdf(_) | Decision::LightPathBsdf(_) | Decision::SourceDirection => 3,
+        Decision::Lens(_) => 2,
         Decision::Time
         | Decision::Strategy
+        | Decision::LightPath
         | Decision::Alpha(_)
         | Decision::Emission(_)
         | Decision::Roulette(_)

@@ -18,8 +18,8 @@ use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::light::types::LightChoice;
 use etendue::internals::post::denoise::Denoiser;
-use etendue::internals::render::settings::Adaptive;
 use etendue::internals::render::settings::SamplerKind;
+use etendue::internals::render::settings::{Adaptive, LightPathRule};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -115,6 +115,13 @@ pub struct RenderArguments {
     /// throughput.
     #[arg(long, value_name = "none|albedo|throughput|window[=1/N]", value_parser = parse_roulette)]
     pub roulette: Option<Roulette>,
+    /// Light paths beside the camera paths of the integrator path. Affects noise and time, not the mean. Default: the
+    /// scene's, or off.
+    ///
+    /// They find the light that glass and metal throw onto other surfaces, also from point lights. off: none. 1/4, 1/2, 1,
+    /// 2: this number for each camera path. auto: a number that follows from the scene.
+    #[arg(long, value_parser = named(LightPathRule::ALL, LightPathRule::name))]
+    pub light_paths: Option<LightPathRule>,
     /// Selection of the light that is sampled, where there are several. Affects noise and time, not the mean. Default:
     /// contribution, but power for light-or-rest, nee and direct-area.
     ///

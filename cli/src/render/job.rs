@@ -60,7 +60,8 @@ impl Job<'_> {
             count => format!("{count} instances, "),
         };
         let (width, height) = self.description.film.size;
-        let effects: Vec<&str> = self.scene.effects.iter().map(Effect::name).collect();
+        let effects = self.settings.effects(self.scene.effects);
+        let effects: Vec<&str> = effects.iter().map(Effect::name).collect();
         let effects = if effects.is_empty() {
             "the scene needs no effect".to_owned()
         } else {
@@ -71,7 +72,8 @@ impl Job<'_> {
              tracing: {}, {}, {} quality; {:.1} MB\n\
              plan: kernel {}; {}\n\
              filter: {}\n\
-             roulette: {}\n",
+             roulette: {}\n\
+             light paths: {}\n",
             self.description.materials.len(),
             self.scene.lights.len(),
             self.arguments.tracing.backend.name(),
@@ -82,6 +84,7 @@ impl Job<'_> {
             effects,
             self.filter(),
             self.settings.roulette(),
+            self.settings.light_path_share().name(),
         )
     }
 }

@@ -103,7 +103,7 @@ fn announce(job: &Job<'_>, session: &Session) {
         if let Some(recommendation) = job.auto {
             eprintln!("{}", sentence(recommendation));
         }
-        let bias = job.settings.integrator.bias(job.scene.effects);
+        let bias = job.settings.bias_of_integrator(job.scene.effects);
         for note in session.notes().chain(bias) {
             eprintln!("note: {note}");
         }
@@ -261,6 +261,7 @@ impl Job<'_> {
             ("adaptive", text(self.settings.adaptive.name())),
             ("filter", text(&self.filter())),
             ("roulette", text(&self.settings.roulette().to_string())),
+            ("lightPaths", text(self.settings.light_path_share().name())),
             ("spp", MetadataValue::Real(rendered.spp as f64)),
             (
                 "seconds",

@@ -21,6 +21,7 @@ pub fn options(arguments: &RenderArguments) -> RenderOptions {
     options.layers = arguments.layers || arguments.denoise.is_some();
     options.max_bounces = arguments.max_bounces;
     options.roulette = arguments.roulette;
+    options.light_paths = arguments.light_paths;
     options.light_choice = arguments.light_choice;
     options.filter_sampling = arguments.filter_sampling;
     options.occlusion_distance = arguments.occlusion_distance;

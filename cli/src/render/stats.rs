@@ -26,6 +26,8 @@ pub struct Stats {
     pub filter: String,
     /// The rule of Russian roulette.
     pub roulette: String,
+    /// The number of light paths for each camera path, in words.
+    pub light_paths: &'static str,
     pub sampler: &'static str,
     /// The distribution of samples over the pixels.
     pub adaptive: &'static str,

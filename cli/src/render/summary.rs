@@ -90,6 +90,7 @@ impl Job<'_> {
             auto: self.auto.map(|it| it.why.clone()),
             filter: self.filter(),
             roulette: self.settings.roulette().to_string(),
+            light_paths: self.settings.light_path_share().name(),
             sampler: self.settings.sampler.name(),
             adaptive: self.settings.adaptive.name(),
             backend: self.arguments.tracing.backend.name(),
@@ -98,7 +99,12 @@ impl Job<'_> {
             seed: self.settings.seed,
             threads: self.settings.threads,
             kernel: kernel(self.scene, self.settings).name(),
-            effects: self.scene.effects.iter().map(Effect::name).collect(),
+            effects: self
+                .settings
+                .effects(self.scene.effects)
+                .iter()
+                .map(Effect::name)
+                .collect(),
             time: times,
             samples,
             spp_range: [least, most].map(|count| count.copied().unwrap_or(0)),
@@ -158,6 +164,10 @@ impl Job<'_> {
                 flags.filter_sampling.map(|it| it.name().to_owned()),
             ),
             ("roulette", flags.roulette.map(|it| it.to_string())),
+            (
+                "light-paths",
+                flags.light_paths.map(|it| it.name().to_owned()),
+            ),
             (
                 "light-choice",
                 flags.light_choice.map(|it| it.name().to_owned()),

@@ -44,6 +44,12 @@ fn flags_that_make_no_sense() {
     flags_fail("--integrator brdf", &["--integrator", "bsdf"]);
     flags_fail("--roulette never", &["--roulette", "none"]);
     flags_fail("--roulette none", &["--max-bounces"]);
+    flags_fail("--light-paths 3", &["--light-paths", "1/4"]);
+    flags_fail(
+        "--light-paths 1 --integrator bdpt",
+        &["only the integrator path"],
+    );
+    flags_fail("--light-paths 1 --adaptive two-phase", &["--adaptive off"]);
     flags_fail(
         "--occlusion-distance 0",
         &["--occlusion-distance", "above 0"],

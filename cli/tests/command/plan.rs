@@ -226,6 +226,8 @@ intensity = 1
 [[light]]
 type = "environment"
 radiance = { texture = "picture.pfm" }
+[render]
+light_paths = "1"
 "#;
 
 #[test]

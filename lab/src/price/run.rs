@@ -277,7 +277,7 @@ impl Price<'_> {
         let seed = combine(self.base.seed, 3);
         let found = culprits(small, self.description, &variant, &references, (spp, seed));
         let integrator = self.base.integrator;
-        if integrator.splats() || integrator == IntegratorKind::IrradianceCache {
+        if self.base.splats() || integrator == IntegratorKind::IrradianceCache {
             let name = integrator.name();
             let note = format!("{name} does not tell which paths its error comes from");
             self.report.notes.push(note);

@@ -78,8 +78,8 @@ pub fn path_shares(
     spp: u64,
     seed: u64,
 ) -> Option<PathShares> {
-    let integrator = variant.settings.integrator;
-    if integrator == IntegratorKind::IrradianceCache || integrator.splats() {
+    let settings = &variant.settings;
+    if settings.integrator == IntegratorKind::IrradianceCache || settings.splats() {
         return None;
     }
     let splitter = |weights| Lengths::new(spp, weights);

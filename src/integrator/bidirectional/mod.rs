@@ -19,8 +19,8 @@
 mod connect;
 #[cfg(test)]
 mod consistency;
-mod vertex;
-mod walk;
+pub(super) mod vertex;
+pub(super) mod walk;
 mod weights;
 
 use super::observer::{PathObserver, Unobserved};
@@ -29,11 +29,9 @@ use crate::accel::Hit;
 use crate::effects::Effects;
 use crate::film::splats::{Splat, SplatList, Strategy};
 use crate::light::types::{EmissionSample, LightChoice, MapRule, ShadowRayEnd};
-use crate::math::measure::{PdfSolidAngle, Pmf};
-use crate::math::ray::Ray;
+use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
-use crate::math::robust::{offset_point, reach_of_point};
-use crate::math::vec::{Vec2, Vec3};
+use crate::math::vec::Vec2;
 use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 pub use connect::Contribution;
@@ -244,7 +242,7 @@ impl Bidirectional {
         let u_direction = Vec2::from_array(u_direction);
         let sample = scene.sample_emission::<E>(light, time, Vec2::new(u, v), u_direction)?;
         let (mut source, ray_density) = Source::new(sample.end, pmf, &sample.pdf);
-        let ray = Ray::new(beginning(&sample), sample.direction);
+        let ray = sample.ray();
         walker.rays.closest += 1;
         let walked = walker.walk::<E>(Start {
             kind: SubpathKind::Light,
@@ -252,7 +250,7 @@ impl Bidirectional {
             origin: sample.origin,
             found: scene.accel.intersect(&ray, time, None),
             ray_density,
-            beta: power(&sample, pmf),
+            beta: sample.flux(pmf),
             most,
         });
         let first = walked.vertices.first()?;
@@ -298,28 +296,4 @@ impl Bidirectional {
         };
         source.density_from(receiver.p, pdf)
     }
-}
-
-/// The origin of a light subpath's first ray: beyond the bound of the error of its point.
-fn beginning(sample: &EmissionSample) -> Vec3 {
-    match &sample.end {
-        ShadowRayEnd::Surface(point, _) => {
-            let leaves_above = sample.direction.dot(point.ng) > 0.0;
-            let side = if leaves_above { point.ng } else { -point.ng };
-            offset_point(point.p, point.error, side)
-        }
-        ShadowRayEnd::Point(point) => *point + reach_of_point(*point) * sample.direction,
-        ShadowRayEnd::Infinity => sample.origin,
-    }
-}
-
-/// The initial throughput of a light subpath along this ray.
-fn power(sample: &EmissionSample, pmf: Pmf) -> Rgb {
-    let cos = match &sample.end {
-        ShadowRayEnd::Surface(point, _) => sample.direction.dot(point.ng).abs(),
-        ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => 1.0,
-    };
-    let position = sample.pdf.position.map_or(1.0, |pdf| pdf.0);
-    let direction = sample.pdf.direction.map_or(1.0, |pdf| pdf.0);
-    sample.radiance * (cos / direction / position / pmf.0)
 }

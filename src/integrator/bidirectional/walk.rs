@@ -100,18 +100,20 @@ pub struct Walker<'a, 'w, S, O: ?Sized> {
 }
 
 /// A sampled step from a vertex.
-struct Step {
+pub struct Step {
     /// The unit vector of the direction.
-    w: Vec3,
-    sample: BsdfSample,
-    scattering: Scattering,
+    pub w: Vec3,
+    /// The sample of the BSDF.
+    pub sample: BsdfSample,
+    /// The scattering in this direction.
+    pub scattering: Scattering,
     /// The factor of the throughput.
-    factor: Rgb,
+    pub factor: Rgb,
     /// The share that the surface scatters, for Russian roulette: without the factor of eta^2 that radiance has.
-    reflected: Rgb,
+    pub reflected: Rgb,
     /// The densities of this direction, and of the reverse direction.
-    forwards: PdfSolidAngle,
-    backwards: PdfSolidAngle,
+    pub forwards: PdfSolidAngle,
+    pub backwards: PdfSolidAngle,
 }
 
 impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
@@ -209,7 +211,8 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
         }
     }
 
-    fn u_alpha<E: Effects>(&mut self, kind: SubpathKind, bounce: u32) -> f32 {
+    /// The number for the alpha test of a hit.
+    pub fn u_alpha<E: Effects>(&mut self, kind: SubpathKind, bounce: u32) -> f32 {
         if !E::Alpha::ON {
             return 0.0;
         }
@@ -220,7 +223,8 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
         u
     }
 
-    fn u_connection<E: Effects>(&mut self, kind: SubpathKind, bounce: u32) -> [f32; 4] {
+    /// The numbers for the point that a vertex is connected to.
+    pub fn u_connection<E: Effects>(&mut self, kind: SubpathKind, bounce: u32) -> [f32; 4] {
         match kind {
             SubpathKind::Eye => self.sampler.draw(Decision::Light(bounce)),
             SubpathKind::Light if E::Lens::ON => {
@@ -232,7 +236,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
     }
 
     /// Samples the step from a vertex; `None` where everything is absorbed.
-    fn step<E: Effects>(
+    pub fn step<E: Effects>(
         &mut self,
         vertex: &mut Vertex<'a, E>,
         kind: SubpathKind,

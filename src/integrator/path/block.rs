@@ -39,6 +39,8 @@ pub struct PathBlock<E: Effects> {
     /// The factors by which Russian roulette corrects the throughputs: transmission divides them by eta^2 on the way into
     /// glass and restores them on the way out, which is no reason to end a path.
     pub eta_scale: State<E::Transmission, Lanes<f32>>,
+    /// The densities of light paths over those of the paths, without that of the first ray; zero from the camera.
+    light_path_ratio: State<E::LightPaths, Lanes<f32>>,
     /// The points of the last scattering events, and their normals as receivers of light.
     from: Lanes3,
     from_normal: State<E::ManyLights, Lanes3>,
@@ -62,6 +64,7 @@ impl<E: Effects> Default for PathBlock<E> {
             beta: [zero; 3],
             radiance: [zero; 3],
             eta_scale: Slot::new(|| zero),
+            light_path_ratio: Slot::new(|| zero),
             from: [zero; 3],
             from_normal: Slot::new(|| [zero; 3]),
             pdf: zero,
@@ -89,6 +92,9 @@ impl<E: Effects> PathBlock<E> {
         if let Some(eta_scale) = self.eta_scale.get_mut() {
             *eta_scale = [1.0; LANES];
         }
+        if let Some(ratio) = self.light_path_ratio.get_mut() {
+            *ratio = zero;
+        }
         self.pdf = [f32::INFINITY; LANES];
         self.chosen = [NO_LIGHT; LANES];
         self.closest_rays = [0; LANES];
@@ -114,6 +120,7 @@ impl<E: Effects> PathBlock<E> {
         if let Some(eta_scale) = self.eta_scale.get_mut() {
             eta_scale[lane] = 1.0;
         }
+        self.set_light_path_ratio(lane, 0.0);
         self.scatter_from(lane, None);
         self.chosen[lane] = NO_LIGHT;
         self.closest_rays[lane] = 0;
@@ -137,6 +144,9 @@ impl<E: Effects> PathBlock<E> {
         copy(&mut self.radiance, &other.radiance);
         if let (Some(to), Some(of)) = (self.eta_scale.get_mut(), other.eta_scale.get()) {
             to[lane] = of[from];
+        }
+        if let Some(of) = other.light_path_ratio.get() {
+            self.set_light_path_ratio(lane, of[from]);
         }
         copy(&mut self.from, &other.from);
         if let (Some(to), Some(of)) = (self.from_normal.get_mut(), other.from_normal.get()) {
@@ -196,6 +206,26 @@ impl<E: Effects> PathBlock<E> {
     pub fn set_from_normal(&mut self, lane: usize, normal: impl Into<[f32; 3]>) {
         if let Some(to) = self.from_normal.get_mut() {
             store(to, lane, normal);
+        }
+    }
+
+    /// The densities of light paths over those of the paths, if the kernel has light paths.
+    #[inline(always)]
+    pub fn light_path_ratio(&self) -> Option<&Lanes<f32>> {
+        self.light_path_ratio.get()
+    }
+
+    /// The densities of light paths over those of the paths, to be changed in their place.
+    #[inline(always)]
+    pub fn light_path_ratio_mut(&mut self) -> Option<&mut Lanes<f32>> {
+        self.light_path_ratio.get_mut()
+    }
+
+    /// Sets the density of a light path over that of the path of a lane.
+    #[inline(always)]
+    pub fn set_light_path_ratio(&mut self, lane: usize, ratio: f32) {
+        if let Some(to) = self.light_path_ratio.get_mut() {
+            to[lane] = ratio;
         }
     }
 

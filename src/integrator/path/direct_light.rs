@@ -9,10 +9,10 @@ use super::super::indirect::Indirect;
 use super::super::observer::{PathObserver, RayKind};
 use super::super::technique::{LightRule, Technique, TechniqueSource};
 use super::block::PathBlock;
-use super::shading::{BsdfLanes, DirectLightLanes, StageMemory};
+use super::shading::{BsdfLanes, DirectLightLanes, LightPathLanes, StageMemory};
 use super::{PathIntegrator, Walk, first_two};
 use crate::bsdf::BsdfValue;
-use crate::effects::{Effects, Switch};
+use crate::effects::{Effects, Slot, State, Switch};
 use crate::light::lanes::End;
 use crate::light::types::LightSample;
 use crate::math::lanes::ActiveLanes;
@@ -22,6 +22,7 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::{LaneVec3, Vector};
 use crate::planted::planted;
 use crate::sampler::{Decision, LaneStates, Sampler};
+use crate::sampling::mis::with_another;
 use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::InteractionLanes;
 
@@ -94,9 +95,13 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             return;
         }
         let StageMemory {
-            at, direct_light, ..
+            at,
+            direct_light,
+            light_paths,
+            ..
         } = stage;
-        reflect::<E, C>(lit, cached, self.technique, at, block, direct_light);
+        let technique = self.technique;
+        reflect::<E, C>(lit, cached, technique, at, block, light_paths, direct_light);
         if E::DeltaLights::ON || E::EnvironmentMap::ON {
             set_other_ends::<E>(at, direct_light);
         }
@@ -144,7 +149,8 @@ struct Reflected {
     goes_through: bool,
 }
 
-/// Computes the reflected light of a light sample, weighted against BSDF sampling. Its density includes the probability
+/// Computes the reflected light of a light sample, weighted against BSDF sampling and, by the ratio `over_nee` of their
+/// densities, against light paths. Its density includes the probability
 /// `pmf` of choosing the light, and is infinite for a delta light. Free of branches.
 #[inline(always)]
 fn reflected<E: Effects>(
@@ -153,6 +159,7 @@ fn reflected<E: Effects>(
     pmf: f32,
     (wi, radiance, pdf): (LaneVec3, Rgb<LaneVec3>, f32),
     value: BsdfValue<LaneVec3>,
+    over_nee: State<E::LightPaths, f32>,
 ) -> Reflected {
     let local = at.frame.to_local(wi);
     // Reflection or transmission in the shading frame must be the same at the geometric surface.
@@ -170,6 +177,11 @@ fn reflected<E: Effects>(
         (1.0, 1.0)
     } else {
         (weight, over_pdf)
+    };
+    let weight = if E::LightPaths::ON {
+        with_another(weight, over_nee.or(0.0))
+    } else {
+        weight
     };
     let cos = planted!("light-without-cosine", 1.0, local.z.abs());
     Reflected {
@@ -194,6 +206,7 @@ vectorised! {
         technique: C,
         at: &InteractionLanes<E>,
         block: &mut PathBlock<E>,
+        light_paths: &State<E::LightPaths, LightPathLanes>,
         direct_light: &mut DirectLightLanes,
     ) {
         for lane in 0..LANES {
@@ -211,7 +224,8 @@ vectorised! {
             let wi = load(&samples.wi, lane);
             let light = (wi, load(&samples.radiance, lane), samples.pdf[lane]);
             let pmf = direct_light.context.pmf[lane];
-            let found = reflected::<E>(&at, technique, pmf, light, value);
+            let over_nee = Slot::new(|| light_paths.get().map_or(0.0, |it| it.over_nee[lane]));
+            let found = reflected::<E>(&at, technique, pmf, light, value, over_nee);
             let ray = at.ray_to_surface(&samples.surface(lane), wi, found.goes_through);
             let is_in_mask = planted!("ended-paths-sample-lights", true, lit.has(lane));
             let has_sample = (samples.end[lane] != End::None as u32) & (pmf > 0.0);

@@ -18,6 +18,7 @@ use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
 use crate::sampler::{Decision, Sampler};
+use crate::sampling::mis::with_another;
 use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::InteractionLanes;
 use crate::scene::{Scene, ShapeTraits};
@@ -115,6 +116,11 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 |from| scene.light_pdf(choice, &from, time, &at),
                 || chosen.is_some() && scene.light_of(&at) == chosen,
             );
+            let weight = if E::LightPaths::ON {
+                with_another(weight, self.over_emission(scene, block, lane, &at))
+            } else {
+                weight
+            };
             let contribution = beta * emitted * (weight * coin.taken);
             walk.observer.emission(contribution, weight);
             block.add(lane, contribution);
@@ -143,7 +149,11 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 pmf * environment.pdf
             };
             let is_chosen = || Some(light) == block.chosen(lane);
-            let weight = weight_of_scattering(block, lane, technique, p_light, is_chosen);
+            let mut weight = weight_of_scattering(block, lane, technique, p_light, is_chosen);
+            if E::LightPaths::ON {
+                let ratio = self.over_environment(scene, block, lane, dir, light);
+                weight = with_another(weight, ratio);
+            }
             radiance += environment.radiance * weight;
         }
         radiance

@@ -24,10 +24,13 @@ pub mod block;
 mod course;
 mod direct_light;
 mod emission;
+mod light_paths;
 mod scattering;
 mod shading;
 
 use super::indirect::{Indirect, Traced};
+use super::light_paths::LightPaths;
+use super::light_paths::walk::LightPathRules;
 use super::observer::{PathObserver, RayKind, Unobserved};
 use super::technique::{DirectionRule, TechniqueSource, Weighted};
 use super::{CameraRay, Integrator, RayCounts, Roulette, SampleLanes};
@@ -64,6 +67,8 @@ pub struct PathIntegrator<C = Weighted, K = Traced> {
     /// The density of directions to an environment map; compensated only where every light that light sampling finds is
     /// found by BSDF sampling, too.
     pub map: MapRule,
+    /// The light paths that find the same light.
+    pub light_paths: LightPaths,
 }
 
 /// The memory of the path integrator: the states of a wavefront of paths, and of the stages of a bounce.
@@ -123,6 +128,16 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         };
         self.follow(walk, memory);
     }
+
+    fn light_paths(&self) -> Option<LightPathRules> {
+        self.light_paths.is_on().then_some(LightPathRules {
+            paths: self.light_paths,
+            max_bounces: self.max_bounces,
+            roulette: self.roulette,
+            light_choice: self.light_choice,
+            map: self.map,
+        })
+    }
 }
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
@@ -169,6 +184,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let states = LaneStates::gather(walk.samplers, &block.active, &block.path);
             let lit = self.sample_lights(walk, block, stage, &states);
             self.sample_bsdfs(walk, block, stage, &states, &lit);
+            self.weigh_against_light_paths(walk, block, stage, &lit);
             self.reflect_lights(walk, block, stage, &lit, &cached.lanes);
             if walk.observer.is_sequential() {
                 walk.trace_shadow_rays(block, stage);

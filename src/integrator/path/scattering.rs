@@ -97,8 +97,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         states: &LaneStates,
     ) {
         let scene = walk.scene;
-        let StageMemory { at, scattering, .. } = stage;
         let (active, bounce) = (block.active, walk.bounce);
+        let StageMemory { at, scattering, .. } = stage;
         if self.roulette != Roulette::None {
             let decision = planted!(
                 "roulette-takes-a-spent-number",
@@ -128,6 +128,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let (_, excluded) = scene.spawn(&at, time, wi, through);
             block.excluded.set(lane, Some(excluded));
         }
+        self.pass_light_path_ratios(bounce, block, stage);
+        let StageMemory { scattering, .. } = stage;
         if !walk.observer.is_observing() {
             return;
         }
@@ -200,7 +202,7 @@ fn sample_principled<E: Effects>(
 
 /// Sets the numbers of the given lanes.
 #[inline(always)]
-fn replace(lanes: &ActiveLanes<LANES>, to: &mut Lanes<f32>, of: &Lanes<f32>) {
+pub(super) fn replace(lanes: &ActiveLanes<LANES>, to: &mut Lanes<f32>, of: &Lanes<f32>) {
     for (lane, (to, of)) in to.iter_mut().zip(of).enumerate() {
         *to = if lanes.has(lane) { *of } else { *to };
     }

@@ -28,6 +28,7 @@ pub struct StageMemory<E: Effects> {
     pub bsdfs: BsdfLanes<E>,
     pub direct_light: DirectLightLanes,
     pub scattering: ScatteringLanes,
+    pub light_paths: State<E::LightPaths, LightPathLanes>,
 }
 
 impl<E: Effects> Default for StageMemory<E> {
@@ -38,6 +39,7 @@ impl<E: Effects> Default for StageMemory<E> {
             bsdfs: BsdfLanes::default(),
             direct_light: DirectLightLanes::default(),
             scattering: ScatteringLanes::default(),
+            light_paths: Slot::new(LightPathLanes::default),
         }
     }
 }
@@ -128,6 +130,29 @@ impl Default for ScatteringLanes {
             scattered: ActiveLanes::NONE,
             beta: [zero; 3],
             survival: zero,
+        }
+    }
+}
+
+/// The densities of light paths at the surfaces of a block.
+#[repr(align(64))]
+#[derive(Debug, Clone, Copy)]
+pub struct LightPathLanes {
+    /// The densities with which light paths that arrive along the light samples continue towards the camera.
+    pub of_light_samples: Lanes<f32>,
+    /// Those of light paths that arrive against the sampled directions.
+    pub of_scattered: Lanes<f32>,
+    /// The ratios of the densities of a light path and of light sampling, for the light samples.
+    pub over_nee: Lanes<f32>,
+}
+
+impl Default for LightPathLanes {
+    fn default() -> Self {
+        let zero = [0.0; LANES];
+        Self {
+            of_light_samples: zero,
+            of_scattered: zero,
+            over_nee: zero,
         }
     }
 }

@@ -18,6 +18,7 @@ use crate::effects::{Effect, EffectSet};
 use crate::error::{ErrorKind, Result};
 use crate::film::Window;
 use crate::integrator::kind::IntegratorKind;
+use crate::integrator::light_paths::LightPathShare;
 use crate::sampler::hash;
 use crate::scene::Scene;
 use pilot::Pilot;
@@ -81,8 +82,16 @@ pub fn recommend(
             None => return Ok(interrupted()),
         }
     }
+    let mut by_path = RenderSettings {
+        integrator: IntegratorKind::Path,
+        ..settings.clone()
+    };
+    by_path.settle_light_paths(view.scene);
+    let has_light_paths = by_path.light_path_share() != LightPathShare::None;
     let facts = Facts {
-        is_missed_by_path: effects.has(Effect::DeltaLights) && effects.has(Effect::Specular),
+        is_missed_by_path: !has_light_paths
+            && effects.has(Effect::DeltaLights)
+            && effects.has(Effect::Specular),
         has_smooth_surfaces: effects.has(Effect::Specular),
         candidates,
     };
@@ -95,7 +104,8 @@ pub fn recommend(
     })
 }
 
-/// The settings with an integrator in place of `auto`, and the recommendation if `auto` was requested.
+/// The settings with an integrator and a number of light paths in place of `auto`, and the recommendation of an integrator
+/// if `auto` was requested.
 ///
 /// # Errors
 /// The errors of [`recommend`].
@@ -106,12 +116,14 @@ pub fn settle(
     observer: &dyn RenderObserver,
 ) -> Result<(RenderSettings, Option<Recommendation>)> {
     let mut settled = settings.clone();
-    if settings.integrator != IntegratorKind::Auto {
-        return Ok((settled, None));
+    let mut recommendation = None;
+    if settings.integrator == IntegratorKind::Auto {
+        let recommended = recommend(view, threads, settings, observer)?;
+        settled.integrator = recommended.integrator;
+        recommendation = Some(recommended);
     }
-    let recommendation = recommend(view, threads, settings, observer)?;
-    settled.integrator = recommendation.integrator;
-    Ok((settled, Some(recommendation)))
+    settled.settle_light_paths(view.scene);
+    Ok((settled, recommendation))
 }
 
 /// The recommendation after an interrupted pilot.
@@ -224,7 +236,7 @@ impl<'a> PilotRun<'a> {
             IntegratorKind::Path => SPP_OF_PATH,
             _ => SPP,
         };
-        RenderSettings {
+        let mut settings = RenderSettings {
             integrator,
             seed: hash::combine(self.settings.seed, SEEDS + index),
             budget: Budget::samples(spp),
@@ -237,6 +249,8 @@ impl<'a> PilotRun<'a> {
                 height,
             },
             ..self.settings.clone()
-        }
+        };
+        settings.settle_light_paths(&self.scene);
+        settings
     }
 }

@@ -206,6 +206,8 @@ pub struct RenderDescription {
     pub max_bounces: Option<u32>,
     /// The name of the Russian roulette method.
     pub roulette: Option<Written<String>>,
+    /// The number of light paths for each camera path, by name.
+    pub light_paths: Option<Written<String>>,
     /// The name of the adaptive sampling method.
     pub adaptive: Option<Written<String>>,
     /// Maximum distance, in world units, of occluders for ambient occlusion; above 0.

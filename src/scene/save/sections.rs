@@ -109,6 +109,7 @@ impl<'a> Sections<'a> {
             ("integrator", &render.integrator),
             ("sampler", &render.sampler),
             ("roulette", &render.roulette),
+            ("light_paths", &render.light_paths),
             ("adaptive", &render.adaptive),
         ];
         for (key, name) in names {

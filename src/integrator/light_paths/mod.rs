@@ -1,0 +1,97 @@
+//! Light paths beside camera paths: paths from lights, each of whose surfaces is connected to the lens.
+//!
+//! A path from a light x_0 to the camera x_n is found by a camera path that scatters towards the light (s = 0), by light
+//! sampling from a camera path (s = 1), and by a light path whose last surface is connected to the lens (t = 1). The
+//! estimate of a pixel is
+//!
+//!   sum_{camera paths} (w_0 C_0 + w_1 C_1) + 1/N sum_{light paths} sum_i h w_t C_t(x_1 ... x_i),
+//!
+//! where the second sum is over all N light paths of the film, and h is the pixel's filter around the place where x_i is
+//! seen. The weights w, by the power heuristic, sum to one for every path (`weights.rs`). Light paths find the light that
+//! glass and metal throw onto matte surfaces; nothing is stored, and surfaces are not connected to each other.
+//!
+//! Measure: radiance; splats as in `film/splats.rs`.
+//! Range: any scene. A path on which every surface seen from the camera or from a point light scatters by delta lobes may
+//! be found by no strategy.
+//! Source: Veach 1997, chapter 10; Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with
+//! Vertex Connection and Merging", for weights in constant memory. Tested in `tests/rendering/light_paths.rs`.
+
+pub mod source;
+pub mod walk;
+pub mod weights;
+
+use serde::Serialize;
+
+/// The number of light paths for each camera path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub enum LightPathShare {
+    /// None.
+    #[default]
+    None,
+    /// One for every fourth camera path.
+    Quarter,
+    /// One for every other camera path.
+    Half,
+    /// One for each.
+    One,
+    /// Two for each.
+    Two,
+}
+
+impl LightPathShare {
+    /// Every number.
+    pub const ALL: &'static [Self] = &[Self::None, Self::Quarter, Self::Half, Self::One, Self::Two];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "off",
+            Self::Quarter => "1/4",
+            Self::Half => "1/2",
+            Self::One => "1",
+            Self::Two => "2",
+        }
+    }
+
+    /// The number.
+    #[inline]
+    pub fn number(self) -> f32 {
+        match self {
+            Self::None => 0.0,
+            Self::Quarter => 0.25,
+            Self::Half => 0.5,
+            Self::One => 1.0,
+            Self::Two => 2.0,
+        }
+    }
+}
+
+/// The light paths of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LightPaths {
+    /// The number for each camera path.
+    pub share: LightPathShare,
+    /// The number of pixels over which the camera paths are spread.
+    pub pixels: u64,
+}
+
+impl LightPaths {
+    /// No light paths.
+    pub const NONE: Self = Self {
+        share: LightPathShare::None,
+        pixels: 0,
+    };
+
+    /// Whether there are any.
+    #[inline]
+    pub fn is_on(self) -> bool {
+        self.share != LightPathShare::None
+    }
+
+    /// The number of light paths for each camera path, over the density per pixel of area with which a camera path is on
+    /// the film.
+    #[inline]
+    pub fn over_film_density(self) -> f32 {
+        self.share.number() * self.pixels as f32
+    }
+}

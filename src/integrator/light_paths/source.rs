@@ -1,0 +1,177 @@
+//! The rays with which light paths begin, and the densities of all strategies for them.
+//!
+//! Measure: the density of a ray is per unit of étendue, area times projected solid angle; of a ray from a light that no
+//! other ray can hit, per unit of area across it at the point that it lights. Densities of light sampling are per
+//! steradian, or the probability of selecting such a light.
+//! Range: any light; a ray without radiance is `None`.
+//! Source: as in `light/emission.rs`. Tested in `tests/rendering/light_paths.rs`.
+
+use crate::effects::{Effects, Switch};
+use crate::light::Light;
+use crate::light::types::{
+    EmissionPdf, EmissionSample, LightChoice, MapRule, Receiver, ShadowRayEnd,
+};
+use crate::math::rgb::Rgb;
+use crate::math::vec::{Vec2, Vec3};
+use crate::planted::planted;
+use crate::sampler::{Decision, Sampler};
+use crate::scene::Scene;
+
+/// The first ray of a light path.
+#[derive(Debug, Clone, Copy)]
+pub struct LightPathSource {
+    /// The light.
+    pub light: u32,
+    /// The emitted ray.
+    pub sample: EmissionSample,
+    /// The flux along the ray.
+    pub flux: Rgb,
+}
+
+impl LightPathSource {
+    /// Samples the first ray of a light path.
+    pub fn sample<E: Effects, S: Sampler>(
+        scene: &Scene,
+        sampler: &mut S,
+        time: f32,
+    ) -> Option<Self> {
+        let [u, v, u_choice, v_choice] = sampler.draw(Decision::Source);
+        let [u_direction, v_direction, u_guide] = sampler.draw(Decision::SourceDirection);
+        let (light, pmf) = scene.lights.choose_by_power::<E>([u_choice, v_choice])?;
+        let numbers = [Vec2::new(u, v), Vec2::new(u_direction, v_direction)];
+        let mut sample = scene.sample_emission::<E>(light, time, numbers[0], numbers[1])?;
+        if !scene.guides.is_empty() {
+            let of_light = scene.lights.get(light);
+            let (guides, around) = (&scene.guides, &scene.around);
+            let two_sided = of_light.is_two_sided();
+            guides.redirect(&mut sample, two_sided, u_guide, numbers, around);
+            let EmissionSample { end, direction, .. } = sample;
+            let is_emitted = match (&end, of_light) {
+                (ShadowRayEnd::Surface(point, _), _) => {
+                    let cos = direction.dot(point.ng);
+                    cos > 0.0 || two_sided && cos < 0.0
+                }
+                (_, Light::Spot(spot)) => {
+                    sample.radiance = spot.intensity(direction);
+                    !sample.radiance.is_black()
+                }
+                _ => true,
+            };
+            if !is_emitted {
+                return None;
+            }
+            sample.pdf = pdf_of_ray(scene, light, time, &end, direction, sample.origin);
+        }
+        Some(Self {
+            light,
+            flux: sample.flux(pmf),
+            sample,
+        })
+    }
+
+    /// Whether a camera path can hit the light.
+    pub fn can_be_met(&self) -> bool {
+        self.sample.pdf.position.is_some() && self.sample.pdf.direction.is_some()
+    }
+
+    /// The density of the ray, which lights the point `p`.
+    pub fn density(&self, scene: &Scene, p: Vec3) -> f32 {
+        let EmissionSample { end, direction, .. } = &self.sample;
+        density(scene, self.light, end, *direction, p, &self.sample.pdf)
+    }
+
+    /// The density with which light sampling at the receiver, where the ray ends, finds it.
+    pub fn density_of_nee<E: Effects>(
+        &self,
+        scene: &Scene,
+        choice: LightChoice,
+        map: MapRule,
+        receiver: &Receiver,
+        time: f32,
+    ) -> f32 {
+        let (lights, light) = (&scene.lights, self.light);
+        match &self.sample.end {
+            ShadowRayEnd::Surface(point, _) => {
+                let towards = point.p - receiver.p;
+                let pdf = lights.pdf::<E>(light, choice, receiver, time, towards, point.ng);
+                pdf.0
+            }
+            ShadowRayEnd::Infinity if E::EnvironmentMap::ON && self.can_be_met() => {
+                let pmf = lights.pmf::<E>(light, choice, receiver);
+                let environment = lights.environment(-self.sample.direction, map);
+                environment.map_or(0.0, |environment| (pmf * environment.pdf).0)
+            }
+            // There is no other point, or direction.
+            ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => {
+                lights.pmf::<E>(light, choice, receiver).0
+            }
+        }
+    }
+}
+
+/// The density of a ray that leaves a light at `end` along the unit vector `direction`, and lights the point `p`.
+pub fn density_of_ray(
+    scene: &Scene,
+    light: u32,
+    time: f32,
+    end: &ShadowRayEnd,
+    direction: Vec3,
+    p: Vec3,
+) -> f32 {
+    let pdf = planted!(
+        "guides-left-out-of-weight",
+        pdf_of_light(scene, light, time, end, direction),
+        pdf_of_ray(scene, light, time, end, direction, p)
+    );
+    density(scene, light, end, direction, p, &pdf)
+}
+
+/// The densities of a ray, which lights the point `p`, in the measures of its light.
+fn pdf_of_ray(
+    scene: &Scene,
+    light: u32,
+    time: f32,
+    end: &ShadowRayEnd,
+    direction: Vec3,
+    p: Vec3,
+) -> EmissionPdf {
+    let mut pdf = pdf_of_light(scene, light, time, end, direction);
+    let two_sided = scene.lights.get(light).is_two_sided();
+    scene.guides.mix(&mut pdf, end, direction, p, two_sided);
+    pdf
+}
+
+/// The densities of a ray by the light's own sampling.
+fn pdf_of_light(
+    scene: &Scene,
+    light: u32,
+    time: f32,
+    end: &ShadowRayEnd,
+    direction: Vec3,
+) -> EmissionPdf {
+    let normal = match end {
+        ShadowRayEnd::Surface(point, _) => point.ng,
+        ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => Vec3::ZERO,
+    };
+    let of_light = scene.lights.get(light);
+    of_light.pdf_emission(time, normal, direction, &scene.around)
+}
+
+/// The density of a ray, given its densities in the measures of its light.
+fn density(
+    scene: &Scene,
+    light: u32,
+    end: &ShadowRayEnd,
+    direction: Vec3,
+    p: Vec3,
+    pdf: &EmissionPdf,
+) -> f32 {
+    let across = match end {
+        ShadowRayEnd::Surface(point, _) => direction.dot(point.ng).abs(),
+        ShadowRayEnd::Point(from) => p.distance_squared(*from),
+        ShadowRayEnd::Infinity => 1.0,
+    };
+    let position = pdf.position.map_or(1.0, |pdf| pdf.0);
+    let direction = pdf.direction.map_or(1.0, |pdf| pdf.0);
+    scene.lights.pmf_by_power(light).0 * position * (direction / across)
+}

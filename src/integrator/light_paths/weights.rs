@@ -1,0 +1,197 @@
+//! The MIS weights of the three strategies that find the same path, from ratios in constant memory.
+//!
+//! On a path x_0 ... x_n from a light to the camera, let e be the density of the ray from x_0 to x_1 on light paths, per
+//! unit of étendue; p_i that of continuing from x_i towards the camera, per steradian, and q_i towards the light; and c
+//! the density of the camera's rays per steradian, over the number of light paths for each. Squared distances cancel:
+//!
+//!   p_t / p_0 = e r_1 r_2 ... r_{n-1} d^2 / c,   r_i = (p_i / q_i) |cos_light| / |cos_eye|,   p_{n-1} = 1,
+//!
+//! with the cosines between the geometric normal and both directions, and d between x_{n-1} and x_n. Light sampling, with
+//! the density l of the direction from x_1, has p_t / p_1 = (p_t / p_0) q_1 / l. A camera path carries the product from
+//! the camera on, a light path the reciprocal one from the light on; each strategy then has its own weight where its path
+//! is complete. At a delta lobe r_i is 1, or 0 if a light path cannot find it.
+//!
+//! A light that no ray can hit has p_0 = 0; e is then per unit of area across the ray at x_1 instead, and l the
+//! probability of selecting the light.
+//!
+//! Measure: ratios of densities of the whole path.
+//! Range: any densities of at least 0; those of the strategy itself are above 0.
+//! Source: Georgiev et al. 2012, section 4.4, without connections of surfaces and without merging; Veach and Guibas 1995
+//! for the power heuristic. Tested below and in `tests/rendering/light_paths.rs`.
+
+use crate::sampling::mis::with_another;
+
+/// The densities of one end at a surface that scatters: of continuing in a direction, and the cosine of that direction
+/// with the geometric normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct End {
+    /// The density of continuing, per steradian.
+    pub pdf: f32,
+    /// The cosine; only its absolute value counts.
+    pub cos: f32,
+}
+
+/// The factor of a surface in the ratio of the densities of a path from the other end and of one from this end: `there`
+/// is the end from which this path came, `on` the end towards which it continues. Free of branches.
+#[inline(always)]
+pub fn passage(there: End, on: End) -> f32 {
+    (there.pdf / on.pdf) * (on.cos / there.cos).abs()
+}
+
+/// The ratio d^2 / c for the surface that the camera sees: `over_film_density` is the number of light paths for each
+/// camera path, over their density on the film, `per_steradian` the area of film of a steradian.
+#[inline(always)]
+pub fn of_camera(over_film_density: f32, distance2: f32, per_steradian: f32) -> f32 {
+    over_film_density * distance2 / per_steradian
+}
+
+/// The densities of scattering and of light sampling over that of a light path, for a path from a light up to its last
+/// surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightRatios {
+    /// p_0 / p_t.
+    pub by_scattering: f32,
+    /// p_1 / p_t.
+    pub by_nee: f32,
+}
+
+impl LightRatios {
+    /// The ratios before the first surface: the density `e` of the ray, which can be hit from the other end or not. That of
+    /// light sampling still lacks its density.
+    #[inline]
+    pub fn new(e: f32, can_be_met: bool) -> Self {
+        Self {
+            by_scattering: if can_be_met { 1.0 / e } else { 0.0 },
+            by_nee: 1.0 / e,
+        }
+    }
+
+    /// The ratios beyond a surface. At the first one, the density of light sampling is `l`.
+    #[inline]
+    pub fn beyond(self, to_light: End, to_eye: End, l: Option<f32>) -> Self {
+        let by_light_sampling = End {
+            pdf: l.unwrap_or(to_light.pdf),
+            ..to_light
+        };
+        Self {
+            by_scattering: self.by_scattering * passage(to_light, to_eye),
+            by_nee: self.by_nee * passage(by_light_sampling, to_eye),
+        }
+    }
+
+    /// The ratios beyond a surface that scatters by a delta lobe, which light sampling cannot do.
+    #[inline]
+    pub fn beyond_delta(self, is_first: bool) -> Self {
+        Self {
+            by_nee: if is_first { 0.0 } else { self.by_nee },
+            ..self
+        }
+    }
+
+    /// The weight of the light path, where the ratio of its last surface and the camera is [`of_camera`].
+    #[inline]
+    pub fn weight(self, of_camera: f32) -> f32 {
+        let Self {
+            by_scattering,
+            by_nee,
+        } = self;
+        with_another(
+            with_another(1.0, by_scattering / of_camera),
+            by_nee / of_camera,
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampler::hash;
+
+    /// A uniform number in (0.01, 1).
+    fn number(seed: &mut u64) -> f32 {
+        *seed = hash::combine(*seed, 1);
+        0.01 + 0.99 * (*seed >> 40) as f32 / 16_777_216.0
+    }
+
+    /// Random paths of up to eight surfaces, some with delta lobes and some from lights that cannot be hit. The reference
+    /// are products of all densities in double precision.
+    #[test]
+    fn weights_of_the_three_strategies_sum_to_one() {
+        let seed = &mut 7;
+        for path in 0..1_000_000 {
+            let surfaces = 1 + path % 8;
+            let (e, l, of_camera) = (number(seed), number(seed), number(seed) / number(seed));
+            let can_be_met = number(seed) > 0.3;
+            // Delta lobes are never at the surface that is connected to the lens.
+            let ends: Vec<(End, End, bool)> = (0..surfaces)
+                .map(|i| {
+                    let mut end = || End {
+                        pdf: number(seed),
+                        cos: number(seed),
+                    };
+                    let (to_light, to_eye) = (end(), end());
+                    (to_light, to_eye, i + 1 < surfaces && number(seed) < 0.3)
+                })
+                .collect();
+            let is_lit = !ends[0].2;
+
+            // From the light.
+            let mut ratios = LightRatios::new(e, can_be_met);
+            for (i, &(to_light, to_eye, is_delta)) in ends.iter().enumerate() {
+                let to_eye = if i + 1 == surfaces {
+                    End { pdf: 1.0, ..to_eye }
+                } else {
+                    to_eye
+                };
+                ratios = if is_delta {
+                    ratios.beyond_delta(i == 0)
+                } else {
+                    ratios.beyond(to_light, to_eye, (i == 0).then_some(l))
+                };
+            }
+            let by_light_path = ratios.weight(of_camera);
+
+            // From the camera.
+            let mut ratio = of_camera;
+            for (i, &(to_light, to_eye, is_delta)) in
+                ends.iter().enumerate().rev().take(surfaces - 1)
+            {
+                let to_eye = if i + 1 == surfaces {
+                    End { pdf: 1.0, ..to_eye }
+                } else {
+                    to_eye
+                };
+                ratio *= if is_delta {
+                    1.0
+                } else {
+                    passage(to_eye, to_light)
+                };
+            }
+            let (to_light, mut to_eye, _) = ends[0];
+            if surfaces == 1 {
+                to_eye.pdf = 1.0;
+            }
+            let q = to_light.pdf;
+            let last = if is_lit {
+                passage(to_eye, to_light)
+            } else {
+                1.0
+            };
+            let nee_over_scattering = if is_lit { l / q } else { 0.0 };
+            let mut by_scattering = 0.0;
+            if can_be_met {
+                let among_two = 1.0 / (1.0 + nee_over_scattering * nee_over_scattering);
+                by_scattering = with_another(among_two, e * ratio * last);
+            }
+            let mut by_nee = 0.0;
+            if is_lit {
+                let scattering_over_nee = if can_be_met { q / l } else { 0.0 };
+                let among_two = 1.0 / (1.0 + scattering_over_nee * scattering_over_nee);
+                let at_light = passage(to_eye, End { pdf: l, ..to_light });
+                by_nee = with_another(among_two, e * ratio * at_light);
+            }
+            let sum = by_light_path + by_scattering + by_nee;
+            assert!((sum - 1.0).abs() < 1e-4, "{path}: {sum}");
+        }
+    }
+}

@@ -1,0 +1,340 @@
+//! The weights of camera paths against light paths: the densities with which a light path finds the same path.
+//!
+//! Each path carries the ratio of the density of a light path to its own, over the density e of the ray with which the
+//! light path would begin (`light_paths/weights.rs`).
+//!
+//! Measure: ratios of densities of whole paths; densities per steradian.
+//! Range: any block. Without light paths the ratios are zero, which changes no weight.
+//! Source: as in `light_paths/weights.rs`. Tested in `tests/rendering/light_paths.rs`.
+
+use super::super::indirect::Indirect;
+use super::super::light_paths::source::density_of_ray;
+use super::super::light_paths::weights::{End, of_camera, passage};
+use super::super::observer::PathObserver;
+use super::super::technique::TechniqueSource;
+use super::block::PathBlock;
+use super::scattering::replace;
+use super::shading::{LightPathLanes, PrincipledStage, StageMemory};
+use super::{PathIntegrator, Walk};
+use crate::effects::{Effects, Slot, Switch};
+use crate::geometry::surface::SurfacePoint;
+use crate::light::types::ShadowRayEnd;
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, vectorised};
+use crate::math::vec::{LaneVec3, Vec2, Vec3};
+use crate::planted::planted;
+use crate::scene::interaction::Interaction;
+use crate::scene::interaction::lanes::InteractionLanes;
+use crate::scene::{Scene, ShapeTraits};
+use std::f32::consts::FRAC_1_PI;
+
+impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
+    /// Whether the kernel has light paths and the settings ask for them.
+    #[inline(always)]
+    pub(super) fn has_light_paths<E: Effects>(&self) -> bool {
+        E::LightPaths::ON && self.light_paths.is_on()
+    }
+
+    /// Computes the densities of light paths at the surfaces of a block, whose BSDFs are sampled, and at the light samples
+    /// of the lanes `lit`.
+    pub(super) fn weigh_against_light_paths<E: Effects, S, O: PathObserver + ?Sized>(
+        &self,
+        walk: &Walk<'_, S, O>,
+        block: &mut PathBlock<E>,
+        stage: &mut StageMemory<E>,
+        lit: &ActiveLanes<LANES>,
+    ) {
+        if !self.has_light_paths::<E>() {
+            return;
+        }
+        let scene = walk.scene;
+        if walk.bounce == 0 {
+            // The surface that the camera sees is connected to the lens, with certainty.
+            self.begin_ratios(scene, block, &stage.at);
+            if let Some(lanes) = stage.light_paths.get_mut() {
+                lanes.of_light_samples = [1.0; LANES];
+                lanes.of_scattered = [1.0; LANES];
+            }
+        } else {
+            reverse_densities(scene, &block.active, stage, lit);
+        }
+        let StageMemory {
+            at,
+            direct_light,
+            light_paths,
+            ..
+        } = stage;
+        let (Some(lanes), Some(ratios)) = (light_paths.get_mut(), block.light_path_ratio()) else {
+            return;
+        };
+        lanes.over_nee = [0.0; LANES];
+        for lane in lit.each() {
+            let ratio = ratios[lane] * lanes.of_light_samples[lane];
+            if ratio == 0.0 || ratio.is_nan() {
+                continue;
+            }
+            let Some(sample) = direct_light.samples.get(lane) else {
+                continue;
+            };
+            let at: Interaction<E> = at.get(lane);
+            let (light, time) = (
+                direct_light.context.light[lane],
+                direct_light.context.time[lane],
+            );
+            let e = density_of_ray(scene, light, time, &sample.end, -sample.wi, at.p);
+            let nee = End {
+                pdf: sample
+                    .pdf
+                    .map_or(direct_light.context.pmf[lane], |pdf| pdf.0),
+                cos: sample.wi.dot(at.ng),
+            };
+            let to_eye = End {
+                pdf: ratio,
+                cos: at.wo.dot(at.ng),
+            };
+            lanes.over_nee[lane] = e * passage(to_eye, nee);
+        }
+    }
+
+    /// Sets the ratios of the paths of a block at the surfaces that the camera sees.
+    fn begin_ratios<E: Effects>(
+        &self,
+        scene: &Scene,
+        block: &mut PathBlock<E>,
+        at: &InteractionLanes<E>,
+    ) {
+        let over_film_density = planted!(
+            "light-paths-counted-per-pixel",
+            self.light_paths.share.number(),
+            self.light_paths.over_film_density()
+        );
+        let active = block.active;
+        for lane in active.each() {
+            let (ray, time) = block.packet.ray(lane);
+            // Rays through the middle of the lens give the density of rays through any of its points.
+            let middle = scene.camera.viewpoint::<E>(Vec2::splat(0.5), time);
+            let film = middle.film_point(ray.dir);
+            let distance2 = load::<Vec3>(&at.p, lane).distance_squared(ray.origin);
+            let ratio = film.map_or(0.0, |film| {
+                of_camera(over_film_density, distance2, film.per_steradian as f32)
+            });
+            block.set_light_path_ratio(lane, ratio);
+        }
+    }
+
+    /// Multiplies the ratios of the paths that were scattered by the factors of the surfaces they leave.
+    pub(super) fn pass_light_path_ratios<E: Effects>(
+        &self,
+        bounce: u32,
+        block: &mut PathBlock<E>,
+        stage: &StageMemory<E>,
+    ) {
+        let Some(lanes) = stage
+            .light_paths
+            .get()
+            .filter(|_| self.has_light_paths::<E>())
+        else {
+            return;
+        };
+        let (at, scattering) = (&stage.at, &stage.scattering);
+        if let Some(ratios) = block.light_path_ratio_mut() {
+            pass::<E>(
+                at,
+                &scattering.wi,
+                &scattering.pdf,
+                &lanes.of_scattered,
+                ratios,
+            );
+        }
+        let delta = block
+            .active
+            .and(|lane| scattering.pdf[lane] == f32::INFINITY);
+        for lane in delta.each() {
+            // The lens cannot be connected to a delta lobe, and a reflection about a tilted normal is not found in the
+            // reverse direction.
+            let is_lost = bounce == 0 || is_mended(at, lane, &scattering.wi);
+            if is_lost {
+                block.set_light_path_ratio(lane, 0.0);
+            }
+        }
+    }
+
+    /// The ratio of the densities of a light path and of the path that has hit an emitting surface.
+    pub(super) fn over_emission<E: Effects>(
+        &self,
+        scene: &Scene,
+        block: &PathBlock<E>,
+        lane: usize,
+        at: &Interaction<E>,
+    ) -> f32 {
+        let ratio = block.light_path_ratio().map_or(0.0, |ratios| ratios[lane]);
+        if ratio == 0.0 {
+            return 0.0;
+        }
+        let point = SurfacePoint {
+            p: at.p,
+            error: at.error,
+            ng: at.ng,
+            ns: at.ng,
+        };
+        let (end, time) = (
+            ShadowRayEnd::Surface(point, [0.0; 2]),
+            block.packet.rays.time[lane],
+        );
+        let light = scene.light_of(at);
+        let e = light.map(|light| density_of_ray(scene, light, time, &end, at.wo, at.p));
+        e.map_or(0.0, |e| e * ratio)
+    }
+
+    /// The ratio of the densities of a light path and of the path that has left the scene along `dir` to the environment
+    /// map, which is this light.
+    pub(super) fn over_environment<E: Effects>(
+        &self,
+        scene: &Scene,
+        block: &PathBlock<E>,
+        lane: usize,
+        dir: Vec3,
+        light: u32,
+    ) -> f32 {
+        let ratio = block.light_path_ratio().map_or(0.0, |ratios| ratios[lane]);
+        if ratio == 0.0 {
+            return 0.0;
+        }
+        let (ray, time) = block.packet.ray(lane);
+        ratio
+            * density_of_ray(
+                scene,
+                light,
+                time,
+                &ShadowRayEnd::Infinity,
+                -dir,
+                ray.origin,
+            )
+    }
+}
+
+/// Computes the densities with which light paths continue towards the camera, for the light samples of the lanes `lit` and
+/// for the sampled directions of the active lanes.
+fn reverse_densities<E: Effects>(
+    scene: &Scene,
+    active: &ActiveLanes<LANES>,
+    stage: &mut StageMemory<E>,
+    lit: &ActiveLanes<LANES>,
+) {
+    let StageMemory {
+        at,
+        bsdfs,
+        direct_light,
+        scattering,
+        light_paths,
+        ..
+    } = stage;
+    let Some(lanes) = light_paths.get_mut() else {
+        return;
+    };
+    let to_light = &direct_light.samples.wi;
+    diffuse::<E>(at, to_light, &scattering.wi, lanes);
+    if let Some(stage) = bsdfs.principled.get_mut()
+        && stage.active.any()
+    {
+        let PrincipledStage {
+            active,
+            bsdfs,
+            wo,
+            to_light,
+            sampled,
+            f,
+            pdf,
+        } = stage;
+        if lit.any() {
+            bsdfs.bind(to_light);
+            bsdfs.eval(wo, f, pdf);
+            replace(active, &mut lanes.of_light_samples, pdf);
+        }
+        bsdfs.bind(&sampled.wi);
+        bsdfs.eval(wo, f, pdf);
+        replace(active, &mut lanes.of_scattered, pdf);
+    }
+    for lane in active.each() {
+        let is_single = bsdfs.singly.has(lane);
+        let of_lane: Interaction<E> = at.get(lane);
+        let wi = of_lane.frame.to_world(load(&scattering.wi, lane));
+        let may_be_mended = |wi: Vec3| {
+            !of_lane.is_flat() && (of_lane.is_mended() || facing(at, lane, wi).is_mended())
+        };
+        let is_delta = scattering.pdf[lane] == f32::INFINITY;
+        if scattering.sampled.has(lane) && !is_delta && (is_single || may_be_mended(wi)) {
+            lanes.of_scattered[lane] = reverse_density(scene, at, lane, wi);
+        }
+        let wi = load(to_light, lane);
+        if lit.has(lane) && (is_single || may_be_mended(wi)) {
+            lanes.of_light_samples[lane] = reverse_density(scene, at, lane, wi);
+        }
+    }
+}
+
+/// The surface of a lane as seen along the unit vector `w`.
+fn facing<E: Effects>(at: &InteractionLanes<E>, lane: usize, w: Vec3) -> Interaction<E> {
+    let transmits = at.traits[lane] & ShapeTraits::TRANSMITS != 0;
+    at.get::<Vec3>(lane).facing(w, transmits)
+}
+
+/// Whether the shading normal of a lane is tilted for either direction of a sample, `wi` in the shading frame.
+fn is_mended<E: Effects>(at: &InteractionLanes<E>, lane: usize, wi: &Lanes3) -> bool {
+    let seen: Interaction<E> = at.get(lane);
+    let wi = seen.frame.to_world(load(wi, lane));
+    !seen.is_flat() && (seen.is_mended() || facing(at, lane, wi).is_mended())
+}
+
+/// The density with which a light path that arrives from the unit vector `wi` continues towards the camera.
+fn reverse_density<E: Effects>(
+    scene: &Scene,
+    at: &InteractionLanes<E>,
+    lane: usize,
+    wi: Vec3,
+) -> f32 {
+    let lit = facing(at, lane, wi);
+    let seen: Interaction<E> = at.get(lane);
+    let [from, to] = [wi, seen.wo].map(|w| lit.frame.to_local(w));
+    scene.surface(&seen).eval::<E>(from, to).pdf.0
+}
+
+vectorised! {
+    /// The densities of diffuse surfaces.
+    fn diffuse<E: Effects>(
+        at: &InteractionLanes<E>,
+        to_light: &Lanes3,
+        scattered: &Lanes3,
+        lanes: &mut LightPathLanes,
+    ) {
+        for lane in 0..LANES {
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            let wo = at.frame.to_local(at.wo);
+            let lit = at.frame.to_local(load::<LaneVec3>(to_light, lane));
+            let wi: LaneVec3 = load(scattered, lane);
+            let pdf = wo.z.abs() * FRAC_1_PI;
+            lanes.of_light_samples[lane] = if lit.z * wo.z > 0.0 { pdf } else { 0.0 };
+            lanes.of_scattered[lane] = if wi.z * wo.z > 0.0 { pdf } else { 0.0 };
+        }
+    }
+}
+
+vectorised! {
+    /// Multiplies ratios by the factors of surfaces that scatter along `wi`, in their shading frames, with the density
+    /// `pdf`; by 1 at delta lobes.
+    fn pass<E: Effects>(
+        at: &InteractionLanes<E>,
+        wi: &Lanes3,
+        pdf: &Lanes<f32>,
+        of_scattered: &Lanes<f32>,
+        ratios: &mut Lanes<f32>,
+    ) {
+        for lane in 0..LANES {
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            let wi = at.frame.to_world(load::<LaneVec3>(wi, lane));
+            let to_eye = End { pdf: of_scattered[lane], cos: at.wo.dot(at.ng) };
+            let to_light = End { pdf: pdf[lane], cos: wi.dot(at.ng) };
+            let is_delta = pdf[lane] == f32::INFINITY;
+            ratios[lane] *= if is_delta { 1.0 } else { passage(to_eye, to_light) };
+        }
+    }
+}

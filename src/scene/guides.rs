@@ -1,0 +1,82 @@
+//! The guides of light paths in a scene: spheres around the shapes that throw light onto others.
+//!
+//! Metal, mirrors and glass throw light if they are smooth enough; a coat reflects too little. Where that is decided wrongly
+//! an image has more noise, and no other mean.
+//!
+//! Measure: normalised units.
+//! Range: any scene; an instance that moves is enclosed in all of its places.
+//! Source: none needed. Tested in `tests/rendering/light_paths.rs`.
+
+use super::description::{MaterialDescription, MaterialModel, SceneDescription};
+use super::{Scene, Shape};
+use crate::geometry::world::World;
+use crate::light::guides::{Guides, MOST_GUIDES};
+use crate::light::types::BoundingSphere;
+use crate::math::bounds::Bounds;
+
+/// The largest perceptual roughness of a surface that throws light.
+const LARGEST_ROUGHNESS: f32 = 0.35;
+
+/// The least exponent of a Phong lobe that throws light: about as wide as a lobe of the largest roughness.
+const LEAST_EXPONENT: f32 = 100.0;
+
+/// The least share of metal or glass in a surface that throws light.
+const LEAST_SHARE: f32 = 0.3;
+
+/// Whether a material throws light onto other surfaces.
+pub fn throws_light(material: &MaterialDescription) -> bool {
+    let is_smooth = |roughness: f32| roughness <= LARGEST_ROUGHNESS;
+    match &material.model {
+        MaterialModel::Diffuse { .. } | MaterialModel::Plastic { .. } => false,
+        MaterialModel::Mirror { .. } | MaterialModel::ThinDielectric { .. } => true,
+        MaterialModel::Conductor { roughness, .. }
+        | MaterialModel::Dielectric { roughness, .. } => is_smooth(*roughness),
+        MaterialModel::Phong {
+            specular, exponent, ..
+        } => {
+            *exponent >= LEAST_EXPONENT
+                && specular
+                    .constant()
+                    .is_none_or(|it| it.max_channel() >= LEAST_SHARE)
+        }
+        MaterialModel::Principled {
+            metallic,
+            roughness,
+            transmission,
+            ..
+        } => is_smooth(*roughness) && metallic.max(*transmission) >= LEAST_SHARE,
+    }
+}
+
+/// Returns the guides of a scene.
+pub(super) fn guides(description: &SceneDescription, shapes: &[Shape], world: &World) -> Guides {
+    let mut boxes = Vec::new();
+    for (number, shape) in (0..).zip(shapes) {
+        let described = &description.shapes[shape.described as usize];
+        let geometry = world.geometry(number);
+        if geometry.primitive_count() == 0
+            || !throws_light(&description.materials[described.material])
+        {
+            continue;
+        }
+        let bounds = geometry.bounds();
+        let placement = world.placement(number);
+        boxes.push(placement.map_or(bounds, |instance| instance.bounds_of(&bounds)));
+    }
+    if boxes.len() > MOST_GUIDES {
+        boxes = vec![boxes.into_iter().fold(Bounds::default(), Bounds::union)];
+    }
+    let sphere = |bounds: Bounds| BoundingSphere {
+        center: bounds.centre().as_vec3a(),
+        // Rounded up, so that rays to the corners are within.
+        radius: ((0.5 * bounds.extent().length()) as f32).next_up(),
+    };
+    Guides::new(boxes.into_iter().map(sphere).collect())
+}
+
+impl Scene {
+    /// Whether light paths may pay: a shape throws light, and there is a light that paths can begin at.
+    pub fn throws_light(&self) -> bool {
+        !self.guides.is_empty() && !self.lights.is_empty()
+    }
+}

@@ -1,0 +1,185 @@
+//! Tests that light paths beside camera paths change no mean: `path` with any number of them agrees with `path` without and
+//! with bidirectional path tracing, in every part of the image, under each kind of light and for each number of bounces.
+//!
+//! Splats of one light path fall on several pixels, so images are compared as in `bidirectional.rs`.
+
+use super::bidirectional::{
+    claimed_over_true_variance, compare_settings, kinds_of_light, settings, stones,
+};
+use crate::common::furnished::{glass, glossy, matte, outside, small_light};
+use crate::common::generated::Generator;
+use crate::common::scene::{film, ready, slide};
+use etendue::internals::accel::Backend;
+use etendue::internals::effects::{Effect, EffectSet};
+use etendue::internals::film::Window;
+use etendue::internals::film::filter::{FilterDescription, FilterKind};
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::integrator::light_paths::LightPathShare;
+use etendue::internals::math::vec::DVec3;
+use etendue::internals::render::options::RenderOptions;
+use etendue::internals::render::settings::{Adaptive, LightPathRule, RenderSettings};
+use etendue::internals::scene::description::SceneDescription;
+
+/// The settings of `path` with light paths.
+fn with_light_paths(scene: &SceneDescription, share: LightPathShare, spp: u64) -> RenderSettings {
+    RenderSettings {
+        light_paths: LightPathRule::Share(share),
+        ..settings(scene, IntegratorKind::Path, spp)
+    }
+}
+
+/// Compares `path` with and without light paths.
+fn compare(what: &str, scene: &SceneDescription, power: f64, max_bounces: Option<u32>) {
+    let limited = |settings: RenderSettings| RenderSettings {
+        max_bounces,
+        ..settings
+    };
+    let with = limited(with_light_paths(scene, LightPathShare::One, 32));
+    let without = limited(settings(scene, IntegratorKind::Path, 128));
+    compare_settings(what, scene, [with, without], power);
+}
+
+#[test]
+fn they_agree_with_path_in_every_part_of_six_scenes() {
+    let scenes = [
+        ("matte", matte(), 0.01),
+        ("glossy", glossy(), 0.02),
+        ("small light", small_light(), 0.03),
+        ("rough glass", glass(0.8), 0.02),
+        ("smooth glass", glass(0.0), 0.02),
+        ("outside", outside(), 0.01),
+    ];
+    for (name, scene, power) in &scenes {
+        compare(name, scene, *power, None);
+    }
+}
+
+#[test]
+fn they_agree_for_every_number_of_bounces_and_of_light_paths() {
+    let scene = glass(0.0);
+    for max_bounces in 0..5 {
+        compare(
+            &format!("{max_bounces} bounces"),
+            &scene,
+            0.03,
+            Some(max_bounces),
+        );
+    }
+    for &share in LightPathShare::ALL {
+        let with = with_light_paths(&scene, share, 64);
+        let without = settings(&scene, IntegratorKind::Path, 128);
+        compare_settings(share.name(), &scene, [with, without], 0.03);
+    }
+}
+
+#[test]
+fn every_kind_of_light_is_found_by_light_paths() {
+    for (name, scene) in &kinds_of_light() {
+        let with = with_light_paths(scene, LightPathShare::One, 32);
+        let without = settings(scene, IntegratorKind::Path, 192);
+        compare_settings(name, scene, [with, without], 0.03);
+    }
+}
+
+/// Point and spot lights in a room with a glass ball, whose caustics `path` misses and `bdpt` finds.
+#[test]
+fn they_find_the_caustics_of_lights_without_a_size() {
+    for (name, lit) in &kinds_of_light()[..2] {
+        let mut scene = glass(0.0);
+        for shape in &mut scene.shapes {
+            shape.emission = None;
+        }
+        scene.lights = lit.lights.clone();
+        let with = with_light_paths(&scene, LightPathShare::One, 64);
+        let both_ends = settings(&scene, IntegratorKind::Bidirectional, 64);
+        compare_settings(name, &scene, [with, both_ends], 0.03);
+    }
+}
+
+#[test]
+fn shading_normals_are_the_same_for_light_paths() {
+    compare("stones", &stones(), 0.02, None);
+}
+
+/// Lenses, motion, instances, textures, normal maps, alpha and one-sided surfaces.
+#[test]
+fn random_scenes_are_the_same_with_light_paths() {
+    let mut generator = Generator::new(43);
+    for index in 0..6 {
+        // Caustics of delta lights are found by light paths alone.
+        let lacking = [Effect::Specular, Effect::DeltaLights][index % 2];
+        let scene = generator.scene(EffectSet::ALL.without(lacking));
+        compare(&format!("scene {index}"), &scene, 0.2, Some(6));
+    }
+}
+
+/// Crops with a wide filter, a lens and motion.
+#[test]
+fn crops_and_lenses_take_light_paths() {
+    let mut scene = glass(0.0);
+    scene.film.size = (24, 24);
+    scene.camera.lens_radius = 0.1;
+    scene.camera.focus_distance = 3.0;
+    scene.camera.shutter = [0.0, 1.0];
+    scene.shapes[3].motion = slide(DVec3::ZERO, DVec3::new(0.2, 0.3, 0.4));
+    let (kind, radius) = (FilterKind::Mitchell, 2.0);
+    scene.film.filter = FilterDescription { kind, radius };
+    let crop = |settings: RenderSettings| RenderSettings {
+        window: Window {
+            x: 5,
+            y: 3,
+            width: 12,
+            height: 16,
+        },
+        ..settings
+    };
+    let with = crop(with_light_paths(&scene, LightPathShare::Half, 64));
+    let without = crop(settings(&scene, IntegratorKind::Path, 192));
+    compare_settings("crop", &scene, [with, without], 0.04);
+}
+
+/// The variance that renders estimate for their pixels equals the variance between renders, averaged over the image.
+#[test]
+fn error_bars_hold_what_light_paths_add_to_the_noise() {
+    let scene = glass(0.0);
+    let settings = with_light_paths(&scene, LightPathShare::Half, 16);
+    let ratio = claimed_over_true_variance(&scene, &settings);
+    assert!((ratio - 1.0).abs() < 0.15, "{ratio}");
+}
+
+#[test]
+fn threads_and_tiles_change_no_bit() {
+    let scene = glass(0.0);
+    let ready = ready(&scene, Backend::ALL[0]);
+    let picture = |threads, tile_size| {
+        let settings = RenderSettings {
+            threads,
+            tile_size,
+            ..with_light_paths(&scene, LightPathShare::Two, 16)
+        };
+        let film = film(&ready, &scene, &settings);
+        (film.develop(), film.develop_half(), film.error_bars())
+    };
+    let one = picture(1, 16);
+    assert!(one == picture(4, 16), "the image depends on threads");
+    assert!(one == picture(3, 5), "the image depends on tiles");
+}
+
+#[test]
+fn adaptive_sampling_and_other_integrators_are_refused() {
+    let scene = matte();
+    let options = |change: &dyn Fn(&mut RenderOptions)| {
+        let mut options = RenderOptions::samples(64);
+        options.light_paths = Some(LightPathRule::Share(LightPathShare::One));
+        change(&mut options);
+        options.settings(&scene)
+    };
+    assert!(options(&|_| {}).is_ok());
+    for wrong in [
+        options(&|it| it.adaptive = Some(Adaptive::TwoPhase)),
+        options(&|it| it.integrator = Some(IntegratorKind::Bidirectional)),
+    ] {
+        let error = wrong.expect_err("light paths do not fit");
+        assert_eq!(error.kind(), etendue::ErrorKind::Usage);
+    }
+}

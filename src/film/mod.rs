@@ -418,8 +418,11 @@ impl Film {
 fn sources(window: Window, tile: Window, reach: u32) -> Window {
     let beyond = |start: u32, end: u32, first: u32, last: u32| {
         [start == first, end == last].map(|is_edge| {
-            let reach = planted!("no-samples-beyond-the-edge", 0, reach);
-            if is_edge { reach } else { 0 }
+            if is_edge {
+                planted!("no-samples-beyond-the-edge", 0, reach)
+            } else {
+                0
+            }
         })
     };
     let ends = |window: Window| [window.x + window.width, window.y + window.height];

@@ -131,7 +131,7 @@ fn add_footprints<const N: usize>(
     corners: &Lanes<usize>,
     samples: &SplattedSamples,
 ) {
-    for lane in 0..LANES {
+    for (lane, corner) in corners.iter().enumerate() {
         if !samples.active.has(lane) {
             continue;
         }
@@ -139,7 +139,7 @@ fn add_footprints<const N: usize>(
         let at = |axis: usize| footprint.along_axis(samples.positions[axis][lane]);
         let [columns, rows] = [at(0), at(1)];
         for (row, of_row) in rows[..N].iter().enumerate() {
-            let first = corners[lane] + row * width;
+            let first = corner + row * width;
             for (sums, of_column) in sums[first..first + N].iter_mut().zip(&columns[..N]) {
                 let weight = of_row * of_column;
                 let terms = [weight * r, weight * g, weight * b, weight];

@@ -33,7 +33,7 @@ fn requests_that_make_no_sense() {
         ("small.toml --integrator paht", USAGE, ["paht", "path"]),
         ("small.toml --size 0x8", USAGE, ["--size", "0x8"]),
         (
-            "small.toml --size 1024x1024 --budget 0.01s",
+            "small.toml --size 512x512 --budget 0.01s",
             USAGE,
             ["too small", "--budget"],
         ),
@@ -120,7 +120,7 @@ fn the_json_has_what_error_then_takes() {
 #[test]
 fn auto_is_that_of_plan() {
     let folder = folder();
-    let price = json(&folder, "price small.toml --budget 4s --json -q");
+    let price = json(&folder, "price small.toml --budget 12s --json -q");
     let plan = json(&folder, "plan small.toml --json");
     assert_eq!(price["auto"]["recommended"], price["integrator"]);
     assert_eq!(price["integrator"], plan["integrator"]["recommended"]);

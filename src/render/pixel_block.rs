@@ -59,7 +59,7 @@ impl PixelBlock {
 
     /// The lane of a pixel of the block.
     pub fn lane(self, [x, y]: [u32; 2]) -> usize {
-        ((y - self.corner[1]) * SIDE + x - self.corner[0]) as usize
+        ((y - self.corner[1]) * SIDE + (x - self.corner[0])) as usize
     }
 
     /// The lanes of the pixels in a window.

@@ -49,7 +49,7 @@ fn flags_that_make_no_sense() {
         "--light-paths 1 --integrator bdpt",
         &["only the integrator path"],
     );
-    flags_fail("--light-paths 1 --adaptive two-phase", &["--adaptive off"]);
+    flags_fail("--light-paths 1 --adaptive=two-phase", &["--adaptive off"]);
     flags_fail(
         "--occlusion-distance 0",
         &["--occlusion-distance", "above 0"],

@@ -154,16 +154,22 @@ fn a_full_disk_costs_nothing_that_was_whole() {
         eprintln!("not tested: only root may mount a small disk");
         return;
     };
-    // 24 x 16 pixels take some 40 kB: there is room for one file, but not for a second one beside it.
-    succeed(&folder, "render small.toml -q --spp 4 -o disk/it.etd");
+    // With a box filter 24 x 16 pixels take some 40 kB: there is room for one file, but not for a second one beside it.
+    succeed(
+        &folder,
+        "render small.toml --filter box -q --spp 4 -o disk/it.etd",
+    );
     let before = std::fs::read(folder.path("disk/it.etd")).expect("it is there");
-    let full = run(&folder, "render small.toml -q --spp 8 -o disk/it.etd");
+    let full = run(
+        &folder,
+        "render small.toml --filter box -q --spp 8 -o disk/it.etd",
+    );
     assert_eq!(full.code, INPUT_OUTPUT, "{}", full.stderr);
     assert!(full.stderr.contains("disk/it.etd"), "{}", full.stderr);
     let after = std::fs::read(folder.path("disk/it.etd")).expect("it is there");
     assert!(before == after);
     // A checkpoint that cannot be written is a warning, while the render goes on.
-    let flags = "render small.toml --spp 2000 --checkpoint disk/it.etd --every 0.001s -o it.exr";
+    let flags = "render small.toml --filter box --spp 2000 --checkpoint disk/it.etd --every 0.001s -o it.exr";
     let full = run(&folder, flags);
     assert!(full.stderr.contains("no checkpoint"), "{}", full.stderr);
     let names = std::fs::read_dir(&disk.0).expect("it is there");

@@ -41,13 +41,17 @@ fn line(case: &CaseReport) -> String {
     )
 }
 
+/// Whether `make nightly` runs, which has more time.
+fn is_nightly() -> bool {
+    std::env::var_os("ETENDUE_NIGHTLY").is_some()
+}
+
 #[test]
 fn every_case_passes_on_every_backend() {
     let cases = cases(Effort::Quick);
     let mut failures = Vec::new();
     // The second layout of obvhs takes as long again, and rarely differs: by `make nightly`.
-    let is_nightly = std::env::var_os("ETENDUE_NIGHTLY").is_some();
-    let backends = if is_nightly { Backend::ALL.len() } else { 2 };
+    let backends = if is_nightly() { Backend::ALL.len() } else { 2 };
     for &backend in Backend::ALL.iter().take(backends) {
         let report = quick(&cases, backend);
         let measured = report.results.len() + report.left_out.len();
@@ -89,10 +93,11 @@ fn the_battery_bites() {
     assert!(report.complete && !report.all_passed());
 }
 
-/// Every case fails if its exact value is changed by 10 %, or by 1 if it is 0.
+/// Every case, or every fourth but in `make nightly`, fails if its exact value is changed by 10 %, or by 1 if it is 0.
 #[test]
 fn no_case_passes_with_another_exact_number() {
-    let mut wrong = cases(Effort::Quick);
+    let step = if is_nightly() { 1 } else { 4 };
+    let mut wrong: Vec<Case> = cases(Effort::Quick).into_iter().step_by(step).collect();
     // Upper bounds are lowered to a fifth. The changes also exceed the tolerance of 0.25 % of white materials.
     for case in &mut wrong {
         let exact = case.claim.exact;

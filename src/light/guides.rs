@@ -1,6 +1,6 @@
 //! Guides of light paths: spheres around the shapes that throw light, towards which emitted rays are sampled.
 //!
-//! An emitted ray is sampled by its light's own density or, with probability [`GUIDED`], towards one of the spheres: a
+//! An emitted ray is sampled by its light's own density or, with probability `GUIDED`, towards one of the spheres: a
 //! direction uniform in the cone of the sphere as seen from the point on the light, or for a light at infinity a point
 //! uniform on the disk of the sphere across the ray. The density is that of the mixture, so that it covers every ray.
 //!

@@ -168,7 +168,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "compensated-alone",
         "light sampling without a weight leaves out what is darker than the mean of an environment map",
-        "lights::environment::light_sampling_alone_finds_the_darker_part_of_a_panorama",
+        "lib::render::settings::tests::only_path_compensates_the_density_of_environment_maps",
     ),
     bug(
         "choice-left-out-of-pdf",

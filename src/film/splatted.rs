@@ -231,11 +231,11 @@ mod tests {
 
     #[test]
     fn each_tile_is_divided_by_its_own_count() {
-        let of = |x: f64| sums([[x, x, x, x]; 4]);
-        // Half of the pixel's light by 8 samples, half by 16.
-        let [a, b] = [of(1.0), of(2.0)];
+        let of = |x: f64, weight: f64| sums([[x, x, x, weight]; 4]);
+        // Half of the pixel's weight by 8 samples, two of each batch, half by 16 of four times the radiance.
+        let [a, b] = [of(1.0, 1.0), of(8.0, 2.0)];
         let batches = batch_means([(&a, 8), (&b, 16)].into_iter(), 8);
-        assert_eq!(batches.means, [[1.0; 3]; 4]);
+        assert_eq!(batches.means, [[2.5; 3]; 4]);
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub struct FilterDescription {
 /// The largest radius of a filter, in pixels.
 pub const MOST_RADIUS: f64 = 32.0;
 
-/// How a filter is estimated.
+/// The estimator of a pixel filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[non_exhaustive]
 pub enum FilterSampling {

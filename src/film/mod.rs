@@ -27,7 +27,6 @@ mod synthetic;
 use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;
-use crate::planted::planted;
 use batches::{BATCHES, BatchMeans, Half};
 pub use error::{Doubt, ErrorEstimate};
 pub(crate) use error::{MODEL_ERROR, margin};
@@ -181,7 +180,7 @@ impl Film {
         if reach > 0 {
             for tile in &mut self.tiles {
                 tile.pixels = vec![];
-                let sources = sources(self.window, tile.window, reach);
+                let sources = splatted::sources(self.window, tile.window, reach);
                 tile.splatted = Some(Splatted::new(sources, reach));
             }
         }
@@ -234,7 +233,7 @@ impl Film {
         self.reach
     }
 
-    /// How the samples of the film estimate the filter.
+    /// The estimator of the filter by the samples of the film.
     pub fn filter_sampling(&self) -> FilterSampling {
         match self.reach {
             0 => FilterSampling::Importance,
@@ -411,29 +410,6 @@ impl Film {
                 (index, mean, samples)
             })
         })
-    }
-}
-
-/// The pixels whose samples a tile takes: its own, and at the edge of the film's window those beyond that contribute to it.
-fn sources(window: Window, tile: Window, reach: u32) -> Window {
-    let beyond = |start: u32, end: u32, first: u32, last: u32| {
-        [start == first, end == last].map(|is_edge| {
-            if is_edge {
-                planted!("no-samples-beyond-the-edge", 0, reach)
-            } else {
-                0
-            }
-        })
-    };
-    let ends = |window: Window| [window.x + window.width, window.y + window.height];
-    let ([right, bottom], [last_column, last_row]) = (ends(tile), ends(window));
-    let [left, more_right] = beyond(tile.x, right, window.x, last_column);
-    let [above, below] = beyond(tile.y, bottom, window.y, last_row);
-    Window {
-        x: tile.x.wrapping_sub(left),
-        y: tile.y.wrapping_sub(above),
-        width: tile.width + left + more_right,
-        height: tile.height + above + below,
     }
 }
 

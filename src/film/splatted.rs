@@ -149,6 +149,29 @@ fn add_footprints<const N: usize>(
     }
 }
 
+/// The pixels whose samples a tile takes: its own, and at the edge of the film's window those beyond that contribute to it.
+pub fn sources(window: Window, tile: Window, reach: u32) -> Window {
+    let beyond = |start: u32, end: u32, first: u32, last: u32| {
+        [start == first, end == last].map(|is_edge| {
+            if is_edge {
+                planted!("no-samples-beyond-the-edge", 0, reach)
+            } else {
+                0
+            }
+        })
+    };
+    let ends = |window: Window| [window.x + window.width, window.y + window.height];
+    let ([right, bottom], [last_column, last_row]) = (ends(tile), ends(window));
+    let [left, more_right] = beyond(tile.x, right, window.x, last_column);
+    let [above, below] = beyond(tile.y, bottom, window.y, last_row);
+    Window {
+        x: tile.x.wrapping_sub(left),
+        y: tile.y.wrapping_sub(above),
+        width: tile.width + left + more_right,
+        height: tile.height + above + below,
+    }
+}
+
 /// The batch means of a pixel, given the sums of the tiles that contribute to it and the sample count of each, and the sample
 /// count of its own tile.
 pub fn batch_means<'a>(

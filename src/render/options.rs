@@ -51,7 +51,7 @@ pub struct RenderOptions {
     pub light_choice: Option<LightChoice>,
     /// The number of light paths for each camera path.
     pub light_paths: Option<LightPathRule>,
-    /// How the filter is estimated; with layers importance sampled unless given, since whatever reads layers takes the noise
+    /// The estimator of the filter; with layers importance sampling unless given, since whatever reads layers takes the noise
     /// of pixels as independent.
     pub filter_sampling: Option<FilterSampling>,
     /// The largest distance of occlusion for ambient occlusion, in world units.

@@ -217,7 +217,7 @@ pub struct RenderSettings {
     pub light_choice: Option<LightChoice>,
     /// The number of light paths for each camera path of `path`.
     pub light_paths: LightPathRule,
-    /// How the filter is estimated, where both ways are possible: see [`Self::reach`].
+    /// The estimator of the filter, where both are possible: see [`Self::reach`].
     pub filter_sampling: FilterSampling,
     /// The largest distance of occlusion for ambient occlusion, in world units; `None` for any distance.
     pub occlusion_distance: Option<f64>,

@@ -416,14 +416,20 @@ pub fn claimed_over_true_variance(scene: &SceneDescription, settings: &RenderSet
 #[test]
 fn threads_and_tiles_change_no_bit() {
     let scene = glossy();
-    let ready = ready(&scene, Backend::ALL[0]);
+    let settings = settings(&scene, IntegratorKind::Bidirectional, 16);
+    assert_threads_and_tiles_change_no_bit(&scene, &settings);
+}
+
+/// Checks that an image and its error bars have the same bits for any number of threads and size of tiles.
+pub fn assert_threads_and_tiles_change_no_bit(scene: &SceneDescription, settings: &RenderSettings) {
+    let ready = ready(scene, Backend::ALL[0]);
     let picture = |threads, tile_size| {
         let settings = RenderSettings {
             threads,
             tile_size,
-            ..settings(&scene, IntegratorKind::Bidirectional, 16)
+            ..settings.clone()
         };
-        let film = film(&ready, &scene, &settings);
+        let film = film(&ready, scene, &settings);
         (film.develop(), film.develop_half(), film.error_bars())
     };
     let one = picture(1, 16);

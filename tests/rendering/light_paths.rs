@@ -4,12 +4,12 @@
 //! Splats of one light path fall on several pixels, so images are compared as in `bidirectional.rs`.
 
 use super::bidirectional::{
-    claimed_over_true_variance, compare_settings, kinds_of_light, settings, stones,
+    assert_threads_and_tiles_change_no_bit, claimed_over_true_variance, compare_settings,
+    kinds_of_light, settings, stones,
 };
 use crate::common::furnished::{glass, glossy, matte, outside, small_light};
 use crate::common::generated::Generator;
-use crate::common::scene::{film, ready, slide};
-use etendue::internals::accel::Backend;
+use crate::common::scene::slide;
 use etendue::internals::effects::{Effect, EffectSet};
 use etendue::internals::film::Window;
 use etendue::internals::film::filter::{FilterDescription, FilterKind};
@@ -155,19 +155,8 @@ fn error_bars_hold_what_light_paths_add_to_the_noise() {
 #[test]
 fn threads_and_tiles_change_no_bit() {
     let scene = glass(0.0);
-    let ready = ready(&scene, Backend::ALL[0]);
-    let picture = |threads, tile_size| {
-        let settings = RenderSettings {
-            threads,
-            tile_size,
-            ..with_light_paths(&scene, LightPathShare::Two, 16)
-        };
-        let film = film(&ready, &scene, &settings);
-        (film.develop(), film.develop_half(), film.error_bars())
-    };
-    let one = picture(1, 16);
-    assert!(one == picture(4, 16), "the image depends on threads");
-    assert!(one == picture(3, 5), "the image depends on tiles");
+    let settings = with_light_paths(&scene, LightPathShare::Two, 16);
+    assert_threads_and_tiles_change_no_bit(&scene, &settings);
 }
 
 #[test]

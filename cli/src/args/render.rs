@@ -133,7 +133,7 @@ pub struct RenderArguments {
     /// blackman-harris (1.5). Default: the scene's, or gaussian.
     #[arg(long, value_name = "NAME[:RADIUS]", value_parser = parse_filter)]
     pub filter: Option<FilterDescription>,
-    /// How the filter is estimated. Affects noise and time, not the mean.
+    /// Estimator of the filter. Affects noise and time, not the mean.
     ///
     /// splatting: a sample contributes to every pixel that its filter covers; the noise of neighbouring pixels is correlated.
     /// importance: a sample belongs to one pixel, and its position is sampled from the filter. Box filters, radii above 4.5

@@ -1,7 +1,7 @@
 //! `etendue battery`: invalid requests, printed and written output, exit codes, and the results kept after Ctrl-C.
 
 use crate::common::scene_folder::SceneFolder;
-use crate::support::{Finished, INPUT_OUTPUT, USAGE, command, fails, run, succeed};
+use crate::support::{INPUT_OUTPUT, USAGE, command, fails, interrupted, run, succeed};
 use etendue::internals::accel::Backend;
 use serde_json::Value;
 
@@ -151,12 +151,7 @@ fn an_interrupted_battery_keeps_what_was_measured() {
     let child = command(&folder, "battery --full -o out").spawn();
     let child = child.expect("the command starts");
     std::thread::sleep(std::time::Duration::from_secs(3));
-    let killed = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(killed.expect("kill(1) is there").success());
-    let finished: Finished = child.wait_with_output().expect("it ends").into();
-    assert_eq!(finished.code, 130, "{}", finished.stderr);
+    let finished = interrupted(child);
     assert!(
         finished.stderr.contains("interrupted"),
         "{}",

@@ -1,7 +1,7 @@
 //! `etendue bench`: invalid arguments, its output and files, and what it keeps after Ctrl-C.
 
 use crate::common::scene_folder::{HEAD, SMALL, SceneFolder};
-use crate::support::{Finished, INPUT_OUTPUT, SCENE, USAGE, command, fails, succeed};
+use crate::support::{INPUT_OUTPUT, SCENE, USAGE, command, fails, interrupted, succeed};
 use etendue::internals::accel::Backend;
 use serde_json::Value;
 
@@ -192,12 +192,7 @@ fn an_interrupted_bench_keeps_what_was_measured() {
     while !folder.path("out/bench.json").exists() && begun.elapsed().as_secs() < 300 {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
-    let killed = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(killed.expect("kill(1) is there").success());
-    let finished: Finished = child.wait_with_output().expect("it ends").into();
-    assert_eq!(finished.code, 130, "{}", finished.stderr);
+    let finished = interrupted(child);
     let report = json(&read(&folder, "out/bench.json"));
     assert_eq!(report["complete"], false);
     assert_eq!(report["scenes"][0]["name"], "small.toml");

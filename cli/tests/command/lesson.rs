@@ -1,7 +1,7 @@
 //! `etendue lesson`: the contents, self-contained pages, JSON, and errors.
 
 use crate::common::scene_folder::SceneFolder;
-use crate::support::{INPUT_OUTPUT, USAGE, fails, run, succeed};
+use crate::support::{INPUT_OUTPUT, USAGE, fails, interrupted, run, succeed};
 use etendue_lab::lesson::TOPICS;
 
 fn folder() -> SceneFolder {
@@ -135,12 +135,7 @@ fn an_interrupted_site_keeps_the_pages_that_are_done() {
     while !folder.path("out/lesson/index.html").exists() && begun.elapsed().as_secs() < 300 {
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
-    let killed = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(killed.expect("kill(1) is there").success());
-    let output = child.wait_with_output().expect("it ends");
-    assert_eq!(output.status.code(), Some(130));
+    interrupted(child);
     let (dice, index) = (
         read(&folder, "out/lesson/dice.html"),
         read(&folder, "out/lesson/index.html"),

@@ -1,7 +1,7 @@
 //! `etendue price`: its answers, its table and JSON, invalid requests, and interruption.
 
 use crate::common::scene_folder::{HEAD, SMALL, SceneFolder};
-use crate::support::{INPUT_OUTPUT, SCENE, USAGE, command, fails, run, succeed};
+use crate::support::{INPUT_OUTPUT, SCENE, USAGE, command, fails, interrupted, run, succeed};
 use serde_json::Value;
 
 fn folder() -> SceneFolder {
@@ -104,7 +104,7 @@ fn the_json_has_what_error_then_takes() {
     assert!((total("materials") - 1.0).abs() < 1e-4 && (total("lights") - 1.0).abs() < 1e-4);
     assert!(report["advice"][0].is_string());
 
-    // What a render to 5 % then takes, between the rows of 10 % and 3 %, and to 3 % itself: samples, not seconds, so
+    // Renders to 3 % take the samples that the row of 3 % says: samples, not seconds, so
     // that no timing decides.
     // Rare paths through the glass decide when a small image has its bound: by seed from 96 to 456 samples.
     let spp = (11..15).map(|seed| {
@@ -149,12 +149,10 @@ fn ctrl_c_says_what_there_is() {
     .spawn()
     .expect("the command starts");
     std::thread::sleep(std::time::Duration::from_millis(800));
-    let killed = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(killed.expect("kill(1) is there").success());
-    let output = child.wait_with_output().expect("it ends");
-    assert_eq!(output.status.code(), Some(130));
-    let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(message.contains("interrupted after"), "{message}");
+    let finished = interrupted(child);
+    assert!(
+        finished.stderr.contains("interrupted after"),
+        "{}",
+        finished.stderr
+    );
 }

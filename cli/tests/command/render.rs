@@ -1,7 +1,7 @@
 //! Tests of the command: subcommands, flags, and what is printed to which stream.
 
 use crate::common::scene_folder::{SMALL, SceneFolder};
-use crate::support::{Finished, command, run, succeed};
+use crate::support::{Finished, command, interrupted, run, succeed};
 use etendue::internals::image::{ColourSpace, Image};
 use etendue::internals::math::rgb::Rgb;
 use exr::prelude::{AttributeValue, MetaData};
@@ -304,12 +304,7 @@ fn an_interrupted_render_keeps_its_samples() {
         .expect("the command starts");
     // Much longer than loading takes, so that the render is running. The handler is installed before the first sample.
     std::thread::sleep(std::time::Duration::from_secs(2));
-    let killed = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(killed.expect("kill(1) is installed").success());
-    let finished: Finished = child.wait_with_output().expect("the command ends").into();
-    assert_eq!(finished.code, 130, "{}", finished.stderr);
+    let finished = interrupted(child);
     assert!(
         last_line(&finished).contains("interrupted"),
         "{}",

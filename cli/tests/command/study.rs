@@ -1,7 +1,7 @@
 //! `etendue study`: invalid requests, printed and written output, and the report kept after Ctrl-C.
 
 use crate::common::scene_folder::{HEAD, SMALL, SceneFolder};
-use crate::support::{INPUT_OUTPUT, SCENE, USAGE, command, fails, run, succeed};
+use crate::support::{INPUT_OUTPUT, SCENE, USAGE, command, fails, interrupted, run, succeed};
 use serde_json::Value;
 
 fn small() -> SceneFolder {
@@ -216,12 +216,7 @@ fn ctrl_c_leaves_a_report_that_says_so() {
     while begun.elapsed().as_millis() < 1500 {
         std::thread::sleep(std::time::Duration::from_millis(50));
     }
-    let killed = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(killed.expect("kill(1) is there").success());
-    let output = child.wait_with_output().expect("it ends");
-    assert_eq!(output.status.code(), Some(130));
+    interrupted(child);
     let report = json(&read(&folder, "out/study.json"));
     assert_eq!(report["complete"], false);
     let page = read(&folder, "out/study.html");

@@ -8,7 +8,7 @@
 #![allow(dead_code)]
 
 use crate::common::scene_folder::{HEAD, SceneFolder};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 
 /// The exit code of an invalid request.
 pub const USAGE: i32 = 2;
@@ -50,6 +50,17 @@ pub fn run(folder: &SceneFolder, arguments: &str) -> Finished {
 pub fn succeed(folder: &SceneFolder, arguments: &str) -> Finished {
     let finished = run(folder, arguments);
     assert_eq!(finished.code, 0, "{arguments}: {}", finished.stderr);
+    finished
+}
+
+/// Sends the command what Ctrl-C sends, and waits for its end, of which its exit code has to tell.
+#[cfg(unix)]
+pub fn interrupted(child: Child) -> Finished {
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &id]).status();
+    assert!(sent.expect("kill(1) is there").success());
+    let finished: Finished = child.wait_with_output().expect("it ends").into();
+    assert_eq!(finished.code, 130, "{}", finished.stderr);
     finished
 }
 

@@ -70,7 +70,7 @@ impl Rule {
 struct Lamps {
     positions: Vec<Vec3>,
     lights: Lights,
-    /// The same lamps, all with the same probability by power.
+    /// These lamps with equal powers, so that each has the same probability.
     alike: Lights,
 }
 

@@ -13,7 +13,7 @@ use etendue::internals::render::convergence::{Forecast, Look, PowerLaw};
 use serde::Serialize;
 
 /// The number of standard errors of an interval.
-const SIGMAS: f64 = 2.0;
+pub(super) const SIGMAS: f64 = 2.0;
 
 /// Where an error is requested, forecasts aim a little below it.
 const AIM: f64 = 0.99;

@@ -5,6 +5,7 @@
 //! Range: small images of equal time; gains of a few per cent are not resolved. Biased ways say what they leave out.
 //! Source: relMSE as a render estimates it. Tested in `cli/tests/command/price.rs` and below.
 
+use super::answers::SIGMAS;
 use crate::study::bootstrap::Ranged;
 use crate::study::prepared_scene::PreparedScene;
 use etendue::Result;
@@ -23,9 +24,6 @@ use std::time::{Duration, Instant};
 /// The limit of bounces that is tried.
 const BOUNCES: u32 = 4;
 
-/// The number of standard errors of an interval.
-const SIGMAS: f64 = 2.0;
-
 /// The relative uncertainty of the ratio of two times.
 const TIMING: f64 = 0.03;
 
@@ -39,7 +37,7 @@ pub struct Cheaper {
     pub flags: String,
     /// The time of the present way over that of this one; `None` if it cannot be said.
     pub gain: Option<Ranged>,
-    /// What is wrong with its image, in words.
+    /// The bias of its image, in words.
     pub bias: Option<String>,
     /// Further facts.
     pub says: Option<String>,
@@ -61,7 +59,7 @@ struct Measured {
     light: f64,
 }
 
-/// What is measured, and for how long.
+/// The measured settings, and the time for them.
 pub struct Comparison<'a> {
     /// The scene, on a small film.
     pub prepared: &'a PreparedScene,
@@ -118,7 +116,7 @@ impl Comparison<'_> {
             };
             all.push(Cheaper {
                 flags: "--precision fast".to_owned(),
-                // The same paths with the same errors: only the pace differs.
+                // Paths and errors do not differ, only the pace.
                 gain: Some(around(
                     other.spp / other.seconds / (base.spp / base.seconds),
                     TIMING,

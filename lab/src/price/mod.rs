@@ -1,4 +1,4 @@
-//! What accuracy costs in a scene, measured within half a minute: the time to some errors, the sources of the error, and
+//! The cost of accuracy in a scene, measured within half a minute: the time to some errors, the sources of the error, and
 //! what would make it cheaper.
 
 pub mod answers;

@@ -362,11 +362,11 @@ impl RenderSettings {
 
     /// The number of pixels on either side of its own to which a sample contributes by this filter; 0 if it belongs to its own
     /// alone. That is so for filters without a footprint; for adaptive renders, whose pixels differ in the count that a
-    /// sample's weight is divided by; and with light paths, which splat by the filter themselves.
+    /// sample's weight is divided by; and for Markov chains, all of whose samples are splats.
     pub fn reach(&self, filter: &Filter) -> u32 {
         let is_splatted = self.filter_sampling == FilterSampling::Splatting
             && self.adaptive == Adaptive::Off
-            && !self.splats();
+            && self.integrator != IntegratorKind::Metropolis;
         let footprint = filter.footprint().filter(|_| is_splatted);
         footprint.map_or(0, Footprint::reach)
     }

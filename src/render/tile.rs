@@ -253,19 +253,29 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
                     self.camera_rays
                         .estimate_one(packet, lane, scene, integrator, observer, splats);
                 }
+                let is_own = tile.window.contains(self.pixel(packet, lane));
                 if E::LightPaths::ON
+                    && is_own
                     && self.source.splats.is_some()
                     && let Some(rules) = &light_paths
                 {
                     let splats = &mut self.elsewhere;
                     self.camera_rays
                         .trace_light_paths(packet, lane, scene, rules, splats);
+                } else if !is_own {
+                    // Light paths are counted by the pixels of the tile.
+                    self.elsewhere.splats.clear();
                 }
                 kept.set(lane, self.film(tile, packet, lane, observer));
             }
             self.splat(tile, packet, kept);
         }
         self.camera_rays.clear();
+    }
+
+    /// The pixel of a sample.
+    fn pixel(&self, packet: usize, lane: usize) -> [u32; 2] {
+        self.camera_rays.indices()[packet].block.pixel(lane)
     }
 
     /// Adds the samples of a packet to all pixels that they contribute to, if these are several.
@@ -297,8 +307,8 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         lane: usize,
         observer: &mut O,
     ) -> bool {
-        let PacketIndex { block, sample } = self.camera_rays.indices()[packet];
-        let [x, y] = block.pixel(lane);
+        let sample = self.camera_rays.indices()[packet].sample;
+        let [x, y] = self.pixel(packet, lane);
         let value = self.camera_rays.value(packet, lane);
         let is_splatted = tile.splatted.is_some();
         let largest = if is_splatted {

@@ -8,9 +8,10 @@ use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
 use super::dispatch::Dispatched;
 use super::pixel_block::PixelBlock;
 use crate::effects::{Effects, Switch};
-use crate::film::splats::{SplatList, Splats};
+use crate::film::splats::{Splat, SplatList, Splats};
 use crate::film::splatted::SplattedSamples;
 use crate::film::{Tile, Window};
+use crate::integrator::light_paths::LightPathSplats;
 use crate::integrator::observer::{PathObserver, Unobserved};
 use crate::integrator::{Integrator, RayCounts};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
@@ -149,6 +150,8 @@ struct Wavefront<'a, E: Effects, I> {
     camera_rays: CameraRays<E>,
     /// The splats of the current sample.
     elsewhere: SplatList<'a>,
+    /// The splats of light paths beside the camera paths of the wavefront.
+    by_light_paths: LightPathSplats<'a>,
     outcome: Outcome,
 }
 
@@ -160,6 +163,10 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
             integrator,
             camera_rays: CameraRays::new(),
             elsewhere: SplatList {
+                reaches,
+                splats: Vec::new(),
+            },
+            by_light_paths: LightPathSplats {
                 reaches,
                 splats: Vec::new(),
             },
@@ -238,11 +245,11 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
     fn advance<O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, observer: &mut O) {
         let scene = self.source.rays.scene;
         self.camera_rays.trace(scene);
-        let light_paths = self.integrator.light_paths();
         let is_together = I::SIDE_BY_SIDE && !observer.is_sequential();
         if is_together {
             self.camera_rays
                 .estimate::<I, O>(scene, self.integrator, observer);
+            self.trace_light_paths(tile);
         }
         for packet in 0..self.camera_rays.indices().len() {
             let mut kept = ActiveLanes::NONE;
@@ -253,16 +260,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
                     self.camera_rays
                         .estimate_one(packet, lane, scene, integrator, observer, splats);
                 }
-                let is_own = tile.window.contains(self.pixel(packet, lane));
-                if E::LightPaths::ON
-                    && is_own
-                    && self.source.splats.is_some()
-                    && let Some(rules) = &light_paths
-                {
-                    let splats = &mut self.elsewhere;
-                    self.camera_rays
-                        .trace_light_paths(packet, lane, scene, rules, splats);
-                } else if !is_own {
+                if !tile.window.contains(self.pixel(packet, lane)) {
                     // Light paths are counted by the pixels of the tile.
                     self.elsewhere.splats.clear();
                 }
@@ -271,6 +269,29 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
             self.splat(tile, packet, kept);
         }
         self.camera_rays.clear();
+    }
+
+    /// Traces the light paths of all samples, which are estimated, and adds their splats to the film.
+    fn trace_light_paths(&mut self, tile: &Tile) {
+        let Some(splats) = self.source.splats.filter(|_| E::LightPaths::ON) else {
+            return;
+        };
+        if !self.integrator.light_paths().is_on() {
+            return;
+        }
+        let scene = self.source.rays.scene;
+        let found = &mut self.by_light_paths;
+        self.camera_rays
+            .trace_light_paths(scene, self.integrator, tile.window, found);
+        for (place, Splat { film, value }) in found.splats.drain(..) {
+            let (sample, [x, y]) = self.camera_rays.sample_of(place);
+            if value.is_finite() {
+                splats.add(self.source.rays.filter, sample, film, value);
+            } else {
+                let first = Some(NonFiniteSample { y, x, sample });
+                self.outcome.rejected.merge(Rejected { count: 1, first });
+            }
+        }
     }
 
     /// The pixel of a sample.

@@ -171,7 +171,7 @@ pub fn render(
         size,
     };
     let threads = Threads::new(settings.threads)?;
-    let (settings, _) = auto::settle(&view, &threads, settings, observer)?;
+    let settings = auto::settle(&view, &threads, settings, observer)?.settings;
     let mut rendered = Rendered::nothing(&settings, filter);
     resume(
         &view,
@@ -462,6 +462,7 @@ impl Run<'_> {
                     sampler: &sampler,
                 },
                 splats,
+                gains: None,
             },
             tiles,
             is_cancelled: &|| self.is_cancelled(),

@@ -16,7 +16,6 @@ use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::roulette::NoRoulette;
 use crate::light::types::{LightChoice, MapRule};
 use crate::planted::planted;
-use crate::scene::Scene;
 use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
 use serde::{Deserialize, Serialize};
@@ -68,18 +67,13 @@ impl SamplerKind {
 }
 
 /// The number of light paths for each camera path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub enum LightPathRule {
-    /// A number that follows from the scene.
+    /// A number that a pilot chooses for the scene.
+    #[default]
     Auto,
     /// This number.
     Share(LightPathShare),
-}
-
-impl Default for LightPathRule {
-    fn default() -> Self {
-        Self::Share(LightPathShare::None)
-    }
 }
 
 impl LightPathRule {
@@ -213,6 +207,8 @@ pub struct RenderSettings {
     pub max_bounces: Option<u32>,
     /// The rule of Russian roulette; `None` for the integrator's own.
     pub roulette: Option<Roulette>,
+    /// Whether a pilot chooses the weight window of `path` where no rule of roulette is named.
+    pub has_window_pilot: bool,
     /// The selection of lights; `None` for the integrator's own.
     pub light_choice: Option<LightChoice>,
     /// The number of light paths for each camera path of `path`.
@@ -238,7 +234,8 @@ pub struct RenderSettings {
 
 impl RenderSettings {
     /// The default settings for a whole image of this size and this many samples per pixel. The noise of pixels is
-    /// independent, as statistics over pixels require; the filter of a scene's render is splatted ([`Self::of_scene`]).
+    /// independent, as statistics over pixels require, and no pilot chooses anything: the filter of a scene's render is
+    /// splatted, and pilots choose its weight window and its light paths ([`Self::of_scene`]).
     pub fn new(size: (u32, u32), spp: u64) -> Self {
         Self {
             integrator: IntegratorKind::default(),
@@ -249,8 +246,9 @@ impl RenderSettings {
             layers: false,
             max_bounces: None,
             roulette: None,
+            has_window_pilot: false,
             light_choice: None,
-            light_paths: LightPathRule::default(),
+            light_paths: LightPathRule::Share(LightPathShare::None),
             filter_sampling: FilterSampling::Importance,
             occlusion_distance: None,
             cache_error: DEFAULT_CACHE_ERROR,
@@ -290,6 +288,7 @@ impl RenderSettings {
             filter_sampling: FilterSampling::default(),
             max_bounces: render.max_bounces,
             roulette,
+            has_window_pilot: true,
             light_paths: light_paths.unwrap_or_default(),
             occlusion_distance: render.occlusion_distance,
             cache_error: render.cache_error.unwrap_or(DEFAULT_CACHE_ERROR),
@@ -419,20 +418,13 @@ impl RenderSettings {
         }
     }
 
-    /// The number of light paths for each camera path by which `auto` is replaced in a scene: none where no shape throws
-    /// light, and none where the counts of camera paths differ.
-    pub fn settle_light_paths(&mut self, scene: &Scene) {
-        if self.light_paths == LightPathRule::Auto {
-            let may_pay = scene.throws_light()
-                && self.integrator == IntegratorKind::Path
-                && self.adaptive == Adaptive::Off
-                && self.most_bounces().is_none_or(|most| most > 1);
-            self.light_paths = LightPathRule::Share(if may_pay {
-                LightPathShare::Half
-            } else {
-                LightPathShare::None
-            });
+    /// The settings with a number of light paths in place of `auto`: with none, if none was chosen.
+    pub fn with_light_paths(&self, chosen: Option<LightPathShare>) -> Self {
+        let mut settings = self.clone();
+        if settings.light_paths == LightPathRule::Auto {
+            settings.light_paths = LightPathRule::Share(chosen.unwrap_or_default());
         }
+        settings
     }
 
     /// The effects that a render of a scene with these effects needs.

@@ -11,7 +11,7 @@ use crate::effects::{Effects, Switch};
 use crate::film::splats::{Splat, SplatList, Splats};
 use crate::film::splatted::SplattedSamples;
 use crate::film::{Tile, Window};
-use crate::integrator::light_paths::LightPathSplats;
+use crate::integrator::light_paths::{LightPathSplat, LightPathSplats};
 use crate::integrator::observer::{PathObserver, Unobserved};
 use crate::integrator::{Integrator, RayCounts};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
@@ -84,6 +84,8 @@ pub struct SampleSource<'a> {
     pub rays: CameraRaySource<'a>,
     /// The splats of the film, for light in other pixels.
     pub splats: Option<&'a Splats>,
+    /// The sums of the variance that light paths save, if they are wanted.
+    pub gains: Option<&'a Splats>,
 }
 
 impl SampleSource<'_> {
@@ -168,6 +170,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
             },
             by_light_paths: LightPathSplats {
                 reaches,
+                with_gains: source.gains.is_some(),
                 splats: Vec::new(),
             },
             outcome: Outcome::default(),
@@ -283,10 +286,15 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         let found = &mut self.by_light_paths;
         self.camera_rays
             .trace_light_paths(scene, self.integrator, tile.window, found);
-        for (place, Splat { film, value }) in found.splats.drain(..) {
-            let (sample, [x, y]) = self.camera_rays.sample_of(place);
+        for LightPathSplat { path, splat, gain } in found.splats.drain(..) {
+            let (sample, [x, y]) = self.camera_rays.sample_of(path);
+            let Splat { film, value } = splat;
             if value.is_finite() {
-                splats.add(self.source.rays.filter, sample, film, value);
+                let filter = self.source.rays.filter;
+                splats.add(filter, sample, film, value);
+                if let Some(gains) = self.source.gains.filter(|_| gain.is_finite()) {
+                    gains.add(filter, sample, film, gain);
+                }
             } else {
                 let first = Some(NonFiniteSample { y, x, sample });
                 self.outcome.rejected.merge(Rejected { count: 1, first });

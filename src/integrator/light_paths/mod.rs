@@ -20,6 +20,7 @@ pub mod source;
 pub mod weights;
 
 use crate::film::splats::Splat;
+use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::sampler::{Decision, Sampler};
 use serde::Serialize;
@@ -113,6 +114,19 @@ impl LightPaths {
 pub struct LightPathSplats<'a> {
     /// Whether a splat at a film position would count.
     pub reaches: &'a dyn Fn(Vec2) -> bool,
-    /// The splats, each with the index of its path in the wavefront.
-    pub splats: Vec<(u32, Splat)>,
+    /// Whether the gains of splats are wanted.
+    pub with_gains: bool,
+    /// The splats.
+    pub splats: Vec<LightPathSplat>,
+}
+
+/// A splat of a light path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightPathSplat {
+    /// The index of the path in the wavefront.
+    pub path: u32,
+    /// The splat.
+    pub splat: Splat,
+    /// The variance that the light path saves, in squares of the splat's unit; zero unless gains are wanted.
+    pub gain: Rgb,
 }

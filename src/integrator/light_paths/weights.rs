@@ -21,6 +21,9 @@
 
 use crate::sampling::mis::with_another;
 
+/// The second moment that stands for light which camera paths miss, where it would be infinite.
+const MISSED: f64 = 1e12;
+
 /// The densities of one end at a surface that scatters: of continuing in a direction, and the cosine of that direction
 /// with the geometric normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -99,6 +102,25 @@ impl LightRatios {
             with_another(1.0, by_scattering / of_camera),
             by_nee / of_camera,
         )
+    }
+
+    /// The second moment of the estimator of camera paths alone, minus that of the three strategies, in units of the squared
+    /// unweighted contribution of the light path.
+    ///
+    /// A path of contribution f, which the strategies find with the densities p_i and the weights w_i, adds the sum of
+    /// w_i^2 f^2 / p_i to the second moment. An estimate of its integral by light paths, which find the rare bright paths
+    /// often, does not suffer from what makes an estimate by camera paths unreliable.
+    #[inline]
+    pub fn gain(self, of_camera: f32) -> f32 {
+        let [a, b] = [self.by_scattering, self.by_nee].map(|ratio| f64::from(ratio / of_camera));
+        let (squares, cubes) = (a * a + b * b, a * a * a + b * b * b);
+        let without = if squares > 0.0 {
+            cubes / (squares * squares)
+        } else {
+            MISSED
+        };
+        let with = (1.0 + cubes) / ((1.0 + squares) * (1.0 + squares));
+        (without.min(MISSED) - with) as f32
     }
 }
 

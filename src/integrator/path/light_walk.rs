@@ -10,9 +10,9 @@
 use super::super::SampleLanes;
 use super::super::bidirectional::vertex::{Densities, Vertex, adjoint};
 use super::super::indirect::Indirect;
-use super::super::light_paths::LightPathSplats;
 use super::super::light_paths::source::LightPathSource;
 use super::super::light_paths::weights::{End, LightRatios, of_camera, passage};
+use super::super::light_paths::{LightPathSplat, LightPathSplats};
 use super::super::observer::Unobserved;
 use super::super::technique::TechniqueSource;
 use super::block::PathBlock;
@@ -262,6 +262,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let towards = towards_camera::<E>(scene, &seen, at, bsdfs, &to_lens);
         let lights = &mut *direct_light;
         lights.to_shadow = ActiveLanes::NONE;
+        let mut gains = [Rgb::BLACK; LANES];
         for lane in towards.lit.each() {
             let Some(start) = &starts[block.path[lane] as usize] else {
                 continue;
@@ -313,6 +314,11 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 continue;
             }
             store(&mut lights.contribution, lane, value);
+            if splats.with_gains {
+                let unweighted = value * (1.0 / ratios.weight(of_camera));
+                let gain = ratios.gain(of_camera);
+                gains[lane] = unweighted * unweighted * gain;
+            }
             let end = ShadowRayEnd::Point(lens);
             let ray = at.ray_to(&end, w, towards.goes_through.has(lane));
             lights.shadow.set(lane, &ray);
@@ -325,9 +331,11 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             if visible[lane] > 0.0 {
                 let value = load::<Rgb>(&lights.contribution, lane) * visible[lane];
                 let film = connections[lane].film.position;
-                splats
-                    .splats
-                    .push((block.path[lane], Splat { film, value }));
+                splats.splats.push(LightPathSplat {
+                    path: block.path[lane],
+                    splat: Splat { film, value },
+                    gain: gains[lane] * visible[lane],
+                });
             }
         }
     }

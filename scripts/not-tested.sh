@@ -3,7 +3,7 @@
 set -eu
 
 if [ -z "${ETENDUE_NIGHTLY:-}" ]; then
-    echo "not tested: the battery with obvhs-cwbvh, three in four of its cases with wrong numbers (make nightly)"
+    echo "not tested: three in four cases of the battery with the backends obvhs and obvhs-cwbvh (make nightly)"
 fi
 
 left_out() {

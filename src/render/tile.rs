@@ -7,57 +7,22 @@
 use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
 use super::dispatch::Dispatched;
 use super::pixel_block::PixelBlock;
+use super::tally::{NonFiniteSample, Rejected, Tally};
 use crate::effects::{Effects, Switch};
 use crate::film::splats::{Splat, SplatList, Splats};
 use crate::film::splatted::SplattedSamples;
 use crate::film::{Tile, Window};
+use crate::integrator::Integrator;
 use crate::integrator::light_paths::{LightPathSplat, LightPathSplats};
 use crate::integrator::observer::{PathObserver, Unobserved};
-use crate::integrator::{Integrator, RayCounts};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
-
-/// A sample that was not a finite number: enough to replay it with the render's seed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct NonFiniteSample {
-    /// The row of its pixel.
-    pub y: u32,
-    /// The column of its pixel.
-    pub x: u32,
-    /// The index of the sample.
-    pub sample: u64,
-}
-
-/// The samples that were not finite.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Rejected {
-    /// The number of them.
-    pub count: u64,
-    /// The first one in reading order.
-    pub first: Option<NonFiniteSample>,
-}
-
-impl Rejected {
-    /// Merges other rejected samples; the result does not depend on the order.
-    pub fn merge(&mut self, other: Self) {
-        self.count += other.count;
-        self.first = self.first.into_iter().chain(other.first).min();
-    }
-}
 
 /// More than the weight of a sample in any pixel.
 const LARGEST_WEIGHT: f32 = 16.0;
-
-/// The results of a tile's pass beside its sums.
-#[derive(Debug, Default)]
-pub struct Outcome {
-    pub rays: RayCounts,
-    pub rejected: Rejected,
-}
 
 /// The indices of the samples to be taken in a tile's pixels.
 #[derive(Debug, Clone)]
@@ -104,7 +69,7 @@ pub struct PassJob<'a> {
     /// Whether to begin no further tile.
     pub is_cancelled: &'a (dyn Fn() -> bool + Sync),
     /// Called after each tile, with the number of its samples.
-    pub tile_done: &'a (dyn Fn(Outcome, u64) + Sync),
+    pub tile_done: &'a (dyn Fn(Tally, u64) + Sync),
 }
 
 impl Dispatched for PassJob<'_> {
@@ -121,8 +86,8 @@ impl Dispatched for PassJob<'_> {
                 return;
             }
             let samples = sample_range.sample_count(tile);
-            let outcome = wavefront.tile(tile, sample_range, &mut Unobserved);
-            (self.tile_done)(outcome, samples);
+            let tally = wavefront.tile(tile, sample_range, &mut Unobserved);
+            (self.tile_done)(tally, samples);
         });
     }
 }
@@ -136,9 +101,9 @@ pub struct ObservedTileJob<'a, O: ?Sized> {
 }
 
 impl<O: PathObserver + ?Sized> Dispatched for ObservedTileJob<'_, O> {
-    type Output = Outcome;
+    type Output = Tally;
 
-    fn run<E: Effects, I: Integrator>(self, integrator: I) -> Outcome {
+    fn run<E: Effects, I: Integrator>(self, integrator: I) -> Tally {
         let reaches = |film| self.source.reaches(film);
         let mut wavefront = Wavefront::<E, I>::new(self.source, integrator, &reaches);
         wavefront.tile(self.tile, self.sample_range, self.observer)
@@ -154,7 +119,7 @@ struct Wavefront<'a, E: Effects, I> {
     elsewhere: SplatList<'a>,
     /// The splats of light paths beside the camera paths of the wavefront.
     by_light_paths: LightPathSplats<'a>,
-    outcome: Outcome,
+    tally: Tally,
 }
 
 impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
@@ -173,7 +138,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
                 with_gains: source.gains.is_some(),
                 splats: Vec::new(),
             },
-            outcome: Outcome::default(),
+            tally: Tally::default(),
         }
     }
 
@@ -183,7 +148,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         tile: &mut Tile,
         sample_range: SampleRange,
         observer: &mut O,
-    ) -> Outcome {
+    ) -> Tally {
         let sources = tile.sources();
         for block in PixelBlock::covering(sources) {
             self.add_block(tile, sources, block, &sample_range, observer);
@@ -201,7 +166,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
                 tile.counts = Some(ends);
             }
         }
-        std::mem::take(&mut self.outcome)
+        std::mem::take(&mut self.tally)
     }
 
     /// Takes the samples of the pixels of a block.
@@ -297,7 +262,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
                 }
             } else {
                 let first = Some(NonFiniteSample { y, x, sample });
-                self.outcome.rejected.merge(Rejected { count: 1, first });
+                self.tally.rejected.merge(Rejected { count: 1, first });
             }
         }
     }
@@ -359,11 +324,11 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
             }
         } else {
             let first = Some(NonFiniteSample { y, x, sample });
-            self.outcome.rejected.merge(Rejected { count: 1, first });
+            self.tally.rejected.merge(Rejected { count: 1, first });
         }
         elsewhere.clear();
         let rays = self.camera_rays.samples(packet).estimate(lane).rays;
-        self.outcome.rays += rays;
+        self.tally.rays += rays;
         if let Some(of_pixels) = &mut tile.rays {
             of_pixels[tile.window.index([x, y])] += rays.total();
         }

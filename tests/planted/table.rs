@@ -168,7 +168,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "compensated-alone",
         "light sampling without a weight leaves out what is darker than the mean of an environment map",
-        "lib::render::settings::tests::only_path_compensates_the_density_of_environment_maps",
+        "lib::render::settings::rules::tests::only_path_compensates_the_density_of_environment_maps",
     ),
     bug(
         "choice-left-out-of-pdf",

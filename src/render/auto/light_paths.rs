@@ -20,6 +20,7 @@ use super::super::dispatch;
 use super::super::settings::{Adaptive, Budget, LightPathRule, RenderSettings, SamplerKind};
 use super::super::tile::{PassJob, SampleRange, SampleSource};
 use super::super::{RenderInput, RenderObserver, Threads};
+use crate::effects::Effect;
 use crate::error::Result;
 use crate::film::batches::BATCHES;
 use crate::film::filter::{Filter, FilterDescription, FilterKind, FilterSampling};
@@ -70,6 +71,9 @@ pub fn choose(
         && view.scene.throws_light()
         && settings.integrator == IntegratorKind::Path
         && settings.adaptive == Adaptive::Off
+        && settings
+            .kernel
+            .is_none_or(|kernel| kernel.effects().has(Effect::LightPaths))
         && settings.most_bounces().is_none_or(|most| most > 1);
     if !may_pay {
         return Ok(None);

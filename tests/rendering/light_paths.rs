@@ -184,6 +184,7 @@ fn a_pilot_takes_light_paths_where_they_pay() {
         for seed in 1..4 {
             let mut options = RenderOptions::samples(4);
             options.seed = Some(seed);
+            options.light_paths = Some(LightPathRule::Auto);
             let (_, rendering) = begun(name, &options);
             let choice = rendering.light_paths().expect("it took a pilot");
             let ratio = choice.ratio;
@@ -195,7 +196,9 @@ fn a_pilot_takes_light_paths_where_they_pay() {
         }
     }
     // There is nothing that throws light.
-    let (_, rendering) = begun("cornell-box", &RenderOptions::samples(4));
+    let mut options = RenderOptions::samples(4);
+    options.light_paths = Some(LightPathRule::Auto);
+    let (_, rendering) = begun("cornell-box", &options);
     assert_eq!(rendering.light_paths(), None);
 }
 

@@ -20,7 +20,6 @@ use super::super::dispatch;
 use super::super::settings::{Adaptive, Budget, LightPathRule, RenderSettings, SamplerKind};
 use super::super::tile::{PassJob, SampleRange, SampleSource};
 use super::super::{RenderInput, RenderObserver, Threads};
-use crate::effects::Effect;
 use crate::error::Result;
 use crate::film::batches::BATCHES;
 use crate::film::filter::{Filter, FilterDescription, FilterKind, FilterSampling};
@@ -29,7 +28,7 @@ use crate::film::{Film, Window};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
 use crate::math::plane::Plane;
-use crate::sampler::{Batches, hash};
+use crate::sampler::Batches;
 use serde::Serialize;
 
 /// The approximate number of pixels of the pilot's image.
@@ -38,7 +37,7 @@ const PIXELS: f64 = 1600.0;
 /// Its samples per pixel.
 const SPP: u64 = 32;
 
-/// The offset of the pilot's seed, which is combined with the seed of the image.
+/// The seed of the pilot.
 const SEED: u64 = 0x6c69_6768_7400;
 
 /// The number of light paths for each camera path where they pay. In the scenes of docs/hard-light.md it is nowhere worse
@@ -71,9 +70,6 @@ pub fn choose(
         && view.scene.throws_light()
         && settings.integrator == IntegratorKind::Path
         && settings.adaptive == Adaptive::Off
-        && settings
-            .kernel
-            .is_none_or(|kernel| kernel.effects().has(Effect::LightPaths))
         && settings.most_bounces().is_none_or(|most| most > 1);
     if !may_pay {
         return Ok(None);
@@ -86,7 +82,8 @@ pub fn choose(
         height,
     };
     let pilot = RenderSettings {
-        seed: hash::combine(settings.seed, SEED),
+        // Shards and renders with other seeds have to choose alike.
+        seed: SEED,
         // Variances of single samples add up.
         sampler: SamplerKind::Independent,
         budget: Budget::samples(SPP),

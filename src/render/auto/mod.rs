@@ -11,7 +11,6 @@
 mod light_paths;
 mod pilot;
 mod rule;
-mod window;
 
 use super::settings::Adaptive;
 use super::settings::{Budget, RenderSettings};
@@ -145,11 +144,8 @@ pub fn settle(
     } else {
         light_paths::choose(view, threads, settings, observer)?
     };
-    let mut settled = settled.with_light_paths(light_paths.map(|choice| choice.share));
-    let window = window::choose(view, threads, &settled, observer)?;
-    settled.roulette = settled.roulette.or(window);
     Ok(Settled {
-        settings: settled,
+        settings: settled.with_light_paths(light_paths.map(|choice| choice.share)),
         recommendation,
         light_paths,
     })

@@ -35,13 +35,18 @@ impl SamplerKind {
 }
 
 /// The number of light paths for each camera path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum LightPathRule {
     /// A number that a pilot chooses for the scene.
-    #[default]
     Auto,
     /// This number.
     Share(LightPathShare),
+}
+
+impl Default for LightPathRule {
+    fn default() -> Self {
+        Self::Share(LightPathShare::None)
+    }
 }
 
 impl LightPathRule {

@@ -143,7 +143,8 @@ impl Splats {
 
     /// Adds a splat of the sample with this index. May be called by several threads at once.
     pub fn add(&self, filter: &Filter, sample: u64, film: Vec2, value: Rgb) {
-        let film = planted!("splats-half-a-pixel-off", film + Vec2::splat(0.5), film);
+        let shift = planted!("splats-half-a-pixel-off", 0.5, 0.0);
+        let film = film + Vec2::splat(shift);
         let offset = |film: f32, pixel: u32| f64::from(film) - (f64::from(pixel) + 0.5);
         let columns = covering(filter, film.x, self.window.x, self.window.width);
         let first = (columns.start - self.window.x) as usize;

@@ -599,7 +599,8 @@ vectorised! {
             let at: Interaction<E, LaneVec3> = at.get(lane);
             let along: LaneVec3 = load(w, lane);
             let f: Rgb<LaneVec3> = load(&towards.factor, lane);
-            let cos = to_light[2][lane].abs();
+            let light: LaneVec3 = load(to_light, lane);
+            let cos = light.z.abs();
             let factor = f * (cos * adjoint(&at, along, at.wo));
             let is_lit = towards.lit.has(lane) & at.agrees(along, false) & !factor.is_black();
             store(&mut towards.factor, lane, factor);

@@ -6,12 +6,9 @@ use etendue::internals::accel::Backend;
 use etendue::internals::integrator::roulette::{Roulette, WeightWindow};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::DVec3;
-use etendue::internals::render::options::RenderOptions;
 use etendue::internals::scene::description::{
     ColourDescription, GeometryDescription, MaterialModel, SceneDescription,
 };
-use etendue::internals::scene::load::load;
-use etendue::internals::session::{Session, tracing};
 
 /// A floor with a highlight, and a lamp in its mirror direction.
 fn highlight() -> SceneDescription {

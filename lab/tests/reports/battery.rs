@@ -1,5 +1,6 @@
 //! Runs the battery of hard cases on every backend, and tests that the battery detects errors.
 
+use crate::common::nightly::is_nightly;
 use etendue::internals::accel::Backend;
 use etendue_lab::battery::case::{Case, Effort, Trial};
 use etendue_lab::battery::claim::{Claim, Relation};
@@ -40,11 +41,6 @@ fn line(case: &CaseReport) -> String {
         case.seconds,
         case.failure.as_deref().unwrap_or(""),
     )
-}
-
-/// Whether `make nightly` runs, which has more time.
-fn is_nightly() -> bool {
-    std::env::var_os("ETENDUE_NIGHTLY").is_some()
 }
 
 /// The measurements of all cases on the default backend, which two tests share.

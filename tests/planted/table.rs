@@ -416,6 +416,11 @@ pub const PLANTED: &[Planted] = &[
         "rendering::light_paths::they_agree_with_path_in_every_part_of_six_scenes",
     ),
     bug(
+        "light-paths-thinned-as-radiance",
+        "light paths are refracted by the factor of radiance, without eta squared",
+        "rendering::light_paths::a_wall_within_glass_is_the_same_for_light_paths",
+    ),
+    bug(
         "light-paths-counted-per-pixel",
         "camera paths are weighed as if all light paths were their own pixel's",
         "rendering::light_paths::they_agree_with_path_in_every_part_of_six_scenes",

@@ -36,6 +36,14 @@ pub fn run(
     watch.begin("preparing the scene");
     let options = settings.variants.iter().map(|variant| variant.options);
     let prepared = PreparedScene::new(description, [settings.options].into_iter().chain(options))?;
+    let mut settings = settings.clone();
+    for variant in &mut settings.variants {
+        let Variant {
+            settings, options, ..
+        } = variant;
+        *settings = prepared.settle(settings, *options, &watch)?.settings;
+    }
+    let settings = &settings;
     let mut study = Study {
         description: description.clone(),
         settings,

@@ -216,4 +216,30 @@ mod tests {
             assert!((sum - 1.0).abs() < 1e-4, "{path}: {sum}");
         }
     }
+
+    /// The gain is the difference of the second moments by their definition, sum of w_i^2 / p_i, with p_t = 1.
+    #[test]
+    fn the_gain_is_the_second_moment_that_light_paths_save() {
+        let seed = &mut 11;
+        for _ in 0..10_000 {
+            let [a, b, of_camera] = [0; 3].map(|_| 1.0 / number(seed) - 1.0 + number(seed));
+            let ratios = LightRatios {
+                by_scattering: a,
+                by_nee: b,
+            };
+            let p = [f64::from(a / of_camera), f64::from(b / of_camera), 1.0];
+            let moment = |p: &[f64]| {
+                let squares: f64 = p.iter().map(|p| p * p).sum();
+                p.iter().map(|p| (p * p / squares).powi(2) / p).sum::<f64>()
+            };
+            let expected = moment(&p[..2]) - moment(&p);
+            let gain = f64::from(ratios.gain(of_camera));
+            assert!((gain - expected).abs() < 1e-5 * moment(&p[..2]).max(1.0));
+        }
+        let missed = LightRatios {
+            by_scattering: 0.0,
+            by_nee: 0.0,
+        };
+        assert!(missed.gain(1.0) > 1e11);
+    }
 }

@@ -71,14 +71,16 @@ fn every_case_passes_on_the_default_backend() {
     assert_passed(all_measured(), cases(Effort::Quick).len());
 }
 
-/// Every fourth case, beginning with another one for each backend, and in `make nightly` every case. What differs from one
-/// backend to the next, the hits of rays, is tested in `tests/tracing/` on all of them.
+/// Every fourth case, beginning with another one for each backend, without those of Markov chains, which take most of the time;
+/// and in `make nightly` every case. The hits of rays, which differ from one backend to the next, are tested in `tests/tracing/`
+/// on all of them.
 #[test]
 fn cases_pass_on_every_other_backend() {
     let step = if is_nightly() { 1 } else { 4 };
     for (index, &backend) in Backend::ALL.iter().enumerate().skip(1) {
         let cases = cases(Effort::Quick).into_iter();
-        let some: Vec<Case> = cases.skip(index % step).step_by(step).collect();
+        let mut some: Vec<Case> = cases.skip(index % step).step_by(step).collect();
+        some.retain(|case| is_nightly() || !case.name.ends_with("by mlt"));
         assert_passed(&quick(&some, backend), some.len());
     }
 }

@@ -17,9 +17,10 @@ fn prefix() -> &'static Path {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let install = Command::new("make")
             .current_dir(in_repository(""))
-            // Built together with a test, the dependencies have the same features as in tests and are not built again.
+            // Built for the whole workspace and together with a test, every package has the same features as for
+            // `cargo test --workspace`, and none is built again.
             .args(["install", "PROFILE=test"])
-            .arg("CARGO_FLAGS=--lib --bins --test command")
+            .arg("CARGO_FLAGS=--workspace --lib --bins --test command")
             .arg(format!("CARGO={}", env!("CARGO")))
             .arg(format!("PREFIX={}", folder.path().display()))
             .env("CARGO_TARGET_DIR", target_folder())

@@ -61,19 +61,19 @@ fn plain(
 
 /// Integrating spheres: all path lengths contribute, with different strategies but the same mean.
 fn integrating_spheres() -> Vec<Case> {
-    let look = Look {
-        spp: 1 << 9,
-        max_bounces: None,
-        roulette: Roulette::Throughput,
-    };
     let what = "integrating sphere of albedo 0.5, with roulette,";
-    let case = |(kind, power)| {
+    let case = |(kind, power, spp)| {
         let scene = integrating_sphere(1.0, 0.5);
+        let look = Look {
+            spp,
+            max_bounces: None,
+            roulette: Roulette::Throughput,
+        };
         plain((48, what), kind, Claim::mean(1.0, power), scene, look)
     };
     let limits = [
-        (IntegratorKind::Bidirectional, 1e-3),
-        (IntegratorKind::Metropolis, 2e-3),
+        (IntegratorKind::Bidirectional, 1e-3, 1 << 9),
+        (IntegratorKind::Metropolis, 2e-3, 1 << 6),
     ];
     limits.map(case).into()
 }
@@ -94,7 +94,7 @@ fn roulette() -> Vec<Case> {
     let ways = [
         (Roulette::Throughput, IntegratorKind::Bidirectional, 1 << 6),
         (Roulette::Albedo, IntegratorKind::Bidirectional, 1 << 6),
-        (Roulette::Throughput, IntegratorKind::Metropolis, 1 << 9),
+        (Roulette::Throughput, IntegratorKind::Metropolis, 1 << 6),
     ];
     let case = |(roulette, kind, spp): (Roulette, IntegratorKind, u64)| {
         let (by, kind_name) = (roulette, kind.name());
@@ -121,13 +121,13 @@ fn lengths() -> Vec<Case> {
         for depth in [0, 1, 2, 3] {
             let what = format!("grey room to depth {depth}");
             let claim = Claim::mean(series(0.5, Some(depth)), 2e-3);
-            let look = bounces(depth, 1 << 7);
+            let look = bounces(depth, 1 << 6);
             cases.push(plain((52, &what), kind, claim, room(0.5), look));
         }
         let (scene, exact) = floor_under_a_lamp();
         let claim = Claim::mean(exact, 2e-3);
         let what = "floor under a lamp";
-        cases.push(plain((52, what), kind, claim, scene, bounces(1, 1 << 7)));
+        cases.push(plain((52, what), kind, claim, scene, bounces(1, 1 << 6)));
     }
     cases
 }

@@ -1,5 +1,6 @@
 //! Runs the battery of hard cases on every backend, and tests that the battery detects errors.
 
+use crate::common::nightly::is_nightly;
 use etendue::internals::accel::Backend;
 use etendue_lab::battery::case::{Case, Effort, Trial};
 use etendue_lab::battery::claim::{Claim, Relation};
@@ -42,11 +43,6 @@ fn line(case: &CaseReport) -> String {
     )
 }
 
-/// Whether `make nightly` runs, which has more time.
-fn is_nightly() -> bool {
-    std::env::var_os("ETENDUE_NIGHTLY").is_some()
-}
-
 /// The measurements of all cases on the default backend, which two tests share.
 fn all_measured() -> &'static BatteryReport {
     static REPORT: OnceLock<BatteryReport> = OnceLock::new();
@@ -75,14 +71,16 @@ fn every_case_passes_on_the_default_backend() {
     assert_passed(all_measured(), cases(Effort::Quick).len());
 }
 
-/// Every fourth case, beginning with another one for each backend, and in `make nightly` every case. What differs from one
-/// backend to the next, the hits of rays, is tested in `tests/tracing/` on all of them.
+/// Every fourth case, beginning with another one for each backend, without those of Markov chains, which take most of the time;
+/// and in `make nightly` every case. The hits of rays, which differ from one backend to the next, are tested in `tests/tracing/`
+/// on all of them.
 #[test]
 fn cases_pass_on_every_other_backend() {
     let step = if is_nightly() { 1 } else { 4 };
     for (index, &backend) in Backend::ALL.iter().enumerate().skip(1) {
         let cases = cases(Effort::Quick).into_iter();
-        let some: Vec<Case> = cases.skip(index % step).step_by(step).collect();
+        let mut some: Vec<Case> = cases.skip(index % step).step_by(step).collect();
+        some.retain(|case| is_nightly() || !case.name.ends_with("by mlt"));
         assert_passed(&quick(&some, backend), some.len());
     }
 }

@@ -219,7 +219,7 @@ mod tests {
     fn an_image_is_as_large_as_the_time_allows_within_bounds() {
         let own = (640, 480);
         assert_eq!(costs(1e-4).fitting_size(own, 10.0), own);
-        let (width, height) = costs(1e-3).fitting_size(own, 10.0);
+        let (width, height) = costs(2e-3).fitting_size(own, 10.0);
         assert!((150..640).contains(&width), "{width}");
         // The proportions stay, to a pixel.
         let expected = f64::from(width) * 480.0 / 640.0;

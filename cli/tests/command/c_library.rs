@@ -109,7 +109,7 @@ fn a_client_in_c_renders_what_the_command_does_and_everything_else() {
     assert!(says.contains("all is well"));
     succeed(
         &folder,
-        "render small.toml --spp 4 --seed 7 --sampler independent -q -o command.pfm",
+        "render small.toml --spp 4 --seed 7 --sampler independent --light-paths off -q -o command.pfm",
     );
     assert_same_files(&folder, "client.pfm", "command.pfm");
 }

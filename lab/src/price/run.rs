@@ -15,10 +15,12 @@ use crate::study::prepared_scene::PreparedScene;
 use crate::study::reference::References;
 use crate::study::settings::StudyObserver;
 use crate::study::summary::TARGETS;
+use crate::study::variance::OF_CAMERA_PATHS;
 use crate::study::variant::Variant;
 use etendue::internals::accel::{AccelOptions, Precision};
 use etendue::internals::film::Doubt;
 use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::render::convergence::Look;
 use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
 use etendue::internals::render::{CONFIDENCE, RenderObserver, Rendered, render};
@@ -254,10 +256,12 @@ impl Price<'_> {
         let seed = combine(self.base.seed, 3);
         let found = culprits(small, self.description, &variant, &references, (spp, seed));
         let integrator = self.base.integrator;
-        if self.base.splats() || integrator == IntegratorKind::IrradianceCache {
+        if integrator.splats() || integrator == IntegratorKind::IrradianceCache {
             let name = integrator.name();
             let note = format!("{name} does not tell which paths its error comes from");
             self.report.notes.push(note);
+        } else if self.base.light_path_share() != LightPathShare::None {
+            self.report.notes.push(OF_CAMERA_PATHS.to_owned());
         }
         self.report.culprits = found;
         Ok((!self.watch.is_cancelled()).then_some(()))

@@ -11,6 +11,7 @@
 mod light_paths;
 mod pilot;
 mod rule;
+mod window;
 
 use super::settings::Adaptive;
 use super::settings::{Budget, RenderSettings};
@@ -125,7 +126,8 @@ pub struct Settled {
     pub light_paths: Option<LightPathChoice>,
 }
 
-/// Replaces `auto` in settings by an integrator and a number of light paths.
+/// Replaces `auto` in settings by an integrator and a number of light paths, and chooses the weight window of `path` if they
+/// leave it to a pilot.
 ///
 /// # Errors
 /// The errors of [`recommend`].
@@ -144,8 +146,11 @@ pub fn settle(
     } else {
         light_paths::choose(view, threads, settings, observer)?
     };
+    let mut settled = settled.with_light_paths(light_paths.map(|choice| choice.share));
+    let window = window::choose(view, threads, &settled, observer)?;
+    settled.roulette = settled.roulette.or(window);
     Ok(Settled {
-        settings: settled.with_light_paths(light_paths.map(|choice| choice.share)),
+        settings: settled,
         recommendation,
         light_paths,
     })

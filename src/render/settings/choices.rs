@@ -35,18 +35,13 @@ impl SamplerKind {
 }
 
 /// The number of light paths for each camera path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub enum LightPathRule {
     /// A number that a pilot chooses for the scene.
+    #[default]
     Auto,
     /// This number.
     Share(LightPathShare),
-}
-
-impl Default for LightPathRule {
-    fn default() -> Self {
-        Self::Share(LightPathShare::None)
-    }
 }
 
 impl LightPathRule {

@@ -48,6 +48,9 @@ pub struct RenderSettings {
     pub max_bounces: Option<u32>,
     /// The rule of Russian roulette; `None` for the integrator's own.
     pub roulette: Option<Roulette>,
+    /// Whether a pilot chooses the weight window of `path` where no rule of roulette is named.
+    #[serde(skip)]
+    pub has_window_pilot: bool,
     /// The selection of lights; `None` for the integrator's own.
     pub light_choice: Option<LightChoice>,
     /// The number of light paths for each camera path of `path`.
@@ -73,7 +76,8 @@ pub struct RenderSettings {
 
 impl RenderSettings {
     /// The default settings for a whole image of this size and this many samples per pixel. The noise of pixels is
-    /// independent, as statistics over pixels require; the filter of a scene's render is splatted ([`Self::of_scene`]).
+    /// independent, as statistics over pixels require, and no pilot chooses anything: the filter of a scene's render is
+    /// splatted, and pilots choose its weight window and its light paths ([`Self::of_scene`]).
     pub fn new(size: (u32, u32), spp: u64) -> Self {
         Self {
             integrator: IntegratorKind::default(),
@@ -84,6 +88,7 @@ impl RenderSettings {
             layers: false,
             max_bounces: None,
             roulette: None,
+            has_window_pilot: false,
             light_choice: None,
             light_paths: LightPathRule::Share(LightPathShare::None),
             filter_sampling: FilterSampling::Importance,

@@ -44,6 +44,7 @@ impl RenderSettings {
             filter_sampling: FilterSampling::default(),
             max_bounces: render.max_bounces,
             roulette,
+            has_window_pilot: true,
             light_paths: light_paths.unwrap_or_default(),
             occlusion_distance: render.occlusion_distance,
             cache_error: render.cache_error.unwrap_or(DEFAULT_CACHE_ERROR),

@@ -388,7 +388,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "splats-half-a-pixel-off",
         "a splat is weighed by the filter about a pixel's corner",
-        "lib::film::splats::tests::every_filter_keeps_the_amount_of_light",
+        "lib::film::splats::tests::a_box_gives_each_splat_to_the_pixel_that_it_lies_in",
     ),
     bug(
         "a-weight-is-missing",

@@ -85,8 +85,8 @@ impl Doubt {
 }
 
 /// The relative bias of the squared error that smoothing and extrapolation may cause: the greatest in the gallery's
-/// images is 3 %.
-pub(crate) const MODEL_ERROR: f64 = 0.03;
+/// images is 8 % (four-lights at 64 spp, at the edges of lamps).
+pub(crate) const MODEL_ERROR: f64 = 0.08;
 
 /// The least value of the bound: radiance is computed in single precision, whose rounding does not appear as noise.
 const ROUNDING: f64 = 1e-6;
@@ -185,9 +185,7 @@ impl RelativeVariances {
                 (bright, share) = (place, 1.0 - rest / mse);
             }
         }
-        // The pixels left out may have dominated the extrapolation, which otherwise reduces the error.
-        let of_others = self.extrapolation.min(1.0) / self.extrapolation;
-        let at_least = (of_others * best).sqrt();
+        let at_least = best.sqrt();
         let are_few = bright as f64 <= MOST_PIXELS * self.count() as f64;
         if is_unresolved && are_few {
             Some(Doubt::FewPixels {
@@ -261,7 +259,7 @@ mod tests {
     #[test]
     fn what_is_said_is_true_and_the_bound_holds() {
         // Of 60 bounds that hold with 95 %, fewer than 52 do with probability 2e-3; ours hold more often.
-        for (samples, tolerance) in [(16, 0.1), (64, 0.04), (256, 0.04)] {
+        for (samples, tolerance) in [(16, 0.12), (64, 0.04), (256, 0.04)] {
             let (ratio, held) = told(noisy, samples);
             println!("noisy, {samples}: {ratio:.3}, {held} of 60");
             assert!((ratio - 1.0).abs() < tolerance, "{samples}: {ratio}");
@@ -293,6 +291,25 @@ mod tests {
             let error = film.error(0.95).expect("it has samples");
             assert!(error.largest_sample < 1.0, "{error:?}");
             assert_eq!(error.doubt, None);
+        }
+    }
+
+    #[test]
+    fn a_dark_batch_at_the_edge_of_a_lamp_hides_no_error() {
+        // One in four samples of column 10 meets a lamp: of its 192 batches of 16 samples, two miss it in the mean.
+        let is_edge = |pixel: usize| pixel % SIZE.0 as usize == 10;
+        let truth = |pixel: usize| if is_edge(pixel) { 251.0 } else { 1.0 };
+        let edge = |pixel: usize, numbers: &mut Numbers| match is_edge(pixel) {
+            true if numbers.uniform() < 0.25 => 1001.0,
+            _ => 1.0 + 0.1 * numbers.normal(),
+        };
+        for seed in 0..10 {
+            let film = film(SIZE, 64, seed, edge);
+            let error = film.error(0.95).expect("it has samples");
+            let exact = true_error(&film, truth);
+            let ratio = error.rel_rmse / exact;
+            println!("{seed}: {ratio:.3}");
+            assert!((0.7..1.6).contains(&ratio), "{error:?} of {exact}");
         }
     }
 

@@ -5,8 +5,10 @@
 //!
 //! with v_half the variance of the pixel's mean, estimated from the two batches of one half, and r_other the image of
 //! the other half, smoothed according to its own noise (`local_truth.rs`). The noise left in r_other makes E too
-//! large. Q is the estimate with r from one batch of the other half instead of two: twice the noise, nearly twice the
-//! bias. E^2 / Q is free of this bias to first order (Richardson's extrapolation).
+//! large. With a = 1 / (r_other^2 + eps_other) and b the mean of such reciprocals with r from one batch of the other half,
+//! which has twice the noise and to first order twice the bias, a^2 / b is free of this bias to first order (Richardson's
+//! extrapolation of the logarithm). It is taken for each pixel: taken of the sums over the image, one dark batch at a
+//! lamp's edge, whose b is many times a, would scale the terms of all pixels.
 //!
 //! Measure: relative variances, without unit.
 //! Range: films with a sample in each batch of every pixel, neither half of which is black.
@@ -35,8 +37,6 @@ pub(super) struct RelativeVariances {
     reach: usize,
     /// Means over the channels: the variance by the even batches, and by the odd ones.
     halves: [Vec<f64>; 2],
-    /// The factor E / Q, which removes the bias from noise in the denominators.
-    pub(super) extrapolation: f64,
     /// The largest term of relMSE that a single sample could account for.
     pub(super) largest_sample: f64,
 }
@@ -72,19 +72,10 @@ impl RelativeVariances {
             mean(|channel| &channel.halves[1]),
         ];
         let largest = mean(|channel| &channel.largest_sample);
-        let of_quarters: f64 = channels.iter().map(|channel| channel.of_quarters).sum();
-        // The sum is over three channels, two halves and two batches of each.
-        let of_quarters = of_quarters / (12 * count) as f64;
-        let of_halves = 0.5 * (sum(&halves[0]) + sum(&halves[1])) / count as f64;
         Some(Self {
             width,
             reach,
             halves,
-            extrapolation: if of_quarters > 0.0 {
-                of_halves / of_quarters
-            } else {
-                1.0
-            },
             largest_sample: largest.into_iter().fold(0.0, f64::max) / count as f64,
         })
     }
@@ -97,7 +88,7 @@ impl RelativeVariances {
     /// The estimate of relMSE.
     pub(super) fn mean(&self) -> f64 {
         let both = 0.5 * (sum(&self.halves[0]) + sum(&self.halves[1]));
-        self.extrapolation * both / self.count() as f64
+        both / self.count() as f64
     }
 
     /// The term of each block in the difference between the halves' estimates.
@@ -122,13 +113,13 @@ impl RelativeVariances {
     /// The term of a pixel in the difference between the halves' estimates.
     pub(super) fn difference(&self, index: usize) -> f64 {
         let [even, odd] = [self.halves[0][index], self.halves[1][index]];
-        self.extrapolation * (even - odd) / self.count() as f64
+        (even - odd) / self.count() as f64
     }
 
     /// The term of a pixel in the estimate of relMSE.
     pub(super) fn part(&self, index: usize) -> f64 {
         let both = self.halves[0][index] + self.halves[1][index];
-        0.5 * self.extrapolation * both / self.count() as f64
+        0.5 * both / self.count() as f64
     }
 }
 
@@ -136,8 +127,6 @@ impl RelativeVariances {
 struct ChannelTerms {
     /// The relative variance of each pixel's mean, by either half.
     halves: [Vec<f64>; 2],
-    /// The sum of these with the truth from one batch, over all pixels, halves and batches.
-    of_quarters: f64,
     /// The squared contribution of each pixel's largest sample, relative to the least truth that the pixel would have
     /// without it, summed over the pixels that the sample may contribute to.
     largest_sample: Vec<f64>,
@@ -146,16 +135,14 @@ struct ChannelTerms {
 impl ChannelTerms {
     /// Computes the terms of a channel, given epsilon for either half and the reach of a sample.
     fn of(channel: &Channel, epsilons: [f32; 2], reach: usize) -> Self {
-        let mut of_quarters = 0.0;
         let halves = Half::ALL.map(|half| {
             let other = planted!("denominator-of-the-same-half", half, half.other());
-            let epsilon = epsilons[other as usize];
-            let variance = &channel.variances[half as usize];
-            let (of_half, of_batches) = channel.truths(other);
-            for truth in of_batches {
-                of_quarters += relative(variance, &truth, epsilon).sum::<f64>();
-            }
-            relative(variance, &of_half, epsilon).collect()
+            let reciprocals = channel.reciprocals(other, epsilons[other as usize]);
+            let terms = channel.variances[half as usize].values.iter();
+            let terms = terms.zip(&reciprocals.values);
+            terms
+                .map(|(variance, reciprocal)| f64::from(variance * reciprocal))
+                .collect()
         });
         let epsilon = 0.5 * (epsilons[0] + epsilons[1]);
         let near = channel.whole_truth().box_min(1);
@@ -169,7 +156,6 @@ impl ChannelTerms {
         let largest = largest.box_mean(reach).values.into_iter();
         Self {
             halves,
-            of_quarters,
             largest_sample: largest.map(|term| pixels * f64::from(term)).collect(),
         }
     }
@@ -234,15 +220,20 @@ impl Channel {
         })
     }
 
-    /// The estimate of the truth from a half, and from each of its two batches.
-    fn truths(&self, half: Half) -> (Plane, [Plane; 2]) {
+    /// The reciprocal of the squared truth plus epsilon, estimated from a half without the bias from its noise.
+    fn reciprocals(&self, half: Half, epsilon: f32) -> Plane {
         let smoothed = &self.halves[half as usize];
         let of_half = local_truth(&smoothed.picture, smoothed, 1.0);
         // A batch has half of the samples, so twice the variance.
         let of_batches = half
             .batches()
             .map(|batch| local_truth(&self.batches[batch], smoothed, 2.0));
-        (of_half, of_batches)
+        let reciprocal =
+            |truth: &Plane, i: usize| (truth.values[i] * truth.values[i] + epsilon).recip();
+        of_half.like(|i| {
+            let [a, b] = of_batches.each_ref().map(|truth| reciprocal(truth, i));
+            reciprocal(&of_half, i).powi(2) / (0.5 * (a + b))
+        })
     }
 
     /// The estimate of the truth from all batches.

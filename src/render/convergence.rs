@@ -292,8 +292,8 @@ mod tests {
     fn a_bound_comes_nearer_to_the_error_as_that_is_known_better() {
         let looks = [look(64.0, 0.1, 0.4)];
         let forecast = Forecast::new(&looks, 8_000_000, 0.95, false).expect("a look");
-        let margin = |n: f64| forecast.bound(n) / forecast.error(n);
-        assert!(margin(64.0) > 1.29 && margin(6400.0) < 1.05);
+        let margin = |n: f64| (forecast.bound(n) / forecast.error(n)).powi(2) - 1.0 - MODEL_ERROR;
+        assert!(margin(64.0) > 0.65 && margin(6400.0) < 0.07);
         // A single bright sample widens the bound, and less as others join it.
         let mut bright = looks;
         bright[0].largest_sample = 2.0;

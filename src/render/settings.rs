@@ -13,6 +13,7 @@ use crate::film::footprint::Footprint;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
+use crate::integrator::reuse::Reuse;
 use crate::integrator::roulette::NoRoulette;
 use crate::light::types::{LightChoice, MapRule};
 use crate::planted::planted;
@@ -217,6 +218,8 @@ pub struct RenderSettings {
     pub light_choice: Option<LightChoice>,
     /// The number of light paths for each camera path of `path`.
     pub light_paths: LightPathRule,
+    /// The number of pixels that share their paths, in renders by `path`: see [`Self::reuse`].
+    pub reuse: Reuse,
     /// The estimator of the filter, where both are possible: see [`Self::reach`].
     pub filter_sampling: FilterSampling,
     /// The largest distance of occlusion for ambient occlusion, in world units; `None` for any distance.
@@ -251,6 +254,7 @@ impl RenderSettings {
             roulette: None,
             light_choice: None,
             light_paths: LightPathRule::default(),
+            reuse: Reuse::default(),
             filter_sampling: FilterSampling::Importance,
             occlusion_distance: None,
             cache_error: DEFAULT_CACHE_ERROR,
@@ -281,6 +285,8 @@ impl RenderSettings {
         let roulette = roulette_of(description)?;
         let rules = LightPathRule::ALL.iter().map(|&rule| (rule.name(), rule));
         let light_paths = chosen(description, "light_paths", &render.light_paths, rules)?;
+        let reuses = Reuse::ALL.iter().map(|&reuse| (reuse.name(), reuse));
+        let reuse = chosen(description, "reuse", &render.reuse, reuses)?;
         let spp = render.spp.unwrap_or(DEFAULT_SPP);
         Ok(Self {
             integrator: integrator.unwrap_or_default(),
@@ -291,6 +297,7 @@ impl RenderSettings {
             max_bounces: render.max_bounces,
             roulette,
             light_paths: light_paths.unwrap_or_default(),
+            reuse: reuse.unwrap_or_default(),
             occlusion_distance: render.occlusion_distance,
             cache_error: render.cache_error.unwrap_or(DEFAULT_CACHE_ERROR),
             ..Self::new(description.film.size, spp)
@@ -435,12 +442,23 @@ impl RenderSettings {
         }
     }
 
+    /// The number of pixels that share their paths: one but by `path` with equal sample counts and without light paths,
+    /// whose weights take each path as its own pixel's.
+    pub fn reuse(&self) -> Reuse {
+        let may_share = self.integrator == IntegratorKind::Path
+            && self.adaptive == Adaptive::Off
+            && self.light_path_share() == LightPathShare::None;
+        if may_share { self.reuse } else { Reuse::Off }
+    }
+
     /// The effects that a render of a scene with these effects needs.
     pub fn effects(&self, of_scene: EffectSet) -> EffectSet {
         let has_light_paths = self.light_path_share() != LightPathShare::None;
         of_scene
             .without(Effect::LightPaths)
+            .without(Effect::Reuse)
             .with_if(Effect::LightPaths, has_light_paths)
+            .with_if(Effect::Reuse, self.reuse().is_on())
     }
 
     /// Whether samples contribute to other pixels, too, by splats.

@@ -73,7 +73,8 @@ impl Job<'_> {
              plan: kernel {}; {}\n\
              filter: {}\n\
              roulette: {}\n\
-             light paths: {}\n",
+             light paths: {}\n\
+             reuse: {}\n",
             self.description.materials.len(),
             self.scene.lights.len(),
             self.arguments.tracing.backend.name(),
@@ -85,6 +86,7 @@ impl Job<'_> {
             self.filter(),
             self.settings.roulette(),
             self.settings.light_path_share().name(),
+            self.settings.reuse().name(),
         )
     }
 }

@@ -17,8 +17,8 @@ use std::process::Command;
 /// Where systems and package managers put libraries.
 const USUAL_PREFIXES: [&str; 4] = ["/usr", "/usr/local", "/opt/homebrew", "/opt/local"];
 
-/// What Etendue calls. All of it exists since Embree 4.0; the types and constants these
-/// need follow by themselves.
+/// The functions that Etendue calls. All exist since Embree 4.0; bindgen adds the types and constants that they
+/// need.
 const FUNCTIONS: &[&str] = &[
     "rtcNewDevice",
     "rtcRetainDevice",

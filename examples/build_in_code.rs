@@ -40,7 +40,7 @@ fn camera(eye: DVec3) -> Result<CameraDescription> {
     CameraDescription::look_at(eye, target, DVec3::Y, 40.0_f64.to_radians())
 }
 
-/// What was made in code has no place in a file.
+/// The place of an object that was made in code: none in any file.
 fn nowhere() -> Place {
     Place::default()
 }

@@ -29,7 +29,7 @@ fn main() -> Result<()> {
         if size(&reference) != size(&picture) {
             return Err(Error::usage("the picture and the scene differ in size"));
         }
-        // What is off is the picture's error and the reference's together.
+        // The difference has both errors, the picture's and the reference's.
         let off = rel_mse(&picture, &reference)?.sqrt();
         let error = truth.error(0.95).map_or(1.0, |error| error.upper_bound);
         println!(

@@ -11,7 +11,7 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly quick_targets="lib lights sampling scattering tracing course"
+readonly quick_targets="lights sampling scattering tracing"
 readonly table="${OUT:-out}/mutants/mutants.md"
 readonly log="${OUT:-out}/mutants/last.log"
 readonly most_seconds=1200

@@ -215,7 +215,7 @@ pub struct Viewpoint {
 }
 
 /// The point of the film that light through the lens falls on.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FilmPoint {
     /// The position in pixels from the upper left corner of the image; it may be outside the image.
     pub position: Vec2,

@@ -79,6 +79,7 @@ mod state;
 pub use accel::{AccelOptions, Backend, Precision, Quality};
 pub use error::{Error, ErrorKind, Result};
 pub use film::bars::ErrorBars;
+pub use film::filter::FilterSampling;
 pub use film::{Doubt, ErrorEstimate, Film, Window};
 pub use geometry::texture::Texture;
 pub use image::metrics::rel_mse;
@@ -86,12 +87,13 @@ pub use image::{
     ColourSpace, Image, Layer, LayeredImage, MAX_SIDE, MetadataValue, WriteOptions, write,
 };
 pub use integrator::kind::IntegratorKind;
+pub use integrator::light_paths::LightPathShare;
 pub use integrator::roulette::{NoRoulette, Roulette, WeightWindow};
 pub use math::rgb::Rgb;
 pub use math::vec;
-pub use render::auto::Recommendation;
+pub use render::auto::{LightPathChoice, Recommendation};
 pub use render::options::RenderOptions;
-pub use render::settings::Adaptive;
+pub use render::settings::{Adaptive, LightPathRule};
 pub use render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
 pub use render::{CONFIDENCE, Progress, RenderObserver, Rendered, Unwatched};
 pub use sampling::warp::sample_hemisphere_cosine;

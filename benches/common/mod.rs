@@ -1,4 +1,4 @@
-//! What benches share: a scene, and the rays of its render.
+//! The scene and the rays of its render that several benches use.
 //!
 //! Measure: normalised scene units.
 //! Range: scenes of the sources.

@@ -4,7 +4,7 @@
 //! Range: any call.
 //! Source: none needed.
 
-use crate::status::{EtdStatus, Failure, Outcome};
+use crate::status::{CallResult, EtdStatus, Failure};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, PoisonError};
 
@@ -25,7 +25,7 @@ impl LastError {
 }
 
 /// Executes a call, and stores the message if it fails.
-pub fn call(errors: &LastError, work: impl FnOnce() -> Outcome) -> EtdStatus {
+pub fn call(errors: &LastError, work: impl FnOnce() -> CallResult) -> EtdStatus {
     // State that a panic leaves inconsistent is behind locks that it poisons, or was never shared.
     let outcome = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
         let words = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());

@@ -8,7 +8,7 @@
 use crate::describe::{EtdInstance, EtdLight, EtdMaterial, EtdMesh, EtdSurface, vec3};
 use crate::memory::{read_struct, text, write};
 use crate::scene::{EtdScene, SCENES, Scene};
-use crate::status::{EtdStatus, Outcome};
+use crate::status::{CallResult, EtdStatus};
 use renderer::description::GeometryDescription;
 use std::ffi::c_char;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ unsafe fn add_shape(
     surface: *const EtdSurface,
     geometry: GeometryDescription,
     number: *mut u32,
-) -> Outcome {
+) -> CallResult {
     // SAFETY: the caller's promise.
     unsafe {
         let shape = read_struct(surface)?.describe(geometry)?;
@@ -35,7 +35,7 @@ unsafe fn add_shape(
 ///
 /// # Safety
 /// The number may be written, or its pointer is null.
-unsafe fn tell(number: *mut u32, index: usize) -> Outcome {
+unsafe fn tell(number: *mut u32, index: usize) -> CallResult {
     if !number.is_null() {
         // SAFETY: the caller's promise.
         unsafe { write(number, index as u32, "number")? };

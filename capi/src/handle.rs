@@ -8,7 +8,7 @@
 //! Source: none needed.
 
 use crate::border::{self, LastError};
-use crate::status::{EtdStatus, Outcome};
+use crate::status::{CallResult, EtdStatus};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -72,7 +72,7 @@ impl<T> Table<T> {
     }
 
     /// Executes a call with a handle.
-    pub fn call<H>(&self, handle: *const H, work: impl FnOnce(&T) -> Outcome) -> EtdStatus {
+    pub fn call<H>(&self, handle: *const H, work: impl FnOnce(&T) -> CallResult) -> EtdStatus {
         match self.get(handle) {
             Some(object) => border::call(&object.errors, || work(&object.value)),
             None => EtdStatus::InvalidHandle,

@@ -9,7 +9,7 @@ use crate::handle::Table;
 use crate::memory::{Versioned, not_null, read_struct_or_zeros, write_struct, write_text};
 use crate::scene::{EtdScene, Ready, SCENES};
 use crate::settings::EtdSettings;
-use crate::status::{EtdStatus, Failure, Outcome};
+use crate::status::{CallResult, EtdStatus, Failure};
 use crate::watch::{EtdWatch, Watcher};
 use renderer::Budget;
 use renderer::LayeredImage;
@@ -135,7 +135,7 @@ impl Render {
         &self,
         watch: *const EtdWatch,
         until: impl FnOnce(&Rendering) -> Budget,
-    ) -> Outcome {
+    ) -> CallResult {
         // SAFETY: the caller's promise.
         let watch = unsafe { read_struct_or_zeros(watch) }?;
         if self.runs.swap(true, Ordering::AcqRel) {

@@ -11,7 +11,7 @@ use crate::handle::Table;
 use crate::memory::{
     not_null, read_list, read_struct, read_struct_or_zeros, text, write_struct, write_text,
 };
-use crate::status::{EtdStatus, Failure, Outcome};
+use crate::status::{CallResult, EtdStatus, Failure};
 use renderer::Session;
 use renderer::description::{CameraDescription, InstanceDescription, SceneDescription};
 use renderer::vec::DAffine3;
@@ -84,7 +84,7 @@ impl Scene {
         &self,
         ready: impl FnOnce(&mut Session) -> renderer::Result<()>,
         description: impl FnOnce(&mut SceneDescription),
-    ) -> Outcome {
+    ) -> CallResult {
         self.ready.change(|session| {
             if let Some(session) = session {
                 ready(session)?;

@@ -7,11 +7,14 @@
 use crate::memory::{Versioned, text};
 use crate::status::Failure;
 use renderer::Adaptive;
+use renderer::FilterSampling;
 use renderer::IntegratorKind;
+use renderer::LightPathRule;
 use renderer::NoRoulette;
 use renderer::RenderOptions;
 use renderer::SamplerKind;
 use std::ffi::c_char;
+use std::mem::offset_of;
 use std::time::Duration;
 
 /// `EtdSettings.flags`: `seed` is given.
@@ -60,11 +63,16 @@ pub struct EtdSettings {
     pub cache_error: f64,
     /// With `ETD_HAS_CROP`, x0, y0, x1, y1: only the pixels from (x0, y0) up to but not including (x1, y1) are rendered.
     pub crop: [u32; 4],
+    /// Light paths for each camera path of "path": "auto", "off", "1/4", "1/2", "1" or "2".
+    pub light_paths: *const c_char,
+    /// Estimator of the filter: "splatting" or "importance".
+    pub filter_sampling: *const c_char,
 }
 
 // SAFETY: numbers and pointers, of which zeros are values.
 unsafe impl Versioned for EtdSettings {
     const NAME: &'static str = "EtdSettings";
+    const FIRST_SIZE: usize = offset_of!(EtdSettings, light_paths);
 }
 
 impl EtdSettings {
@@ -85,6 +93,10 @@ impl EtdSettings {
             options.sampler = named(self.sampler, samplers, "sampler")?;
             let ways = Adaptive::ALL.iter().map(|&it| (it.name(), it));
             options.adaptive = named(self.adaptive, ways, "adaptive")?;
+            let rules = LightPathRule::ALL.iter().map(|&it| (it.name(), it));
+            options.light_paths = named(self.light_paths, rules, "light_paths")?;
+            let estimators = FilterSampling::ALL.iter().map(|&it| (it.name(), it));
+            options.filter_sampling = named(self.filter_sampling, estimators, "filter_sampling")?;
             let roulette = text(self.roulette, "roulette")?.map(str::parse);
             options.roulette = roulette
                 .transpose()

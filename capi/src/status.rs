@@ -44,7 +44,7 @@ pub struct Failure {
 }
 
 /// The result of a call.
-pub type Outcome = Result<EtdStatus, Failure>;
+pub type CallResult = Result<EtdStatus, Failure>;
 
 impl Failure {
     pub fn new(status: EtdStatus, text: impl Into<String>) -> Self {

@@ -4,7 +4,7 @@
 //! Range: any scene that loads. After Ctrl-C the results so far are printed.
 //! Source: docs/accuracy.md, "The price". Tested in `cli/tests/command/price.rs`.
 
-use super::args::{PriceArguments, ProgressMode};
+use super::args::PriceArguments;
 use super::durations::format_duration;
 use super::output::Watcher;
 use super::report::price::{json, text};
@@ -19,25 +19,21 @@ use std::time::Instant;
 
 pub fn run(arguments: &PriceArguments) -> Result<Outcome> {
     let start = Instant::now();
-    let mode = match arguments.quiet {
-        true => ProgressMode::None,
-        false => arguments.progress,
-    };
-    let watcher = Watcher::new(mode)?;
-    let mut description = arguments.scene.load()?;
+    let watcher = Watcher::new(arguments.measurement.progress_mode())?;
+    let mut description = arguments.measurement.scene.load()?;
     if let Some(size) = arguments.size {
         description.film.size = size;
     }
     let settings = PriceSettings {
         budget: arguments.budget.as_secs_f64(),
         integrator: Some(arguments.integrator),
-        seed: arguments.seed,
-        options: arguments.tracing.options(),
+        seed: arguments.measurement.seed,
+        options: arguments.measurement.tracing.options(),
     };
     let measured = price::run(&description, &settings, start, &Shown(&watcher));
     watcher.finish();
     let report = measured?;
-    if arguments.json {
+    if arguments.measurement.json {
         print(json::of_report(&report, &command_line(), &machine()).as_bytes())?;
     } else {
         print(text::of_report(&report).as_bytes())?;
@@ -45,7 +41,7 @@ pub fn run(arguments: &PriceArguments) -> Result<Outcome> {
     if report.complete {
         return Ok(Outcome::Done);
     }
-    if !arguments.quiet {
+    if !arguments.measurement.quiet {
         let what = match report.answers.is_empty() {
             true => "before the errors were measured",
             false => "the answers are those of a shorter render",

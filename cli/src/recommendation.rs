@@ -5,7 +5,7 @@
 //! Source: docs/accuracy.md, "Which integrator". Tested in `cli/tests/command/auto.rs`.
 
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::auto::Recommendation;
+use etendue::internals::render::auto::{LightPathChoice, Recommendation};
 use etendue_lab::study::bootstrap::Ranged;
 use serde::Serialize;
 
@@ -18,6 +18,17 @@ pub struct RecommendationReport {
     pub held_against: Vec<HeldAgainst>,
     /// A biased integrator that is worth trying.
     pub option: Option<String>,
+    /// The light paths beside `path`, if a pilot chose their number.
+    pub light_paths: Option<LightPathReport>,
+}
+
+/// A number of light paths that a pilot has chosen.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct LightPathReport {
+    /// The number for each camera path, in words.
+    pub number: &'static str,
+    /// The squared error of as many samples without light paths, over that with them; null if camera paths alone miss light.
+    pub squared_error_without: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -46,6 +57,32 @@ impl From<&Recommendation> for RecommendationReport {
             why: recommendation.why.clone(),
             held_against: held_against.collect(),
             option: recommendation.option.clone(),
+            light_paths: recommendation.light_paths.map(Into::into),
+        }
+    }
+}
+
+/// The ratio of squared errors above which camera paths alone do not converge.
+const MISSES: f64 = 1e4;
+
+impl From<LightPathChoice> for LightPathReport {
+    fn from(choice: LightPathChoice) -> Self {
+        Self {
+            number: choice.share.name(),
+            squared_error_without: (choice.ratio < MISSES).then_some(choice.ratio),
+        }
+    }
+}
+
+impl LightPathReport {
+    /// Returns the number and its reason.
+    pub fn describe(&self) -> String {
+        let number = self.number;
+        match self.squared_error_without {
+            Some(ratio) => format!(
+                "{number} for each camera path (camera paths alone have {ratio:.2} times the squared error in a pilot)"
+            ),
+            None => format!("{number} for each camera path (camera paths alone miss light)"),
         }
     }
 }
@@ -103,6 +140,8 @@ impl RecommendationReport {
             ));
         }
         lines.extend(self.option.clone());
+        let light_paths = self.light_paths.map(|it| it.describe());
+        lines.extend(light_paths.map(|it| format!("light paths beside path: {it}")));
         lines
     }
 }
@@ -117,6 +156,7 @@ mod tests {
             why: String::new(),
             candidates: vec![],
             option: None,
+            light_paths: None,
         }
     }
 

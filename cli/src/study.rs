@@ -4,7 +4,7 @@
 //! Range: any scene that loads. Results are written after each round, so that they survive Ctrl-C or a kill.
 //! Source: docs/accuracy.md, "The study". Tested in `cli/tests/command/study.rs`.
 
-use super::args::{ProgressMode, StudyArguments};
+use super::args::StudyArguments;
 use super::durations::format_duration;
 use super::output::Watcher;
 use super::plan::Cancelling;
@@ -35,28 +35,20 @@ const BETWEEN_WRITES: Duration = Duration::from_secs(5);
 
 pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
     let start = Instant::now();
-    let mode = match arguments.quiet {
-        true => ProgressMode::None,
-        false => arguments.progress,
-    };
-    let watcher = Watcher::new(mode)?;
-    let mut description = arguments.scene.load()?;
+    let watcher = Watcher::new(arguments.measurement.progress_mode())?;
+    let mut description = arguments.measurement.scene.load()?;
     let full_size = description.film.size;
     description.film.size = arguments.size.unwrap_or(full_size);
-    let mut settings = settings(arguments, &description)?;
+    let settings = settings(arguments, &description)?;
+    // The pilot is part of the study.
     let recommendation = recommendation(&settings, &description, &watcher)?;
-    if recommendation.is_some() {
-        // The pilot is part of the study. To a tenth of a second, as the budget is printed.
-        let left = settings.budget - start.elapsed().as_secs_f64();
-        settings.budget = (10.0 * left.max(0.0)).round() / 10.0;
-    }
     let files = Files::new(arguments, recommendation)?;
     let kept = KeptStudy {
         keeper: Keeper::new(&watcher),
         files: &files,
         last: Mutex::new(Instant::now()),
     };
-    let report = etendue_lab::study::run(&description, full_size, &settings, &kept);
+    let report = etendue_lab::study::run(&description, full_size, &settings, start, &kept);
     watcher.finish();
     let report = report.inspect_err(|_| files.forsake())?;
     kept.keeper.result()?;
@@ -66,12 +58,12 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
     write_text(&files.csv, &csv::of_report(&report))?;
     write_text(&files.html, &html::of_findings(&findings))?;
     write_text(&files.markdown, &tables::markdown(&findings))?;
-    if arguments.json {
+    if arguments.measurement.json {
         print(json::of_findings(&findings).as_bytes())?;
     } else {
         print(tables::answers_in_words(&findings).as_bytes())?;
     }
-    if !arguments.quiet {
+    if !arguments.measurement.quiet {
         let end = if report.complete {
             "done"
         } else {
@@ -107,7 +99,7 @@ fn recommendation(
 }
 
 fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Result<StudySettings> {
-    let options = arguments.tracing.options();
+    let options = arguments.measurement.tracing.options();
     let base = RenderSettings {
         threads: options.threads,
         // Statistics over pixels take their noise as independent.
@@ -133,7 +125,7 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
     }
     Ok(StudySettings {
         budget: arguments.budget.as_secs_f64(),
-        seed: arguments.seed,
+        seed: arguments.measurement.seed,
         reference: arguments.reference,
         options,
         variants,

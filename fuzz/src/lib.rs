@@ -1,4 +1,4 @@
-//! What each fuzz target does with its bytes, and what it holds the program to.
+//! The fuzz targets: the use of the bytes of each, and the properties that have to hold.
 //!
 //! Measure: bytes.
 //! Range: any bytes. A scene or model that is not valid has to end in an error that names the file, kept short; one that
@@ -23,7 +23,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 use tempfile::TempDir;
 
-/// What is done with an input.
+/// A target: the code that an input is given to.
 pub struct Target {
     /// Also the name of its folder in the corpus.
     pub name: &'static str,

@@ -280,7 +280,9 @@ impl Filter {
         (signed, cell)
     }
 
-    fn evaluate_axis(&self, x: f64) -> f64 {
+    /// The factor of one axis in the filter's value, at an offset along it.
+    #[inline]
+    pub fn evaluate_axis(&self, x: f64) -> f64 {
         let position = x.abs() / self.radius * CELLS as f64;
         if position > CELLS as f64 {
             return 0.0;

@@ -311,16 +311,17 @@ impl Film {
     /// The batch means of a pixel of the window: of its samples plus the splats of light paths. Samples and splats
     /// are not independent, but batches are.
     pub fn batch_means(&self, index: usize) -> BatchMeans {
-        if self.reach > 0 {
-            return self.splatted_means(index);
-        }
         let (tile, place) = self.locate(index);
-        let mut batches = tile.pixels[place].batch_means(tile.count(place));
+        let mut batches = match tile.pixels.get(place) {
+            Some(sums) => sums.batch_means(tile.count(place)),
+            None => self.splatted_means(index),
+        };
         if let Some(splats) = &self.splats {
-            for (batch, splats) in batches.means.iter_mut().zip(splats.batch_means(index)) {
-                *batch = sum(*batch, splats);
+            let of_samples = batches.means.iter_mut().zip(&mut batches.are_black);
+            for ((mean, is_black), splats) in of_samples.zip(splats.batch_means(index)) {
+                *mean = sum(*mean, splats);
+                *is_black &= splats == [0.0; 3];
             }
-            batches.are_black = batches.means.map(|mean| mean == [0.0; 3]);
         }
         batches
     }

@@ -10,13 +10,16 @@
 
 use super::Window;
 use super::batches::BATCHES;
-use super::filter::Filter;
+use super::filter::{Filter, MOST_RADIUS};
 use super::pixel::PixelSums;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::planted::planted;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
+
+/// The largest number of pixels along an axis that a filter covers.
+const MOST_COVERED: usize = 2 * MOST_RADIUS as usize + 1;
 
 /// A bidirectional strategy: s vertices of the light subpath and t of the camera subpath, endpoints included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -140,13 +143,22 @@ impl Splats {
 
     /// Adds a splat of the sample with this index. May be called by several threads at once.
     pub fn add(&self, filter: &Filter, sample: u64, film: Vec2, value: Rgb) {
-        for y in self.rows_at(filter, film.y) {
+        let shift = planted!("splats-half-a-pixel-off", 0.5, 0.0);
+        let film = film + Vec2::splat(shift);
+        let offset = |film: f32, pixel: u32| f64::from(film) - (f64::from(pixel) + 0.5);
+        let columns = covering(filter, film.x, self.window.x, self.window.width);
+        let first = (columns.start - self.window.x) as usize;
+        // Weights along the columns are the same in every row.
+        let mut weights = [0.0; MOST_COVERED];
+        let weights = &mut weights[..columns.len()];
+        for (weight, x) in weights.iter_mut().zip(columns) {
+            *weight = filter.evaluate_axis(offset(film.x, x));
+        }
+        for y in covering(filter, film.y, self.window.y, self.window.height) {
+            let of_row = filter.evaluate_axis(offset(film.y, y));
             let mut row = self.row((y - self.window.y) as usize);
-            for x in self.columns_at(filter, film.x) {
-                let middle = planted!("splats-half-a-pixel-off", 0.0, 0.5);
-                let center = Vec2::new(x as f32 + middle, y as f32 + middle);
-                let value = value * filter.evaluate(film - center);
-                row[(x - self.window.x) as usize].add(sample, value);
+            for (pixel, weight) in row[first..].iter_mut().zip(&*weights) {
+                pixel.add(sample, value * (of_row * weight) as f32);
             }
         }
     }
@@ -184,14 +196,6 @@ impl Splats {
         self.rows[row]
             .lock()
             .expect("no thread panics while it holds this")
-    }
-
-    fn rows_at(&self, filter: &Filter, y: f32) -> std::ops::Range<u32> {
-        covering(filter, y, self.window.y, self.window.height)
-    }
-
-    fn columns_at(&self, filter: &Filter, x: f32) -> std::ops::Range<u32> {
-        covering(filter, x, self.window.x, self.window.width)
     }
 }
 

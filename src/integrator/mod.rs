@@ -24,7 +24,7 @@ use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
-use light_paths::walk::LightPathRules;
+use light_paths::{LightPathSplats, LightPaths};
 use observer::PathObserver;
 use path::PathMemory;
 pub use roulette::Roulette;
@@ -195,10 +195,22 @@ pub trait Integrator: Copy + Send + Sync {
         false
     }
 
-    /// The rules of the light paths that are traced beside the camera paths, if there are any.
+    /// The light paths that are traced beside the camera paths.
     #[inline]
-    fn light_paths(&self) -> Option<LightPathRules> {
-        None
+    fn light_paths(&self) -> LightPaths {
+        LightPaths::NONE
+    }
+
+    /// Traces a light path for each active lane of the samples, at its time, and stores the counts of their rays. There is a
+    /// sampler for each lane, in order. An integrator without light paths is not asked for any.
+    fn trace_light_paths<E: Effects, S: Sampler>(
+        &self,
+        _scene: &Scene,
+        _samplers: &mut [S],
+        _samples: &mut [SampleLanes],
+        _memory: &mut PathMemory<E>,
+        _splats: &mut LightPathSplats<'_>,
+    ) {
     }
 }
 

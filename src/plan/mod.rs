@@ -144,7 +144,7 @@ fn nothing(effect: Effect) -> &'static str {
         Effect::AreaLights => "no shape emits",
         Effect::ManyLights => "there is at most one light",
         Effect::Instances => "no group is placed, and no shape moves",
-        Effect::LightPaths => "light_paths is off",
+        Effect::LightPaths => "no number of light_paths is asked for",
         Effect::Reuse => "reuse is off",
     }
 }

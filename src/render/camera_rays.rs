@@ -11,10 +11,10 @@
 use super::pixel_block::PixelBlock;
 use crate::accel::lanes::{ExcludedLanes, NO_ID};
 use crate::effects::{Effects, Switch};
+use crate::film::Window;
 use crate::film::filter::{Filter, FilterSampling};
 use crate::film::splats::SplatList;
-use crate::integrator::light_paths::LightPathShare;
-use crate::integrator::light_paths::walk::LightPathRules;
+use crate::integrator::light_paths::{LightPathShare, LightPathSplats};
 use crate::integrator::observer::{PathObserver, RayKind};
 use crate::integrator::path::{PathMemory, WAVEFRONT_SIZE};
 use crate::integrator::{Integrator, RayCounts, SampleLanes};
@@ -56,6 +56,8 @@ pub struct CameraRays<E: Effects> {
     samples: Vec<SampleLanes>,
     /// The requested samples of each packet.
     requested: Vec<ActiveLanes<LANES>>,
+    /// The light paths of the samples.
+    light_samples: Vec<SampleLanes>,
     /// The samplers of all lanes of all packets.
     samplers: Vec<AnySampler>,
     /// The positions of the samples in their pixels, if they are uniformly distributed there.
@@ -74,6 +76,7 @@ impl<E: Effects> CameraRays<E> {
             indices: Vec::new(),
             samples: Vec::new(),
             requested: Vec::new(),
+            light_samples: Vec::new(),
             samplers: Vec::new(),
             positions: Vec::new(),
             weights: Vec::new(),
@@ -237,29 +240,68 @@ impl<E: Effects> CameraRays<E> {
         self.samples[packet].set_estimate(lane, radiance, closest, shadow);
     }
 
-    /// Traces the light paths of a sample, which is estimated, and counts their rays with its own.
-    pub fn trace_light_paths(
+    /// Traces the light paths of the samples whose pixels are in a window, and counts their rays with those of the samples,
+    /// which are estimated. The splats have the index of the sample in the wavefront ([`Self::sample_of`]).
+    pub fn trace_light_paths<I: Integrator>(
         &mut self,
-        packet: usize,
-        lane: usize,
         scene: &Scene,
-        rules: &LightPathRules,
-        splats: &mut SplatList<'_>,
+        integrator: I,
+        window: Window,
+        splats: &mut LightPathSplats<'_>,
     ) {
-        let time = self.samples[packet].packet.rays.time[lane];
-        let PacketIndex { block, sample } = self.indices[packet];
-        let sampler = &mut self.samplers[packet * LANES + lane];
-        let mut rays = RayCounts::default();
-        if rules.has_path(sampler) {
-            rules.trace::<E, _>(scene, sampler, time, &mut rays, splats);
+        let share = integrator.light_paths().share;
+        let paths_of_a_sample = if share == LightPathShare::Two { 2 } else { 1 };
+        for number in 0..paths_of_a_sample {
+            if number > 0 {
+                self.start_second_paths();
+            }
+            self.begin_light_paths(share, window);
+            integrator.trace_light_paths::<E, _>(
+                scene,
+                &mut self.samplers,
+                &mut self.light_samples,
+                &mut self.memory,
+                splats,
+            );
+            for (light_samples, samples) in self.light_samples.iter().zip(&mut self.samples) {
+                for lane in light_samples.active.each() {
+                    samples.count_rays(lane, light_samples.estimate(lane).rays);
+                }
+            }
         }
-        if rules.paths.share == LightPathShare::Two {
-            let [x, y] = block.pixel(lane);
-            let mut other = sampler.clone();
-            other.start([x | SECOND_PATH, y], sample);
-            rules.trace::<E, _>(scene, &mut other, time, &mut rays, splats);
+    }
+
+    /// Sets the lanes and the times of light paths, of the samples whose pixels are in a window.
+    fn begin_light_paths(&mut self, share: LightPathShare, window: Window) {
+        self.light_samples.clear();
+        let samplers = self.samplers.chunks_mut(LANES);
+        let packets = self.indices.iter().zip(&self.samples).zip(samplers);
+        for ((index, samples), samplers) in packets {
+            let in_window = index.block.lanes_in(window);
+            let mut light_samples = SampleLanes::default();
+            for lane in samples.active.and(|lane| in_window.has(lane)).each() {
+                let has_path = share.has_path(&mut samplers[lane]);
+                light_samples.active.set(lane, has_path);
+            }
+            light_samples.packet.rays.time = samples.packet.rays.time;
+            self.light_samples.push(light_samples);
         }
-        self.samples[packet].count_rays(lane, rays);
+    }
+
+    /// Starts the samplers of all samples for their second light paths.
+    fn start_second_paths(&mut self) {
+        let samplers = self.samplers.chunks_mut(LANES);
+        for (index, samplers) in self.indices.iter().zip(samplers) {
+            let [x, y] = index.block.pixels();
+            let pixels = [x.map(|x| x | SECOND_PATH), y];
+            samplers.clone_from_slice(&samplers[0].start_lanes(&pixels, index.sample));
+        }
+    }
+
+    /// The index of a sample in its pixel, and the pixel, by the sample's index in the wavefront.
+    pub fn sample_of(&self, place: u32) -> (u64, [u32; 2]) {
+        let PacketIndex { block, sample } = self.indices[place as usize / LANES];
+        (sample, block.pixel(place as usize % LANES))
     }
 
     /// The value of a sample, once it is estimated: radiance along the camera ray, times the filter weight if its position is

@@ -25,6 +25,7 @@ mod progress;
 pub mod replay;
 pub mod settings;
 pub mod strategies;
+mod tally;
 mod threads;
 mod tile;
 
@@ -52,8 +53,9 @@ use std::cmp::Reverse;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
+use tally::Tally;
+pub use tally::{NonFiniteSample, Rejected};
 pub use threads::Threads;
-pub use tile::{NonFiniteSample, Rejected};
 use tile::{PassJob, SampleRange, SampleSource};
 
 /// The state of a render so far.
@@ -171,7 +173,7 @@ pub fn render(
         size,
     };
     let threads = Threads::new(settings.threads)?;
-    let (settings, _) = auto::settle(&view, &threads, settings, observer)?;
+    let settings = auto::settle(&view, &threads, settings, observer)?.settings;
     let mut rendered = Rendered::nothing(&settings, filter);
     resume(
         &view,
@@ -265,7 +267,7 @@ struct Run<'a> {
     first: u64,
     samples: AtomicU64,
     cancelled: AtomicBool,
-    totals: Mutex<Totals>,
+    totals: Mutex<Tally>,
 }
 
 /// The times of checkpoints.
@@ -302,12 +304,6 @@ impl Checkpoints {
 struct Shown {
     rel_rmse: Option<f64>,
     predicted: Option<Predicted>,
-}
-
-#[derive(Default)]
-struct Totals {
-    rays: RayCounts,
-    rejected: Rejected,
 }
 
 impl Run<'_> {
@@ -462,11 +458,12 @@ impl Run<'_> {
                     sampler: &sampler,
                 },
                 splats,
+                gains: None,
             },
             tiles,
             is_cancelled: &|| self.is_cancelled(),
-            tile_done: &|outcome, new_samples| {
-                self.take_in(outcome.rays, outcome.rejected);
+            tile_done: &|tally, new_samples| {
+                self.take_in(tally);
                 self.report(planner, new_samples, shown);
             },
         };
@@ -499,8 +496,8 @@ impl Run<'_> {
         metropolis::batches().for_each(|batch| {
             for round in rounds.clone() {
                 let seed = hash::combine(seed, self.first / BATCHES + round);
-                let outcome = context.batch(batch, seed, pixels, &walked);
-                self.take_in(outcome.rays, outcome.rejected);
+                let tally = context.batch(batch, seed, pixels, &walked);
+                self.take_in(tally);
             }
         });
         if !self.is_cancelled() {
@@ -510,11 +507,10 @@ impl Run<'_> {
         }
     }
 
-    fn take_in(&self, rays: RayCounts, rejected: Rejected) {
+    fn take_in(&self, tally: Tally) {
         let totals = self.totals.lock();
         let mut totals = totals.expect("no thread panics while it holds this");
-        totals.rays += rays;
-        totals.rejected.merge(rejected);
+        totals.merge(tally);
     }
 
     /// Whether the render is cancelled; once the observer has said so, it is not asked again.

@@ -42,6 +42,7 @@ pub fn observe_tile(
                 sampler: &sampler,
             },
             splats: None,
+            gains: None,
         },
         tile,
         sample_range: SampleRange::Same(range),

@@ -150,7 +150,7 @@ impl RenderOptions {
                 "whatever reads layers takes the noise of pixels as independent, which shared paths do not leave: leave the layers out, or use --reuse off",
             ));
         }
-        if settings.light_paths != LightPathRule::Share(LightPathShare::None) {
+        if settings.light_path_share() != LightPathShare::None {
             return Err(Error::usage(
                 "the weights of light paths take each path as its own pixel's: use --light-paths off, or --reuse off",
             ));

@@ -7,56 +7,22 @@
 use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
 use super::dispatch::Dispatched;
 use super::pixel_block::PixelBlock;
+use super::tally::{NonFiniteSample, Rejected, Tally};
 use crate::effects::{Effects, Switch};
-use crate::film::splats::{SplatList, Splats};
+use crate::film::splats::{Splat, SplatList, Splats};
 use crate::film::splatted::SplattedSamples;
 use crate::film::{Tile, Window};
+use crate::integrator::Integrator;
+use crate::integrator::light_paths::{LightPathSplat, LightPathSplats};
 use crate::integrator::observer::{PathObserver, Unobserved};
-use crate::integrator::{Integrator, RayCounts};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use std::ops::Range;
-
-/// A sample that was not a finite number: enough to replay it with the render's seed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct NonFiniteSample {
-    /// The row of its pixel.
-    pub y: u32,
-    /// The column of its pixel.
-    pub x: u32,
-    /// The index of the sample.
-    pub sample: u64,
-}
-
-/// The samples that were not finite.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Rejected {
-    /// The number of them.
-    pub count: u64,
-    /// The first one in reading order.
-    pub first: Option<NonFiniteSample>,
-}
-
-impl Rejected {
-    /// Merges other rejected samples; the result does not depend on the order.
-    pub fn merge(&mut self, other: Self) {
-        self.count += other.count;
-        self.first = self.first.into_iter().chain(other.first).min();
-    }
-}
 
 /// More than the weight of a sample in any pixel.
 const LARGEST_WEIGHT: f32 = 16.0;
-
-/// The results of a tile's pass beside its sums.
-#[derive(Debug, Default)]
-pub struct Outcome {
-    pub rays: RayCounts,
-    pub rejected: Rejected,
-}
 
 /// The indices of the samples to be taken in a tile's pixels.
 #[derive(Debug, Clone)]
@@ -83,6 +49,8 @@ pub struct SampleSource<'a> {
     pub rays: CameraRaySource<'a>,
     /// The splats of the film, for light in other pixels.
     pub splats: Option<&'a Splats>,
+    /// The sums of the variance that light paths save, if they are wanted.
+    pub gains: Option<&'a Splats>,
 }
 
 impl SampleSource<'_> {
@@ -101,7 +69,7 @@ pub struct PassJob<'a> {
     /// Whether to begin no further tile.
     pub is_cancelled: &'a (dyn Fn() -> bool + Sync),
     /// Called after each tile, with the number of its samples.
-    pub tile_done: &'a (dyn Fn(Outcome, u64) + Sync),
+    pub tile_done: &'a (dyn Fn(Tally, u64) + Sync),
 }
 
 impl Dispatched for PassJob<'_> {
@@ -118,8 +86,8 @@ impl Dispatched for PassJob<'_> {
                 return;
             }
             let samples = sample_range.sample_count(tile);
-            let outcome = wavefront.tile(tile, sample_range, &mut Unobserved);
-            (self.tile_done)(outcome, samples);
+            let tally = wavefront.tile(tile, sample_range, &mut Unobserved);
+            (self.tile_done)(tally, samples);
         });
     }
 }
@@ -133,9 +101,9 @@ pub struct ObservedTileJob<'a, O: ?Sized> {
 }
 
 impl<O: PathObserver + ?Sized> Dispatched for ObservedTileJob<'_, O> {
-    type Output = Outcome;
+    type Output = Tally;
 
-    fn run<E: Effects, I: Integrator>(self, integrator: I) -> Outcome {
+    fn run<E: Effects, I: Integrator>(self, integrator: I) -> Tally {
         let reaches = |film| self.source.reaches(film);
         let mut wavefront = Wavefront::<E, I>::new(self.source, integrator, &reaches);
         wavefront.tile(self.tile, self.sample_range, self.observer)
@@ -149,7 +117,9 @@ struct Wavefront<'a, E: Effects, I> {
     camera_rays: CameraRays<E>,
     /// The splats of the current sample.
     elsewhere: SplatList<'a>,
-    outcome: Outcome,
+    /// The splats of light paths beside the camera paths of the wavefront.
+    by_light_paths: LightPathSplats<'a>,
+    tally: Tally,
 }
 
 impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
@@ -163,7 +133,12 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
                 reaches,
                 splats: Vec::new(),
             },
-            outcome: Outcome::default(),
+            by_light_paths: LightPathSplats {
+                reaches,
+                with_gains: source.gains.is_some(),
+                splats: Vec::new(),
+            },
+            tally: Tally::default(),
         }
     }
 
@@ -173,7 +148,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         tile: &mut Tile,
         sample_range: SampleRange,
         observer: &mut O,
-    ) -> Outcome {
+    ) -> Tally {
         let sources = tile.sources();
         for block in PixelBlock::covering(sources) {
             self.add_block(tile, sources, block, &sample_range, observer);
@@ -191,7 +166,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
                 tile.counts = Some(ends);
             }
         }
-        std::mem::take(&mut self.outcome)
+        std::mem::take(&mut self.tally)
     }
 
     /// Takes the samples of the pixels of a block.
@@ -238,11 +213,11 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
     fn advance<O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, observer: &mut O) {
         let scene = self.source.rays.scene;
         self.camera_rays.trace(scene);
-        let light_paths = self.integrator.light_paths();
         let is_together = I::SIDE_BY_SIDE && !observer.is_sequential();
         if is_together {
             self.camera_rays
                 .estimate::<I, O>(scene, self.integrator, observer);
+            self.trace_light_paths(tile);
         }
         for packet in 0..self.camera_rays.indices().len() {
             let mut kept = ActiveLanes::NONE;
@@ -253,19 +228,48 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
                     self.camera_rays
                         .estimate_one(packet, lane, scene, integrator, observer, splats);
                 }
-                if E::LightPaths::ON
-                    && self.source.splats.is_some()
-                    && let Some(rules) = &light_paths
-                {
-                    let splats = &mut self.elsewhere;
-                    self.camera_rays
-                        .trace_light_paths(packet, lane, scene, rules, splats);
+                if !tile.window.contains(self.pixel(packet, lane)) {
+                    // Light paths are counted by the pixels of the tile.
+                    self.elsewhere.splats.clear();
                 }
                 kept.set(lane, self.film(tile, packet, lane, observer));
             }
             self.splat(tile, packet, kept);
         }
         self.camera_rays.clear();
+    }
+
+    /// Traces the light paths of all samples, which are estimated, and adds their splats to the film.
+    fn trace_light_paths(&mut self, tile: &Tile) {
+        let Some(splats) = self.source.splats.filter(|_| E::LightPaths::ON) else {
+            return;
+        };
+        if !self.integrator.light_paths().is_on() {
+            return;
+        }
+        let scene = self.source.rays.scene;
+        let found = &mut self.by_light_paths;
+        self.camera_rays
+            .trace_light_paths(scene, self.integrator, tile.window, found);
+        for LightPathSplat { path, splat, gain } in found.splats.drain(..) {
+            let (sample, [x, y]) = self.camera_rays.sample_of(path);
+            let Splat { film, value } = splat;
+            if value.is_finite() {
+                let filter = self.source.rays.filter;
+                splats.add(filter, sample, film, value);
+                if let Some(gains) = self.source.gains.filter(|_| gain.is_finite()) {
+                    gains.add(filter, sample, film, gain);
+                }
+            } else {
+                let first = Some(NonFiniteSample { y, x, sample });
+                self.tally.rejected.merge(Rejected { count: 1, first });
+            }
+        }
+    }
+
+    /// The pixel of a sample.
+    fn pixel(&self, packet: usize, lane: usize) -> [u32; 2] {
+        self.camera_rays.indices()[packet].block.pixel(lane)
     }
 
     /// Adds the samples of a packet to all pixels that they contribute to, if these are several.
@@ -297,8 +301,8 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         lane: usize,
         observer: &mut O,
     ) -> bool {
-        let PacketIndex { block, sample } = self.camera_rays.indices()[packet];
-        let [x, y] = block.pixel(lane);
+        let sample = self.camera_rays.indices()[packet].sample;
+        let [x, y] = self.pixel(packet, lane);
         let value = self.camera_rays.value(packet, lane);
         let is_splatted = tile.splatted.is_some();
         let largest = if is_splatted {
@@ -320,11 +324,11 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
             }
         } else {
             let first = Some(NonFiniteSample { y, x, sample });
-            self.outcome.rejected.merge(Rejected { count: 1, first });
+            self.tally.rejected.merge(Rejected { count: 1, first });
         }
         elsewhere.clear();
         let rays = self.camera_rays.samples(packet).estimate(lane).rays;
-        self.outcome.rays += rays;
+        self.tally.rays += rays;
         if let Some(of_pixels) = &mut tile.rays {
             of_pixels[tile.window.index([x, y])] += rays.total();
         }

@@ -12,7 +12,7 @@ use crate::film::splats::Splats;
 use crate::film::{ErrorEstimate, Film};
 use crate::image::{Image, LayeredImage};
 use crate::memory;
-use crate::render::auto::{Recommendation, settle};
+use crate::render::auto::{LightPathChoice, Recommendation, Settled, settle};
 use crate::render::options::RenderOptions;
 use crate::render::settings::Adaptive;
 use crate::render::settings::{Budget, RenderSettings};
@@ -26,6 +26,7 @@ use std::sync::OnceLock;
 pub struct Rendering {
     pub(super) settings: RenderSettings,
     recommendation: Option<Recommendation>,
+    light_paths: Option<LightPathChoice>,
     pub(super) rendered: Rendered,
     /// The samples of a shard; `None` for a whole render.
     pub(super) shard: Option<Range<u64>>,
@@ -43,13 +44,18 @@ impl Rendering {
         let mut wished = options.settings(&session.description)?;
         wished.threads = session.threads.count();
         let view = session.view();
-        let (settings, recommendation) = settle(&view, &session.threads, &wished, observer)?;
+        let Settled {
+            settings,
+            recommendation,
+            light_paths,
+        } = settle(&view, &session.threads, &wished, observer)?;
         check(&session.scene, &settings)?;
         check_room(&settings, &session.filter)?;
         Ok(Self {
             rendered: Rendered::nothing(&settings, &session.filter),
             settings,
             recommendation,
+            light_paths,
             shard: None,
             identity: OnceLock::new(),
             state: session.state,
@@ -101,6 +107,11 @@ impl Rendering {
     /// The recommendation that `auto` resolved to; `None` if an integrator was named.
     pub fn recommendation(&self) -> Option<&Recommendation> {
         self.recommendation.as_ref()
+    }
+
+    /// The choice of a number of light paths; `None` if it took no pilot.
+    pub fn light_paths(&self) -> Option<LightPathChoice> {
+        self.light_paths
     }
 
     /// The complete results so far.

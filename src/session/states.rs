@@ -121,7 +121,7 @@ impl Rendering {
         save(header, &self.rendered, layers, path)
     }
 
-    /// What state files of this render have in common.
+    /// The header that state files of this render have in common.
     ///
     /// # Errors
     /// An error of Embree.

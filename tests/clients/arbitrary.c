@@ -133,6 +133,8 @@ static EtdSettings some_settings(void) {
     for (int i = 0; i < 4; i++) {
         settings.crop[i] = (uint32_t)below(10);
     }
+    settings.light_paths = below(3) ? NULL : name();
+    settings.filter_sampling = below(3) ? NULL : name();
     return settings;
 }
 

@@ -43,6 +43,8 @@ static void a_file(const char *path, const char *out) {
     settings.flags = ETD_HAS_SEED;
     settings.seed = 7;
     settings.sampler = "independent";
+    settings.light_paths = "off";
+    settings.filter_sampling = "splatting";
     EtdRender *render = begin(scene, &settings);
     /* The render keeps the scene. */
     CHECK(etd_scene_release(scene) == ETD_STATUS_OK);

@@ -14,6 +14,7 @@ pub mod closed_forms;
 pub mod error_bars;
 pub mod furnished;
 pub mod generated;
+pub mod nightly;
 pub mod quadrature;
 pub mod room;
 pub mod scene;

@@ -168,7 +168,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "compensated-alone",
         "light sampling without a weight leaves out what is darker than the mean of an environment map",
-        "lib::render::settings::tests::only_path_compensates_the_density_of_environment_maps",
+        "lib::render::settings::rules::tests::only_path_compensates_the_density_of_environment_maps",
     ),
     bug(
         "choice-left-out-of-pdf",
@@ -388,7 +388,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "splats-half-a-pixel-off",
         "a splat is weighed by the filter about a pixel's corner",
-        "lib::film::splats::tests::every_filter_keeps_the_amount_of_light",
+        "lib::film::splats::tests::a_box_gives_each_splat_to_the_pixel_that_it_lies_in",
     ),
     bug(
         "a-weight-is-missing",
@@ -429,6 +429,11 @@ pub const PLANTED: &[Planted] = &[
         "light-paths-without-importance",
         "a light path that comes to the lens is not divided by the solid angle of a pixel",
         "rendering::light_paths::they_agree_with_path_in_every_part_of_six_scenes",
+    ),
+    bug(
+        "light-paths-thinned-as-radiance",
+        "light paths are refracted by the factor of radiance, without eta squared",
+        "rendering::light_paths::a_wall_within_glass_is_the_same_for_light_paths",
     ),
     bug(
         "light-paths-counted-per-pixel",

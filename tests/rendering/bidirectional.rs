@@ -452,9 +452,8 @@ fn adaptive_sampling_is_refused_with_another_way() {
 
 /// A wall inside a glass ball, seen from inside. Radiance is scaled when it enters glass and scaled back when it leaves,
 /// so that only scattering inside the glass reveals a wrong factor.
-#[test]
-fn a_wall_within_glass_is_lit_the_same_from_both_ends() {
-    let scene = crate::common::scene_folder::load_text(
+pub fn wall_within_glass() -> SceneDescription {
+    crate::common::scene_folder::load_text(
         r#"version = 1
 [camera]
 eye = [0, 0, 0.8]
@@ -488,7 +487,12 @@ emission = 30
 center = [0.5, 1.5, 2]
 radius = 0.3
 "#,
-    );
+    )
+}
+
+#[test]
+fn a_wall_within_glass_is_lit_the_same_from_both_ends() {
+    let scene = wall_within_glass();
     compare_limited("a wall within glass", &scene, [256, 2048], 0.02, Some(2));
 }
 

@@ -5,20 +5,24 @@
 
 use super::bidirectional::{
     assert_threads_and_tiles_change_no_bit, claimed_over_true_variance, compare_settings,
-    kinds_of_light, settings, stones,
+    kinds_of_light, settings, stones, wall_within_glass,
 };
 use crate::common::furnished::{glass, glossy, matte, outside, small_light};
 use crate::common::generated::Generator;
 use crate::common::scene::slide;
+use crate::common::scene_folder::in_repository;
 use etendue::internals::effects::{Effect, EffectSet};
 use etendue::internals::film::Window;
 use etendue::internals::film::filter::{FilterDescription, FilterKind};
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::math::vec::DVec3;
+use etendue::internals::render::Unwatched;
 use etendue::internals::render::options::RenderOptions;
-use etendue::internals::render::settings::{Adaptive, LightPathRule, RenderSettings};
+use etendue::internals::render::settings::{Adaptive, LightPathRule, RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
+use etendue::internals::scene::load::load;
+use etendue::internals::session::{Rendering, Session, tracing};
 
 /// The settings of `path` with light paths.
 fn with_light_paths(scene: &SceneDescription, share: LightPathShare, spp: u64) -> RenderSettings {
@@ -106,6 +110,11 @@ fn shading_normals_are_the_same_for_light_paths() {
     compare("stones", &stones(), 0.02, None);
 }
 
+#[test]
+fn a_wall_within_glass_is_the_same_for_light_paths() {
+    compare("a wall within glass", &wall_within_glass(), 0.03, None);
+}
+
 /// Lenses, motion, instances, textures, normal maps, alpha and one-sided surfaces.
 #[test]
 fn random_scenes_are_the_same_with_light_paths() {
@@ -150,6 +159,71 @@ fn error_bars_hold_what_light_paths_add_to_the_noise() {
     let settings = with_light_paths(&scene, LightPathShare::Half, 16);
     let ratio = claimed_over_true_variance(&scene, &settings);
     assert!((ratio - 1.0).abs() < 0.15, "{ratio}");
+}
+
+/// A render of a scene of the gallery, small, that has just begun.
+fn begun(name: &str, options: &RenderOptions) -> (Session, Rendering) {
+    let path = in_repository(&format!("scenes/{name}/{name}.toml"));
+    let mut scene = load(&path).expect("it is valid");
+    scene.film.size = (64, 43);
+    let session = Session::new(scene, tracing()).expect("it is valid");
+    let rendering = session.start(options).expect("valid options");
+    (session, rendering)
+}
+
+/// Light paths double the efficiency of caustics, halve that of four-lights, and find light in materials that camera paths
+/// miss.
+#[test]
+fn a_pilot_takes_light_paths_where_they_pay() {
+    for (name, least, most) in [
+        ("caustics", 1.3, 10.0),
+        ("four-lights", 1.0, 1.3),
+        ("rough-glass", 1.0, 1.3),
+        ("materials", 1e4, f64::INFINITY),
+    ] {
+        for seed in 1..4 {
+            let mut options = RenderOptions::samples(4);
+            options.seed = Some(seed);
+            options.light_paths = Some(LightPathRule::Auto);
+            let (_, rendering) = begun(name, &options);
+            let choice = rendering.light_paths().expect("it took a pilot");
+            let ratio = choice.ratio;
+            assert!((least..most).contains(&ratio), "{name}, {seed}: {ratio}");
+            let pays = least >= 1.3;
+            assert_eq!(choice.share != LightPathShare::None, pays, "{name}");
+            let settings = rendering.settings();
+            assert_eq!(settings.light_path_share(), choice.share, "{name}");
+        }
+    }
+    // There is nothing that throws light.
+    let mut options = RenderOptions::samples(4);
+    options.light_paths = Some(LightPathRule::Auto);
+    let (_, rendering) = begun("cornell-box", &options);
+    assert_eq!(rendering.light_paths(), None);
+}
+
+/// The ratio of squared errors that a pilot expects from the gains of light paths is that of renders with and without.
+#[test]
+fn the_gain_of_light_paths_is_foreseen() {
+    let error = |rule| {
+        let mut options = RenderOptions::samples(512);
+        options.light_paths = Some(rule);
+        options.sampler = Some(SamplerKind::Independent);
+        let (session, mut rendering) = begun("caustics", &options);
+        let choice = rendering.light_paths();
+        let until = rendering.settings().budget;
+        rendering
+            .go_on(&session, until, &Unwatched)
+            .expect("it renders");
+        let error = rendering.rendered().film.error(0.95).expect("512 samples");
+        (error.rel_rmse.powi(2), choice)
+    };
+    let (with, choice) = error(LightPathRule::Auto);
+    let (without, _) = error(LightPathRule::Share(LightPathShare::None));
+    let (foreseen, ratio) = (choice.expect("a pilot").ratio, without / with);
+    // The pilot has a thousandth of these samples, and is cautious.
+    let share = (foreseen - 1.0) / (ratio - 1.0);
+    assert!((0.4..1.6).contains(&share), "{foreseen} for {ratio}");
 }
 
 #[test]

@@ -4,6 +4,7 @@
 use super::bidirectional::{compare_with_path, settings};
 use crate::common::error_bars::Coverage;
 use crate::common::furnished::{glass, glossy, matte, outside, small_light};
+use crate::common::nightly::is_nightly;
 use crate::common::room::room;
 use crate::common::scene::{film, ready};
 use etendue::internals::accel::Backend;
@@ -106,14 +107,18 @@ fn where_no_light_is_found_the_render_says_so() {
 }
 
 /// Successive states of a chain are strongly correlated; the batches of chains are independent of each other nevertheless.
+///
+/// Power: that of about 2000 intervals, for any length of the chains. The truth has eight times the samples of the longest ones,
+/// so that its own error is small beside their bars.
 #[test]
 fn bars_that_are_trusted_cover_as_often_as_they_say() {
     let scene = matte();
     let ready = ready(&scene, Backend::ALL[0]);
+    let long = if is_nightly() { 8192 } else { 2048 };
     let path = RenderSettings {
         seed: 999,
         sampler: SamplerKind::Sobol,
-        ..settings(&scene, IntegratorKind::Path, 1 << 16)
+        ..settings(&scene, IntegratorKind::Path, 8 * long)
     };
     let truth = film(&ready, &scene, &path).develop();
     let coverage = |spp, seeds| {
@@ -125,7 +130,7 @@ fn bars_that_are_trusted_cover_as_often_as_they_say() {
         println!("| mlt, {spp} steps a pixel |{coverage}");
         coverage
     };
-    for coverage in [coverage(64, 8), coverage(8192, 8)] {
+    for coverage in [coverage(64, 8), coverage(long, 8)] {
         assert!(coverage.flagged() < 0.1, "{}", coverage.flagged());
         // About 2000 intervals; neighbours are correlated.
         assert_eq!(coverage.miscalibrated(), None);

@@ -2,13 +2,18 @@
 //! darkness, with an albedo below 1.
 
 use crate::common::scene::{looking, see, surface};
+use crate::common::scene_folder::in_repository;
 use etendue::internals::accel::Backend;
+use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::integrator::roulette::{Roulette, WeightWindow};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::DVec3;
+use etendue::internals::render::options::RenderOptions;
 use etendue::internals::scene::description::{
     ColourDescription, GeometryDescription, MaterialModel, SceneDescription,
 };
+use etendue::internals::scene::load::load;
+use etendue::internals::session::{Session, tracing};
 
 /// A floor with a highlight, and a lamp in its mirror direction.
 fn highlight() -> SceneDescription {
@@ -43,5 +48,28 @@ fn no_roulette_changes_what_a_highlight_shows() {
         let what = format!("{}: {seen:?} instead of {never:?}", roulette);
         assert!(apart <= 5.2 * joint, "{what}");
         assert!(joint <= 5e-3 * never.mean(), "too noisy to tell, {what}");
+    }
+}
+
+/// Paths leave open scenes, where the smaller window is taken; closed rooms keep the usual one, and what is named stays.
+#[test]
+fn the_window_is_small_where_paths_hardly_get_longer() {
+    for (name, parts) in [("environment", 4), ("motion-blur", 4), ("ajar-door", 2)] {
+        let path = in_repository(&format!("scenes/{name}/{name}.toml"));
+        let scene = load(&path).expect("it is valid");
+        let session = Session::new(scene, tracing()).expect("it is valid");
+        for seed in 1..4 {
+            let mut options = RenderOptions::samples(4);
+            options.seed = Some(seed);
+            options.integrator = Some(IntegratorKind::Path);
+            let chosen = |options: &RenderOptions| {
+                let rendering = session.start(options).expect("valid options");
+                rendering.settings().roulette()
+            };
+            let window = WeightWindow::one_part_in(parts).map(Roulette::Window);
+            assert_eq!(Some(chosen(&options)), window, "{name}");
+            options.roulette = Some(Roulette::Albedo);
+            assert_eq!(chosen(&options), Roulette::Albedo, "{name}");
+        }
     }
 }

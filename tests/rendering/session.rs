@@ -11,7 +11,7 @@ use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DVec3};
 use etendue::internals::render::options::RenderOptions;
-use etendue::internals::render::settings::{Budget, RenderSettings};
+use etendue::internals::render::settings::{Budget, LightPathRule, RenderSettings};
 use etendue::internals::render::{Unwatched, render};
 use etendue::internals::scene::description::{
     CameraDescription, FilmDescription, GeometryDescription, InstanceDescription, LightDescription,
@@ -102,6 +102,8 @@ fn a_session_renders_what_a_render_of_its_scene_does() {
     let session = session(description.clone(), Backend::ALL[0]);
     let settings = RenderSettings {
         filter_sampling: FilterSampling::Splatting,
+        has_window_pilot: true,
+        light_paths: LightPathRule::Auto,
         ..RenderSettings::new(description.film.size, 4)
     };
     let prepared =

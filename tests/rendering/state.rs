@@ -346,9 +346,9 @@ fn what_does_not_belong_together_is_refused_and_both_are_named() {
     let darker = SMALL.replace("[0.7, 0.2]", "[0.7, 0.25]");
     differs(&base, &darker, &["the scenes differ"]);
 
-    // Whether named as such or not, roulette by this window is what `path` plays.
+    // Whether named as such or not, roulette by this window is what `path` plays here.
     other = base.clone();
-    other.roulette = Some(etendue::Roulette::Window(etendue::WeightWindow::default()));
+    other.roulette = etendue::WeightWindow::one_part_in(4).map(etendue::Roulette::Window);
     shard(&session(SMALL, 1), &other, second, &file("b.etd"));
     assert_eq!(merged(&[file("a.etd"), file("b.etd")]).header.samples(), 8);
     let doubled = Merge::of(&[file("a.etd"), file("b.etd"), file("a.etd")]);

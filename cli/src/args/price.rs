@@ -4,8 +4,8 @@
 //! Range: stated at each flag; a value outside it is a usage error that names the flag.
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/price.rs`.
 
+use super::MeasurementArguments;
 use super::values::{named, parse_size};
-use super::{ProgressMode, SceneArguments, TracingArguments};
 use crate::durations::parse_duration;
 use clap::Args;
 use etendue::internals::integrator::kind::IntegratorKind;
@@ -14,9 +14,9 @@ use std::time::Duration;
 /// Arguments of `price`.
 #[derive(Debug, Args)]
 pub struct PriceArguments {
-    /// The scene.
+    /// The scene, the seed and the output.
     #[command(flatten)]
-    pub scene: SceneArguments,
+    pub measurement: MeasurementArguments,
     /// Total time of the measurement.
     #[arg(long, value_name = "DURATION", value_parser = parse_duration, default_value = "30s")]
     pub budget: Duration,
@@ -26,19 +26,4 @@ pub struct PriceArguments {
     /// Image size in pixels for which the price is. Default: the scene's own.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
-    /// Seed of the random numbers, from 0 to 2^64 - 1.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
-    /// Print one JSON object instead of the table.
-    #[arg(long)]
-    pub json: bool,
-    /// Progress display on standard error.
-    #[arg(long, value_enum, default_value = "auto")]
-    pub progress: ProgressMode,
-    /// Suppress progress and notes.
-    #[arg(short, long)]
-    pub quiet: bool,
-    /// Ray tracing options.
-    #[command(flatten)]
-    pub tracing: TracingArguments,
 }

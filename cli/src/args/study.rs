@@ -4,8 +4,8 @@
 //! Range: stated at each flag; a value outside it is a usage error that names the flag.
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/study.rs` and below.
 
+use super::MeasurementArguments;
 use super::values::parse_size;
-use super::{ProgressMode, SceneArguments, TracingArguments};
 use crate::durations::parse_duration;
 use clap::Args;
 use etendue::internals::accel::{Backend, Precision};
@@ -20,9 +20,9 @@ use std::time::Duration;
 /// Arguments of `study`.
 #[derive(Debug, Args)]
 pub struct StudyArguments {
-    /// The scene.
+    /// The scene, the seed and the output.
     #[command(flatten)]
-    pub scene: SceneArguments,
+    pub measurement: MeasurementArguments,
     /// Settings to compare, such as integrator=path,nee sampler=sobol,independent. Default: sampler=independent,sobol.
     ///
     /// Every combination of the values is rendered. The settings are integrator, sampler, precision, backend, kernel
@@ -44,24 +44,9 @@ pub struct StudyArguments {
     /// Also predict times for this number of threads, by the measured gain from one thread to all of this machine.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub for_threads: Option<u32>,
-    /// Seed of the random numbers and of the order of the renders, from 0 to 2^64 - 1.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
     /// Output folder for study.html, study.md, study.json and study.csv; created if missing.
     #[arg(short, long = "out", value_name = "DIR", default_value = "out/study")]
     pub out: PathBuf,
-    /// Print study.json instead of the answers.
-    #[arg(long)]
-    pub json: bool,
-    /// Progress display on standard error.
-    #[arg(long, value_enum, default_value = "auto")]
-    pub progress: ProgressMode,
-    /// Suppress progress and the final summary line.
-    #[arg(short, long)]
-    pub quiet: bool,
-    /// Ray tracing options, for settings that are not varied.
-    #[command(flatten)]
-    pub tracing: TracingArguments,
 }
 
 /// The values of one setting.

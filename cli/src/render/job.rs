@@ -5,9 +5,10 @@
 //! Source: none needed. Tested in `cli/tests/command/render.rs`.
 
 use crate::args::RenderArguments;
+use crate::recommendation::LightPathReport;
 use etendue::internals::effects::Effect;
 use etendue::internals::film::filter::{Filter, FilterSampling};
-use etendue::internals::render::auto::Recommendation;
+use etendue::internals::render::auto::{LightPathChoice, Recommendation};
 use etendue::internals::render::kernel;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::scene::Scene;
@@ -21,6 +22,8 @@ pub struct Job<'a> {
     pub settings: &'a RenderSettings,
     /// The recommendation of `auto`, if it was requested.
     pub auto: Option<&'a Recommendation>,
+    /// The choice of a number of light paths, if it took a pilot.
+    pub light_paths: Option<LightPathChoice>,
 }
 
 impl Job<'_> {
@@ -67,6 +70,10 @@ impl Job<'_> {
         } else {
             format!("effects {}", effects.join(", "))
         };
+        let light_paths = match self.light_paths.map(LightPathReport::from) {
+            Some(choice) => choice.describe(),
+            None => self.settings.light_path_share().name().to_owned(),
+        };
         format!(
             "scene: {shapes} shapes, {primitives} primitives, {instances}{} materials, {} lights; {width} x {height} pixels\n\
              tracing: {}, {}, {} quality; {:.1} MB\n\
@@ -85,7 +92,7 @@ impl Job<'_> {
             effects,
             self.filter(),
             self.settings.roulette(),
-            self.settings.light_path_share().name(),
+            light_paths,
             self.settings.reuse().name(),
         )
     }

@@ -20,8 +20,8 @@ fn folder() -> SceneFolder {
 fn the_choice_and_its_reason_are_said_everywhere() {
     let folder = folder();
     for arguments in [
-        "render point.toml --integrator auto --stats it.json -o it.exr",
-        "render auto.toml --stats it.json -o it.exr",
+        "render point.toml --integrator auto --light-paths off --stats it.json -o it.exr",
+        "render auto.toml --light-paths off --stats it.json -o it.exr",
     ] {
         let said = succeed(&folder, arguments).stderr;
         let stats = std::fs::read_to_string(folder.path("it.json")).expect("the file was written");
@@ -62,8 +62,8 @@ fn a_plan_names_the_integrator_with_what_it_was_held_against() {
     let folder = folder();
     let table = succeed(&folder, "plan point.toml").stdout;
     for words in [
-        "integrator: --integrator auto selects ",
-        ": camera subpaths do not find",
+        "integrator: --integrator auto selects path: ",
+        "light paths beside path: 1/4 for each camera path (camera paths alone miss light)",
         "squared error at equal work in a pilot, relative to path: path 1.00, bdpt ",
     ] {
         assert!(table.contains(words), "no `{words}` in\n{table}");

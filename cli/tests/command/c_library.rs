@@ -17,9 +17,10 @@ fn prefix() -> &'static Path {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let install = Command::new("make")
             .current_dir(in_repository(""))
-            // Built together with a test, the dependencies have the same features as in tests and are not built again.
+            // Built for the whole workspace and together with a test, every package has the same features as for
+            // `cargo test --workspace`, and none is built again.
             .args(["install", "PROFILE=test"])
-            .arg("CARGO_FLAGS=--lib --bins --test command")
+            .arg("CARGO_FLAGS=--workspace --lib --bins --test command")
             .arg(format!("CARGO={}", env!("CARGO")))
             .arg(format!("PREFIX={}", folder.path().display()))
             .env("CARGO_TARGET_DIR", target_folder())
@@ -108,7 +109,7 @@ fn a_client_in_c_renders_what_the_command_does_and_everything_else() {
     assert!(says.contains("all is well"));
     succeed(
         &folder,
-        "render small.toml --spp 4 --seed 7 --sampler independent -q -o command.pfm",
+        "render small.toml --spp 4 --seed 7 --sampler independent --light-paths off -q -o command.pfm",
     );
     assert_same_files(&folder, "client.pfm", "command.pfm");
 }

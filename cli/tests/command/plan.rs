@@ -146,7 +146,7 @@ fn the_kernel_can_be_named_and_changes_nothing() {
     );
     let said = succeed(&folder, "render small.toml -v -o a.pfm --progress none").stderr;
     assert!(
-        said.contains("plan: kernel room; effects textures, glossy"),
+        said.contains("plan: kernel caustics; effects textures, glossy"),
         "{said}"
     );
 }

@@ -1,7 +1,9 @@
 //! `etendue study`: invalid requests, printed and written output, and the report kept after Ctrl-C.
 
 use crate::common::scene_folder::{HEAD, SMALL, SceneFolder};
-use crate::support::{INPUT_OUTPUT, SCENE, USAGE, command, fails, interrupted, run, succeed};
+use crate::support::{
+    Finished, INPUT_OUTPUT, SCENE, USAGE, command, fails, interrupted, measured, run,
+};
 use serde_json::Value;
 
 fn small() -> SceneFolder {
@@ -15,6 +17,13 @@ fn read(folder: &SceneFolder, name: &str) -> String {
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text).expect("it is JSON")
+}
+
+/// The study, written to `out/`, in a time that is enough for what a test needs of its report.
+fn studied(folder: &SceneFolder, arguments: &str, lacks: impl Fn(&Value) -> bool) -> Finished {
+    measured(folder, &format!("study {arguments} -o out"), |_| {
+        lacks(&json(&read(folder, "out/study.json")))
+    })
 }
 
 /// Checks that a page has no external resources, no scripts, and no NaN or infinity.
@@ -106,9 +115,10 @@ fn requests_that_make_no_sense() {
 #[test]
 fn a_study_is_printed_and_written_in_three_forms() {
     let folder = small();
-    let finished = succeed(
+    let finished = studied(
         &folder,
-        "study small.toml --size 8x6 --vary integrator=path,direct-directional sampler=independent --reference bdpt --budget 6s --seed 3 --progress none -o out",
+        "small.toml --size 8x6 --vary integrator=path,direct-directional sampler=independent --reference bdpt --seed 3 --progress none",
+        |report| report["derived"][0]["slope"].is_null(),
     );
     for expected in [
         "# Study of small.toml",
@@ -160,7 +170,7 @@ fn a_study_is_printed_and_written_in_three_forms() {
     assert!(report["derived"][0]["slope"]["b"]["value"].is_number());
     let answers = report["derived"][0]["answers"].as_array().expect("answers");
     assert_eq!(answers.len(), 5);
-    assert!(report["seconds"].as_f64().expect("a number") > 1.0);
+    assert!(report["seconds"].as_f64().expect("a number") > 0.0);
 
     let csv = read(&folder, "out/study.csv");
     assert_eq!(csv.lines().count(), runs + 1);
@@ -181,10 +191,7 @@ fn a_study_is_printed_and_written_in_three_forms() {
 #[test]
 fn json_is_printed_where_it_is_asked_for_and_nothing_else_is() {
     let folder = small();
-    let finished = succeed(
-        &folder,
-        "study small.toml --budget 3s --size 8x6 --json -q -o out",
-    );
+    let finished = studied(&folder, "small.toml --size 8x6 --json -q", |_| false);
     assert_eq!(finished.stderr, "");
     let report = json(&finished.stdout);
     assert_eq!(report["size"], json("[8, 6]"));
@@ -247,9 +254,10 @@ fn times_are_predicted_for_other_threads_and_bad_numbers_are_refused() {
         USAGE,
         &["--for-threads", "0"],
     );
-    succeed(
+    studied(
         &folder,
-        "study small.toml --vary sampler=sobol --budget 4s --size 8x6 --threads 2 --for-threads 64 -q -o out",
+        "small.toml --vary sampler=sobol --size 8x6 --threads 2 --for-threads 64 -q",
+        |report| report["scaling"].is_null(),
     );
     let report = json(&read(&folder, "out/study.json"));
     let scaling = &report["scaling"];
@@ -269,7 +277,7 @@ fn a_scene_of_one_colour_is_exact() {
     let grey =
         format!("{HEAD}[film]\nsize = [8, 8]\n[[light]]\ntype = \"environment\"\nradiance = 0.5\n");
     let folder = SceneFolder::new([("grey.toml", grey)]);
-    let finished = succeed(&folder, "study grey.toml --budget 3s -q -o out");
+    let finished = studied(&folder, "grey.toml -q", |_| false);
     assert!(
         finished.stdout.contains("has no noise in this scene"),
         "{}",

@@ -53,6 +53,28 @@ pub fn succeed(folder: &SceneFolder, arguments: &str) -> Finished {
     finished
 }
 
+/// Runs a verb that measures for a given time, with twice the time whenever it was too short, so that the pace of the machine
+/// decides how long a test takes and never how it ends. `left_out` tells whether a report lacks something for lack of time.
+#[track_caller]
+pub fn measured(
+    folder: &SceneFolder,
+    arguments: &str,
+    left_out: impl Fn(&Finished) -> bool,
+) -> Finished {
+    for doublings in 0..7 {
+        let budget = 2 << doublings;
+        let finished = run(folder, &format!("{arguments} --budget {budget}s"));
+        let too_short = finished.code == USAGE && finished.stderr.contains("too small");
+        if !too_short {
+            assert_eq!(finished.code, 0, "{arguments}: {}", finished.stderr);
+            if !left_out(&finished) {
+                return finished;
+            }
+        }
+    }
+    panic!("{arguments}: two minutes are not enough");
+}
+
 /// Sends the command what Ctrl-C sends, and waits for its end, of which its exit code has to tell.
 #[cfg(unix)]
 pub fn interrupted(child: Child) -> Finished {

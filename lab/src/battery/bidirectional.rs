@@ -1,8 +1,8 @@
-//! Bidirectional path tracing and Metropolis light transport: the rows about transport repeated with both, and light
-//! that no camera subpath can find.
+//! Bidirectional path tracing, Metropolis light transport, and light paths beside camera paths: the rows about transport
+//! repeated with each, and light that no camera subpath can find.
 //!
 //! Measure: radiance; where an image is not uniform, radiance over the exact radiance.
-//! Range: scenes that both can render in seconds. Connecting subpaths of n vertices takes n^2 rays, so that rooms are
+//! Range: scenes that all can render in seconds. Connecting subpaths of n vertices takes n^2 rays, so that rooms are
 //! limited to 20 bounces.
 //! Source: formulas at each; Veach 1997, chapter 11, for Markov chains without start-up bias. Tested in
 //! `lab/tests/reports/battery.rs`.
@@ -11,7 +11,7 @@ use super::case::{Case, Effort};
 use super::claim::Claim;
 use super::closed_forms::rectangle_below;
 use super::lamps::{distant, floor, point, reflected, square_through};
-use super::patch::{Look, SIZE, bounces, looking, mean, see_again};
+use super::patch::{Estimator, Look, SIZE, bounces, looking, mean, see_again};
 use super::transport::{floor_under_a_lamp, integrating_sphere, lit_room, ratio_of, room, series};
 use crate::scene_builder::{diffuse, light, mirror, rectangle, sky, sphere, surface};
 use etendue::internals::geometry::texture::Texture;
@@ -26,7 +26,9 @@ use etendue::internals::scene::description::{
 };
 use std::sync::Arc;
 
-const BOTH: [IntegratorKind; 2] = [IntegratorKind::Bidirectional, IntegratorKind::Metropolis];
+const BIDIRECTIONAL: Estimator = Estimator::alone(IntegratorKind::Bidirectional);
+const METROPOLIS: Estimator = Estimator::alone(IntegratorKind::Metropolis);
+const ALL: [Estimator; 3] = [BIDIRECTIONAL, METROPOLIS, Estimator::WITH_LIGHT_PATHS];
 
 /// Every case.
 pub fn cases(_: Effort) -> Vec<Case> {
@@ -47,58 +49,66 @@ pub fn cases(_: Effort) -> Vec<Case> {
 /// A case about the mean over an image of uniform radiance.
 fn plain(
     (row, what): (u32, &str),
-    kind: IntegratorKind,
+    estimator: Estimator,
     claim: Claim,
     scene: SceneDescription,
     look: Look,
 ) -> Case {
-    let name = format!("{what} by {}", kind.name());
+    let name = format!("{what} by {}", estimator.name());
     Case::new(row, name, claim, move |trial| {
         let spp = trial.samples(look.spp);
-        see_again(trial, kind, &scene, Look { spp, ..look }, mean)
+        see_again(trial, estimator, &scene, Look { spp, ..look }, mean)
     })
 }
 
 /// Integrating spheres: all path lengths contribute, with different strategies but the same mean.
 fn integrating_spheres() -> Vec<Case> {
-    let look = Look {
-        spp: 1 << 9,
-        max_bounces: None,
-        roulette: Roulette::Throughput,
-    };
     let what = "integrating sphere of albedo 0.5, with roulette,";
-    let case = |(kind, power)| {
+    let case = |(estimator, power, spp)| {
         let scene = integrating_sphere(1.0, 0.5);
-        plain((48, what), kind, Claim::mean(1.0, power), scene, look)
+        let look = Look {
+            spp,
+            max_bounces: None,
+            roulette: Roulette::Throughput,
+        };
+        plain((48, what), estimator, Claim::mean(1.0, power), scene, look)
     };
     let limits = [
-        (IntegratorKind::Bidirectional, 1e-3),
-        (IntegratorKind::Metropolis, 2e-3),
+        (BIDIRECTIONAL, 1e-3, 1 << 9),
+        (METROPOLIS, 2e-3, 1 << 6),
+        (Estimator::WITH_LIGHT_PATHS, 1e-3, 1 << 9),
     ];
     limits.map(case).into()
 }
 
 /// Rooms with long subpaths, without roulette.
 fn white_rooms() -> Vec<Case> {
-    let case = |kind| {
+    let case = |estimator| {
         let exact = series(f64::from(0.999_f32), Some(20));
         let what = "room of albedo 0.999 that emits 1, 20 bounces,";
         let claim = Claim::mean(exact, 5e-3);
-        plain((49, what), kind, claim, room(0.999), bounces(20, 1 << 4))
+        plain(
+            (49, what),
+            estimator,
+            claim,
+            room(0.999),
+            bounces(20, 1 << 4),
+        )
     };
-    BOTH.map(case).into()
+    ALL.map(case).into()
 }
 
 /// The ratio of a render with roulette to one without.
 fn roulette() -> Vec<Case> {
     let ways = [
-        (Roulette::Throughput, IntegratorKind::Bidirectional, 1 << 6),
-        (Roulette::Albedo, IntegratorKind::Bidirectional, 1 << 6),
-        (Roulette::Throughput, IntegratorKind::Metropolis, 1 << 9),
+        (Roulette::Throughput, BIDIRECTIONAL, 1 << 6),
+        (Roulette::Albedo, BIDIRECTIONAL, 1 << 6),
+        (Roulette::Throughput, METROPOLIS, 1 << 6),
+        (Roulette::Throughput, Estimator::WITH_LIGHT_PATHS, 1 << 8),
     ];
-    let case = |(roulette, kind, spp): (Roulette, IntegratorKind, u64)| {
-        let (by, kind_name) = (roulette, kind.name());
-        let name = format!("roulette by {by} over none, to depth 3, by {kind_name}");
+    let case = |(roulette, estimator, spp): (Roulette, Estimator, u64)| {
+        let (by, estimator_name) = (roulette, estimator.name());
+        let name = format!("roulette by {by} over none, to depth 3, by {estimator_name}");
         Case::new(50, name, Claim::mean(1.0, 1e-3), move |trial| {
             let scene = lit_room();
             ratio_of(trial, roulette, |trial, roulette| {
@@ -107,7 +117,7 @@ fn roulette() -> Vec<Case> {
                     max_bounces: Some(3),
                     roulette,
                 };
-                see_again(trial, kind, &scene, look, mean)
+                see_again(trial, estimator, &scene, look, mean)
             })
         })
     };
@@ -117,17 +127,23 @@ fn roulette() -> Vec<Case> {
 /// Scenes rendered up to each number of bounces.
 fn lengths() -> Vec<Case> {
     let mut cases = Vec::new();
-    for kind in BOTH {
+    for estimator in ALL {
         for depth in [0, 1, 2, 3] {
             let what = format!("grey room to depth {depth}");
             let claim = Claim::mean(series(0.5, Some(depth)), 2e-3);
-            let look = bounces(depth, 1 << 7);
-            cases.push(plain((52, &what), kind, claim, room(0.5), look));
+            let look = bounces(depth, 1 << 6);
+            cases.push(plain((52, &what), estimator, claim, room(0.5), look));
         }
         let (scene, exact) = floor_under_a_lamp();
         let claim = Claim::mean(exact, 2e-3);
         let what = "floor under a lamp";
-        cases.push(plain((52, what), kind, claim, scene, bounces(1, 1 << 7)));
+        cases.push(plain(
+            (52, what),
+            estimator,
+            claim,
+            scene,
+            bounces(1, 1 << 6),
+        ));
     }
     cases
 }
@@ -192,12 +208,18 @@ fn lit_floors() -> Vec<(&'static str, SceneDescription, f64)> {
 
 fn kinds_of_light() -> Vec<Case> {
     let mut cases = Vec::new();
-    for kind in BOTH {
+    for estimator in ALL {
         for (what, scene, exact) in lit_floors() {
             // The tolerance accounts for the size of the patch that is seen.
             let claim = Claim::mean(exact, 2e-3).within(3e-4 * exact);
             let what = format!("floor under {what}");
-            cases.push(plain((52, &what), kind, claim, scene, bounces(1, 1 << 6)));
+            cases.push(plain(
+                (52, &what),
+                estimator,
+                claim,
+                scene,
+                bounces(1, 1 << 6),
+            ));
         }
     }
     cases
@@ -259,7 +281,7 @@ fn short_chains() -> Vec<Case> {
             let exact = lit(at, 1.0);
             let counts = |pixel: usize| (pixel % 8 < 4) == is_left;
             let look = bounces(1, trial.samples(1 << 10));
-            see_again(trial, IntegratorKind::Metropolis, &scene, look, |seen| {
+            see_again(trial, METROPOLIS, &scene, look, |seen| {
                 over_exact(seen, &exact, counts)
             })
         })
@@ -293,18 +315,18 @@ fn by_a_mirror() -> Vec<Case> {
     let exact = lit(image, 0.75 * 4.0);
     let unseen = Case::seen(
         56,
-        "what a mirror throws of a spot on a floor by path, which says that it lacks it",
+        "what a mirror throws of a spot on a floor by path without light paths, which says that it lacks it",
         Claim::exactly(0.0),
         scene.clone(),
         bounces(4, 16),
     );
-    let found = BOTH.map(|kind| {
+    let found = ALL.map(|estimator| {
         let what = "what a mirror throws of a spot on a floor, over the exact,";
-        let name = format!("{what} by {}", kind.name());
+        let name = format!("{what} by {}", estimator.name());
         let (scene, exact) = (scene.clone(), exact.clone());
         Case::new(56, name, Claim::mean(1.0, 5e-3), move |trial| {
             let look = bounces(2, trial.samples(1 << 9));
-            see_again(trial, kind, &scene, look, |seen| {
+            see_again(trial, estimator, &scene, look, |seen| {
                 over_exact(seen, &exact, |_| true)
             })
         })

@@ -9,9 +9,10 @@ use etendue::Result;
 use etendue::internals::film::filter::{Filter, FilterDescription, FilterKind};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::math::vec::{DAffine3, DMat3, DVec3};
 use etendue::internals::render::render;
-use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::render::settings::{LightPathRule, RenderSettings};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::{
     CameraDescription, FilmDescription, MaterialDescription, MaterialModel, Place, SceneDescription,
@@ -36,6 +37,39 @@ pub struct Look {
     pub max_bounces: Option<u32>,
     /// The rule of Russian roulette.
     pub roulette: Roulette,
+}
+
+/// An integrator, with light paths beside its camera paths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Estimator {
+    /// The integrator.
+    pub integrator: IntegratorKind,
+    /// The number of light paths for each camera path of `path`.
+    pub light_paths: LightPathShare,
+}
+
+impl Estimator {
+    /// `path` with as many light paths as camera paths.
+    pub const WITH_LIGHT_PATHS: Self = Self {
+        integrator: IntegratorKind::Path,
+        light_paths: LightPathShare::One,
+    };
+
+    /// An integrator without light paths beside it.
+    pub const fn alone(integrator: IntegratorKind) -> Self {
+        Self {
+            integrator,
+            light_paths: LightPathShare::None,
+        }
+    }
+
+    /// The name in cases.
+    pub fn name(self) -> &'static str {
+        match self.light_paths {
+            LightPathShare::None => self.integrator.name(),
+            _ => "path with light paths",
+        }
+    }
 }
 
 /// Settings for direct light, without roulette.
@@ -116,17 +150,18 @@ pub fn see_by(
     look: Look,
 ) -> Result<Vec<f64>> {
     let scene = ready(trial, description)?;
-    picture(trial, integrator, (description, &scene), look, trial.seed)
+    let estimator = Estimator::alone(integrator);
+    picture(trial, estimator, (description, &scene), look, trial.seed)
 }
 
-/// Evaluates `of` on the pixels of each of `RENDERS` renders by any integrator. Where samples splat to other pixels, or
+/// Evaluates `of` on the pixels of each of `RENDERS` renders by any estimator. Where samples splat to other pixels, or
 /// Markov chains move between pixels, the pixels of one render are correlated; separate renders are independent.
 ///
 /// # Errors
 /// An error of the scene or the backend.
 pub fn see_again(
     trial: &Trial<'_>,
-    integrator: IntegratorKind,
+    estimator: Estimator,
     description: &SceneDescription,
     look: Look,
     of: impl Fn(&[f64]) -> f64,
@@ -134,7 +169,7 @@ pub fn see_again(
     let scene = ready(trial, description)?;
     let of_render = |number: u64| {
         let seed = trial.seed.wrapping_mul(RENDERS).wrapping_add(number);
-        let pixels = picture(trial, integrator, (description, &scene), look, seed)?;
+        let pixels = picture(trial, estimator, (description, &scene), look, seed)?;
         Ok(of(&pixels))
     };
     (0..RENDERS).map(of_render).collect()
@@ -148,14 +183,15 @@ pub fn mean(numbers: &[f64]) -> f64 {
 /// Renders with exactly `look.spp` samples and returns the radiance of each pixel.
 fn picture(
     trial: &Trial<'_>,
-    integrator: IntegratorKind,
+    estimator: Estimator,
     (description, scene): (&SceneDescription, &Scene),
     look: Look,
     seed: u64,
 ) -> Result<Vec<f64>> {
     let size = description.film.size;
     let settings = RenderSettings {
-        integrator,
+        integrator: estimator.integrator,
+        light_paths: LightPathRule::Share(estimator.light_paths),
         seed,
         max_bounces: look.max_bounces,
         roulette: Some(look.roulette),

@@ -58,6 +58,9 @@ pub struct CaseReport {
     /// The claim.
     #[serde(flatten)]
     pub claim: Claim,
+    /// The independent measurements; none if it could not be measured.
+    #[serde(skip)]
+    pub numbers: Vec<f64>,
     /// The measured number; NaN if it could not be measured.
     pub ours: f64,
     /// The measured number minus the exact one.

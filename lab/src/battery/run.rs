@@ -187,9 +187,13 @@ impl<'a> Battery<'a> {
         let start = Instant::now();
         let measured = case.measure(&trial);
         let seconds = start.elapsed().as_secs_f64();
-        let (judged, failure) = match measured {
-            Ok(numbers) => (case.claim.judge(&numbers), None),
+        let (numbers, judged, failure) = match measured {
+            Ok(numbers) => {
+                let judged = case.claim.judge(&numbers);
+                (numbers, judged, None)
+            }
             Err(error) => (
+                Vec::new(),
                 Judged {
                     ours: f64::NAN,
                     standard_error: None,
@@ -203,6 +207,7 @@ impl<'a> Battery<'a> {
             subject: case.subject,
             name: case.name.clone(),
             claim: case.claim,
+            numbers,
             ours: judged.ours,
             error: judged.ours - case.claim.exact,
             standard_error: judged.standard_error,

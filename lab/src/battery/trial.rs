@@ -12,7 +12,7 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effort {
-    /// As few samples as the power limits allow.
+    /// The fewest samples that the power limits allow.
     Quick,
     /// Eight times as many samples, and the long rows at full length.
     Full,

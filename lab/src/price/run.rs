@@ -15,16 +15,15 @@ use crate::study::prepared_scene::PreparedScene;
 use crate::study::reference::References;
 use crate::study::settings::StudyObserver;
 use crate::study::summary::TARGETS;
+use crate::study::variance::OF_CAMERA_PATHS;
 use crate::study::variant::Variant;
 use etendue::internals::accel::{AccelOptions, Precision};
 use etendue::internals::film::Doubt;
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::auto::{Recommendation, recommend};
+use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::render::convergence::Look;
 use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
-use etendue::internals::render::{
-    CONFIDENCE, RenderInput, RenderObserver, Rendered, Threads, render,
-};
+use etendue::internals::render::{CONFIDENCE, RenderObserver, Rendered, render};
 use etendue::internals::sampler::hash::combine;
 use etendue::internals::scene::description::SceneDescription;
 use etendue::{Error, Result};
@@ -83,8 +82,9 @@ pub fn run(
         ..RenderSettings::of_scene(description)?
     };
     let integrator = settings.integrator.unwrap_or(base.integrator);
-    let (integrator, recommendation) = settled(&prepared, &base, integrator, options, &watch)?;
     let base = RenderSettings { integrator, ..base };
+    let settled = prepared.settle(&base, options, &watch)?;
+    let (base, recommendation) = (settled.settings, settled.recommendation);
     let mut price = Price {
         report: blank(description, settings, &base, &prepared),
         description,
@@ -98,27 +98,6 @@ pub fn run(
     price.report.complete = whole.is_some();
     price.report.seconds = price.watch.elapsed();
     Ok(price.report)
-}
-
-/// The integrator in place of `auto`, by the pilot of `etendue plan` and of `render --integrator auto`.
-fn settled(
-    prepared: &PreparedScene,
-    base: &RenderSettings,
-    integrator: IntegratorKind,
-    options: AccelOptions,
-    watch: &Watch<'_>,
-) -> Result<(IntegratorKind, Option<Recommendation>)> {
-    if integrator != IntegratorKind::Auto {
-        return Ok((integrator, None));
-    }
-    let view = RenderInput {
-        scene: prepared.scene(options),
-        filter: prepared.filter(),
-        size: prepared.size(),
-    };
-    let threads = Threads::new(base.threads)?;
-    let recommendation = recommend(&view, &threads, base, watch)?;
-    Ok((recommendation.integrator, Some(recommendation)))
 }
 
 fn blank(
@@ -277,10 +256,12 @@ impl Price<'_> {
         let seed = combine(self.base.seed, 3);
         let found = culprits(small, self.description, &variant, &references, (spp, seed));
         let integrator = self.base.integrator;
-        if self.base.splats() || integrator == IntegratorKind::IrradianceCache {
+        if integrator.splats() || integrator == IntegratorKind::IrradianceCache {
             let name = integrator.name();
             let note = format!("{name} does not tell which paths its error comes from");
             self.report.notes.push(note);
+        } else if self.base.light_path_share() != LightPathShare::None {
+            self.report.notes.push(OF_CAMERA_PATHS.to_owned());
         }
         self.report.culprits = found;
         Ok((!self.watch.is_cancelled()).then_some(()))

@@ -13,8 +13,9 @@ use super::run::Study;
 use super::runner::{Purpose, seed_for};
 use super::schedule::ANATOMY;
 use super::settings::Watch;
-use super::variance::path_shares;
+use super::variance::{OF_CAMERA_PATHS, path_shares};
 use etendue::Result;
+use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::plan::Plan;
 use etendue::internals::render::RenderObserver;
 
@@ -63,6 +64,9 @@ impl Study<'_> {
             let variant = &self.settings.variants[index];
             let seed = seed_for(self.settings.seed, Purpose::Paths, [index as u64, 0, 0]);
             let shares = path_shares(&self.prepared, variant, references, spp, seed);
+            if shares.is_some() && variant.settings.light_path_share() != LightPathShare::None {
+                self.report.warn(OF_CAMERA_PATHS);
+            }
             self.report.variants[index].paths = shares;
         }
     }

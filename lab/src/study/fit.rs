@@ -21,7 +21,8 @@ pub struct TimeLaw {
 
 impl TimeLaw {
     /// Fits the law to (samples, seconds); `None` without points. Standard deviations are taken as proportional to the
-    /// seconds.
+    /// seconds. The seconds for a sample are above 0: where longer renders took less time, as on a busy machine, there is no
+    /// line, and all of the time is that of the samples.
     pub fn of(points: &[[f64; 2]]) -> Option<Self> {
         let mut sums = [0.0; 5];
         for &[n, t] in points.iter().filter(|[_, t]| *t > 0.0) {
@@ -32,7 +33,8 @@ impl TimeLaw {
         }
         let [w, wn, wnn, wt, wnt] = sums;
         let determinant = w * wnn - wn * wn;
-        let is_line = determinant > f64::EPSILON * w * wnn;
+        let rises = w * wnt > wn * wt;
+        let is_line = rises && determinant > f64::EPSILON * w * wnn;
         let start = if is_line {
             ((wnn * wt - wn * wnt) / determinant).max(0.0)
         } else {
@@ -215,6 +217,9 @@ mod tests {
             (law.start - 0.5).abs() < 1e-9 && (law.sample - 0.01).abs() < 1e-9,
             "{law:?}"
         );
+        // Longer renders that took less time are noise, too.
+        let law = TimeLaw::of(&[[1.0, 0.9], [2.0, 0.6], [4.0, 0.5]]).expect("three");
+        assert!(law.start == 0.0 && law.sample > 0.0, "{law:?}");
         // A negative start is noise; a single level gives no start.
         let law = TimeLaw::of(&[[1.0, 0.9], [2.0, 2.1], [4.0, 4.3]]).expect("three");
         assert!(

@@ -3,7 +3,7 @@
 //! Measure: seconds, pixels, samples per pixel.
 //! Range: the image has the scene's own size, unless that leaves fewer than eight doublings of the samples and a smaller
 //! one was not ruled out: then it is made smaller, with a warning.
-//! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
+//! Source: docs/accuracy.md, "The study". Tested below and in `lab/tests/reports/study.rs`.
 
 use super::fit::TimeLaw;
 use super::reference::References;
@@ -42,6 +42,33 @@ pub(super) struct Costs {
     reference: TimeLaw,
 }
 
+impl Costs {
+    /// The largest size, at most `size`, with enough doublings in this many seconds, or the smallest allowed one. The costs
+    /// are those at `size`.
+    fn fitting_size(&self, size: (u32, u32), seconds: f64) -> (u32, u32) {
+        let pixels = f64::from(size.0) * f64::from(size.1);
+        let mut share = 1.0;
+        while share * pixels > FEW_PIXELS {
+            let scaled = |law: &TimeLaw| TimeLaw {
+                start: share * law.start,
+                sample: share * law.sample,
+            };
+            let laws: Vec<TimeLaw> = self.laws.iter().map(scaled).collect();
+            let schedule = Schedule::fit(&laws, scaled(&self.reference), seconds);
+            let is_enough = schedule.is_ok_and(|schedule| {
+                schedule.least_doublings() >= FEW_DOUBLINGS
+                    && bytes(&schedule, share * pixels) <= MOST_MEMORY
+            });
+            if is_enough {
+                break;
+            }
+            share = (SMALLER * share).max(FEW_PIXELS / pixels);
+        }
+        let side = |side: u32| ((f64::from(side) * share.min(1.0).sqrt()).round() as u32).max(1);
+        (side(size.0), side(size.1))
+    }
+}
+
 impl Study<'_> {
     /// Measures the cost of renders and plans them; `None` if it was cancelled.
     pub(super) fn plan(&mut self, watch: &Watch<'_>) -> Result<Option<(Costs, Schedule)>> {
@@ -49,7 +76,7 @@ impl Study<'_> {
             return Ok(None);
         };
         if self.settings.may_shrink && self.settings.schedule.is_none() {
-            let size = self.smaller_size(&costs, watch);
+            let size = costs.fitting_size(self.prepared.size(), watch.left());
             if size != self.prepared.size() {
                 for study in &mut self.report.variants {
                     study.own_size = Some(study.warm_up);
@@ -63,31 +90,6 @@ impl Study<'_> {
         }
         let schedule = self.schedule(&costs, watch)?;
         Ok(Some((costs, schedule)))
-    }
-
-    /// The largest size with enough doublings, or the smallest allowed one.
-    fn smaller_size(&self, costs: &Costs, watch: &Watch<'_>) -> (u32, u32) {
-        let (width, height) = self.prepared.size();
-        let pixels = f64::from(width) * f64::from(height);
-        let mut share = 1.0;
-        while share * pixels > FEW_PIXELS {
-            let scaled = |law: &TimeLaw| TimeLaw {
-                start: share * law.start,
-                sample: share * law.sample,
-            };
-            let laws: Vec<TimeLaw> = costs.laws.iter().map(scaled).collect();
-            let schedule = Schedule::fit(&laws, scaled(&costs.reference), watch.left());
-            let is_enough = schedule.is_ok_and(|schedule| {
-                schedule.least_doublings() >= FEW_DOUBLINGS
-                    && bytes(&schedule, share * pixels) <= MOST_MEMORY
-            });
-            if is_enough {
-                break;
-            }
-            share = (SMALLER * share).max(FEW_PIXELS / pixels);
-        }
-        let side = |side: u32| ((f64::from(side) * share.min(1.0).sqrt()).round() as u32).max(1);
-        (side(width), side(height))
     }
 
     fn on_film(&mut self, size: (u32, u32)) {
@@ -198,4 +200,36 @@ fn seconds_to_compare(image: Image) -> f64 {
     let start = Instant::now();
     std::hint::black_box(references.product(&image, &image));
     COMPARISONS * start.elapsed().as_secs_f64()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Renders of 640 x 480 pixels, each sample of which takes this many seconds.
+    fn costs(sample: f64) -> Costs {
+        let law = TimeLaw { start: 0.0, sample };
+        Costs {
+            laws: vec![law; 2],
+            reference: law,
+        }
+    }
+
+    #[test]
+    fn an_image_is_as_large_as_the_time_allows_within_bounds() {
+        let own = (640, 480);
+        assert_eq!(costs(1e-4).fitting_size(own, 10.0), own);
+        let (width, height) = costs(2e-3).fitting_size(own, 10.0);
+        assert!((150..640).contains(&width), "{width}");
+        // The proportions stay, to a pixel.
+        let expected = f64::from(width) * 480.0 / 640.0;
+        assert!((f64::from(height) - expected).abs() <= 1.0, "{height}");
+        // The smallest size is kept where the time is too short even for that.
+        let (width, height) = costs(10.0).fitting_size(own, 10.0);
+        let pixels = f64::from(width * height);
+        assert!((pixels / FEW_PIXELS - 1.0).abs() < 0.02, "{pixels}");
+        assert_eq!(costs(1.0).fitting_size(own, -1.0), (width, height));
+        // An image of few pixels keeps its size, however short the time.
+        assert_eq!(costs(10.0).fitting_size((16, 16), 0.1), (16, 16));
+    }
 }

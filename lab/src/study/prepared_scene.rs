@@ -11,8 +11,10 @@ use etendue::internals::accel::AccelOptions;
 use etendue::internals::effects::EffectSet;
 use etendue::internals::film::Film;
 use etendue::internals::film::filter::Filter;
+use etendue::internals::render::auto::{Settled, settle};
 use etendue::internals::render::settings::{Budget, RenderSettings};
-use etendue::internals::render::{RenderObserver, render};
+
+use etendue::internals::render::{RenderInput, RenderObserver, Threads, render};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::scene::prepare::prepare;
@@ -91,6 +93,25 @@ impl PreparedScene {
     pub fn scene(&self, options: AccelOptions) -> &Scene {
         let found = self.scenes.iter().find(|(known, _)| *known == options);
         &found.expect("it was made ready for every variant").1
+    }
+
+    /// Replaces all that pilots choose in settings, as a render does, so that every render of a comparison has the same.
+    ///
+    /// # Errors
+    /// The errors of [`settle`].
+    pub fn settle(
+        &self,
+        settings: &RenderSettings,
+        options: AccelOptions,
+        watch: &dyn RenderObserver,
+    ) -> Result<Settled> {
+        let view = RenderInput {
+            scene: self.scene(options),
+            filter: &self.filter,
+            size: self.size,
+        };
+        let threads = Threads::new(settings.threads)?;
+        settle(&view, &threads, settings, watch)
     }
 
     /// The settings of a render of a variant.

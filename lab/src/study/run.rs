@@ -18,9 +18,10 @@ use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
 use etendue::{Error, Result};
 use std::rc::Rc;
+use std::time::Instant;
 
 /// Studies the scene in the size of its description, or in a smaller one if the settings allow it; `full_size` is the
-/// size in the scene file.
+/// size in the scene file. The budget is that of the time since `start`.
 ///
 /// # Errors
 /// A budget too small, a scene that is black or not valid, or a render that fails.
@@ -28,12 +29,21 @@ pub fn run(
     description: &SceneDescription,
     full_size: (u32, u32),
     settings: &StudySettings,
+    start: Instant,
     observer: &dyn StudyObserver,
 ) -> Result<StudyReport> {
-    let mut watch = Watch::new(observer, settings);
+    let mut watch = Watch::new(start, observer, settings);
     watch.begin("preparing the scene");
     let options = settings.variants.iter().map(|variant| variant.options);
     let prepared = PreparedScene::new(description, [settings.options].into_iter().chain(options))?;
+    let mut settings = settings.clone();
+    for variant in &mut settings.variants {
+        let Variant {
+            settings, options, ..
+        } = variant;
+        *settings = prepared.settle(settings, *options, &watch)?.settings;
+    }
+    let settings = &settings;
     let mut study = Study {
         description: description.clone(),
         settings,

@@ -63,11 +63,11 @@ pub struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// Starts the clock.
-    pub fn new(observer: &'a dyn StudyObserver, settings: &StudySettings) -> Self {
+    /// A clock that runs since `start`.
+    pub fn new(start: Instant, observer: &'a dyn StudyObserver, settings: &StudySettings) -> Self {
         Self {
             observer,
-            start: Instant::now(),
+            start,
             budget: settings.budget,
             limit: match settings.schedule {
                 Some(_) => f64::INFINITY,

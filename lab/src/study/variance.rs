@@ -4,7 +4,7 @@
 //!
 //! Measure: shares of the variance of one sample, relative as relMSE is, and of the light.
 //! Range: integrators that report their paths. Each sample is treated on its own: the variance that evenly distributed
-//! points save is not included.
+//! points save is not included, nor is that of light paths beside camera paths.
 //! Source: `covariance.rs`. Tested below and in `lab/tests/reports/study.rs`.
 
 use super::covariance::{Share, Splits, Splitter, Sums, observed, shares, total};
@@ -69,8 +69,11 @@ pub fn is_longest(bounces: usize) -> bool {
     bounces == LONGEST
 }
 
+/// The remark on shares of renders with light paths, whose contributions belong to no pixel's sample.
+pub const OF_CAMERA_PATHS: &str = "sources of variance are those of camera paths: light paths beside them have variance of their own";
+
 /// Observes `spp` samples of each pixel; `None` for an integrator that does not report its paths, takes parts of them
-/// from a cache, or splats to other pixels than its sample's own.
+/// from a cache, or splats all its samples.
 pub fn path_shares(
     prepared: &PreparedScene,
     variant: &Variant,
@@ -79,7 +82,7 @@ pub fn path_shares(
     seed: u64,
 ) -> Option<PathShares> {
     let settings = &variant.settings;
-    if settings.integrator == IntegratorKind::IrradianceCache || settings.splats() {
+    if settings.integrator == IntegratorKind::IrradianceCache || settings.integrator.splats() {
         return None;
     }
     let splitter = |weights| Lengths::new(spp, weights);

@@ -1,11 +1,13 @@
 //! Runs the battery of hard cases on every backend, and tests that the battery detects errors.
 
+use crate::common::nightly::is_nightly;
 use etendue::internals::accel::Backend;
 use etendue_lab::battery::case::{Case, Effort, Trial};
 use etendue_lab::battery::claim::{Claim, Relation};
 use etendue_lab::battery::report::{BatteryReport, CaseReport};
 use etendue_lab::battery::{BatteryObserver, BatterySettings, Unattended, cases, run};
 use etendue_lab::verdict::Verdict;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Prints each finished case.
@@ -41,28 +43,46 @@ fn line(case: &CaseReport) -> String {
     )
 }
 
-/// Whether `make nightly` runs, which has more time.
-fn is_nightly() -> bool {
-    std::env::var_os("ETENDUE_NIGHTLY").is_some()
+/// The measurements of all cases on the default backend, which two tests share.
+fn all_measured() -> &'static BatteryReport {
+    static REPORT: OnceLock<BatteryReport> = OnceLock::new();
+    REPORT.get_or_init(|| quick(&cases(Effort::Quick), Backend::ALL[0]))
+}
+
+/// Fails if a case of the report was not measured or has not passed.
+fn assert_passed(report: &BatteryReport, cases: usize) {
+    let measured = report.results.len() + report.left_out.len();
+    assert!(report.complete && measured == cases);
+    let failures = report
+        .results
+        .iter()
+        .filter(|result| result.verdict != Verdict::Passed);
+    let failures: Vec<String> = failures.map(line).collect();
+    assert!(
+        failures.is_empty(),
+        "{}:\n{}",
+        report.backend,
+        failures.join("\n")
+    );
 }
 
 #[test]
-fn every_case_passes_on_every_backend() {
-    let cases = cases(Effort::Quick);
-    let mut failures = Vec::new();
-    // The second layout of obvhs takes as long again, and rarely differs: by `make nightly`.
-    let backends = if is_nightly() { Backend::ALL.len() } else { 2 };
-    for &backend in Backend::ALL.iter().take(backends) {
-        let report = quick(&cases, backend);
-        let measured = report.results.len() + report.left_out.len();
-        assert!(report.complete && measured == cases.len());
-        for result in &report.results {
-            if result.verdict != Verdict::Passed {
-                failures.push(format!("{}: {}", backend.name(), line(result)));
-            }
-        }
+fn every_case_passes_on_the_default_backend() {
+    assert_passed(all_measured(), cases(Effort::Quick).len());
+}
+
+/// Every fourth case, beginning with another one for each backend, without those of Markov chains, which take most of the time;
+/// and in `make nightly` every case. The hits of rays, which differ from one backend to the next, are tested in `tests/tracing/`
+/// on all of them.
+#[test]
+fn cases_pass_on_every_other_backend() {
+    let step = if is_nightly() { 1 } else { 4 };
+    for (index, &backend) in Backend::ALL.iter().enumerate().skip(1) {
+        let cases = cases(Effort::Quick).into_iter();
+        let mut some: Vec<Case> = cases.skip(index % step).step_by(step).collect();
+        some.retain(|case| is_nightly() || !case.name.ends_with("by mlt"));
+        assert_passed(&quick(&some, backend), some.len());
     }
-    assert!(failures.is_empty(), "\n{}", failures.join("\n"));
 }
 
 #[test]
@@ -93,23 +113,23 @@ fn the_battery_bites() {
     assert!(report.complete && !report.all_passed());
 }
 
-/// Every case, or every fourth but in `make nightly`, fails if its exact value is changed by 10 %, or by 1 if it is 0.
+/// The measured numbers of every case contradict an exact value that is changed by 10 %, or by 1 if it is 0. Upper bounds
+/// are lowered to a fifth. The changes also exceed the tolerance of 0.25 % of white materials.
 #[test]
 fn no_case_passes_with_another_exact_number() {
-    let step = if is_nightly() { 1 } else { 4 };
-    let mut wrong: Vec<Case> = cases(Effort::Quick).into_iter().step_by(step).collect();
-    // Upper bounds are lowered to a fifth. The changes also exceed the tolerance of 0.25 % of white materials.
-    for case in &mut wrong {
-        let exact = case.claim.exact;
-        let away = if exact == 0.0 { 1.0 } else { 0.1 * exact };
-        let down = case.claim.relation == Relation::AtMost;
-        case.claim.exact = if down { 0.2 * exact } else { exact + away };
-    }
-    let report = quick(&wrong, Backend::ALL[0]);
-    let passed = report
-        .results
-        .iter()
-        .filter(|r| r.verdict != Verdict::Failed);
+    let passed = all_measured().results.iter().filter(|result| {
+        let exact = result.claim.exact;
+        let wrong = match result.claim.relation {
+            Relation::AtMost => 0.2 * exact,
+            Relation::Equal if exact == 0.0 => 1.0,
+            Relation::Equal => 1.1 * exact,
+        };
+        let claim = Claim {
+            exact: wrong,
+            ..result.claim
+        };
+        claim.judge(&result.numbers).verdict != Verdict::Failed
+    });
     let passed: Vec<String> = passed.map(line).collect();
     assert!(passed.is_empty(), "\n{}", passed.join("\n"));
 }

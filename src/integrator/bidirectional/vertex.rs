@@ -16,11 +16,11 @@
 //! Source: Veach 1997, sections 5.3 and 8.3.2, eq. 5.17. Tested in `tests/rendering/bidirectional.rs`.
 
 use crate::bsdf::{Bsdf, BsdfSample};
-use crate::effects::{Effects, Switch};
+use crate::effects::Effects;
 use crate::light::types::{EmissionPdf, Receiver, ShadowRayEnd};
 use crate::math::measure::{PdfSolidAngle, Pmf};
 use crate::math::rgb::Rgb;
-use crate::math::vec::Vec3;
+use crate::math::vec::{Vec3, Vector};
 use crate::planted::planted;
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
@@ -191,17 +191,16 @@ impl<'a, E: Effects> Vertex<'a, E> {
     }
 }
 
-/// The factor |e g| / |l g|, where |l n| is a factor already.
-fn adjoint<E: Effects>(seen: &Interaction<E>, to_eye: Vec3, to_light: Vec3) -> f32 {
+/// The factor |e g| / |l g| of the light from `to_light` that scatters towards `to_eye`, where |l n| is a factor already.
+/// Free of branches.
+#[inline(always)]
+pub fn adjoint<E: Effects, V: Vector>(seen: &Interaction<E, V>, to_eye: V, to_light: V) -> f32 {
     let cos = to_eye.dot(seen.ng).abs();
-    if !E::ShadingNormals::ON || seen.is_flat() {
-        return cos / seen.frame.to_local(to_light).z.abs();
-    }
-    planted!(
-        "shading-normals-both-ways-alike",
-        cos / seen.frame.to_local(to_light).z.abs(),
-        cos / to_light.dot(seen.ng).abs()
-    )
+    // So that the cosines of a flat surface cancel exactly.
+    let of_shading = seen.frame.to_local(to_light).z().abs();
+    let of_geometry = to_light.dot(seen.ng).abs();
+    let is_flat = planted!("shading-normals-both-ways-alike", true, seen.is_flat());
+    cos / if is_flat { of_shading } else { of_geometry }
 }
 
 /// The vertex of a path on a light: a point, or a direction if the light is beyond the scene.

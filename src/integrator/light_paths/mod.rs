@@ -17,9 +17,12 @@
 //! Vertex Connection and Merging", for weights in constant memory. Tested in `tests/rendering/light_paths.rs`.
 
 pub mod source;
-pub mod walk;
 pub mod weights;
 
+use crate::film::splats::Splat;
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec2;
+use crate::sampler::{Decision, Sampler};
 use serde::Serialize;
 
 /// The number of light paths for each camera path.
@@ -64,6 +67,17 @@ impl LightPathShare {
             Self::Two => 2.0,
         }
     }
+
+    /// Whether a sample has a light path, by its random numbers where not every sample has one. Their number varies a
+    /// little, but never depends on other samples, so that it needs no count.
+    #[inline]
+    pub fn has_path<S: Sampler>(self, sampler: &mut S) -> bool {
+        let number = self.number();
+        number >= 1.0 || {
+            let [u] = sampler.draw(Decision::LightPath);
+            u < number
+        }
+    }
 }
 
 /// The light paths of an image.
@@ -94,4 +108,25 @@ impl LightPaths {
     pub fn over_film_density(self) -> f32 {
         self.share.number() * self.pixels as f32
     }
+}
+
+/// The splats of the light paths of a wavefront, and a test of where splats count.
+pub struct LightPathSplats<'a> {
+    /// Whether a splat at a film position would count.
+    pub reaches: &'a dyn Fn(Vec2) -> bool,
+    /// Whether the gains of splats are wanted.
+    pub with_gains: bool,
+    /// The splats.
+    pub splats: Vec<LightPathSplat>,
+}
+
+/// A splat of a light path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightPathSplat {
+    /// The index of the path in the wavefront.
+    pub path: u32,
+    /// The splat.
+    pub splat: Splat,
+    /// The variance that the light path saves, in squares of the splat's unit; zero unless gains are wanted.
+    pub gain: Rgb,
 }

@@ -14,7 +14,6 @@ use crate::light::types::{
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
 use crate::planted::planted;
-use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 
 /// The first ray of a light path.
@@ -29,14 +28,16 @@ pub struct LightPathSource {
 }
 
 impl LightPathSource {
-    /// Samples the first ray of a light path.
-    pub fn sample<E: Effects, S: Sampler>(
+    /// Samples the first ray of a light path by the random numbers of [`Decision::Source`] and
+    /// [`Decision::SourceDirection`].
+    ///
+    /// [`Decision::Source`]: crate::sampler::Decision::Source
+    /// [`Decision::SourceDirection`]: crate::sampler::Decision::SourceDirection
+    pub fn sample<E: Effects>(
         scene: &Scene,
-        sampler: &mut S,
+        ([u, v, u_choice, v_choice], [u_direction, v_direction, u_guide]): ([f32; 4], [f32; 3]),
         time: f32,
     ) -> Option<Self> {
-        let [u, v, u_choice, v_choice] = sampler.draw(Decision::Source);
-        let [u_direction, v_direction, u_guide] = sampler.draw(Decision::SourceDirection);
         let (light, pmf) = scene.lights.choose_by_power::<E>([u_choice, v_choice])?;
         let numbers = [Vec2::new(u, v), Vec2::new(u_direction, v_direction)];
         let mut sample = scene.sample_emission::<E>(light, time, numbers[0], numbers[1])?;

@@ -121,30 +121,28 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         }
     }
 
-    /// Multiplies the ratios of the paths that were scattered by the factors of the surfaces they leave.
+    /// Multiplies the ratios of the paths of a block by the factors of the surfaces that they leave.
+    pub(super) fn pass_ratios<E: Effects>(&self, block: &mut PathBlock<E>, stage: &StageMemory<E>) {
+        let (at, scattering) = (&stage.at, &stage.scattering);
+        if let (Some(lanes), Some(ratios)) = (stage.light_paths.get(), block.light_path_ratio_mut())
+        {
+            let (wi, pdf) = (&scattering.wi, &scattering.pdf);
+            pass::<E>(at, wi, pdf, &lanes.of_scattered, ratios);
+        }
+    }
+
+    /// Multiplies the ratios of the camera paths that were scattered by the factors of the surfaces they leave.
     pub(super) fn pass_light_path_ratios<E: Effects>(
         &self,
         bounce: u32,
         block: &mut PathBlock<E>,
         stage: &StageMemory<E>,
     ) {
-        let Some(lanes) = stage
-            .light_paths
-            .get()
-            .filter(|_| self.has_light_paths::<E>())
-        else {
+        if !self.has_light_paths::<E>() {
             return;
-        };
-        let (at, scattering) = (&stage.at, &stage.scattering);
-        if let Some(ratios) = block.light_path_ratio_mut() {
-            pass::<E>(
-                at,
-                &scattering.wi,
-                &scattering.pdf,
-                &lanes.of_scattered,
-                ratios,
-            );
         }
+        self.pass_ratios(block, stage);
+        let (at, scattering) = (&stage.at, &stage.scattering);
         let delta = block
             .active
             .and(|lane| scattering.pdf[lane] == f32::INFINITY);
@@ -273,7 +271,7 @@ fn reverse_densities<E: Effects>(
 }
 
 /// The surface of a lane as seen along the unit vector `w`.
-fn facing<E: Effects>(at: &InteractionLanes<E>, lane: usize, w: Vec3) -> Interaction<E> {
+pub(super) fn facing<E: Effects>(at: &InteractionLanes<E>, lane: usize, w: Vec3) -> Interaction<E> {
     let transmits = at.traits[lane] & ShapeTraits::TRANSMITS != 0;
     at.get::<Vec3>(lane).facing(w, transmits)
 }

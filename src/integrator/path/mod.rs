@@ -25,13 +25,13 @@ mod course;
 mod direct_light;
 mod emission;
 mod light_paths;
+mod light_walk;
 mod reuse;
 mod scattering;
 mod shading;
 
 use super::indirect::{Indirect, Traced};
-use super::light_paths::LightPaths;
-use super::light_paths::walk::LightPathRules;
+use super::light_paths::{LightPathSplats, LightPaths};
 use super::observer::{PathObserver, RayKind, Unobserved};
 use super::reuse::Reuse;
 use super::technique::{DirectionRule, TechniqueSource, Weighted};
@@ -42,10 +42,12 @@ use crate::effects::{Effects, Switch};
 use crate::light::types::{LightChoice, LightSampling, MapRule};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, load};
 use crate::math::rgb::Rgb;
-use crate::sampler::{LaneStates, Sampler};
+use crate::planted::planted;
+use crate::sampler::{Decision, LaneStates, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 use block::{PathBlock, PathBlocks};
+use light_walk::LightPathStart;
 use reuse::ReuseMemory;
 use shading::StageMemory;
 use std::slice;
@@ -83,6 +85,8 @@ pub struct PathMemory<E: Effects> {
     pub paths: PathBlocks<E>,
     stage: StageMemory<E>,
     reuse: ReuseMemory<E>,
+    /// The first rays of light paths, by the indices of their samples.
+    starts: Vec<Option<LightPathStart>>,
 }
 
 impl<E: Effects> Default for PathMemory<E> {
@@ -91,6 +95,7 @@ impl<E: Effects> Default for PathMemory<E> {
             paths: PathBlocks::default(),
             stage: StageMemory::default(),
             reuse: ReuseMemory::default(),
+            starts: Vec::new(),
         }
     }
 }
@@ -146,14 +151,19 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         self.reuse.is_on()
     }
 
-    fn light_paths(&self) -> Option<LightPathRules> {
-        self.light_paths.is_on().then_some(LightPathRules {
-            paths: self.light_paths,
-            max_bounces: self.max_bounces,
-            roulette: self.roulette,
-            light_choice: self.light_choice,
-            map: self.map,
-        })
+    fn light_paths(&self) -> LightPaths {
+        self.light_paths
+    }
+
+    fn trace_light_paths<E: Effects, S: Sampler>(
+        &self,
+        scene: &Scene,
+        samplers: &mut [S],
+        samples: &mut [SampleLanes],
+        memory: &mut PathMemory<E>,
+        splats: &mut LightPathSplats<'_>,
+    ) {
+        self.walk_from_lights(scene, samplers, samples, memory, splats);
     }
 }
 
@@ -172,6 +182,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             paths,
             stage,
             reuse,
+            ..
         } = memory;
         stage.direct_light.lights.clear();
         while !paths.is_empty() {
@@ -213,7 +224,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             }
             let states = LaneStates::gather(walk.samplers, &block.active, &block.path);
             let lit = self.sample_lights(walk, block, stage, &states);
-            self.sample_bsdfs(walk, block, stage, &states, &lit);
+            let decision = Decision::Bsdf(walk.bounce);
+            self.sample_bsdfs(walk, block, stage, &states, &lit, decision);
             self.weigh_against_light_paths(walk, block, stage, &lit);
             self.reflect_lights(walk, block, stage, &lit, &cached.lanes);
             if walk.observer.is_sequential() {
@@ -223,7 +235,13 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 walk.observer.cached_indirect(cached.contributions[lane]);
                 block.active.set(lane, false);
             }
-            self.scatter(walk, block, stage, &states);
+            let decision = planted!(
+                "roulette-takes-a-spent-number",
+                Decision::Bsdf(walk.bounce),
+                Decision::Roulette(walk.bounce)
+            );
+            self.scatter(walk, block, stage, &states, decision);
+            self.pass_light_path_ratios(walk.bounce, block, stage);
             if !walk.observer.is_sequential() {
                 walk.trace_shadow_rays(block, stage);
             }
@@ -269,8 +287,11 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 }
                 self.look_up_bsdfs(scene, block, stage);
                 let states = LaneStates::gather(walk.samplers, &block.active, &block.path);
-                self.sample_bsdfs(&mut walk, block, stage, &states, &ActiveLanes::NONE);
-                self.scatter(&mut walk, block, stage, &states);
+                let lit = &ActiveLanes::NONE;
+                let decision = Decision::Bsdf(walk.bounce);
+                self.sample_bsdfs(&mut walk, block, stage, &states, lit, decision);
+                let decision = Decision::Roulette(walk.bounce);
+                self.scatter(&mut walk, block, stage, &states, decision);
                 walk.trace_extension_rays(block);
                 walk.bounce += 1;
             }

@@ -27,7 +27,7 @@ use crate::scene::interaction::lanes::InteractionLanes;
 use crate::scene::{Scene, ShapeTraits};
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
-    /// Samples the BSDFs of a block, and evaluates them for the light samples of the lanes `lit`.
+    /// Samples the BSDFs of a block by the numbers of a decision, and evaluates them for the light samples of the lanes `lit`.
     pub(super) fn sample_bsdfs<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         walk: &mut Walk<'_, S, O>,
@@ -35,6 +35,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         stage: &mut StageMemory<E>,
         states: &LaneStates,
         lit: &ActiveLanes<LANES>,
+        decision: Decision,
     ) {
         let (scene, technique) = (walk.scene, self.technique.technique());
         let StageMemory {
@@ -44,8 +45,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             scattering,
             ..
         } = stage;
-        let (active, bounce) = (block.active, walk.bounce);
-        let decision = Decision::Bsdf(bounce);
+        let active = block.active;
         let samplers = &mut *walk.samplers;
         let numbers = &mut scattering.numbers;
         if has_lobes::<E>() {
@@ -88,23 +88,19 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 
     /// Scatters the paths of a block, sets the extension rays of those that continue, and deactivates the lanes of the
-    /// others.
+    /// others. Russian roulette takes the number of a decision.
     pub(super) fn scatter<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         walk: &mut Walk<'_, S, O>,
         block: &mut PathBlock<E>,
         stage: &mut StageMemory<E>,
         states: &LaneStates,
+        decision: Decision,
     ) {
         let scene = walk.scene;
         let (active, bounce) = (block.active, walk.bounce);
         let StageMemory { at, scattering, .. } = stage;
         if self.roulette != Roulette::None {
-            let decision = planted!(
-                "roulette-takes-a-spent-number",
-                Decision::Bsdf(bounce),
-                Decision::Roulette(bounce)
-            );
             let numbers = std::array::from_mut(&mut scattering.roulette);
             S::draw_lanes(
                 walk.samplers,
@@ -128,8 +124,6 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let (_, excluded) = scene.spawn(&at, time, wi, through);
             block.excluded.set(lane, Some(excluded));
         }
-        self.pass_light_path_ratios(bounce, block, stage);
-        let StageMemory { scattering, .. } = stage;
         if !walk.observer.is_observing() {
             return;
         }

@@ -8,8 +8,10 @@
 //! Range: any scene. Among `path`, `bdpt` and `mlt`: biased integrators are mentioned, never chosen.
 //! Source: docs/accuracy.md, "Which integrator". Tested in `tests/rendering/auto.rs` and `cli/tests/command/auto.rs`.
 
+mod light_paths;
 mod pilot;
 mod rule;
+mod window;
 
 use super::settings::Adaptive;
 use super::settings::{Budget, RenderSettings};
@@ -21,6 +23,7 @@ use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
 use crate::sampler::hash;
 use crate::scene::Scene;
+pub use light_paths::LightPathChoice;
 use pilot::Pilot;
 pub use rule::Candidate;
 use rule::{Facts, choose};
@@ -47,6 +50,8 @@ pub struct Recommendation {
     pub candidates: Vec<Candidate>,
     /// A biased integrator that may be more efficient, and its purpose.
     pub option: Option<String>,
+    /// The number of light paths beside `path`, if that took a pilot.
+    pub light_paths: Option<LightPathChoice>,
 }
 
 /// Recommends an integrator for these settings, whichever they name, by a pilot on these threads; `path` if `observer`
@@ -60,6 +65,12 @@ pub fn recommend(
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
 ) -> Result<Recommendation> {
+    let by_path = RenderSettings {
+        integrator: IntegratorKind::Path,
+        ..settings.clone()
+    };
+    let light_paths = light_paths::choose(view, threads, &by_path, observer)?;
+    let settings = &settings.with_light_paths(light_paths.map(|choice| choice.share));
     let kinds = [
         IntegratorKind::Path,
         IntegratorKind::Bidirectional,
@@ -82,11 +93,10 @@ pub fn recommend(
             None => return Ok(interrupted()),
         }
     }
-    let mut by_path = RenderSettings {
+    let by_path = RenderSettings {
         integrator: IntegratorKind::Path,
         ..settings.clone()
     };
-    by_path.settle_light_paths(view.scene);
     let has_light_paths = by_path.light_path_share() != LightPathShare::None;
     let facts = Facts {
         is_missed_by_path: !has_light_paths
@@ -101,11 +111,23 @@ pub fn recommend(
         why,
         candidates: facts.candidates,
         option: option(effects),
+        light_paths,
     })
 }
 
-/// The settings with an integrator and a number of light paths in place of `auto`, and the recommendation of an integrator
-/// if `auto` was requested.
+/// Settings in which nothing is left to be chosen, and what was chosen by pilots.
+#[derive(Debug, Clone)]
+pub struct Settled {
+    /// The settings.
+    pub settings: RenderSettings,
+    /// The recommendation of an integrator, if `auto` was requested.
+    pub recommendation: Option<Recommendation>,
+    /// The choice of a number of light paths, if it took a pilot.
+    pub light_paths: Option<LightPathChoice>,
+}
+
+/// Replaces `auto` in settings by an integrator and a number of light paths, and chooses the weight window of `path` if they
+/// leave it to a pilot.
 ///
 /// # Errors
 /// The errors of [`recommend`].
@@ -114,16 +136,24 @@ pub fn settle(
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
-) -> Result<(RenderSettings, Option<Recommendation>)> {
+) -> Result<Settled> {
     let mut settled = settings.clone();
     let mut recommendation = None;
-    if settings.integrator == IntegratorKind::Auto {
+    let light_paths = if settings.integrator == IntegratorKind::Auto {
         let recommended = recommend(view, threads, settings, observer)?;
         settled.integrator = recommended.integrator;
-        recommendation = Some(recommended);
-    }
-    settled.settle_light_paths(view.scene);
-    Ok((settled, recommendation))
+        recommendation.insert(recommended).light_paths
+    } else {
+        light_paths::choose(view, threads, settings, observer)?
+    };
+    let mut settled = settled.with_light_paths(light_paths.map(|choice| choice.share));
+    let window = window::choose(view, threads, &settled, observer)?;
+    settled.roulette = settled.roulette.or(window);
+    Ok(Settled {
+        settings: settled,
+        recommendation,
+        light_paths,
+    })
 }
 
 /// The recommendation after an interrupted pilot.
@@ -133,6 +163,7 @@ fn interrupted() -> Recommendation {
         why: "the pilot was interrupted".to_owned(),
         candidates: vec![],
         option: None,
+        light_paths: None,
     }
 }
 
@@ -236,7 +267,7 @@ impl<'a> PilotRun<'a> {
             IntegratorKind::Path => SPP_OF_PATH,
             _ => SPP,
         };
-        let mut settings = RenderSettings {
+        RenderSettings {
             integrator,
             seed: hash::combine(self.settings.seed, SEEDS + index),
             budget: Budget::samples(spp),
@@ -249,8 +280,6 @@ impl<'a> PilotRun<'a> {
                 height,
             },
             ..self.settings.clone()
-        };
-        settings.settle_light_paths(&self.scene);
-        settings
+        }
     }
 }

@@ -10,9 +10,10 @@
 //! Source: Veach 1997, section 11.3.1; Kitagawa 1996 for choosing at equal distances. Tested below and in
 //! `tests/rendering/metropolis.rs`.
 
-use super::{CANCEL_INTERVAL, ChainContext, ChainOutcome, ChainPath, Evaluation, first_or_last};
+use super::{CANCEL_INTERVAL, ChainContext, ChainPath, Evaluation, first_or_last};
 use crate::film::splats::Strategy;
 use crate::planted::planted;
+use crate::render::tally::Tally;
 use crate::sampler::{Primary, hash};
 use rayon::prelude::*;
 
@@ -42,7 +43,7 @@ pub struct Bootstrap {
 
 impl Bootstrap {
     /// Evaluates the independent samples of a round with `steps` steps.
-    pub fn evaluate(context: &ChainContext<'_>, seed: u64, steps: u64) -> (Self, ChainOutcome) {
+    pub fn evaluate(context: &ChainContext<'_>, seed: u64, steps: u64) -> (Self, Tally) {
         let samples = (steps / STEPS_PER_SAMPLE).max(LEAST_SAMPLES);
         let mut bootstrap = Self {
             seed,
@@ -51,27 +52,27 @@ impl Bootstrap {
         };
         let chunks = (0..samples.div_ceil(CANCEL_INTERVAL)).into_par_iter();
         let chunks = chunks.map(|chunk| {
-            let (mut paths, mut outcome) = (Vec::new(), ChainOutcome::default());
+            let (mut paths, mut tally) = (Vec::new(), Tally::default());
             let all = chunk * CANCEL_INTERVAL..((chunk + 1) * CANCEL_INTERVAL).min(samples);
             for sample in all.take_while(|_| !(context.is_cancelled)()) {
                 let point = bootstrap.point(sample as u32);
                 let (found, of_look) =
                     first_or_last(context.kernel, Evaluation(context, None, point));
-                outcome = outcome.merge(of_look);
+                tally.merge(of_look);
                 paths.extend(found.iter().map(|it| Start::new(sample as u32, it)));
             }
-            (paths, outcome)
+            (paths, tally)
         });
         let chunks: Vec<_> = chunks.collect();
-        let mut outcome = ChainOutcome::default();
+        let mut tally = Tally::default();
         for (paths, of_chunk) in chunks {
-            outcome = outcome.merge(of_chunk);
+            tally.merge(of_chunk);
             bootstrap.paths.extend(paths);
         }
         bootstrap
             .paths
             .sort_by_key(|it| it.strategy.s + it.strategy.t);
-        (bootstrap, outcome)
+        (bootstrap, tally)
     }
 
     /// The point in primary sample space of a sample.

@@ -8,11 +8,12 @@
 //! Source: Hachisuka et al. 2014, section 4. Tested below and in `tests/rendering/metropolis.rs`.
 
 use super::bootstrap::{Bootstrap, Start};
-use super::{CANCEL_INTERVAL, ChainContext, ChainOutcome, ChainPath};
+use super::{CANCEL_INTERVAL, ChainContext, ChainPath};
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
 use crate::film::splats::Strategy;
 use crate::planted::planted;
+use crate::render::tally::Tally;
 use crate::sampler::{Decision, Primary, Sampler};
 
 /// The job of one chain, for a kernel. It returns the number of steps taken.
@@ -29,18 +30,18 @@ pub struct ChainJob<'a> {
 }
 
 impl KernelJob for ChainJob<'_> {
-    type Output = (u64, ChainOutcome);
+    type Output = (u64, Tally);
 
     fn run<E: Effects>(self) -> Self::Output {
-        let mut outcome = ChainOutcome::default();
-        let steps = self.walk::<E>(&mut outcome);
-        (steps, outcome)
+        let mut tally = Tally::default();
+        let steps = self.walk::<E>(&mut tally);
+        (steps, tally)
     }
 }
 
 impl ChainJob<'_> {
     /// Runs the chain, and returns the number of steps taken.
-    fn walk<E: Effects>(&self, outcome: &mut ChainOutcome) -> u64 {
+    fn walk<E: Effects>(&self, tally: &mut Tally) -> u64 {
         let Some(start) = self.start else {
             return self.steps;
         };
@@ -48,7 +49,7 @@ impl ChainJob<'_> {
         let mut sampler = self.bootstrap.point(start.sample);
         let is_start = |u| strategy(u, edges) == start.strategy;
         sampler.draw_until(Decision::Strategy, is_start);
-        let here = self.evaluate::<E>(edges, &mut sampler, outcome);
+        let here = self.evaluate::<E>(edges, &mut sampler, tally);
         let mut here = here.expect("a chain begins at a path that has been found");
         assert_eq!(
             here.brightness(),
@@ -65,7 +66,7 @@ impl ChainJob<'_> {
                 return step;
             }
             sampler.propose();
-            let there = self.evaluate::<E>(edges, &mut sampler, outcome);
+            let there = self.evaluate::<E>(edges, &mut sampler, tally);
             let brightness = there.map_or(0.0, |it| it.brightness());
             let accepted = (brightness / here.brightness()).min(1.0);
             held += 1.0 - accepted;
@@ -92,11 +93,11 @@ impl ChainJob<'_> {
         &self,
         edges: usize,
         sampler: &mut Primary,
-        outcome: &mut ChainOutcome,
+        tally: &mut Tally,
     ) -> Option<ChainPath> {
         let [u] = sampler.draw(Decision::Strategy);
         let by = strategy(u, edges);
-        self.context.evaluate::<E>(Some(by), sampler, outcome).pop()
+        self.context.evaluate::<E>(Some(by), sampler, tally).pop()
     }
 
     /// Splats a path with the weight `counts`.

@@ -27,16 +27,16 @@ mod bootstrap;
 mod chain;
 
 use super::dispatch::first_or_last;
-use super::tile::{NonFiniteSample, Rejected};
+use super::tally::{NonFiniteSample, Rejected, Tally};
 use crate::effects::kernel::KernelJob;
 use crate::effects::{Effects, Kernel, Switch};
 use crate::film::Window;
 use crate::film::batches::BATCHES;
 use crate::film::filter::Filter;
 use crate::film::splats::{Splats, Strategy};
+use crate::integrator::CameraRay;
 use crate::integrator::bidirectional::{Bidirectional, Contribution};
 use crate::integrator::observer::Unobserved;
-use crate::integrator::{CameraRay, RayCounts};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::sampler::{Decision, Primary, Sampler, hash};
@@ -66,21 +66,6 @@ pub struct ChainContext<'a> {
     /// The splats of the film, which take all contributions.
     pub splats: &'a Splats,
     pub is_cancelled: &'a (dyn Fn() -> bool + Sync),
-}
-
-/// The results of chains beside their splats.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct ChainOutcome {
-    pub rays: RayCounts,
-    pub rejected: Rejected,
-}
-
-impl ChainOutcome {
-    fn merge(mut self, other: Self) -> Self {
-        self.rays += other.rays;
-        self.rejected.merge(other.rejected);
-        self
-    }
 }
 
 /// A path that contributes to the film.
@@ -123,34 +108,22 @@ pub fn batches() -> impl ParallelIterator<Item = u64> {
 impl ChainContext<'_> {
     /// Runs one pass of a batch: `steps` steps with the random numbers of `seed`. `walked` is called with the number of
     /// steps of each chain.
-    pub fn batch(
-        &self,
-        batch: u64,
-        seed: u64,
-        steps: u64,
-        walked: &(dyn Fn(u64) + Sync),
-    ) -> ChainOutcome {
+    pub fn batch(&self, batch: u64, seed: u64, steps: u64, walked: &(dyn Fn(u64) + Sync)) -> Tally {
         let seed = hash::combine(seed, batch);
-        let mut outcome = ChainOutcome::default();
+        let mut tally = Tally::default();
         for first in (0..steps).step_by(ROUND as usize) {
             let seed = hash::combine(seed, first);
             let round = self.round(batch, seed, ROUND.min(steps - first), walked);
-            outcome = outcome.merge(round);
+            tally.merge(round);
         }
-        outcome
+        tally
     }
 
-    fn round(
-        &self,
-        batch: u64,
-        seed: u64,
-        steps: u64,
-        walked: &(dyn Fn(u64) + Sync),
-    ) -> ChainOutcome {
-        let (bootstrap, outcome) =
+    fn round(&self, batch: u64, seed: u64, steps: u64, walked: &(dyn Fn(u64) + Sync)) -> Tally {
+        let (bootstrap, tally) =
             bootstrap::Bootstrap::evaluate(self, hash::combine(seed, u64::MAX), steps);
         if (self.is_cancelled)() {
-            return outcome;
+            return tally;
         }
         let mean = bootstrap.mean();
         let count = (steps / LENGTH).max(LEAST_CHAINS);
@@ -167,13 +140,13 @@ impl ChainContext<'_> {
                 start: chosen.get(chain as usize).copied(),
                 bootstrap: &bootstrap,
             };
-            let (own_steps, outcome) = first_or_last(self.kernel, job);
+            let (own_steps, tally) = first_or_last(self.kernel, job);
             self.splats.add_paths(batch, own_steps);
             walked(own_steps);
-            outcome
+            tally
         });
-        let none = ChainOutcome::default;
-        of_chains.reduce(none, ChainOutcome::merge).merge(outcome)
+        let none = Tally::default;
+        of_chains.reduce(none, Tally::merged).merged(tally)
     }
 
     /// Evaluates the paths of a point in primary sample space, by one strategy or, if none is given, by all.
@@ -181,7 +154,7 @@ impl ChainContext<'_> {
         &self,
         by: Option<Strategy>,
         sampler: &mut Primary,
-        outcome: &mut ChainOutcome,
+        tally: &mut Tally,
     ) -> Vec<ChainPath> {
         let [x, y, u, v] = sampler.draw(Decision::Camera);
         let time = if E::Motion::ON {
@@ -197,7 +170,7 @@ impl ChainContext<'_> {
         let reaches = |film| self.splats.reaches(self.filter, film);
         let mut paths: Vec<ChainPath> = Vec::new();
         let take = |it: Contribution| self.take(&it, film, &mut paths);
-        let (scene, rays, integrator) = (self.scene, &mut outcome.rays, self.integrator);
+        let (scene, rays, integrator) = (self.scene, &mut tally.rays, self.integrator);
         if let Some(by) = by {
             let found =
                 integrator.by_strategy::<E, _>(by, scene, sampler, &camera_ray, rays, &reaches);
@@ -218,7 +191,7 @@ impl ChainContext<'_> {
         paths.retain(|it| {
             let is_finite = it.brightness().is_finite();
             if !is_finite {
-                outcome.rejected.merge(rejected(it.film));
+                tally.rejected.merge(rejected(it.film));
             }
             is_finite && it.brightness() > 0.0
         });
@@ -263,12 +236,9 @@ fn rejected(film: Vec2) -> Rejected {
 struct Evaluation<'a>(&'a ChainContext<'a>, Option<Strategy>, Primary);
 
 impl KernelJob for Evaluation<'_> {
-    type Output = (Vec<ChainPath>, ChainOutcome);
+    type Output = (Vec<ChainPath>, Tally);
     fn run<E: Effects>(mut self) -> Self::Output {
-        let mut outcome = ChainOutcome::default();
-        (
-            self.0.evaluate::<E>(self.1, &mut self.2, &mut outcome),
-            outcome,
-        )
+        let mut tally = Tally::default();
+        (self.0.evaluate::<E>(self.1, &mut self.2, &mut tally), tally)
     }
 }

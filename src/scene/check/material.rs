@@ -15,44 +15,41 @@ use std::sync::Arc;
 /// # Errors
 /// If the material is invalid.
 pub fn material(material: &MaterialDescription) -> Result<()> {
-    let field = |key: &str| format!("material `{}`: {key}", material.name);
-    let share = |key: &str, x: f32| {
-        let is_share = (0.0..=1.0).contains(&x);
-        require(is_share, || field(key), "expected a number from 0 to 1")
+    let fields = Fields {
+        material: &material.name,
     };
-    let reflectance = |key: &str, c: &ColourDescription| colour(c, 1.0, || field(key));
-    let index = |ior: f32| {
-        let is_index = ior >= 1.0 && ior.is_finite();
-        require(
-            is_index,
-            || field("ior"),
-            "expected a finite number of at least 1",
-        )
-    };
-    let positive_index = |ior: f32| {
-        let is_index = ior > 0.0 && ior.is_finite();
-        require(
-            is_index,
-            || field("ior"),
-            "expected a finite number above 0",
-        )
-    };
-    reflectance("alpha", &material.alpha)?;
+    maps(fields, material)?;
+    model(fields, &material.model)?;
+    require(
+        material.two_sided || !material.transmits(),
+        || fields.named("two_sided"),
+        "a transmissive material has two sides",
+    )
+}
+
+/// Checks the maps that any material may have.
+fn maps(fields: Fields<'_>, material: &MaterialDescription) -> Result<()> {
+    fields.reflectance("alpha", &material.alpha)?;
     if let Some(cutoff) = material.alpha_cutoff {
-        share("alpha_cutoff", cutoff)?;
+        fields.share("alpha_cutoff", cutoff)?;
     }
     if let Some(map) = &material.metallic_roughness_map {
         let map = ColourDescription::Texture(Arc::clone(map));
-        reflectance("metallic_roughness_map", &map)?;
+        fields.reflectance("metallic_roughness_map", &map)?;
     }
     if let Some(map) = &material.normal_map {
         let is_fine = map.strength >= 0.0 && map.strength.is_finite();
         let expected = "expected a finite strength of at least 0";
-        require(is_fine, || field("normal_map"), expected)?;
+        require(is_fine, || fields.named("normal_map"), expected)?;
     }
-    match &material.model {
-        MaterialModel::Diffuse { reflectance: r } | MaterialModel::Mirror { reflectance: r } => {
-            reflectance("reflectance", r)
+    Ok(())
+}
+
+/// Checks the parameters of a model.
+fn model(fields: Fields<'_>, model: &MaterialModel) -> Result<()> {
+    match model {
+        MaterialModel::Diffuse { reflectance } | MaterialModel::Mirror { reflectance } => {
+            fields.reflectance("reflectance", reflectance)
         }
         MaterialModel::Conductor {
             eta,
@@ -60,52 +57,37 @@ pub fn material(material: &MaterialDescription) -> Result<()> {
             roughness,
             tint,
         } => {
-            reflectance("tint", &ColourDescription::Constant(*tint))?;
-            positive(*eta, || field("eta"))?;
-            not_negative(*k, || field("k"))?;
-            share("roughness", *roughness)
+            fields.reflectance("tint", &ColourDescription::Constant(*tint))?;
+            positive(*eta, || fields.named("eta"))?;
+            not_negative(*k, || fields.named("k"))?;
+            fields.share("roughness", *roughness)
         }
         MaterialModel::Phong {
             diffuse,
             specular,
             exponent,
-        } => {
-            reflectance("diffuse", diffuse)?;
-            reflectance("specular", specular)?;
-            let sum = brightest(diffuse) + brightest(specular);
-            require(
-                sum.max_channel() <= 1.0,
-                || field("specular"),
-                "expected diffuse and specular of at most 1 together in every channel",
-            )?;
-            let fits = (0.0..=1e6).contains(exponent);
-            require(
-                fits,
-                || field("exponent"),
-                "expected a number from 0 to 1e6",
-            )
-        }
+        } => phong(fields, diffuse, specular, *exponent),
         MaterialModel::Plastic {
-            reflectance: r,
+            reflectance,
             ior,
             roughness,
         } => {
-            reflectance("reflectance", r)?;
-            index(*ior)?;
-            share("roughness", *roughness)
+            fields.reflectance("reflectance", reflectance)?;
+            fields.dense_index(*ior)?;
+            fields.share("roughness", *roughness)
         }
         MaterialModel::Dielectric {
             ior,
             roughness,
             tint,
         } => {
-            positive_index(*ior)?;
-            share("roughness", *roughness)?;
-            reflectance("tint", tint)
+            fields.index(*ior)?;
+            fields.share("roughness", *roughness)?;
+            fields.reflectance("tint", tint)
         }
         MaterialModel::ThinDielectric { ior, tint } => {
-            positive_index(*ior)?;
-            reflectance("tint", tint)
+            fields.index(*ior)?;
+            fields.reflectance("tint", tint)
         }
         MaterialModel::Principled {
             base_color,
@@ -114,18 +96,78 @@ pub fn material(material: &MaterialDescription) -> Result<()> {
             ior,
             transmission,
         } => {
-            reflectance("base_color", base_color)?;
-            share("metallic", *metallic)?;
-            share("roughness", *roughness)?;
-            index(*ior)?;
-            share("transmission", *transmission)
+            fields.reflectance("base_color", base_color)?;
+            fields.share("metallic", *metallic)?;
+            fields.share("roughness", *roughness)?;
+            fields.dense_index(*ior)?;
+            fields.share("transmission", *transmission)
         }
-    }?;
+    }
+}
+
+/// Checks the parameters of the Phong model, which conserves energy if its two parts together do.
+fn phong(
+    fields: Fields<'_>,
+    diffuse: &ColourDescription,
+    specular: &ColourDescription,
+    exponent: f32,
+) -> Result<()> {
+    fields.reflectance("diffuse", diffuse)?;
+    fields.reflectance("specular", specular)?;
+    let sum = brightest(diffuse) + brightest(specular);
     require(
-        material.two_sided || !material.transmits(),
-        || field("two_sided"),
-        "a transmissive material has two sides",
+        sum.max_channel() <= 1.0,
+        || fields.named("specular"),
+        "expected diffuse and specular of at most 1 together in every channel",
+    )?;
+    require(
+        (0.0..=1e6).contains(&exponent),
+        || fields.named("exponent"),
+        "expected a number from 0 to 1e6",
     )
+}
+
+/// The fields of a material, for checks of one value each.
+#[derive(Clone, Copy)]
+struct Fields<'a> {
+    /// The material's name.
+    material: &'a str,
+}
+
+impl Fields<'_> {
+    /// The name of a field in an error.
+    fn named(self, key: &str) -> String {
+        format!("material `{}`: {key}", self.material)
+    }
+
+    /// Checks a number from 0 to 1.
+    fn share(self, key: &str, x: f32) -> Result<()> {
+        let is_share = (0.0..=1.0).contains(&x);
+        require(
+            is_share,
+            || self.named(key),
+            "expected a number from 0 to 1",
+        )
+    }
+
+    /// Checks a reflectance, which is from 0 to 1 in every channel.
+    fn reflectance(self, key: &str, c: &ColourDescription) -> Result<()> {
+        colour(c, 1.0, || self.named(key))
+    }
+
+    /// Checks an index of refraction that is at least that of the outside.
+    fn dense_index(self, ior: f32) -> Result<()> {
+        let is_index = ior >= 1.0 && ior.is_finite();
+        let expected = "expected a finite number of at least 1";
+        require(is_index, || self.named("ior"), expected)
+    }
+
+    /// Checks an index of refraction relative to the outside, which may be the denser of the two.
+    fn index(self, ior: f32) -> Result<()> {
+        let is_index = ior > 0.0 && ior.is_finite();
+        let expected = "expected a finite number above 0";
+        require(is_index, || self.named("ior"), expected)
+    }
 }
 
 /// Returns the largest value in each channel.

@@ -45,7 +45,7 @@ pub struct SceneDescription {
     pub instances: Vec<InstanceDescription>,
     /// Lights that are not shapes.
     pub lights: Vec<LightDescription>,
-    /// What the loader decided, approximated and left out, to be shown to the user.
+    /// Notes on decisions of the loader, approximations and omissions, to be shown to the user.
     #[serde(skip)]
     pub notes: Vec<Note>,
 }

@@ -37,7 +37,7 @@ use crate::error::{Error, Result};
 use crate::memory;
 use std::path::Path;
 
-/// What loads a format.
+/// The loader of a format.
 type Load = fn(&Path) -> Result<SceneDescription>;
 
 /// The formats: extension in lower case, and loader.

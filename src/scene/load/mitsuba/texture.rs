@@ -17,7 +17,7 @@ use crate::math::vec::{DAffine2, DMat2, DVec2, Vec2};
 use crate::scene::description::{ColourDescription, NoteKind};
 use std::sync::Arc;
 
-/// What the values of a texture are.
+/// The meaning of a texture's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Colours: images of eight bits are sRGB codes unless `raw`.

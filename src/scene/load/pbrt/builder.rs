@@ -30,7 +30,7 @@ use std::sync::Arc;
 pub struct Builder {
     pub library: Library,
     pub state: State,
-    /// What `WorldBegin` made of the options.
+    /// The settings that `WorldBegin` made of the options.
     pub settings: Option<Settings>,
     /// The group that is being defined.
     pub object: Option<usize>,

@@ -1,4 +1,4 @@
-//! What a pbrt file has defined so far: the contents of the scene, and textures by name.
+//! The definitions of a pbrt file so far: the contents of the scene, and textures by name.
 //!
 //! Measure: as in the description.
 //! Range: file names are relative to the folder of the main file, as in pbrt.

@@ -36,7 +36,7 @@ pub enum Made {
     Nothing,
 }
 
-/// What a shape emits.
+/// The emission of a shape.
 #[derive(Debug)]
 pub struct AreaLight {
     pub emission: ColourDescription,

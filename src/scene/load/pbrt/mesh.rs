@@ -18,7 +18,7 @@ const PATCH_FIELDS: u32 = 6;
 /// Meshes of more patches than this are fine enough: two triangles for each.
 const MOST_CUT_PATCHES: usize = 256;
 
-/// What changes the mesh of a shape.
+/// Changes to the mesh of a shape.
 #[derive(Debug, Clone, Copy)]
 pub struct Finish {
     /// Whether the outside is turned in.

@@ -36,7 +36,7 @@ pub struct Options {
     pub seed: Option<u64>,
 }
 
-/// What follows from the statements before `WorldBegin`.
+/// The camera, film and render settings that follow from the statements before `WorldBegin`.
 #[derive(Debug)]
 pub struct Settings {
     pub camera: CameraDescription,

@@ -33,7 +33,7 @@ pub type Outline = (GeometryDescription, DAffine3);
 /// Meshes of round shapes, so that equal ones share one.
 pub type RoundMeshes = HashMap<String, Arc<MeshDescription>>;
 
-/// What a shape's geometry depends on besides its parameters.
+/// Properties that a shape's geometry depends on besides its parameters.
 #[derive(Debug, Clone, Copy)]
 pub struct Look {
     pub finish: Finish,

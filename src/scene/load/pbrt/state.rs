@@ -18,12 +18,12 @@ const MOST_BLOCKS: usize = 1024;
 /// The targets of `Attribute`, in the order of [`State::defaults`].
 pub const TARGETS: [&str; 5] = ["shape", "light", "material", "medium", "texture"];
 
-/// What statements set for those that follow.
+/// The graphics state: settings by statements for those that follow.
 #[derive(Debug, Clone)]
 pub struct State {
     /// From an object's space to the world's, at the start and at the end.
     pub transforms: [DAffine3; 2],
-    /// Which of them transform statements change.
+    /// Those of the two that transform statements change.
     pub active: [bool; 2],
     pub reverse: bool,
     pub material: Option<Made>,
@@ -69,7 +69,7 @@ impl State {
     }
 }
 
-/// What begins a block.
+/// The statement that begins a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Block {
     Attribute,

@@ -17,7 +17,7 @@ use crate::scene::description::ColourDescription;
 use crate::scene::load::wording::{shown, unknown_name};
 use std::sync::Arc;
 
-/// What the values of a texture are.
+/// The type of a texture's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Numbers.

@@ -1,15 +1,15 @@
-//! What is wrong with a PLY file, and where.
+//! A mistake in a PLY file, and its place.
 //!
 //! Measure: lines count from 1, bytes from 0.
 //! Range: any place.
 //! Source: none needed. Tested in `tests/loading/ply.rs`.
 
-/// What is wrong with a file, and where.
+/// A mistake in a file, and its place.
 #[derive(Debug)]
 pub struct Complaint {
     /// `None` if `why` names the byte.
     pub line: Option<usize>,
-    /// What was expected.
+    /// The expectation that was not met.
     pub why: String,
 }
 

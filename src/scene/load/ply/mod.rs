@@ -21,14 +21,14 @@ use complaint::Complaint;
 use header::{Element, Encoding, Header, Scalar};
 use std::path::Path;
 
-/// What a PLY file contains.
+/// The contents of a PLY file.
 #[derive(Debug, Default)]
 pub struct PlyModel {
     /// The mesh.
     pub mesh: MeshDescription,
     /// Linear colours, one per vertex; or empty. Bytes are read as sRGB codes, other types as linear values.
     pub colours: Vec<Rgb>,
-    /// What was left out.
+    /// Notes on properties that were left out.
     pub notes: Vec<Note>,
 }
 
@@ -126,7 +126,7 @@ fn check(header: &Header, file_size: usize) -> std::result::Result<usize, Compla
     Ok(vertices)
 }
 
-/// What the body contains.
+/// The contents of the body.
 #[derive(Debug, Default)]
 struct Body {
     mesh: MeshDescription,

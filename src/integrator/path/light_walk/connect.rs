@@ -1,0 +1,193 @@
+//! The connections of a light path's surfaces to the lens.
+//!
+//! Measure: radiance times the number of light paths, divided by their number for each camera path.
+//! Range: surfaces that are not smooth; a pinhole or a lens.
+//! Source: Veach 1997, section 10.3.3. Tested in `tests/rendering/light_paths.rs`.
+
+use super::super::super::indirect::Indirect;
+use super::super::super::light_paths::weights::{End, LightRatios, of_camera, passage};
+use super::super::super::light_paths::{LightPathSplat, LightPathSplats};
+use super::super::super::observer::Unobserved;
+use super::super::super::technique::TechniqueSource;
+use super::super::block::PathBlock;
+use super::super::shading::StageMemory;
+use super::super::{PathIntegrator, Walk};
+use super::LightPathStart;
+use super::towards_camera::{TowardsCamera, towards_camera};
+use crate::camera::FilmPoint;
+use crate::effects::{Effects, Switch};
+use crate::film::splats::Splat;
+use crate::light::types::ShadowRayEnd;
+use crate::math::lanes::{ActiveLanes, LANES, load, store};
+use crate::math::rgb::Rgb;
+use crate::math::vec::{Vec2, Vec3};
+use crate::planted::planted;
+use crate::sampler::{Decision, Sampler};
+use crate::scene::interaction::Interaction;
+
+/// A surface that is connected to a point of the lens.
+#[derive(Debug, Clone, Copy, Default)]
+struct Connection {
+    lens: Vec3,
+    film: FilmPoint,
+    /// The importance that arrives at the surface.
+    importance: f32,
+    /// The ratio of the densities of a light path and of a camera path at the lens.
+    of_camera: f32,
+}
+
+impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
+    /// Connects the surfaces of a block to points of the lens.
+    pub(super) fn connect<E: Effects, S: Sampler>(
+        &self,
+        walk: &mut Walk<'_, S, Unobserved>,
+        block: &mut PathBlock<E>,
+        stage: &mut StageMemory<E>,
+        starts: &[Option<LightPathStart>],
+        splats: &mut LightPathSplats<'_>,
+    ) {
+        let scene = walk.scene;
+        let mut seen = block.active.without(&stage.bsdfs.delta);
+        let mut to_lens = [[0.0; LANES]; 3];
+        let mut connections = [Connection::default(); LANES];
+        for lane in seen.each() {
+            let p = load(&stage.at.p, lane);
+            let connection = self.lens_seen_from(walk, block, lane, p);
+            let connection = connection.filter(|it| (splats.reaches)(it.film.position));
+            seen.set(lane, connection.is_some());
+            if let Some(connection) = connection {
+                connections[lane] = connection;
+                store(&mut to_lens, lane, (connection.lens - p).normalize());
+            }
+        }
+        if !seen.any() {
+            return;
+        }
+        let StageMemory {
+            at,
+            bsdfs,
+            direct_light,
+            ..
+        } = stage;
+        let towards = towards_camera::<E>(scene, &seen, at, bsdfs, &to_lens);
+        let lights = &mut *direct_light;
+        lights.to_shadow = ActiveLanes::NONE;
+        let mut gains = [Rgb::BLACK; LANES];
+        for lane in towards.lit.each() {
+            let Some(start) = &starts[block.path[lane] as usize] else {
+                continue;
+            };
+            let connection = connections[lane];
+            let at: Interaction<E> = at.get(lane);
+            let w: Vec3 = load(&to_lens, lane);
+            let cosines = [w, at.wo].map(|w| w.dot(at.ng));
+            let ratios = self.ratios(walk, block, lane, start, &towards, cosines);
+            let weight = ratios.weight(connection.of_camera);
+            let flux = start.source.flux * load::<Rgb>(&block.beta, lane);
+            let of_eye = connection.importance / self.light_paths.share.number();
+            let value = flux * load::<Rgb>(&towards.factor, lane) * (of_eye * weight);
+            if value.is_black() {
+                continue;
+            }
+            store(&mut lights.contribution, lane, value);
+            if splats.with_gains {
+                let unweighted = value * (1.0 / weight);
+                let gain = ratios.gain(connection.of_camera);
+                gains[lane] = unweighted * unweighted * gain;
+            }
+            let end = ShadowRayEnd::Point(connection.lens);
+            let ray = at.ray_to(&end, w, towards.goes_through.has(lane));
+            lights.shadow.set(lane, &ray);
+            lights.shadow.time[lane] = block.packet.rays.time[lane];
+            lights.to_shadow.set(lane, true);
+            block.count_rays(lane, false, true);
+        }
+        let visible = scene.visibilities::<E>(&lights.to_shadow, &mut lights.shadow);
+        for lane in lights.to_shadow.each() {
+            if visible[lane] > 0.0 {
+                let value = load::<Rgb>(&lights.contribution, lane) * visible[lane];
+                let film = connections[lane].film.position;
+                splats.splats.push(LightPathSplat {
+                    path: block.path[lane],
+                    splat: Splat { film, value },
+                    gain: gains[lane] * visible[lane],
+                });
+            }
+        }
+    }
+
+    /// The ratios of the densities of scattering and of light sampling to that of a light path that is connected to the lens,
+    /// given the cosines towards the lens and the light.
+    fn ratios<E: Effects, S: Sampler>(
+        &self,
+        walk: &Walk<'_, S, Unobserved>,
+        block: &PathBlock<E>,
+        lane: usize,
+        start: &LightPathStart,
+        towards: &TowardsCamera,
+        [cos_to_eye, cos_to_light]: [f32; 2],
+    ) -> LightRatios {
+        let to_eye = End {
+            pdf: 1.0,
+            cos: cos_to_eye,
+        };
+        let to_light = |pdf: f32| End {
+            pdf,
+            cos: cos_to_light,
+        };
+        let ratio = block.light_path_ratio().map_or(0.0, |ratios| ratios[lane]);
+        let by_scattering = ratio * passage(to_light(towards.pdf_to_light[lane]), to_eye);
+        let by_nee = if walk.bounce == 0 {
+            let receiver = towards.receivers[lane].as_ref();
+            let nee = self.density_of_nee(walk.scene, start, receiver, block, lane);
+            ratio * passage(to_light(nee), to_eye)
+        } else {
+            by_scattering * start.nee_over_scattering
+        };
+        let can_be_met = start.source.can_be_met();
+        LightRatios {
+            by_scattering: if can_be_met { by_scattering } else { 0.0 },
+            by_nee,
+        }
+    }
+
+    /// A point of the lens as seen from the point `p`, if it shows that on the film.
+    fn lens_seen_from<E: Effects, S: Sampler>(
+        &self,
+        walk: &mut Walk<'_, S, Unobserved>,
+        block: &PathBlock<E>,
+        lane: usize,
+        p: Vec3,
+    ) -> Option<Connection> {
+        let (camera, time) = (&walk.scene.camera, block.packet.rays.time[lane]);
+        let mut u_lens = [0.0; 2];
+        if E::Lens::ON {
+            let sampler = &mut walk.samplers[block.path[lane] as usize];
+            u_lens = sampler.draw(Decision::Lens(walk.bounce));
+        }
+        let lens = camera.viewpoint::<E>(Vec2::from(u_lens), time);
+        let way = lens.p - p;
+        let distance2 = way.length_squared();
+        let to_film = -way / distance2.sqrt();
+        let film = lens.film_point(to_film)?;
+        let per_steradian = if E::Lens::ON {
+            // Rays through the middle of the lens give the density of rays through any of its points.
+            let middle = camera.viewpoint::<E>(Vec2::splat(0.5), time);
+            middle.film_point(to_film)?.per_steradian
+        } else {
+            film.per_steradian
+        };
+        let over_film_density = self.light_paths.over_film_density();
+        let importance = planted!(
+            "light-paths-without-importance",
+            1.0,
+            film.per_steradian as f32
+        );
+        Some(Connection {
+            lens: lens.p,
+            film,
+            importance: importance / distance2,
+            of_camera: of_camera(over_film_density, distance2, per_steradian as f32),
+        })
+    }
+}

@@ -1,0 +1,233 @@
+//! The walk of light paths: sixteen at a time from surface to surface, each of which is connected to the lens.
+//!
+//! The stages are those of camera paths. Throughputs are of power, and relative to the flux of the first ray; the ratio of
+//! a block is that of scattering and the light path, for a light that can be hit (`light_paths/weights.rs`).
+//!
+//! Measure: radiance times the number of light paths, divided by their number for each camera path.
+//! Range: any scene; without a bounce limit a path ends by absorption, by leaving the scene, or by roulette.
+//! Source: Veach 1997, section 10.3.4. Tested in `tests/rendering/light_paths.rs`.
+
+mod connect;
+mod power;
+mod towards_camera;
+
+use super::super::SampleLanes;
+use super::super::indirect::Indirect;
+use super::super::light_paths::LightPathSplats;
+use super::super::light_paths::source::LightPathSource;
+use super::super::observer::Unobserved;
+use super::super::technique::TechniqueSource;
+use super::block::PathBlock;
+use super::shading::StageMemory;
+use super::{PathIntegrator, PathMemory, Walk};
+use crate::effects::{Effects, Switch};
+use crate::light::types::Receiver;
+use crate::math::lanes::{ActiveLanes, LANES, Lanes};
+use crate::sampler::{Decision, LaneStates, Sampler};
+use crate::scene::interaction::Interaction;
+use crate::scene::{Scene, ShapeTraits};
+
+/// The first ray of a light path, and what its weights need of the first surface.
+#[derive(Debug, Clone, Copy)]
+pub struct LightPathStart {
+    source: LightPathSource,
+    /// The density of light sampling at the first surface.
+    nee: f32,
+    /// The density of light sampling over that of scattering, beyond the first surface.
+    nee_over_scattering: f32,
+}
+
+impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
+    /// Traces a light path for each active lane of the samples, at its time; the counts of their rays are stored in the
+    /// samples. There is a sampler for each lane, in order.
+    pub(super) fn walk_from_lights<E: Effects, S: Sampler>(
+        &self,
+        scene: &Scene,
+        samplers: &mut [S],
+        samples: &mut [SampleLanes],
+        memory: &mut PathMemory<E>,
+        splats: &mut LightPathSplats<'_>,
+    ) {
+        let PathMemory {
+            paths,
+            stage,
+            starts,
+            ..
+        } = memory;
+        starts.clear();
+        for (samplers, samples) in samplers.chunks_mut(LANES).zip(&mut *samples) {
+            starts.extend(self.emit::<E, S>(scene, samplers, samples));
+        }
+        paths.begin(samples);
+        let mut walk = Walk {
+            scene,
+            samples,
+            samplers,
+            observer: &mut Unobserved,
+            bounce: 0,
+        };
+        let most = self.max_bounces.unwrap_or(u32::MAX);
+        while !paths.is_empty() && walk.bounce < most {
+            for block in paths.blocks_mut() {
+                walk.trace_extension_rays(block);
+                self.advance_from_lights(&mut walk, block, stage, starts, splats);
+            }
+            paths.compact();
+            walk.bounce += 1;
+        }
+    }
+
+    /// Samples the first rays of light paths, and deactivates the lanes that have none. Returns the start of each lane.
+    fn emit<E: Effects, S: Sampler>(
+        &self,
+        scene: &Scene,
+        samplers: &mut [S],
+        samples: &mut SampleLanes,
+    ) -> Lanes<Option<LightPathStart>> {
+        let mut starts = [None; LANES];
+        let (active, places) = (samples.active, std::array::from_fn(|lane| lane as u32));
+        if !active.any() {
+            return starts;
+        }
+        let states = LaneStates::gather(samplers, &active, &places);
+        let (mut source, mut direction) = ([[0.0; LANES]; 4], [[0.0; LANES]; 3]);
+        let decision = Decision::Source;
+        S::draw_lanes(samplers, &active, &places, &states, decision, &mut source);
+        let decision = Decision::SourceDirection;
+        S::draw_lanes(
+            samplers,
+            &active,
+            &places,
+            &states,
+            decision,
+            &mut direction,
+        );
+        for lane in active.each() {
+            let time = samples.packet.rays.time[lane];
+            let numbers = (source.map(|u| u[lane]), direction.map(|u| u[lane]));
+            let source = LightPathSource::sample::<E>(scene, numbers, time);
+            samples.active.set(lane, source.is_some());
+            if let Some(source) = source {
+                samples.packet.rays.set(lane, &source.sample.ray());
+                starts[lane] = Some(LightPathStart {
+                    source,
+                    nee: 0.0,
+                    nee_over_scattering: 0.0,
+                });
+            }
+        }
+        starts
+    }
+
+    /// Takes the light paths of a block, whose rays have been traced, to their next vertices: connects these to the lens, and
+    /// sets the extension rays of the paths that continue.
+    fn advance_from_lights<E: Effects, S: Sampler>(
+        &self,
+        walk: &mut Walk<'_, S, Unobserved>,
+        block: &mut PathBlock<E>,
+        stage: &mut StageMemory<E>,
+        starts: &mut [Option<LightPathStart>],
+        splats: &mut LightPathSplats<'_>,
+    ) {
+        let (scene, bounce) = (walk.scene, walk.bounce);
+        let arrived = block.active;
+        if bounce == 0 {
+            for lane in arrived.each() {
+                block.count_rays(lane, true, false);
+            }
+        }
+        arrive(walk, block, stage);
+        if block.active.any() {
+            self.look_up_bsdfs(scene, block, stage);
+            if bounce == 0 {
+                self.begin_from_lights(scene, block, stage, starts);
+            }
+            self.connect(walk, block, stage, starts, splats);
+            if self.max_bounces == Some(bounce + 1) {
+                block.active = ActiveLanes::NONE;
+            } else {
+                let states = LaneStates::gather(walk.samplers, &block.active, &block.path);
+                let decision = Decision::LightPathBsdf(bounce);
+                let lit = &ActiveLanes::NONE;
+                self.sample_bsdfs(walk, block, stage, &states, lit, decision);
+                self.carry_power(scene, block, stage, bounce, starts);
+                let decision = Decision::LightPathRoulette(bounce);
+                self.scatter(walk, block, stage, &states, decision);
+                self.pass_ratios(block, stage);
+            }
+        }
+        for lane in arrived.without(&block.active).each() {
+            block.end(lane, walk.samples);
+        }
+    }
+
+    /// Sets the ratios of the paths of a block at the first surface, and the densities of light sampling there.
+    fn begin_from_lights<E: Effects>(
+        &self,
+        scene: &Scene,
+        block: &mut PathBlock<E>,
+        stage: &StageMemory<E>,
+        starts: &mut [Option<LightPathStart>],
+    ) {
+        for lane in block.active.each() {
+            let Some(start) = &mut starts[block.path[lane] as usize] else {
+                continue;
+            };
+            let at: Interaction<E> = stage.at.get(lane);
+            block.set_light_path_ratio(lane, 1.0 / start.source.density(scene, at.p));
+            if !stage.bsdfs.delta.has(lane) {
+                let transmits = stage.at.traits[lane] & ShapeTraits::TRANSMITS != 0;
+                let receiver = at.receiver(transmits);
+                start.nee = self.density_of_nee(scene, start, Some(&receiver), block, lane);
+            }
+        }
+    }
+
+    /// The density with which light sampling at a receiver finds the source of a light path; that at the first surface as the
+    /// path has arrived there, if there is none.
+    fn density_of_nee<E: Effects>(
+        &self,
+        scene: &Scene,
+        start: &LightPathStart,
+        receiver: Option<&Receiver>,
+        block: &PathBlock<E>,
+        lane: usize,
+    ) -> f32 {
+        let Some(receiver) = receiver else {
+            return start.nee;
+        };
+        let (choice, map, time) = (self.light_choice, self.map, block.packet.rays.time[lane]);
+        let source = &start.source;
+        source.density_of_nee::<E>(scene, choice, map, receiver, time)
+    }
+}
+
+/// Computes the surface interactions of a block of light paths, and deactivates the lanes that have none, or that absorb all
+/// light.
+fn arrive<E: Effects, S: Sampler>(
+    walk: &mut Walk<'_, S, Unobserved>,
+    block: &mut PathBlock<E>,
+    stage: &mut StageMemory<E>,
+) {
+    let (samplers, path, bounce) = (&mut *walk.samplers, &block.path, walk.bounce);
+    let u_alpha = |lane: usize| {
+        let sampler = &mut samplers[path[lane] as usize];
+        let [u] = sampler.draw(Decision::LightPathAlpha(bounce));
+        u
+    };
+    let StageMemory { surfaces, at, .. } = stage;
+    let found = walk.scene.surface_interactions::<E>(
+        &block.active,
+        &block.packet,
+        &block.excluded,
+        u_alpha,
+        surfaces,
+        at,
+    );
+    block.active = found.and(|lane| {
+        let traits = at.traits[lane];
+        let is_opaque = traits & ShapeTraits::TRANSMITS == 0;
+        let is_one_sided = E::OneSided::ON & (traits & ShapeTraits::IS_ONE_SIDED != 0);
+        !(is_one_sided & is_opaque & at.is_behind(lane))
+    });
+}

@@ -1,0 +1,144 @@
+//! The scattering of light that arrives along light paths towards given directions, in lanes.
+//!
+//! Measure: BSDFs with the factors of light paths; densities per steradian.
+//! Range: any surfaces. Delta lobes are left out.
+//! Source: Veach 1997, section 5.3. Tested in `tests/rendering/light_paths.rs`.
+
+use super::super::super::bidirectional::vertex::{Densities, Vertex, adjoint};
+use super::super::light_paths::facing;
+use super::super::scattering::replace;
+use super::super::shading::BsdfLanes;
+use crate::effects::{Effects, Slot};
+use crate::light::types::Receiver;
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
+use crate::math::rgb::Rgb;
+use crate::math::vec::{LaneVec3, Vec3};
+use crate::scene::Scene;
+use crate::scene::interaction::Interaction;
+use crate::scene::interaction::lanes::InteractionLanes;
+
+/// Light at the surfaces of a block that scatters towards the camera.
+pub(super) struct TowardsCamera {
+    /// The lanes with such light.
+    pub lit: ActiveLanes<LANES>,
+    /// The BSDFs with the factors of light paths: the cosine, and the adjoint of shading normals.
+    pub factor: Lanes3,
+    /// The densities with which camera paths continue towards the light.
+    pub pdf_to_light: Lanes<f32>,
+    /// The lanes where the light goes through the surface.
+    pub goes_through: ActiveLanes<LANES>,
+    /// The densities of light sampling for the surface as seen from the camera, where it is seen differently from there.
+    pub receivers: Lanes<Option<Receiver>>,
+}
+
+/// The vertex of a lane, for what is not computed in lanes.
+pub(super) fn vertex<'a, E: Effects>(
+    scene: &'a Scene,
+    at: &InteractionLanes<E>,
+    lane: usize,
+) -> Vertex<'a, E> {
+    let at: Interaction<E> = at.get(lane);
+    Vertex::new(scene, at, Rgb::WHITE, Densities::default(), [0.0; 4])
+}
+
+/// Evaluates the scattering of the light that arrives along the rays of some lanes towards the camera along the unit vectors
+/// `w`, without delta lobes.
+pub(super) fn towards_camera<E: Effects>(
+    scene: &Scene,
+    lanes: &ActiveLanes<LANES>,
+    at: &InteractionLanes<E>,
+    bsdfs: &mut BsdfLanes<E>,
+    w: &Lanes3,
+) -> TowardsCamera {
+    let mut towards = TowardsCamera {
+        lit: *lanes,
+        factor: [[0.0; LANES]; 3],
+        pdf_to_light: [0.0; LANES],
+        goes_through: ActiveLanes::NONE,
+        receivers: [None; LANES],
+    };
+    let (mut to_eye, mut to_light) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+    diffuse::<E>(at, bsdfs, w, &mut to_eye, &mut to_light, &mut towards);
+    if let Some(stage) = bsdfs.principled.get_mut()
+        && stage.active.any()
+    {
+        stage.bsdfs.bind(&to_eye);
+        stage.bsdfs.eval(&to_light, &mut stage.f, &mut stage.pdf);
+        for (to, of) in towards.factor.iter_mut().zip(&stage.f) {
+            replace(&stage.active, to, of);
+        }
+        replace(&stage.active, &mut towards.pdf_to_light, &stage.pdf);
+    }
+    carry_light::<E>(at, w, &to_light, &mut towards);
+    for lane in lanes.each() {
+        let of_lane: Interaction<E> = at.get(lane);
+        let may_be_mended = || {
+            let along: Vec3 = load(w, lane);
+            !of_lane.is_flat() && (of_lane.is_mended() || facing(at, lane, along).is_mended())
+        };
+        if !bsdfs.singly.has(lane) && !may_be_mended() {
+            continue;
+        }
+        let vertex = vertex(scene, at, lane);
+        let w = load(w, lane);
+        let scattering = vertex.scattering(scene, w, vertex.at.wo);
+        towards.lit.set(lane, scattering.is_some());
+        if let Some(scattering) = scattering {
+            store(
+                &mut towards.factor,
+                lane,
+                scattering.to_eye * scattering.adjoint,
+            );
+            towards.pdf_to_light[lane] = scattering.pdf_to_light.0;
+            towards.goes_through.set(lane, scattering.goes_through);
+            let seen = vertex.at.facing(w, vertex.transmits);
+            towards.receivers[lane] = Some(seen.receiver(vertex.transmits));
+        }
+    }
+    towards
+}
+
+vectorised! {
+    /// The values of diffuse surfaces and their densities, and the directions to both ends in the shading frames.
+    fn diffuse<E: Effects>(
+        at: &InteractionLanes<E>,
+        bsdfs: &BsdfLanes<E>,
+        w: &Lanes3,
+        to_eye: &mut Lanes3,
+        to_light: &mut Lanes3,
+        towards: &mut TowardsCamera,
+    ) {
+        for lane in 0..LANES {
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            let eye = at.frame.to_local(load::<LaneVec3>(w, lane));
+            let light = at.frame.to_local(at.wo);
+            let value = bsdfs.diffuse(lane).eval(eye, light);
+            store(to_eye, lane, eye);
+            store(to_light, lane, light);
+            store(&mut towards.factor, lane, value.f);
+            towards.pdf_to_light[lane] = value.pdf.0;
+        }
+    }
+}
+
+vectorised! {
+    /// Multiplies the values of opaque surfaces by the factors of light paths, and marks those that are lit.
+    fn carry_light<E: Effects>(
+        at: &InteractionLanes<E>,
+        w: &Lanes3,
+        to_light: &Lanes3,
+        towards: &mut TowardsCamera,
+    ) {
+        for lane in 0..LANES {
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            let along: LaneVec3 = load(w, lane);
+            let f: Rgb<LaneVec3> = load(&towards.factor, lane);
+            let light: LaneVec3 = load(to_light, lane);
+            let cos = light.z.abs();
+            let factor = f * (cos * adjoint(&at, along, at.wo));
+            let is_lit = towards.lit.has(lane) & at.agrees(along, false) & !factor.is_black();
+            store(&mut towards.factor, lane, factor);
+            towards.lit.set(lane, is_lit);
+        }
+    }
+}

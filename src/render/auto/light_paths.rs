@@ -1,0 +1,173 @@
+//! The number of light paths beside camera paths: by the share of the squared error that they would remove, measured by
+//! themselves in a small pilot.
+//!
+//! The error of camera paths alone cannot be measured in a pilot where light paths pay most: it is that of rare bright
+//! samples, of which a pilot has none. So the pilot renders with light paths, and each of them tells by how much the
+//! variance of its own contribution would be larger without ([`LightRatios::gain`]). With V the variance of a sample of the
+//! pilot and D the sum of these gains for a sample, both over the squared truth, light paths pay if 1 + D / V is above the
+//! ratio of the times of a sample. That ratio is between 1.2 and 1.6 in the scenes of docs/hard-light.md with surfaces that
+//! throw light.
+//!
+//! Measure: relative variance.
+//! Range: any scene; without a shape that throws light there is no pilot, and there are no light paths.
+//! Source: the second moment of a multi-sample estimator, Veach 1997, section 9.2. Tested in
+//! `tests/rendering/light_paths.rs`.
+//!
+//! [`LightRatios::gain`]: crate::integrator::light_paths::weights::LightRatios::gain
+
+use super::super::camera_rays::CameraRaySource;
+use super::super::dispatch;
+use super::super::settings::{Adaptive, Budget, LightPathRule, RenderSettings, SamplerKind};
+use super::super::tile::{PassJob, SampleRange, SampleSource};
+use super::super::{RenderInput, RenderObserver, Threads};
+use crate::error::Result;
+use crate::film::batches::BATCHES;
+use crate::film::filter::{Filter, FilterDescription, FilterKind, FilterSampling};
+use crate::film::splats::Splats;
+use crate::film::{Film, Window};
+use crate::integrator::kind::IntegratorKind;
+use crate::integrator::light_paths::LightPathShare;
+use crate::math::plane::Plane;
+use crate::sampler::Batches;
+use serde::Serialize;
+
+/// The approximate number of pixels of the pilot's image.
+const PIXELS: f64 = 1600.0;
+
+/// Its samples per pixel.
+const SPP: u64 = 32;
+
+/// The seed of the pilot.
+const SEED: u64 = 0x6c69_6768_7400;
+
+/// The number of light paths for each camera path where they pay. In the scenes of docs/hard-light.md it is nowhere worse
+/// than a half by more than 3 %.
+const SHARE: LightPathShare = LightPathShare::Quarter;
+
+/// The ratio of variances above which light paths pay.
+const LEAST_RATIO: f64 = 1.3;
+
+/// The choice of a number of light paths, and its reason.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LightPathChoice {
+    /// The number for each camera path.
+    pub share: LightPathShare,
+    /// The squared error of as many samples without light paths, over that with them.
+    pub ratio: f64,
+}
+
+/// Chooses the number of light paths for settings by which it follows from the scene; `None` where no pilot is needed.
+///
+/// # Errors
+/// A kernel that lacks an effect of the scene.
+pub fn choose(
+    view: &RenderInput<'_>,
+    threads: &Threads,
+    settings: &RenderSettings,
+    observer: &dyn RenderObserver,
+) -> Result<Option<LightPathChoice>> {
+    let may_pay = settings.light_paths == LightPathRule::Auto
+        && view.scene.throws_light()
+        && settings.integrator == IntegratorKind::Path
+        && settings.adaptive == Adaptive::Off
+        && !settings.reuse().is_on()
+        && settings.most_bounces().is_none_or(|most| most > 1);
+    if !may_pay {
+        return Ok(None);
+    }
+    let (scene, (width, height)) = view.scene.reduced(view.size, PIXELS);
+    let window = Window {
+        x: 0,
+        y: 0,
+        width,
+        height,
+    };
+    let pilot = RenderSettings {
+        // Shards and renders with other seeds have to choose alike.
+        seed: SEED,
+        // Variances of single samples add up.
+        sampler: SamplerKind::Independent,
+        budget: Budget::samples(SPP),
+        layers: false,
+        light_paths: LightPathRule::Share(SHARE),
+        filter_sampling: FilterSampling::Importance,
+        kernel: None,
+        window,
+        ..settings.clone()
+    };
+    dispatch::check(&scene, &pilot)?;
+    let kind = FilterKind::Box;
+    let radius = kind.default_radius();
+    let filter = Filter::new(&FilterDescription { kind, radius });
+    let mut film = Film::new(window, pilot.tile_size).with_splats();
+    let gains = Splats::new(window);
+    let sampler = dispatch::sampler(&pilot, Batches::new(BATCHES));
+    let (tiles, splats) = film.tiles_and_splats();
+    let job = PassJob {
+        source: SampleSource {
+            rays: CameraRaySource {
+                scene: &scene,
+                filter: &filter,
+                filter_sampling: FilterSampling::Importance,
+                sampler: &sampler,
+            },
+            splats,
+            gains: Some(&gains),
+        },
+        tiles: tiles
+            .iter_mut()
+            .map(|tile| (tile, SampleRange::Same(0..SPP)))
+            .collect(),
+        is_cancelled: &|| observer.is_cancelled(),
+        tile_done: &|_, _| {},
+    };
+    threads.run(|| dispatch::dispatch(&scene, &pilot, None, job));
+    let ratio = ratio_of_variances(&film, &gains);
+    let share = if ratio > LEAST_RATIO {
+        SHARE
+    } else {
+        LightPathShare::None
+    };
+    Ok(Some(LightPathChoice { share, ratio }))
+}
+
+/// The variance of the image of camera paths alone over that with light paths, both over the squared truth: a mean over 25
+/// pixels. 1 where nothing varies.
+fn ratio_of_variances(film: &Film, gains: &Splats) -> f64 {
+    let window = film.window();
+    let image = film.develop();
+    let channel = |c: usize| {
+        let values = image.pixels().iter().map(|pixel| pixel.to_array()[c]);
+        Plane::new(
+            window.width as usize,
+            window.height as usize,
+            values.collect(),
+        )
+        .box_mean(2)
+    };
+    let truth = [channel(0), channel(1), channel(2)];
+    let mean = image.mean().iter().sum::<f64>() / 3.0;
+    // Splats are in units of radiance times pixels, and the variance of the mean of all samples is wanted.
+    let samples = (window.pixel_count() * SPP) as f64;
+    let (mut saved, mut with) = ([0.0; BATCHES as usize], 0.0);
+    for pixel in 0..window.pixel_count() as usize {
+        let variances = film.batch_means(pixel).variance().unwrap_or_default();
+        let of_gains = gains.pixel(pixel).values();
+        for (c, truth) in truth.iter().enumerate() {
+            let truth = f64::from(truth.values[pixel]);
+            let scale = 1.0 / (truth * truth + 0.01 * mean * mean);
+            with += scale * variances[c] / SPP as f64;
+            for (saved, of_batch) in saved.iter_mut().zip(&of_gains) {
+                *saved += scale * of_batch[c] / (samples * samples);
+            }
+        }
+    }
+    // A single path may have most of a batch's gain: the median is a cautious estimate.
+    saved.sort_by(f64::total_cmp);
+    let median = 0.5 * (saved[1] + saved[2]);
+    if with > 0.0 {
+        1.0 + BATCHES as f64 * median / with
+    } else {
+        1.0
+    }
+}

@@ -1,0 +1,100 @@
+//! The named choices of a render's settings: the sampler, light paths beside `path`, and the distribution of samples.
+//!
+//! Measure: none.
+//! Range: the listed choices; an unknown name is an error of the scene file or of the command line.
+//! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_flags.rs`.
+
+use crate::integrator::light_paths::LightPathShare;
+use serde::Serialize;
+
+/// The source of random numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[non_exhaustive]
+pub enum SamplerKind {
+    /// Independent numbers.
+    Independent,
+    /// Jittered strata, for the requested number of samples.
+    Stratified,
+    /// Owen-scrambled Sobol' points.
+    #[default]
+    Sobol,
+}
+
+impl SamplerKind {
+    /// Every sampler.
+    pub const ALL: &'static [Self] = &[Self::Sobol, Self::Stratified, Self::Independent];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Independent => "independent",
+            Self::Stratified => "stratified",
+            Self::Sobol => "sobol",
+        }
+    }
+}
+
+/// The number of light paths for each camera path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub enum LightPathRule {
+    /// A number that a pilot chooses for the scene.
+    #[default]
+    Auto,
+    /// This number.
+    Share(LightPathShare),
+}
+
+impl LightPathRule {
+    /// Every rule.
+    pub const ALL: &'static [Self] = &[
+        Self::Auto,
+        Self::Share(LightPathShare::None),
+        Self::Share(LightPathShare::Quarter),
+        Self::Share(LightPathShare::Half),
+        Self::Share(LightPathShare::One),
+        Self::Share(LightPathShare::Two),
+    ];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Share(share) => share.name(),
+        }
+    }
+}
+
+/// The distribution of samples over the pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[non_exhaustive]
+pub enum Adaptive {
+    /// Equal counts for all pixels.
+    #[default]
+    Off,
+    /// Two-phase sampling: counts by the errors that a pilot estimates, without bias.
+    TwoPhase,
+    /// Greedy sampling: each pixel until its own samples seem good enough. Biased.
+    Greedy,
+}
+
+impl Adaptive {
+    /// Every distribution.
+    pub const ALL: &'static [Self] = &[Self::TwoPhase, Self::Greedy, Self::Off];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::TwoPhase => "two-phase",
+            Self::Greedy => "greedy",
+        }
+    }
+
+    /// The bias of the image, in words.
+    pub fn bias(self) -> Option<String> {
+        (self == Self::Greedy).then(|| {
+            "greedy adaptive sampling: a pixel stops when its own samples are similar, even if by chance"
+                .to_owned()
+        })
+    }
+}

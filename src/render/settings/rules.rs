@@ -1,0 +1,140 @@
+//! The rules by which the rest of a render follows from its settings: the reach of its filter, its light paths, the
+//! compensation of environment maps, roulette, and the rounding of sample counts.
+//!
+//! Measure: pixels, samples per pixel.
+//! Range: valid settings.
+//! Source: docs/architecture.md. Tested below, in `tests/rendering/filters.rs` and `tests/rendering/light_paths.rs`.
+
+use super::{Adaptive, LightPathRule, RenderSettings};
+use crate::effects::{Effect, EffectSet};
+use crate::film::batches::BATCHES;
+use crate::film::filter::{Filter, FilterSampling};
+use crate::film::footprint::Footprint;
+use crate::integrator::Roulette;
+use crate::integrator::kind::IntegratorKind;
+use crate::integrator::light_paths::LightPathShare;
+use crate::integrator::reuse::Reuse;
+use crate::light::types::{LightChoice, MapRule};
+use crate::planted::planted;
+
+impl RenderSettings {
+    /// The number of pixels on either side of its own to which a sample contributes by this filter; 0 if it belongs to its own
+    /// alone. That is so for filters without a footprint; for adaptive renders, whose pixels differ in the count that a
+    /// sample's weight is divided by; and for Markov chains, all of whose samples are splats.
+    pub fn reach(&self, filter: &Filter) -> u32 {
+        let is_splatted = self.filter_sampling == FilterSampling::Splatting
+            && self.adaptive == Adaptive::Off
+            && self.integrator != IntegratorKind::Metropolis;
+        let footprint = filter.footprint().filter(|_| is_splatted);
+        footprint.map_or(0, Footprint::reach)
+    }
+
+    /// The largest number of scattering events, by these settings and by the integrator.
+    pub fn most_bounces(&self) -> Option<u32> {
+        let limits = [self.max_bounces, self.integrator.most_bounces()];
+        limits.into_iter().flatten().min()
+    }
+
+    /// The number of which sample counts are rounded up to a multiple: that of the batches where these are compared one
+    /// by one or are all that there is, otherwise 1.
+    pub fn least_samples(&self) -> u64 {
+        let in_whole_rounds = self.layers
+            || self.budget.error.is_some()
+            || self.adaptive != Adaptive::Off
+            || self.integrator == IntegratorKind::Metropolis;
+        match in_whole_rounds {
+            true => BATCHES,
+            false => 1,
+        }
+    }
+
+    /// The number of samples over which a pixel's strata are spread, if it is known: in adaptive renders, where counts
+    /// differ, that of the pilot, whose strata are repeated.
+    pub fn samples_of_strata(&self) -> Option<u64> {
+        match self.adaptive {
+            Adaptive::Off => self.budget.spp,
+            Adaptive::TwoPhase | Adaptive::Greedy => Some(self.budget.pilot()),
+        }
+    }
+
+    /// The rule of Russian roulette.
+    pub fn roulette(&self) -> Roulette {
+        self.roulette.unwrap_or(self.integrator.roulette())
+    }
+
+    /// The selection of lights.
+    pub fn light_choice(&self) -> LightChoice {
+        self.light_choice.unwrap_or(self.integrator.light_choice())
+    }
+
+    /// The number of light paths for each camera path: none but beside `path` with equal sample counts, and none by `auto`,
+    /// which has to be replaced before a scene is rendered (`render/auto/`).
+    pub fn light_path_share(&self) -> LightPathShare {
+        let may_have = self.integrator == IntegratorKind::Path && self.adaptive == Adaptive::Off;
+        match self.light_paths {
+            LightPathRule::Share(share) if may_have => share,
+            _ => LightPathShare::None,
+        }
+    }
+
+    /// The settings with a number of light paths in place of `auto`: with none, if none was chosen.
+    pub fn with_light_paths(&self, chosen: Option<LightPathShare>) -> Self {
+        let mut settings = self.clone();
+        if settings.light_paths == LightPathRule::Auto {
+            settings.light_paths = LightPathRule::Share(chosen.unwrap_or_default());
+        }
+        settings
+    }
+
+    /// The number of pixels that share their paths: one but by `path` with equal sample counts and without light paths,
+    /// whose weights take each path as its own pixel's. Where it is not one, `auto` has no light paths.
+    pub fn reuse(&self) -> Reuse {
+        let may_share = self.integrator == IntegratorKind::Path
+            && self.adaptive == Adaptive::Off
+            && self.light_path_share() == LightPathShare::None;
+        if may_share { self.reuse } else { Reuse::Off }
+    }
+
+    /// The effects that a render of a scene with these effects needs.
+    pub fn effects(&self, of_scene: EffectSet) -> EffectSet {
+        let has_light_paths = self.light_path_share() != LightPathShare::None;
+        of_scene
+            .without(Effect::LightPaths)
+            .without(Effect::Reuse)
+            .with_if(Effect::LightPaths, has_light_paths)
+            .with_if(Effect::Reuse, self.reuse().is_on())
+    }
+
+    /// Whether samples contribute to other pixels, too, by splats.
+    pub fn splats(&self) -> bool {
+        self.integrator.splats() || self.light_path_share() != LightPathShare::None
+    }
+
+    /// The density of directions to an environment map: compensated where BSDF sampling finds all of its light, too.
+    pub fn map_rule(&self) -> MapRule {
+        let has_both = self.integrator == IntegratorKind::Path;
+        if planted!("compensated-alone", true, has_both) {
+            MapRule::Compensated
+        } else {
+            MapRule::Radiance
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Elsewhere no other technique, or only a cache, finds what a compensated density leaves out.
+    #[test]
+    fn only_path_compensates_the_density_of_environment_maps() {
+        for &integrator in IntegratorKind::ALL {
+            let settings = RenderSettings {
+                integrator,
+                ..RenderSettings::new((1, 1), 1)
+            };
+            let is_compensated = settings.map_rule() == MapRule::Compensated;
+            assert_eq!(is_compensated, integrator == IntegratorKind::Path);
+        }
+    }
+}

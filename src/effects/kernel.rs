@@ -31,6 +31,7 @@ macro_rules! switch {
     (ManyLights [ManyLights $($rest:ident)*]) => { On };
     (Instances [Instances $($rest:ident)*]) => { On };
     (LightPaths [LightPaths $($rest:ident)*]) => { On };
+    (Reuse [Reuse $($rest:ident)*]) => { On };
     ($effect:ident [$other:ident $($rest:ident)*]) => { switch!($effect [$($rest)*]) };
 }
 
@@ -69,6 +70,7 @@ macro_rules! kernels {
                     type ManyLights = switch!(ManyLights [$($effect)*]);
                     type Instances = switch!(Instances [$($effect)*]);
                     type LightPaths = switch!(LightPaths [$($effect)*]);
+                    type Reuse = switch!(Reuse [$($effect)*]);
                 }
             )*
         }
@@ -113,6 +115,8 @@ pub trait KernelJob {
 kernels! {
     /// Diffuse surfaces, also one-sided, and one area light.
     Matte = "matte" [OneSided AreaLights];
+    /// Diffuse surfaces, also one-sided, and one area light, with paths shared by the pixels of a block.
+    SharedMatte = "shared-matte" [OneSided AreaLights Reuse];
     /// Diffuse surfaces with textures and shading normals, area lights and a constant environment.
     Textured = "textured" [
         ShadingNormals Textures Environment AreaLights ManyLights
@@ -129,6 +133,11 @@ kernels! {
     Caustics = "caustics" [
         ShadingNormals Textures OneSided Glossy Specular Transmission Environment AreaLights
         ManyLights LightPaths
+    ];
+    /// Any BSDF, area lights and a constant environment, with paths shared by the pixels of a block.
+    Shared = "shared" [
+        ShadingNormals Textures OneSided Glossy Specular Transmission Environment AreaLights
+        ManyLights Reuse
     ];
     /// Any BSDF, area lights and a constant environment, with a lens, motion and instances.
     Moving = "moving" [
@@ -148,7 +157,7 @@ kernels! {
     /// Every effect.
     Everything = "everything" [
         ShadingNormals Textures NormalMaps Alpha OneSided Glossy Specular Transmission Lens Motion
-        Environment EnvironmentMap DeltaLights AreaLights ManyLights Instances LightPaths
+        Environment EnvironmentMap DeltaLights AreaLights ManyLights Instances LightPaths Reuse
     ];
 }
 

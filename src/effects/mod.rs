@@ -58,11 +58,13 @@ pub enum Effect {
     Instances,
     /// Light paths beside camera paths.
     LightPaths,
+    /// Paths shared by the pixels of a block.
+    Reuse,
 }
 
 impl Effect {
     /// Every effect, in the order in which they are listed.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::ShadingNormals,
         Self::Textures,
         Self::NormalMaps,
@@ -80,6 +82,7 @@ impl Effect {
         Self::ManyLights,
         Self::Instances,
         Self::LightPaths,
+        Self::Reuse,
     ];
 
     /// The name in tables and JSON.
@@ -102,6 +105,7 @@ impl Effect {
             Self::ManyLights => "many-lights",
             Self::Instances => "instances",
             Self::LightPaths => "light-paths",
+            Self::Reuse => "reuse",
         }
     }
 
@@ -133,6 +137,7 @@ impl Effect {
             Self::LightPaths => {
                 "densities of light paths along camera paths, and paths that begin at lights"
             }
+            Self::Reuse => "surfaces seen and paths shared by the pixels of a block",
         }
     }
 }

@@ -119,7 +119,7 @@ macro_rules! effects {
 
 effects! {
     ShadingNormals Textures NormalMaps Alpha OneSided Glossy Specular Transmission Lens Motion
-    Environment EnvironmentMap DeltaLights AreaLights ManyLights Instances LightPaths
+    Environment EnvironmentMap DeltaLights AreaLights ManyLights Instances LightPaths Reuse
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ pub mod kind;
 pub mod light_paths;
 pub mod observer;
 pub mod path;
+pub mod reuse;
 pub mod roulette;
 pub mod technique;
 
@@ -186,6 +187,12 @@ pub trait Integrator: Copy + Send + Sync {
         _splats: &mut SplatList<'_>,
     ) -> Rgb {
         self.radiance::<E, S, O>(scene, sampler, camera_ray, found, rays, observer)
+    }
+
+    /// Whether the estimate of a sample depends on those of its packet, all of which have to be taken.
+    #[inline]
+    fn shares_packets(&self) -> bool {
+        false
     }
 
     /// The light paths that are traced beside the camera paths.

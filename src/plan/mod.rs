@@ -120,7 +120,8 @@ fn vanishes(effect: Effect) -> &'static str {
         | Effect::Transmission
         | Effect::ManyLights
         | Effect::Instances
-        | Effect::LightPaths => "has none of it",
+        | Effect::LightPaths
+        | Effect::Reuse => "has none of it",
     }
 }
 
@@ -144,5 +145,6 @@ fn nothing(effect: Effect) -> &'static str {
         Effect::ManyLights => "there is at most one light",
         Effect::Instances => "no group is placed, and no shape moves",
         Effect::LightPaths => "no number of light_paths is asked for",
+        Effect::Reuse => "reuse is off",
     }
 }

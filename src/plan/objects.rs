@@ -48,6 +48,7 @@ impl Object {
             Effect::Instances if self.written.has(Effect::Instances) => "places a group",
             Effect::Instances => "is stretched by its keyframes",
             Effect::LightPaths => "asks for light paths",
+            Effect::Reuse => "asks for shared paths",
         }
     }
 }
@@ -116,16 +117,26 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
             written,
         }
     }));
-    if let Some(rule) = &description.render.light_paths {
-        objects.push(Object {
-            name: format!("light_paths = \"{}\"", rule.value),
-            place: Place {
-                file: description.file.clone(),
-                line: Some(rule.line),
-            },
-            calls_for: effects::of_render(description),
-            written: none,
-        });
+    let render = &description.render;
+    for (key, rule, calls_for) in [
+        (
+            "light_paths",
+            &render.light_paths,
+            effects::of_light_paths(description),
+        ),
+        ("reuse", &render.reuse, effects::of_reuse(description)),
+    ] {
+        if let Some(rule) = rule {
+            objects.push(Object {
+                name: format!("{key} = \"{}\"", rule.value),
+                place: Place {
+                    file: description.file.clone(),
+                    line: Some(rule.line),
+                },
+                calls_for,
+                written: none,
+            });
+        }
     }
     objects
 }

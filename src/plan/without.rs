@@ -85,12 +85,13 @@ pub fn without(description: &SceneDescription, effect: Effect) -> SceneDescripti
             scene.instances.clear();
             scene.shapes.retain(|shape| !stands_alone(shape, shutter));
         }
-        Effect::LightPaths => scene.render.light_paths = Some(no_light_paths()),
+        Effect::LightPaths => scene.render.light_paths = Some(off()),
+        Effect::Reuse => scene.render.reuse = Some(off()),
     }
     scene
 }
 
-fn no_light_paths() -> Written<String> {
+fn off() -> Written<String> {
     Written {
         value: "off".to_owned(),
         line: 0,

@@ -52,8 +52,10 @@ pub struct PacketIndex {
 #[derive(Debug)]
 pub struct CameraRays<E: Effects> {
     indices: Vec<PacketIndex>,
-    /// The samples; their active lanes are the requested ones. Later elements are memory for later packets.
+    /// The samples; their active lanes are those to be estimated. Later elements are memory for later packets.
     samples: Vec<SampleLanes>,
+    /// The requested samples of each packet.
+    requested: Vec<ActiveLanes<LANES>>,
     /// The light paths of the samples.
     light_samples: Vec<SampleLanes>,
     /// The samplers of all lanes of all packets.
@@ -73,6 +75,7 @@ impl<E: Effects> CameraRays<E> {
         Self {
             indices: Vec::new(),
             samples: Vec::new(),
+            requested: Vec::new(),
             light_samples: Vec::new(),
             samplers: Vec::new(),
             positions: Vec::new(),
@@ -85,6 +88,7 @@ impl<E: Effects> CameraRays<E> {
     /// Removes all samples and keeps the memory.
     pub fn clear(&mut self) {
         self.indices.clear();
+        self.requested.clear();
         self.samplers.clear();
         self.positions.clear();
         self.weights.clear();
@@ -127,6 +131,7 @@ impl<E: Effects> CameraRays<E> {
         };
         let samples = &mut self.samples[packet];
         samples.active = requested;
+        self.requested.push(requested);
         let rays = &mut samples.packet.rays;
         source.scene.camera.ray_lanes::<E>(
             &[on_film(0, x), on_film(1, y)],
@@ -171,6 +176,11 @@ impl<E: Effects> CameraRays<E> {
         &self.samples[packet]
     }
 
+    /// The requested samples of a packet.
+    pub fn requested(&self, packet: usize) -> ActiveLanes<LANES> {
+        self.requested[packet]
+    }
+
     /// The sampler of a sample.
     pub fn sampler(&mut self, packet: usize, lane: usize) -> &mut AnySampler {
         &mut self.samplers[packet * LANES + lane]
@@ -195,6 +205,11 @@ impl<E: Effects> CameraRays<E> {
         observer: &mut O,
     ) {
         let samples = &mut self.samples[..self.indices.len()];
+        if E::Reuse::ON && integrator.shares_packets() {
+            for samples in &mut *samples {
+                samples.active = ActiveLanes::first(LANES);
+            }
+        }
         let (samplers, memory) = (&mut self.samplers, &mut self.memory);
         integrator.radiances::<E, _, _>(scene, samplers, samples, memory, observer);
     }

@@ -20,6 +20,7 @@ use crate::integrator::irradiance_cache::{Cached, IrradianceCache};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPaths;
 use crate::integrator::path::PathIntegrator;
+use crate::integrator::reuse::Reuse;
 use crate::integrator::technique::Weighted;
 use crate::sampler::{AnySampler, Batches, Independent, Sobol, Stratified};
 use crate::scene::Scene;
@@ -72,6 +73,16 @@ pub fn check(scene: &Scene, settings: &RenderSettings) -> Result<()> {
             lacking.join(", ")
         )));
     }
+    if settings.reuse().is_on()
+        && let Some(effect) = [Effect::Motion, Effect::Alpha]
+            .into_iter()
+            .find(|&it| scene.effects.has(it))
+    {
+        return Err(Error::usage(format!(
+            "pixels cannot share paths in a scene with {}: use --reuse off",
+            effect.name()
+        )));
+    }
     if settings.integrator == IntegratorKind::IrradianceCache && scene.effects.has(Effect::Motion) {
         return Err(Error::usage(
             "the records of an irradiance cache are valid for one time only, and this scene moves while the shutter is \
@@ -100,6 +111,7 @@ pub fn dispatch<D: Dispatched>(
         IntegratorKind::Path => {
             let integrator = PathIntegrator {
                 light_paths: light_paths(settings),
+                reuse: settings.reuse(),
                 ..path(settings, Weighted, Traced)
             };
             kernel(scene, settings).run(With(job, integrator))
@@ -121,6 +133,7 @@ pub fn dispatch_to_two<D: Dispatched>(
         (Some(_), None) if settings.integrator == IntegratorKind::Path => {
             let integrator = PathIntegrator {
                 light_paths: light_paths(settings),
+                reuse: settings.reuse(),
                 ..path(settings, Weighted, Traced)
             };
             first_or_last(kernel, With(job, integrator))
@@ -178,6 +191,7 @@ pub fn path<C, K: Indirect>(
         light_choice: settings.light_choice(),
         map: settings.map_rule(),
         light_paths: LightPaths::NONE,
+        reuse: Reuse::Off,
     }
 }
 

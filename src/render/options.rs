@@ -15,6 +15,7 @@ use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
+use crate::integrator::reuse::Reuse;
 use crate::integrator::technique::EmissionRule;
 use crate::light::types::LightChoice;
 use crate::scene::description::SceneDescription;
@@ -51,6 +52,9 @@ pub struct RenderOptions {
     pub light_choice: Option<LightChoice>,
     /// The number of light paths for each camera path.
     pub light_paths: Option<LightPathRule>,
+    /// The number of pixels that share their paths; one with layers, since whatever reads layers takes the noise of pixels as
+    /// independent.
+    pub reuse: Option<Reuse>,
     /// The estimator of the filter; with layers importance sampling unless given, since whatever reads layers takes the noise
     /// of pixels as independent.
     pub filter_sampling: Option<FilterSampling>,
@@ -92,6 +96,7 @@ impl RenderOptions {
             roulette: self.roulette.or(of_scene.roulette),
             light_choice: self.light_choice,
             light_paths: self.light_paths.unwrap_or(of_scene.light_paths),
+            reuse: self.reuse(of_scene.reuse),
             filter_sampling: self.filter_sampling(of_scene.filter_sampling),
             occlusion_distance: self.occlusion_distance.or(of_scene.occlusion_distance),
             cache_error: self.cache_error.unwrap_or(of_scene.cache_error),
@@ -101,6 +106,7 @@ impl RenderOptions {
             ..of_scene
         };
         self.refuse_light_paths(&settings)?;
+        self.refuse_reuse(&settings)?;
         refuse_endless(&settings)?;
         settings.validate(description.film.size)?;
         Ok(settings)
@@ -127,6 +133,41 @@ impl RenderOptions {
             )));
         }
         Ok(())
+    }
+
+    /// Refuses requested reuse of paths that the settings cannot have.
+    fn refuse_reuse(&self, settings: &RenderSettings) -> Result<()> {
+        if !self.reuse.is_some_and(Reuse::is_on) {
+            return Ok(());
+        }
+        if settings.adaptive != Adaptive::Off {
+            return Err(Error::usage(
+                "pixels that share paths take equally many samples, unlike adaptive sampling: use --adaptive off, or --reuse off",
+            ));
+        }
+        if settings.layers {
+            return Err(Error::usage(
+                "whatever reads layers takes the noise of pixels as independent, which shared paths do not leave: leave the layers out, or use --reuse off",
+            ));
+        }
+        if settings.light_path_share() != LightPathShare::None {
+            return Err(Error::usage(
+                "the weights of light paths take each path as its own pixel's: use --light-paths off, or --reuse off",
+            ));
+        }
+        if settings.integrator != IntegratorKind::Path {
+            return Err(Error::usage(format!(
+                "only the integrator path shares paths between pixels, not {}: use --integrator path, or leave --reuse out",
+                settings.integrator.name()
+            )));
+        }
+        Ok(())
+    }
+
+    /// The requested number of pixels that share their paths, over that of the scene.
+    fn reuse(&self, of_scene: Reuse) -> Reuse {
+        let otherwise = if self.layers { Reuse::Off } else { of_scene };
+        self.reuse.unwrap_or(otherwise)
     }
 
     /// The requested estimation of the filter, over that of the scene.

@@ -9,7 +9,7 @@ use super::dispatch;
 use super::observed::observe_tile;
 use super::settings::RenderSettings;
 use crate::bsdf::types::Lobe;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::filter::Filter;
 use crate::film::{Film, Window};
 use crate::integrator::observer::{PathObserver, PathVertex};
@@ -88,7 +88,7 @@ pub struct Replay {
 /// Replays one sample of one pixel.
 ///
 /// # Errors
-/// Settings with which the scene cannot be rendered.
+/// Settings with which the scene cannot be rendered, or by which pixels share their paths.
 pub fn replay(
     scene: &Scene,
     filter: &Filter,
@@ -97,6 +97,11 @@ pub fn replay(
     sample: u64,
 ) -> Result<Replay> {
     dispatch::check(scene, settings)?;
+    if settings.reuse().is_on() {
+        return Err(Error::usage(
+            "a pixel that shares paths takes light from its whole block, which is not replayed: use --reuse off",
+        ));
+    }
     let (cache, _) = cache_prepass(scene, filter, settings, &|_, _| true);
     let [x, y] = pixel;
     let window = Window {

@@ -221,7 +221,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         }
         for packet in 0..self.camera_rays.indices().len() {
             let mut kept = ActiveLanes::NONE;
-            for lane in self.camera_rays.samples(packet).active.each() {
+            for lane in self.camera_rays.requested(packet).each() {
                 if !is_together {
                     let splats = &mut self.elsewhere;
                     let integrator = self.integrator;

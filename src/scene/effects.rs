@@ -78,6 +78,17 @@ pub fn of_light(light: &LightDescription) -> EffectSet {
 
 /// Returns the effects of a scene's render settings.
 pub fn of_render(description: &SceneDescription) -> EffectSet {
+    of_light_paths(description) | of_reuse(description)
+}
+
+/// Returns the effects of a scene's number of pixels that share their paths.
+pub fn of_reuse(description: &SceneDescription) -> EffectSet {
+    let rule = description.render.reuse.as_ref();
+    EffectSet::NONE.with_if(Effect::Reuse, rule.is_some_and(|rule| rule.value != "off"))
+}
+
+/// Returns the effects of a scene's number of light paths.
+pub fn of_light_paths(description: &SceneDescription) -> EffectSet {
     let has_light_paths = match &description.render.light_paths {
         Some(rule) if rule.value == "auto" => description.materials.iter().any(throws_light),
         Some(rule) => rule.value != "off",

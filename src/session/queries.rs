@@ -12,6 +12,7 @@ use crate::effects::kernel::types::Everything;
 use crate::error::{Error, Result};
 use crate::integrator::CameraRay;
 use crate::integrator::light_paths::LightPathShare;
+use crate::integrator::reuse::Reuse;
 use crate::math::ray::Ray;
 use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
 use crate::planted::planted;
@@ -122,6 +123,7 @@ impl Session {
         let mut settings = options.settings(&self.description)?;
         // The camera does not see where other rays begin.
         settings.light_paths = LightPathRule::Share(LightPathShare::None);
+        settings.reuse = Reuse::Off;
         check(&self.scene, &settings)?;
         if settings.integrator.splats() {
             return Err(Error::usage(format!(

@@ -21,6 +21,9 @@ use std::sync::Arc;
 /// The image's size, in pixels.
 pub const SIZE: (u32, u32) = (16, 12);
 
+/// The effects with which pixels share no paths.
+pub const NEVER_SHARED: [Effect; 3] = [Effect::Motion, Effect::Alpha, Effect::LightPaths];
+
 /// A generator of scenes with random effects.
 pub struct Generator(TestRng);
 
@@ -245,6 +248,11 @@ impl Generator {
             value: "1".to_owned(),
             line: 1,
         });
+        let shares = wanted.has(Effect::Reuse) && !NEVER_SHARED.iter().any(|&it| wanted.has(it));
+        scene.render.reuse = shares.then(|| Written {
+            value: "16".to_owned(),
+            line: 1,
+        });
         scene
     }
 
@@ -319,6 +327,16 @@ impl Generator {
     /// Generates a random set of effects, of any size.
     pub fn wanted(&mut self) -> EffectSet {
         let p = self.0.uniform();
-        Effect::ALL.into_iter().filter(|_| self.chance(p)).collect()
+        let others = Effect::ALL.into_iter().filter(|&it| it != Effect::Reuse);
+        let wanted: EffectSet = others.filter(|_| self.chance(p)).collect();
+        let shares = self.chance(0.5);
+        let excludes = NEVER_SHARED.into_iter().any(|it| wanted.has(it));
+        match shares && (!excludes || self.chance(0.5)) {
+            true => NEVER_SHARED
+                .into_iter()
+                .fold(wanted, EffectSet::without)
+                .with(Effect::Reuse),
+            false => wanted,
+        }
     }
 }

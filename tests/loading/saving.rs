@@ -41,6 +41,7 @@ fn bare(scene: &SceneDescription) -> SceneDescription {
         &mut scene.render.sampler,
         &mut scene.render.roulette,
         &mut scene.render.light_paths,
+        &mut scene.render.reuse,
         &mut scene.render.adaptive,
     ] {
         name.iter_mut().for_each(|name| name.line = 0);

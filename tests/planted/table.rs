@@ -411,6 +411,21 @@ pub const PLANTED: &[Planted] = &[
         "rendering::bidirectional::it_agrees_with_path_in_every_part_of_six_scenes",
     ),
     bug(
+        "reuse-without-visibility",
+        "pixels that cannot see a surface are counted among those that find it",
+        "rendering::reuse::they_agree_with_path_in_every_part_of_six_scenes",
+    ),
+    bug(
+        "reuse-without-cosine",
+        "the densities of shared surfaces become those per area without their cosines",
+        "rendering::reuse::they_agree_with_path_in_every_part_of_six_scenes",
+    ),
+    bug(
+        "reuse-judged-at-one-pixel",
+        "all pixels of a packet share if the first one sees a matte surface",
+        "rendering::reuse::they_agree_with_path_in_every_part_of_six_scenes",
+    ),
+    bug(
         "light-paths-without-importance",
         "a light path that comes to the lens is not divided by the solid angle of a pixel",
         "rendering::light_paths::they_agree_with_path_in_every_part_of_six_scenes",

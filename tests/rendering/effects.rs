@@ -48,6 +48,7 @@ fn picture(description: &SceneDescription, scene: &Scene, kernel: Option<Kernel>
         kernel,
         seed: 3,
         light_paths,
+        reuse: of_scene.reuse,
         ..RenderSettings::new(SIZE, 2)
     };
     let filter = Filter::new(&description.film.filter);

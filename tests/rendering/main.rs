@@ -22,6 +22,7 @@ mod metropolis;
 mod motion;
 mod pixels;
 mod resume;
+mod reuse;
 mod roulette;
 mod session;
 mod state;

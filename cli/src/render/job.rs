@@ -80,7 +80,8 @@ impl Job<'_> {
              plan: kernel {}; {}\n\
              filter: {}\n\
              roulette: {}\n\
-             light paths: {}\n",
+             light paths: {}\n\
+             reuse: {}\n",
             self.description.materials.len(),
             self.scene.lights.len(),
             self.arguments.tracing.backend.name(),
@@ -92,6 +93,7 @@ impl Job<'_> {
             self.filter(),
             self.settings.roulette(),
             light_paths,
+            self.settings.reuse().name(),
         )
     }
 }

@@ -263,6 +263,7 @@ impl Job<'_> {
             ("filter", text(&self.filter())),
             ("roulette", text(&self.settings.roulette().to_string())),
             ("lightPaths", text(self.settings.light_path_share().name())),
+            ("reuse", text(self.settings.reuse().name())),
             ("spp", MetadataValue::Real(rendered.spp as f64)),
             (
                 "seconds",

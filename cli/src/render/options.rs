@@ -22,6 +22,7 @@ pub fn options(arguments: &RenderArguments) -> RenderOptions {
     options.max_bounces = arguments.max_bounces;
     options.roulette = arguments.roulette;
     options.light_paths = arguments.light_paths;
+    options.reuse = arguments.reuse;
     options.light_choice = arguments.light_choice;
     options.filter_sampling = arguments.filter_sampling;
     options.occlusion_distance = arguments.occlusion_distance;

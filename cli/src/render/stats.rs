@@ -28,6 +28,8 @@ pub struct Stats {
     pub roulette: String,
     /// The number of light paths for each camera path, in words.
     pub light_paths: &'static str,
+    /// The number of pixels that share their paths, or `off`.
+    pub reuse: &'static str,
     pub sampler: &'static str,
     /// The distribution of samples over the pixels.
     pub adaptive: &'static str,

@@ -91,6 +91,7 @@ impl Job<'_> {
             filter: self.filter(),
             roulette: self.settings.roulette().to_string(),
             light_paths: self.settings.light_path_share().name(),
+            reuse: self.settings.reuse().name(),
             sampler: self.settings.sampler.name(),
             adaptive: self.settings.adaptive.name(),
             backend: self.arguments.tracing.backend.name(),
@@ -168,6 +169,7 @@ impl Job<'_> {
                 "light-paths",
                 flags.light_paths.map(|it| it.name().to_owned()),
             ),
+            ("reuse", flags.reuse.map(|it| it.name().to_owned())),
             (
                 "light-choice",
                 flags.light_choice.map(|it| it.name().to_owned()),

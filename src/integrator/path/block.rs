@@ -288,6 +288,12 @@ impl<E: Effects> PathBlock<E> {
         }
     }
 
+    /// Counts several shadow rays of a lane.
+    #[inline(always)]
+    pub fn count_shadow_rays(&mut self, lane: usize, count: u32) {
+        self.shadow_rays[lane] += count;
+    }
+
     /// Counts an extension ray or a shadow ray of a lane.
     #[inline(always)]
     pub fn count_rays(&mut self, lane: usize, closest: bool, shadow: bool) {

@@ -26,17 +26,19 @@ mod direct_light;
 mod emission;
 mod light_paths;
 mod light_walk;
+mod reuse;
 mod scattering;
 mod shading;
 
 use super::indirect::{Indirect, Traced};
 use super::light_paths::{LightPathSplats, LightPaths};
 use super::observer::{PathObserver, RayKind, Unobserved};
+use super::reuse::Reuse;
 use super::technique::{DirectionRule, TechniqueSource, Weighted};
 use super::{CameraRay, Integrator, RayCounts, Roulette, SampleLanes};
 use crate::accel::Hit;
 use crate::bsdf::Bsdf;
-use crate::effects::Effects;
+use crate::effects::{Effects, Switch};
 use crate::light::types::{LightChoice, LightSampling, MapRule};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, load};
 use crate::math::rgb::Rgb;
@@ -46,6 +48,7 @@ use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 use block::{PathBlock, PathBlocks};
 use light_walk::LightPathStart;
+use reuse::ReuseMemory;
 use shading::StageMemory;
 use std::slice;
 
@@ -71,6 +74,8 @@ pub struct PathIntegrator<C = Weighted, K = Traced> {
     pub map: MapRule,
     /// The light paths that find the same light.
     pub light_paths: LightPaths,
+    /// The number of pixels that share their paths.
+    pub reuse: Reuse,
 }
 
 /// The memory of the path integrator: the states of a wavefront of paths, and of the stages of a bounce.
@@ -79,6 +84,7 @@ pub struct PathMemory<E: Effects> {
     /// The paths.
     pub paths: PathBlocks<E>,
     stage: StageMemory<E>,
+    reuse: ReuseMemory<E>,
     /// The first rays of light paths, by the indices of their samples.
     starts: Vec<Option<LightPathStart>>,
 }
@@ -88,6 +94,7 @@ impl<E: Effects> Default for PathMemory<E> {
         Self {
             paths: PathBlocks::default(),
             stage: StageMemory::default(),
+            reuse: ReuseMemory::default(),
             starts: Vec::new(),
         }
     }
@@ -124,14 +131,24 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         observer: &mut O,
     ) {
         memory.paths.begin(samples);
+        if self.reuses::<E>() {
+            memory.reuse.begin(samples.len());
+        }
         let walk = Walk {
             scene,
-            samples,
+            samples: &mut *samples,
             samplers,
             observer,
             bounce: 0,
         };
         self.follow(walk, memory);
+        if self.reuses::<E>() {
+            memory.reuse.distribute(samples);
+        }
+    }
+
+    fn shares_packets(&self) -> bool {
+        self.reuse.is_on()
     }
 
     fn light_paths(&self) -> LightPaths {
@@ -161,11 +178,16 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         mut walk: Walk<'_, S, O>,
         memory: &mut PathMemory<E>,
     ) {
-        let PathMemory { paths, stage, .. } = memory;
+        let PathMemory {
+            paths,
+            stage,
+            reuse,
+            ..
+        } = memory;
         stage.direct_light.lights.clear();
         while !paths.is_empty() {
             for block in paths.blocks_mut() {
-                self.advance(&mut walk, block, stage);
+                self.advance(&mut walk, block, stage, reuse);
             }
             paths.compact();
             for block in paths.blocks_mut() {
@@ -182,11 +204,20 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         walk: &mut Walk<'_, S, O>,
         block: &mut PathBlock<E>,
         stage: &mut StageMemory<E>,
+        reuse: &mut ReuseMemory<E>,
     ) {
         let arrived = block.active;
         self.add_emission(walk, block, stage);
         if block.active.any() {
             self.look_up_bsdfs(walk.scene, block, stage);
+            if self.reuses::<E>() {
+                let StageMemory { at, bsdfs, .. } = &*stage;
+                match walk.bounce {
+                    0 => reuse.keep_first(block, at, bsdfs),
+                    1 => reuse.share(walk.scene, self.reuse, block, at, bsdfs),
+                    _ => {}
+                }
+            }
             let mut cached = Cached::NONE;
             if K::CACHES {
                 cached = self.cached_indirect(walk, block, stage);
@@ -266,6 +297,12 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             }
         }
         found
+    }
+
+    /// Whether the kernel reuses paths and the settings ask for it.
+    #[inline(always)]
+    fn reuses<E: Effects>(&self) -> bool {
+        E::Reuse::ON && self.reuse.is_on()
     }
 
     /// The rules of light sampling.

@@ -245,6 +245,15 @@ impl<E: Effects> BsdfLanes<E> {
         }
     }
 
+    /// Those of the given lanes whose BSDF is diffuse and evaluated in lanes.
+    pub fn matte(&self, lanes: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
+        let rest = lanes.without(&self.singly);
+        match self.principled.get() {
+            Some(stage) => rest.without(&stage.active),
+            None => rest,
+        }
+    }
+
     /// The diffuse BSDF of a lane.
     #[inline(always)]
     pub fn diffuse(&self, lane: usize) -> Diffuse<LaneVec3> {

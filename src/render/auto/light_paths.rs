@@ -70,6 +70,7 @@ pub fn choose(
         && view.scene.throws_light()
         && settings.integrator == IntegratorKind::Path
         && settings.adaptive == Adaptive::Off
+        && !settings.reuse().is_on()
         && settings.most_bounces().is_none_or(|most| most > 1);
     if !may_pay {
         return Ok(None);

@@ -22,6 +22,7 @@ use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
+use crate::integrator::reuse::Reuse;
 use crate::light::types::LightChoice;
 use serde::Serialize;
 
@@ -55,6 +56,8 @@ pub struct RenderSettings {
     pub light_choice: Option<LightChoice>,
     /// The number of light paths for each camera path of `path`.
     pub light_paths: LightPathRule,
+    /// The number of pixels that share their paths, in renders by `path`: see [`Self::reuse`].
+    pub reuse: Reuse,
     /// The estimator of the filter, where both are possible: see [`Self::reach`].
     pub filter_sampling: FilterSampling,
     /// The largest distance of occlusion for ambient occlusion, in world units; `None` for any distance.
@@ -91,6 +94,7 @@ impl RenderSettings {
             has_window_pilot: false,
             light_choice: None,
             light_paths: LightPathRule::Share(LightPathShare::None),
+            reuse: Reuse::Off,
             filter_sampling: FilterSampling::Importance,
             occlusion_distance: None,
             cache_error: DEFAULT_CACHE_ERROR,

@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
+use crate::integrator::reuse::Reuse;
 use crate::integrator::roulette::NoRoulette;
 use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
@@ -35,6 +36,8 @@ impl RenderSettings {
         let roulette = roulette_of(description)?;
         let rules = LightPathRule::ALL.iter().map(|&rule| (rule.name(), rule));
         let light_paths = chosen(description, "light_paths", &render.light_paths, rules)?;
+        let reuses = Reuse::ALL.iter().map(|&reuse| (reuse.name(), reuse));
+        let reuse = chosen(description, "reuse", &render.reuse, reuses)?;
         let spp = render.spp.unwrap_or(DEFAULT_SPP);
         Ok(Self {
             integrator: integrator.unwrap_or_default(),
@@ -46,6 +49,7 @@ impl RenderSettings {
             roulette,
             has_window_pilot: true,
             light_paths: light_paths.unwrap_or_default(),
+            reuse: reuse.unwrap_or_default(),
             occlusion_distance: render.occlusion_distance,
             cache_error: render.cache_error.unwrap_or(DEFAULT_CACHE_ERROR),
             ..Self::new(description.film.size, spp)

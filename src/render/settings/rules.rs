@@ -13,6 +13,7 @@ use crate::film::footprint::Footprint;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
+use crate::integrator::reuse::Reuse;
 use crate::light::types::{LightChoice, MapRule};
 use crate::planted::planted;
 
@@ -85,12 +86,23 @@ impl RenderSettings {
         settings
     }
 
+    /// The number of pixels that share their paths: one but by `path` with equal sample counts and without light paths,
+    /// whose weights take each path as its own pixel's. Where it is not one, `auto` has no light paths.
+    pub fn reuse(&self) -> Reuse {
+        let may_share = self.integrator == IntegratorKind::Path
+            && self.adaptive == Adaptive::Off
+            && self.light_path_share() == LightPathShare::None;
+        if may_share { self.reuse } else { Reuse::Off }
+    }
+
     /// The effects that a render of a scene with these effects needs.
     pub fn effects(&self, of_scene: EffectSet) -> EffectSet {
         let has_light_paths = self.light_path_share() != LightPathShare::None;
         of_scene
             .without(Effect::LightPaths)
+            .without(Effect::Reuse)
             .with_if(Effect::LightPaths, has_light_paths)
+            .with_if(Effect::Reuse, self.reuse().is_on())
     }
 
     /// Whether samples contribute to other pixels, too, by splats.

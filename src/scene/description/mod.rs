@@ -208,6 +208,8 @@ pub struct RenderDescription {
     pub roulette: Option<Written<String>>,
     /// The number of light paths for each camera path, by name.
     pub light_paths: Option<Written<String>>,
+    /// The number of pixels that share their paths, by name.
+    pub reuse: Option<Written<String>>,
     /// The name of the adaptive sampling method.
     pub adaptive: Option<Written<String>>,
     /// Maximum distance, in world units, of occluders for ambient occlusion; above 0.

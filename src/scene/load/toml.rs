@@ -145,6 +145,7 @@ fn render_table(table: Table<'_>) -> Result<RenderDescription> {
         max_bounces: whole("max_bounces", 0, u64::from(u32::MAX))?.map(|n| n as u32),
         roulette: name("roulette")?,
         light_paths: name("light_paths")?,
+        reuse: name("reuse")?,
         adaptive: name("adaptive")?,
         occlusion_distance: table
             .optional("occlusion_distance")

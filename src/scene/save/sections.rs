@@ -110,6 +110,7 @@ impl<'a> Sections<'a> {
             ("sampler", &render.sampler),
             ("roulette", &render.roulette),
             ("light_paths", &render.light_paths),
+            ("reuse", &render.reuse),
             ("adaptive", &render.adaptive),
         ];
         for (key, name) in names {

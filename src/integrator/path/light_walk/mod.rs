@@ -52,6 +52,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             paths,
             stage,
             starts,
+            ..
         } = memory;
         starts.clear();
         for (samplers, samples) in samplers.chunks_mut(LANES).zip(&mut *samples) {

@@ -1,0 +1,76 @@
+//! The number of pixels that share their paths.
+//!
+//! Measure: pixels.
+//! Range: one, a block of 2 x 2 or a block of 4 x 4 pixels.
+//! Source: none needed; `path/reuse.rs` has the estimator. Tested in `tests/rendering/reuse.rs`.
+
+use crate::math::lanes::{ActiveLanes, LANES};
+use serde::Serialize;
+
+/// The width of a packet of camera rays in pixels.
+const WIDTH: usize = 4;
+
+/// The number of pixels that take light from each other's paths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub enum Reuse {
+    /// One: no path is shared.
+    #[default]
+    Off,
+    /// Blocks of 2 x 2 pixels.
+    Four,
+    /// Blocks of 4 x 4 pixels.
+    Sixteen,
+}
+
+impl Reuse {
+    /// Every number.
+    pub const ALL: &'static [Self] = &[Self::Off, Self::Four, Self::Sixteen];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Four => "4",
+            Self::Sixteen => "16",
+        }
+    }
+
+    /// Whether any path is shared.
+    #[inline]
+    pub fn is_on(self) -> bool {
+        self != Self::Off
+    }
+
+    /// The lanes of a packet of 4 x 4 pixels whose pixels share with that of a lane, itself among them.
+    #[inline]
+    pub fn block_of(self, lane: usize) -> ActiveLanes<LANES> {
+        let side = match self {
+            Self::Off => 1,
+            Self::Four => 2,
+            Self::Sixteen => WIDTH,
+        };
+        let place = |lane: usize| (lane % WIDTH / side, lane / WIDTH / side);
+        ActiveLanes::first(LANES).and(|other| place(other) == place(lane))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_blocks_of_a_packet_are_disjoint() {
+        for (reuse, size) in [(Reuse::Off, 1), (Reuse::Four, 4), (Reuse::Sixteen, 16)] {
+            for lane in 0..LANES {
+                let block = reuse.block_of(lane);
+                assert!(block.has(lane));
+                assert_eq!(block.count(), size, "{reuse:?}");
+                for other in block.each() {
+                    assert_eq!(reuse.block_of(other), block, "{reuse:?}");
+                }
+            }
+        }
+        let block = Reuse::Four.block_of(7);
+        assert!(block.each().eq([2, 3, 6, 7]));
+    }
+}

@@ -1,0 +1,241 @@
+//! Tests that sharing paths between the pixels of a block changes no mean: `path` with it agrees with `path` without in
+//! every part of the image, under each kind of light and for each number of bounces, and has less noise.
+//!
+//! Pixels of a block share samples, so images are compared as in `bidirectional.rs`, by blocks over independent renders.
+
+use super::bidirectional::{
+    assert_threads_and_tiles_change_no_bit, claimed_over_true_variance, compare_settings,
+    kinds_of_light, settings, stones,
+};
+use crate::common::furnished::{glass, glossy, matte, outside, small_light};
+use crate::common::generated::{Generator, NEVER_SHARED};
+use crate::common::room::{LAMP, room};
+use crate::common::scene::{film, ready, rectangle, slide, surface};
+use etendue::internals::accel::Backend;
+use etendue::internals::effects::EffectSet;
+use etendue::internals::film::Window;
+use etendue::internals::film::filter::{FilterDescription, FilterKind, FilterSampling};
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::integrator::light_paths::LightPathShare;
+use etendue::internals::integrator::reuse::Reuse;
+use etendue::internals::math::stats::Moments;
+use etendue::internals::math::vec::DVec3;
+use etendue::internals::render::check;
+use etendue::internals::render::options::RenderOptions;
+use etendue::internals::render::settings::{Adaptive, LightPathRule, RenderSettings};
+use etendue::internals::scene::description::SceneDescription;
+
+/// The settings of `path` with shared paths.
+fn with_reuse(scene: &SceneDescription, reuse: Reuse, spp: u64) -> RenderSettings {
+    RenderSettings {
+        reuse,
+        ..settings(scene, IntegratorKind::Path, spp)
+    }
+}
+
+/// Compares `path` with and without shared paths.
+fn compare(
+    what: &str,
+    scene: &SceneDescription,
+    reuse: Reuse,
+    power: f64,
+    max_bounces: Option<u32>,
+) {
+    let limited = |settings: RenderSettings| RenderSettings {
+        max_bounces,
+        ..settings
+    };
+    let with = limited(with_reuse(scene, reuse, 64));
+    let without = limited(settings(scene, IntegratorKind::Path, 128));
+    compare_settings(what, scene, [with, without], power);
+}
+
+#[test]
+fn they_agree_with_path_in_every_part_of_six_scenes() {
+    let scenes = [
+        ("matte", matte(), 0.01),
+        ("glossy", glossy(), 0.02),
+        ("small light", small_light(), 0.03),
+        ("rough glass", glass(0.8), 0.02),
+        ("smooth glass", glass(0.0), 0.02),
+        ("outside", outside(), 0.01),
+    ];
+    for (name, scene, power) in &scenes {
+        for reuse in [Reuse::Sixteen, Reuse::Four] {
+            compare(name, scene, reuse, *power, None);
+        }
+    }
+}
+
+#[test]
+fn they_agree_for_every_number_of_bounces() {
+    for (name, scene) in [("matte", matte()), ("smooth glass", glass(0.0))] {
+        for max_bounces in 0..5 {
+            let what = format!("{name}, {max_bounces} bounces");
+            compare(&what, &scene, Reuse::Sixteen, 0.03, Some(max_bounces));
+        }
+    }
+}
+
+#[test]
+fn every_kind_of_light_is_shared() {
+    for (name, scene) in &kinds_of_light() {
+        compare(name, scene, Reuse::Sixteen, 0.03, None);
+    }
+}
+
+#[test]
+fn shading_normals_take_part() {
+    compare("stones", &stones(), Reuse::Sixteen, 0.02, None);
+}
+
+/// Lenses, instances, textures, normal maps and one-sided surfaces.
+#[test]
+fn random_scenes_are_the_same_with_shared_paths() {
+    let mut generator = Generator::new(44);
+    let wanted = NEVER_SHARED
+        .into_iter()
+        .fold(EffectSet::ALL, EffectSet::without);
+    for index in 0..6 {
+        let scene = generator.scene(wanted);
+        compare(
+            &format!("scene {index}"),
+            &scene,
+            Reuse::Sixteen,
+            0.2,
+            Some(6),
+        );
+    }
+}
+
+/// Crops that begin and end within blocks, with a lens and filters with negative weights, sampled and splatted.
+#[test]
+fn crops_and_lenses_and_filters_take_shared_paths() {
+    let mut scene = matte();
+    scene.film.size = (24, 24);
+    scene.camera.lens_radius = 0.1;
+    scene.camera.focus_distance = 3.0;
+    let (kind, radius) = (FilterKind::Mitchell, 2.0);
+    scene.film.filter = FilterDescription { kind, radius };
+    for filter_sampling in [FilterSampling::Importance, FilterSampling::Splatting] {
+        let crop = |settings: RenderSettings| RenderSettings {
+            window: Window {
+                x: 5,
+                y: 3,
+                width: 12,
+                height: 16,
+            },
+            filter_sampling,
+            ..settings
+        };
+        let with = crop(with_reuse(&scene, Reuse::Sixteen, 64));
+        let without = crop(settings(&scene, IntegratorKind::Path, 128));
+        compare_settings("crop", &scene, [with, without], 0.04);
+    }
+}
+
+/// A wedge whose opening is a thousandth of its length: pixels near its edge find surfaces at distances over many orders of
+/// magnitude, and at grazing angles.
+#[test]
+fn a_narrow_wedge_is_finite_and_the_same() {
+    let mut scene = room(LAMP);
+    let lid = rectangle([-1.0, 0.0, -1.0], [2.0, 0.0, 0.0], [0.0, 2e-3, 2.0]);
+    scene.shapes.push(surface(lid, 0.0));
+    let with = with_reuse(&scene, Reuse::Sixteen, 64);
+    let rendered = film(&ready(&scene, Backend::ALL[0]), &scene, &with);
+    let pixels = rendered.develop();
+    let is_finite = |value: f32| value.is_finite() && value >= 0.0;
+    assert!(
+        pixels
+            .pixels()
+            .iter()
+            .all(|p| p.to_array().into_iter().all(is_finite))
+    );
+    compare("wedge", &scene, Reuse::Sixteen, 0.03, None);
+}
+
+/// The mean variance of pixels over independent renders, relative to their means, in the indirect light of a scene.
+fn variance(scene: &SceneDescription, reuse: Reuse) -> f64 {
+    let ready = ready(scene, Backend::ALL[0]);
+    let images: Vec<_> = (0..8)
+        .map(|seed| {
+            let settings = RenderSettings {
+                seed,
+                ..with_reuse(scene, reuse, 16)
+            };
+            film(&ready, scene, &settings).develop()
+        })
+        .collect();
+    let count = images[0].pixels().len();
+    let relative = (0..count).map(|pixel| {
+        let values = images
+            .iter()
+            .map(|it| f64::from(it.pixels()[pixel].to_array()[1]));
+        let moments = Moments::of(values);
+        moments.variance().expect("several renders") / moments.mean().powi(2)
+    });
+    relative.sum::<f64>() / count as f64
+}
+
+#[test]
+fn more_shared_paths_leave_less_noise() {
+    let scene = matte();
+    let [off, four, sixteen] =
+        [Reuse::Off, Reuse::Four, Reuse::Sixteen].map(|reuse| variance(&scene, reuse));
+    println!("relative variances {off:.5}, {four:.5}, {sixteen:.5}");
+    assert!(
+        four < 0.7 * off && sixteen < 0.7 * four,
+        "{off} {four} {sixteen}"
+    );
+}
+
+/// The variance that renders estimate for their pixels equals the variance between renders, averaged over the image.
+#[test]
+fn error_bars_hold_with_shared_paths() {
+    let scene = matte();
+    for filter_sampling in [FilterSampling::Importance, FilterSampling::Splatting] {
+        let settings = RenderSettings {
+            filter_sampling,
+            ..with_reuse(&scene, Reuse::Sixteen, 16)
+        };
+        let ratio = claimed_over_true_variance(&scene, &settings);
+        assert!((ratio - 1.0).abs() < 0.15, "{filter_sampling:?}: {ratio}");
+    }
+}
+
+#[test]
+fn threads_and_tiles_change_no_bit() {
+    let scene = glossy();
+    for reuse in [Reuse::Four, Reuse::Sixteen] {
+        let settings = with_reuse(&scene, reuse, 16);
+        assert_threads_and_tiles_change_no_bit(&scene, &settings);
+    }
+}
+
+#[test]
+fn settings_that_take_paths_as_their_own_pixels_are_refused() {
+    let scene = matte();
+    let options = |change: &dyn Fn(&mut RenderOptions)| {
+        let mut options = RenderOptions::samples(64);
+        options.reuse = Some(Reuse::Sixteen);
+        change(&mut options);
+        options.settings(&scene)
+    };
+    assert!(options(&|_| {}).is_ok_and(|it| it.reuse() == Reuse::Sixteen));
+    for wrong in [
+        options(&|it| it.adaptive = Some(Adaptive::TwoPhase)),
+        options(&|it| it.integrator = Some(IntegratorKind::Bidirectional)),
+        options(&|it| it.light_paths = Some(LightPathRule::Share(LightPathShare::One))),
+        options(&|it| it.layers = true),
+    ] {
+        let error = wrong.expect_err("shared paths do not fit");
+        assert_eq!(error.kind(), etendue::ErrorKind::Usage);
+    }
+    let mut moving = matte();
+    moving.camera.shutter = [0.0, 1.0];
+    moving.shapes[3].motion = slide(DVec3::ZERO, DVec3::new(0.2, 0.3, 0.4));
+    let settings = with_reuse(&moving, Reuse::Sixteen, 1);
+    let scene = ready(&moving, Backend::ALL[0]);
+    let error = check(&scene, &settings).expect_err("motion does not fit");
+    assert!(error.to_string().contains("motion"), "{error}");
+}

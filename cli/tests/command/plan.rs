@@ -228,6 +228,7 @@ type = "environment"
 radiance = { texture = "picture.pfm" }
 [render]
 light_paths = "1"
+reuse = "4"
 "#;
 
 #[test]

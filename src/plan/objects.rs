@@ -117,28 +117,32 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
             written,
         }
     }));
-    let render = &description.render;
-    for (key, rule, calls_for) in [
-        (
-            "light_paths",
-            &render.light_paths,
-            effects::of_light_paths(description),
-        ),
-        ("reuse", &render.reuse, effects::of_reuse(description)),
-    ] {
-        if let Some(rule) = rule {
-            objects.push(Object {
-                name: format!("{key} = \"{}\"", rule.value),
-                place: Place {
-                    file: description.file.clone(),
-                    line: Some(rule.line),
-                },
-                calls_for,
-                written: none,
-            });
-        }
-    }
+    objects.extend(settings(description));
     objects
+}
+
+/// The settings of the scene that need an effect, where it states them.
+fn settings(description: &SceneDescription) -> impl Iterator<Item = Object> {
+    let render = &description.render;
+    let light_paths = effects::of_light_paths(description);
+    let reuse = effects::of_reuse(description);
+    [
+        ("light_paths", &render.light_paths, light_paths),
+        ("reuse", &render.reuse, reuse),
+    ]
+    .into_iter()
+    .filter_map(|(key, rule, calls_for)| {
+        let rule = rule.as_ref()?;
+        Some(Object {
+            name: format!("{key} = \"{}\"", rule.value),
+            place: Place {
+                file: description.file.clone(),
+                line: Some(rule.line),
+            },
+            calls_for,
+            written: EffectSet::NONE,
+        })
+    })
 }
 
 fn is_texture(colour: &ColourDescription) -> bool {

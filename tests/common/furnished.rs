@@ -7,6 +7,19 @@
 use super::room::{LAMP, room};
 use etendue::internals::scene::description::SceneDescription;
 
+/// Six scenes in which integrators have to agree, with the largest relative standard error of the whole image at which a
+/// comparison is conclusive.
+pub fn six_scenes() -> [(&'static str, SceneDescription, f64); 6] {
+    [
+        ("matte", matte(), 0.01),
+        ("glossy", glossy(), 0.02),
+        ("small light", small_light(), 0.03),
+        ("rough glass", glass(0.8), 0.02),
+        ("smooth glass", glass(0.0), 0.01),
+        ("outside", outside(), 0.01),
+    ]
+}
+
 /// A room with two matte blocks.
 pub fn matte() -> SceneDescription {
     room(&format!(

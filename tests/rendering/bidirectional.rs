@@ -4,7 +4,7 @@
 //! Splats of one light subpath fall on several pixels. Images are therefore compared by their blocks of pixels over
 //! independent renders, by Welch's t-test, at a significance of 1e-4 for all tests of this file together.
 
-use crate::common::furnished::{glass, glossy, matte, outside, small_light};
+use crate::common::furnished::{glass, glossy, matte, six_scenes};
 use crate::common::generated::Generator;
 use crate::common::room::{LAMP, room};
 use crate::common::scene::{film, mirrored_octahedron, panorama, ready, slide, surface};
@@ -129,6 +129,21 @@ pub fn compare_with_path(
     compare_settings(what, scene, both, power);
 }
 
+/// Compares settings of `path` with `path` alone, with this many samples per pixel in each render.
+pub fn compare_with_path_alone(
+    what: &str,
+    scene: &SceneDescription,
+    with: RenderSettings,
+    spp_alone: u64,
+    power: f64,
+) {
+    let alone = RenderSettings {
+        max_bounces: with.max_bounces,
+        ..settings(scene, IntegratorKind::Path, spp_alone)
+    };
+    compare_settings(what, scene, [with, alone], power);
+}
+
 /// Compares renders of a scene by these settings, with seeds of their own.
 pub fn compare_settings(
     what: &str,
@@ -158,15 +173,7 @@ fn compare_limited(
 
 #[test]
 fn it_agrees_with_path_in_every_part_of_six_scenes() {
-    let scenes = [
-        ("matte", matte(), 0.01),
-        ("glossy", glossy(), 0.02),
-        ("small light", small_light(), 0.03),
-        ("rough glass", glass(0.8), 0.02),
-        ("smooth glass", glass(0.0), 0.01),
-        ("outside", outside(), 0.01),
-    ];
-    for (name, scene, power) in &scenes {
+    for (name, scene, power) in &six_scenes() {
         compare(name, scene, [32, 128], *power);
     }
 }

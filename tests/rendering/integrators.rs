@@ -5,7 +5,7 @@
 
 use crate::common::chi_square::uniformity;
 use crate::common::closed_forms::{coaxial_discs, parallel_rectangle};
-use crate::common::furnished::{glass, glossy, matte, outside, small_light};
+use crate::common::furnished::{glass, matte, outside, six_scenes};
 use crate::common::room::{floor_below, room};
 use crate::common::scene::{film, ready, rectangle, slide};
 use crate::common::verdict::{assert_mean, sidak};
@@ -99,16 +99,7 @@ pub fn assert_same(what: &str, a: &Film, b: &Film, power: f64) {
 
 #[test]
 fn every_path_tracer_agrees_with_path() {
-    // The largest allowed relative standard error of the whole image; a bias of five times as much is detected reliably.
-    let scenes = [
-        ("matte", matte(), 0.01),
-        ("glossy", glossy(), 0.02),
-        ("small light", small_light(), 0.04),
-        ("rough glass", glass(0.8), 0.02),
-        ("smooth glass", glass(0.0), 0.01),
-        ("outside", outside(), 0.01),
-    ];
-    for (name, scene, power) in &scenes {
+    for (name, scene, power) in &six_scenes() {
         let path = rendered(scene, &settings(scene, IntegratorKind::Path, 1, 1 << 12));
         for integrator in COURSE {
             if integrator == IntegratorKind::Naive && *name == "rough glass" {

@@ -5,9 +5,9 @@
 
 use super::bidirectional::{
     assert_threads_and_tiles_change_no_bit, claimed_over_true_variance, compare_settings,
-    kinds_of_light, settings, stones, wall_within_glass,
+    compare_with_path_alone, kinds_of_light, settings, stones, wall_within_glass,
 };
-use crate::common::furnished::{glass, glossy, matte, outside, small_light};
+use crate::common::furnished::{glass, matte, six_scenes};
 use crate::common::generated::Generator;
 use crate::common::scene::slide;
 use crate::common::scene_folder::in_repository;
@@ -34,26 +34,16 @@ fn with_light_paths(scene: &SceneDescription, share: LightPathShare, spp: u64) -
 
 /// Compares `path` with and without light paths.
 fn compare(what: &str, scene: &SceneDescription, power: f64, max_bounces: Option<u32>) {
-    let limited = |settings: RenderSettings| RenderSettings {
+    let with = RenderSettings {
         max_bounces,
-        ..settings
+        ..with_light_paths(scene, LightPathShare::One, 32)
     };
-    let with = limited(with_light_paths(scene, LightPathShare::One, 32));
-    let without = limited(settings(scene, IntegratorKind::Path, 128));
-    compare_settings(what, scene, [with, without], power);
+    compare_with_path_alone(what, scene, with, 128, power);
 }
 
 #[test]
 fn they_agree_with_path_in_every_part_of_six_scenes() {
-    let scenes = [
-        ("matte", matte(), 0.01),
-        ("glossy", glossy(), 0.02),
-        ("small light", small_light(), 0.03),
-        ("rough glass", glass(0.8), 0.02),
-        ("smooth glass", glass(0.0), 0.02),
-        ("outside", outside(), 0.01),
-    ];
-    for (name, scene, power) in &scenes {
+    for (name, scene, power) in &six_scenes() {
         compare(name, scene, *power, None);
     }
 }
@@ -71,8 +61,7 @@ fn they_agree_for_every_number_of_bounces_and_of_light_paths() {
     }
     for &share in LightPathShare::ALL {
         let with = with_light_paths(&scene, share, 64);
-        let without = settings(&scene, IntegratorKind::Path, 128);
-        compare_settings(share.name(), &scene, [with, without], 0.03);
+        compare_with_path_alone(share.name(), &scene, with, 128, 0.03);
     }
 }
 
@@ -80,8 +69,7 @@ fn they_agree_for_every_number_of_bounces_and_of_light_paths() {
 fn every_kind_of_light_is_found_by_light_paths() {
     for (name, scene) in &kinds_of_light() {
         let with = with_light_paths(scene, LightPathShare::One, 32);
-        let without = settings(scene, IntegratorKind::Path, 192);
-        compare_settings(name, scene, [with, without], 0.03);
+        compare_with_path_alone(name, scene, with, 192, 0.03);
     }
 }
 

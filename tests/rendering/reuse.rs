@@ -5,9 +5,9 @@
 
 use super::bidirectional::{
     assert_threads_and_tiles_change_no_bit, claimed_over_true_variance, compare_settings,
-    kinds_of_light, settings, stones,
+    compare_with_path_alone, kinds_of_light, settings, stones,
 };
-use crate::common::furnished::{glass, glossy, matte, outside, small_light};
+use crate::common::furnished::{glass, glossy, matte, six_scenes};
 use crate::common::generated::{Generator, NEVER_SHARED};
 use crate::common::room::{LAMP, room};
 use crate::common::scene::{film, ready, rectangle, slide, surface};
@@ -41,26 +41,16 @@ fn compare(
     power: f64,
     max_bounces: Option<u32>,
 ) {
-    let limited = |settings: RenderSettings| RenderSettings {
+    let with = RenderSettings {
         max_bounces,
-        ..settings
+        ..with_reuse(scene, reuse, 64)
     };
-    let with = limited(with_reuse(scene, reuse, 64));
-    let without = limited(settings(scene, IntegratorKind::Path, 128));
-    compare_settings(what, scene, [with, without], power);
+    compare_with_path_alone(what, scene, with, 128, power);
 }
 
 #[test]
 fn they_agree_with_path_in_every_part_of_six_scenes() {
-    let scenes = [
-        ("matte", matte(), 0.01),
-        ("glossy", glossy(), 0.02),
-        ("small light", small_light(), 0.03),
-        ("rough glass", glass(0.8), 0.02),
-        ("smooth glass", glass(0.0), 0.02),
-        ("outside", outside(), 0.01),
-    ];
-    for (name, scene, power) in &scenes {
+    for (name, scene, power) in &six_scenes() {
         for reuse in [Reuse::Sixteen, Reuse::Four] {
             compare(name, scene, reuse, *power, None);
         }

@@ -17,8 +17,8 @@
 //! these factors over i, so that roulette sees the light that all pixels take. Emission of y_j and direct light at x_i,
 //! which have their own weights, are not shared.
 //!
-//! Who shares: the pixels k whose x_k is matte, which depends on no sampled direction and is the same for every j; and
-//! the y that are matte with no interpolated normal, which depends on y alone. A pixel on the other side of y's surface
+//! A pixel k shares if x_k is matte, which depends on no sampled direction and is the same for every j; a second surface y
+//! is shared if it is matte with no interpolated normal, which depends on y alone. A pixel on the other side of y's surface
 //! takes no part, neither in the sum over i nor in that over k. Every other path is its own, with weight one.
 //!
 //! Measure: radiance; densities per area of normalised scene units.
@@ -90,7 +90,7 @@ impl<E: Effects> Default for ReuseMemory<E> {
 
 /// The couplings of sixteen pixels to one second surface.
 #[repr(align(64))]
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Coupling {
     /// The densities by which the pixels find the surface, if nothing occludes it; zero where one cannot.
     density: Lanes<f32>,
@@ -98,16 +98,6 @@ struct Coupling {
     factor: Lanes3,
     /// The rays from the pixels' surfaces.
     rays: RayLanes<LANES>,
-}
-
-impl Default for Coupling {
-    fn default() -> Self {
-        Self {
-            density: [0.0; LANES],
-            factor: [[0.0; LANES]; 3],
-            rays: RayLanes::default(),
-        }
-    }
 }
 
 /// A second surface.

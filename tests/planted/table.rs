@@ -423,7 +423,7 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "reuse-judged-at-one-pixel",
         "all pixels of a packet share if the first one sees a matte surface",
-        "rendering::reuse::they_agree_with_path_in_every_part_of_six_scenes",
+        "rendering::reuse::pixels_share_beside_others_that_do_not",
     ),
     bug(
         "light-paths-without-importance",

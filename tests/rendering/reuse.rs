@@ -9,7 +9,7 @@ use super::bidirectional::{
 };
 use crate::common::furnished::{glass, glossy, matte, six_scenes};
 use crate::common::generated::{Generator, NEVER_SHARED};
-use crate::common::room::{LAMP, room};
+use crate::common::room::{LAMP, room, with_metal_ball};
 use crate::common::scene::{film, ready, rectangle, slide, surface};
 use etendue::internals::accel::Backend;
 use etendue::internals::effects::EffectSet;
@@ -23,7 +23,7 @@ use etendue::internals::math::vec::DVec3;
 use etendue::internals::render::check;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{Adaptive, LightPathRule, RenderSettings};
-use etendue::internals::scene::description::SceneDescription;
+use etendue::internals::scene::description::{SceneDescription, ShapeDescription};
 
 /// The settings of `path` with shared paths.
 fn with_reuse(scene: &SceneDescription, reuse: Reuse, spp: u64) -> RenderSettings {
@@ -71,6 +71,27 @@ fn they_agree_for_every_number_of_bounces() {
 fn every_kind_of_light_is_shared() {
     for (name, scene) in &kinds_of_light() {
         compare(name, scene, Reuse::Sixteen, 0.03, None);
+    }
+}
+
+/// A wall with vertical stripes of metal, one pixel wide: every block has pixels that share and others that do not.
+#[test]
+fn pixels_share_beside_others_that_do_not() {
+    let mut scene = with_metal_ball(0.5, [0.0, 0.3, 0.5], 0.2);
+    let metal = scene.shapes.last().expect("the ball").material;
+    // The wall is 4.6 from the camera, whose angle of view is 36 degrees for 16 pixels.
+    let width = 2.0 * 4.6 * 18_f64.to_radians().tan() / 16.0;
+    for stripe in 0..5 {
+        let x = -1.0 + 2.0 * width * f64::from(stripe);
+        let strip = rectangle([x, 0.0, -0.99], [width, 0.0, 0.0], [0.0, 2.0, 0.0]);
+        scene.shapes.push(ShapeDescription {
+            material: metal,
+            ..surface(strip, 0.0)
+        });
+    }
+    for reuse in [Reuse::Sixteen, Reuse::Four] {
+        let with = with_reuse(&scene, reuse, 256);
+        compare_with_path_alone("stripes", &scene, with, 256, 0.004);
     }
 }
 

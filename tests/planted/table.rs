@@ -426,6 +426,11 @@ pub const PLANTED: &[Planted] = &[
         "rendering::reuse::pixels_share_beside_others_that_do_not",
     ),
     bug(
+        "reuse-counts-black-pixels",
+        "pixels that see a black surface, on which paths end, are counted among those that find a surface",
+        "rendering::reuse::pixels_share_beside_others_that_do_not",
+    ),
+    bug(
         "light-paths-without-importance",
         "a light path that comes to the lens is not divided by the solid angle of a pixel",
         "rendering::light_paths::they_agree_with_path_in_every_part_of_six_scenes",

@@ -17,7 +17,8 @@
 //! these factors over i, so that roulette sees the light that all pixels take. Emission of y_j and direct light at x_i,
 //! which have their own weights, are not shared.
 //!
-//! A pixel k shares if x_k is matte, which depends on no sampled direction and is the same for every j; a second surface y
+//! A pixel k shares if x_k is matte and not black, as paths end on black surfaces, whose pixels find no y at all. Both depend
+//! on no sampled direction and are the same for every j; a second surface y
 //! is shared if it is matte with no interpolated normal, which depends on y alone. A pixel on the other side of y's surface
 //! takes no part, neither in the sum over i nor in that over k. Every other path is its own, with weight one.
 //!
@@ -133,14 +134,14 @@ impl<E: Effects> ReuseMemory<E> {
         }
         let shared = &mut self.packets[first / LANES];
         shared.first.clone_from(at);
-        for lane in 0..LANES {
-            store(
-                &mut shared.reflectance,
-                lane,
-                bsdfs.diffuse(lane).reflectance(),
-            );
-        }
         let matte = bsdfs.matte(&block.active);
+        let mut reflects = ActiveLanes::NONE;
+        for lane in matte.each() {
+            let reflectance = bsdfs.diffuse(lane).reflectance();
+            store(&mut shared.reflectance, lane, reflectance);
+            reflects.set(lane, reflectance.max_channel() > 0.0);
+        }
+        let matte = planted!("reuse-counts-black-pixels", matte, reflects);
         shared.pixels = planted!(
             "reuse-judged-at-one-pixel",
             if matte.has(0) {

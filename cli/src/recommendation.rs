@@ -5,7 +5,7 @@
 //! Source: docs/accuracy.md, "Which integrator". Tested in `cli/tests/command/auto.rs`.
 
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::auto::{LightPathChoice, Recommendation};
+use etendue::internals::render::auto::{LightPathChoice, Recommendation, ReuseChoice};
 use etendue_lab::study::bootstrap::Ranged;
 use serde::Serialize;
 
@@ -20,6 +20,8 @@ pub struct RecommendationReport {
     pub option: Option<String>,
     /// The light paths beside `path`, if a pilot chose their number.
     pub light_paths: Option<LightPathReport>,
+    /// The pixels that share the paths of `path`, if a pilot chose their number.
+    pub reuse: Option<ReuseReport>,
 }
 
 /// A number of light paths that a pilot has chosen.
@@ -29,6 +31,15 @@ pub struct LightPathReport {
     pub number: &'static str,
     /// The squared error of as many samples without light paths, over that with them; null if camera paths alone miss light.
     pub squared_error_without: Option<f64>,
+}
+
+/// A number of pixels that share their paths, which a pilot has chosen.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct ReuseReport {
+    /// The number, or `off`.
+    pub pixels: &'static str,
+    /// The squared error at equal numbers of rays without shared paths, over the least with them.
+    pub squared_error_without: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -57,7 +68,8 @@ impl From<&Recommendation> for RecommendationReport {
             why: recommendation.why.clone(),
             held_against: held_against.collect(),
             option: recommendation.option.clone(),
-            light_paths: recommendation.light_paths.map(Into::into),
+            light_paths: recommendation.choices.light_paths.map(Into::into),
+            reuse: recommendation.choices.reuse.map(Into::into),
         }
     }
 }
@@ -84,6 +96,25 @@ impl LightPathReport {
             ),
             None => format!("{number} for each camera path (camera paths alone miss light)"),
         }
+    }
+}
+
+impl From<ReuseChoice> for ReuseReport {
+    fn from(choice: ReuseChoice) -> Self {
+        Self {
+            pixels: choice.reuse.name(),
+            squared_error_without: choice.gain,
+        }
+    }
+}
+
+impl ReuseReport {
+    /// Returns the number and its reason.
+    pub fn describe(&self) -> String {
+        format!(
+            "{} (without, a pilot has {:.2} times the squared error at as many rays)",
+            self.pixels, self.squared_error_without
+        )
     }
 }
 
@@ -142,6 +173,8 @@ impl RecommendationReport {
         lines.extend(self.option.clone());
         let light_paths = self.light_paths.map(|it| it.describe());
         lines.extend(light_paths.map(|it| format!("light paths beside path: {it}")));
+        let reuse = self.reuse.map(|it| it.describe());
+        lines.extend(reuse.map(|it| format!("pixels of path that share paths: {it}")));
         lines
     }
 }
@@ -149,6 +182,7 @@ impl RecommendationReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use etendue::internals::render::auto::PathChoices;
 
     fn auto(integrator: IntegratorKind) -> Recommendation {
         Recommendation {
@@ -156,7 +190,7 @@ mod tests {
             why: String::new(),
             candidates: vec![],
             option: None,
-            light_paths: None,
+            choices: PathChoices::default(),
         }
     }
 

@@ -30,8 +30,8 @@ const LEAST_BLOCKS: usize = 32;
 /// The least edge of a block, as a multiple of the reach of a sample ...
 const LEAST_REACHES: usize = 4;
 
-/// ... and in pixels, as those of a packet may share paths.
-const LEAST_EDGE: usize = 4;
+/// ... and in pixels, as those of an interleaved packet may share paths.
+const LEAST_EDGE: usize = 8;
 
 /// The variance of each pixel's mean over the squared truth, by either half of the batches.
 pub(super) struct RelativeVariances {

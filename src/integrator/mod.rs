@@ -27,6 +27,7 @@ use crate::scene::Scene;
 use light_paths::{LightPathSplats, LightPaths};
 use observer::PathObserver;
 use path::PathMemory;
+use reuse::Reuse;
 pub use roulette::Roulette;
 use serde::{Deserialize, Serialize};
 
@@ -189,10 +190,11 @@ pub trait Integrator: Copy + Send + Sync {
         self.radiance::<E, S, O>(scene, sampler, camera_ray, found, rays, observer)
     }
 
-    /// Whether the estimate of a sample depends on those of its packet, all of which have to be taken.
+    /// The number of pixels that share their paths: the estimate of a sample then depends on those of its packet, all of
+    /// which have to be taken.
     #[inline]
-    fn shares_packets(&self) -> bool {
-        false
+    fn reuse(&self) -> Reuse {
+        Reuse::Off
     }
 
     /// The light paths that are traced beside the camera paths.

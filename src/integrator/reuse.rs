@@ -1,7 +1,7 @@
 //! The number of pixels that share their paths.
 //!
 //! Measure: pixels.
-//! Range: one, a block of 2 x 2 or a block of 4 x 4 pixels.
+//! Range: one, or groups of 2 x 2 or 4 x 4 pixels, each two pixels from the next.
 //! Source: none needed; `path/reuse.rs` has the estimator. Tested in `tests/rendering/reuse.rs`.
 
 use crate::math::lanes::{ActiveLanes, LANES};
@@ -16,9 +16,9 @@ pub enum Reuse {
     /// One: no path is shared.
     #[default]
     Off,
-    /// Blocks of 2 x 2 pixels.
+    /// Groups of 2 x 2 pixels of a packet.
     Four,
-    /// Blocks of 4 x 4 pixels.
+    /// All 4 x 4 pixels of a packet.
     Sixteen,
 }
 
@@ -39,6 +39,13 @@ impl Reuse {
     #[inline]
     pub fn is_on(self) -> bool {
         self != Self::Off
+    }
+
+    /// The distance of neighbouring pixels of a packet, in pixels. Packets are interleaved where paths are shared: noise
+    /// that is alike in every other pixel looks like noise, in adjacent ones like blocks.
+    #[inline]
+    pub fn stride(self) -> u32 {
+        if self.is_on() { 2 } else { 1 }
     }
 
     /// The lanes of a packet of 4 x 4 pixels whose pixels share with that of a lane, itself among them.

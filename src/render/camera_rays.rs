@@ -205,7 +205,7 @@ impl<E: Effects> CameraRays<E> {
         observer: &mut O,
     ) {
         let samples = &mut self.samples[..self.indices.len()];
-        if E::Reuse::ON && integrator.shares_packets() {
+        if E::Reuse::ON && integrator.reuse().is_on() {
             for samples in &mut *samples {
                 samples.active = ActiveLanes::first(LANES);
             }

@@ -73,11 +73,7 @@ pub fn check(scene: &Scene, settings: &RenderSettings) -> Result<()> {
             lacking.join(", ")
         )));
     }
-    if settings.reuse().is_on()
-        && let Some(effect) = [Effect::Motion, Effect::Alpha]
-            .into_iter()
-            .find(|&it| scene.effects.has(it))
-    {
+    if let Some(effect) = prevents_reuse(scene).filter(|_| settings.reuse().is_on()) {
         return Err(Error::usage(format!(
             "pixels cannot share paths in a scene with {}: use --reuse off",
             effect.name()
@@ -90,6 +86,12 @@ pub fn check(scene: &Scene, settings: &RenderSettings) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+/// The effect of a scene, if there is one, by which pixels cannot share paths.
+pub fn prevents_reuse(scene: &Scene) -> Option<Effect> {
+    let effects = [Effect::Motion, Effect::Alpha];
+    effects.into_iter().find(|&it| scene.effects.has(it))
 }
 
 /// A job for an integrator and a kernel that are known only at run time.

@@ -134,7 +134,7 @@ pub fn first_hits(
         sampler: sampler(settings, Batches::new(PARTS as u64)),
     };
     let window = settings.window;
-    let blocks: Vec<PixelBlock> = PixelBlock::covering(window).collect();
+    let blocks: Vec<PixelBlock> = PixelBlock::covering(window, 1).collect();
     let of_blocks: Vec<Lanes<FirstHit>> = blocks
         .par_iter()
         .map_init(CameraRays::new, |rays, &block| job.block(block, rays))

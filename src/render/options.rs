@@ -6,7 +6,7 @@
 //! `cli/tests/command/bad_input.rs`.
 
 use super::CONFIDENCE;
-use super::settings::{Adaptive, LightPathRule};
+use super::settings::{Adaptive, LightPathRule, ReuseRule};
 use super::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind, available_threads};
 use crate::effects::Kernel;
 use crate::error::{Error, Result};
@@ -54,7 +54,7 @@ pub struct RenderOptions {
     pub light_paths: Option<LightPathRule>,
     /// The number of pixels that share their paths; one with layers, since whatever reads layers takes the noise of pixels as
     /// independent.
-    pub reuse: Option<Reuse>,
+    pub reuse: Option<ReuseRule>,
     /// The estimator of the filter; with layers importance sampling unless given, since whatever reads layers takes the noise
     /// of pixels as independent.
     pub filter_sampling: Option<FilterSampling>,
@@ -137,7 +137,7 @@ impl RenderOptions {
 
     /// Refuses requested reuse of paths that the settings cannot have.
     fn refuse_reuse(&self, settings: &RenderSettings) -> Result<()> {
-        if !self.reuse.is_some_and(Reuse::is_on) {
+        if !self.reuse.is_some_and(ReuseRule::asks) {
             return Ok(());
         }
         if settings.adaptive != Adaptive::Off {
@@ -155,7 +155,10 @@ impl RenderOptions {
                 "the weights of light paths take each path as its own pixel's: use --light-paths off, or --reuse off",
             ));
         }
-        if settings.integrator != IntegratorKind::Path {
+        if !matches!(
+            settings.integrator,
+            IntegratorKind::Path | IntegratorKind::Auto
+        ) {
             return Err(Error::usage(format!(
                 "only the integrator path shares paths between pixels, not {}: use --integrator path, or leave --reuse out",
                 settings.integrator.name()
@@ -165,8 +168,11 @@ impl RenderOptions {
     }
 
     /// The requested number of pixels that share their paths, over that of the scene.
-    fn reuse(&self, of_scene: Reuse) -> Reuse {
-        let otherwise = if self.layers { Reuse::Off } else { of_scene };
+    fn reuse(&self, of_scene: ReuseRule) -> ReuseRule {
+        let otherwise = match self.layers {
+            true => ReuseRule::Pixels(Reuse::Off),
+            false => of_scene,
+        };
         self.reuse.unwrap_or(otherwise)
     }
 

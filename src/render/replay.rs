@@ -7,12 +7,13 @@
 use super::cache_prepass::cache_prepass;
 use super::dispatch;
 use super::observed::observe_tile;
-use super::settings::RenderSettings;
+use super::settings::{RenderSettings, ReuseRule};
 use crate::bsdf::types::Lobe;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::film::filter::Filter;
 use crate::film::{Film, Window};
 use crate::integrator::observer::{PathObserver, PathVertex};
+use crate::integrator::reuse::Reuse;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec3, Vec3};
 use crate::scene::Scene;
@@ -81,14 +82,16 @@ pub struct Replay {
     /// The value of the sample: radiance, times the filter weight if its position is sampled from the filter. Where it
     /// contributes to several pixels, each has a weight of its own.
     pub radiance: Rgb,
-    /// The events, in order.
+    /// The events of the pixel's own path, in order.
     pub events: Vec<PathEvent>,
+    /// The value of its own path alone, where the pixel shares paths with others.
+    pub alone: Option<Rgb>,
 }
 
 /// Replays one sample of one pixel.
 ///
 /// # Errors
-/// Settings with which the scene cannot be rendered, or by which pixels share their paths.
+/// Settings with which the scene cannot be rendered.
 pub fn replay(
     scene: &Scene,
     filter: &Filter,
@@ -97,11 +100,6 @@ pub fn replay(
     sample: u64,
 ) -> Result<Replay> {
     dispatch::check(scene, settings)?;
-    if settings.reuse().is_on() {
-        return Err(Error::usage(
-            "a pixel that shares paths takes light from its whole block, which is not replayed: use --reuse off",
-        ));
-    }
     let (cache, _) = cache_prepass(scene, filter, settings, &|_, _| true);
     let [x, y] = pixel;
     let window = Window {
@@ -110,21 +108,61 @@ pub fn replay(
         width: 1,
         height: 1,
     };
-    let mut film = Film::new(window, 1).with_reach(settings.reach(filter));
+    let observe = |settings: &RenderSettings, observer: &mut dyn PathObserver| {
+        let mut film = Film::new(window, 1).with_reach(settings.reach(filter));
+        for tile in film.tiles_mut() {
+            let only = sample..sample + 1;
+            observe_tile(
+                scene,
+                filter,
+                settings,
+                cache.as_ref(),
+                tile,
+                only,
+                observer,
+            );
+        }
+    };
     let mut recorder = Recorder {
         scene,
         events: Vec::new(),
         radiance: Rgb::BLACK,
     };
-    for tile in film.tiles_mut() {
-        let only = sample..sample + 1;
-        let cache = cache.as_ref();
-        observe_tile(scene, filter, settings, cache, tile, only, &mut recorder);
+    let alone = RenderSettings {
+        reuse: ReuseRule::Pixels(Reuse::Off),
+        ..settings.clone()
+    };
+    observe(&alone, &mut recorder);
+    let Recorder {
+        events, radiance, ..
+    } = recorder;
+    if !settings.reuse().is_on() {
+        return Ok(Replay {
+            radiance,
+            events,
+            alone: None,
+        });
     }
+    let mut filmed = Filmed(Rgb::BLACK);
+    observe(settings, &mut filmed);
     Ok(Replay {
-        radiance: recorder.radiance,
-        events: recorder.events,
+        radiance: filmed.0,
+        events,
+        alone: Some(radiance),
     })
+}
+
+/// The value of a sample.
+struct Filmed(Rgb);
+
+impl PathObserver for Filmed {
+    fn is_sequential(&self) -> bool {
+        false
+    }
+
+    fn filmed(&mut self, value: Rgb) {
+        self.0 = value;
+    }
 }
 
 struct Recorder<'a> {

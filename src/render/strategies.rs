@@ -149,7 +149,7 @@ impl KernelJob for Job<'_> {
             sampler: self.sampler,
         };
         let mut camera_rays = CameraRays::<E>::new();
-        for block in PixelBlock::covering(self.window) {
+        for block in PixelBlock::covering(self.window, 1) {
             let lanes = block.lanes_in(self.window);
             let mut contributions: Lanes<Vec<Contribution>> = Default::default();
             for sample in 0..self.pictures.spp {

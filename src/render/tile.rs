@@ -150,7 +150,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         observer: &mut O,
     ) -> Tally {
         let sources = tile.sources();
-        for block in PixelBlock::covering(sources) {
+        for block in PixelBlock::covering(sources, self.integrator.reuse().stride()) {
             self.add_block(tile, sources, block, &sample_range, observer);
         }
         self.advance(tile, observer);

@@ -81,10 +81,11 @@ pub fn of_render(description: &SceneDescription) -> EffectSet {
     of_light_paths(description) | of_reuse(description)
 }
 
-/// Returns the effects of a scene's number of pixels that share their paths.
+/// Returns the effects of a scene's number of pixels that share their paths; none where a pilot chooses it.
 pub fn of_reuse(description: &SceneDescription) -> EffectSet {
     let rule = description.render.reuse.as_ref();
-    EffectSet::NONE.with_if(Effect::Reuse, rule.is_some_and(|rule| rule.value != "off"))
+    let is_on = rule.is_some_and(|rule| !matches!(rule.value.as_str(), "off" | "auto"));
+    EffectSet::NONE.with_if(Effect::Reuse, is_on)
 }
 
 /// Returns the effects of a scene's number of light paths.

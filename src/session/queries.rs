@@ -19,7 +19,7 @@ use crate::planted::planted;
 use crate::render::along_ray::{AlongRay, along_rays};
 use crate::render::check;
 use crate::render::options::RenderOptions;
-use crate::render::settings::LightPathRule;
+use crate::render::settings::{LightPathRule, ReuseRule};
 
 /// The alpha above which a surface is hit, and the visibility above which a ray is unoccluded.
 const HALF: f32 = 0.5;
@@ -123,7 +123,7 @@ impl Session {
         let mut settings = options.settings(&self.description)?;
         // The camera does not see where other rays begin.
         settings.light_paths = LightPathRule::Share(LightPathShare::None);
-        settings.reuse = Reuse::Off;
+        settings.reuse = ReuseRule::Pixels(Reuse::Off);
         check(&self.scene, &settings)?;
         if settings.integrator.splats() {
             return Err(Error::usage(format!(

@@ -12,7 +12,7 @@ use crate::film::splats::Splats;
 use crate::film::{ErrorEstimate, Film};
 use crate::image::{Image, LayeredImage};
 use crate::memory;
-use crate::render::auto::{LightPathChoice, Recommendation, Settled, settle};
+use crate::render::auto::{PathChoices, Recommendation, Settled, settle};
 use crate::render::options::RenderOptions;
 use crate::render::settings::Adaptive;
 use crate::render::settings::{Budget, RenderSettings};
@@ -26,7 +26,7 @@ use std::sync::OnceLock;
 pub struct Rendering {
     pub(super) settings: RenderSettings,
     recommendation: Option<Recommendation>,
-    light_paths: Option<LightPathChoice>,
+    choices: PathChoices,
     pub(super) rendered: Rendered,
     /// The samples of a shard; `None` for a whole render.
     pub(super) shard: Option<Range<u64>>,
@@ -47,7 +47,7 @@ impl Rendering {
         let Settled {
             settings,
             recommendation,
-            light_paths,
+            choices,
         } = settle(&view, &session.threads, &wished, observer)?;
         check(&session.scene, &settings)?;
         check_room(&settings, &session.filter)?;
@@ -55,7 +55,7 @@ impl Rendering {
             rendered: Rendered::nothing(&settings, &session.filter),
             settings,
             recommendation,
-            light_paths,
+            choices,
             shard: None,
             identity: OnceLock::new(),
             state: session.state,
@@ -109,9 +109,9 @@ impl Rendering {
         self.recommendation.as_ref()
     }
 
-    /// The choice of a number of light paths; `None` if it took no pilot.
-    pub fn light_paths(&self) -> Option<LightPathChoice> {
-        self.light_paths
+    /// What pilots have chosen for a render by `path`.
+    pub fn choices(&self) -> PathChoices {
+        self.choices
     }
 
     /// The complete results so far.

@@ -42,12 +42,12 @@ fn ready(description: &SceneDescription, backend: Backend) -> Scene {
 /// Renders a scene with one kernel.
 fn picture(description: &SceneDescription, scene: &Scene, kernel: Option<Kernel>) -> Image {
     let of_scene = RenderSettings::of_scene(description).expect("valid settings");
-    // A pilot adds no effect here.
-    let light_paths = of_scene.with_light_paths(None).light_paths;
+    // Pilots add no effect here.
+    let of_scene = of_scene.with_light_paths(None).with_reuse(None);
     let settings = RenderSettings {
         kernel,
         seed: 3,
-        light_paths,
+        light_paths: of_scene.light_paths,
         reuse: of_scene.reuse,
         ..RenderSettings::new(SIZE, 2)
     };

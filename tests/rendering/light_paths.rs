@@ -150,7 +150,7 @@ fn error_bars_hold_what_light_paths_add_to_the_noise() {
 }
 
 /// A render of a scene of the gallery, small, that has just begun.
-fn begun(name: &str, options: &RenderOptions) -> (Session, Rendering) {
+pub fn begun(name: &str, options: &RenderOptions) -> (Session, Rendering) {
     let path = in_repository(&format!("scenes/{name}/{name}.toml"));
     let mut scene = load(&path).expect("it is valid");
     scene.film.size = (64, 43);
@@ -174,7 +174,7 @@ fn a_pilot_takes_light_paths_where_they_pay() {
             options.seed = Some(seed);
             options.light_paths = Some(LightPathRule::Auto);
             let (_, rendering) = begun(name, &options);
-            let choice = rendering.light_paths().expect("it took a pilot");
+            let choice = rendering.choices().light_paths.expect("it took a pilot");
             let ratio = choice.ratio;
             assert!((least..most).contains(&ratio), "{name}, {seed}: {ratio}");
             let pays = least >= 1.3;
@@ -187,7 +187,7 @@ fn a_pilot_takes_light_paths_where_they_pay() {
     let mut options = RenderOptions::samples(4);
     options.light_paths = Some(LightPathRule::Auto);
     let (_, rendering) = begun("cornell-box", &options);
-    assert_eq!(rendering.light_paths(), None);
+    assert_eq!(rendering.choices().light_paths, None);
 }
 
 /// The ratio of squared errors that a pilot expects from the gains of light paths is that of renders with and without.
@@ -198,7 +198,7 @@ fn the_gain_of_light_paths_is_foreseen() {
         options.light_paths = Some(rule);
         options.sampler = Some(SamplerKind::Independent);
         let (session, mut rendering) = begun("caustics", &options);
-        let choice = rendering.light_paths();
+        let choice = rendering.choices().light_paths;
         let until = rendering.settings().budget;
         rendering
             .go_on(&session, until, &Unwatched)

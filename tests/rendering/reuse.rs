@@ -7,6 +7,7 @@ use super::bidirectional::{
     assert_threads_and_tiles_change_no_bit, claimed_over_true_variance, compare_settings,
     compare_with_path_alone, kinds_of_light, settings, stones,
 };
+use super::light_paths::begun;
 use crate::common::furnished::{glass, glossy, matte, six_scenes};
 use crate::common::generated::{Generator, NEVER_SHARED};
 use crate::common::room::{LAMP, room, with_metal_ball};
@@ -14,21 +15,29 @@ use crate::common::scene::{film, ready, rectangle, slide, surface};
 use etendue::internals::accel::Backend;
 use etendue::internals::effects::EffectSet;
 use etendue::internals::film::Window;
-use etendue::internals::film::filter::{FilterDescription, FilterKind, FilterSampling};
+use etendue::internals::film::filter::{Filter, FilterDescription, FilterKind, FilterSampling};
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::integrator::reuse::Reuse;
+use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::math::vec::DVec3;
+use etendue::internals::render::Unwatched;
 use etendue::internals::render::check;
 use etendue::internals::render::options::RenderOptions;
-use etendue::internals::render::settings::{Adaptive, LightPathRule, RenderSettings};
-use etendue::internals::scene::description::{SceneDescription, ShapeDescription};
+use etendue::internals::render::replay::replay;
+use etendue::internals::render::settings::{
+    Adaptive, LightPathRule, RenderSettings, ReuseRule, SamplerKind,
+};
+use etendue::internals::scene::description::{
+    ColourDescription, MaterialModel, SceneDescription, ShapeDescription,
+};
+use std::collections::BTreeSet;
 
 /// The settings of `path` with shared paths.
 fn with_reuse(scene: &SceneDescription, reuse: Reuse, spp: u64) -> RenderSettings {
     RenderSettings {
-        reuse,
+        reuse: ReuseRule::Pixels(reuse),
         ..settings(scene, IntegratorKind::Path, spp)
     }
 }
@@ -74,24 +83,31 @@ fn every_kind_of_light_is_shared() {
     }
 }
 
-/// A wall with vertical stripes of metal, one pixel wide: every block has pixels that share and others that do not.
+/// A wall with vertical stripes, one pixel wide, of metal or black: every block has pixels that share and others that do not.
 #[test]
 fn pixels_share_beside_others_that_do_not() {
-    let mut scene = with_metal_ball(0.5, [0.0, 0.3, 0.5], 0.2);
-    let metal = scene.shapes.last().expect("the ball").material;
+    let metal = with_metal_ball(0.5, [0.0, 0.3, 0.5], 0.2);
+    let mut black = metal.clone();
+    let model = MaterialModel::Diffuse {
+        reflectance: ColourDescription::Constant(Rgb::BLACK),
+    };
+    black.materials.last_mut().expect("the metal").model = model;
     // The wall is 4.6 from the camera, whose angle of view is 36 degrees for 16 pixels.
     let width = 2.0 * 4.6 * 18_f64.to_radians().tan() / 16.0;
-    for stripe in 0..5 {
-        let x = -1.0 + 2.0 * width * f64::from(stripe);
-        let strip = rectangle([x, 0.0, -0.99], [width, 0.0, 0.0], [0.0, 2.0, 0.0]);
-        scene.shapes.push(ShapeDescription {
-            material: metal,
-            ..surface(strip, 0.0)
-        });
-    }
-    for reuse in [Reuse::Sixteen, Reuse::Four] {
-        let with = with_reuse(&scene, reuse, 256);
-        compare_with_path_alone("stripes", &scene, with, 256, 0.004);
+    for (name, mut scene) in [("metal", metal), ("black", black)] {
+        let material = scene.shapes.last().expect("the ball").material;
+        for stripe in 0..5 {
+            let x = -1.0 + 2.0 * width * f64::from(stripe);
+            let strip = rectangle([x, 0.0, -0.99], [width, 0.0, 0.0], [0.0, 2.0, 0.0]);
+            scene.shapes.push(ShapeDescription {
+                material,
+                ..surface(strip, 0.0)
+            });
+        }
+        for reuse in [Reuse::Sixteen, Reuse::Four] {
+            let with = with_reuse(&scene, reuse, 256);
+            compare_with_path_alone(name, &scene, with, 256, 0.004);
+        }
     }
 }
 
@@ -190,7 +206,9 @@ fn variance(scene: &SceneDescription, reuse: Reuse) -> f64 {
 
 #[test]
 fn more_shared_paths_leave_less_noise() {
-    let scene = matte();
+    let mut scene = matte();
+    // Pixels of a group are to see neighbouring points.
+    scene.film.size = (48, 48);
     let [off, four, sixteen] =
         [Reuse::Off, Reuse::Four, Reuse::Sixteen].map(|reuse| variance(&scene, reuse));
     println!("relative variances {off:.5}, {four:.5}, {sixteen:.5}");
@@ -214,6 +232,87 @@ fn error_bars_hold_with_shared_paths() {
     }
 }
 
+/// In closed rooms of matte surfaces shared paths pay; not where most light is direct, or leaves after one surface.
+#[test]
+fn a_pilot_shares_paths_where_they_pay() {
+    for (name, pays) in [
+        ("cornell-box", true),
+        ("four-lights", false),
+        ("environment", false),
+        ("phong-lobes", false),
+    ] {
+        let mut chosen = BTreeSet::new();
+        for (seed, threads) in [(1, 1), (2, 2)] {
+            let mut options = RenderOptions::samples(4);
+            options.seed = Some(seed);
+            options.threads = Some(threads);
+            options.light_paths = Some(LightPathRule::Share(LightPathShare::None));
+            let (_, rendering) = begun(name, &options);
+            let choice = rendering.choices().reuse.expect("it took a pilot");
+            assert_eq!(rendering.settings().reuse(), choice.reuse, "{name}");
+            chosen.insert((choice.reuse.name(), choice.gain.to_bits()));
+        }
+        assert_eq!(chosen.len(), 1, "{name}: {chosen:?}");
+        let (reuse, gain) = chosen.pop_first().expect("one choice");
+        let gain = f64::from_bits(gain);
+        assert_eq!(reuse != "off", pays, "{name}: {reuse}, {gain}");
+    }
+}
+
+#[test]
+fn no_pilot_shares_paths_where_that_cannot_be() {
+    let options = |change: &dyn Fn(&mut RenderOptions)| {
+        let mut options = RenderOptions::samples(4);
+        change(&mut options);
+        options
+    };
+    for (name, options) in [
+        ("cornell-box", options(&|it| it.layers = true)),
+        (
+            "cornell-box",
+            options(&|it| it.adaptive = Some(Adaptive::TwoPhase)),
+        ),
+        ("cornell-box", options(&|it| it.max_bounces = Some(1))),
+        (
+            "cornell-box",
+            options(&|it| it.integrator = Some(IntegratorKind::Bidirectional)),
+        ),
+        ("caustics", options(&|_| {})),
+        ("motion-blur", options(&|_| {})),
+    ] {
+        let (_, rendering) = begun(name, &options);
+        assert_eq!(rendering.choices().reuse, None, "{name}");
+        assert_eq!(rendering.settings().reuse(), Reuse::Off, "{name}");
+    }
+}
+
+/// The ratio of squared errors at equal numbers of rays that a pilot measures in a few windows is that of whole renders.
+#[test]
+fn the_gain_of_shared_paths_is_foreseen() {
+    let product = |rule| {
+        let mut options = RenderOptions::samples(64);
+        options.reuse = Some(rule);
+        options.sampler = Some(SamplerKind::Independent);
+        let (session, mut rendering) = begun("cornell-box", &options);
+        let choice = rendering.choices().reuse;
+        let until = rendering.settings().budget;
+        rendering
+            .go_on(&session, until, &Unwatched)
+            .expect("it renders");
+        let rendered = rendering.rendered();
+        let error = rendered.film.error(0.95).expect("64 samples");
+        let rays = rendered.rays.total() as f64;
+        (error.rel_rmse.powi(2) * rays, choice)
+    };
+    let (with, choice) = product(ReuseRule::Auto);
+    let (without, _) = product(ReuseRule::Pixels(Reuse::Off));
+    let (foreseen, gain) = (choice.expect("a pilot").gain, without / with);
+    assert!(
+        (0.7..1.4).contains(&(foreseen / gain)),
+        "{foreseen} for {gain}"
+    );
+}
+
 #[test]
 fn threads_and_tiles_change_no_bit() {
     let scene = glossy();
@@ -223,12 +322,36 @@ fn threads_and_tiles_change_no_bit() {
     }
 }
 
+/// With a box filter and one sample per pixel, an image is its replayed samples.
+#[test]
+fn a_replayed_sample_has_the_light_of_its_whole_group() {
+    let scene = matte();
+    let ready = ready(&scene, Backend::ALL[0]);
+    let filter = Filter::new(&scene.film.filter);
+    for reuse in [Reuse::Four, Reuse::Sixteen] {
+        let settings = with_reuse(&scene, reuse, 1);
+        let image = film(&ready, &scene, &settings).develop();
+        let mut others = 0;
+        for pixel in settings.window.pixels() {
+            let replayed = replay(&ready, &filter, &settings, pixel, 0).expect("valid settings");
+            assert_eq!(
+                replayed.radiance,
+                image.pixels()[settings.window.index(pixel)]
+            );
+            assert!(!replayed.events.is_empty());
+            let alone = replayed.alone.expect("its own path");
+            others += usize::from(alone != replayed.radiance);
+        }
+        assert!(others > 100, "{others} pixels have the light of others");
+    }
+}
+
 #[test]
 fn settings_that_take_paths_as_their_own_pixels_are_refused() {
     let scene = matte();
     let options = |change: &dyn Fn(&mut RenderOptions)| {
         let mut options = RenderOptions::samples(64);
-        options.reuse = Some(Reuse::Sixteen);
+        options.reuse = Some(ReuseRule::Pixels(Reuse::Sixteen));
         change(&mut options);
         options.settings(&scene)
     };

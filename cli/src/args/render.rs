@@ -16,11 +16,10 @@ use etendue::internals::effects::Kernel;
 use etendue::internals::film::filter::{FilterDescription, FilterSampling};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::integrator::reuse::Reuse;
 use etendue::internals::light::types::LightChoice;
 use etendue::internals::post::denoise::Denoiser;
 use etendue::internals::render::settings::SamplerKind;
-use etendue::internals::render::settings::{Adaptive, LightPathRule};
+use etendue::internals::render::settings::{Adaptive, LightPathRule, ReuseRule};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -125,12 +124,13 @@ pub struct RenderArguments {
     #[arg(long, value_parser = named(LightPathRule::ALL, LightPathRule::name))]
     pub light_paths: Option<LightPathRule>,
     /// Number of neighbouring pixels that share the paths of the integrator path. Affects noise and time, not the mean.
-    /// Default: the scene's, or off.
+    /// Default: the scene's, or auto.
     ///
-    /// Indirect light that one path finds is taken by all pixels of a block of 2 x 2 (4) or 4 x 4 (16), where matte
-    /// surfaces see each other. The noise of these pixels is not independent. With it, --light-paths auto has none.
-    #[arg(long, value_parser = named(Reuse::ALL, Reuse::name))]
-    pub reuse: Option<Reuse>,
+    /// Indirect light that one path finds is taken by a group of 4 or 16 pixels, where matte surfaces see each other. The
+    /// noise of these pixels is not independent. off: none. auto: the number with the least error in a pilot, if that pays;
+    /// off with layers, adaptive sampling and light paths. With a number, --light-paths auto has none.
+    #[arg(long, value_parser = named(ReuseRule::ALL, ReuseRule::name))]
+    pub reuse: Option<ReuseRule>,
     /// Selection of the light that is sampled, where there are several. Affects noise and time, not the mean. Default:
     /// contribution, but power for light-or-rest, nee and direct-area.
     ///

@@ -5,10 +5,10 @@
 //! Source: none needed. Tested in `cli/tests/command/render.rs`.
 
 use crate::args::RenderArguments;
-use crate::recommendation::LightPathReport;
+use crate::recommendation::{LightPathReport, ReuseReport};
 use etendue::internals::effects::Effect;
 use etendue::internals::film::filter::{Filter, FilterSampling};
-use etendue::internals::render::auto::{LightPathChoice, Recommendation};
+use etendue::internals::render::auto::{PathChoices, Recommendation};
 use etendue::internals::render::kernel;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::scene::Scene;
@@ -22,8 +22,8 @@ pub struct Job<'a> {
     pub settings: &'a RenderSettings,
     /// The recommendation of `auto`, if it was requested.
     pub auto: Option<&'a Recommendation>,
-    /// The choice of a number of light paths, if it took a pilot.
-    pub light_paths: Option<LightPathChoice>,
+    /// What pilots have chosen for a render by `path`.
+    pub choices: PathChoices,
 }
 
 impl Job<'_> {
@@ -70,9 +70,13 @@ impl Job<'_> {
         } else {
             format!("effects {}", effects.join(", "))
         };
-        let light_paths = match self.light_paths.map(LightPathReport::from) {
+        let light_paths = match self.choices.light_paths.map(LightPathReport::from) {
             Some(choice) => choice.describe(),
             None => self.settings.light_path_share().name().to_owned(),
+        };
+        let reuse = match self.choices.reuse.map(ReuseReport::from) {
+            Some(choice) => choice.describe(),
+            None => self.settings.reuse().name().to_owned(),
         };
         format!(
             "scene: {shapes} shapes, {primitives} primitives, {instances}{} materials, {} lights; {width} x {height} pixels\n\
@@ -93,7 +97,7 @@ impl Job<'_> {
             self.filter(),
             self.settings.roulette(),
             light_paths,
-            self.settings.reuse().name(),
+            reuse,
         )
     }
 }

@@ -67,7 +67,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         scene: session.scene(),
         settings: &settings,
         auto: recommendation.as_ref(),
-        light_paths: rendering.light_paths(),
+        choices: rendering.choices(),
     };
     announce(&job, &session);
     if arguments.bdpt_strategies.is_some() {

@@ -27,6 +27,16 @@ pub fn run(job: &Job<'_>, filter: &Filter, pixel: [u32; 2], sample: u64) -> Resu
         let line = describe(job, event, &mut vertex);
         writeln!(text, "{line}").expect("writing to a string cannot fail");
     }
+    if let Some(alone) = path.alone {
+        writeln!(text, "radiance of this path alone {}", rgb(alone))
+            .expect("writing to a string cannot fail");
+        writeln!(
+            text,
+            "with the paths of {} pixels:",
+            job.settings.reuse().name()
+        )
+        .expect("writing to a string cannot fail");
+    }
     writeln!(text, "radiance {}", rgb(path.radiance)).expect("writing to a string cannot fail");
     print(text.as_bytes())
 }

@@ -57,7 +57,6 @@ fn flags_that_make_no_sense() {
     );
     flags_fail("--reuse 16 --adaptive=two-phase", &["--adaptive off"]);
     flags_fail("--reuse 16 --light-paths 1", &["--light-paths off"]);
-    flags_fail("--reuse 16 --pixel 1,1 --sample 0", &["--reuse off"]);
     flags_fail(
         "--occlusion-distance 0",
         &["--occlusion-distance", "above 0"],

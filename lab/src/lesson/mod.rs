@@ -26,6 +26,7 @@ mod pdf_cdf;
 mod phong;
 mod power;
 mod quadrature;
+mod reuse;
 mod roulette;
 mod stratified;
 pub mod topic;
@@ -52,6 +53,7 @@ pub const TOPICS: &[Topic] = &[
     window::TOPIC,
     direct::TOPIC,
     lights::TOPIC,
+    reuse::TOPIC,
     ladder::TOPIC,
 ];
 

@@ -90,6 +90,7 @@ topics_hold! {
     window: "window",
     direct: "direct",
     lights: "lights",
+    reuse: "reuse",
     ladder: "ladder",
 }
 

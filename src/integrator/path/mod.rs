@@ -147,8 +147,8 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         }
     }
 
-    fn shares_packets(&self) -> bool {
-        self.reuse.is_on()
+    fn reuse(&self) -> Reuse {
+        self.reuse
     }
 
     fn light_paths(&self) -> LightPaths {

@@ -15,20 +15,16 @@
 //!
 //! [`LightRatios::gain`]: crate::integrator::light_paths::weights::LightRatios::gain
 
-use super::super::camera_rays::CameraRaySource;
-use super::super::dispatch;
 use super::super::settings::{Adaptive, Budget, LightPathRule, RenderSettings, SamplerKind};
-use super::super::tile::{PassJob, SampleRange, SampleSource};
 use super::super::{RenderInput, RenderObserver, Threads};
+use super::pass::{relative_weights, take_samples};
 use crate::error::Result;
 use crate::film::batches::BATCHES;
-use crate::film::filter::{Filter, FilterDescription, FilterKind, FilterSampling};
+use crate::film::filter::FilterSampling;
 use crate::film::splats::Splats;
 use crate::film::{Film, Window};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
-use crate::math::plane::Plane;
-use crate::sampler::Batches;
 use serde::Serialize;
 
 /// The approximate number of pixels of the pilot's image.
@@ -95,33 +91,11 @@ pub fn choose(
         window,
         ..settings.clone()
     };
-    dispatch::check(&scene, &pilot)?;
-    let kind = FilterKind::Box;
-    let radius = kind.default_radius();
-    let filter = Filter::new(&FilterDescription { kind, radius });
     let mut film = Film::new(window, pilot.tile_size).with_splats();
     let gains = Splats::new(window);
-    let sampler = dispatch::sampler(&pilot, Batches::new(BATCHES));
     let (tiles, splats) = film.tiles_and_splats();
-    let job = PassJob {
-        source: SampleSource {
-            rays: CameraRaySource {
-                scene: &scene,
-                filter: &filter,
-                filter_sampling: FilterSampling::Importance,
-                sampler: &sampler,
-            },
-            splats,
-            gains: Some(&gains),
-        },
-        tiles: tiles
-            .iter_mut()
-            .map(|tile| (tile, SampleRange::Same(0..SPP)))
-            .collect(),
-        is_cancelled: &|| observer.is_cancelled(),
-        tile_done: &|_, _| {},
-    };
-    threads.run(|| dispatch::dispatch(&scene, &pilot, None, job));
+    let sums = (tiles.iter_mut().collect(), splats, Some(&gains));
+    take_samples(&scene, threads, &pilot, sums, observer)?;
     let ratio = ratio_of_variances(&film, &gains);
     let share = if ratio > LEAST_RATIO {
         SHARE
@@ -136,26 +110,14 @@ pub fn choose(
 fn ratio_of_variances(film: &Film, gains: &Splats) -> f64 {
     let window = film.window();
     let image = film.develop();
-    let channel = |c: usize| {
-        let values = image.pixels().iter().map(|pixel| pixel.to_array()[c]);
-        Plane::new(
-            window.width as usize,
-            window.height as usize,
-            values.collect(),
-        )
-        .box_mean(2)
-    };
-    let truth = [channel(0), channel(1), channel(2)];
     let mean = image.mean().iter().sum::<f64>() / 3.0;
     // Splats are in units of radiance times pixels, and the variance of the mean of all samples is wanted.
     let samples = (window.pixel_count() * SPP) as f64;
     let (mut saved, mut with) = ([0.0; BATCHES as usize], 0.0);
-    for pixel in 0..window.pixel_count() as usize {
+    for (pixel, scales) in relative_weights(&image, mean).iter().enumerate() {
         let variances = film.batch_means(pixel).variance().unwrap_or_default();
         let of_gains = gains.pixel(pixel).values();
-        for (c, truth) in truth.iter().enumerate() {
-            let truth = f64::from(truth.values[pixel]);
-            let scale = 1.0 / (truth * truth + 0.01 * mean * mean);
+        for (c, scale) in scales.iter().enumerate() {
             with += scale * variances[c] / SPP as f64;
             for (saved, of_batch) in saved.iter_mut().zip(&of_gains) {
                 *saved += scale * of_batch[c] / (samples * samples);

@@ -9,7 +9,9 @@
 //! Source: docs/accuracy.md, "Which integrator". Tested in `tests/rendering/auto.rs` and `cli/tests/command/auto.rs`.
 
 mod light_paths;
+mod pass;
 mod pilot;
+mod reuse;
 mod rule;
 mod window;
 
@@ -25,6 +27,7 @@ use crate::sampler::hash;
 use crate::scene::Scene;
 pub use light_paths::LightPathChoice;
 use pilot::Pilot;
+pub use reuse::ReuseChoice;
 pub use rule::Candidate;
 use rule::{Facts, choose};
 
@@ -50,8 +53,30 @@ pub struct Recommendation {
     pub candidates: Vec<Candidate>,
     /// A biased integrator that may be more efficient, and its purpose.
     pub option: Option<String>,
-    /// The number of light paths beside `path`, if that took a pilot.
+    /// The choices for `path`.
+    pub choices: PathChoices,
+}
+
+/// What pilots have chosen for renders by `path`; `None` where no pilot was needed.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PathChoices {
+    /// The number of light paths.
     pub light_paths: Option<LightPathChoice>,
+    /// The number of pixels that share their paths.
+    pub reuse: Option<ReuseChoice>,
+}
+
+impl PathChoices {
+    /// Settings with the number of light paths in place of `auto`.
+    fn apply_light_paths(&self, settings: &RenderSettings) -> RenderSettings {
+        settings.with_light_paths(self.light_paths.map(|choice| choice.share))
+    }
+
+    /// Settings with all choices in place of `auto`.
+    fn apply(&self, settings: &RenderSettings) -> RenderSettings {
+        let settings = self.apply_light_paths(settings);
+        settings.with_reuse(self.reuse.map(|choice| choice.reuse))
+    }
 }
 
 /// Recommends an integrator for these settings, whichever they name, by a pilot on these threads; `path` if `observer`
@@ -69,8 +94,9 @@ pub fn recommend(
         integrator: IntegratorKind::Path,
         ..settings.clone()
     };
-    let light_paths = light_paths::choose(view, threads, &by_path, observer)?;
-    let settings = &settings.with_light_paths(light_paths.map(|choice| choice.share));
+    let choices = choose_for_path(view, threads, &by_path, observer)?;
+    let by_path = choices.apply(&by_path);
+    let settings = &by_path;
     let kinds = [
         IntegratorKind::Path,
         IntegratorKind::Bidirectional,
@@ -93,10 +119,6 @@ pub fn recommend(
             None => return Ok(interrupted()),
         }
     }
-    let by_path = RenderSettings {
-        integrator: IntegratorKind::Path,
-        ..settings.clone()
-    };
     let has_light_paths = by_path.light_path_share() != LightPathShare::None;
     let facts = Facts {
         is_missed_by_path: !has_light_paths
@@ -111,7 +133,7 @@ pub fn recommend(
         why,
         candidates: facts.candidates,
         option: option(effects),
-        light_paths,
+        choices,
     })
 }
 
@@ -122,12 +144,12 @@ pub struct Settled {
     pub settings: RenderSettings,
     /// The recommendation of an integrator, if `auto` was requested.
     pub recommendation: Option<Recommendation>,
-    /// The choice of a number of light paths, if it took a pilot.
-    pub light_paths: Option<LightPathChoice>,
+    /// The choices for `path`.
+    pub choices: PathChoices,
 }
 
-/// Replaces `auto` in settings by an integrator and a number of light paths, and chooses the weight window of `path` if they
-/// leave it to a pilot.
+/// Replaces `auto` in settings by an integrator, a number of light paths and a number of pixels that share paths, and chooses
+/// the weight window of `path` if they leave it to a pilot.
 ///
 /// # Errors
 /// The errors of [`recommend`].
@@ -137,23 +159,39 @@ pub fn settle(
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
 ) -> Result<Settled> {
-    let mut settled = settings.clone();
-    let mut recommendation = None;
-    let light_paths = if settings.integrator == IntegratorKind::Auto {
+    let (mut settled, mut recommendation) = (settings.clone(), None);
+    let choices = if settings.integrator == IntegratorKind::Auto {
         let recommended = recommend(view, threads, settings, observer)?;
         settled.integrator = recommended.integrator;
-        recommendation.insert(recommended).light_paths
+        recommendation.insert(recommended).choices
     } else {
-        light_paths::choose(view, threads, settings, observer)?
+        choose_for_path(view, threads, settings, observer)?
     };
-    let mut settled = settled.with_light_paths(light_paths.map(|choice| choice.share));
+    let mut settled = choices.apply(&settled);
     let window = window::choose(view, threads, &settled, observer)?;
     settled.roulette = settled.roulette.or(window);
     Ok(Settled {
         settings: settled,
         recommendation,
-        light_paths,
+        choices,
     })
+}
+
+/// Chooses what settings of a render by `path` leave to pilots, but for the weight window.
+fn choose_for_path(
+    view: &RenderInput<'_>,
+    threads: &Threads,
+    settings: &RenderSettings,
+    observer: &dyn RenderObserver,
+) -> Result<PathChoices> {
+    let mut choices = PathChoices {
+        light_paths: light_paths::choose(view, threads, settings, observer)?,
+        reuse: None,
+    };
+    // Light paths, which exclude shared ones, find what no other path finds well.
+    let settings = choices.apply_light_paths(settings);
+    choices.reuse = reuse::choose(view, threads, &settings, observer)?;
+    Ok(choices)
 }
 
 /// The recommendation after an interrupted pilot.
@@ -163,7 +201,7 @@ fn interrupted() -> Recommendation {
         why: "the pilot was interrupted".to_owned(),
         candidates: vec![],
         option: None,
-        light_paths: None,
+        choices: PathChoices::default(),
     }
 }
 

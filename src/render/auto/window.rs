@@ -69,7 +69,6 @@ pub fn choose(
             adaptive: Adaptive::Off,
             layers: false,
             light_paths: LightPathRule::Share(LightPathShare::None),
-            reuse: settings.reuse(),
             filter_sampling: FilterSampling::Importance,
             roulette: Some(roulette),
             kernel: None,

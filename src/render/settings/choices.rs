@@ -1,10 +1,12 @@
-//! The named choices of a render's settings: the sampler, light paths beside `path`, and the distribution of samples.
+//! The named choices of a render's settings: the sampler, light paths beside `path`, shared paths, and the distribution of
+//! samples.
 //!
 //! Measure: none.
 //! Range: the listed choices; an unknown name is an error of the scene file or of the command line.
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_flags.rs`.
 
 use crate::integrator::light_paths::LightPathShare;
+use crate::integrator::reuse::Reuse;
 use serde::Serialize;
 
 /// The source of random numbers.
@@ -61,6 +63,39 @@ impl LightPathRule {
             Self::Auto => "auto",
             Self::Share(share) => share.name(),
         }
+    }
+}
+
+/// The number of pixels that share their paths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub enum ReuseRule {
+    /// A number that a pilot chooses for the scene.
+    #[default]
+    Auto,
+    /// This number.
+    Pixels(Reuse),
+}
+
+impl ReuseRule {
+    /// Every rule.
+    pub const ALL: &'static [Self] = &[
+        Self::Auto,
+        Self::Pixels(Reuse::Off),
+        Self::Pixels(Reuse::Four),
+        Self::Pixels(Reuse::Sixteen),
+    ];
+
+    /// The name in scenes and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Pixels(reuse) => reuse.name(),
+        }
+    }
+
+    /// Whether the rule names a number of pixels that share paths.
+    pub fn asks(self) -> bool {
+        matches!(self, Self::Pixels(reuse) if reuse.is_on())
     }
 }
 

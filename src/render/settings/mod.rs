@@ -11,7 +11,7 @@ mod of_scene;
 mod rules;
 mod validate;
 
-pub use choices::{Adaptive, LightPathRule, SamplerKind};
+pub use choices::{Adaptive, LightPathRule, ReuseRule, SamplerKind};
 pub use limits::{Budget, ErrorTarget};
 pub(super) use limits::{LARGEST_SHARE_OF_PILOT, PILOT, SHARE_OF_PILOT};
 pub use of_scene::DEFAULT_CACHE_ERROR;
@@ -57,7 +57,7 @@ pub struct RenderSettings {
     /// The number of light paths for each camera path of `path`.
     pub light_paths: LightPathRule,
     /// The number of pixels that share their paths, in renders by `path`: see [`Self::reuse`].
-    pub reuse: Reuse,
+    pub reuse: ReuseRule,
     /// The estimator of the filter, where both are possible: see [`Self::reach`].
     pub filter_sampling: FilterSampling,
     /// The largest distance of occlusion for ambient occlusion, in world units; `None` for any distance.
@@ -80,7 +80,7 @@ pub struct RenderSettings {
 impl RenderSettings {
     /// The default settings for a whole image of this size and this many samples per pixel. The noise of pixels is
     /// independent, as statistics over pixels require, and no pilot chooses anything: the filter of a scene's render is
-    /// splatted, and pilots choose its weight window and its light paths ([`Self::of_scene`]).
+    /// splatted, and pilots choose its weight window, its light paths and the pixels that share paths ([`Self::of_scene`]).
     pub fn new(size: (u32, u32), spp: u64) -> Self {
         Self {
             integrator: IntegratorKind::default(),
@@ -94,7 +94,7 @@ impl RenderSettings {
             has_window_pilot: false,
             light_choice: None,
             light_paths: LightPathRule::Share(LightPathShare::None),
-            reuse: Reuse::Off,
+            reuse: ReuseRule::Pixels(Reuse::Off),
             filter_sampling: FilterSampling::Importance,
             occlusion_distance: None,
             cache_error: DEFAULT_CACHE_ERROR,

@@ -4,12 +4,11 @@
 //! Range: any loaded scene; an unknown name is an error with its file, line and the nearest valid name.
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs`.
 
-use super::{Adaptive, LightPathRule, RenderSettings, SamplerKind};
+use super::{Adaptive, LightPathRule, RenderSettings, ReuseRule, SamplerKind};
 use crate::error::{Error, Result};
 use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
-use crate::integrator::reuse::Reuse;
 use crate::integrator::roulette::NoRoulette;
 use crate::scene::description::{SceneDescription, Written};
 use crate::scene::load::unknown_name;
@@ -36,8 +35,8 @@ impl RenderSettings {
         let roulette = roulette_of(description)?;
         let rules = LightPathRule::ALL.iter().map(|&rule| (rule.name(), rule));
         let light_paths = chosen(description, "light_paths", &render.light_paths, rules)?;
-        let reuses = Reuse::ALL.iter().map(|&reuse| (reuse.name(), reuse));
-        let reuse = chosen(description, "reuse", &render.reuse, reuses)?;
+        let rules = ReuseRule::ALL.iter().map(|&rule| (rule.name(), rule));
+        let reuse = chosen(description, "reuse", &render.reuse, rules)?;
         let spp = render.spp.unwrap_or(DEFAULT_SPP);
         Ok(Self {
             integrator: integrator.unwrap_or_default(),

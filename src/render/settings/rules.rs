@@ -5,7 +5,7 @@
 //! Range: valid settings.
 //! Source: docs/architecture.md. Tested below, in `tests/rendering/filters.rs` and `tests/rendering/light_paths.rs`.
 
-use super::{Adaptive, LightPathRule, RenderSettings};
+use super::{Adaptive, LightPathRule, RenderSettings, ReuseRule};
 use crate::effects::{Effect, EffectSet};
 use crate::film::batches::BATCHES;
 use crate::film::filter::{Filter, FilterSampling};
@@ -87,12 +87,25 @@ impl RenderSettings {
     }
 
     /// The number of pixels that share their paths: one but by `path` with equal sample counts and without light paths,
-    /// whose weights take each path as its own pixel's. Where it is not one, `auto` has no light paths.
+    /// whose weights take each path as its own pixel's. Where a number is asked for, `--light-paths auto` has none. One by
+    /// `auto`, which has to be replaced before a scene is rendered (`render/auto/`).
     pub fn reuse(&self) -> Reuse {
         let may_share = self.integrator == IntegratorKind::Path
             && self.adaptive == Adaptive::Off
             && self.light_path_share() == LightPathShare::None;
-        if may_share { self.reuse } else { Reuse::Off }
+        match self.reuse {
+            ReuseRule::Pixels(reuse) if may_share => reuse,
+            _ => Reuse::Off,
+        }
+    }
+
+    /// The settings with a number of pixels that share their paths in place of `auto`: with one, if none was chosen.
+    pub fn with_reuse(&self, chosen: Option<Reuse>) -> Self {
+        let mut settings = self.clone();
+        if settings.reuse == ReuseRule::Auto {
+            settings.reuse = ReuseRule::Pixels(chosen.unwrap_or_default());
+        }
+        settings
     }
 
     /// The effects that a render of a scene with these effects needs.

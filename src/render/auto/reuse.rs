@@ -1,0 +1,165 @@
+//! The number of pixels that share their paths: the one with the least squared error for the same number of rays, measured
+//! in small pilots.
+//!
+//! The pilots are small windows of the image in its own resolution: how much pixels gain from each other depends on how near
+//! to each other they see the scene.
+//!
+//! Measure: relMSE times rays, relative to a render without shared paths.
+//! Range: renders by `path` without light paths, of scenes without motion and alpha.
+//! Source: none: measured (docs/accuracy.md, "Paths shared by pixels"). Tested in `tests/rendering/reuse.rs`.
+
+use super::super::settings::{Adaptive, Budget, RenderSettings, ReuseRule, SamplerKind};
+use super::super::{RenderInput, RenderObserver, Threads, dispatch};
+use super::pass::{relative_weights, take_samples};
+use crate::error::Result;
+use crate::film::{Film, Window};
+use crate::image::Image;
+use crate::integrator::kind::IntegratorKind;
+use crate::integrator::light_paths::LightPathShare;
+use crate::integrator::reuse::Reuse;
+use serde::Serialize;
+
+/// The number of windows in a row and in a column, if the image is large enough.
+const WINDOWS: [u32; 2] = [4, 3];
+
+/// The width and the height of a window: a multiple of those of the squares within which pixels share paths.
+const EDGE: u32 = 16;
+
+/// The samples per pixel.
+const SPP: u64 = 8;
+
+/// The seed of the pilots.
+const SEED: u64 = 0x7265_7573_6500;
+
+/// The gain in a pilot from which on paths are shared: the noise of neighbours is alike then, which has to pay.
+const LEAST_GAIN: f64 = 1.25;
+
+/// The choice of a number of pixels that share their paths, and its reason.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ReuseChoice {
+    /// The number of pixels.
+    pub reuse: Reuse,
+    /// relMSE times rays of the pilot without shared paths, over the least with them; 1 where nothing varies.
+    pub gain: f64,
+}
+
+/// Chooses the number of pixels that share their paths for settings by which it follows from the scene; `None` where no
+/// pilot is needed.
+///
+/// # Errors
+/// A kernel that lacks an effect of the scene.
+pub fn choose(
+    view: &RenderInput<'_>,
+    threads: &Threads,
+    settings: &RenderSettings,
+    observer: &dyn RenderObserver,
+) -> Result<Option<ReuseChoice>> {
+    let may_pay = settings.reuse == ReuseRule::Auto
+        && settings.integrator == IntegratorKind::Path
+        && settings.adaptive == Adaptive::Off
+        && settings.light_path_share() == LightPathShare::None
+        && !settings.layers
+        && dispatch::prevents_reuse(view.scene).is_none()
+        && settings.most_bounces().is_none_or(|most| most > 1);
+    if !may_pay {
+        return Ok(None);
+    }
+    let windows = windows(view.size);
+    let inefficiency = |reuse: Reuse| -> Result<f64> {
+        let pilot = RenderSettings {
+            // Shards and renders with other seeds have to choose alike.
+            seed: SEED,
+            // Variances of single samples add up.
+            sampler: SamplerKind::Independent,
+            budget: Budget::samples(SPP),
+            reuse: ReuseRule::Pixels(reuse),
+            kernel: None,
+            ..settings.clone()
+        };
+        let films = windows.iter().map(|&window| Film::new(window, EDGE));
+        let mut films: Vec<Film> = films.collect();
+        let tiles = films.iter_mut().flat_map(Film::tiles_mut).collect();
+        let rays = take_samples(view.scene, threads, &pilot, (tiles, None, None), observer)?;
+        Ok(squared_error(&films) * rays as f64)
+    };
+    let off = inefficiency(Reuse::Off)?;
+    let mut best = ReuseChoice {
+        reuse: Reuse::Off,
+        gain: 1.0,
+    };
+    if off == 0.0 {
+        return Ok(Some(best));
+    }
+    let mut shared = vec![];
+    for reuse in [Reuse::Four, Reuse::Sixteen] {
+        let gain = off / inefficiency(reuse)?;
+        shared.push(ReuseChoice { reuse, gain });
+    }
+    if let Some(found) = shared.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain)) {
+        best.gain = found.gain;
+        if found.gain >= LEAST_GAIN {
+            best.reuse = found.reuse;
+        }
+    }
+    Ok(Some(best))
+}
+
+/// Windows that are spread over an image of this size, at positions that are multiples of their edge.
+fn windows((width, height): (u32, u32)) -> Vec<Window> {
+    let starts = |length: u32, most: u32| {
+        let edges = length.div_ceil(EDGE);
+        let count = most.min(edges);
+        (0..count).map(move |k| (2 * k + 1) * edges / (2 * count) * EDGE)
+    };
+    let [columns, rows] = [starts(width, WINDOWS[0]), starts(height, WINDOWS[1])];
+    let window = |x: u32, y: u32| Window {
+        x,
+        y,
+        width: EDGE.min(width - x),
+        height: EDGE.min(height - y),
+    };
+    rows.flat_map(|y| columns.clone().map(move |x| window(x, y)))
+        .collect()
+}
+
+/// The variance of a sample over the squared truth, summed over pixels and channels.
+fn squared_error(films: &[Film]) -> f64 {
+    let images: Vec<Image> = films.iter().map(Film::develop).collect();
+    let mean = images.iter().flat_map(Image::mean).sum::<f64>() / (3 * films.len()) as f64;
+    let of_film = |(film, image): (&Film, &Image)| {
+        let weights = relative_weights(image, mean);
+        let of_pixel = |(index, weights): (usize, &[f64; 3])| -> f64 {
+            let variances = film.batch_means(index).variance().unwrap_or_default();
+            let terms = weights.iter().zip(variances);
+            terms.map(|(weight, variance)| weight * variance).sum()
+        };
+        weights.iter().enumerate().map(of_pixel).sum::<f64>()
+    };
+    films.iter().zip(&images).map(of_film).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_are_apart_and_within_the_image() {
+        for (size, count) in [
+            ((1920, 1080), 12),
+            ((64, 48), 12),
+            ((63, 47), 12),
+            ((40, 8), 3),
+            ((1, 1), 1),
+        ] {
+            let windows = windows(size);
+            assert_eq!(windows.len(), count, "{size:?}");
+            let mut corners = std::collections::BTreeSet::new();
+            for window in windows {
+                assert!(window.x % EDGE == 0 && window.y % EDGE == 0);
+                assert!(window.pixel_count() > 0);
+                assert!(window.x + window.width <= size.0 && window.y + window.height <= size.1);
+                assert!(corners.insert((window.x, window.y)), "{size:?}");
+            }
+        }
+    }
+}

@@ -38,8 +38,10 @@ pub struct LightPathReport {
 pub struct ReuseReport {
     /// The number, or `off`.
     pub pixels: &'static str,
-    /// The squared error at equal numbers of rays without shared paths, over the least with them.
+    /// The squared error of as many samples without shared paths, over that with them.
     pub squared_error_without: f64,
+    /// The same at equal cost.
+    pub gain: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -103,7 +105,8 @@ impl From<ReuseChoice> for ReuseReport {
     fn from(choice: ReuseChoice) -> Self {
         Self {
             pixels: choice.reuse.name(),
-            squared_error_without: choice.gain,
+            squared_error_without: choice.ratio,
+            gain: choice.gain,
         }
     }
 }
@@ -112,8 +115,8 @@ impl ReuseReport {
     /// Returns the number and its reason.
     pub fn describe(&self) -> String {
         format!(
-            "{} (without, a pilot has {:.2} times the squared error at as many rays)",
-            self.pixels, self.squared_error_without
+            "{} (without, a pilot has {:.2} times the squared error, at equal cost {:.2} times)",
+            self.pixels, self.squared_error_without, self.gain
         )
     }
 }

@@ -16,13 +16,14 @@ use crate::film::batches::BATCHES;
 use crate::film::filter::{Filter, FilterDescription, FilterKind, FilterSampling};
 use crate::film::splats::Splats;
 use crate::image::Image;
+use crate::integrator::RayCounts;
 use crate::math::plane::Plane;
 use crate::sampler::Batches;
 use crate::scene::Scene;
 use std::sync::Mutex;
 
 /// Takes the settings' samples per pixel in tiles, with splats and the gains by light paths where they are wanted, through a
-/// box filter. Returns the number of rays.
+/// box filter. Returns the numbers of rays.
 ///
 /// # Errors
 /// A kernel that lacks an effect of the scene.
@@ -32,7 +33,7 @@ pub fn take_samples(
     settings: &RenderSettings,
     (tiles, splats, gains): (Vec<&mut Tile>, Option<&Splats>, Option<&Splats>),
     observer: &dyn RenderObserver,
-) -> Result<u64> {
+) -> Result<RayCounts> {
     dispatch::check(scene, settings)?;
     let kind = FilterKind::Box;
     let radius = kind.default_radius();
@@ -65,7 +66,7 @@ pub fn take_samples(
     let tally = tally
         .into_inner()
         .expect("no thread panics while it adds counts");
-    Ok(tally.rays.total())
+    Ok(tally.rays)
 }
 
 /// The weights of the variances of each pixel in relMSE, given the mean of the image: 1 / (r^2 + eps) with the truth r as a

@@ -1,10 +1,10 @@
-//! The number of pixels that share their paths: the one with the least squared error for the same number of rays, measured
-//! in small pilots.
+//! The number of pixels that share their paths: the one with the least squared error for the same cost, measured in small
+//! pilots. The cost is that of the rays, of which those that share paths are cheap.
 //!
 //! The pilots are small windows of the image in its own resolution: how much pixels gain from each other depends on how near
 //! to each other they see the scene.
 //!
-//! Measure: relMSE times rays, relative to a render without shared paths.
+//! Measure: relMSE times cost, relative to a render without shared paths.
 //! Range: renders by `path` without light paths, of scenes without motion and alpha.
 //! Source: none: measured (docs/accuracy.md, "Paths shared by pixels"). Tested in `tests/rendering/reuse.rs`.
 
@@ -14,6 +14,7 @@ use super::pass::{relative_weights, take_samples};
 use crate::error::Result;
 use crate::film::{Film, Window};
 use crate::image::Image;
+use crate::integrator::RayCounts;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::reuse::Reuse;
@@ -34,12 +35,19 @@ const SEED: u64 = 0x7265_7573_6500;
 /// The gain in a pilot from which on paths are shared: the noise of neighbours is alike then, which has to pay.
 const LEAST_GAIN: f64 = 1.25;
 
+/// The cost of a shadow ray that shares a path, relative to that of a ray of a path: up to sixteen go to one point as a
+/// packet. Measured: 0.2 to 0.6 in groups of 16 pixels, 0.6 to 1.5 in groups of 4 (cornell-box, suzanne-room, ajar-door).
+const SHARING_RAY: f64 = 0.4;
+
 /// The choice of a number of pixels that share their paths, and its reason.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ReuseChoice {
     /// The number of pixels.
     pub reuse: Reuse,
-    /// relMSE times rays of the pilot without shared paths, over the least with them; 1 where nothing varies.
+    /// The squared error of as many samples without shared paths, over that with them, in the best of the pilots; 1 where
+    /// nothing varies.
+    pub ratio: f64,
+    /// The same at equal cost.
     pub gain: f64,
 }
 
@@ -65,7 +73,7 @@ pub fn choose(
         return Ok(None);
     }
     let windows = windows(view.size);
-    let inefficiency = |reuse: Reuse| -> Result<f64> {
+    let pilot = |reuse: Reuse| -> Result<(Vec<f64>, RayCounts)> {
         let pilot = RenderSettings {
             // Shards and renders with other seeds have to choose alike.
             seed: SEED,
@@ -80,28 +88,31 @@ pub fn choose(
         let mut films: Vec<Film> = films.collect();
         let tiles = films.iter_mut().flat_map(Film::tiles_mut).collect();
         let rays = take_samples(view.scene, threads, &pilot, (tiles, None, None), observer)?;
-        Ok(squared_error(&films) * rays as f64)
+        Ok((squared_errors(&films), rays))
     };
-    let off = inefficiency(Reuse::Off)?;
-    let mut best = ReuseChoice {
-        reuse: Reuse::Off,
-        gain: 1.0,
-    };
-    if off == 0.0 {
-        return Ok(Some(best));
-    }
-    let mut shared = vec![];
+    let (errors_alone, rays_alone) = pilot(Reuse::Off)?;
+    let cost_alone = rays_alone.total() as f64;
+    let mut choices = vec![];
     for reuse in [Reuse::Four, Reuse::Sixteen] {
-        let gain = off / inefficiency(reuse)?;
-        shared.push(ReuseChoice { reuse, gain });
+        let (errors, rays) = pilot(reuse)?;
+        let sharing = rays.total() as f64 - cost_alone;
+        let cost = cost_alone + SHARING_RAY * sharing;
+        let ratio = cautious_ratio(&errors_alone, &errors);
+        choices.push(ReuseChoice {
+            reuse,
+            ratio,
+            gain: ratio * cost_alone / cost,
+        });
     }
-    if let Some(found) = shared.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain)) {
-        best.gain = found.gain;
-        if found.gain >= LEAST_GAIN {
-            best.reuse = found.reuse;
-        }
-    }
-    Ok(Some(best))
+    let best = choices.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
+    Ok(best.map(|best| {
+        let reuse = if best.gain >= LEAST_GAIN {
+            best.reuse
+        } else {
+            Reuse::Off
+        };
+        ReuseChoice { reuse, ..best }
+    }))
 }
 
 /// Windows that are spread over an image of this size, at positions that are multiples of their edge.
@@ -122,8 +133,8 @@ fn windows((width, height): (u32, u32)) -> Vec<Window> {
         .collect()
 }
 
-/// The variance of a sample over the squared truth, summed over pixels and channels.
-fn squared_error(films: &[Film]) -> f64 {
+/// The variance of a sample over the squared truth, summed over the pixels and channels of each film.
+fn squared_errors(films: &[Film]) -> Vec<f64> {
     let images: Vec<Image> = films.iter().map(Film::develop).collect();
     let mean = images.iter().flat_map(Image::mean).sum::<f64>() / (3 * films.len()) as f64;
     let of_film = |(film, image): (&Film, &Image)| {
@@ -135,12 +146,31 @@ fn squared_error(films: &[Film]) -> f64 {
         };
         weights.iter().enumerate().map(of_pixel).sum::<f64>()
     };
-    films.iter().zip(&images).map(of_film).sum()
+    films.iter().zip(&images).map(of_film).collect()
+}
+
+/// The ratio of two sums over windows: the least of those that leave out one window, since a single bright sample may have
+/// most of a sum. 1 where nothing varies, and for a single window.
+fn cautious_ratio(above: &[f64], below: &[f64]) -> f64 {
+    let [sum_above, sum_below] = [above, below].map(|terms| terms.iter().sum::<f64>());
+    let rest = above.iter().zip(below);
+    let rest = rest.map(|(above, below)| (sum_above - above, sum_below - below));
+    let ratios = rest.filter(|&(above, below)| above > 0.0 && below > 0.0);
+    let least = ratios.map(|(above, below)| above / below).reduce(f64::min);
+    least.unwrap_or(1.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_bright_window_does_not_decide() {
+        let even = [1.0; 4];
+        assert_eq!(cautious_ratio(&[2.0; 4], &even), 2.0);
+        assert_eq!(cautious_ratio(&[2.0, 2.0, 100.0, 2.0], &even), 2.0);
+        assert_eq!(cautious_ratio(&[0.0; 4], &[0.0; 4]), 1.0);
+    }
 
     #[test]
     fn windows_are_apart_and_within_the_image() {

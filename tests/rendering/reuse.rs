@@ -16,6 +16,7 @@ use etendue::internals::accel::Backend;
 use etendue::internals::effects::EffectSet;
 use etendue::internals::film::Window;
 use etendue::internals::film::filter::{Filter, FilterDescription, FilterKind, FilterSampling};
+use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::integrator::reuse::Reuse;
@@ -273,6 +274,10 @@ fn no_pilot_shares_paths_where_that_cannot_be() {
             options(&|it| it.adaptive = Some(Adaptive::TwoPhase)),
         ),
         ("cornell-box", options(&|it| it.max_bounces = Some(1))),
+        (
+            "cornell-box",
+            options(&|it| it.roulette = Some(Roulette::None)),
+        ),
         (
             "cornell-box",
             options(&|it| it.integrator = Some(IntegratorKind::Bidirectional)),

@@ -120,7 +120,7 @@ pub struct RenderArguments {
     ///
     /// They find the light that glass and metal throw onto other surfaces, also from point lights. off: none. 1/4, 1/2, 1,
     /// 2: this number for each camera path. auto: 1/4 where a pilot shows that camera paths alone have at least 1.3 times the
-    /// squared error, else off.
+    /// squared error, else off; off with --roulette none.
     #[arg(long, value_parser = named(LightPathRule::ALL, LightPathRule::name))]
     pub light_paths: Option<LightPathRule>,
     /// Number of neighbouring pixels that share the paths of the integrator path. Affects noise and time, not the mean.
@@ -128,7 +128,7 @@ pub struct RenderArguments {
     ///
     /// Indirect light that one path finds is taken by a group of 4 or 16 pixels, where matte surfaces see each other. The
     /// noise of these pixels is not independent. off: none. auto: the number with the least error in a pilot, if that pays;
-    /// off with layers, adaptive sampling and light paths. With a number, --light-paths auto has none.
+    /// off with layers, adaptive sampling, light paths and --roulette none. With a number, --light-paths auto has none.
     #[arg(long, value_parser = named(ReuseRule::ALL, ReuseRule::name))]
     pub reuse: Option<ReuseRule>,
     /// Selection of the light that is sampled, where there are several. Affects noise and time, not the mean. Default:

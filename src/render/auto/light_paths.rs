@@ -15,15 +15,15 @@
 //!
 //! [`LightRatios::gain`]: crate::integrator::light_paths::weights::LightRatios::gain
 
-use super::super::settings::{Adaptive, Budget, LightPathRule, RenderSettings, SamplerKind};
+use super::super::settings::{Budget, LightPathRule, RenderSettings, SamplerKind};
 use super::super::{RenderInput, RenderObserver, Threads};
 use super::pass::{relative_weights, take_samples};
+use super::takes_other_paths;
 use crate::error::Result;
 use crate::film::batches::BATCHES;
 use crate::film::filter::FilterSampling;
 use crate::film::splats::Splats;
 use crate::film::{Film, Window};
-use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
 use serde::Serialize;
 
@@ -64,10 +64,8 @@ pub fn choose(
 ) -> Result<Option<LightPathChoice>> {
     let may_pay = settings.light_paths == LightPathRule::Auto
         && view.scene.throws_light()
-        && settings.integrator == IntegratorKind::Path
-        && settings.adaptive == Adaptive::Off
-        && !settings.reuse().is_on()
-        && settings.most_bounces().is_none_or(|most| most > 1);
+        && takes_other_paths(settings)
+        && !settings.reuse().is_on();
     if !may_pay {
         return Ok(None);
     }

@@ -21,6 +21,7 @@ use super::{RenderInput, RenderObserver, Rendered, Threads, check, resume};
 use crate::effects::{Effect, EffectSet};
 use crate::error::{ErrorKind, Result};
 use crate::film::Window;
+use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
 use crate::sampler::hash;
@@ -192,6 +193,15 @@ fn choose_for_path(
     let settings = choices.apply_light_paths(settings);
     choices.reuse = reuse::choose(view, threads, &settings, observer)?;
     Ok(choices)
+}
+
+/// Whether light paths and shared paths may find light in the place of the settings' own paths. Who asks for paths without
+/// roulette wants plain ones: to compare the work of renderers.
+fn takes_other_paths(settings: &RenderSettings) -> bool {
+    settings.integrator == IntegratorKind::Path
+        && settings.adaptive == Adaptive::Off
+        && settings.roulette != Some(Roulette::None)
+        && settings.most_bounces().is_none_or(|most| most > 1)
 }
 
 /// The recommendation after an interrupted pilot.

@@ -8,14 +8,14 @@
 //! Range: renders by `path` without light paths, of scenes without motion and alpha.
 //! Source: none: measured (docs/accuracy.md, "Paths shared by pixels"). Tested in `tests/rendering/reuse.rs`.
 
-use super::super::settings::{Adaptive, Budget, RenderSettings, ReuseRule, SamplerKind};
+use super::super::settings::{Budget, RenderSettings, ReuseRule, SamplerKind};
 use super::super::{RenderInput, RenderObserver, Threads, dispatch};
 use super::pass::{relative_weights, take_samples};
+use super::takes_other_paths;
 use crate::error::Result;
 use crate::film::{Film, Window};
 use crate::image::Image;
 use crate::integrator::RayCounts;
-use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::reuse::Reuse;
 use serde::Serialize;
@@ -63,12 +63,10 @@ pub fn choose(
     observer: &dyn RenderObserver,
 ) -> Result<Option<ReuseChoice>> {
     let may_pay = settings.reuse == ReuseRule::Auto
-        && settings.integrator == IntegratorKind::Path
-        && settings.adaptive == Adaptive::Off
+        && takes_other_paths(settings)
         && settings.light_path_share() == LightPathShare::None
         && !settings.layers
-        && dispatch::prevents_reuse(view.scene).is_none()
-        && settings.most_bounces().is_none_or(|most| most > 1);
+        && dispatch::prevents_reuse(view.scene).is_none();
     if !may_pay {
         return Ok(None);
     }

@@ -88,12 +88,13 @@ pub use image::{
 };
 pub use integrator::kind::IntegratorKind;
 pub use integrator::light_paths::LightPathShare;
+pub use integrator::reuse::Reuse;
 pub use integrator::roulette::{NoRoulette, Roulette, WeightWindow};
 pub use math::rgb::Rgb;
 pub use math::vec;
-pub use render::auto::{LightPathChoice, Recommendation};
+pub use render::auto::{LightPathChoice, PathChoices, Recommendation, ReuseChoice};
 pub use render::options::RenderOptions;
-pub use render::settings::{Adaptive, LightPathRule};
+pub use render::settings::{Adaptive, LightPathRule, ReuseRule};
 pub use render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
 pub use render::{CONFIDENCE, Progress, RenderObserver, Rendered, Unwatched};
 pub use sampling::warp::sample_hemisphere_cosine;

@@ -373,6 +373,8 @@ typedef struct {
   const char *light_paths;
   // Estimator of the filter: "splatting" or "importance".
   const char *filter_sampling;
+  // Pixels that share the paths of "path": "auto", "off", "4" or "16".
+  const char *reuse;
 } EtdSettings;
 
 // Progress of a render.

@@ -12,6 +12,7 @@ use renderer::IntegratorKind;
 use renderer::LightPathRule;
 use renderer::NoRoulette;
 use renderer::RenderOptions;
+use renderer::ReuseRule;
 use renderer::SamplerKind;
 use std::ffi::c_char;
 use std::mem::offset_of;
@@ -67,6 +68,8 @@ pub struct EtdSettings {
     pub light_paths: *const c_char,
     /// Estimator of the filter: "splatting" or "importance".
     pub filter_sampling: *const c_char,
+    /// Pixels that share the paths of "path": "auto", "off", "4" or "16".
+    pub reuse: *const c_char,
 }
 
 // SAFETY: numbers and pointers, of which zeros are values.
@@ -95,6 +98,8 @@ impl EtdSettings {
             options.adaptive = named(self.adaptive, ways, "adaptive")?;
             let rules = LightPathRule::ALL.iter().map(|&it| (it.name(), it));
             options.light_paths = named(self.light_paths, rules, "light_paths")?;
+            let rules = ReuseRule::ALL.iter().map(|&it| (it.name(), it));
+            options.reuse = named(self.reuse, rules, "reuse")?;
             let estimators = FilterSampling::ALL.iter().map(|&it| (it.name(), it));
             options.filter_sampling = named(self.filter_sampling, estimators, "filter_sampling")?;
             let roulette = text(self.roulette, "roulette")?.map(str::parse);

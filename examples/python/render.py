@@ -66,7 +66,7 @@ class Settings(Structure):
         ("seconds", c_double), ("error", c_double), ("confidence", c_double), ("seed", c_uint64),
         ("integrator", c_char_p), ("sampler", c_char_p), ("adaptive", c_char_p), ("roulette", c_char_p),
         ("occlusion_distance", c_double), ("cache_error", c_double), ("crop", c_uint32 * 4),
-        ("light_paths", c_char_p), ("filter_sampling", c_char_p),
+        ("light_paths", c_char_p), ("filter_sampling", c_char_p), ("reuse", c_char_p),
     ]
 
 

@@ -276,7 +276,10 @@ fn no_pilot_shares_paths_where_that_cannot_be() {
         ("cornell-box", options(&|it| it.max_bounces = Some(1))),
         (
             "cornell-box",
-            options(&|it| it.roulette = Some(Roulette::None)),
+            options(&|it| {
+                it.roulette = Some(Roulette::None);
+                it.max_bounces = Some(7);
+            }),
         ),
         (
             "cornell-box",

@@ -40,7 +40,7 @@ pub struct ReuseReport {
     pub pixels: &'static str,
     /// The squared error of as many samples without shared paths, over that with them.
     pub squared_error_without: f64,
-    /// The same at equal cost.
+    /// The squared error at equal cost without shared paths, over that with them.
     pub gain: f64,
 }
 

@@ -58,7 +58,7 @@ pub enum Effect {
     Instances,
     /// Light paths beside camera paths.
     LightPaths,
-    /// Paths shared by the pixels of a block.
+    /// Paths shared by the pixels of a group.
     Reuse,
 }
 
@@ -137,7 +137,7 @@ impl Effect {
             Self::LightPaths => {
                 "densities of light paths along camera paths, and paths that begin at lights"
             }
-            Self::Reuse => "surfaces seen and paths shared by the pixels of a block",
+            Self::Reuse => "surfaces seen and paths shared by the pixels of a group",
         }
     }
 }

@@ -50,7 +50,7 @@ impl Reuse {
 
     /// The lanes of a packet of 4 x 4 pixels whose pixels share with that of a lane, itself among them.
     #[inline]
-    pub fn block_of(self, lane: usize) -> ActiveLanes<LANES> {
+    pub fn group_of(self, lane: usize) -> ActiveLanes<LANES> {
         let side = match self {
             Self::Off => 1,
             Self::Four => 2,
@@ -66,18 +66,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_blocks_of_a_packet_are_disjoint() {
+    fn the_groups_of_a_packet_are_disjoint() {
         for (reuse, size) in [(Reuse::Off, 1), (Reuse::Four, 4), (Reuse::Sixteen, 16)] {
             for lane in 0..LANES {
-                let block = reuse.block_of(lane);
-                assert!(block.has(lane));
-                assert_eq!(block.count(), size, "{reuse:?}");
-                for other in block.each() {
-                    assert_eq!(reuse.block_of(other), block, "{reuse:?}");
+                let group = reuse.group_of(lane);
+                assert!(group.has(lane));
+                assert_eq!(group.count(), size, "{reuse:?}");
+                for other in group.each() {
+                    assert_eq!(reuse.group_of(other), group, "{reuse:?}");
                 }
             }
         }
-        let block = Reuse::Four.block_of(7);
-        assert!(block.each().eq([2, 3, 6, 7]));
+        let group = Reuse::Four.group_of(7);
+        assert!(group.each().eq([2, 3, 6, 7]));
     }
 }

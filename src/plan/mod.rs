@@ -145,6 +145,6 @@ fn nothing(effect: Effect) -> &'static str {
         Effect::ManyLights => "there is at most one light",
         Effect::Instances => "no group is placed, and no shape moves",
         Effect::LightPaths => "no number of light_paths is asked for",
-        Effect::Reuse => "reuse is off",
+        Effect::Reuse => "no number of pixels is asked for by reuse",
     }
 }

@@ -109,7 +109,7 @@ impl Rendering {
         self.recommendation.as_ref()
     }
 
-    /// What pilots have chosen for a render by `path`.
+    /// The choices of pilots for a render by `path`.
     pub fn choices(&self) -> PathChoices {
         self.choices
     }

@@ -18,6 +18,7 @@ use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::math::vec::DVec3;
 use etendue::internals::render::Unwatched;
+use etendue::internals::render::auto::PathChoices;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{Adaptive, LightPathRule, RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
@@ -159,6 +160,19 @@ pub fn begun(name: &str, options: &RenderOptions) -> (Session, Rendering) {
     (session, rendering)
 }
 
+/// The estimated relMSE of a render of a small scene of the gallery with independent samples, and the choices of pilots.
+pub fn squared_error(name: &str, mut options: RenderOptions) -> (f64, PathChoices) {
+    options.sampler = Some(SamplerKind::Independent);
+    let (session, mut rendering) = begun(name, &options);
+    let until = rendering.settings().budget;
+    rendering
+        .go_on(&session, until, &Unwatched)
+        .expect("it renders");
+    let error = rendering.rendered().film.error(0.95);
+    let rel_rmse = error.expect("samples in every batch").rel_rmse;
+    (rel_rmse.powi(2), rendering.choices())
+}
+
 /// Light paths double the efficiency of caustics, halve that of four-lights, and find light in materials that camera paths
 /// miss.
 #[test]
@@ -196,15 +210,8 @@ fn the_gain_of_light_paths_is_foreseen() {
     let error = |rule| {
         let mut options = RenderOptions::samples(512);
         options.light_paths = Some(rule);
-        options.sampler = Some(SamplerKind::Independent);
-        let (session, mut rendering) = begun("caustics", &options);
-        let choice = rendering.choices().light_paths;
-        let until = rendering.settings().budget;
-        rendering
-            .go_on(&session, until, &Unwatched)
-            .expect("it renders");
-        let error = rendering.rendered().film.error(0.95).expect("512 samples");
-        (error.rel_rmse.powi(2), choice)
+        let (error, choices) = squared_error("caustics", options);
+        (error, choices.light_paths)
     };
     let (with, choice) = error(LightPathRule::Auto);
     let (without, _) = error(LightPathRule::Share(LightPathShare::None));

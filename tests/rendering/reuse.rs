@@ -7,7 +7,7 @@ use super::bidirectional::{
     assert_threads_and_tiles_change_no_bit, claimed_over_true_variance, compare_settings,
     compare_with_path_alone, kinds_of_light, settings, stones,
 };
-use super::light_paths::begun;
+use super::light_paths::{begun, squared_error};
 use crate::common::furnished::{glass, glossy, matte, six_scenes};
 use crate::common::generated::{Generator, NEVER_SHARED};
 use crate::common::room::{LAMP, room, with_metal_ball};
@@ -23,13 +23,10 @@ use etendue::internals::integrator::reuse::Reuse;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::math::vec::DVec3;
-use etendue::internals::render::Unwatched;
 use etendue::internals::render::check;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::replay::replay;
-use etendue::internals::render::settings::{
-    Adaptive, LightPathRule, RenderSettings, ReuseRule, SamplerKind,
-};
+use etendue::internals::render::settings::{Adaptive, LightPathRule, RenderSettings, ReuseRule};
 use etendue::internals::scene::description::{
     ColourDescription, MaterialModel, SceneDescription, ShapeDescription,
 };
@@ -300,15 +297,8 @@ fn the_gain_of_shared_paths_is_foreseen() {
     let error = |rule| {
         let mut options = RenderOptions::samples(64);
         options.reuse = Some(rule);
-        options.sampler = Some(SamplerKind::Independent);
-        let (session, mut rendering) = begun("cornell-box", &options);
-        let choice = rendering.choices().reuse;
-        let until = rendering.settings().budget;
-        rendering
-            .go_on(&session, until, &Unwatched)
-            .expect("it renders");
-        let error = rendering.rendered().film.error(0.95).expect("64 samples");
-        (error.rel_rmse.powi(2), choice)
+        let (error, choices) = squared_error("cornell-box", options);
+        (error, choices.reuse)
     };
     let (with, choice) = error(ReuseRule::Auto);
     let (without, _) = error(ReuseRule::Pixels(Reuse::Off));

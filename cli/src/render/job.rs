@@ -22,7 +22,7 @@ pub struct Job<'a> {
     pub settings: &'a RenderSettings,
     /// The recommendation of `auto`, if it was requested.
     pub auto: Option<&'a Recommendation>,
-    /// What pilots have chosen for a render by `path`.
+    /// The choices of pilots for a render by `path`.
     pub choices: PathChoices,
 }
 

@@ -28,6 +28,7 @@ mod power;
 mod quadrature;
 mod reuse;
 mod roulette;
+mod shared_floor;
 mod stratified;
 pub mod topic;
 mod uniform;

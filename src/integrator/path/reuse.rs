@@ -1,12 +1,12 @@
-//! Path reuse between the pixels of a block: light that arrives at one path's second surface is taken by every pixel.
+//! Path reuse between the pixels of a group: light that arrives at one path's second surface is taken by every pixel.
 //!
-//! Let x_k be the surface that pixel k of a block sees, and y_j the next surface of pixel j's path, both matte. If p_k is
+//! Let x_k be the surface that pixel k of a group sees, and y_j the next surface of pixel j's path, both matte. If p_k is
 //! the density by which the path of pixel k is scattered, in directions,
 //!
 //!   g_k(y) = p_k(x_k -> y) |cos at y| V(x_k, y) / |y - x_k|^2
 //!
 //! is the density per area of the second surfaces of pixel k. Multiple importance sampling with the balance heuristic
-//! over the pixels of the block gives the indirect light of pixel i,
+//! over the pixels of the group gives the indirect light of pixel i,
 //!
 //!   I_i = sum_j f_i(y_j) |cos at x_i| |cos at y_j| V(x_i, y_j) / |y_j - x_i|^2  L(y_j) / (q_j sum_k g_k(y_j)),
 //!
@@ -17,10 +17,10 @@
 //! these factors over i, so that roulette sees the light that all pixels take. Emission of y_j and direct light at x_i,
 //! which have their own weights, are not shared.
 //!
-//! A pixel k shares if x_k is matte and not black, as paths end on black surfaces, whose pixels find no y at all. Both depend
-//! on no sampled direction and are the same for every j; a second surface y
-//! is shared if it is matte with no interpolated normal, which depends on y alone. A pixel on the other side of y's surface
-//! takes no part, neither in the sum over i nor in that over k. Every other path is its own, with weight one.
+//! A pixel k shares if x_k is matte and not black: paths end on black surfaces, so that their pixels find no y. This depends
+//! on no sampled direction and is the same for every j. A second surface y is shared if it is matte with no interpolated
+//! normal, which depends on y alone. A pixel on the other side of y's surface takes no part, neither in the sum over i nor in
+//! that over k. Every other path is its own, with weight one.
 //!
 //! Measure: radiance; densities per area of normalised scene units.
 //! Range: kernels with `Reuse`, of scenes without motion and alpha. A path whose own density is zero or infinite by
@@ -153,7 +153,7 @@ impl<E: Effects> ReuseMemory<E> {
         );
     }
 
-    /// Shares the second surfaces of a block of paths with the other pixels of their blocks.
+    /// Shares the second surfaces of a block of paths with the other pixels of their groups.
     pub(super) fn share(
         &mut self,
         scene: &Scene,
@@ -169,7 +169,7 @@ impl<E: Effects> ReuseMemory<E> {
             if !shared.pixels.has(path % LANES) || !at.is_flat() {
                 continue;
             }
-            let pixels = reuse.block_of(path % LANES);
+            let pixels = reuse.group_of(path % LANES);
             let pixels = pixels.and(|pixel| shared.pixels.has(pixel));
             shared.take(
                 scene,

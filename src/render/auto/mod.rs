@@ -58,7 +58,7 @@ pub struct Recommendation {
     pub choices: PathChoices,
 }
 
-/// What pilots have chosen for renders by `path`; `None` where no pilot was needed.
+/// The choices of pilots for renders by `path`; `None` where no pilot was needed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PathChoices {
     /// The number of light paths.

@@ -47,7 +47,7 @@ pub struct ReuseChoice {
     /// The squared error of as many samples without shared paths, over that with them, in the best of the pilots; 1 where
     /// nothing varies.
     pub ratio: f64,
-    /// The same at equal cost.
+    /// The squared error at equal cost without shared paths, over that with them.
     pub gain: f64,
 }
 

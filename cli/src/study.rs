@@ -11,13 +11,11 @@ use super::plan::Cancelling;
 use super::report::keeper::Keeper;
 use super::report::study::{Findings, csv, html, json, tables};
 use super::{Outcome, command_line, print};
-use etendue::internals::film::filter::FilterSampling;
 use etendue::internals::image::atomic::{check_creatable, make_folder, write_text};
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::integrator::reuse::Reuse;
 use etendue::internals::render::auto::Recommendation;
 use etendue::internals::render::options::{RenderOptions, refuse_endless};
-use etendue::internals::render::settings::{RenderSettings, ReuseRule, SamplerKind};
+use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::session::Session;
 use etendue::{Error, Result};
@@ -103,9 +101,6 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
     let options = arguments.measurement.tracing.options();
     let base = RenderSettings {
         threads: options.threads,
-        // Statistics over pixels take their noise as independent.
-        filter_sampling: FilterSampling::Importance,
-        reuse: ReuseRule::Pixels(Reuse::Off),
         ..RenderSettings::of_scene(description)?
     };
     let mut choices: Vec<Choice> = arguments.vary.iter().flat_map(|v| v.0.clone()).collect();

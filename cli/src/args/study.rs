@@ -11,7 +11,7 @@ use clap::Args;
 use etendue::internals::accel::{Backend, Precision};
 use etendue::internals::effects::Kernel;
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::settings::SamplerKind;
+use etendue::internals::render::settings::{LightPathRule, ReuseRule, SamplerKind};
 use etendue::internals::scene::load::unknown_name;
 use etendue_lab::study::variant::Choice;
 use std::path::PathBuf;
@@ -25,8 +25,8 @@ pub struct StudyArguments {
     pub measurement: MeasurementArguments,
     /// Settings to compare, such as integrator=path,nee sampler=sobol,independent. Default: sampler=independent,sobol.
     ///
-    /// Every combination of the values is rendered. The settings are integrator, sampler, precision, backend, kernel
-    /// and max-bounces (a number, or none). Ratios are relative to the first combination.
+    /// Every combination of the values is rendered. The settings are integrator, sampler, precision, backend,
+    /// light-paths, reuse, kernel and max-bounces (a number, or none). Ratios are relative to the first combination.
     #[arg(long, value_name = "SETTING=A,B", num_args = 1.., value_parser = parse_varied)]
     pub vary: Vec<Varied>,
     /// Total time of the study.
@@ -54,11 +54,13 @@ pub struct StudyArguments {
 pub struct Varied(pub Vec<Choice>);
 
 /// The settings that can be varied.
-const SETTINGS: [&str; 6] = [
+const SETTINGS: [&str; 8] = [
     "integrator",
     "sampler",
     "precision",
     "backend",
+    "light-paths",
+    "reuse",
     "kernel",
     "max-bounces",
 ];
@@ -93,6 +95,10 @@ fn choice(setting: &str, value: &str) -> Result<Choice, String> {
             named(value, &all, Precision::name).map(Choice::Precision)
         }
         "backend" => named(value, Backend::ALL, Backend::name).map(Choice::Backend),
+        "light-paths" => {
+            named(value, LightPathRule::ALL, LightPathRule::name).map(Choice::LightPaths)
+        }
+        "reuse" => named(value, ReuseRule::ALL, ReuseRule::name).map(Choice::Reuse),
         "kernel" => named(value, Kernel::ALL, Kernel::name).map(Choice::Kernel),
         "max-bounces" if value == "none" => Ok(Choice::MaxBounces(None)),
         "max-bounces" => match value.parse() {
@@ -114,12 +120,16 @@ fn named<T: Copy>(value: &str, all: &[T], name: impl Fn(T) -> &'static str) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
+    use etendue::internals::integrator::reuse::Reuse;
 
     #[test]
     fn what_is_varied_is_read_as_written() {
         let read = parse_varied("integrator=path, nee").expect("two integrators");
         let expected = [IntegratorKind::Path, IntegratorKind::NextEvent];
         assert_eq!(read.0, expected.map(Choice::Integrator));
+        let read = parse_varied("reuse=auto,off").expect("two rules");
+        let off = ReuseRule::Pixels(Reuse::Off);
+        assert_eq!(read.0, [ReuseRule::Auto, off].map(Choice::Reuse));
         let read = parse_varied("max-bounces=1,none").expect("two limits");
         assert_eq!(
             read.0,

@@ -65,6 +65,8 @@ pub struct Comparison<'a> {
     pub prepared: &'a PreparedScene,
     /// The present way.
     pub settings: &'a RenderSettings,
+    /// The settings of which it was made by pilots.
+    pub asked: &'a RenderSettings,
     /// Its options of the acceleration structure.
     pub options: AccelOptions,
     /// Seconds for everything.
@@ -82,17 +84,19 @@ impl Comparison<'_> {
         let others = self.integrators();
         let is_robust = self.options.precision == Precision::Robust;
         let has_bounces = self.settings.max_bounces.is_none();
-        let ways = 2 + others.len() + usize::from(is_robust) + usize::from(has_bounces);
+        let ways = 3 + others.len() + usize::from(is_robust) + usize::from(has_bounces);
         let slice = self.seconds / ways as f64;
-        let Some((base, rendered)) = self.measured(self.settings, self.options, slice)? else {
+        let Some((base, _)) = self.measured(self.settings, self.options, slice)? else {
             return Ok(Vec::new());
         };
         let mut all = Vec::new();
         for integrator in others {
-            let settings = RenderSettings {
+            let asked = RenderSettings {
                 integrator,
-                ..self.settings.clone()
+                ..self.asked.clone()
             };
+            let settled = self.prepared.settle(&asked, self.options, self.observer)?;
+            let settings = settled.settings;
             let Some((other, _)) = self.measured(&settings, self.options, slice)? else {
                 return Ok(all);
             };
@@ -144,7 +148,13 @@ impl Comparison<'_> {
                 says: None,
             }));
         }
-        all.extend(self.denoised(&rendered)?);
+        // The filter reads layers, which not every integrator has.
+        let noisy = self.settings.with_layers();
+        if noisy.validate(self.prepared.size()).is_ok()
+            && let Some((_, rendered)) = self.measured(&noisy, self.options, slice)?
+        {
+            all.extend(self.denoised(&base, &noisy, &rendered)?);
+        }
         Ok(all)
     }
 
@@ -167,7 +177,7 @@ impl Comparison<'_> {
         others.collect()
     }
 
-    /// Renders for some seconds, with layers; `None` if it was cancelled.
+    /// Renders for some seconds; `None` if it was cancelled.
     fn measured(
         &self,
         settings: &RenderSettings,
@@ -176,7 +186,6 @@ impl Comparison<'_> {
     ) -> Result<Option<(Measured, Rendered)>> {
         let settings = RenderSettings {
             budget: Budget::time(Duration::from_secs_f64(seconds)),
-            layers: settings.integrator != IntegratorKind::Metropolis,
             ..settings.clone()
         };
         let scene = self.prepared.scene(options);
@@ -204,12 +213,13 @@ impl Comparison<'_> {
         Ok(Some((measured, rendered)))
     }
 
-    /// The noise filter, for an image of the present way; `None` if the filter cannot estimate its error.
-    fn denoised(&self, rendered: &Rendered) -> Result<Option<Cheaper>> {
-        let settings = RenderSettings {
-            layers: true,
-            ..self.settings.clone()
-        };
+    /// The noise filter of an image with layers; `None` if the filter cannot estimate its error.
+    fn denoised(
+        &self,
+        base: &Measured,
+        settings: &RenderSettings,
+        rendered: &Rendered,
+    ) -> Result<Option<Cheaper>> {
         let before = rendered
             .error(CONFIDENCE)
             .filter(|_| rendered.film.has_all_batches());
@@ -226,7 +236,7 @@ impl Comparison<'_> {
         let threads = Threads::new(settings.threads)?;
         let filtered = threads.run(|| {
             let picture = LayeredImage {
-                layers: layers(&view, &settings, rendered)?,
+                layers: layers(&view, settings, rendered)?,
                 ..LayeredImage::from(rendered.film.develop())
             };
             Denoiser::NonLocalMeans.filter(&Noisy::new(&picture)?)
@@ -234,11 +244,15 @@ impl Comparison<'_> {
         let more = start.elapsed().as_secs_f64();
         let seconds = rendered.elapsed.as_secs_f64();
         Ok(filtered.error.map(|after| {
-            let samples = (before.rel_rmse / after).powi(2);
-            let gain = around(samples * seconds / (seconds + more), before.uncertainty);
+            let filtered = Measured {
+                cost: Some([after.powi(2) * (seconds + more), before.uncertainty]),
+                seconds: seconds + more,
+                spp: rendered.spp as f64,
+                light: base.light,
+            };
             Cheaper {
                 flags: "--denoise".to_owned(),
-                gain: Some(gain),
+                gain: gain(base, &filtered),
                 bias: Some("mixes neighbouring pixels, less so the less noise there is".to_owned()),
                 says: Some(format!(
                     "measured at an error of {:.1} %, then about {:.1} %: it gains less at smaller errors",

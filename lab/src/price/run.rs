@@ -15,12 +15,11 @@ use crate::study::prepared_scene::PreparedScene;
 use crate::study::reference::References;
 use crate::study::settings::StudyObserver;
 use crate::study::summary::TARGETS;
-use crate::study::variance::OF_CAMERA_PATHS;
+use crate::study::variance::remark;
 use crate::study::variant::Variant;
 use etendue::internals::accel::{AccelOptions, Precision};
 use etendue::internals::film::Doubt;
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::render::convergence::Look;
 use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
 use etendue::internals::render::{CONFIDENCE, RenderObserver, Rendered, render};
@@ -83,6 +82,7 @@ pub fn run(
     };
     let integrator = settings.integrator.unwrap_or(base.integrator);
     let base = RenderSettings { integrator, ..base };
+    let asked = base.clone();
     let settled = prepared.settle(&base, options, &watch)?;
     let (base, recommendation) = (settled.settings, settled.recommendation);
     let mut price = Price {
@@ -90,6 +90,7 @@ pub fn run(
         description,
         settings,
         prepared,
+        asked,
         base,
         watch,
     };
@@ -135,6 +136,8 @@ struct Price<'a> {
     description: &'a SceneDescription,
     settings: &'a PriceSettings,
     prepared: PreparedScene,
+    /// The settings before pilots chose, which other integrators start from.
+    asked: RenderSettings,
     base: RenderSettings,
     watch: Watch<'a>,
     report: PriceReport,
@@ -260,8 +263,8 @@ impl Price<'_> {
             let name = integrator.name();
             let note = format!("{name} does not tell which paths its error comes from");
             self.report.notes.push(note);
-        } else if self.base.light_path_share() != LightPathShare::None {
-            self.report.notes.push(OF_CAMERA_PATHS.to_owned());
+        } else if let Some(remark) = remark(&self.base) {
+            self.report.notes.push(remark.to_owned());
         }
         self.report.culprits = found;
         Ok((!self.watch.is_cancelled()).then_some(()))
@@ -289,9 +292,14 @@ impl Price<'_> {
             false => PreparedScene::new(self.description, [options, fast])?.on_film(size),
         };
         let settings = self.on_film(&small);
+        let asked = RenderSettings {
+            window: settings.window,
+            ..self.asked.clone()
+        };
         let comparison = Comparison {
             prepared: &small,
             settings: &settings,
+            asked: &asked,
             options,
             seconds,
             observer: &self.watch,

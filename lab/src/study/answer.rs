@@ -33,7 +33,7 @@ pub enum Answer {
     Law(Ranged),
     /// The bias alone is larger; this is its root.
     Never(f64),
-    /// Every sample has the exact value: the time of one sample.
+    /// There is no noise from some number of samples on: their time.
     Exact(f64),
     /// Not known, for this reason.
     Unknown(String),
@@ -88,8 +88,8 @@ impl Facts<'_> {
     /// The time until the root of relMSE is `error`.
     pub fn answer(&self, error: f64) -> Answer {
         let rel_mse = error * error;
-        if self.is_exact() {
-            return Answer::Exact(self.time.at(1.0));
+        if let Some(spp) = self.exact_from() {
+            return Answer::Exact(self.time.at(spp));
         }
         if let Some(samples) = self.curve.between(self.law.as_ref().ok(), rel_mse) {
             return match samples.value {
@@ -137,10 +137,12 @@ impl Facts<'_> {
         Answer::Law(self.seconds(&range, error))
     }
 
-    /// Whether no level has any noise or bias.
-    fn is_exact(&self) -> bool {
+    /// The samples per pixel from which on no level has any noise or bias: a few, where the weights of a filter are noisy.
+    fn exact_from(&self) -> Option<f64> {
         let exact = |mean: &f64| mean.abs() < ROUNDING * ROUNDING;
-        !self.curve.is_empty() && self.curve.means.iter().all(exact)
+        let levels = self.curve.spp.iter().zip(&self.curve.means);
+        let (spp, _) = levels.rev().take_while(|(_, mean)| exact(mean)).last()?;
+        Some(*spp)
     }
 
     /// Converts samples to seconds, with the uncertainty of the pace.
@@ -261,12 +263,12 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_without_noise_is_exact_at_once() {
-        let level = |spp: f64| ErrorLevel {
+    fn a_picture_is_exact_from_the_level_on_that_has_no_noise() {
+        let level = |spp: f64, noise: f64| ErrorLevel {
             spp,
-            errors: vec![1e-14, -1e-14, 0.0],
+            errors: vec![noise, -1e-14, 0.0],
         };
-        let curve = Curve::new(&[level(1.0), level(2.0), level(4.0)], 3);
+        let curve = Curve::new(&[level(1.0, 1e-3), level(2.0, 1e-14), level(4.0, 0.0)], 3);
         let facts = Facts {
             law: curve.law(),
             curve: &curve,
@@ -281,7 +283,7 @@ mod tests {
             look: None,
             pixels: 1,
         };
-        assert_eq!(facts.answer(1e-3), Answer::Exact(1.5));
+        assert_eq!(facts.answer(1e-3), Answer::Exact(2.5));
     }
 
     #[test]

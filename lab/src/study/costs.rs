@@ -13,9 +13,8 @@ use super::run::Study;
 use super::runner::{Purpose, seed_for};
 use super::schedule::ANATOMY;
 use super::settings::Watch;
-use super::variance::{OF_CAMERA_PATHS, path_shares};
+use super::variance::{path_shares, remark};
 use etendue::Result;
-use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::plan::Plan;
 use etendue::internals::render::RenderObserver;
 
@@ -64,8 +63,8 @@ impl Study<'_> {
             let variant = &self.settings.variants[index];
             let seed = seed_for(self.settings.seed, Purpose::Paths, [index as u64, 0, 0]);
             let shares = path_shares(&self.prepared, variant, references, spp, seed);
-            if shares.is_some() && variant.settings.light_path_share() != LightPathShare::None {
-                self.report.warn(OF_CAMERA_PATHS);
+            if let Some(remark) = remark(&variant.settings).filter(|_| shares.is_some()) {
+                self.report.warn(remark);
             }
             self.report.variants[index].paths = shares;
         }

@@ -17,9 +17,6 @@ use super::tiles;
 use etendue::Result;
 use etendue::internals::film::batches::BATCHES;
 use etendue::internals::image::metrics::signed_errors;
-use etendue::internals::render::CONFIDENCE;
-use etendue::internals::render::convergence::Look;
-use etendue::internals::render::settings::RenderSettings;
 
 /// The largest ratio between the error of an example and the one that it stands for.
 const SIMILAR: f64 = 1.5;
@@ -48,18 +45,10 @@ impl Study<'_> {
             let longest = self.report.variants[index].levels.last();
             let spp = (longest.map_or(1, |level| level.spp) / 4).max(BATCHES);
             let seed = seed_for(self.settings.seed, Purpose::Bars, [index as u64, 0, 0]);
-            let settings = RenderSettings {
-                layers: true,
-                ..self.prepared.settings(variant, spp, seed)
-            };
+            let settings = self.prepared.settings(variant, spp, seed).with_layers();
             let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
                 return Ok(None);
             };
-            let look = shot
-                .film
-                .error(CONFIDENCE)
-                .filter(|error| error.doubt.is_none());
-            self.report.variants[index].look = look.map(|error| Look::new(spp as f64, &error));
             if let Some((report, errors)) = reliability(&shot.film, spp, references) {
                 self.report.variants[index].bars = Some(report);
                 let errors = relative_standard_errors(references, &errors);

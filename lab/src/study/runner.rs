@@ -17,6 +17,8 @@ use super::settings::{StudySettings, Watch};
 use etendue::Result;
 use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
+use etendue::internals::render::CONFIDENCE;
+use etendue::internals::render::convergence::Look;
 use etendue::internals::sampler::hash::combine;
 
 /// The maximum relative deviation from the usual ratio for an undisturbed render.
@@ -171,7 +173,14 @@ impl<'a> Runner<'a> {
         let column = earlier.iter().map(|old| references.product(old, &image));
         let column: Vec<f64> = column.collect();
         let [rel_mse, trimmed] = references.rel_mse(&image);
-        let level = &mut report.variants[task.variant].levels[task.level as usize];
+        let study = &mut report.variants[task.variant];
+        if task.level as usize + 1 == study.levels.len() && study.look.is_none() {
+            let spp = study.levels[task.level as usize].spp;
+            let error = shot.film.error(CONFIDENCE);
+            let error = error.filter(|error| error.doubt.is_none());
+            study.look = error.map(|error| Look::new(spp as f64, &error));
+        }
+        let level = &mut study.levels[task.level as usize];
         level.gram.push(row, &column, rel_mse);
         level.runs.push(RunReport {
             seed,

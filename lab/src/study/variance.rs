@@ -13,9 +13,11 @@ use super::reference::References;
 use super::variant::Variant;
 use etendue::internals::bsdf::types::Lobe;
 use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::integrator::observer::PathObserver;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::Vec3;
+use etendue::internals::render::settings::RenderSettings;
 use serde::Serialize;
 
 /// Number of scattering events that are distinguished; paths with as many or more form one class.
@@ -69,8 +71,21 @@ pub fn is_longest(bounces: usize) -> bool {
     bounces == LONGEST
 }
 
-/// The remark on shares of renders with light paths, whose contributions belong to no pixel's sample.
-pub const OF_CAMERA_PATHS: &str = "sources of variance are those of camera paths: light paths beside them have variance of their own";
+/// The remark on shares of renders that find light by more than the camera paths of its own pixel; `None` where there is
+/// nothing to remark.
+pub fn remark(settings: &RenderSettings) -> Option<&'static str> {
+    if settings.light_path_share() != LightPathShare::None {
+        Some(
+            "sources of variance are those of camera paths: light paths beside them have variance of their own",
+        )
+    } else if settings.reuse().is_on() {
+        Some(
+            "sources of variance are those of paths that no other pixel shares: sharing them removes most of the variance of indirect light",
+        )
+    } else {
+        None
+    }
+}
 
 /// Observes `spp` samples of each pixel; `None` for an integrator that does not report its paths, takes parts of them
 /// from a cache, or splats all its samples.

@@ -7,7 +7,7 @@
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
 use etendue::internals::effects::Kernel;
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::render::settings::{LightPathRule, RenderSettings, ReuseRule, SamplerKind};
 use serde::Serialize;
 
 /// One value of one setting.
@@ -21,6 +21,10 @@ pub enum Choice {
     Backend(Backend),
     /// The precision of its intersections.
     Precision(Precision),
+    /// The number of light paths beside those of `path`.
+    LightPaths(LightPathRule),
+    /// The number of pixels that share their paths.
+    Reuse(ReuseRule),
     /// The kernel.
     Kernel(Kernel),
     /// Maximum number of scattering events.
@@ -35,6 +39,8 @@ impl Choice {
             Self::Sampler(_) => "sampler",
             Self::Backend(_) => "backend",
             Self::Precision(_) => "precision",
+            Self::LightPaths(_) => "light-paths",
+            Self::Reuse(_) => "reuse",
             Self::Kernel(_) => "kernel",
             Self::MaxBounces(_) => "max-bounces",
         }
@@ -47,6 +53,8 @@ impl Choice {
             Self::Sampler(sampler) => sampler.name().to_owned(),
             Self::Backend(backend) => backend.name().to_owned(),
             Self::Precision(precision) => precision.name().to_owned(),
+            Self::LightPaths(rule) => format!("light paths {}", rule.name()),
+            Self::Reuse(rule) => format!("reuse {}", rule.name()),
             Self::Kernel(kernel) => format!("kernel {}", kernel.name()),
             Self::MaxBounces(None) => "any bounces".to_owned(),
             Self::MaxBounces(Some(1)) => "1 bounce".to_owned(),
@@ -84,6 +92,8 @@ impl Variant {
             Choice::Sampler(sampler) => changed.settings.sampler = sampler,
             Choice::Backend(backend) => changed.options.backend = backend,
             Choice::Precision(precision) => changed.options.precision = precision,
+            Choice::LightPaths(rule) => changed.settings.light_paths = rule,
+            Choice::Reuse(rule) => changed.settings.reuse = rule,
             Choice::Kernel(kernel) => changed.settings.kernel = Some(kernel),
             Choice::MaxBounces(limit) => changed.settings.max_bounces = limit,
         }
@@ -126,6 +136,8 @@ impl Variant {
             sampler: self.settings.sampler.name(),
             backend: self.options.backend.name(),
             precision: self.options.precision.name(),
+            light_paths: self.settings.light_path_share().name(),
+            reuse: self.settings.reuse().name(),
             kernel: self.settings.kernel.map(Kernel::name),
             max_bounces: self.settings.max_bounces,
             bias,
@@ -146,6 +158,10 @@ pub struct VariantReport {
     pub backend: &'static str,
     /// The precision of its intersections.
     pub precision: &'static str,
+    /// Light paths for each camera path.
+    pub light_paths: &'static str,
+    /// The number of pixels that share their paths.
+    pub reuse: &'static str,
     /// The kernel, if it is forced.
     pub kernel: Option<&'static str>,
     /// Maximum number of scattering events.

@@ -108,6 +108,17 @@ impl RenderSettings {
         settings
     }
 
+    /// The settings for a render with layers by default: those who read layers take the noise of pixels as independent, so that
+    /// each pixel has its own samples and paths.
+    pub fn with_layers(&self) -> Self {
+        Self {
+            layers: true,
+            filter_sampling: FilterSampling::Importance,
+            reuse: ReuseRule::Pixels(Reuse::Off),
+            ..self.clone()
+        }
+    }
+
     /// The effects that a render of a scene with these effects needs.
     pub fn effects(&self, of_scene: EffectSet) -> EffectSet {
         let has_light_paths = self.light_path_share() != LightPathShare::None;

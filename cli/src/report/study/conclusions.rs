@@ -143,7 +143,7 @@ fn price(findings: &Findings<'_>) -> Option<String> {
         }
         Answer::Exact(_) => {
             return Some(format!(
-                "`{}` has no noise in this scene: every sample is exact, and one of each pixel takes {}.",
+                "`{}` has no noise in this scene: its image is exact after {}.",
                 summary.name,
                 short_answer(first)?
             ));

@@ -7,7 +7,7 @@
 use etendue_lab::study::report::StudyReport;
 use std::fmt::Write;
 
-const HEAD: &str = "variant,integrator,sampler,backend,precision,kernel,max_bounces,spp,seed,order,\
+const HEAD: &str = "variant,integrator,sampler,backend,precision,light_paths,reuse,kernel,max_bounces,spp,seed,order,\
                     seconds,cpu_seconds,repeated,rel_mse,rel_mse_trimmed,luminance,rejected\n";
 
 /// Returns all renders that were compared with the references.
@@ -22,6 +22,8 @@ pub fn of_report(report: &StudyReport) -> String {
             variant.sampler,
             variant.backend,
             variant.precision,
+            variant.light_paths,
+            variant.reuse,
             variant.kernel.unwrap_or_default(),
             &limit.unwrap_or_default(),
         ]

@@ -51,6 +51,8 @@ fn variant(integrator: &'static str, bias: f64) -> VariantStudy {
             sampler: "sobol",
             backend: "obvhs-bvh2",
             precision: "robust",
+            light_paths: "off",
+            reuse: "off",
             kernel: None,
             max_bounces: None,
             bias: Vec::new(),

@@ -86,7 +86,7 @@ pub fn answer(answer: &Answer) -> String {
         Answer::Law(range) => format!("≈ {}", seconds_ranged(range)),
         Answer::AtOnce(least) => format!("< {}", seconds(*least)),
         Answer::Never(_) => "never".to_owned(),
-        Answer::Exact(least) => format!("exact at once, {}", seconds(*least)),
+        Answer::Exact(least) => format!("exact, {}", seconds(*least)),
         Answer::Unknown(_) => "unknown".to_owned(),
     }
 }
@@ -163,7 +163,7 @@ mod tests {
             (Answer::Measured(range(3.0, 3.0, 3.0)), "3 s"),
             (Answer::AtOnce(0.5), "< 500 ms"),
             (Answer::Never(0.02), "never"),
-            (Answer::Exact(0.5), "exact at once, 500 ms"),
+            (Answer::Exact(0.5), "exact, 500 ms"),
             (Answer::Unknown("why".to_owned()), "unknown"),
         ] {
             assert_eq!(answer(&given), text);

@@ -12,7 +12,7 @@ PREFIX ?= /usr/local
 PROFILE ?= release
 FUZZ_TARGETS ?= scene_toml obj mtl ply mitsuba_xml gltf pbrt image state
 
-.PHONY: help setup demo test mutants mutants-some nightly install header battery bench studies against-mitsuba instructions check fuzz accuracy slurm soak clean
+.PHONY: help setup demo test mutants nightly install header battery bench studies against-mitsuba instructions check fuzz accuracy slurm soak clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
@@ -38,9 +38,6 @@ test: setup ## Runs all tests.
 
 mutants: setup ## Makes each planted bug live and shows that a test finds it.
 	@scripts/mutants.sh
-
-mutants-some: setup ## Plants the bugs that quick tests find.
-	@scripts/mutants.sh some
 
 # What .ci/run leaves out because it is slow and rarely fails.
 nightly: export ETENDUE_NIGHTLY = 1

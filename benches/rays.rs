@@ -9,19 +9,14 @@ mod common;
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use etendue::internals::accel::batch::{HitBatch, RayBatch};
-use etendue::internals::accel::{Accel, Backend, Hit, Precision, Quality};
-use etendue::internals::geometry::Geometry;
+use etendue::internals::accel::{Accel, Backend, Precision, Quality};
 use etendue::internals::geometry::world::World;
 use etendue::internals::integrator::observer::RayKind;
 use etendue::internals::math::ray::Ray;
 use etendue_lab::bench::build::{build, pool};
+use etendue_lab::bench::obvhs_itself::ObvhsTree;
 use etendue_lab::bench::record::Recording;
 use etendue_lab::bench::target::{Target, Variant};
-use obvhs::BvhBuildParams;
-use obvhs::bvh2::builder::{build_bvh2, build_bvh2_from_tris};
-use obvhs::cwbvh::builder::{build_cwbvh, build_cwbvh_from_tris};
-use obvhs::ray::{Ray as TheirRay, RayHit};
-use obvhs::triangle::Triangle;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -92,7 +87,6 @@ fn trace(
 /// measured with and without splitting.
 fn obvhs_itself(c: &mut Criterion) {
     let (world, recording) = suzanne_room();
-    let triangles = triangles(&world);
     let pool = pool(1).expect("one thread");
     let accels = [Backend::ObvhsBvh2, Backend::ObvhsCwbvh].map(|backend| {
         let target = Target {
@@ -103,7 +97,7 @@ fn obvhs_itself(c: &mut Criterion) {
         let accel = build(&world, target, &pool).expect("it was built before");
         (backend.name(), accel)
     });
-    let theirs = pool.install(|| Theirs::all(&triangles));
+    let theirs = pool.install(|| ObvhsTree::all(&world));
     for kind in [RayKind::Camera, RayKind::Bounce1, RayKind::Bounce2] {
         let rays = recording.rays(kind);
         let rays: Vec<Ray> = (0..rays.len()).map(|i| rays.get(i).0).collect();
@@ -113,10 +107,11 @@ fn obvhs_itself(c: &mut Criterion) {
                 b.iter(|| -> usize { met(&rays, |ray| accel.intersect(ray, 0.0, None)) });
             });
         }
-        for (name, their) in &theirs {
-            agree(name, &rays, &accels[0].1, their);
-            group.bench_function(*name, |b| {
-                b.iter(|| -> usize { met(&rays, |ray| their.closest(ray)) });
+        for tree in &theirs {
+            let split = if tree.is_split { ", split" } else { "" };
+            let name = format!("{}/its own{split}", tree.layout.name());
+            group.bench_function(name, |b| {
+                b.iter(|| -> usize { met(&rays, |ray| tree.closest(ray)) });
             });
         }
     }
@@ -125,99 +120,6 @@ fn obvhs_itself(c: &mut Criterion) {
 /// Traces all rays and returns the number of hits.
 fn met<T>(rays: &[Ray], closest: impl Fn(&Ray) -> Option<T>) -> usize {
     rays.iter().filter(|ray| closest(ray).is_some()).count()
-}
-
-/// Returns the triangles of a world that contains nothing else.
-fn triangles(world: &World) -> Vec<Triangle> {
-    assert!(world.instances().is_empty(), "the scene has no instances");
-    let of = |geometry: &Geometry| -> Vec<Triangle> {
-        let Geometry::Mesh(mesh) = geometry else {
-            panic!("every shape is a mesh");
-        };
-        let triangle = |i: usize| {
-            let [v0, v1, v2] = mesh.triangle(i as u32);
-            Triangle { v0, v1, v2 }
-        };
-        (0..mesh.indices().len()).map(triangle).collect()
-    };
-    world.geometries().iter().flat_map(of).collect()
-}
-
-/// A tree of the crate with its triangles in the order of the leaves, as the crate intends.
-enum Theirs {
-    Binary(obvhs::bvh2::Bvh2, Vec<Triangle>),
-    Wide(obvhs::cwbvh::CwBvh, Vec<Triangle>),
-}
-
-impl Theirs {
-    /// Builds both layouts, without and with split triangles, with names.
-    fn all(triangles: &[Triangle]) -> [(&'static str, Self); 4] {
-        let parameters = BvhBuildParams::very_slow_build();
-        let time = &mut Duration::default();
-        let boxes: Vec<_> = triangles.iter().map(Triangle::aabb).collect();
-        [
-            (
-                "obvhs-bvh2/its own",
-                Self::binary(build_bvh2(&boxes, parameters, time), triangles),
-            ),
-            (
-                "obvhs-bvh2/its own, split",
-                Self::binary(build_bvh2_from_tris(triangles, parameters, time), triangles),
-            ),
-            (
-                "obvhs-cwbvh/its own",
-                Self::wide(build_cwbvh(&boxes, parameters, time), triangles),
-            ),
-            (
-                "obvhs-cwbvh/its own, split",
-                Self::wide(
-                    build_cwbvh_from_tris(triangles, parameters, time),
-                    triangles,
-                ),
-            ),
-        ]
-    }
-
-    fn binary(bvh: obvhs::bvh2::Bvh2, triangles: &[Triangle]) -> Self {
-        let order = bvh.primitive_indices.iter();
-        let ordered = order.map(|&i| triangles[i as usize]).collect();
-        Self::Binary(bvh, ordered)
-    }
-
-    fn wide(bvh: obvhs::cwbvh::CwBvh, triangles: &[Triangle]) -> Self {
-        let order = bvh.primitive_indices.iter();
-        let ordered = order.map(|&i| triangles[i as usize]).collect();
-        Self::Wide(bvh, ordered)
-    }
-
-    #[inline]
-    fn closest(&self, ray: &Ray) -> Option<RayHit> {
-        let ray = TheirRay::new(ray.origin, ray.dir, ray.t_min, ray.t_max);
-        let mut hit = RayHit::none();
-        let found = match self {
-            Self::Binary(bvh, triangles) => {
-                bvh.ray_traverse(ray, &mut hit, |ray, i| triangles[i].intersect(ray))
-            }
-            Self::Wide(bvh, triangles) => {
-                bvh.ray_traverse(ray, &mut hit, |ray, i| triangles[i].intersect(ray))
-            }
-        };
-        found.then_some(hit)
-    }
-}
-
-/// Asserts that both find the same hits, except for a few because of rounding, so that the work compared is the same.
-fn agree(name: &str, rays: &[Ray], ours: &Accel, theirs: &Theirs) {
-    let differs = |ray: &&Ray| {
-        let ours: Option<Hit> = ours.intersect(ray, 0.0, None);
-        match (ours, theirs.closest(ray)) {
-            (None, None) => false,
-            (Some(a), Some(b)) => (a.t - b.t).abs() > 1e-3 * a.t,
-            _ => true,
-        }
-    };
-    let count = rays.iter().filter(differs).count();
-    assert!(count * 100 <= rays.len(), "{name}: {count} hits differ");
 }
 
 criterion_group!(benches, kinds, obvhs_itself);

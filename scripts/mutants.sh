@@ -3,7 +3,6 @@
 # which bug to out/mutants/mutants.md, and fails if a bug survives. Without a live bug these tests have to pass.
 #
 #   scripts/mutants.sh         all of them
-#   scripts/mutants.sh some    those that few and quick test targets find
 #   scripts/mutants.sh NAME    this one
 #
 # Where the named test fails to find its bug, all other tests are run, to tell whether one of them does.
@@ -11,7 +10,6 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
-readonly quick_targets="lights sampling scattering tracing"
 readonly table="${OUT:-out}/mutants/mutants.md"
 readonly log="${OUT:-out}/mutants/last.log"
 readonly most_seconds=1200
@@ -71,7 +69,6 @@ wanted() {
     while IFS=$'\t' read -r name killer wrong; do
         case "$mode" in
             all | "$name") ;;
-            some) case " $quick_targets " in *" ${killer%%::*} "*) ;; *) continue ;; esac ;;
             *) continue ;;
         esac
         printf '%s\t%s\t%s\n' "$name" "$killer" "$wrong"

@@ -23,6 +23,8 @@ pub mod splats;
 pub mod splatted;
 #[cfg(test)]
 mod synthetic;
+mod tile;
+mod window;
 
 use crate::image::Image;
 use crate::math::rgb::Rgb;
@@ -33,101 +35,10 @@ pub(crate) use error::{MODEL_ERROR, margin};
 pub use estimate::PixelEstimate;
 use filter::FilterSampling;
 use pixel::PixelSums;
-use serde::{Deserialize, Serialize};
 use splats::Splats;
 use splatted::{Splatted, WeightedSums};
-
-/// A rectangle of pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Window {
-    /// Left column.
-    pub x: u32,
-    /// Top row.
-    pub y: u32,
-    /// Columns.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-}
-
-impl Window {
-    /// The number of pixels.
-    pub fn pixel_count(&self) -> u64 {
-        u64::from(self.width) * u64::from(self.height)
-    }
-
-    /// Whether a pixel is in the window.
-    #[inline]
-    pub fn contains(&self, [x, y]: [u32; 2]) -> bool {
-        x.wrapping_sub(self.x) < self.width && y.wrapping_sub(self.y) < self.height
-    }
-
-    /// The index of a pixel of the window, row by row.
-    #[inline]
-    pub fn index(&self, [x, y]: [u32; 2]) -> usize {
-        let [column, row] = [x.wrapping_sub(self.x), y.wrapping_sub(self.y)];
-        row as usize * self.width as usize + column as usize
-    }
-
-    /// The pixels of the window, row by row.
-    pub fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
-        let columns = (0..self.width).map(move |column| self.x.wrapping_add(column));
-        let rows = (0..self.height).map(move |row| self.y.wrapping_add(row));
-        rows.flat_map(move |y| columns.clone().map(move |x| [x, y]))
-    }
-
-    /// The window with `reach` more pixels on each side.
-    pub fn grown(self, reach: u32) -> Self {
-        Self {
-            x: self.x.wrapping_sub(reach),
-            y: self.y.wrapping_sub(reach),
-            width: self.width + 2 * reach,
-            height: self.height + 2 * reach,
-        }
-    }
-}
-
-/// A rectangular part of the film.
-#[derive(Debug, Clone)]
-pub struct Tile {
-    /// The pixels that the tile covers.
-    pub window: Window,
-    /// The sample sums of the tile's pixels, row by row; empty if samples contribute to several pixels.
-    pub pixels: Vec<PixelSums>,
-    /// The sums of samples that contribute to several pixels.
-    pub splatted: Option<Splatted>,
-    /// The sample count of every pixel; where counts differ, the count that every pixel has at least.
-    pub samples: u64,
-    /// The sample count of each pixel, where they may differ.
-    pub counts: Option<Vec<u64>>,
-    /// The number of rays traced for each pixel, where sample counts may differ.
-    pub rays: Option<Vec<u64>>,
-}
-
-impl Tile {
-    /// The pixels whose samples are taken: the tile's, and with a footprint those beyond the image's edge that contribute.
-    pub fn sources(&self) -> Window {
-        self.splatted
-            .as_ref()
-            .map_or(self.window, Splatted::sources)
-    }
-
-    /// The sample count of the pixel at this index in the tile.
-    pub fn count(&self, place: usize) -> u64 {
-        match &self.counts {
-            Some(counts) => counts[place],
-            None => self.samples,
-        }
-    }
-
-    /// The sample count of all pixels of the tile.
-    pub fn sample_count(&self) -> u64 {
-        match &self.counts {
-            Some(counts) => counts.iter().sum(),
-            None => self.samples * self.window.pixel_count(),
-        }
-    }
-}
+pub use tile::Tile;
+pub use window::Window;
 
 /// The film: tiles over a window, and splats.
 #[derive(Debug, Clone)]

@@ -2,6 +2,7 @@
 //! average over the time that the shutter is open, on every backend.
 
 use crate::common::closed_forms::parallel_rectangle;
+use crate::common::nightly::backends;
 use crate::common::quadrature::integrate;
 use crate::common::scene::{
     as_instance, diffuse, gallery, keys, looking, picture, polygon, rectangle, see, slide, surface,
@@ -21,9 +22,9 @@ use std::sync::Arc;
 const SHUTTER: [f64; 2] = [0.0, 1.0];
 const ALBEDO: f32 = 0.5;
 
-/// Asserts that the rendered mean is the exact value, on all backends, with a relative standard error of at most `power`.
+/// Asserts that the rendered mean is the exact value, with a relative standard error of at most `power`.
 fn check(what: &str, scene: &SceneDescription, bounces: u32, exact: f64, power: f64) {
-    for &backend in Backend::ALL {
+    for &backend in backends(what) {
         let spp = if bounces == 0 { 1 << 12 } else { 1 << 14 };
         let seen = see(scene, backend, spp, Some(bounces), Roulette::None);
         let what = format!("{what}, {}", backend.name());
@@ -345,7 +346,7 @@ fn a_camera_moves_as_if_everything_else_moved_the_other_way() {
         ("moved", &|share| away(-1.2 * share)),
     ];
     for (name, path) in paths {
-        for &backend in Backend::ALL {
+        for &backend in backends(name) {
             let mut moving_camera = room.clone();
             let to_world = room.camera.to_world;
             let times = [0.0, 1.0];

@@ -10,6 +10,7 @@ use super::bidirectional::{
 use super::light_paths::{begun, squared_error};
 use crate::common::furnished::{glass, glossy, matte, six_scenes};
 use crate::common::generated::{Generator, NEVER_SHARED};
+use crate::common::nightly::is_nightly;
 use crate::common::room::{LAMP, room, with_metal_ball};
 use crate::common::scene::{film, ready, rectangle, slide, surface};
 use etendue::internals::accel::Backend;
@@ -102,7 +103,11 @@ fn pixels_share_beside_others_that_do_not() {
                 ..surface(strip, 0.0)
             });
         }
-        for reuse in [Reuse::Sixteen, Reuse::Four] {
+        let groups: &[Reuse] = match is_nightly() {
+            true => &[Reuse::Sixteen, Reuse::Four],
+            false => &[Reuse::Sixteen],
+        };
+        for &reuse in groups {
             let with = with_reuse(&scene, reuse, 256);
             compare_with_path_alone(name, &scene, with, 256, 0.004);
         }

@@ -2,6 +2,7 @@
 //! contains emitters, on every backend.
 
 use crate::common::TestRng;
+use crate::common::nightly::backends;
 use crate::common::scene::{
     as_instance, diffuse, looking, polygon, ready, rectangle, see, sky, slide, surface,
 };
@@ -188,7 +189,7 @@ fn a_lamp_in_a_group_lights_like_the_lamp_written_out() {
             let mut moving = grouped.clone();
             moving.camera.shutter = [0.0, 1.0];
             moving.instances[0].motion = slide(DVec3::ZERO, 1e-5 * DVec3::X);
-            for &backend in Backend::ALL {
+            for &backend in backends(&format!("{mirror} {form}")) {
                 let [a, b, c] = [&written, &grouped, &moving]
                     .map(|scene| see(scene, backend, 1 << 12, Some(1), Roulette::None));
                 let name = format!("{mirror} {form}, {}", backend.name());

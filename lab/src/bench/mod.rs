@@ -9,6 +9,7 @@ pub mod leaks;
 pub mod machine;
 pub mod meeting;
 pub mod meter;
+pub mod obvhs_itself;
 pub mod overhead;
 pub mod parts;
 pub mod random;

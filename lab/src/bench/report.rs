@@ -4,7 +4,8 @@
 //! Range: a bench that was interrupted has the scenes and the parts completed by then.
 //! Source: docs/bench.md. Tested in `lab/tests/bench/report.rs`.
 
-use super::target::{Target, Variant};
+use super::target::{Target, Variant, backend_name};
+use etendue::internals::accel::Backend;
 use etendue::internals::integrator::observer::RayKind;
 use etendue::internals::math::stats::Spread;
 use serde::{Serialize, Serializer};
@@ -58,6 +59,8 @@ pub struct SceneReport {
     pub rays: Vec<RayCount>,
     /// Times of tracing these rays.
     pub traces: Vec<TraceReport>,
+    /// Times of tracing them by obvhs itself, where it can represent the scene.
+    pub obvhs_itself: Vec<ObvhsReport>,
     /// Comparison of the backends' hits.
     pub agreement: Vec<AgreementReport>,
     /// Our own render compared with the floor; `None` without Embree.
@@ -131,6 +134,21 @@ impl TraceReport {
     pub fn millions_per_second(&self) -> f64 {
         1e3 / self.nanoseconds.median
     }
+}
+
+/// The time of tracing all recorded rays of a kind by the loops of obvhs itself.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct ObvhsReport {
+    /// The kind of the rays.
+    #[serde(serialize_with = "kind_name")]
+    pub kind: RayKind,
+    /// The backend of ours that has this layout.
+    #[serde(serialize_with = "backend_name")]
+    pub layout: Backend,
+    /// Whether the builder split triangles.
+    pub is_split: bool,
+    /// Nanoseconds of one core a ray.
+    pub nanoseconds: Spread,
 }
 
 /// The hits of one target compared with those of another one, ray by ray.

@@ -10,13 +10,14 @@ use super::comparison::compare_all;
 use super::leaks::leaks;
 use super::machine::machine;
 use super::meter::Meter;
+use super::obvhs_itself::ObvhsTree;
 use super::overhead::{Floor, render_times};
 use super::parts::parts;
 use super::record::{Recording, record};
-use super::report::{BenchReport, OverheadReport, SceneReport};
+use super::report::{BenchReport, ObvhsReport, OverheadReport, SceneReport, TraceReport};
 use super::settings::{BenchObserver, BenchSettings, GivenScene};
 use super::subject::Subject;
-use super::target::Target;
+use super::target::{Target, Variant};
 use super::trace::{TraceMode, trace};
 use super::work::{self, Work};
 use etendue::Result;
@@ -128,6 +129,7 @@ impl Bench<'_> {
             builds: vec![],
             rays: vec![],
             traces: vec![],
+            obvhs_itself: vec![],
             agreement: vec![],
             overhead: None,
         });
@@ -189,11 +191,17 @@ impl Bench<'_> {
         work: &Work,
     ) -> Option<()> {
         let variants = self.settings.targets.iter().flat_map(|t| t.variants());
-        let ways = variants.map(|variant| TraceMode {
-            variant,
-            accel: ready.accel(variant.target),
-        });
-        let ways: Vec<TraceMode<'_>> = ways.collect();
+        let variants: Vec<Variant> = variants.collect();
+        let compares_obvhs = variants.iter().any(|it| !it.target.is_embree());
+        let trees = match compares_obvhs {
+            true => self.pool.install(|| ObvhsTree::all(&ready.scene.world)),
+            false => Vec::new(),
+        };
+        let ours = variants
+            .iter()
+            .map(|variant| TraceMode::Accel(ready.accel(variant.target), variant.packets));
+        let theirs = trees.iter().map(TraceMode::ObvhsItself);
+        let ways: Vec<TraceMode<'_>> = ours.chain(theirs).collect();
         for &kind in RayKind::ALL {
             let what = format!("{name}: {} rays", kind.name());
             let stage = self.meter.stage(what, work.trace_of_kind);
@@ -201,8 +209,22 @@ impl Bench<'_> {
             if rays.is_empty() {
                 continue;
             }
-            let traces = trace(&ways, kind, rays, self.settings.rounds, &self.pool, &stage)?;
-            self.last().traces.extend(traces);
+            let mut times = trace(&ways, kind, rays, self.settings.rounds, &self.pool, &stage)?;
+            let theirs = times.split_off(variants.len()).into_iter().zip(&trees);
+            let theirs = theirs.map(|(nanoseconds, tree)| ObvhsReport {
+                kind,
+                layout: tree.layout,
+                is_split: tree.is_split,
+                nanoseconds,
+            });
+            self.last().obvhs_itself.extend(theirs);
+            let ours = times.into_iter().zip(&variants);
+            let ours = ours.map(|(nanoseconds, &variant)| TraceReport {
+                kind,
+                variant,
+                nanoseconds,
+            });
+            self.last().traces.extend(ours);
             self.tell();
         }
         Some(())

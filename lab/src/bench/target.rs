@@ -102,7 +102,10 @@ pub struct Variant {
     pub packets: Packets,
 }
 
-fn backend_name<S: Serializer>(backend: &Backend, serializer: S) -> Result<S::Ok, S::Error> {
+pub(super) fn backend_name<S: Serializer>(
+    backend: &Backend,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(backend.name())
 }
 

@@ -9,10 +9,9 @@
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::meter::ProgressStage;
-use super::report::TraceReport;
-use super::target::Variant;
+use super::obvhs_itself::ObvhsTree;
 use etendue::internals::accel::Accel;
-use etendue::internals::accel::batch::{HitBatch, RayBatch};
+use etendue::internals::accel::batch::{HitBatch, Packets, RayBatch};
 use etendue::internals::integrator::observer::RayKind;
 use etendue::internals::math::stats::Spread;
 use rayon::ThreadPool;
@@ -24,16 +23,16 @@ use std::time::Instant;
 /// Number of rays in a block: with their hits, they fit into a core's L2 cache.
 const BLOCK: usize = 1024;
 
-/// A way of tracing, with the structure to trace through.
-#[derive(Debug, Clone, Copy)]
-pub struct TraceMode<'a> {
-    /// The way of tracing.
-    pub variant: Variant,
-    /// The acceleration structure.
-    pub accel: &'a Accel,
+/// A way of tracing.
+#[derive(Clone, Copy)]
+pub enum TraceMode<'a> {
+    /// Through an acceleration structure of the renderer, in these packets.
+    Accel(&'a Accel, Packets),
+    /// Through a tree of obvhs, by its own loops.
+    ObvhsItself(&'a ObvhsTree),
 }
 
-/// Times all ways of tracing the rays of one kind; `None` if cancelled.
+/// Times all ways of tracing the rays of one kind: nanoseconds a ray of each; `None` if cancelled.
 pub fn trace(
     ways: &[TraceMode<'_>],
     kind: RayKind,
@@ -41,7 +40,7 @@ pub fn trace(
     rounds: usize,
     pool: &ThreadPool,
     stage: &ProgressStage<'_>,
-) -> Option<Vec<TraceReport>> {
+) -> Option<Vec<Spread>> {
     let mut copying = vec![];
     let mut tracing: Vec<Vec<f64>> = vec![vec![]; ways.len()];
     for round in 0..=rounds {
@@ -61,24 +60,36 @@ pub fn trace(
         }
     }
     let copying = Spread::of(copying).median;
-    let reports = ways.iter().zip(tracing).map(|(way, times)| TraceReport {
-        kind,
-        variant: way.variant,
-        nanoseconds: Spread::of(times.iter().map(|t| (t - copying).max(0.0)).collect()),
-    });
-    Some(reports.collect())
+    let spread = |times: Vec<f64>| {
+        let without_copying = times.iter().map(|time| (time - copying).max(0.0));
+        Spread::of(without_copying.collect())
+    };
+    Some(tracing.into_iter().map(spread).collect())
 }
 
 fn time(way: &TraceMode<'_>, kind: RayKind, rays: &RayBatch, pool: &ThreadPool) -> f64 {
-    let (accel, packets) = (way.accel, way.variant.packets);
-    match kind {
-        RayKind::Shadow => nanoseconds_per_ray(pool, rays, |block| {
-            accel.occluded_batch(&block.rays, packets, &mut block.occluded);
-            black_box(&block.occluded);
-        }),
-        _ => nanoseconds_per_ray(pool, rays, |block| {
+    match (*way, kind) {
+        (TraceMode::Accel(accel, packets), RayKind::Shadow) => {
+            nanoseconds_per_ray(pool, rays, |block| {
+                accel.occluded_batch(&block.rays, packets, &mut block.occluded);
+                black_box(&block.occluded);
+            })
+        }
+        (TraceMode::Accel(accel, packets), _) => nanoseconds_per_ray(pool, rays, |block| {
             accel.intersect_batch(&block.rays, packets, &mut block.hits);
             black_box(&block.hits);
+        }),
+        (TraceMode::ObvhsItself(tree), RayKind::Shadow) => {
+            nanoseconds_per_ray(pool, rays, |block| {
+                for index in 0..block.rays.len() {
+                    black_box(tree.is_occluded(&block.rays.get(index).0));
+                }
+            })
+        }
+        (TraceMode::ObvhsItself(tree), _) => nanoseconds_per_ray(pool, rays, |block| {
+            for index in 0..block.rays.len() {
+                black_box(tree.closest(&block.rays.get(index).0));
+            }
         }),
     }
 }

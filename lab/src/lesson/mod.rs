@@ -19,7 +19,9 @@ mod hemisphere;
 mod importance;
 mod ladder;
 mod lesson_scene;
+mod light_paths;
 mod lights;
+mod mirrored_lamp;
 pub mod number;
 pub mod page;
 mod pdf_cdf;
@@ -54,6 +56,7 @@ pub const TOPICS: &[Topic] = &[
     window::TOPIC,
     direct::TOPIC,
     lights::TOPIC,
+    light_paths::TOPIC,
     reuse::TOPIC,
     ladder::TOPIC,
 ];

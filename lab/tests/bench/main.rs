@@ -4,5 +4,6 @@
 mod common;
 
 mod agreement;
+mod obvhs_itself;
 mod report;
 mod scenes;

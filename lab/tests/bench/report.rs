@@ -341,6 +341,8 @@ fn the_numbers_of_a_bench_add_up() {
         );
         assert_eq!(scene.rays.len(), RayKind::ALL.len());
         assert_eq!(scene.traces.len(), variants * scene.rays.len());
+        // Both scenes have shapes that obvhs does not know.
+        assert!(scene.obvhs_itself.is_empty());
         assert_eq!(scene.agreement.len(), settings.targets.len() - 1);
         for agreement in &scene.agreement {
             assert_eq!(agreement.reference, settings.targets[0]);

@@ -90,6 +90,7 @@ topics_hold! {
     window: "window",
     direct: "direct",
     lights: "lights",
+    light_paths: "light-paths",
     reuse: "reuse",
     ladder: "ladder",
 }

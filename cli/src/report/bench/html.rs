@@ -141,6 +141,7 @@ fn of_scene(report: &BenchReport, scene: &SceneReport, index: usize) -> Markup {
             (charted(&scene_tables::rays(report, scene), &chart::bars(&rays(scene))))
             (charted(&scene_tables::builds(report, scene), &chart::bars(&builds(scene))))
             (variants(report, scene))
+            (plain(&scene_tables::obvhs_itself(report, scene)))
             (plain(&scene_tables::agreement(scene)))
             @if let Some(overhead) = &scene.overhead {
                 (charted(&scene_tables::overhead(report, overhead), &chart::stack(&parts(overhead))))

@@ -10,8 +10,8 @@ use etendue::internals::integrator::observer::RayKind;
 use etendue::internals::math::stats::Spread;
 use etendue_lab::bench::parts::Part;
 use etendue_lab::bench::report::{
-    AgreementReport, BenchReport, BuildReport, LeakReport, Machine, OverheadReport, PartReport,
-    RayCount, SceneReport, TraceReport,
+    AgreementReport, BenchReport, BuildReport, LeakReport, Machine, ObvhsReport, OverheadReport,
+    PartReport, RayCount, SceneReport, TraceReport,
 };
 use etendue_lab::bench::target::{Target, Variant};
 
@@ -108,6 +108,12 @@ fn scene() -> SceneReport {
             trace(RayKind::Shadow, first, 40.0),
             trace(RayKind::Shadow, second, 20.0),
         ],
+        obvhs_itself: vec![ObvhsReport {
+            kind: RayKind::Camera,
+            layout: second,
+            is_split: true,
+            nanoseconds: about(80.0),
+        }],
         agreement: vec![AgreementReport {
             target: target(second),
             reference: target(first),

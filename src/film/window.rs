@@ -1,0 +1,57 @@
+//! Rectangles of pixels.
+//!
+//! Measure: pixels, whose coordinates are modulo 2^32: the column left of the image is 2^32 - 1.
+//! Range: at least one pixel.
+//! Source: none needed. Tested in `tests/rendering/determinism.rs` and `tests/rendering/filters.rs`.
+
+use serde::{Deserialize, Serialize};
+
+/// A rectangle of pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Window {
+    /// Left column.
+    pub x: u32,
+    /// Top row.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+}
+
+impl Window {
+    /// The number of pixels.
+    pub fn pixel_count(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// Whether a pixel is in the window.
+    #[inline]
+    pub fn contains(&self, [x, y]: [u32; 2]) -> bool {
+        x.wrapping_sub(self.x) < self.width && y.wrapping_sub(self.y) < self.height
+    }
+
+    /// The index of a pixel of the window, row by row.
+    #[inline]
+    pub fn index(&self, [x, y]: [u32; 2]) -> usize {
+        let [column, row] = [x.wrapping_sub(self.x), y.wrapping_sub(self.y)];
+        row as usize * self.width as usize + column as usize
+    }
+
+    /// The pixels of the window, row by row.
+    pub fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
+        let columns = (0..self.width).map(move |column| self.x.wrapping_add(column));
+        let rows = (0..self.height).map(move |row| self.y.wrapping_add(row));
+        rows.flat_map(move |y| columns.clone().map(move |x| [x, y]))
+    }
+
+    /// The window with `reach` more pixels on each side.
+    pub fn grown(self, reach: u32) -> Self {
+        Self {
+            x: self.x.wrapping_sub(reach),
+            y: self.y.wrapping_sub(reach),
+            width: self.width + 2 * reach,
+            height: self.height + 2 * reach,
+        }
+    }
+}

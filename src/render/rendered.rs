@@ -1,0 +1,111 @@
+//! A render so far: its film, its counts, its estimated error, and the price of a smaller one.
+//!
+//! Measure: samples per pixel, seconds, roots of relMSE.
+//! Range: from a render that has not begun to a finished one.
+//! Source: docs/accuracy.md. Tested in `tests/rendering/`.
+
+use super::budget::PlannerState;
+use super::convergence::{Look, PowerLaw, stated};
+use super::progress::Predicted;
+use super::settings::{Adaptive, RenderSettings};
+use super::tally::Rejected;
+use crate::film::filter::Filter;
+use crate::film::{ErrorEstimate, Film};
+use crate::integrator::RayCounts;
+use crate::integrator::irradiance_cache::IrradianceCache;
+use std::time::Duration;
+
+/// The state of a render so far.
+#[derive(Debug, Clone)]
+pub struct Rendered {
+    /// The sums of all pixels.
+    pub film: Film,
+    /// The index of the first sample, above 0 in a shard.
+    pub first: u64,
+    /// Complete samples per pixel, the mean where pixels differ; some tiles have more after an interruption.
+    pub spp: u64,
+    /// Time that the rendering took.
+    pub elapsed: Duration,
+    /// Rays traced.
+    pub rays: RayCounts,
+    /// Samples that were not finite.
+    pub rejected: Rejected,
+    /// Whether the observer cancelled the render.
+    pub cancelled: bool,
+    /// Whether the render ended because the requested error was reached.
+    pub reached: bool,
+    /// The pilot's forecast for the requested error.
+    pub predicted: Option<Predicted>,
+    /// The looks: estimates of the error during the render.
+    pub looks: Vec<Look>,
+    /// The plan of the next look.
+    pub planner: Option<PlannerState>,
+    /// The irradiance cache, if there is one.
+    pub cache: Option<IrradianceCache>,
+}
+
+impl Rendered {
+    /// A render that has not begun.
+    pub fn nothing(settings: &RenderSettings, filter: &Filter) -> Self {
+        let film = Film::new(settings.window, settings.tile_size);
+        let mut film = film.with_reach(settings.reach(filter));
+        if settings.splats() {
+            film = film.with_splats();
+        }
+        if settings.adaptive != Adaptive::Off {
+            film = film.with_counts();
+        }
+        Self {
+            film,
+            first: 0,
+            spp: 0,
+            elapsed: Duration::ZERO,
+            rays: RayCounts::default(),
+            rejected: Rejected::default(),
+            cancelled: false,
+            reached: false,
+            predicted: None,
+            looks: Vec::new(),
+            planner: None,
+            cache: None,
+        }
+    }
+
+    /// The estimated error of the image, with an upper bound of this confidence, judged also by how the error has
+    /// fallen; `None` before it can be estimated.
+    pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
+        let error = self.film.error(confidence)?;
+        Some(stated(error, self.spp as f64, &self.looks))
+    }
+
+    /// The price of dividing the error, as estimated here, by a factor, at the pace and by the power law of this
+    /// render; `None` without an error, or if the error is in doubt.
+    pub fn price(&self, error: &ErrorEstimate, factor: f64) -> Option<Price> {
+        if error.doubt.is_some() || error.rel_rmse == 0.0 {
+            return None;
+        }
+        let last = Look::new(self.spp as f64, error);
+        let before = self.looks.iter().filter(|look| look.samples < last.samples);
+        let looks: Vec<Look> = before.copied().chain([last]).collect();
+        let seconds = self.elapsed.as_secs_f64();
+        let [least, likely, most] = PowerLaw::of(&looks)
+            .samples_for(factor)
+            .map(|grown| seconds * grown);
+        Some(Price {
+            rel_rmse: error.rel_rmse / factor,
+            seconds: likely,
+            range: [least, most],
+        })
+    }
+}
+
+/// The time that a render takes to reach an error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Price {
+    /// The root of relMSE to be reached.
+    pub rel_rmse: f64,
+    /// The likely seconds of rendering, from the first sample on.
+    pub seconds: f64,
+    /// The least and the most seconds that the looks at this render allow.
+    pub range: [f64; 2],
+}

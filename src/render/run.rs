@@ -1,0 +1,341 @@
+//! A running render: passes over all tiles, looks at the error between them, and checkpoints.
+//!
+//! Every pass takes each pixel from one sample index to the next, or as far as an adaptive render assigns samples to
+//! it. Since a sample is a pure function of seed, pixel and index, and each pixel's samples are added in order, the
+//! image is the same for any number of threads, size of tiles and division into passes.
+//!
+//! Measure: samples per pixel, seconds.
+//! Range: valid settings.
+//! Source: docs/architecture.md. Tested in `tests/rendering/determinism.rs` and `tests/rendering/state.rs`.
+
+use super::adaptive::{SampleAllocation, SampleAllocator};
+use super::budget::{PassPlanner, Picture};
+use super::camera_rays::CameraRaySource;
+use super::progress::{Predicted, Progress, RenderObserver};
+use super::settings::{Adaptive, Budget, RenderSettings, SamplerKind};
+use super::tally::Tally;
+use super::tile::{PassJob, SampleRange, SampleSource};
+use super::{CONFIDENCE, RenderInput, Rendered, cache_prepass, dispatch, metropolis};
+use crate::film::batches::BATCHES;
+use crate::film::filter::Filter;
+use crate::film::{Film, Tile};
+use crate::integrator::irradiance_cache::IrradianceCache;
+use crate::integrator::kind::IntegratorKind;
+use crate::planted::planted;
+use crate::sampler::{Batches, hash};
+use crate::scene::Scene;
+use rayon::iter::ParallelIterator;
+use std::cmp::Reverse;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// The time between estimates of the error that are only shown.
+const TIME_BETWEEN_LOOKS: Duration = Duration::from_secs(2);
+
+/// The estimates that are only shown take at most one in this many parts of the time.
+const SHARE_OF_LOOKS: u32 = 100;
+
+/// The state of a running render.
+pub(super) struct Run<'a> {
+    scene: &'a Scene,
+    filter: &'a Filter,
+    settings: &'a RenderSettings,
+    observer: &'a dyn RenderObserver,
+    start: Instant,
+    /// The time that the samples before took.
+    before: Duration,
+    /// The index of the first sample.
+    first: u64,
+    samples: AtomicU64,
+    cancelled: AtomicBool,
+    totals: Mutex<Tally>,
+}
+
+/// The times of checkpoints.
+struct Checkpoints {
+    interval: Option<Duration>,
+    last: Instant,
+}
+
+impl Checkpoints {
+    fn new(interval: Option<Duration>, start: Instant) -> Self {
+        Self {
+            interval,
+            last: start,
+        }
+    }
+
+    /// The time until the next checkpoint.
+    fn left(&self) -> Option<Duration> {
+        let interval = self.interval?;
+        Some(interval.saturating_sub(self.last.elapsed()))
+    }
+
+    fn is_due(&self) -> bool {
+        self.left() == Some(Duration::ZERO)
+    }
+
+    fn made(&mut self) {
+        self.last = Instant::now();
+    }
+}
+
+/// The state of the error that is shown during a render.
+#[derive(Debug, Clone, Copy, Default)]
+struct Shown {
+    rel_rmse: Option<f64>,
+    predicted: Option<Predicted>,
+}
+
+impl<'a> Run<'a> {
+    /// A run that continues a render.
+    pub(super) fn new(
+        view: &RenderInput<'a>,
+        settings: &'a RenderSettings,
+        observer: &'a dyn RenderObserver,
+        rendered: &Rendered,
+    ) -> Self {
+        Self {
+            scene: view.scene,
+            filter: view.filter,
+            settings,
+            observer,
+            start: Instant::now(),
+            before: rendered.elapsed,
+            first: rendered.first,
+            samples: AtomicU64::new(rendered.film.sample_count()),
+            cancelled: AtomicBool::new(false),
+            totals: Mutex::default(),
+        }
+    }
+
+    /// Renders passes until the budget is used up.
+    pub(super) fn all_passes(self, mut budget: Budget, rendered: &mut Rendered) {
+        let settings = self.settings;
+        self.fill_cache(rendered);
+        let step = match budget.error {
+            Some(_) => BATCHES,
+            None => settings.least_samples(),
+        };
+        if settings.adaptive == Adaptive::Greedy {
+            // The error target is for each pixel, not for the image.
+            budget.error = None;
+        }
+        let picture = Picture {
+            pixels: settings.window.pixel_count(),
+            in_steps: settings.sampler == SamplerKind::Sobol,
+        };
+        let looks = rendered.looks.clone();
+        let mut planner = PassPlanner::new(budget, step, picture)
+            .going_on_from(rendered.spp, looks)
+            .restored(rendered.planner, rendered.elapsed);
+        let mut allocator = SampleAllocator::new(settings);
+        let mut shown = Shown::default();
+        let mut checkpoints = Checkpoints::new(self.observer.checkpoint_interval(), self.start);
+        let (mut last_look, mut pause) = (self.start, TIME_BETWEEN_LOOKS);
+        let mut is_reached = false;
+        while let Some(samples) = planner.next_pass(self.start.elapsed(), checkpoints.left()) {
+            let film = &mut rendered.film;
+            let deal = allocator.deal(film, planner.spp(), planner.spp() + samples);
+            if deal == SampleAllocation::Nothing {
+                is_reached = true;
+                break;
+            }
+            self.pass(
+                film,
+                rendered.cache.as_ref(),
+                deal,
+                samples,
+                &planner,
+                shown,
+            );
+            if self.is_cancelled() {
+                break;
+            }
+            planner.pass_done(samples);
+            self.observer.pass(film);
+            // An estimate takes one thread's time, so it is not made more often than it is shown.
+            let is_due = planner.is_look_due();
+            if is_due || last_look.elapsed() > pause {
+                let begun = Instant::now();
+                let target = planner.target();
+                let confidence = target.map_or(CONFIDENCE, |target| target.confidence);
+                let estimate = film.error(confidence);
+                if is_due {
+                    planner.looked(estimate, allocator.allocation());
+                }
+                let elapsed = self.start.elapsed();
+                let pilots = shown.predicted.filter(|predicted| !predicted.is_rough);
+                shown.predicted = pilots.or(Predicted::by(&planner, elapsed));
+                shown.rel_rmse = estimate.map(|error| error.rel_rmse);
+                last_look = Instant::now();
+                pause = TIME_BETWEEN_LOOKS.max(SHARE_OF_LOOKS * begun.elapsed());
+            }
+            let used = planner.fraction(planner.spp() as f64, self.start.elapsed());
+            allocator.pass_done(film, planner.spp(), used);
+            if checkpoints.is_due() {
+                self.record(rendered, &planner);
+                self.observer.checkpoint(rendered);
+                checkpoints.made();
+            }
+        }
+        self.record(rendered, &planner);
+        rendered.cancelled = self.cancelled.into_inner();
+        rendered.reached = is_reached || planner.is_reached();
+        rendered.predicted = shown.predicted;
+    }
+
+    /// Fills the irradiance cache of a render that uses one, and has none yet.
+    fn fill_cache(&self, rendered: &mut Rendered) {
+        if rendered.cache.is_some() {
+            return;
+        }
+        let go_on = |share, records| {
+            self.observer.cache_prepass(share, records);
+            !self.is_cancelled()
+        };
+        let (cache, rays) =
+            cache_prepass::cache_prepass(self.scene, self.filter, self.settings, &go_on);
+        rendered.rays += rays;
+        // An incomplete cache would give another image.
+        rendered.cache = cache.filter(|_| !self.is_cancelled());
+    }
+
+    /// Records the complete passes in the state of the render.
+    fn record(&self, rendered: &mut Rendered, planner: &PassPlanner) {
+        let settings = self.settings;
+        let totals = self.totals.lock();
+        let mut totals = totals.expect("no thread panics while it holds this");
+        let totals = std::mem::take(&mut *totals);
+        rendered.spp = match settings.adaptive {
+            Adaptive::Greedy => rendered.film.sample_count() / settings.window.pixel_count(),
+            Adaptive::Off | Adaptive::TwoPhase => planner.spp(),
+        };
+        rendered.elapsed = self.before + self.start.elapsed();
+        rendered.rays += totals.rays;
+        rendered.rejected.merge(totals.rejected);
+        rendered.looks = planner.looks().to_vec();
+        rendered.planner = Some(planner.state());
+    }
+
+    /// Takes the samples of one pass: `samples` in every pixel, if they are distributed evenly.
+    fn pass(
+        &self,
+        film: &mut Film,
+        cache: Option<&IrradianceCache>,
+        deal: SampleAllocation,
+        samples: u64,
+        planner: &PassPlanner,
+        shown: Shown,
+    ) {
+        if self.settings.integrator == IntegratorKind::Metropolis {
+            return self.chains(film, samples, planner, shown);
+        }
+        let end = planner.spp() + samples;
+        // A tile may have more samples than others, where an interrupted render continues.
+        let same = |tile: &Tile| {
+            let first: u64 = planted!("passes-repeat-samples", 0, tile.samples);
+            SampleRange::Same(self.first + first.min(end)..self.first + end)
+        };
+        let sample_range: Vec<SampleRange> = match deal {
+            SampleAllocation::UpTo(counts) => film
+                .per_tile(&counts)
+                .into_iter()
+                .map(SampleRange::Each)
+                .collect(),
+            _ => film.tiles().iter().map(same).collect(),
+        };
+        let sampler = dispatch::sampler(self.settings, Batches::new(BATCHES));
+        let filter_sampling = film.filter_sampling();
+        let (all_tiles, splats) = film.tiles_and_splats();
+        let mut tiles: Vec<(&mut Tile, SampleRange)> =
+            all_tiles.iter_mut().zip(sample_range).collect();
+        // The longest first, so that all threads finish at about the same time. Equal ones stay in their order.
+        tiles.sort_by_key(|(tile, sample_range)| Reverse(sample_range.sample_count(tile)));
+        let job = PassJob {
+            source: SampleSource {
+                rays: CameraRaySource {
+                    scene: self.scene,
+                    filter: self.filter,
+                    filter_sampling,
+                    sampler: &sampler,
+                },
+                splats,
+                gains: None,
+            },
+            tiles,
+            is_cancelled: &|| self.is_cancelled(),
+            tile_done: &|tally, new_samples| {
+                self.take_in(tally);
+                self.report(planner, new_samples, shown);
+            },
+        };
+        dispatch::dispatch(self.scene, self.settings, cache, job);
+    }
+
+    /// Runs one pass of Markov chains, with as many steps as there would be samples.
+    fn chains(&self, film: &mut Film, samples: u64, planner: &PassPlanner, shown: Shown) {
+        let (tiles, Some(splats)) = film.tiles_and_splats() else {
+            return;
+        };
+        let (settings, filter) = (self.settings, self.filter);
+        let area = metropolis::film_area(settings.window, filter);
+        let context = metropolis::ChainContext {
+            scene: self.scene,
+            filter,
+            kernel: dispatch::kernel(self.scene, settings),
+            window: settings.window,
+            integrator: dispatch::bidirectional(settings, area),
+            splats,
+            is_cancelled: &|| self.is_cancelled(),
+        };
+        let pixels = settings.window.pixel_count();
+        let walked = |steps| self.report(planner, steps, shown);
+        // Chains belong to a round of the batches, so that passes and shards may be of any length.
+        let rounds = planner.spp() / BATCHES..(planner.spp() + samples) / BATCHES;
+        // After an interrupted pass, seeds that it has not used.
+        let begun = splats.path_count() - planner.spp() * pixels;
+        let seed = hash::combine(settings.seed, begun);
+        metropolis::batches().for_each(|batch| {
+            for round in rounds.clone() {
+                let seed = hash::combine(seed, self.first / BATCHES + round);
+                let tally = context.batch(batch, seed, pixels, &walked);
+                self.take_in(tally);
+            }
+        });
+        if !self.is_cancelled() {
+            for tile in tiles {
+                tile.samples += samples;
+            }
+        }
+    }
+
+    fn take_in(&self, tally: Tally) {
+        let totals = self.totals.lock();
+        let mut totals = totals.expect("no thread panics while it holds this");
+        totals.merge(tally);
+    }
+
+    /// Whether the render is cancelled; once the observer has said so, it is not asked again.
+    fn is_cancelled(&self) -> bool {
+        if !self.cancelled.load(Ordering::Relaxed) && self.observer.is_cancelled() {
+            self.cancelled.store(true, Ordering::Relaxed);
+        }
+        self.cancelled.load(Ordering::Relaxed)
+    }
+
+    fn report(&self, planner: &PassPlanner, new_samples: u64, shown: Shown) {
+        let samples = self.samples.fetch_add(new_samples, Ordering::Relaxed) + new_samples;
+        let elapsed = self.start.elapsed();
+        let per_pixel = samples as f64 / self.settings.window.pixel_count() as f64;
+        self.observer.progress(&Progress {
+            samples,
+            spp: planner.spp(),
+            elapsed,
+            fraction: planner.fraction(per_pixel, elapsed),
+            rel_rmse: shown.rel_rmse,
+            predicted: shown.predicted,
+        });
+    }
+}

@@ -1,0 +1,161 @@
+//! The light queries of a scene: what a surface emits, which light it belongs to, and samples of lights with the texture, the
+//! alpha and the instance of the shape that they lie on.
+//!
+//! Measure: radiance; densities by solid angle.
+//! Range: a kernel for all effects of the scene; times from 0 to 1.
+//! Source: `src/light/`. Tested in `tests/lights/`.
+
+use super::interaction::Interaction;
+use super::{Emitter, Scene};
+use crate::accel::PrimitiveId;
+use crate::effects::{Effects, Slot, Switch};
+use crate::light::lanes::{LightContextLanes, LightSampleLanes};
+use crate::light::select::LightLanes;
+use crate::light::types::{
+    EmissionSample, LightChoice, LightSample, LightSampling, PointRule, Receiver, ShadowRayEnd,
+};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes3, load};
+use crate::math::measure::{PdfSolidAngle, Pmf};
+use crate::math::rgb::Rgb;
+use crate::math::vec::{Vec2, Vec3};
+
+impl Scene {
+    /// Returns the radiance emitted along `wo`; `None` if the surface is not an emitter.
+    #[inline]
+    pub fn emitted<E: Effects>(&self, at: &Interaction<E>) -> Option<Rgb> {
+        if !E::AreaLights::ON {
+            return None;
+        }
+        let emitter = self.emitter(at.id)?;
+        let radiance = emitter.emission.towards(at.wo.dot(at.ng));
+        match &emitter.texture {
+            Some(texture) if E::Textures::ON => {
+                Some(radiance * texture.lookup(at.uv.or(Vec2::ZERO)))
+            }
+            _ => Some(radiance),
+        }
+    }
+
+    /// Returns the light on which an emitting interaction lies; `None` if light sampling does not cover it.
+    #[inline]
+    pub fn light_of<E: Effects>(&self, at: &Interaction<E>) -> Option<u32> {
+        let emitter = self.emitter(at.id)?;
+        let offset = if emitter.per_primitive {
+            at.id.primitive
+        } else {
+            0
+        };
+        emitter.first_light.map(|first| first + offset)
+    }
+
+    /// Returns the pdf with which light sampling at `from` would have sampled the emitting interaction `at`.
+    #[inline]
+    pub fn light_pdf<E: Effects>(
+        &self,
+        choice: LightChoice,
+        from: &Receiver,
+        time: f32,
+        at: &Interaction<E>,
+    ) -> PdfSolidAngle {
+        self.light_of(at).map_or(PdfSolidAngle(0.0), |light| {
+            let towards = at.p - from.p;
+            self.lights
+                .pdf::<E>(light, choice, from, time, towards, at.ng)
+        })
+    }
+
+    /// Samples the incident direction at `p` from a given light; see [`Lights::sample`].
+    #[inline]
+    pub fn sample_light<E: Effects>(
+        &self,
+        choice: (u32, Pmf),
+        rules: LightSampling,
+        p: Vec3,
+        time: f32,
+        u: Vec2,
+    ) -> Option<LightSample> {
+        let mut sample = self.lights.sample::<E>(choice, rules, p, time, u)?;
+        self.adapt_to_primitive::<E>(choice.0, time, &mut sample.radiance, &mut sample.end);
+        Some(sample)
+    }
+
+    /// Samples the selected light of each active lane for the receiver `p`; see [`sample_light`](Self::sample_light).
+    #[inline]
+    pub fn sample_lights<E: Effects>(
+        &self,
+        active: &ActiveLanes<LANES>,
+        context: &LightContextLanes,
+        rules: LightSampling,
+        p: &Lanes3,
+        lights: &mut LightLanes,
+        samples: &mut LightSampleLanes,
+    ) {
+        let is_in_lanes = E::AreaLights::ON
+            && rules.points == PointRule::SolidAngle
+            && self.light_primitives.is_empty();
+        let singly = if is_in_lanes {
+            self.lights
+                .sample_lanes(active, context, p, lights, samples)
+        } else {
+            *active
+        };
+        for lane in singly.each() {
+            let choice = (context.light[lane], Pmf(context.pmf[lane]));
+            let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
+            let time = context.time[lane];
+            let sample = self.sample_light::<E>(choice, rules, load(p, lane), time, u);
+            samples.set(lane, sample.as_ref());
+        }
+    }
+
+    /// Samples a ray that leaves a light, as [`Light::sample_emission`](crate::light::Light::sample_emission), by two
+    /// numbers for its position and two for its direction.
+    pub fn sample_emission<E: Effects>(
+        &self,
+        light: u32,
+        time: f32,
+        u_position: Vec2,
+        u_direction: Vec2,
+    ) -> Option<EmissionSample> {
+        let found = self.lights.get(light);
+        let sample = found.sample_emission::<E>(time, u_position, u_direction, &self.around);
+        let mut sample = sample?;
+        self.adapt_to_primitive::<E>(light, time, &mut sample.radiance, &mut sample.end);
+        (!sample.radiance.is_black()).then_some(sample)
+    }
+
+    /// Applies to a sampled point of a light what the light itself does not store: its texture, its alpha, and the error
+    /// bound of an instance.
+    #[inline]
+    fn adapt_to_primitive<E: Effects>(
+        &self,
+        light: u32,
+        time: f32,
+        radiance: &mut Rgb,
+        end: &mut ShadowRayEnd,
+    ) {
+        if (E::Textures::ON || E::Alpha::ON || E::Instances::ON)
+            && !self.light_primitives.is_empty()
+            && let Some(id) = self.light_primitives[light as usize]
+            && let ShadowRayEnd::Surface(point, barycentric) = end
+        {
+            if let Some(error) = self.world.error_at::<E>(id, time, point.p) {
+                point.error = error;
+            }
+            let uv = || self.world.uv_at::<E>(id, time, point.p, *barycentric);
+            if let Some(texture) = self.emitter(id).and_then(|e| e.texture.as_ref()) {
+                *radiance *= texture.lookup(uv());
+            }
+            // The rest of the light passes through and belongs to the surfaces behind.
+            if let Some(alpha) = self.material(id).alpha(uv) {
+                *radiance *= alpha;
+            }
+        }
+    }
+
+    #[inline]
+    fn emitter(&self, id: PrimitiveId) -> Option<&Emitter> {
+        let emitter = self.shapes[id.shape as usize].emitter?;
+        Some(&self.emitters[emitter as usize])
+    }
+}

@@ -1,0 +1,187 @@
+//! Materials: evaluate their textures at a hit to yield a BSDF.
+//!
+//! Measure: as in `bsdf/types.rs`.
+//! Range: materials that `load` accepts.
+//! Source: none needed. Tested in `tests/loading/scene_files.rs` and `tests/scattering/materials.rs`.
+
+mod colour;
+mod textured_bsdf;
+
+use super::description::MaterialDescription;
+use super::normal_map::NormalMap;
+use super::shape_traits::ShapeTraits;
+use crate::bsdf::albedo::RowPlace;
+use crate::bsdf::{Bsdf, Principled};
+use crate::effects::{Effect, EffectSet, Effects, Switch, beyond_kernel};
+use crate::geometry::packed::PackedImages;
+use crate::math::rgb::Rgb;
+use crate::math::vec::Vec2;
+use colour::Colour;
+use std::borrow::Cow;
+use textured_bsdf::{TexturedBsdf, mapped};
+
+/// A material prepared for lookups. Everything that does not depend on textures is precomputed.
+#[derive(Debug, Clone)]
+pub struct Material {
+    bsdf: TexturedBsdf,
+    transmits: bool,
+    one_sided: bool,
+    /// Opacity; `None` if the surface is opaque.
+    alpha: Option<Colour>,
+    /// The alpha from which the surface is present, if it is not present in part.
+    alpha_cutoff: Option<f32>,
+    normal_map: Option<NormalMap>,
+}
+
+impl Material {
+    /// Returns the material of a description.
+    pub fn new(description: &MaterialDescription) -> Self {
+        let alpha = Colour::new(&description.alpha);
+        let present_from = description.alpha_cutoff.unwrap_or(1.0);
+        let all_there =
+            matches!(&alpha, Colour::Constant(alpha) if alpha.luminance() >= present_from);
+        let bsdf = TexturedBsdf::new(&description.model).mapped(description);
+        Self {
+            transmits: bsdf.effects().has(Effect::Transmission),
+            bsdf: bsdf.folded(),
+            one_sided: !description.two_sided,
+            alpha: (!all_there).then_some(alpha),
+            alpha_cutoff: description.alpha_cutoff,
+            normal_map: description.normal_map.as_ref().and_then(NormalMap::new),
+        }
+    }
+
+    /// Returns the material with packed images, for faster lookups.
+    pub fn packed(mut self, images: &mut PackedImages) -> Self {
+        let colours = self.bsdf.colours_mut().into_iter().flatten();
+        for colour in colours.chain(&mut self.alpha) {
+            colour.pack(images);
+        }
+        self
+    }
+
+    /// The reflectance at a texture coordinate, if the BSDF is diffuse.
+    #[inline]
+    pub fn diffuse<E: Effects>(&self, uv: Vec2) -> Option<Rgb> {
+        match &self.bsdf {
+            TexturedBsdf::Uniform(Bsdf::Diffuse(bsdf)) => Some(bsdf.reflectance()),
+            TexturedBsdf::Diffuse(colour) if E::Textures::ON => Some(colour.at(uv)),
+            _ => None,
+        }
+    }
+
+    /// The BSDF at a texture coordinate with its place in the table of albedos, if it is principled, rough and opaque.
+    #[inline]
+    pub fn principled<E: Effects>(&self, uv: Vec2) -> Option<(Cow<'_, Principled>, RowPlace)> {
+        match &self.bsdf {
+            TexturedBsdf::Uniform(Bsdf::Principled(bsdf)) => {
+                Some((Cow::Borrowed(bsdf), bsdf.place_in_lanes()?))
+            }
+            TexturedBsdf::Principled(bsdf, colour) if E::Textures::ON => {
+                let place = bsdf.place_in_lanes()?;
+                Some((Cow::Owned(bsdf.coloured(colour.at(uv))), place))
+            }
+            TexturedBsdf::PrincipledMapped(parameters, colour, map) if E::Textures::ON => {
+                let bsdf = mapped(parameters, colour.at(uv), map.at(uv));
+                let place = bsdf.place_in_lanes()?;
+                Some((Cow::Owned(bsdf), place))
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether all lobes of the BSDF are deltas, see [`Bsdf::is_delta`]. Textures do not change it.
+    #[inline]
+    pub fn is_delta<E: Effects>(&self) -> bool {
+        E::Specular::ON
+            && match &self.bsdf {
+                TexturedBsdf::Uniform(bsdf) => bsdf.is_delta::<E>(),
+                TexturedBsdf::Diffuse(_)
+                | TexturedBsdf::Phong { .. }
+                | TexturedBsdf::PrincipledMapped(..) => false,
+                TexturedBsdf::Mirror(_) => true,
+                TexturedBsdf::Dielectric(model, _) => model.is_delta(),
+                TexturedBsdf::Principled(model, _) => model.is_delta(),
+            }
+    }
+
+    /// Whether the material has an opacity below 1 anywhere.
+    #[inline]
+    pub fn has_alpha(&self) -> bool {
+        self.alpha.is_some()
+    }
+
+    /// Returns the effects that the material requires of a kernel.
+    pub fn effects(&self) -> EffectSet {
+        self.bsdf
+            .effects()
+            .with_if(Effect::Textures, self.is_textured())
+            .with_if(Effect::OneSided, self.one_sided)
+            .with_if(Effect::Alpha, self.alpha.is_some())
+            .with_if(Effect::NormalMaps, self.normal_map.is_some())
+            .with_if(Effect::ShadingNormals, self.normal_map.is_some())
+    }
+
+    /// The traits of a shape with this material that follow from it.
+    pub fn traits(&self) -> ShapeTraits {
+        ShapeTraits::default()
+            .with_if(ShapeTraits::IS_ONE_SIDED, self.one_sided)
+            .with_if(ShapeTraits::TRANSMITS, self.transmits)
+            .with_if(ShapeTraits::IS_TEXTURED, self.is_textured())
+            .with_if(ShapeTraits::HAS_ALPHA, self.alpha.is_some())
+            .with_if(ShapeTraits::HAS_NORMAL_MAP, self.normal_map.is_some())
+    }
+
+    /// Whether the material needs texture coordinates.
+    pub fn is_textured(&self) -> bool {
+        let alpha_varies = self.alpha.as_ref().is_some_and(Colour::is_textured);
+        self.bsdf.is_textured() || alpha_varies || self.normal_map.is_some()
+    }
+
+    /// Returns the BSDF at a texture coordinate.
+    #[inline]
+    pub fn bsdf<E: Effects>(&self, uv: Vec2) -> Cow<'_, Bsdf> {
+        match &self.bsdf {
+            TexturedBsdf::Uniform(bsdf) => Cow::Borrowed(bsdf),
+            textured if E::Textures::ON => Cow::Owned(textured.bsdf(uv)),
+            _ => beyond_kernel(),
+        }
+    }
+
+    /// Whether the material transmits light, so that its two sides differ.
+    #[inline]
+    pub fn transmits(&self) -> bool {
+        self.transmits
+    }
+
+    /// Whether the back absorbs everything.
+    #[inline]
+    pub fn is_one_sided(&self) -> bool {
+        self.one_sided
+    }
+
+    /// Returns alpha (opacity) at a texture coordinate, in [0, 1]; `None` if the surface is opaque.
+    #[inline]
+    pub fn alpha(&self, uv: impl FnOnce() -> Vec2) -> Option<f32> {
+        let alpha = match self.alpha.as_ref()? {
+            Colour::Constant(alpha) => *alpha,
+            varying => varying.at(uv()),
+        };
+        let alpha = alpha.luminance().clamp(0.0, 1.0);
+        Some(match self.alpha_cutoff {
+            Some(cutoff) => f32::from(u8::from(alpha >= cutoff)),
+            None => alpha,
+        })
+    }
+
+    /// Whether the surface has alpha below 1.
+    pub fn is_masked(&self) -> bool {
+        self.alpha.is_some()
+    }
+
+    /// Returns the normal map, if any.
+    #[inline]
+    pub fn normal_map(&self) -> Option<&NormalMap> {
+        self.normal_map.as_ref()
+    }
+}

@@ -205,7 +205,7 @@ fn flat_lights(c: &mut Criterion) {
             let seen: Vec<(Vec3, Vec2)> = u
                 .iter()
                 .map(|u| {
-                    let cone = warp::sample_cone_uniform(Vec2::new(u[0], u[1]), 0.5);
+                    let cone: Vec3 = warp::sample_cone_uniform(Vec2::new(u[0], u[1]), 0.5);
                     (distance * cone, Vec2::new(u[2], u[3]))
                 })
                 .collect();

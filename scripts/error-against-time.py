@@ -9,7 +9,7 @@ against its own pair of references R1, R2 of a third of its time: with w = 1 / (
 w (X - R1)(X - R2) is the squared error of X, without the noise of the references, and without the differences between
 the programs. Renders of both alternate. Seconds are those of rendering: of Etendue as --stats has them, of Mitsuba from
 the call to the finished array; the first render of each sample count, which compiles Mitsuba's kernels, does not count.
-Etendue renders with its defaults, Mitsuba by its llvm variant, `path`, and its best sampler (--sampler).
+Etendue renders with its defaults and Sobol' points, Mitsuba by its llvm variant, `path`, and its best sampler (--sampler).
 """
 
 import argparse, json, math, os, platform, re, subprocess, sys, tempfile, time
@@ -68,6 +68,8 @@ class Etendue:
         stats = self.out + ".json"
         size = "x".join(map(str, self.size))
         command = [self.program, "render", self.scene, "--size", size, "--spp", str(spp), "--seed", str(seed)]
+        # A file may name another sampler, as Mitsuba's scenes do.
+        command += ["--sampler", "sobol"]
         subprocess.run(command + ["-q", "-o", self.out, "--stats", stats], check=True)
         with open(self.out, "rb") as file:
             file.readline()

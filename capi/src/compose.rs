@@ -27,7 +27,7 @@ unsafe fn add_shape(
     unsafe {
         let shape = read_struct(surface)?.describe(geometry)?;
         let index = scene.describe().add_shape(shape)?;
-        tell(number, index)
+        write_number(number, index)
     }
 }
 
@@ -35,7 +35,7 @@ unsafe fn add_shape(
 ///
 /// # Safety
 /// The number may be written, or its pointer is null.
-unsafe fn tell(number: *mut u32, index: usize) -> CallResult {
+unsafe fn write_number(number: *mut u32, index: usize) -> CallResult {
     if !number.is_null() {
         // SAFETY: the caller's promise.
         unsafe { write(number, index as u32, "number")? };
@@ -58,7 +58,7 @@ pub unsafe extern "C" fn etd_scene_add_material(
         let material = unsafe { read_struct(material)?.describe() }?;
         let index = scene.describe().add_material(material)?;
         // SAFETY: as above.
-        unsafe { tell(number, index) }
+        unsafe { write_number(number, index) }
     })
 }
 
@@ -199,7 +199,7 @@ pub unsafe extern "C" fn etd_scene_add_group(
         let name = unsafe { text(name, "name") }?.unwrap_or("group");
         let index = scene.describe().add_group(name);
         // SAFETY: as above.
-        unsafe { tell(number, index + 1) }
+        unsafe { write_number(number, index + 1) }
     })
 }
 
@@ -218,7 +218,7 @@ pub unsafe extern "C" fn etd_scene_add_instance(
         let instance = unsafe { read_struct(instance)?.describe() }?;
         let index = scene.describe().add_instance(instance)?;
         // SAFETY: as above.
-        unsafe { tell(number, index) }
+        unsafe { write_number(number, index) }
     })
 }
 

@@ -49,7 +49,7 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
     };
     let report = etendue_lab::study::run(&description, full_size, &settings, start, &kept);
     watcher.finish();
-    let report = report.inspect_err(|_| files.forsake())?;
+    let report = report.inspect_err(|_| files.remove_if_empty())?;
     kept.keeper.result()?;
 
     let findings = files.findings(&report);
@@ -176,7 +176,7 @@ impl Files {
     }
 
     /// Removes the folder if it is empty, so that a study that could not start leaves nothing behind.
-    fn forsake(&self) {
+    fn remove_if_empty(&self) {
         let _ = std::fs::remove_dir(&self.folder);
     }
 }

@@ -7,9 +7,9 @@
 //! Range: `eta` above 0 and `k` at least 0, relative to the medium outside; roughness in [0, 1], a delta below 0.01.
 //! Both sides scatter alike.
 //! Source: Heitz 2014 for single scattering; Kulla and Conty 2017 for the compensation, with F_ms of Jakob et al. 2014.
-//! Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
+//! Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`. `principled/lanes.rs` has the rough ones in lanes.
 
-use super::albedo::{AlbedoRow, SingleScatter};
+use super::albedo::{AlbedoRow, RowPlace, SingleScatter};
 use super::fresnel;
 use super::microfacet::Ggx;
 use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
@@ -23,13 +23,13 @@ use crate::planted::planted;
 /// A metal surface.
 #[derive(Debug, Clone, Copy)]
 pub struct Conductor {
-    eta: Rgb,
-    k: Rgb,
-    tint: Rgb,
+    pub(super) eta: Rgb,
+    pub(super) k: Rgb,
+    pub(super) tint: Rgb,
     facets: Option<Ggx>,
-    albedo: AlbedoRow,
+    pub(super) albedo: AlbedoRow,
     /// F_ms, the colour of multiple scattering.
-    f_ms: Rgb,
+    pub(super) f_ms: Rgb,
 }
 
 /// The refractive indices of metals, eta and k, at 630, 532 and 465 nm, interpolated in measured data.
@@ -122,6 +122,18 @@ impl Conductor {
         self.facets.is_none()
     }
 
+    /// The place in the table of albedos, if the surface is rough, so that its BSDF can be evaluated in lanes.
+    #[inline]
+    pub fn place_in_lanes(&self) -> Option<RowPlace> {
+        self.albedo.place()
+    }
+
+    /// Samples a direction by multiple scattering.
+    #[inline]
+    pub fn sample_multiple(&self, u: Vec2) -> Vec3 {
+        self.albedo.sample_multiple(u)
+    }
+
     /// Evaluates single and multiple scattering; zero for a smooth surface.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
@@ -148,7 +160,7 @@ impl Conductor {
         };
         let o = self.albedo.at(up.z);
         let mut wi = if u_lobe < o.loss {
-            self.albedo.sample_multiple(u)
+            self.sample_multiple(u)
         } else {
             ggx.sample_mirrored(up, u)
         };

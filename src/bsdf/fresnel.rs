@@ -7,6 +7,7 @@
 //! `battery/fresnel.rs`.
 
 use crate::math::rgb::Rgb;
+use crate::math::vec::Vector;
 
 /// Reflection and refraction at the interface of two dielectrics: the reflectance, and the cosine of the refracted
 /// direction.
@@ -62,7 +63,7 @@ pub fn normal_reflectance(n: f32) -> f32 {
 /// The Fresnel reflectance of a metal of index `eta` + i `k`, relative to the medium outside.
 ///
 /// Born and Wolf section 14.2, in the form with a^2 + b^2 = |eta_t^2 - sin^2|.
-#[inline]
+#[inline(always)]
 pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
     let cos2 = cos_i * cos_i;
     let sin2 = 1.0 - cos2;
@@ -82,14 +83,14 @@ pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
 }
 
 /// The reflectance [`conductor`] in each channel.
-#[inline]
-pub fn conductor_rgb(cos_i: f32, eta: Rgb, k: Rgb) -> Rgb {
-    let ([er, eg, eb], [kr, kg, kb]) = (eta.to_array(), k.to_array());
-    Rgb::new(
+#[inline(always)]
+pub fn conductor_rgb<V: Vector>(cos_i: f32, eta: Rgb<V>, k: Rgb<V>) -> Rgb<V> {
+    let ([er, eg, eb], [kr, kg, kb]): ([f32; 3], [f32; 3]) = (eta.into(), k.into());
+    Rgb::from([
         conductor(cos_i, er, kr),
         conductor(cos_i, eg, kg),
         conductor(cos_i, eb, kb),
-    )
+    ])
 }
 
 /// The cosine-weighted mean over the hemisphere of [`conductor`], per channel: 2 integral of F(mu) mu dmu.

@@ -116,6 +116,8 @@ pub struct Filter {
     guide: Vec<u16>,
     /// The radius in single precision, for sampling.
     reach: f32,
+    /// Whether the filter is a box, whose offsets are uniform.
+    is_box: bool,
     /// The weights of samples that contribute to several pixels.
     footprint: Option<Footprint>,
 }
@@ -197,9 +199,10 @@ impl Filter {
             cells,
             guide,
             reach: radius as f32,
+            is_box: kind == FilterKind::Box,
             footprint: None,
         };
-        if kind != FilterKind::Box {
+        if !filter.is_box {
             filter.footprint = Footprint::new(radius, |x| filter.evaluate_axis(x));
         }
         filter
@@ -236,6 +239,10 @@ impl Filter {
     /// offsets along both axes, and the weights.
     pub fn sample_lanes(&self, u: &[Lanes<f32>; 2]) -> ([Lanes<f32>; 2], Lanes<f32>) {
         let mut weights = [1.0; LANES];
+        if self.is_box {
+            let uniform = |u: &Lanes<f32>| u.map(|u| uniform_within(self.reach, u));
+            return (u.each_ref().map(uniform), weights);
+        }
         let offsets = u.each_ref().map(|u| {
             let mut cells = [[0.0; LANES]; 6];
             for lane in 0..LANES {
@@ -258,6 +265,9 @@ impl Filter {
     /// preserved.
     #[inline]
     fn sample_axis(&self, u: f32) -> (f32, f32) {
+        if self.is_box {
+            return (uniform_within(self.reach, u), 1.0);
+        }
         let (signed, cell) = self.cell(u);
         let found = &self.cells[cell];
         let within = [found.to, found.scale, found.a, found.b, signed, cell as f32];
@@ -291,6 +301,12 @@ impl Filter {
         let within = position - cell as f64;
         self.values[cell] * (1.0 - within) + self.values[cell + 1] * within
     }
+}
+
+/// A uniformly distributed coordinate.
+#[inline(always)]
+fn uniform_within(reach: f32, u: f32) -> f32 {
+    reach * (2.0 * u - 1.0)
 }
 
 /// The coordinate of a share within a cell. The numbers are those of [`Cell`] but the weight, the signed share and

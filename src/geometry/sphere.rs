@@ -8,8 +8,19 @@ use super::surface::SurfacePoint;
 use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
 use crate::math::robust::gamma;
-use crate::math::vec::{DVec3, Mat3, Vec2, Vec3, reflect};
+use crate::math::vec::{DVec3, Mat3, Vec2, Vec3, Vector, reflect};
 use std::f32::consts::{FRAC_1_PI, TAU};
+
+/// The point of a sphere in the direction of the unit vector `n` from its centre.
+#[inline(always)]
+pub fn surface_along<V: Vector>(center: V, radius: f32, n: V) -> SurfacePoint<V> {
+    SurfacePoint {
+        p: center + n * radius,
+        error: (center.abs() + V::splat(radius)) * gamma(8),
+        ng: n,
+        ns: n,
+    }
+}
 
 /// A sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,13 +88,7 @@ impl Sphere {
     /// The surface point in the direction of the unit vector `n` from the centre.
     #[inline]
     pub fn surface_along(&self, n: Vec3) -> SurfacePoint {
-        let p = self.center + self.radius * n;
-        SurfacePoint {
-            p,
-            error: gamma(8) * (self.center.abs() + Vec3::splat(self.radius)),
-            ng: n,
-            ns: n,
-        }
+        surface_along(self.center, self.radius, n)
     }
 
     /// The texture coordinate of a point of the sphere: the longitude about its y axis, and the latitude from the lower

@@ -9,6 +9,7 @@ use super::Light;
 use super::environment::EnvironmentMap;
 use super::lanes::{LightContextLanes, LightSampleLanes};
 use super::rectangle::RectangleLanes;
+use super::sphere::SphereLanes;
 use super::tree::LightTree;
 use super::triangle::TriangleLanes;
 use super::types::{LightChoice, LightSample, LightSampling, MapRule, Receiver};
@@ -40,8 +41,10 @@ pub struct LightLanes {
     light: Lanes<u32>,
     is_rectangle: ActiveLanes<LANES>,
     is_triangle: ActiveLanes<LANES>,
+    is_sphere: ActiveLanes<LANES>,
     rectangles: RectangleLanes,
     triangles: TriangleLanes,
+    spheres: SphereLanes,
 }
 
 impl Default for LightLanes {
@@ -50,8 +53,10 @@ impl Default for LightLanes {
             light: [u32::MAX; LANES],
             is_rectangle: ActiveLanes::NONE,
             is_triangle: ActiveLanes::NONE,
+            is_sphere: ActiveLanes::NONE,
             rectangles: RectangleLanes::default(),
             triangles: TriangleLanes::default(),
+            spheres: SphereLanes::default(),
         }
     }
 }
@@ -69,9 +74,11 @@ impl LightLanes {
             .set(lane, matches!(light, Light::Rectangle(_)));
         self.is_triangle
             .set(lane, matches!(light, Light::Triangle(_)));
+        self.is_sphere.set(lane, matches!(light, Light::Sphere(_)));
         match light {
             Light::Rectangle(light) => self.rectangles.set(lane, light),
             Light::Triangle(light) => self.triangles.set(lane, light),
+            Light::Sphere(light) => self.spheres.set(lane, light),
             _ => {}
         }
     }
@@ -222,7 +229,9 @@ impl Lights {
         }
         let rectangles = active.and(|lane| lights.is_rectangle.has(lane));
         let triangles = active.and(|lane| lights.is_triangle.has(lane));
-        let mut singly = active.without(&rectangles).without(&triangles);
+        let spheres = active.and(|lane| lights.is_sphere.has(lane));
+        let in_lanes = rectangles.with(&triangles).with(&spheres);
+        let mut singly = active.without(&in_lanes);
         if rectangles.any() {
             let near = lights.rectangles.sample(&rectangles, context, p, samples);
             singly = singly.with(&near);
@@ -230,6 +239,10 @@ impl Lights {
         if triangles.any() {
             let skew = lights.triangles.sample(&triangles, context, p, samples);
             singly = singly.with(&skew);
+        }
+        if spheres.any() {
+            let inside = lights.spheres.sample(&spheres, context, p, samples);
+            singly = singly.with(&inside);
         }
         singly
     }

@@ -3,14 +3,16 @@
 //! Measure: densities per steradian.
 //! Range: receivers outside at any distance; for receivers inside the whole sphere of directions is sampled.
 //! Source: Pharr, Jakob, Humphreys, "Sampling Spheres"; 1 - cos = s^2 / (1 + sqrt(1 - s^2)) does not cancel for small
-//! cones. Tested in `tests/lights/light.rs`.
+//! cones. Tested in `tests/lights/light.rs` and `tests/lights/lanes.rs`.
 
+use super::lanes::{End, LaneSample, LightContextLanes, LightSampleLanes};
 use super::types::{Emission, LightSample, ShadowRayEnd};
-use crate::geometry::sphere::Sphere;
+use crate::geometry::sphere::{Sphere, surface_along};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::frame::Frame;
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::measure::{PdfArea, PdfSolidAngle};
-use crate::math::vec::{Vec2, Vec3};
+use crate::math::vec::{LaneVec3, Vec2, Vec3, Vector};
 use crate::planted::planted;
 use crate::sampling::warp;
 use std::f64::consts::PI;
@@ -22,16 +24,80 @@ pub struct SphereLight {
     emission: Emission,
 }
 
-/// The directions that the sphere subtends at a receiver.
+/// The cone of directions that a sphere subtends at a receiver outside: the unit vector to the centre, the square of the sine
+/// of its half angle, and one minus its cosine.
+#[derive(Debug, Clone, Copy)]
+struct Cone<V = Vec3> {
+    axis: V,
+    sin2: f32,
+    one_minus_cos: f32,
+}
+
+/// The directions that a sphere subtends at a receiver.
 enum VisibleCap {
-    /// Receiver outside: unit vector to the centre, sine squared of the cone's half angle, one minus its cosine.
-    Cone {
-        axis: Vec3,
-        sin2: f32,
-        one_minus_cos: f32,
-    },
-    /// Receiver inside.
+    /// The receiver is outside.
+    Cone(Cone),
+    /// The receiver is inside.
     Inside,
+}
+
+impl<V: Vector> Cone<V> {
+    /// The cone of a sphere of this radius, and whether the receiver is outside: else it is not defined. Free of branches.
+    #[inline(always)]
+    fn new(to_center: [f64; 3], radius: f64) -> (bool, Self) {
+        let [x, y, z] = to_center;
+        let length2 = x * x + y * y + z * z;
+        let sin2 = radius * radius / length2;
+        let reciprocal = 1.0 / length2.sqrt();
+        let cone = Self {
+            axis: V::new(
+                (x * reciprocal) as f32,
+                (y * reciprocal) as f32,
+                (z * reciprocal) as f32,
+            ),
+            sin2: sin2 as f32,
+            one_minus_cos: planted!(
+                "cone-cancels",
+                1.0 - (1.0 - sin2 as f32).sqrt(),
+                (sin2 / (1.0 + (1.0 - sin2).sqrt())) as f32
+            ),
+        };
+        (sin2 < 1.0, cone)
+    }
+
+    /// The normal of the sphere where a direction that is uniformly distributed in the cone hits its near side. Free of
+    /// branches.
+    #[inline(always)]
+    fn sample_normal(&self, u: Vec2) -> V {
+        let w: V = warp::sample_cone_uniform(u, self.one_minus_cos);
+        let [x, y, z] = w.into();
+        let length2 = x * x + y * y;
+        let sin2_theta = length2.min(self.sin2);
+        let root = z * (1.0 - sin2_theta / self.sin2).max(0.0).sqrt();
+        let cos_alpha = (sin2_theta / self.sin2.sqrt() + root).clamp(-1.0, 1.0);
+        let sin_alpha = (1.0 - cos_alpha * cos_alpha).sqrt();
+        let reciprocal = 1.0 / length2.sqrt();
+        let scale = if reciprocal.is_finite() {
+            reciprocal
+        } else {
+            0.0
+        };
+        let local = V::new(sin_alpha * (x * scale), sin_alpha * (y * scale), -cos_alpha);
+        Frame::from_normal(self.axis).to_world(local)
+    }
+
+    #[inline(always)]
+    fn density(&self) -> f32 {
+        warp::pdf_cone_uniform(self.one_minus_cos)
+    }
+}
+
+/// The point of a sphere with this normal, and the unit vector to it from a receiver outside.
+#[inline(always)]
+fn point_and_direction<V: Vector>(center: V, radius: f32, normal: V, p: V) -> (SurfacePoint<V>, V) {
+    let point = surface_along(center, radius, normal);
+    let wi = (point.p - p).normalize_or(-normal);
+    (point, wi)
 }
 
 impl SphereLight {
@@ -69,22 +135,8 @@ impl SphereLight {
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let view = self.view(p);
-        let normal = match view {
-            VisibleCap::Cone {
-                axis,
-                sin2,
-                one_minus_cos,
-            } => {
-                let w = warp::sample_cone_uniform(u, one_minus_cos);
-                // The normal where the sampled direction hits the near side.
-                let sin2_theta = (w.x * w.x + w.y * w.y).min(sin2);
-                let root = w.z * (1.0 - sin2_theta / sin2).max(0.0).sqrt();
-                let cos_alpha = (sin2_theta / sin2.sqrt() + root).clamp(-1.0, 1.0);
-                let sin_alpha = (1.0 - cos_alpha * cos_alpha).sqrt();
-                let around = Vec2::new(w.x, w.y).normalize_or_zero();
-                let local = Vec3::new(sin_alpha * around.x, sin_alpha * around.y, -cos_alpha);
-                Frame::from_normal(axis).to_world(local)
-            }
+        let normal = match &view {
+            VisibleCap::Cone(cone) => cone.sample_normal(u),
             VisibleCap::Inside => {
                 let w = warp::sample_sphere_uniform(u);
                 let from_center = p - self.sphere.center;
@@ -94,8 +146,7 @@ impl SphereLight {
                 (from_center + t * w).normalize()
             }
         };
-        let point = self.sphere.surface_along(normal);
-        let wi = (point.p - p).normalize();
+        let (point, wi) = point_and_direction(self.sphere.center, self.sphere.radius, normal, p);
         Some(LightSample {
             wi,
             radiance: self.emission.towards(-wi.dot(normal)),
@@ -136,20 +187,10 @@ impl SphereLight {
     #[inline]
     fn view(&self, p: Vec3) -> VisibleCap {
         let to_center = self.sphere.center.as_dvec3() - p.as_dvec3();
-        let radius = f64::from(self.sphere.radius);
-        let sin2 = radius * radius / to_center.length_squared();
-        if sin2 < 1.0 {
-            VisibleCap::Cone {
-                axis: to_center.normalize().as_vec3a(),
-                sin2: sin2 as f32,
-                one_minus_cos: planted!(
-                    "cone-cancels",
-                    1.0 - (1.0 - sin2 as f32).sqrt(),
-                    (sin2 / (1.0 + (1.0 - sin2).sqrt())) as f32
-                ),
-            }
-        } else {
-            VisibleCap::Inside
+        let (is_outside, cone) = Cone::new(to_center.to_array(), self.sphere.radius.into());
+        match is_outside {
+            true => VisibleCap::Cone(cone),
+            false => VisibleCap::Inside,
         }
     }
 }
@@ -158,8 +199,97 @@ impl VisibleCap {
     #[inline]
     fn density(&self) -> PdfSolidAngle {
         PdfSolidAngle(match self {
-            Self::Cone { one_minus_cos, .. } => warp::pdf_cone_uniform(*one_minus_cos),
+            Self::Cone(cone) => cone.density(),
             Self::Inside => warp::PDF_SPHERE_UNIFORM,
         })
+    }
+}
+
+/// A sphere light for each lane.
+#[repr(align(64))]
+#[derive(Debug)]
+pub struct SphereLanes {
+    center: Lanes3,
+    radius: Lanes<f32>,
+    radiance: Lanes3,
+    two_sided: Lanes<u32>,
+}
+
+impl Default for SphereLanes {
+    fn default() -> Self {
+        let zero = [0.0; LANES];
+        Self {
+            center: [zero; 3],
+            radius: zero,
+            radiance: [zero; 3],
+            two_sided: [0; LANES],
+        }
+    }
+}
+
+impl SphereLanes {
+    /// Sets the light of a lane.
+    #[inline]
+    pub fn set(&mut self, lane: usize, light: &SphereLight) {
+        store(&mut self.center, lane, light.sphere.center);
+        self.radius[lane] = light.sphere.radius;
+        store(&mut self.radiance, lane, light.emission.radiance);
+        self.two_sided[lane] = u32::from(light.emission.two_sided);
+    }
+
+    /// Samples a point on the light of each lane of `mask` for the receiver `p`. Returns the lanes whose receiver is inside, so
+    /// that [`SphereLight::sample`] has to do it.
+    #[inline]
+    pub fn sample(
+        &self,
+        mask: &ActiveLanes<LANES>,
+        context: &LightContextLanes,
+        p: &Lanes3,
+        samples: &mut LightSampleLanes,
+    ) -> ActiveLanes<LANES> {
+        sample_lanes(self, mask, context, p, samples)
+    }
+}
+
+vectorised! {
+    /// [`SphereLanes::sample`].
+    fn sample_lanes(
+        lights: &SphereLanes,
+        mask: &ActiveLanes<LANES>,
+        context: &LightContextLanes,
+        p: &Lanes3,
+        samples: &mut LightSampleLanes,
+    ) -> ActiveLanes<LANES> {
+        let mut inside = ActiveLanes::NONE;
+        for lane in 0..LANES {
+            let (center, p): (LaneVec3, LaneVec3) = (load(&lights.center, lane), load(p, lane));
+            let radius = lights.radius[lane];
+            let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
+            let to_center = [
+                f64::from(center.x) - f64::from(p.x),
+                f64::from(center.y) - f64::from(p.y),
+                f64::from(center.z) - f64::from(p.z),
+            ];
+            let (is_outside, cone) = Cone::<LaneVec3>::new(to_center, f64::from(radius));
+            let normal = cone.sample_normal(u);
+            let (point, wi) = point_and_direction(center, radius, normal, p);
+            let emission: Emission<LaneVec3> = Emission {
+                radiance: load(&lights.radiance, lane),
+                two_sided: lights.two_sided[lane] != 0,
+            };
+            let is_in_mask = mask.has(lane);
+            inside.set(lane, !is_outside & is_in_mask);
+            let sample = LaneSample {
+                end: End::Surface,
+                wi,
+                radiance: emission.towards(-wi.dot(normal)),
+                pdf: context.pmf[lane] * cone.density(),
+                p: point.p,
+                error: point.error,
+                normal,
+            };
+            samples.set_if(is_in_mask, lane, &sample);
+        }
+        inside
     }
 }

@@ -6,7 +6,7 @@
 
 use crate::math::lanes::{LANES, Lanes, store, vectorised};
 use crate::math::trig::{sin_cos_eighth, sin_cos_turns};
-use crate::math::vec::{LaneVec3, Vec2, Vec3};
+use crate::math::vec::{LaneVec3, Vec2, Vec3, Vector};
 use crate::planted::planted;
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -123,12 +123,12 @@ pub fn invert_sphere_uniform(w: Vec3) -> Vec2 {
 /// exact also for small cones.
 ///
 /// Pharr, Jakob and Humphreys, "Physically Based Rendering", uniform cone.
-#[inline]
-pub fn sample_cone_uniform(u: Vec2, one_minus_cos: f32) -> Vec3 {
+#[inline(always)]
+pub fn sample_cone_uniform<V: Vector>(u: Vec2, one_minus_cos: f32) -> V {
     let h = u.x * one_minus_cos;
     let sin = (h * (2.0 - h)).max(0.0).sqrt();
     let (sin_phi, cos_phi) = sin_cos_turns(u.y);
-    Vec3::new(sin * cos_phi, sin * sin_phi, 1.0 - h)
+    V::new(sin * cos_phi, sin * sin_phi, 1.0 - h)
 }
 
 /// Density of [`sample_cone_uniform`] per steradian, inside the cone.

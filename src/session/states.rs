@@ -114,7 +114,7 @@ impl Rendering {
         self.check_session(session)?;
         self.check_can_be_kept()?;
         let header = self.header(session)?;
-        let layers = match self.owes_layers() {
+        let layers = match self.includes_layers() {
             true => session.threads.run(|| self.layers_of_scene(session)),
             false => vec![],
         };
@@ -151,7 +151,7 @@ impl Rendering {
     }
 
     /// Whether the layers of the first hits belong into the state: into that of one shard, which has all its samples.
-    fn owes_layers(&self) -> bool {
+    fn includes_layers(&self) -> bool {
         let spp = self.budget().spp;
         let is_complete = spp.is_none_or(|spp| self.rendered.spp >= spp);
         self.settings.layers && self.rendered.first == 0 && is_complete

@@ -2,11 +2,13 @@
 
 use crate::common::TestRng;
 use etendue::internals::effects::kernel::types::Everything;
+use etendue::internals::geometry::sphere::Sphere;
 use etendue::internals::light::Light;
 use etendue::internals::light::lanes::{LightContextLanes, LightSampleLanes};
 use etendue::internals::light::point::PointLight;
 use etendue::internals::light::rectangle::RectangleLight;
 use etendue::internals::light::select::{LightLanes, Lights};
+use etendue::internals::light::sphere::SphereLight;
 use etendue::internals::light::triangle::TriangleLight;
 use etendue::internals::light::types::{Emission, LightSample, LightSampling, ShadowRayEnd};
 use etendue::internals::math::lanes::{ActiveLanes, LANES, load, store};
@@ -39,6 +41,15 @@ fn triangle(corner: Vec3, two_sided: bool) -> Light {
     };
     let vertices = [corner, corner + EDGES[0], corner + EDGES[1]];
     Light::Triangle(TriangleLight::new(vertices, emission))
+}
+
+fn sphere(center: Vec3, radius: f32, two_sided: bool) -> Light {
+    let radiance = Rgb::new(0.25, 1.0, 0.5);
+    let emission = Emission {
+        radiance,
+        two_sided,
+    };
+    Light::Sphere(SphereLight::new(Sphere::new(center, radius), emission))
 }
 
 /// All numbers of a light sample but the barycentric coordinates, which lanes do not keep, as bits.
@@ -122,6 +133,13 @@ fn samples_in_lanes_are_those_of_single_receivers() {
             rectangle(elsewhere(2), false),
             triangle(elsewhere(3), true),
             Light::Point(point),
+        ]),
+        // Receivers near their centres are inside.
+        lights(vec![sphere(Vec3::new(0.0, 0.0, 1.0), 0.03, false)]),
+        lights(vec![
+            sphere(Vec3::new(0.2, 0.1, 1.3), 0.2, true),
+            sphere(Vec3::new(-0.7, 2.0, 0.4), 1e-4, false),
+            rectangle(corner, false),
         ]),
     ];
     let mut rng = TestRng::new(71);

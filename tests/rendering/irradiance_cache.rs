@@ -17,7 +17,7 @@ use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::render::{Unwatched, render};
 use etendue::internals::scene::description::SceneDescription;
 use etendue_lab::battery::case::{Effort, Trial};
-use etendue_lab::battery::irradiance::told;
+use etendue_lab::battery::irradiance::cache_errors;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 fn settings(description: &SceneDescription, cache_error: f64, spp: u64) -> RenderSettings {
@@ -38,10 +38,13 @@ fn what_it_tells_is_within_the_bound_of_the_truth() {
             effort: Effort::Quick,
             is_cancelled: &|| false,
         };
-        let told = told(&trial, bound).expect("a valid scene");
-        println!("{bound} {told:?}");
-        assert!(told.worst < bound && told.known > 0.9, "{bound} {told:?}");
-        counts.push(told.records);
+        let errors = cache_errors(&trial, bound).expect("a valid scene");
+        println!("{bound} {errors:?}");
+        assert!(
+            errors.worst < bound && errors.known > 0.9,
+            "{bound} {errors:?}"
+        );
+        counts.push(errors.records);
     }
     // A quarter of the error bound halves the spacing of records.
     assert!(counts[1] > 2 * counts[0], "{counts:?}");

@@ -57,7 +57,7 @@ fn cones_disk_and_triangle_are_uniform() {
     let turn = |y: f32, x: f32| f64::from(y).atan2(f64::from(x)) / std::f64::consts::TAU + 0.5;
     for (seed, h) in (0..).zip(CONES) {
         let p = square_uniformity(uniform_pairs(seed).map(|u| {
-            let w = warp::sample_cone_uniform(u, h);
+            let w: Vec3 = warp::sample_cone_uniform(u, h);
             let sin2 = f64::from(w.x).powi(2) + f64::from(w.y).powi(2);
             let height = sin2 / (1.0 + (1.0 - sin2).max(0.0).sqrt());
             [height / f64::from(h), turn(w.y, w.x)]
@@ -123,7 +123,7 @@ fn extreme_numbers_stay_in_the_domain() {
         assert!(unit(w) && warp::pdf_hemisphere_cosine(w.z) > 0.0, "{u} {w}");
         assert!(unit(warp::sample_sphere_uniform(u)), "{u}");
         for h in CONES {
-            let w = warp::sample_cone_uniform(u, h);
+            let w: Vec3 = warp::sample_cone_uniform(u, h);
             assert!(unit(w) && 1.0 - w.z <= h + 6e-8, "{u} {h} {w}");
         }
         let b = warp::sample_triangle_uniform(u);

@@ -33,11 +33,11 @@ pub fn cases(_: Effort) -> Vec<Case> {
             100.0 * bound
         );
         Case::new(54, name, Claim::exactly(0.0), move |trial| {
-            let told = told(trial, bound)?;
+            let errors = cache_errors(trial, bound)?;
             // A cache that covers few points can be wrong at few points only.
-            let is_telling = told.known > 0.9;
-            Ok(vec![if is_telling {
-                told.beyond as f64
+            let is_conclusive = errors.known > 0.9;
+            Ok(vec![if is_conclusive {
+                errors.beyond as f64
             } else {
                 f64::NAN
             }])
@@ -67,15 +67,15 @@ fn in_a_sphere(albedo: f32, depth: u32) -> Case {
         let filled = filled(trial, &description, BOUND, Some(depth))?;
         // Direct light, the first term of the series, is sampled and not cached.
         let exact = PI * (series(f64::from(albedo), Some(depth - 1)) - 1.0);
-        let told = seen_within(&description).map(|p| {
-            let told = filled.irradiance(p, -p)?;
-            Some(f64::from(told.luminance()) / exact)
+        let ours = seen_within(&description).map(|p| {
+            let ours = filled.irradiance(p, -p)?;
+            Some(f64::from(ours.luminance()) / exact)
         });
-        let told: Vec<Option<f64>> = told.collect();
-        let known: Vec<f64> = told.iter().copied().flatten().collect();
+        let ours: Vec<Option<f64>> = ours.collect();
+        let known: Vec<f64> = ours.iter().copied().flatten().collect();
         // A cache that covers few points can be wrong at few points only.
-        let is_telling = 2 * known.len() > told.len();
-        Ok(if is_telling { known } else { vec![f64::NAN] })
+        let is_conclusive = 2 * known.len() > ours.len();
+        Ok(if is_conclusive { known } else { vec![f64::NAN] })
     })
 }
 
@@ -184,7 +184,7 @@ fn irradiance(x: f64, y: f64) -> f64 {
 
 /// The errors of a cache over the floor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Told {
+pub struct CacheErrors {
     /// Number of records.
     pub records: usize,
     /// The fraction of the points that the cache covers.
@@ -199,21 +199,21 @@ pub struct Told {
 ///
 /// # Errors
 /// An error of the scene or the backend.
-pub fn told(trial: &Trial<'_>, bound: f64) -> Result<Told> {
+pub fn cache_errors(trial: &Trial<'_>, bound: f64) -> Result<CacheErrors> {
     const SIDE: usize = 316;
     let filled = filled(trial, &below_a_hole(), bound, None)?;
     let place = |i: usize| HALF * (2.0 * (i as f64 + 0.5) / SIDE as f64 - 1.0);
     let (mut known, mut worst, mut beyond) = (0, f64::NAN, 0);
     for i in 0..SIDE * SIDE {
         let (x, y) = (place(i % SIDE), place(i / SIDE));
-        if let Some(told) = filled.irradiance(DVec3::new(x, y, 0.0), DVec3::Z) {
-            let error = f64::from(told.luminance()) / irradiance(x, y) - 1.0;
+        if let Some(ours) = filled.irradiance(DVec3::new(x, y, 0.0), DVec3::Z) {
+            let error = f64::from(ours.luminance()) / irradiance(x, y) - 1.0;
             worst = worst.max(error.abs());
             beyond += usize::from(error.abs() > bound);
             known += 1;
         }
     }
-    Ok(Told {
+    Ok(CacheErrors {
         records: filled.cache.records().len(),
         known: f64::from(known) / (SIDE * SIDE) as f64,
         worst,

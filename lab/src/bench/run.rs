@@ -64,7 +64,7 @@ pub fn run(
         },
     };
     bench.report.complete = bench.all(scenes, &works)?.is_some();
-    bench.tell();
+    bench.publish();
     Ok(bench.report)
 }
 
@@ -145,7 +145,7 @@ impl Bench<'_> {
             return Ok(None);
         };
         self.last().builds = builds;
-        self.tell();
+        self.publish();
 
         let recording = record(&ready.subject(), settings.rays);
         self.last().rays = recording.report();
@@ -225,7 +225,7 @@ impl Bench<'_> {
                 nanoseconds,
             });
             self.last().traces.extend(ours);
-            self.tell();
+            self.publish();
         }
         Some(())
     }
@@ -245,7 +245,7 @@ impl Bench<'_> {
         let count = self.settings.compared_rays;
         let world = &ready.scene.world;
         self.last().agreement = compare_all(world, &targets, recording, count, &self.pool, &stage)?;
-        self.tell();
+        self.publish();
         Some(())
     }
 
@@ -286,7 +286,7 @@ impl Bench<'_> {
             load: ready.load,
             build: ready.build,
         });
-        self.tell();
+        self.publish();
         Ok(Some(()))
     }
 
@@ -310,7 +310,7 @@ impl Bench<'_> {
                     self.report.leaks.push(report);
                 }
                 done += 1.0;
-                self.tell();
+                self.publish();
                 if !stage.go_on(done / all) {
                     return Ok(None);
                 }
@@ -325,7 +325,7 @@ impl Bench<'_> {
         scenes.last_mut().expect("a scene begins with its report")
     }
 
-    fn tell(&self) {
+    fn publish(&self) {
         self.observer.report(&self.report);
     }
 }

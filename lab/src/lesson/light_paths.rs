@@ -48,7 +48,7 @@ fn techniques() -> [(&'static str, Vec<Strategy>); 4] {
     let [scattering, light_sampling, light_path] = Strategy::ALL;
     [
         ("scattering alone", vec![scattering]),
-        ("path: and light sampling", vec![scattering, light_sampling]),
+        ("with light sampling", vec![scattering, light_sampling]),
         ("light paths alone", vec![light_path]),
         ("all three", Strategy::ALL.to_vec()),
     ]

@@ -75,16 +75,23 @@ pub fn run(
     };
     let options = settings.options;
     let prepared = PreparedScene::new(description, [options])?;
-    let base = RenderSettings {
+    let asked = RenderSettings {
         threads: options.threads,
-        seed: combine(settings.seed, SEEDS),
+        seed: settings.seed,
         ..RenderSettings::of_scene(description)?
     };
-    let integrator = settings.integrator.unwrap_or(base.integrator);
-    let base = RenderSettings { integrator, ..base };
-    let asked = base.clone();
-    let settled = prepared.settle(&base, options, &watch)?;
-    let (base, recommendation) = (settled.settings, settled.recommendation);
+    let integrator = settings.integrator.unwrap_or(asked.integrator);
+    let asked = RenderSettings {
+        integrator,
+        ..asked
+    };
+    // By the seed of `plan`, so that both choose alike.
+    let settled = prepared.settle(&asked, options, &watch)?;
+    let base = RenderSettings {
+        seed: combine(settings.seed, SEEDS),
+        ..settled.settings
+    };
+    let recommendation = settled.recommendation;
     let mut price = Price {
         report: blank(description, settings, &base, &prepared),
         description,

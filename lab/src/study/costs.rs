@@ -43,7 +43,7 @@ impl Study<'_> {
         if watch.is_cancelled() {
             return Ok(None);
         }
-        self.tell(watch);
+        self.publish(watch);
         if self.bounces(laws, share(0.5), watch)?.is_none() {
             return Ok(None);
         }

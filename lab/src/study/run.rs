@@ -126,7 +126,7 @@ impl Study<'_> {
         let Some(references) = self.references(schedule.reference_spp, watch)? else {
             return Ok(None);
         };
-        self.tell(watch);
+        self.publish(watch);
         let reserve = self.reserve(&laws, &schedule);
         self.report.schedule = Some(schedule.clone());
         watch.begin("rendering all levels in turn");
@@ -155,12 +155,12 @@ impl Study<'_> {
         if self.bars(&references, watch)?.is_none() {
             return Ok(None);
         }
-        self.tell(watch);
+        self.publish(watch);
         watch.begin("breakdown of time and variance");
         self.anatomy(&references, &laws, watch)
     }
 
-    pub(super) fn tell(&mut self, watch: &Watch<'_>) {
+    pub(super) fn publish(&mut self, watch: &Watch<'_>) {
         self.report.seconds = watch.elapsed();
         watch.report(&self.report);
     }

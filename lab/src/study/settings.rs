@@ -80,7 +80,7 @@ impl<'a> Watch<'a> {
     /// Begins a step and reports its name.
     pub fn begin(&mut self, what: &str) {
         self.what = what.to_owned();
-        self.tell();
+        self.report_progress();
     }
 
     /// Seconds since the start.
@@ -98,7 +98,7 @@ impl<'a> Watch<'a> {
         self.observer.report(report);
     }
 
-    fn tell(&self) {
+    fn report_progress(&self) {
         // The fraction stays below 1 until the end.
         let fraction = (self.elapsed() / self.budget).min(0.99);
         self.observer.progress(fraction, &self.what);
@@ -107,7 +107,7 @@ impl<'a> Watch<'a> {
 
 impl RenderObserver for Watch<'_> {
     fn progress(&self, _progress: &Progress) {
-        self.tell();
+        self.report_progress();
     }
 
     fn is_cancelled(&self) -> bool {

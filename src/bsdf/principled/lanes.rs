@@ -1,16 +1,21 @@
-//! Rough opaque principled BSDFs in SIMD lanes.
+//! Rough opaque BSDFs in SIMD lanes: principled ones, and conductors, which are principled ones of metal alone whose
+//! microfacets reflect by the Fresnel equations.
 //!
 //! Measure: f per steradian.
 //! Range: directions anywhere on the sphere.
-//! Source: as in [`Principled`]; both ways give the same bits: tested in `tests/scattering/lanes.rs`.
+//! Source: as in [`Principled`] and [`Conductor`]; both ways give the same bits: tested in `tests/scattering/lanes.rs`.
 
 use super::super::albedo::{AlbedoTable, RowPlace, SingleScatter, table};
+use super::super::conductor::Conductor;
+use super::super::fresnel::conductor_rgb;
 use super::super::microfacet::Ggx;
 use super::super::types::{BsdfValue, is_same_side};
 use super::Principled;
 use super::opaque::{Choice, OpaqueLobes};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
+use crate::math::rgb::Rgb;
 use crate::math::vec::{LaneVec3, Vec2, Vec3};
+use std::borrow::Cow;
 
 const ZERO: Lanes<f32> = [0.0; LANES];
 
@@ -30,6 +35,11 @@ pub struct PrincipledLanes {
     base_scale: Lanes<f32>,
     multiple_scale: Lanes<f32>,
     pdf_scale: Lanes<f32>,
+    /// Whether the BSDF is a conductor, whose tint is `f0`, and whether any is.
+    is_conductor: Lanes<u32>,
+    has_conductors: bool,
+    eta: Lanes3,
+    k: Lanes3,
     wo: Lanes3,
     /// The [`Choice`]s for `wo`.
     facets: Lanes<f32>,
@@ -53,6 +63,10 @@ impl Default for PrincipledLanes {
             base_scale: ZERO,
             multiple_scale: ZERO,
             pdf_scale: ZERO,
+            is_conductor: [0; LANES],
+            has_conductors: false,
+            eta: [[1.0; LANES]; 3],
+            k: [ZERO; 3],
             wo: [ZERO; 3],
             facets: ZERO,
             multiple: ZERO,
@@ -84,13 +98,61 @@ impl Default for SampledLanes {
     }
 }
 
-impl PrincipledLanes {
-    /// Sets the BSDF of a lane, which is rough and opaque.
+/// A rough opaque BSDF.
+#[derive(Debug, Clone)]
+pub enum RoughBsdf<'a> {
+    /// A principled BSDF.
+    Principled(Cow<'a, Principled>),
+    /// A metal.
+    Conductor(&'a Conductor),
+}
+
+impl RoughBsdf<'_> {
+    /// Samples a direction by the multiple scattering of the metal.
     #[inline]
-    pub fn set(&mut self, lane: usize, bsdf: &Principled, place: RowPlace) {
-        let lobes = &bsdf.opaque;
+    pub fn sample_multiple(&self, u: Vec2) -> Vec3 {
+        match self {
+            Self::Principled(bsdf) => bsdf.sample_multiple(u),
+            Self::Conductor(bsdf) => bsdf.sample_multiple(u),
+        }
+    }
+}
+
+impl PrincipledLanes {
+    /// Removes all BSDFs, before those of other surfaces are set.
+    #[inline]
+    pub fn clear(&mut self) {
+        self.has_conductors = false;
+    }
+
+    /// Sets the BSDF of a lane.
+    #[inline]
+    pub fn set(&mut self, lane: usize, bsdf: &RoughBsdf<'_>, place: RowPlace) {
         (self.first[lane], self.t[lane]) = (place.first, place.t);
         self.alpha[lane] = place.alpha;
+        match bsdf {
+            RoughBsdf::Principled(bsdf) => self.set_principled(lane, bsdf),
+            RoughBsdf::Conductor(bsdf) => self.set_conductor(lane, bsdf),
+        }
+    }
+
+    #[inline]
+    fn set_conductor(&mut self, lane: usize, bsdf: &Conductor) {
+        self.is_conductor[lane] = 1;
+        self.has_conductors = true;
+        store(&mut self.eta, lane, bsdf.eta);
+        store(&mut self.k, lane, bsdf.k);
+        store(&mut self.f0, lane, bsdf.tint);
+        store(&mut self.metal_ms, lane, bsdf.f_ms);
+        store(&mut self.base, lane, Rgb::BLACK);
+        (self.f90[lane], self.coat_f0[lane], self.base_scale[lane]) = (1.0, 0.0, 0.0);
+        (self.multiple_scale[lane], self.pdf_scale[lane]) = bsdf.albedo.scales();
+    }
+
+    #[inline]
+    fn set_principled(&mut self, lane: usize, bsdf: &Principled) {
+        let lobes = &bsdf.opaque;
+        self.is_conductor[lane] = 0;
         store(&mut self.f0, lane, lobes.f0);
         self.f90[lane] = lobes.f90;
         store(&mut self.metal_ms, lane, lobes.metal_ms);
@@ -166,7 +228,11 @@ impl PrincipledLanes {
 
     /// Evaluates the BSDFs at the directions `wi`: f without the cosine, and the density of sampling.
     pub fn eval(&self, wi: &Lanes3, f: &mut Lanes3, pdf: &mut Lanes<f32>) {
-        eval(table(), self, wi, f, pdf);
+        if self.has_conductors {
+            eval_with_conductors(table(), self, wi, f, pdf);
+        } else {
+            eval(table(), self, wi, f, pdf);
+        }
     }
 }
 
@@ -176,7 +242,14 @@ vectorised! {
         for lane in 0..LANES {
             let wo: LaneVec3 = load(&lanes.wo, lane);
             let o = table.at(lanes.place(lane), wo.z.abs());
-            let choice = lanes.lobes(lane).choice(o, 0.0);
+            let of_lobes = lanes.lobes(lane).choice(o, 0.0);
+            let is_conductor = lanes.is_conductor[lane] != 0;
+            let choice = Choice {
+                facets: if is_conductor { 1.0 - o.loss } else { of_lobes.facets },
+                metal_ms: if is_conductor { o.loss } else { of_lobes.metal_ms },
+                base: if is_conductor { 0.0 } else { of_lobes.base },
+                ..of_lobes
+            };
             lanes.facets[lane] = choice.facets;
             lanes.multiple[lane] = choice.metal_ms;
             lanes.diffuse[lane] = choice.base;
@@ -220,18 +293,58 @@ vectorised! {
         pdf: &mut Lanes<f32>,
     ) {
         for lane in 0..LANES {
-            let (wo, wi): (LaneVec3, LaneVec3) = (load(&lanes.wo, lane), load(wi, lane));
-            let up = |w: LaneVec3| LaneVec3::new(w.x, w.y, w.z.abs());
-            let i = table.at(lanes.place(lane), wi.z.abs());
-            let choice = lanes.choice(lane);
-            let value: BsdfValue<LaneVec3> =
-                lanes.lobes(lane).eval(up(wo), up(wi), &choice, i, true);
-            let reflects = is_same_side(wo, wi);
-            let [r, g, b] = value.f.into();
-            f[0][lane] = if reflects { r } else { 0.0 };
-            f[1][lane] = if reflects { g } else { 0.0 };
-            f[2][lane] = if reflects { b } else { 0.0 };
-            pdf[lane] = if reflects { value.pdf.0 } else { 0.0 };
+            let lobes = lanes.lobes(lane);
+            lanes.eval_lane(table, lane, wi, f, pdf, |cos| lobes.schlick(cos));
         }
+    }
+}
+
+vectorised! {
+    /// Evaluates the BSDF of each lane, any of which may be a conductor.
+    fn eval_with_conductors(
+        table: &AlbedoTable,
+        lanes: &PrincipledLanes,
+        wi: &Lanes3,
+        f: &mut Lanes3,
+        pdf: &mut Lanes<f32>,
+    ) {
+        for lane in 0..LANES {
+            let lobes = lanes.lobes(lane);
+            let (eta, k): (Rgb<LaneVec3>, Rgb<LaneVec3>) =
+                (load(&lanes.eta, lane), load(&lanes.k, lane));
+            let is_conductor = lanes.is_conductor[lane] != 0;
+            lanes.eval_lane(table, lane, wi, f, pdf, |cos| {
+                let metal = lobes.f0 * conductor_rgb(cos, eta, k);
+                let other = lobes.schlick(cos);
+                if is_conductor { metal } else { other }
+            });
+        }
+    }
+}
+
+impl PrincipledLanes {
+    /// Evaluates the BSDF of a lane, given the reflectance of its microfacets by the cosine. Free of branches.
+    #[inline(always)]
+    fn eval_lane(
+        &self,
+        table: &AlbedoTable,
+        lane: usize,
+        wi: &Lanes3,
+        f: &mut Lanes3,
+        pdf: &mut Lanes<f32>,
+        reflectance: impl FnOnce(f32) -> Rgb<LaneVec3>,
+    ) {
+        let (wo, wi): (LaneVec3, LaneVec3) = (load(&self.wo, lane), load(wi, lane));
+        let up = |w: LaneVec3| LaneVec3::new(w.x, w.y, w.z.abs());
+        let i = table.at(self.place(lane), wi.z.abs());
+        let choice = self.choice(lane);
+        let lobes = self.lobes(lane);
+        let value: BsdfValue<LaneVec3> = lobes.eval(up(wo), up(wi), &choice, i, true, reflectance);
+        let reflects = is_same_side(wo, wi);
+        let [r, g, b] = value.f.into();
+        f[0][lane] = if reflects { r } else { 0.0 };
+        f[1][lane] = if reflects { g } else { 0.0 };
+        f[2][lane] = if reflects { b } else { 0.0 };
+        pdf[lane] = if reflects { value.pdf.0 } else { 0.0 };
     }
 }

@@ -219,7 +219,8 @@ impl Principled {
         let mut value = BsdfValue::default();
         if let Some((wo, wi)) = facing_up(wo, wi) {
             let i = self.albedo.at(wi.z);
-            value = self.opaque.eval(wo, wi, choice, i, self.is_rough);
+            let schlick = |cos| self.opaque.schlick(cos);
+            value = self.opaque.eval(wo, wi, choice, i, self.is_rough, schlick);
         }
         if self.glass_share > 0.0 {
             let glass = self.glass.eval(wo, wi);

@@ -72,8 +72,8 @@ impl<V: Vector> OpaqueLobes<V> {
         }
     }
 
-    /// Evaluates all lobes except deltas, given the single scattering towards `wi`. A smooth surface has microfacets that
-    /// are deltas. Free of branches if `is_rough` is constant.
+    /// Evaluates all lobes except deltas, given the single scattering towards `wi` and the reflectance of the microfacets by
+    /// the cosine. A smooth surface has microfacets that are deltas. Free of branches if `is_rough` is constant.
     #[inline(always)]
     pub fn eval(
         &self,
@@ -82,6 +82,7 @@ impl<V: Vector> OpaqueLobes<V> {
         choice: &Choice,
         i: SingleScatter,
         is_rough: bool,
+        reflectance: impl FnOnce(f32) -> Rgb<V>,
     ) -> BsdfValue<V> {
         let o = choice.o;
         let through = |s: SingleScatter| 1.0 - s.reflected(self.coat_f0, 1.0);
@@ -91,7 +92,7 @@ impl<V: Vector> OpaqueLobes<V> {
         let mut pdf = choice.base * pdf_hemisphere_cosine(wi.z());
         if is_rough {
             let facets = self.ggx.mirroring(wo, wi);
-            f += self.schlick(facets.cos) * facets.d_v;
+            f += reflectance(facets.cos) * facets.d_v;
             let metal_ms = planted!("lobe-left-out-of-pdf", 0.0, choice.metal_ms);
             let alpha = self.ggx.alpha();
             let of_multiple = pdf_multiple(wi.z(), alpha * alpha, self.pdf_scale);

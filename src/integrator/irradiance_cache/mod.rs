@@ -98,7 +98,7 @@ impl IrradianceCache {
 
     /// The irradiance at a point with this normal, and the number of records that it is interpolated from; `None` if
     /// they are not enough.
-    fn told(&self, p: Vec3, n: Vec3) -> Option<(Rgb, usize)> {
+    fn interpolate(&self, p: Vec3, n: Vec3) -> Option<(Rgb, usize)> {
         let (mut sum, mut weights, mut count) = (Rgb::BLACK, 0.0, 0);
         for (record, error) in self.near(p, n) {
             let weight = 1.0 - error;
@@ -112,12 +112,12 @@ impl IrradianceCache {
 
     /// The irradiance at a point with this normal, where it is known.
     pub fn irradiance(&self, p: Vec3, n: Vec3) -> Option<Rgb> {
-        self.told(p, n).map(|(irradiance, _)| irradiance)
+        self.interpolate(p, n).map(|(irradiance, _)| irradiance)
     }
 
     /// The number of records that the irradiance there is interpolated from; 0 if it is not known.
     pub fn count(&self, p: Vec3, n: Vec3) -> usize {
-        self.told(p, n).map_or(0, |(_, count)| count)
+        self.interpolate(p, n).map_or(0, |(_, count)| count)
     }
 
     /// The albedo of a surface at which the cache may be used; `None` at others.

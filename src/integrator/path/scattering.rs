@@ -142,7 +142,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 }
 
-/// Samples the principled BSDFs that are evaluated in lanes, and evaluates them for the light samples of the lanes `lit`.
+/// Samples the principled BSDFs and the conductors that are evaluated in lanes, and evaluates them for the light samples of the lanes `lit`.
 fn sample_principled<E: Effects>(
     scene: &Scene,
     at: &InteractionLanes<E>,
@@ -177,7 +177,7 @@ fn sample_principled<E: Effects>(
     let (numbers, by_cosine) = (&scattering.numbers, &scattering.by_cosine);
     let sample_multiple = |lane: usize, u: Vec2| {
         let at: Interaction<E> = at.get(lane);
-        let bsdf = scene.material(at.id).principled::<E>(at.uv.or(Vec2::ZERO));
+        let bsdf = scene.material(at.id).rough::<E>(at.uv.or(Vec2::ZERO));
         let (bsdf, _) = bsdf.expect("it was looked up before");
         bsdf.sample_multiple(u)
     };

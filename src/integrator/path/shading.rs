@@ -170,7 +170,7 @@ pub struct BsdfLanes<E: Effects> {
     pub principled: State<E::Glossy, PrincipledStage>,
 }
 
-/// The principled BSDFs at the surfaces of a block that are evaluated in lanes.
+/// The principled BSDFs and the conductors at the surfaces of a block that are evaluated in lanes.
 #[derive(Debug, Clone, Copy)]
 pub struct PrincipledStage {
     /// The lanes that have one.
@@ -225,6 +225,7 @@ impl<E: Effects> BsdfLanes<E> {
         self.delta = ActiveLanes::NONE;
         if let Some(principled) = self.principled.get_mut() {
             principled.active = ActiveLanes::NONE;
+            principled.bsdfs.clear();
         }
         for lane in active.each() {
             let at: Interaction<E> = at.get(lane);
@@ -234,7 +235,7 @@ impl<E: Effects> BsdfLanes<E> {
                 store(&mut self.reflectance, lane, reflectance);
             } else if !all_singly
                 && let Some(stage) = self.principled.get_mut()
-                && let Some((bsdf, place)) = material.principled::<E>(uv)
+                && let Some((bsdf, place)) = material.rough::<E>(uv)
             {
                 stage.active.set(lane, true);
                 stage.bsdfs.set(lane, &bsdf, place);

@@ -10,8 +10,9 @@ mod textured_bsdf;
 use super::description::MaterialDescription;
 use super::normal_map::NormalMap;
 use super::shape_traits::ShapeTraits;
+use crate::bsdf::Bsdf;
 use crate::bsdf::albedo::RowPlace;
-use crate::bsdf::{Bsdf, Principled};
+use crate::bsdf::principled::lanes::RoughBsdf;
 use crate::effects::{Effect, EffectSet, Effects, Switch, beyond_kernel};
 use crate::geometry::packed::PackedImages;
 use crate::math::rgb::Rgb;
@@ -70,21 +71,26 @@ impl Material {
         }
     }
 
-    /// The BSDF at a texture coordinate with its place in the table of albedos, if it is principled, rough and opaque.
+    /// The BSDF at a texture coordinate with its place in the table of albedos, if it is rough, opaque and evaluated in lanes.
     #[inline]
-    pub fn principled<E: Effects>(&self, uv: Vec2) -> Option<(Cow<'_, Principled>, RowPlace)> {
+    pub fn rough<E: Effects>(&self, uv: Vec2) -> Option<(RoughBsdf<'_>, RowPlace)> {
         match &self.bsdf {
             TexturedBsdf::Uniform(Bsdf::Principled(bsdf)) => {
-                Some((Cow::Borrowed(bsdf), bsdf.place_in_lanes()?))
+                let place = bsdf.place_in_lanes()?;
+                Some((RoughBsdf::Principled(Cow::Borrowed(bsdf)), place))
+            }
+            TexturedBsdf::Uniform(Bsdf::Conductor(bsdf)) => {
+                Some((RoughBsdf::Conductor(bsdf), bsdf.place_in_lanes()?))
             }
             TexturedBsdf::Principled(bsdf, colour) if E::Textures::ON => {
                 let place = bsdf.place_in_lanes()?;
-                Some((Cow::Owned(bsdf.coloured(colour.at(uv))), place))
+                let bsdf = bsdf.coloured(colour.at(uv));
+                Some((RoughBsdf::Principled(Cow::Owned(bsdf)), place))
             }
             TexturedBsdf::PrincipledMapped(parameters, colour, map) if E::Textures::ON => {
                 let bsdf = mapped(parameters, colour.at(uv), map.at(uv));
                 let place = bsdf.place_in_lanes()?;
-                Some((Cow::Owned(bsdf), place))
+                Some((RoughBsdf::Principled(Cow::Owned(bsdf)), place))
             }
             _ => None,
         }

@@ -40,8 +40,8 @@ const SEED: u64 = 0x6c69_6768_7400;
 /// than a half by more than 3 %.
 const SHARE: LightPathShare = LightPathShare::Quarter;
 
-/// The ratio of variances above which light paths pay.
-const LEAST_RATIO: f64 = 1.3;
+/// The ratio of variances above which light paths pay: a pilot that has not met the rarest paths measures less than there is.
+const LEAST_RATIO: f64 = 1.25;
 
 /// The choice of a number of light paths, and its reason.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

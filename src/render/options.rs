@@ -15,7 +15,6 @@ use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
-use crate::integrator::reuse::Reuse;
 use crate::integrator::technique::EmissionRule;
 use crate::light::types::LightChoice;
 use crate::scene::description::SceneDescription;
@@ -85,6 +84,10 @@ impl RenderOptions {
     /// An option that is out of its range or makes no sense, or an unknown name in the scene.
     pub fn settings(&self, description: &SceneDescription) -> Result<RenderSettings> {
         let of_scene = RenderSettings::of_scene(description)?;
+        let of_scene = match self.layers {
+            true => of_scene.with_layers(),
+            false => of_scene,
+        };
         let settings = RenderSettings {
             integrator: self.integrator.unwrap_or(of_scene.integrator),
             sampler: self.sampler.unwrap_or(of_scene.sampler),
@@ -96,8 +99,8 @@ impl RenderOptions {
             roulette: self.roulette.or(of_scene.roulette),
             light_choice: self.light_choice,
             light_paths: self.light_paths.unwrap_or(of_scene.light_paths),
-            reuse: self.reuse(of_scene.reuse),
-            filter_sampling: self.filter_sampling(of_scene.filter_sampling),
+            reuse: self.reuse.unwrap_or(of_scene.reuse),
+            filter_sampling: self.filter_sampling.unwrap_or(of_scene.filter_sampling),
             occlusion_distance: self.occlusion_distance.or(of_scene.occlusion_distance),
             cache_error: self.cache_error.unwrap_or(of_scene.cache_error),
             kernel: self.kernel,
@@ -165,24 +168,6 @@ impl RenderOptions {
             )));
         }
         Ok(())
-    }
-
-    /// The requested number of pixels that share their paths, over that of the scene.
-    fn reuse(&self, of_scene: ReuseRule) -> ReuseRule {
-        let otherwise = match self.layers {
-            true => ReuseRule::Pixels(Reuse::Off),
-            false => of_scene,
-        };
-        self.reuse.unwrap_or(otherwise)
-    }
-
-    /// The requested estimation of the filter, over that of the scene.
-    fn filter_sampling(&self, of_scene: FilterSampling) -> FilterSampling {
-        let otherwise = match self.layers {
-            true => FilterSampling::Importance,
-            false => of_scene,
-        };
-        self.filter_sampling.unwrap_or(otherwise)
     }
 
     /// The requested limits, over those of the scene.

@@ -1,5 +1,5 @@
 //! Motion blur: static objects with keys are bit-identical to those without keys, and moving ones match closed forms of the
-//! average over the time that the shutter is open, on every backend.
+//! average over the time that the shutter is open, on one backend in each case or, in `make nightly`, on every one.
 
 use crate::common::closed_forms::parallel_rectangle;
 use crate::common::nightly::backends;

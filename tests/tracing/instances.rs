@@ -1,5 +1,5 @@
 //! Rendering of instances: an instanced group equals its shapes written out, also if it is mirrored, stretched, nested or
-//! contains emitters, on every backend.
+//! contains emitters, on every backend (lamps only in `make nightly`).
 
 use crate::common::TestRng;
 use crate::common::nightly::backends;

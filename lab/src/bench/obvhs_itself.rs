@@ -3,7 +3,7 @@
 //!
 //! Measure: none.
 //! Range: scenes of triangle meshes that neither move nor are instances; obvhs has no other shapes.
-//! Source: the documentation of obvhs 0.4. Tested in `lab/tests/bench/report.rs`.
+//! Source: the documentation of obvhs 0.4. Tested in `lab/tests/bench/obvhs_itself.rs`.
 
 use etendue::internals::accel::Backend;
 use etendue::internals::geometry::Geometry;

@@ -137,7 +137,10 @@ pub fn obvhs_itself(report: &BenchReport, scene: &SceneReport) -> Table {
     Table {
         title: "obvhs itself".to_owned(),
         says: format!(
-            "Nanoseconds per ray on one core by obvhs's own traversal and triangle test over its own trees, as its users              call it, with triangles whole or split by its builder: lower is better. They are the {}. `ours` is the              traversal of Etendue over the same layout in fast precision, which unlike that of obvhs bounds rounding              errors; `ratio` is the time of obvhs itself over that.",
+            "Nanoseconds per ray on one core by obvhs's own traversal and triangle test over its own trees, as its users \
+             call it, with triangles whole or split by its builder: lower is better. They are the {}. `ours` is the \
+             traversal of Etendue over the same layout in fast precision, which unlike that of obvhs bounds rounding \
+             errors; `ratio` is the time of obvhs itself over that.",
             runs(report.rounds)
         ),
         head: vec![

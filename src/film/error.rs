@@ -5,12 +5,14 @@
 //! sample would raise both v and x^2 and so hide its own error. Therefore v is taken from one half of the batches and
 //! r from the other, both ways, and E is the mean of both (`relative_variance.rs`).
 //!
-//! **The bound.** e_even and e_odd of a block of pixels estimate the same value from different samples. Their
-//! differences give the variance of E without a model of how the error varies over the image, and blocks contain the
-//! correlation of neighbours, also of those that share samples: blocks grow with the reach of a sample. The squared error of this one image varies about its expectation with twice the
-//! variance of the halves' mean, if pixels are normal, and less where few bright samples dominate, which are in both
-//! x and v. Together: 3/4 of the sum of squared differences. A sample that is there by chance adds a term that neither
-//! half can estimate; [`CHANCE`] times the largest of these terms widens the bound, in quadrature.
+//! **The bound.** It starts from an estimate that is not corrected for the noise of r, which lies above E on the mean.
+//! e_even and e_odd of a block of pixels estimate the same value from different samples. Their differences give the
+//! variance of E without a model of how the error varies over the image, and blocks contain the correlation of
+//! neighbours, also of those that share samples: blocks grow with the reach of a sample. The squared error of this one
+//! image varies about its expectation with twice the variance of the halves' mean, if pixels are normal, and less where
+//! few bright samples dominate, which are in both x and v. Together: 3/4 of the sum of squared differences. A sample that
+//! is there by chance adds a term that neither half can estimate; [`CHANCE`] times the largest of these terms widens the
+//! bound, in quadrature.
 //!
 //! **No bound.** Where a few pixels dominate the differences, so that the relative standard error of E exceeds
 //! [`UNRESOLVED`], or where a single sample, if it is there by chance, could account for more than [`OUTSHINING`]
@@ -32,6 +34,9 @@ pub struct ErrorEstimate {
     pub rel_rmse: f64,
     /// The relative standard error of the estimated relMSE.
     pub uncertainty: f64,
+    /// The bias that the noise of the denominators may have left in the estimated relMSE: how much larger it is with
+    /// nothing done against it, over the estimated relMSE.
+    pub bias: f64,
     /// The largest term that a single sample may have in relMSE, over the estimated relMSE.
     pub largest_sample: f64,
     /// The probability that the root of relMSE is below [`upper_bound`](Self::upper_bound).
@@ -84,9 +89,9 @@ impl Doubt {
     }
 }
 
-/// The relative bias of the squared error that smoothing and extrapolation may cause: the greatest in the gallery's
-/// images is 8 % (four-lights at 64 spp, at the edges of lamps).
-pub(crate) const MODEL_ERROR: f64 = 0.08;
+/// The relative bias of the squared error that the assumptions behind its estimate may cause, beyond
+/// [`ErrorEstimate::bias`].
+pub(crate) const MODEL_ERROR: f64 = 0.03;
 
 /// The least value of the bound: radiance is computed in single precision, whose rounding does not appear as noise.
 const ROUNDING: f64 = 1e-6;
@@ -123,6 +128,7 @@ impl Film {
         let estimate = |upper_bound, doubt| ErrorEstimate {
             rel_rmse: mse.sqrt(),
             uncertainty: relative(standard_error),
+            bias: relative(parts.upper_mean - mse),
             largest_sample: relative(parts.largest_sample),
             confidence,
             upper_bound,
@@ -130,7 +136,7 @@ impl Film {
         };
         if second == 0.0 {
             // All batches are equal.
-            let bound = ((1.0 + MODEL_ERROR) * mse).sqrt();
+            let bound = (parts.upper_mean + MODEL_ERROR * mse).sqrt();
             return Some(estimate(bound.hypot(ROUNDING), None));
         }
         // Satterthwaite's degrees of freedom: those of as many equal blocks.
@@ -141,7 +147,7 @@ impl Film {
             None => {
                 let sigmas = student_quantile_of(freedom, confidence);
                 let margin = margin(sigmas, standard_error, parts.largest_sample);
-                ((1.0 + MODEL_ERROR) * mse + margin)
+                (parts.upper_mean + MODEL_ERROR * mse + margin)
                     .max(0.0)
                     .sqrt()
                     .hypot(ROUNDING)
@@ -274,6 +280,23 @@ mod tests {
             println!("rare, {samples}: {ratio:.3}, {held} of 60");
             assert!((ratio - 1.0).abs() < 0.1, "{samples}: {ratio}");
             assert!(held >= 54, "{samples}: {held} of 60");
+        }
+    }
+
+    #[test]
+    fn a_bound_allows_for_the_noise_of_the_denominators_as_long_as_there_is_any() {
+        let bias = |samples| {
+            let grey = |_: usize, numbers: &mut Numbers| 1.0 + numbers.normal();
+            film(SIZE, samples, 7, grey)
+                .error(0.95)
+                .expect("it has samples")
+                .bias
+        };
+        // The noise of a half of n samples has a variance of 2 / n, and so has the bias, to first order.
+        for samples in [256, 1024] {
+            let expected = 2.0 / samples as f64;
+            let ratio = bias(samples) / expected;
+            assert!((0.9..1.1).contains(&ratio), "{samples}: {ratio}");
         }
     }
 

@@ -16,7 +16,6 @@ mod error;
 mod estimate;
 pub mod filter;
 pub mod footprint;
-mod local_truth;
 pub mod pixel;
 mod relative_variance;
 pub mod splats;

@@ -44,6 +44,11 @@ impl Plane {
         }
     }
 
+    /// The quotient of each pixel and that of another plane of the same size.
+    pub fn divided_by(&self, other: &Self) -> Self {
+        self.like(|index| self.values[index] / other.values[index])
+    }
+
     /// The value at a position that may lie beyond the border.
     pub fn at(&self, x: isize, y: isize) -> f32 {
         let x = x.clamp(0, self.width as isize - 1) as usize;

@@ -36,6 +36,8 @@ pub struct Look {
     pub rel_rmse: f64,
     /// The relative standard error of the squared error.
     pub uncertainty: f64,
+    /// The bias that the noise of the denominators may have left in the squared error, over the squared error.
+    pub bias: f64,
     /// The largest term that a single sample may have in the squared error, over the squared error.
     pub largest_sample: f64,
 }
@@ -47,6 +49,7 @@ impl Look {
             samples,
             rel_rmse: error.rel_rmse,
             uncertainty: error.uncertainty,
+            bias: error.bias,
             largest_sample: error.largest_sample,
         }
     }
@@ -156,15 +159,16 @@ impl Forecast {
         let Look {
             samples: now,
             uncertainty,
+            bias,
             largest_sample,
             ..
         } = self.look;
         let grown = samples / now;
         // The uncertainty due to rare samples falls as that of any mean.
         let uncertainty = (uncertainty / grown.sqrt()).max(self.least_uncertainty.min(uncertainty));
-        // A sample's term falls as N^-2, the squared error as N^-1.
+        // A sample's term and the bias fall as N^-2, the squared error as N^-1.
         let margin = margin(self.sigmas, uncertainty, largest_sample / grown);
-        self.error(samples) * (1.0 + MODEL_ERROR + margin).sqrt()
+        self.error(samples) * (1.0 + bias / grown + MODEL_ERROR + margin).sqrt()
     }
 
     /// The root of relMSE after `samples` samples.
@@ -221,6 +225,7 @@ mod tests {
             samples,
             rel_rmse,
             uncertainty,
+            bias: 0.0,
             largest_sample: 0.0,
         }
     }
@@ -247,6 +252,7 @@ mod tests {
         let error = |rel_rmse, uncertainty| ErrorEstimate {
             rel_rmse,
             uncertainty,
+            bias: 0.0,
             largest_sample: 0.0,
             confidence: 0.95,
             upper_bound: 1.1 * rel_rmse,

@@ -216,6 +216,11 @@ pub const PLANTED: &[Planted] = &[
         "lib::film::error::tests::rare_bright_samples_do_not_excuse_themselves",
     ),
     bug(
+        "denominator-with-its-own-noise",
+        "the stated error adds a pixel's own noise to its denominator, so that a bright sample hides its error",
+        "lib::film::error::tests::rare_bright_samples_do_not_excuse_themselves",
+    ),
+    bug(
         "moderation-forgets-its-freedom",
         "error bars take a variance told by few numbers as known",
         "lib::film::bars::tests::intervals_cover_as_often_as_they_say_whatever_neighbours_are_like",

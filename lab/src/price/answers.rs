@@ -135,6 +135,7 @@ mod tests {
             samples,
             rel_rmse: 1.0 / samples.sqrt(),
             uncertainty: 0.02,
+            bias: 0.0,
             largest_sample: 0.0,
         };
         samples.map(look).to_vec()

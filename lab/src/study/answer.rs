@@ -312,6 +312,7 @@ mod tests {
             samples: 4.0,
             rel_rmse: 0.16,
             uncertainty: 0.05,
+            bias: 0.0,
             largest_sample: 0.0,
         };
         let [sure, unsure] = [Some(look), None].map(|look| match facts(look).answer(0.01) {

@@ -20,8 +20,9 @@ use crate::planted::planted;
 use rayon::prelude::*;
 
 /// The share of the noise of r that is added to r^2. Were r normal and its noise small, 3 would remove the bias to first
-/// order; where neighbours with rare bright samples have more noise than the pixel, a share hides some of its error. Of
-/// the shares tried on 20 images, this one is within 10 % of the truth most often.
+/// order; where neighbours with rare bright samples have more noise than the pixel, a share hides some of its error.
+/// Measured: with 3/2, the error of images with rare bright samples is up to 18 % too small; with 3/4, that of small
+/// lamps' edges up to 18 % too large.
 const NOISE_SHARE: f32 = 1.0;
 
 /// The noise of r is averaged over squares of this radius.
@@ -82,13 +83,13 @@ impl RelativeVariances {
             mean(|channel| &channel.halves[0]),
             mean(|channel| &channel.halves[1]),
         ];
-        let upper = mean(|channel| &channel.upper);
+        let upper: f64 = channels.iter().map(|channel| channel.upper_mean).sum();
         let largest = mean(|channel| &channel.largest_sample);
         Some(Self {
             width,
             reach,
             halves,
-            upper_mean: sum(&upper) / count as f64,
+            upper_mean: upper / 3.0,
             largest_sample: largest.into_iter().fold(0.0, f64::max) / count as f64,
         })
     }
@@ -140,8 +141,8 @@ impl RelativeVariances {
 struct ChannelTerms {
     /// The relative variance of each pixel's mean, by either half.
     halves: [Vec<f64>; 2],
-    /// The mean over the halves with nothing added for the noise of r.
-    upper: Vec<f64>,
+    /// The mean over halves and pixels with nothing added for the noise of r.
+    upper_mean: f64,
     /// The squared contribution of each pixel's largest sample, relative to the least truth that the pixel would have
     /// without it, summed over the pixels that the sample may contribute to.
     largest_sample: Vec<f64>,
@@ -161,8 +162,7 @@ impl ChannelTerms {
             terms.values.into_iter().map(f64::from).collect::<Vec<_>>()
         };
         let halves = Half::ALL.map(|half| relative(half, NOISE_SHARE));
-        let [even, odd] = Half::ALL.map(|half| relative(half, 0.0));
-        let upper = even.iter().zip(odd).map(|(a, b)| 0.5 * (a + b)).collect();
+        let upper = Half::ALL.map(|half| relative(half, 0.0)).concat();
         let epsilon = 0.5 * (epsilons[0] + epsilons[1]);
         let near = channel.whole.box_mean(1).box_min(1);
         let darkest = near.like(|i| near.values[i].max(channel.least.values[i]));
@@ -174,7 +174,7 @@ impl ChannelTerms {
         let largest = largest.box_mean(reach).values.into_iter();
         Self {
             halves,
-            upper,
+            upper_mean: sum(&upper) / upper.len() as f64,
             largest_sample: largest.map(|term| pixels * f64::from(term)).collect(),
         }
     }

@@ -367,24 +367,12 @@ impl RectangleLanes {
             pdf_area: pdf_area[lane],
         }
     }
-
-    /// Samples a point on the light of each lane of `mask` for the receiver `p`. Returns the lanes whose receiver is so near
-    /// that [`RectangleLight::sample`] has to do it.
-    #[inline]
-    pub fn sample(
-        &self,
-        mask: &ActiveLanes<LANES>,
-        context: &LightContextLanes,
-        p: &Lanes3,
-        samples: &mut LightSampleLanes,
-    ) -> ActiveLanes<LANES> {
-        sample_lanes(self, mask, context, p, samples)
-    }
 }
 
 vectorised! {
-    /// [`RectangleLanes::sample`].
-    fn sample_lanes(
+    /// Samples a point on the light of each lane of `mask` for the receiver `p`. Returns the lanes whose receiver is so near
+    /// that [`RectangleLight::sample`] has to do it.
+    pub fn sample_lanes(
         lights: &RectangleLanes,
         mask: &ActiveLanes<LANES>,
         context: &LightContextLanes,

@@ -8,10 +8,10 @@
 use super::Light;
 use super::environment::EnvironmentMap;
 use super::lanes::{LightContextLanes, LightSampleLanes};
-use super::rectangle::RectangleLanes;
-use super::sphere::SphereLanes;
+use super::rectangle::{self, RectangleLanes};
+use super::sphere::{self, SphereLanes};
 use super::tree::LightTree;
-use super::triangle::TriangleLanes;
+use super::triangle::{self, TriangleLanes};
 use super::types::{LightChoice, LightSample, LightSampling, MapRule, Receiver};
 use crate::effects::{Effects, Switch};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3};
@@ -233,15 +233,16 @@ impl Lights {
         let in_lanes = rectangles.with(&triangles).with(&spheres);
         let mut singly = active.without(&in_lanes);
         if rectangles.any() {
-            let near = lights.rectangles.sample(&rectangles, context, p, samples);
+            let near =
+                rectangle::sample_lanes(&lights.rectangles, &rectangles, context, p, samples);
             singly = singly.with(&near);
         }
         if triangles.any() {
-            let skew = lights.triangles.sample(&triangles, context, p, samples);
+            let skew = triangle::sample_lanes(&lights.triangles, &triangles, context, p, samples);
             singly = singly.with(&skew);
         }
         if spheres.any() {
-            let inside = lights.spheres.sample(&spheres, context, p, samples);
+            let inside = sphere::sample_lanes(&lights.spheres, &spheres, context, p, samples);
             singly = singly.with(&inside);
         }
         singly

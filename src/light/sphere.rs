@@ -236,24 +236,12 @@ impl SphereLanes {
         store(&mut self.radiance, lane, light.emission.radiance);
         self.two_sided[lane] = u32::from(light.emission.two_sided);
     }
-
-    /// Samples a point on the light of each lane of `mask` for the receiver `p`. Returns the lanes whose receiver is inside, so
-    /// that [`SphereLight::sample`] has to do it.
-    #[inline]
-    pub fn sample(
-        &self,
-        mask: &ActiveLanes<LANES>,
-        context: &LightContextLanes,
-        p: &Lanes3,
-        samples: &mut LightSampleLanes,
-    ) -> ActiveLanes<LANES> {
-        sample_lanes(self, mask, context, p, samples)
-    }
 }
 
 vectorised! {
-    /// [`SphereLanes::sample`].
-    fn sample_lanes(
+    /// Samples a point on the light of each lane of `mask` for the receiver `p`. Returns the lanes whose receiver is inside, so
+    /// that [`SphereLight::sample`] has to do it.
+    pub fn sample_lanes(
         lights: &SphereLanes,
         mask: &ActiveLanes<LANES>,
         context: &LightContextLanes,

@@ -333,24 +333,12 @@ impl TriangleLanes {
             cross: DVec3::new(x[lane], y[lane], z[lane]),
         }
     }
-
-    /// Samples a point on the light of each lane of `mask` for the receiver `p`. Returns the lanes whose triangle is large or
-    /// seen from near its plane, so that [`TriangleLight::sample`] has to do it.
-    #[inline]
-    pub fn sample(
-        &self,
-        mask: &ActiveLanes<LANES>,
-        context: &LightContextLanes,
-        p: &Lanes3,
-        samples: &mut LightSampleLanes,
-    ) -> ActiveLanes<LANES> {
-        sample_lanes(self, mask, context, p, samples)
-    }
 }
 
 vectorised! {
-    /// [`TriangleLanes::sample`].
-    fn sample_lanes(
+    /// Samples a point on the light of each lane of `mask` for the receiver `p`. Returns the lanes whose triangle is large or
+    /// seen from near its plane, so that [`TriangleLight::sample`] has to do it.
+    pub fn sample_lanes(
         lights: &TriangleLanes,
         mask: &ActiveLanes<LANES>,
         context: &LightContextLanes,

@@ -143,7 +143,7 @@ impl Light {
             Self::MovingTriangle(light) => light.pdf(p, time, distance2, cos),
             Self::Rectangle(light) => light.pdf(p, towards, cos),
             Self::Disk(light) => light.pdf(distance2, cos),
-            Self::Sphere(light) => Some(light.pdf(p)),
+            Self::Sphere(light) => Some(light.pdf(p, cos)),
             Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Environment(_) => None,
         }
     }

@@ -41,6 +41,10 @@ enum VisibleCap {
     Inside,
 }
 
+/// A bound of the cosine between the direction to a point at the rim of the near side and its normal, as a rounding error e of
+/// the normal changes a cosine there by up to sqrt(2 e).
+const RIM: f32 = 1e-3;
+
 impl<V: Vector> Cone<V> {
     /// The cone of a sphere of this radius, and whether the receiver is outside: else it is not defined. Free of branches.
     #[inline(always)]
@@ -178,10 +182,14 @@ impl SphereLight {
         4.0 * PI * radius * radius
     }
 
-    /// The density of [`sample`](Self::sample) for the receiver `p`, at any visible point.
+    /// The density of [`sample`](Self::sample) for the receiver `p`, at a point whose normal has this cosine with the
+    /// direction to it. From outside the near side alone is sampled, whose normals are turned to the receiver.
     #[inline]
-    pub fn pdf(&self, p: Vec3) -> PdfSolidAngle {
-        self.view(p).density()
+    pub fn pdf(&self, p: Vec3, cos: f32) -> PdfSolidAngle {
+        match self.view(p) {
+            VisibleCap::Cone(_) if cos > RIM => PdfSolidAngle(0.0),
+            view => view.density(),
+        }
     }
 
     #[inline]

@@ -90,12 +90,21 @@ impl Scene {
         lights: &mut LightLanes,
         samples: &mut LightSampleLanes,
     ) {
-        let is_in_lanes = E::AreaLights::ON
-            && rules.points == PointRule::SolidAngle
-            && self.light_primitives.is_empty();
+        let is_in_lanes = E::AreaLights::ON && rules.points == PointRule::SolidAngle;
         let singly = if is_in_lanes {
-            self.lights
-                .sample_lanes(active, context, p, lights, samples)
+            let is_adapted = |lane: usize| {
+                let primitive = self.light_primitives.get(context.light[lane] as usize);
+                primitive.is_some_and(Option::is_some)
+            };
+            let adapted = match self.light_primitives.is_empty() {
+                true => ActiveLanes::NONE,
+                false => active.and(is_adapted),
+            };
+            let others = active.without(&adapted);
+            let rest = self
+                .lights
+                .sample_lanes(&others, context, p, lights, samples);
+            rest.with(&adapted)
         } else {
             *active
         };

@@ -106,6 +106,9 @@ impl Placed {
                 let [u, v] = [*edge_u, *edge_v].map(|edge| transform.transform_vector3(edge));
                 let placed = mesh(Arc::new(description));
                 if u.normalize().dot(v.normalize()).abs() < 1e-9 {
+                    // As of a mesh, the outside stays outside where the transform mirrors.
+                    let is_mirrored = transform.matrix3.determinant() < 0.0;
+                    let (u, v) = if is_mirrored { (v, u) } else { (u, v) };
                     Self::Rectangle(placed, [transform.transform_point3(*corner), u, v])
                 } else {
                     Self::Mesh(placed)

@@ -9,7 +9,7 @@ use super::interaction::Interaction;
 use super::{Scene, ShapeTraits};
 use crate::accel::lanes::RayLanes;
 use crate::accel::{ExcludedPrimitive, Hit};
-use crate::effects::{Effects, Slot, State, Switch};
+use crate::effects::{Effect, Effects, Slot, State, Switch};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
 use crate::math::ray::Ray;
 use crate::math::robust::offset_point;
@@ -41,11 +41,19 @@ impl Scene {
         found: Option<Hit>,
     ) -> Option<Interaction<E>> {
         let (mut ray, mut u_alpha, mut found) = (*ray, u_alpha, found);
+        let mut passed = None;
         loop {
             let hit = found?;
             let mut surface = self
                 .world
                 .surface_at::<E>(hit.id, &ray, time, hit.t, hit.uv);
+            let side = Some((hit.id, surface.ng.dot(ray.dir) < 0.0));
+            if E::Alpha::ON && side == passed {
+                // The distances of one hit may differ by rounding from one query to the next.
+                ray.t_min = hit.t.next_up();
+                found = self.accel.intersect(&ray, time, excluded);
+                continue;
+            }
             let shape = &self.shapes[hit.id.shape as usize];
             let material = &self.materials[shape.material as usize];
             let uv = State::<E::Textures, Vec2>::new(|| {
@@ -63,6 +71,7 @@ impl Scene {
                 // would pass through opaque surfaces.
                 let rest = (u_alpha - alpha) / (1.0 - alpha);
                 u_alpha = planted!("alpha-number-reused", u_alpha, rest.min(ONE_MINUS_EPSILON));
+                passed = side;
                 ray.t_min = hit.t.next_up();
                 found = self.accel.intersect(&ray, time, excluded);
                 continue;
@@ -83,10 +92,16 @@ impl Scene {
         }
     }
 
+    /// Whether a shadow ray may go through surfaces: a kernel with alpha also renders scenes without.
+    #[inline(always)]
+    fn has_alpha<E: Effects>(&self) -> bool {
+        E::Alpha::ON && self.effects.has(Effect::Alpha)
+    }
+
     /// Returns the transmittance along a shadow ray: the product of 1 - alpha over the surfaces that it intersects.
     #[inline]
     pub fn visibility<E: Effects>(&self, ray: &Ray, time: f32) -> f32 {
-        if !E::Alpha::ON {
+        if !self.has_alpha::<E>() {
             return if self.accel.occluded(ray, time) {
                 0.0
             } else {
@@ -95,7 +110,20 @@ impl Scene {
         }
         let mut ray = *ray;
         let mut visible = 1.0;
+        let mut passed: Option<Hit> = None;
+        let is_entered = |hit: &Hit, ray: &Ray| {
+            let surface = self.world.surface_at::<E>(hit.id, ray, time, hit.t, hit.uv);
+            surface.ng.dot(ray.dir) < 0.0
+        };
         while let Some(hit) = self.accel.intersect(&ray, time, None) {
+            ray.t_min = hit.t.next_up();
+            // As in `surface_interaction`, a surface is passed once.
+            let before = passed.replace(hit);
+            if before.is_some_and(|it| {
+                it.id == hit.id && is_entered(&it, &ray) == is_entered(&hit, &ray)
+            }) {
+                continue;
+            }
             let p = ray.at(hit.t);
             let uv = || self.world.uv_at::<E>(hit.id, time, p, hit.uv);
             let Some(alpha) = self.material(hit.id).alpha(uv) else {
@@ -105,7 +133,6 @@ impl Scene {
             if visible <= 0.0 {
                 return 0.0;
             }
-            ray.t_min = hit.t.next_up();
         }
         visible
     }
@@ -118,7 +145,7 @@ impl Scene {
         rays: &mut RayLanes<LANES>,
     ) -> Lanes<f32> {
         let mut visible = [0.0; LANES];
-        if E::Alpha::ON {
+        if self.has_alpha::<E>() {
             for lane in active.each() {
                 let (ray, time) = rays.get(lane);
                 visible[lane] = self.visibility::<E>(&ray, time);

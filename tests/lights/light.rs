@@ -115,7 +115,7 @@ const RECEIVERS: [Vec3; 7] = [
 ];
 
 #[test]
-fn samples_cover_the_solid_angle() {
+fn mean_inverse_pdf_equals_the_solid_angle() {
     // The mean of 1 / pdf over light samples is the solid angle: measured as the share of directions that hit the light.
     for (name, light, meets) in lights(true) {
         for p in RECEIVERS {
@@ -160,7 +160,7 @@ fn samples_cover_the_solid_angle() {
 }
 
 #[test]
-fn samples_know_their_density_and_lie_on_their_light() {
+fn light_samples_agree_with_pdf_and_lie_on_the_light() {
     for (name, light, meets) in lights(true) {
         let lights = Lights::new(vec![light], &[1.0]);
         for p in RECEIVERS {
@@ -244,7 +244,7 @@ fn over_samples(light: &Light, p: Vec3) -> (f64, f64) {
 }
 
 #[test]
-fn flat_lights_know_their_density_from_every_distance() {
+fn flat_light_inverse_pdf_integrates_to_the_solid_angle() {
     let mut rng = TestRng::new(20);
     for i in 0..2000 {
         let (light, solid_angle) = flat_light(&mut rng, i % 2 == 0);
@@ -262,7 +262,7 @@ fn flat_lights_know_their_density_from_every_distance() {
 }
 
 #[test]
-fn choosing_points_costs_no_more_variance_than_stated() {
+fn flat_light_inverse_pdf_variance_is_within_stated_bounds() {
     let mut rng = TestRng::new(21);
     let mut mean_variance = |is_triangle: bool, distance: f32| {
         let variances = Moments::of((0..1000).map(|_| {
@@ -294,14 +294,14 @@ fn choosing_points_costs_no_more_variance_than_stated() {
 }
 
 #[test]
-fn sphere_cones_keep_their_digits() {
+fn sphere_cone_solid_angle_is_accurate_for_small_spheres() {
     for ratio in [0.5, 1e-2, 1e-3, 2.4e-4, 1e-4, 1e-6] {
         let distance = 3.0_f32;
         let radius = ratio * distance;
         let light = SphereLight::new(Sphere::new(distance * Vec3::Y, radius), emission(false));
         let s2 = (f64::from(radius) / f64::from(distance)).powi(2);
         let exact = 2.0 * std::f64::consts::PI * s2 / (1.0 + (1.0 - s2).sqrt());
-        let omega = 1.0 / f64::from(light.pdf(Vec3::ZERO).0);
+        let omega = 1.0 / f64::from(light.pdf(Vec3::ZERO, -1.0).0);
         assert!(
             (omega / exact - 1.0).abs() < 4e-7,
             "R / d = {ratio}: {omega:e} {exact:e}"
@@ -353,7 +353,7 @@ fn one_sided_lights_are_dark_from_behind() {
 }
 
 #[test]
-fn power_is_pi_area_radiance() {
+fn light_power_equals_pi_times_area_times_radiance() {
     let area = f64::from(RADIUS * RADIUS) * std::f64::consts::PI;
     for ((name, one, _), (_, two, _)) in lights(false).iter().zip(&lights(true)) {
         let expected = match *name {
@@ -423,7 +423,7 @@ fn lights_are_chosen_by_power() {
 
 /// A million emitters: one of them lights the origin, the others have zero weight, a denormal weight, or no area.
 #[test]
-fn one_light_among_a_million_of_no_weight_is_as_good_as_alone() {
+fn sampling_ignores_a_million_lights_of_negligible_power() {
     let flat = TriangleLight::new([CORNER; 3], emission(false));
     let whole = TriangleLight::new(
         [CORNER, CORNER + EDGES[0], CORNER + EDGES[1]],
@@ -461,7 +461,7 @@ fn one_light_among_a_million_of_no_weight_is_as_good_as_alone() {
 
 /// A million emitters of the same power, all but one facing away from the origin: the mean over all choices is exact.
 #[test]
-fn one_visible_light_among_a_million_counts_as_often_as_it_is_chosen() {
+fn one_visible_light_among_a_million_has_the_exact_mean() {
     let towards = [CORNER, CORNER + EDGES[0], CORNER + EDGES[1]];
     let away = [CORNER, CORNER + EDGES[1], CORNER + EDGES[0]];
     let count = 1_000_000;
@@ -485,7 +485,7 @@ fn one_visible_light_among_a_million_counts_as_often_as_it_is_chosen() {
 }
 
 #[test]
-fn probabilities_of_a_million_sum_to_one() {
+fn alias_table_pmf_of_a_million_weights_sums_to_one() {
     let mut rng = TestRng::new(13);
     let weights: Vec<f64> = (0..1_000_000)
         .map(|i| match i % 4 {

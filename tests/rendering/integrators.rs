@@ -15,8 +15,9 @@ use etendue::internals::effects::{Effect, EffectSet, Kernel};
 use etendue::internals::film::Film;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::integrator::roulette::{Roulette, WeightWindow};
+use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::{Moments, student_quantile_of};
-use etendue::internals::math::vec::DVec3;
+use etendue::internals::math::vec::{DAffine3, DVec3};
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -128,7 +129,7 @@ fn every_path_tracer_agrees_with_path() {
 }
 
 #[test]
-fn they_agree_for_every_number_of_bounces() {
+fn path_tracers_agree_for_zero_to_three_bounces() {
     let scene = glass(0.0);
     for max_bounces in 0..4 {
         let limited = |integrator, seed, spp| {
@@ -147,7 +148,7 @@ fn they_agree_for_every_number_of_bounces() {
 }
 
 #[test]
-fn no_roulette_changes_the_mean() {
+fn russian_roulette_leaves_the_mean_unchanged() {
     let scene = glass(0.8);
     let with = |integrator, roulette, seed| {
         let settings = RenderSettings {
@@ -168,7 +169,7 @@ fn no_roulette_changes_the_mean() {
 }
 
 #[test]
-fn lights_of_every_kind_are_found_by_those_who_look_for_them() {
+fn light_sampling_integrators_agree_under_mixed_lights() {
     // Four lights, one of them an environment map, two of them delta lights.
     let mut scene = outside();
     let lights = room(
@@ -220,7 +221,7 @@ intensity = 2
 }
 
 #[test]
-fn lamps_that_are_no_lights_to_look_for_are_found_by_scattering() {
+fn unlisted_emitters_are_found_by_scattering() {
     // A moving sphere is not in the list of lights, so that the list is empty here.
     let mut scene = floor_below(GeometryDescription::Sphere {
         center: 2.0 * DVec3::Y,
@@ -264,7 +265,7 @@ fn seen(
 }
 
 #[test]
-fn direct_light_is_that_of_the_closed_forms() {
+fn direct_lighting_matches_closed_forms() {
     let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
     let disk = GeometryDescription::Disk {
         center: DVec3::Y,
@@ -316,8 +317,51 @@ fn direct_light_is_that_of_the_closed_forms() {
     }
 }
 
+/// Where a transform mirrors a rectangle, its outside stays outside: for the light that is sampled, and for the mesh that is hit.
 #[test]
-fn ambient_occlusion_is_the_share_of_the_sky() {
+fn mirrored_rectangle_light_emits_from_its_outside() {
+    let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
+    let mut scene = floor_below(square);
+    let lamp = scene.shapes.last_mut().expect("it has a lamp");
+    lamp.transform = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    let exact = 0.5 * 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
+    for (integrator, spp) in [
+        (IntegratorKind::Path, 1 << 12),
+        (IntegratorKind::NextEvent, 1 << 14),
+        (IntegratorKind::Bidirectional, 1 << 12),
+    ] {
+        let seen = seen(&scene, integrator, spp, None);
+        assert_mean(integrator.name(), &seen, exact, 0.005);
+    }
+}
+
+/// From outside, light sampling finds the near side of a sphere alone: its inner face, seen through the near side, is found by
+/// scattering with a weight of one.
+#[test]
+fn inner_face_of_a_transparent_sphere_light_is_found() {
+    let mut scene = floor_below(GeometryDescription::Sphere {
+        center: 2.0 * DVec3::Y,
+        radius: 1.0,
+    });
+    let mut material = scene.materials[0].clone();
+    material.alpha = Rgb::grey(0.5).into();
+    scene.materials.push(material);
+    let lamp = scene.shapes.last_mut().expect("it has a lamp");
+    lamp.material = scene.materials.len() - 1;
+    lamp.two_sided_emission = true;
+    // Half of the light of the near side, and half of half of that of the far one.
+    let exact = 0.5 * 0.25 * (0.5 + 0.25);
+    for (integrator, spp) in [
+        (IntegratorKind::Path, 1 << 14),
+        (IntegratorKind::Bsdf, 1 << 15),
+    ] {
+        let seen = seen(&scene, integrator, spp, None);
+        assert_mean(integrator.name(), &seen, exact, 0.005);
+    }
+}
+
+#[test]
+fn ambient_occlusion_matches_closed_forms() {
     let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
     let scene = floor_below(square);
     let open = 1.0 - 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
@@ -336,7 +380,7 @@ fn ambient_occlusion_is_the_share_of_the_sky() {
 }
 
 #[test]
-fn variance_falls_as_one_over_n_and_faster_for_sobol_points_on_smooth_pixels() {
+fn variance_falls_as_1_over_n_and_faster_for_sobol() {
     let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
     let scene = floor_below(square);
     let slope = |sampler| {
@@ -372,7 +416,7 @@ fn variance_falls_as_one_over_n_and_faster_for_sobol_points_on_smooth_pixels() {
 }
 
 #[test]
-fn neither_kernels_nor_tiles_nor_threads_change_a_picture() {
+fn images_are_independent_of_kernels_tiles_and_threads() {
     let scene = matte();
     for &integrator in IntegratorKind::ALL {
         let pixels = |kernel, tile_size, threads| {
@@ -396,7 +440,7 @@ fn neither_kernels_nor_tiles_nor_threads_change_a_picture() {
 }
 
 #[test]
-fn the_test_of_tiles_finds_a_bias_and_only_that() {
+fn tile_welch_test_is_calibrated_and_detects_one_percent_bias() {
     let scene = matte();
     let path = |seed| {
         rendered(
